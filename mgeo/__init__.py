@@ -1,0 +1,1 @@
+"""Generalized extremal optimization for pymoo."""

@@ -1,0 +1,1 @@
+"""Attitude maneuvers that make sensor errors observable, as a pymoo problem."""
