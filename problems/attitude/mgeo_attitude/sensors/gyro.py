@@ -1,0 +1,67 @@
+"""Gyro error model: bias as a first-order Markov process, white rate noise (equation 2)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from ..fields import Validated, quantity
+from ..vector import Vec3, cross, scale
+
+
+@dataclass(frozen=True)
+class Gyro(Validated):
+    """Three-axis gyro: ω_m = ω + b + v_g, with optional scale-factor and misalignment errors."""
+
+    angle_random_walk_deg_sqrt_h: float = quantity(
+        0.01, unit="deg/sqrt(h)", low=0.0, open_low=True, doc="angle random walk, 1-sigma"
+    )
+    rate_random_walk: float = quantity(
+        3e-8, unit="rad/s^1.5", low=0.0, doc="rate random walk that drives the bias, 1-sigma"
+    )
+    bias_decay: float = quantity(
+        1e-5, unit="1/s", low=0.0, doc="inverse correlation time of the bias"
+    )
+    bias_deg_s: float = quantity(
+        0.01, unit="deg/s", low=0.0, open_low=True, doc="initial bias, 1-sigma per axis"
+    )
+    scale_factor: float = quantity(
+        0.0, low=0.0, doc="scale-factor error, 1-sigma per axis; 0 leaves the states out"
+    )
+    misalignment_deg: float = quantity(
+        0.0, unit="deg", low=0.0, doc="misalignment, 1-sigma per axis; 0 leaves the states out"
+    )
+
+    def states(self) -> dict[str, float]:
+        """Error states it adds (3-vectors, body axes) with their initial 1-sigma per axis."""
+        states = {"bias": math.radians(self.bias_deg_s)}
+        if self.scale_factor:
+            states["scale_factor"] = self.scale_factor
+        if self.misalignment_deg:
+            states["misalignment"] = math.radians(self.misalignment_deg)
+        return states
+
+    def derivative(self, x: Any, omega: Vec3) -> dict[str, Vec3]:
+        """Time derivative of the error state, equation (2); states left out are constant.
+
+        Parameters
+        ----------
+        x : namespace of Vec3
+            ``x.theta`` [rad] and the gyro's own `states`.
+        omega : Vec3
+            Body rate [rad/s].
+        """
+        theta = -cross(omega, x.theta) - x.bias
+        if self.scale_factor:
+            theta = theta - scale(omega, x.scale_factor)
+        if self.misalignment_deg:
+            theta = theta + cross(omega, x.misalignment)
+        return {"theta": theta, "bias": -self.bias_decay * x.bias}
+
+    def diffusion(self) -> dict[str, float]:
+        """Power spectral density of the noise that drives each state, per axis."""
+        return {
+            "theta": (math.radians(self.angle_random_walk_deg_sqrt_h) / 60.0) ** 2,
+            "bias": self.rate_random_walk**2,
+        }

@@ -1,0 +1,54 @@
+"""Three-axis magnetometer."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..fields import quantity
+from ..vector import Vec3, cross
+from .base import Sensor
+
+if TYPE_CHECKING:
+    from ..environment import Environment
+
+#: Unit of the field inside the filter [nT], so that every state is of order one or less.
+FIELD_UNIT_NT = 50_000.0
+
+
+@dataclass(frozen=True)
+class Magnetometer(Sensor):
+    """y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT."""
+
+    kind: ClassVar[str] = "magnetometer"
+
+    name: str = quantity("mag", doc="name, unique in the suite; prefixes the sensor's states")
+    noise_nt: float = quantity(
+        500.0, unit="nT", low=0.0, open_low=True, doc="noise per sample, 1-sigma per axis"
+    )
+    misalignment_deg: float = quantity(
+        1.0, unit="deg", low=0.0, open_low=True, doc="initial misalignment, 1-sigma per axis"
+    )
+    bias_nt: float = quantity(
+        2000.0, unit="nT", low=0.0, open_low=True, doc="initial bias, 1-sigma per axis"
+    )
+
+    def states(self) -> dict[str, float]:
+        return {
+            "misalignment": math.radians(self.misalignment_deg),
+            "bias": self.bias_nt / FIELD_UNIT_NT,
+        }
+
+    def measure(self, x: Any, v: Vec3) -> Vec3:
+        return cross(v, x.theta - x.misalignment) + x.bias
+
+    def noise(self) -> tuple[float, float, float]:
+        sigma = self.noise_nt / FIELD_UNIT_NT
+        return (sigma, sigma, sigma)
+
+    def reference(self, environment: Environment) -> NDArray[np.float64]:
+        return environment.field / FIELD_UNIT_NT

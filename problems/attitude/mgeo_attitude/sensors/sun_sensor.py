@@ -1,0 +1,51 @@
+"""Sun sensor that measures the unit vector to the Sun."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..fields import quantity
+from ..vector import Vec3, cross
+from .base import Sensor
+
+if TYPE_CHECKING:
+    from ..environment import Environment
+
+
+@dataclass(frozen=True)
+class SunSensor(Sensor):
+    """y_s = [s×]θ - [s×]φ + δs + w_s (equation 2), blind in eclipse."""
+
+    kind: ClassVar[str] = "sun-sensor"
+
+    name: str = quantity("sun", doc="name, unique in the suite; prefixes the sensor's states")
+    noise_deg: float = quantity(
+        2.0, unit="deg", low=0.0, open_low=True, doc="noise per sample, 1-sigma per axis"
+    )
+    misalignment_deg: float = quantity(
+        1.0, unit="deg", low=0.0, open_low=True, doc="initial misalignment, 1-sigma per axis"
+    )
+    bias: float = quantity(
+        0.02, low=0.0, open_low=True, doc="initial bias of the unit vector, 1-sigma per axis"
+    )
+
+    def states(self) -> dict[str, float]:
+        return {"misalignment": math.radians(self.misalignment_deg), "bias": self.bias}
+
+    def measure(self, x: Any, v: Vec3) -> Vec3:
+        return cross(v, x.theta - x.misalignment) + x.bias
+
+    def noise(self) -> tuple[float, float, float]:
+        sigma = math.radians(self.noise_deg)
+        return (sigma, sigma, sigma)
+
+    def reference(self, environment: Environment) -> NDArray[np.float64]:
+        return environment.sun
+
+    def available(self, environment: Environment) -> NDArray[np.bool_] | None:
+        return None if environment.sunlit.all() else environment.sunlit

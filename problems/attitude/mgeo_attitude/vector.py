@@ -1,0 +1,45 @@
+"""Three-vectors over any scalar: floats for analysis, symbols for code generation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Vec3:
+    """A 3-vector whose components only need ``+``, ``-`` and ``*``.
+
+    Error models are written with it, so that one text serves numbers and the symbols from which
+    the filter kernel is generated.
+    """
+
+    x: Any
+    y: Any
+    z: Any
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self.x, self.y, self.z))
+
+    def __add__(self, other: Vec3) -> Vec3:
+        return Vec3(self.x + other.x, self.y + other.y, self.z + other.z)
+
+    def __sub__(self, other: Vec3) -> Vec3:
+        return Vec3(self.x - other.x, self.y - other.y, self.z - other.z)
+
+    def __neg__(self) -> Vec3:
+        return Vec3(-self.x, -self.y, -self.z)
+
+    def __rmul__(self, factor: Any) -> Vec3:
+        return Vec3(factor * self.x, factor * self.y, factor * self.z)
+
+
+def cross(a: Vec3, b: Vec3) -> Vec3:
+    """Cross product a × b."""
+    return Vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+
+
+def scale(a: Vec3, b: Vec3) -> Vec3:
+    """Component-wise product diag(a) b."""
+    return Vec3(a.x * b.x, a.y * b.y, a.z * b.z)
