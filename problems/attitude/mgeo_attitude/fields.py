@@ -1,13 +1,8 @@
 """Dataclass fields that know their meaning, unit and range, and check themselves.
 
-The same declaration refuses a bad value, with a message that names it, and comments the key in a
-scenario file::
+One declaration both refuses bad values, in a message that names them, and comments a scenario file::
 
-    @dataclass(frozen=True, kw_only=True)
-    class Orbit(Validated):
-        eccentricity: float = quantity(doc="orbit eccentricity", low=0.0, high=1.0, open_high=True)
-
-    Orbit(eccentricity=1.2)
+    eccentricity: float = quantity(doc="orbit eccentricity", low=0.0, high=1.0, open_high=True)
     # InvalidValue: eccentricity = 1.2: expected a number in [0, 1) (orbit eccentricity)
 """
 
@@ -61,7 +56,7 @@ class Quantity:
         return above and (number < self.high if self.open_high else number <= self.high)
 
     def range_text(self) -> str:
-        """The range as a person writes it: ``in [0, 1)``, ``> 0 m``; empty if unbounded."""
+        """The range as a person writes it: ``in [0, 1)``, ``> 0 m``, ``in nT`` (any)."""
         unit = f" {self.unit}" if self.unit else ""
         if math.isfinite(self.low) and math.isfinite(self.high):
             left, right = "(" if self.open_low else "[", ")" if self.open_high else "]"
@@ -70,7 +65,7 @@ class Quantity:
             return f"{'>' if self.open_low else '>='} {self.low:.12g}{unit}"
         if math.isfinite(self.high):
             return f"{'<' if self.open_high else '<='} {self.high:.12g}{unit}"
-        return ""
+        return f"in{unit}" if unit else ""
 
 
 def quantity(default: Any = MISSING, **declaration: Any) -> Any:
@@ -93,7 +88,7 @@ class Validated:
 
     def __post_init__(self) -> None:
         for name, (annotation, spec) in declared(type(self)).items():
-            value = _checked(name, getattr(self, name), annotation, spec)
+            value = checked(name, getattr(self, name), annotation, spec)
             object.__setattr__(self, name, value)  # the dataclass is frozen for everyone else
 
 
@@ -107,22 +102,14 @@ def declared(cls: type) -> dict[str, tuple[Any, Quantity]]:
 
 
 def expectation(annotation: Any, spec: Quantity) -> str:
-    """What a field takes, in words: ``a number in [0, 1)``, ``one of 'j2', 'two-body'``."""
-    if get_origin(annotation) is tuple:
-        entries = get_args(annotation)
-        count = "" if entries[-1] is Ellipsis else f"{len(entries)} x "
-        return f"a list of {count}({expectation(entries[0], spec)})"
-    if spec.choices:
-        return "one of " + ", ".join(map(repr, spec.choices))
-    known = {float: "a number", int: "an integer", bool: "true or false", str: "a string"}
-    if annotation in known:
-        return f"{known[annotation]} {spec.range_text()}".strip()
-    return " or ".join(cls.__name__ for cls in _classes(annotation))
-
-
-def _checked(key: str, value: Any, annotation: Any, spec: Quantity) -> Any:
+    """What a field takes, in words: ``expected a number in [0, 1) (orbit eccentricity)``."""
     meaning = f" ({spec.doc})" if spec.doc else ""
-    expected = f"expected {expectation(annotation, spec)}{meaning}"
+    return f"expected {_takes(annotation, spec)}{meaning}"
+
+
+def checked(key: str, value: Any, annotation: Any, spec: Quantity) -> Any:
+    """The value as its annotation wants it (an int as float, a list as tuple), or an error."""
+    expected = expectation(annotation, spec)
     if get_origin(annotation) is tuple:
         entries = get_args(annotation)
         if not isinstance(value, tuple | list):
@@ -132,7 +119,7 @@ def _checked(key: str, value: Any, annotation: Any, spec: Quantity) -> Any:
         elif len(value) != len(entries):
             raise InvalidValue(key, value, expected)
         pairs = enumerate(zip(value, entries, strict=True))
-        return tuple(_checked(f"{key}[{i}]", entry, kind, spec) for i, (entry, kind) in pairs)
+        return tuple(checked(f"{key}[{i}]", entry, kind, spec) for i, (entry, kind) in pairs)
     if annotation in (float, int):
         abstract = Real if annotation is float else Integral  # covers numpy's numbers too
         if isinstance(value, bool) or not isinstance(value, abstract):
@@ -145,6 +132,20 @@ def _checked(key: str, value: Any, annotation: Any, spec: Quantity) -> Any:
     if spec.choices and value not in spec.choices:
         raise InvalidValue(key, value, expected)
     return value
+
+
+def _takes(annotation: Any, spec: Quantity) -> str:
+    if get_origin(annotation) is tuple:
+        entries = get_args(annotation)
+        count = "" if entries[-1] is Ellipsis else f"{len(entries)} x "
+        return f"a list of {count}({_takes(entries[0], spec)})"
+    if spec.choices:
+        return "one of " + ", ".join(map(repr, spec.choices))
+    number = "a number" if spec.range_text() else "a finite number"
+    known = {float: number, int: "an integer", bool: "true or false", str: "a string"}
+    if annotation in known:
+        return f"{known[annotation]} {spec.range_text()}".strip()
+    return " or ".join(cls.__name__ for cls in _classes(annotation))
 
 
 def _classes(annotation: Any) -> tuple[type, ...]:
