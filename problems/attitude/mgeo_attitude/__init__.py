@@ -1,1 +1,26 @@
 """Attitude maneuvers that make sensor errors observable, as a pymoo problem."""
+
+from .environment import Environment
+from .filter import Evaluation, FilterHistory, FilterModel, Suite, evaluate, reference_run
+from .problem import AttitudeManeuverProblem
+from .scenario import Scenario
+from .sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "AttitudeManeuverProblem",
+    "Environment",
+    "Evaluation",
+    "FilterHistory",
+    "FilterModel",
+    "Gyro",
+    "Magnetometer",
+    "Scenario",
+    "Sensor",
+    "StarTracker",
+    "Suite",
+    "SunSensor",
+    "evaluate",
+    "reference_run",
+]

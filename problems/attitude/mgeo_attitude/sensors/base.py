@@ -53,6 +53,12 @@ class Sensor(Validated, ABC):
         """Vector it looks at, GCRS, shape (n_steps + 1, 3); None where `measure` uses none."""
         return None
 
+    def field_of_view(self) -> tuple[tuple[float, float, float], float] | None:
+        """Boresight in body axes (unit vector) and half-angle [rad] outside which the `reference`
+        vector is not seen; None where it always is.
+        """
+        return None
+
     def available(self, environment: Environment) -> NDArray[np.bool_] | None:
         """Samples at which it can measure, shape (n_steps + 1,); None for all."""
         return None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fields import quantity
+from ..fields import InvalidValue, quantity
 from ..vector import Vec3, cross
 from .base import Sensor
 
@@ -34,6 +34,23 @@ class SunSensor(Sensor):
         0.02, low=0.0, open_low=True, doc="initial bias of the unit vector, 1-sigma per axis"
     )
 
+    boresight: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)"
+    )
+    field_of_view_deg: float = quantity(
+        180.0,
+        unit="deg",
+        low=0.0,
+        high=180.0,
+        open_low=True,
+        doc="half-angle of the field of view; 180 sees everywhere",
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not any(self.boresight):
+            raise InvalidValue("boresight", self.boresight, "expected a direction, not zero")
+
     def states(self) -> dict[str, float]:
         return {"misalignment": math.radians(self.misalignment_deg), "bias": self.bias}
 
@@ -46,6 +63,13 @@ class SunSensor(Sensor):
 
     def reference(self, environment: Environment) -> NDArray[np.float64]:
         return environment.sun
+
+    def field_of_view(self) -> tuple[tuple[float, float, float], float] | None:
+        if self.field_of_view_deg == 180.0:
+            return None
+        length = math.hypot(*self.boresight)
+        x, y, z = (component / length for component in self.boresight)
+        return (x, y, z), math.radians(self.field_of_view_deg)
 
     def available(self, environment: Environment) -> NDArray[np.bool_] | None:
         return None if environment.sunlit.all() else environment.sunlit

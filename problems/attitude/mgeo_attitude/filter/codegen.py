@@ -1,0 +1,193 @@
+"""Generates the straight-line filter step of a sensor suite.
+
+The text of `step` is one filter step of `LANES` candidates at once: turn the attitude, predict,
+update with every sensor, sum the trace. All values of all lanes live in one flat workspace ``W``,
+value k of a lane at ``W[k * LANES + lane]``: constant offsets into a single array are what lets
+LLVM prove the lanes independent and turn the loop over them into vector instructions
+(tests/benchmarks holds the measurement). The driver that feeds the lanes is the text of
+`driver.py`, appended as it stands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import resources
+
+import numpy as np
+
+from ..vector import Vec3
+from .covariance import predict, update
+from .suite import Suite
+from .symbols import Symbol, SymbolArithmetic, SymbolTriangle
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Numbers of the workspace's values: the first value of each kind, then the total."""
+
+    n_states: int
+    #: Entries of the transition matrix that can differ from the identity's, by (row, column).
+    transition: tuple[tuple[int, int], ...]
+    n_dynamic: int
+    n_references: int
+    n_gates: int
+
+    @property
+    def attitude(self) -> int:
+        return self.n_states * (self.n_states + 1) // 2
+
+    @property
+    def rotation(self) -> int:
+        return self.attitude + 9
+
+    @property
+    def F(self) -> int:
+        return self.rotation + 9
+
+    @property
+    def Q(self) -> int:
+        return self.F + len(self.transition)
+
+    @property
+    def reference(self) -> int:
+        return self.Q + self.n_dynamic * (self.n_dynamic + 1) // 2
+
+    @property
+    def gate(self) -> int:
+        return self.reference + 3 * self.n_references
+
+    @property
+    def trace(self) -> int:
+        return self.gate + self.n_gates
+
+    @property
+    def total(self) -> int:
+        return self.trace + 1
+
+
+def layout(suite: Suite, gated: tuple[bool, ...]) -> Layout:
+    """Workspace of a suite; `gated` tells which sensors are not available at every sample."""
+    return Layout(
+        n_states=suite.n_states,
+        transition=transition_pattern(suite),
+        n_dynamic=suite.n_dynamic,
+        n_references=len(suite.sensors),
+        n_gates=sum(gated),
+    )
+
+
+def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
+    """Entries of exp(A dt) in the rows that are not the identity's, for any rate.
+
+    They are the transitive closure of A's pattern; rows in which A is zero stay the identity's.
+    """
+    generic = np.zeros((suite.n_dynamic, suite.n_dynamic), dtype=bool)
+    for omega in np.vstack([np.zeros(3), np.eye(3)]):
+        generic |= suite.dynamics_matrix(omega) != 0.0
+    closure = generic | np.eye(suite.n_dynamic, dtype=bool)
+    for _ in range(suite.n_dynamic):
+        closure = closure @ closure
+    rows = generic.any(axis=1)
+    return tuple((int(i), int(j)) for i, j in np.argwhere(closure) if rows[i])
+
+
+def step_source(suite: Suite, gated: tuple[bool, ...], lanes: int) -> str:
+    """Python source of ``step(W, C)``.
+
+    C holds what all candidates share: three noise variances and, with a field of view, boresight
+    and cosine of the half-angle for each sensor in turn; then the trace weight of every state.
+    """
+    at = layout(suite, gated)
+    n = suite.n_states
+    ops = SymbolArithmetic()
+
+    def slot(k: int) -> str:
+        return f"W[{k * lanes} + lane]"
+
+    def slots(first: int, count: int) -> list[Symbol]:
+        return [Symbol(slot(first + k)) for k in range(count)]
+
+    constants: list[str] = []
+
+    def constant() -> Symbol:
+        constants.append(f"c{len(constants)}")
+        return Symbol(constants[-1])
+
+    C, dC = slots(at.attitude, 9), slots(at.rotation, 9)
+    for j in range(3):
+        column = [ops.keep(sum(dC[3 * i + k] * C[3 * k + j] for k in range(3))) for i in range(3)]
+        for i in range(3):
+            ops.store(C[3 * i + j].text, column[i])
+
+    P = SymbolTriangle(lambda i, j: slot(i * (i + 1) // 2 + j), ops)
+    F = dict(zip(at.transition, slots(at.F, len(at.transition)), strict=True))
+    triangle = [(i, j) for i in range(at.n_dynamic) for j in range(i + 1)]
+    Q = dict(zip(triangle, slots(at.Q, len(triangle)), strict=True))
+    predict(P, n, F, Q, ops)
+
+    gates = iter(slots(at.gate, at.n_gates))
+    for index, sensor in enumerate(suite.sensors):
+        r = slots(at.reference + 3 * index, 3)
+        v = Vec3(*(ops.keep(sum(C[3 * i + k] * r[k] for k in range(3))) for i in range(3)))
+        variances = [constant() for _ in range(3)]
+        gate: Symbol | float = next(gates) if gated[index] else 1.0
+        if sensor.field_of_view() is not None:
+            cosine = sum(constant() * component for component in v)
+            gate = ops.keep(gate * ops.at_least(cosine, constant()))
+        update(P, n, lambda x, s=sensor, v=v: suite.measure(s, x, v), variances, ops, gate)
+
+    ops.store(slot(at.trace), sum(constant() * P[i, i] for i in range(n)))
+
+    hoisted = [f"    {name} = C[{k}]" for k, name in enumerate(constants)]
+    body = [f"        {line}" for line in ops.lines]
+    return "\n".join(
+        ["def step(W, C):", *hoisted, f"    for lane in range({lanes}):", *body, ""]
+    )
+
+
+def step_constants(suite: Suite, weights: np.ndarray) -> np.ndarray:
+    """The array C of ``step(W, C)`` for trace `weights`, shape (n_states,)."""
+    values: list[float] = []
+    for sensor in suite.sensors:
+        values.extend(sigma**2 for sigma in sensor.noise())
+        view = sensor.field_of_view()
+        if view is not None:
+            boresight, half_angle = view
+            values.extend([*boresight, float(np.cos(half_angle))])
+    return np.array([*values, *weights])
+
+
+def module_source(suite: Suite, gated: tuple[bool, ...], lanes: int, cache: bool) -> str:
+    """Source of the whole kernel module of a suite: constants, `step` and the driver."""
+    at = layout(suite, gated)
+    rows, columns = zip(*at.transition, strict=True)
+    driver = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
+    package = (__package__ or "").rpartition(".")[0]
+    return f'''"""Filter kernel of the error states {", ".join(suite.blocks)}. Generated; do not edit."""
+
+from math import sqrt
+
+from numba import njit
+
+LANES = {lanes}
+CACHE = {cache}
+N_STATES = {at.n_states}
+N_DYNAMIC = {at.n_dynamic}
+F_ROWS = {rows}
+F_COLUMNS = {columns}
+ATTITUDE, ROTATION, F_SLOT, Q_SLOT = {at.attitude}, {at.rotation}, {at.F}, {at.Q}
+REFERENCE, N_REFERENCE, GATE, N_GATES = {at.reference}, {3 * at.n_references}, {at.gate}, {at.n_gates}
+TRACE, N_SLOTS = {at.trace}, {at.total}
+
+
+# No nnan and ninf: a covariance that breaks down must show as NaN.
+@njit(
+    "void(float64[::1], float64[::1])",
+    error_model="numpy",
+    fastmath={{"nsz", "arcp", "contract", "reassoc"}},
+    nogil=True,
+    cache=CACHE,
+)
+{step_source(suite, gated, lanes)}
+
+{driver.replace("from .", f"from {package}.filter.")}'''

@@ -1,0 +1,204 @@
+"""Feeds the lanes of the generated `step`: the text of this module ends every kernel module."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba import njit
+
+from .atomic import fetch_add
+from .discretization import discretize, turn
+
+if TYPE_CHECKING:  # defined above this text in the generated module, see codegen.py
+    LANES: int
+    CACHE: bool
+    N_STATES: int
+    N_DYNAMIC: int
+    F_ROWS: tuple[int, ...]
+    F_COLUMNS: tuple[int, ...]
+    ATTITUDE: int
+    ROTATION: int
+    F_SLOT: int
+    Q_SLOT: int
+    REFERENCE: int
+    N_REFERENCE: int
+    GATE: int
+    N_GATES: int
+    TRACE: int
+    N_SLOTS: int
+
+    def step(W: Any, C: Any) -> None:
+        """One filter step of all lanes, in place."""
+
+
+@njit(cache=CACHE)
+def take(queue, n):
+    """The next candidate's number, or -1 where none is left."""
+    i = fetch_add(queue, 1)
+    return i if i < n else -1
+
+
+@njit(cache=CACHE)
+def variance_slot(i):
+    return i * (i + 1) // 2 + i
+
+
+@njit(cache=CACHE, error_model="numpy")
+def reset(W, lane, variances, C, history):
+    """Put a lane at time zero: initial covariance, body axes along GCRS. Returns step 0."""
+    for k in range(N_SLOTS):
+        W[k * LANES + lane] = 0.0
+    total = 0.0
+    for i in range(N_STATES):
+        W[variance_slot(i) * LANES + lane] = variances[i]
+        total += C[len(C) - N_STATES + i] * variances[i]
+    for i in range(3):
+        W[(ATTITUDE + 4 * i) * LANES + lane] = 1.0
+    history[lane, 0] = total
+    return 0
+
+
+@njit(cache=CACHE, error_model="numpy")
+def load_maneuver(W, lane, omega, dynamics, density, dt):
+    """Write the maneuver's exact transition, process noise and turn per step to a lane."""
+    A = dynamics[0] + omega[0] * dynamics[1] + omega[1] * dynamics[2] + omega[2] * dynamics[3]
+    F, Q = discretize(A, density, dt)
+    rotation = turn(omega, dt)
+    for k in range(len(F_ROWS)):
+        W[(F_SLOT + k) * LANES + lane] = F[F_ROWS[k], F_COLUMNS[k]]
+    for i in range(N_DYNAMIC):
+        for j in range(i + 1):
+            W[(Q_SLOT + i * (i + 1) // 2 + j) * LANES + lane] = Q[i, j]
+    for i in range(3):
+        for j in range(3):
+            W[(ROTATION + 3 * i + j) * LANES + lane] = rotation[i, j]
+
+
+@njit(cache=CACHE, error_model="numpy")
+def positive_definite(W, lane):
+    """Whether a lane's covariance is, by the pivots of its Cholesky factorization."""
+    L = np.empty((N_STATES, N_STATES))
+    for i in range(N_STATES):
+        for j in range(i + 1):
+            total = W[(i * (i + 1) // 2 + j) * LANES + lane]
+            for k in range(j):
+                total -= L[i, k] * L[j, k]
+            if i == j:
+                if not total > 0.0:
+                    return False
+                L[i, i] = np.sqrt(total)
+            else:
+                L[i, j] = total / L[j, j]
+    return True
+
+
+@njit(
+    "void(int64[::1], float64[:,:,::1], int64[:,::1], int64[::1], float64[:,:,::1], float64[::1],"
+    "float64[:,::1], float64[:,::1], float64[::1], float64[::1], int64, float64, float64,"
+    "int64[::1], float64[::1], float64[:,:,::1])",
+    error_model="numpy",
+    nogil=True,
+    cache=CACHE,
+)
+def run(
+    queue,
+    rates,
+    starts,
+    over,
+    dynamics,
+    density,
+    references,
+    gates,
+    variances,
+    C,
+    window,
+    decrease,
+    dt,
+    end_step,
+    trace,
+    record,
+):
+    """Run candidates from the queue until it is empty; any number of threads may share it.
+
+    A lane whose candidate has converged takes the next one from the queue, with a clock of its
+    own. No value ever crosses lanes, so a result does not depend on its neighbors.
+
+    Parameters
+    ----------
+    queue : array of one int
+        Number of candidates already taken, shared by the threads.
+    rates : array, shape (n, n_maneuvers, 3)
+        Body rates [rad/s].
+    starts, over : arrays, shapes (n, n_maneuvers) and (n,)
+        Steps at which each maneuver begins, and at which the last one is over.
+    dynamics : array, shape (4, n_dynamic, n_dynamic)
+        A at rest, and what a unit rate about each axis adds to it.
+    density : array, shape (n_dynamic,)
+        Process-noise density.
+    references, gates : arrays, shapes (n_steps + 1, 3 n_sensors) and (n_steps + 1, n_gates)
+        Reference vectors in GCRS and availabilities (one or zero) of the sensors.
+    variances : array, shape (n_states,)
+        Initial variances.
+    C : array
+        Constants of `step`.
+    window, decrease, dt
+        Convergence window [steps], least relative decrease of the trace over it, step [s].
+    end_step, trace : arrays, shape (n,), written
+        Step at which the candidate ended and its trace there; NaN if the covariance lost
+        positivity.
+    record : array, shape (n or 0, n_steps + 1, n_states), written
+        Variance of each state at each step, if asked for.
+    """
+    n = rates.shape[0]
+    last_step = references.shape[0] - 1
+    W = np.zeros(N_SLOTS * LANES)
+    history = np.empty((LANES, last_step + 1))
+    candidate = np.full(LANES, -1)
+    clock = np.zeros(LANES, dtype=np.int64)
+    maneuver = np.zeros(LANES, dtype=np.int64)
+    healthy = np.ones(LANES, dtype=np.bool_)
+    active = 0
+    for lane in range(LANES):
+        candidate[lane] = take(queue, n)
+        clock[lane] = reset(W, lane, variances, C, history)
+        active += candidate[lane] >= 0
+    while active > 0:
+        for lane in range(LANES):
+            i, k = candidate[lane], clock[lane]
+            if i < 0:
+                continue
+            while maneuver[lane] < starts.shape[1] and starts[i, maneuver[lane]] <= k:
+                m = maneuver[lane]
+                maneuver[lane] += 1
+                # of several maneuvers that start together only the last one is flown
+                if maneuver[lane] == starts.shape[1] or starts[i, m + 1] > k:
+                    load_maneuver(W, lane, rates[i, m], dynamics, density, dt)
+                    healthy[lane] &= positive_definite(W, lane)
+            for j in range(N_REFERENCE):
+                W[(REFERENCE + j) * LANES + lane] = references[k + 1, j]
+            for j in range(N_GATES):
+                W[(GATE + j) * LANES + lane] = gates[k + 1, j]
+        step(W, C)
+        for lane in range(LANES):
+            i = candidate[lane]
+            if i < 0:
+                continue
+            k = clock[lane] + 1
+            clock[lane] = k
+            now = W[TRACE * LANES + lane]
+            history[lane, k] = now
+            if record.shape[0] > 0:
+                for j in range(N_STATES):
+                    record[i, k, j] = W[variance_slot(j) * LANES + lane]
+            if k < last_step and (k < over[i] or k < window):
+                continue
+            before = history[lane, max(k - window, 0)]
+            # not >=, so that a NaN ends the run as well
+            if k < last_step and before - now >= decrease * before:
+                continue
+            end_step[i] = k
+            trace[i] = now if healthy[lane] and positive_definite(W, lane) else np.nan
+            candidate[lane] = take(queue, n)
+            maneuver[lane] = 0
+            healthy[lane] = True
+            clock[lane] = reset(W, lane, variances, C, history)
+            active -= candidate[lane] < 0

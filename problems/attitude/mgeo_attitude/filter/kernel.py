@@ -1,0 +1,119 @@
+"""Finds, or generates and compiles, the filter kernel of a sensor suite.
+
+The generated module lives in the user's cache folder under a hash of its text and of everything
+that goes into its compilation; numba keeps the machine code beside it. So a suite is compiled once
+per machine. Two processes that start at once both compile and write the same bytes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import logging
+import os
+import stat
+import sys
+import tempfile
+import warnings
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from types import ModuleType
+
+import llvmlite
+import llvmlite.binding
+import numba
+import numpy as np
+import platformdirs
+
+from .codegen import module_source
+from .suite import Suite
+
+_log = logging.getLogger(__name__)
+
+#: Modules whose compiled functions the kernel calls: a change there must not find an old kernel.
+_INGREDIENTS = ("atomic.py", "discretization.py")
+
+
+def lanes() -> int:
+    """Candidates that one kernel call advances together: what fills a vector register."""
+    features = llvmlite.binding.get_host_cpu_features()
+    return 8 if features.get("avx512f") else 4
+
+
+@cache
+def load_kernel(suite: Suite, gated: tuple[bool, ...]) -> ModuleType:
+    """Kernel module of a suite; see `driver.run` for its function ``run``.
+
+    Parameters
+    ----------
+    suite : Suite
+    gated : tuple of bool
+        Which sensors are not available at every sample.
+    """
+    source = module_source(suite, gated, lanes(), cache=True)
+    name = f"kernel_{_digest(source)}"
+    if name in sys.modules:
+        return sys.modules[name]
+    folder = Path(os.environ.get("MGEO_CACHE_DIR") or platformdirs.user_cache_dir("mgeo"))
+    try:
+        path = _stored(folder / "kernels", name, source)
+        if not any(path.parent.glob(f"__pycache__/{name}.run-*.nbi")):
+            _announce()
+        return _imported(name, path)
+    except OSError as error:
+        warnings.warn(
+            f"kernel cache {folder} cannot be used ({error}); compiling in memory, again in every "
+            "process. Set MGEO_CACHE_DIR to a folder of your own.",
+            stacklevel=2,
+        )
+    _announce()
+    module = ModuleType(name)
+    exec(compile(module_source(suite, gated, lanes(), cache=False), name, "exec"), module.__dict__)
+    sys.modules[name] = module
+    return module
+
+
+def _digest(source: str) -> str:
+    here = resources.files(__package__)
+    parts = [source, numba.__version__, llvmlite.__version__, np.__version__, sys.version]
+    parts += [here.joinpath(name).read_text(encoding="utf-8") for name in _INGREDIENTS]
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
+
+
+def _stored(folder: Path, name: str, source: str) -> Path:
+    """Path of the module in a folder that only this user can write to."""
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if hasattr(os, "getuid"):
+        status = folder.stat()
+        if status.st_uid != os.getuid() or status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+            raise PermissionError(f"{folder} belongs to, or can be written by, somebody else")
+    path = folder / f"{name}.py"
+    if not path.exists() or path.read_text(encoding="utf-8") != source:
+        descriptor, temporary = tempfile.mkstemp(dir=folder, prefix=f".{name}-")
+        try:
+            with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+                file.write(source)
+            os.replace(temporary, path)
+        except BaseException:
+            os.unlink(temporary)
+            raise
+    return path
+
+
+def _imported(name: str, path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{path}: not a module")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+def _announce() -> None:
+    _log.warning("compiling the filter kernel of this sensor suite, once per machine (about 20 s)")

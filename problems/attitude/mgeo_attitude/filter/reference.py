@@ -1,0 +1,150 @@
+"""The reference filter: filterpy's Kalman filter on dense matrices, one design, full history.
+
+Slow and plain on purpose. It shares with the compiled kernel only the declaration of the suite and
+the tables of the run: F and Q come from Van Loan's matrix exponential, the attitude from scipy's
+rotations, and all sensors update together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from filterpy.kalman import KalmanFilter
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import block_diag, expm
+from scipy.spatial.transform import Rotation
+
+from .model import FilterModel
+from .timeline import decode, maneuver_steps
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FilterHistory:
+    """A filter run from its start to convergence, n samples.
+
+    Attributes
+    ----------
+    times : array, shape (n,)
+        [s]
+    trace : array, shape (n,)
+        Weighted trace of the covariance.
+    sigma : array, shape (n, n_states)
+        1-sigma of every state.
+    attitude : array, shape (n, 3, 3)
+        GCRS to body.
+    covariance : array, shape (n_states, n_states)
+        Covariance at the end.
+    blocks : tuple of str
+        Names of the state's 3-vectors.
+    converged : bool
+        False where the run ended at the scenario's duration.
+    """
+
+    times: Floats
+    trace: Floats
+    sigma: Floats
+    attitude: Floats
+    covariance: Floats
+    blocks: tuple[str, ...]
+    converged: bool
+
+    @property
+    def t_end(self) -> float:
+        """First objective of equation (5) [s]."""
+        return float(self.times[-1])
+
+
+def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
+    """Run the filter of equations (2) to (4) over one design, shape (4 m,)."""
+    rates, durations = (part[0] for part in decode(np.atleast_1d(design)))
+    starts, over = (part[0] for part in maneuver_steps(durations[None], model.step))
+    attitude = attitudes(rates, starts, model.n_steps, model.step)
+    H, R, seen = _measurements(model, attitude)
+
+    n = model.suite.n_states
+    kf = KalmanFilter(dim_x=n, dim_z=len(R))
+    kf.x = np.zeros(n)  # one-dimensional: filterpy broadcasts its (n, 1) default when given H
+    kf.P = np.diag(model.initial_sigma**2)
+    trace, sigma = [model.weights @ np.diag(kf.P)], [model.initial_sigma]
+    converged = False
+    for k in range(1, model.n_steps + 1):
+        flown = np.flatnonzero(starts == k - 1)
+        if flown.size:
+            kf.F, kf.Q = van_loan(model, rates[flown[-1]])
+        kf.predict()
+        rows = seen[k]
+        if rows.any():
+            kf.update(np.zeros(rows.sum()), R=np.diag(R[rows]), H=H[k, rows])
+        trace.append(model.weights @ np.diag(kf.P))
+        sigma.append(np.sqrt(np.diag(kf.P)))
+        before = k - model.window_steps
+        if k >= over and before >= 0:
+            converged = trace[before] - trace[k] < model.relative_decrease * trace[before]
+            if converged:
+                break
+    return FilterHistory(
+        times=model.step * np.arange(len(trace)),
+        trace=np.array(trace),
+        sigma=np.array(sigma),
+        attitude=attitude[: len(trace)],
+        covariance=kf.P,
+        blocks=model.suite.blocks,
+        converged=bool(converged),
+    )
+
+
+def attitudes(rates: Floats, starts: NDArray[np.int64], n_steps: int, step: float) -> Floats:
+    """Attitude at every sample of one design: GCRS to body, shape (n_steps + 1, 3, 3).
+
+    Parameters
+    ----------
+    rates : array, shape (m, 3)
+        Body rates of the maneuvers [rad/s].
+    starts : array, shape (m,)
+        Their first steps.
+    """
+    C = np.empty((n_steps + 1, 3, 3))
+    C[0] = np.eye(3)
+    for omega, first, last in zip(rates, starts, [*starts[1:], n_steps], strict=True):
+        steps = np.arange(first, min(last, n_steps) + 1)
+        if steps.size:
+            turns = Rotation.from_rotvec(-np.outer((steps - first) * step, omega))
+            C[steps] = turns.as_matrix() @ C[first]
+    return C
+
+
+def van_loan(model: FilterModel, omega: Floats) -> tuple[Floats, Floats]:
+    """Exact F and Q of one step at constant body rate `omega` [rad/s], both (n_states, n_states).
+
+    C. F. Van Loan, Computing integrals involving the matrix exponential, IEEE Transactions on
+    Automatic Control 23 (1978) 395-404.
+    """
+    suite, m = model.suite, model.suite.n_dynamic
+    A = suite.dynamics_matrix(omega)
+    upper = np.block([[-A, np.diag(suite.diffusion())], [np.zeros((m, m)), A.T]])
+    exponential = expm(upper * model.step)
+    F = exponential[m:, m:].T
+    Q = F @ exponential[:m, m:]
+    constant = suite.n_states - m
+    return block_diag(F, np.eye(constant)), block_diag(Q, np.zeros((constant, constant)))
+
+
+def _measurements(
+    model: FilterModel, attitude: Floats
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """H and the diagonal of R of all sensors' rows, and which rows are seen, at every sample."""
+    H, R, seen = [], [], []
+    for index, sensor in enumerate(model.suite.sensors):
+        v = np.einsum("kij,kj->ki", attitude, model.references[:, index])
+        H.append(model.suite.measurement_matrix(sensor, v))
+        R.extend(np.square(sensor.noise()))
+        mask = model.available[:, index]
+        view = sensor.field_of_view()
+        if view is not None:
+            boresight, half_angle = view
+            mask = mask & (v @ boresight >= np.cos(half_angle))
+        seen.extend([mask] * 3)
+    return np.concatenate(H, axis=1), np.array(R), np.stack(seen, axis=1)

@@ -1,0 +1,96 @@
+"""A sensor suite as one error state: names, columns as named vectors, dense twins."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scenario.settings import state_blocks
+from ..sensors import Gyro, Sensor
+from ..vector import Vec3
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Suite:
+    """A gyro and the sensors that aid it.
+
+    The error state is a list of 3-vectors, here called blocks: the attitude error, the gyro's
+    states, then those of each sensor in turn. For the paper's suite these are θ, b, φ, δs, ψ, δB.
+    """
+
+    gyro: Gyro
+    sensors: tuple[Sensor, ...]
+
+    @cached_property
+    def blocks(self) -> tuple[str, ...]:
+        """Names of the 3-vectors of the state, in order: ``attitude``, ``gyro.bias``..."""
+        return state_blocks(self.gyro, self.sensors)
+
+    @property
+    def n_states(self) -> int:
+        return 3 * len(self.blocks)
+
+    @property
+    def n_dynamic(self) -> int:
+        """Number of leading states that enter the attitude kinematics: attitude and gyro."""
+        return 3 * (1 + len(self.gyro.states()))
+
+    def initial_sigma(self, attitude_sigma: float) -> Floats:
+        """Initial 1-sigma of every state, shape (n_states,), for an attitude 1-sigma [rad]."""
+        sigmas = [attitude_sigma, *self.gyro.states().values()]
+        for sensor in self.sensors:
+            sigmas.extend(sensor.states().values())
+        return np.repeat(np.asarray(sigmas, dtype=float), 3)
+
+    def measure(self, sensor: Sensor, column: Sequence[Any], v: Vec3) -> Vec3:
+        """Apply a sensor's H to a state column without forming it."""
+        own = {state: self._block(column, f"{sensor.name}.{state}") for state in sensor.states()}
+        return sensor.measure(SimpleNamespace(theta=self._block(column, "attitude"), **own), v)
+
+    def derivative(self, column: Sequence[Any], omega: Vec3) -> list[Any]:
+        """Apply equation (2)'s dynamics to the `n_dynamic` leading states; floats only."""
+        own = {state: self._block(column, f"gyro.{state}") for state in self.gyro.states()}
+        rates = self.gyro.derivative(
+            SimpleNamespace(theta=self._block(column, "attitude"), **own), omega
+        )
+        zero = Vec3(0.0, 0.0, 0.0)
+        return [entry for state in ("theta", *own) for entry in rates.get(state, zero)]
+
+    def dynamics_matrix(self, omega: Floats) -> Floats:
+        """A in x' = A x for the dynamic states at body rate `omega` [rad/s]."""
+        columns = [self.derivative(list(unit), Vec3(*omega)) for unit in np.eye(self.n_dynamic)]
+        return np.array(columns, dtype=float).T.copy()
+
+    def measurement_matrix(self, sensor: Sensor, v: Floats) -> Floats:
+        """H of one sensor for its reference vector in body axes.
+
+        Parameters
+        ----------
+        v : array, shape (..., 3)
+
+        Returns
+        -------
+        array, shape (..., 3, n_states)
+        """
+        H = np.zeros((*v.shape, self.n_states))
+        for j, unit in enumerate(np.eye(self.n_states)):
+            for i, entry in enumerate(self.measure(sensor, list(unit), Vec3(*np.moveaxis(v, -1, 0)))):
+                H[..., i, j] = entry
+        return H
+
+    def diffusion(self) -> Floats:
+        """Diagonal of the process-noise density of the dynamic states, shape (n_dynamic,)."""
+        density = self.gyro.diffusion()
+        return np.repeat([density.get(state, 0.0) for state in ("theta", *self.gyro.states())], 3)
+
+    def _block(self, column: Sequence[Any], name: str) -> Vec3:
+        start = 3 * self.blocks.index(name)
+        return Vec3(*column[start : start + 3])

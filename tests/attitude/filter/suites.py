@@ -1,0 +1,21 @@
+"""Sensor suites that the filter's tests run over."""
+
+from mgeo_attitude import Gyro, Magnetometer, StarTracker, Suite, SunSensor
+
+SUITES = {
+    "paper": Suite(Gyro(), (SunSensor(), Magnetometer())),
+    "no magnetometer": Suite(Gyro(), (SunSensor(),)),
+    "no Sun sensor": Suite(Gyro(), (Magnetometer(),)),
+    "two Sun sensors": Suite(
+        Gyro(),
+        (
+            SunSensor(name="sun_x", boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0),
+            SunSensor(name="sun_z", boresight=(0.0, 1.0, -2.0), field_of_view_deg=100.0),
+            Magnetometer(),
+        ),
+    ),
+    "star tracker": Suite(Gyro(), (StarTracker(), Magnetometer())),
+    "full gyro": Suite(
+        Gyro(scale_factor=1e-3, misalignment_deg=0.1), (SunSensor(), Magnetometer())
+    ),
+}

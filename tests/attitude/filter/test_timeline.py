@@ -1,0 +1,42 @@
+"""Designs as maneuvers and steps."""
+
+import numpy as np
+import pytest
+from mgeo_attitude.filter.timeline import decode, maneuver_steps
+
+
+def test_decode_gives_radians_and_seconds():
+    rates, durations = decode([180.0, 0.0, -90.0, 10.0, 0.0, 36.0, 0.0, 0.5])
+    np.testing.assert_allclose(rates, [[[np.pi, 0, -np.pi / 2], [0, np.pi / 5, 0]]])
+    np.testing.assert_array_equal(durations, [[10.0, 0.5]])
+
+
+@pytest.mark.parametrize(
+    ("design", "message"),
+    [
+        ([1.0, 2.0, 3.0], r"shape \(3,\).*4 columns"),
+        ([0.0, 0.0, 0.0, -1.0], r"design 0.*-1\.0.*durations >= 0"),
+        ([[0.0, 0.0, 0.0, 1.0], [np.nan, 0.0, 0.0, 1.0]], r"design 1.*nan"),
+        ([[[0.0, 0.0, 0.0, 1.0]]], "expected 4 columns"),
+    ],
+)
+def test_bad_designs_are_named(design, message):
+    with pytest.raises(ValueError, match=message):
+        decode(design)
+
+
+@pytest.mark.parametrize(
+    ("durations", "step", "starts", "over"),
+    [
+        ([10.0, 20.0, 5.0], 1.0, [0, 10, 30], 35),
+        ([0.0, 0.0, 0.0], 1.0, [0, 0, 0], 0),
+        ([0.2, 0.2, 0.2], 1.0, [0, 1, 1], 1),  # the second ends before its first step
+        ([1.5, 1.5, 0.1], 1.0, [0, 2, 3], 4),
+        ([10.0, 20.0, 5.0], 5.0, [0, 2, 6], 7),
+        ([2000.0, 2000.0, 2000.0], 1.0, [0, 2000, 4000], 6000),
+    ],
+)
+def test_maneuvers_begin_at_the_first_step_at_or_after_their_start(durations, step, starts, over):
+    found, end = maneuver_steps(np.array([durations]), step)
+    np.testing.assert_array_equal(found, [starts])
+    np.testing.assert_array_equal(end, [over])
