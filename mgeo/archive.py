@@ -1,0 +1,113 @@
+"""The set of the best points found: exact, in a fixed order, cheap to extend."""
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.core.population import Population
+
+from mgeo.crowding import thin
+from mgeo.dominance import BoolArray, FloatArray, nondominated, uncovered
+
+
+class ParetoArchive:
+    """Mutually nondominated points, every objective minimized.
+
+    - Of equal objective vectors the first one found is kept.
+    - A point with a NaN or an infinity among its objectives, or a NaN violation, is rejected.
+    - Until a feasible point is found the archive holds those of the least violation seen (the
+      nondominated among them, if several share it); from then on feasible points only.
+    - Points stand in ascending order of the first objective, and where that is equal (possible
+      with three objectives or more) in the order in which they were found.
+    - With `max_size`, each batch is followed by `mgeo.crowding.thin`. The first and last point
+      of each objective stay; what was given up may return, so the set is no longer exact.
+
+    Parameters
+    ----------
+    n_obj : number of objectives. With one, the archive is the best point.
+    max_size : largest number of points to keep, at least 2 n_obj; None for no limit.
+
+    Attributes
+    ----------
+    F : (n, n_obj) objective vectors.
+    individuals : (n,) the objects they belong to, a pymoo `Population`.
+    violation : constraint violation that all points share; 0 if feasible, inf while empty.
+    n_rejected : how many points were rejected as not finite.
+    """
+
+    def __init__(self, n_obj: int, max_size: int | None = None) -> None:
+        if n_obj < 1:
+            raise ValueError(f"n_obj = {n_obj}: expected at least 1 objective")
+        if max_size is not None and max_size < 2 * n_obj:
+            raise ValueError(
+                f"max_size = {max_size}: expected at least {2 * n_obj}, the extremes of "
+                f"{n_obj} objectives, or None"
+            )
+        self.max_size = max_size
+        self.F: FloatArray = np.empty((0, n_obj))
+        self.individuals: Population = np.empty(0, dtype=object).view(Population)
+        self.violation = np.inf
+        self.n_rejected = 0
+
+    def __len__(self) -> int:
+        return len(self.F)
+
+    def add(
+        self, F: FloatArray, individuals: NDArray[np.object_], violation: FloatArray | None = None
+    ) -> BoolArray:
+        """Put a batch to the Pareto test.
+
+        Parameters
+        ----------
+        F : (k, n_obj) objective vectors.
+        individuals : (k,) the objects to keep with them.
+        violation : (k,) constraint violations, 0 where feasible; None if all are.
+
+        Returns
+        -------
+        (k,) mask of the points that entered (before thinning).
+
+        Raises
+        ------
+        ValueError : if the shapes do not agree.
+        """
+        F = np.asarray(F, dtype=float)
+        violation = np.zeros(len(F)) if violation is None else np.asarray(violation, dtype=float)
+        self._check_shapes(F, individuals, violation)
+        entered = np.isfinite(F).all(axis=1) & ~np.isnan(violation)
+        self.n_rejected += len(F) - int(np.count_nonzero(entered))
+        if not entered.any():
+            return entered
+        least = violation[entered].min()
+        if least > self.violation:
+            return np.zeros(len(F), dtype=np.bool_)
+        if least < self.violation:
+            self.violation = float(least)
+            self._keep(np.zeros(len(self), dtype=np.bool_))
+        entered &= violation == least
+        entered[entered] = nondominated(F[entered])
+        entered[entered] = uncovered(F[entered], self.F)
+        if entered.any():
+            self._insert(F[entered], individuals[entered])
+        return entered
+
+    def _insert(self, F: FloatArray, individuals: NDArray[np.object_]) -> None:
+        order = np.argsort(F[:, 0], kind="stable")
+        F, individuals = F[order], individuals[order]
+        self._keep(uncovered(self.F, F))
+        places = np.searchsorted(self.F[:, 0], F[:, 0], side="right")
+        self.F = np.insert(self.F, places, F, axis=0)
+        self.individuals = np.insert(self.individuals, places, individuals)
+        if self.max_size is not None:
+            self._keep(thin(self.F, self.max_size))
+
+    def _keep(self, kept: BoolArray) -> None:
+        if not kept.all():
+            self.F, self.individuals = self.F[kept], self.individuals[kept]
+
+    def _check_shapes(
+        self, F: FloatArray, individuals: NDArray[np.object_], violation: FloatArray
+    ) -> None:
+        if F.ndim != 2 or F.shape[1] != self.F.shape[1]:
+            raise ValueError(f"F of shape {F.shape}: expected (k, {self.F.shape[1]})")
+        for name, array in (("individuals", individuals), ("violation", violation)):
+            if np.shape(array) != (len(F),):
+                raise ValueError(f"{name} of shape {np.shape(array)}: expected ({len(F)},)")
