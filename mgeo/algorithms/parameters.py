@@ -1,0 +1,86 @@
+"""Checks of what a user passes in: each error names the value and what was expected."""
+
+import difflib
+import math
+from collections.abc import Collection, Iterable
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+
+from mgeo.dominance import FloatArray
+
+
+def integer(name: str, value: Any, *, low: int) -> int:
+    """An int of at least `low`.
+
+    Raises
+    ------
+    TypeError : for anything but an integer (bool included).
+    ValueError : if too small.
+    """
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
+        raise TypeError(f"{name} = {value!r}: expected an integer of at least {low}")
+    if value < low:
+        raise ValueError(f"{name} = {value!r}: expected an integer of at least {low}")
+    return int(value)
+
+
+def number(name: str, value: Any, *, above: float = -math.inf, low: float = -math.inf) -> float:
+    """A finite float, greater than `above` and not less than `low`.
+
+    Raises
+    ------
+    TypeError : for anything but a real number (bool included).
+    ValueError : if out of range.
+    """
+    expected = f"a finite number {f'> {above:g}' if above > -math.inf else f'>= {low:g}'}"
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
+        raise TypeError(f"{name} = {value!r}: expected {expected}")
+    converted = float(value)
+    if not (math.isfinite(converted) and converted > above and converted >= low):
+        raise ValueError(f"{name} = {value!r}: expected {expected}")
+    return converted
+
+
+def numbers(name: str, value: Any, *, above: float) -> float | FloatArray:
+    """A `number`, or a one-dimensional array of them (a copy)."""
+    if np.ndim(value) == 0:
+        return number(name, value[()] if isinstance(value, np.ndarray) else value, above=above)
+    checked = [number(f"{name}[{i}]", entry, above=above) for i, entry in enumerate(value)]
+    return np.array(checked)
+
+
+def choice(name: str, value: Any, choices: Collection[str]) -> str:
+    """One of `choices`.
+
+    Raises
+    ------
+    ValueError : if it is none of them.
+    """
+    if not isinstance(value, str) or value not in choices:
+        known = ", ".join(repr(c) for c in choices)
+        raise ValueError(
+            f"{name} = {value!r}: expected one of {known}{_did_you_mean(value, choices)}"
+        )
+    return value
+
+
+def refuse_unknown(given: Iterable[str], known: Collection[str], where: str) -> None:
+    """Refuse keywords that nobody reads.
+
+    Raises
+    ------
+    TypeError : naming the first unknown keyword, the likeliest known one and where it came in.
+    """
+    for name in given:
+        if name not in known:
+            raise TypeError(
+                f"{where} got an unknown keyword {name!r}{_did_you_mean(name, known)}; "
+                f"known are {', '.join(sorted(known))}"
+            )
+
+
+def _did_you_mean(value: Any, known: Collection[str]) -> str:
+    close = difflib.get_close_matches(str(value), known, n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""
