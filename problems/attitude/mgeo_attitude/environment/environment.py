@@ -1,0 +1,135 @@
+"""What surrounds the satellite during a run, sampled at every step of the filter."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from datetime import timedelta
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scenario.orbit import TLEOrbit
+from .field import geomagnetic_field
+from .kepler import Elements, j2_secular, two_body
+from .shadow import lit_fraction
+from .sun import sun_direction, sun_position
+from .time_frames import Instants, gcrs_to_itrs, instants, rotate
+from .tle import sgp4_gcrs
+
+if TYPE_CHECKING:
+    from ..scenario import Scenario
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Environment:
+    """Tables of a run in GCRS axes, one row a sample; copies that cannot be written to.
+
+    Attributes
+    ----------
+    times : array (n,)
+        Seconds since the epoch, increasing.
+    position, velocity : array (n, 3)
+        Satellite [m], [m/s].
+    sun : array (n, 3)
+        Unit vectors from the satellite to the Sun (geometric).
+    field : array (n, 3)
+        Geomagnetic field [nT].
+    sunlit : array (n,) of bool
+        False where the Earth covers more than half of the Sun (umbra and half the penumbra).
+
+    Raises
+    ------
+    ValueError
+        For an array of another shape, with NaN or infinity, times that do not increase, or a
+        `sun` that is not of unit length.
+    TypeError
+        If `sunlit` is not of bool.
+    """
+
+    times: Array
+    position: Array
+    velocity: Array
+    sun: Array
+    field: Array
+    sunlit: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        n = np.size(self.times)
+        for name in ("times", "position", "velocity", "sun", "field"):
+            shape = (n,) if name == "times" else (n, 3)
+            object.__setattr__(self, name, _table(name, getattr(self, name), shape))
+        if n == 0 or not (np.diff(self.times) > 0.0).all():
+            raise ValueError("times: expected at least one instant, in increasing order [s]")
+        lengths = np.linalg.norm(self.sun, axis=1)
+        if np.abs(lengths - 1.0).max() > 1e-9:
+            raise ValueError("sun: expected unit vectors from the satellite to the Sun")
+        if np.asarray(self.sunlit).dtype != np.bool_:
+            raise TypeError(f"sunlit: expected bool, not {np.asarray(self.sunlit).dtype}")
+        object.__setattr__(self, "sunlit", _read_only("sunlit", self.sunlit, (n,)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Rebuild copies and pickles by the constructor: numpy would make them writable."""
+        return type(self), tuple(getattr(self, f.name) for f in dataclasses.fields(self))
+
+    @classmethod
+    def from_scenario(cls, scenario: Scenario) -> Environment:
+        """Compute the tables of a scenario at its `times`, about 0.7 s for two orbits at 1 s.
+
+        Raises
+        ------
+        ValueError
+            If the run leaves the years of the field model or the orbit enters the Earth.
+        ImportError, SGP4Error
+            From an orbit by a two-line element set; see `sgp4_gcrs`.
+        """
+        times = scenario.times
+        at = instants(scenario.epoch, times)
+        position, velocity = _orbit(scenario, at)
+        sun = sun_position(at)
+        to_itrs = gcrs_to_itrs(at)
+        middle = scenario.epoch + timedelta(seconds=0.5 * float(times[0] + times[-1]))
+        field = geomagnetic_field(rotate(to_itrs, position), middle)
+        return cls(
+            times=times,
+            position=position,
+            velocity=velocity,
+            sun=sun_direction(position, sun),
+            field=rotate(np.swapaxes(to_itrs, 1, 2), field),
+            sunlit=lit_fraction(position, sun) >= 0.5,
+        )
+
+
+def _orbit(scenario: Scenario, at: Instants) -> tuple[Array, Array]:
+    orbit = scenario.orbit
+    if isinstance(orbit, TLEOrbit):
+        return sgp4_gcrs(orbit.line1, orbit.line2, at)
+    elements = Elements(
+        semi_major_axis=orbit.semi_major_axis,
+        eccentricity=orbit.eccentricity,
+        inclination=math.radians(orbit.inclination_deg),
+        raan=math.radians(orbit.raan_deg),
+        argument_of_perigee=math.radians(orbit.argument_of_perigee_deg),
+        true_anomaly=math.radians(orbit.true_anomaly_deg),
+    )
+    propagate = {"two-body": two_body, "j2": j2_secular}[orbit.propagator]
+    return propagate(elements, scenario.times)
+
+
+def _table(name: str, values: Any, shape: tuple[int, ...]) -> Array:
+    table = _read_only(name, np.asarray(values, dtype=np.float64), shape)
+    if not np.isfinite(table).all():
+        raise ValueError(f"{name}: expected finite numbers, found NaN or infinity")
+    return table
+
+
+def _read_only(name: str, values: Any, shape: tuple[int, ...]) -> NDArray[Any]:
+    table = np.array(values)
+    if table.shape != shape:
+        raise ValueError(f"{name}: expected an array of shape {shape}, not {table.shape}")
+    table.setflags(write=False)
+    return table

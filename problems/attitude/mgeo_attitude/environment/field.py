@@ -1,0 +1,55 @@
+"""Geomagnetic field by the reference model IGRF-14 (IAGA), evaluated by ppigrf."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+import numpy as np
+import ppigrf
+from numpy.typing import NDArray
+
+from ..constants import FIELD_MODEL_END, FIELD_MODEL_START
+from .time_frames import as_utc
+
+Array = NDArray[np.float64]
+
+# East and south are undefined on the axis. 1e-7° beside it (1 cm) they are, and the field vector
+# is the same to 1e-4 nT as long as these directions are taken at the same point.
+_NEAREST_TO_POLE = np.radians(1e-7)
+
+
+def geomagnetic_field(position: Array, date: datetime) -> Array:
+    """Field [nT] at positions [m], both ITRS and of shape (n, 3), on one date for all of them.
+
+    The field drifts by some 0.3 nT a day, so the middle of a run stands for all of it.
+
+    Raises
+    ------
+    ValueError
+        If the date has no UTC offset or is outside the model's years, 1900 to 2030.
+    """
+    utc = as_utc(date)
+    if not FIELD_MODEL_START <= utc <= FIELD_MODEL_END:
+        raise ValueError(
+            f"date = {date.isoformat()}: expected a date in the years of IGRF-14, from "
+            f"{FIELD_MODEL_START:%Y-%m-%d} to {FIELD_MODEL_END:%Y-%m-%d} UTC"
+        )
+    x, y, z = position.T
+    radius = np.linalg.norm(position, axis=1)
+    colatitude = np.clip(np.arctan2(np.hypot(x, y), z), _NEAREST_TO_POLE, np.pi - _NEAREST_TO_POLE)
+    longitude = np.arctan2(y, x)
+    # One date, not one per sample: ppigrf returns every combination of dates and points.
+    outward, southward, eastward = ppigrf.igrf_gc(
+        radius / 1e3, np.degrees(colatitude), np.degrees(longitude), utc.replace(tzinfo=None)
+    )
+    sin_c, cos_c = np.sin(colatitude), np.cos(colatitude)
+    sin_l, cos_l = np.sin(longitude), np.cos(longitude)
+    horizontal = outward[0] * sin_c + southward[0] * cos_c
+    return np.stack(
+        [
+            horizontal * cos_l - eastward[0] * sin_l,
+            horizontal * sin_l + eastward[0] * cos_l,
+            outward[0] * cos_c - southward[0] * sin_c,
+        ],
+        axis=1,
+    )

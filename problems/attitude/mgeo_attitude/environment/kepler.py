@@ -1,0 +1,176 @@
+"""Two-body motion and the first-order secular effect of J2, on arrays of times."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
+
+Array = NDArray[np.float64]
+
+_TOLERANCE = 1e-14  # rad, last Newton step
+_MAX_ITERATIONS = 50  # fewer than 10 are needed; this only bounds the loop
+_SERIES_BELOW = 0.5  # rad; there E - sin E cancels and 8 terms of its series are exact
+
+
+class Elements(NamedTuple):
+    """Keplerian elements of an ellipse about the Earth: meters and radians."""
+
+    semi_major_axis: float
+    eccentricity: float
+    inclination: float
+    raan: float
+    argument_of_perigee: float
+    true_anomaly: float
+
+
+def orbital_period(semi_major_axis: float) -> float:
+    """Keplerian period [s] for a semi-major axis [m]."""
+    return math.tau * math.sqrt(semi_major_axis**3 / EARTH_MU)
+
+
+def two_body(elements: Elements, times: ArrayLike) -> tuple[Array, Array]:
+    """Position [m] and velocity [m/s], shape (n, 3), at `times` [s] after the elements' epoch.
+
+    They refer to the inertial axes of the elements.
+    """
+    return _propagate(elements, times, (0.0, 0.0, 0.0))
+
+
+def j2_secular(elements: Elements, times: ArrayLike) -> tuple[Array, Array]:
+    """As `two_body`, with mean elements that drift by `secular_rates`.
+
+    The velocity is the Keplerian one of the drifting elements: it leaves out the motion of the
+    node and the perigee, of relative size J2. The axis of J2 is the z axis of the elements.
+    """
+    rates = secular_rates(elements.semi_major_axis, elements.eccentricity, elements.inclination)
+    return _propagate(elements, times, rates)
+
+
+def secular_rates(
+    semi_major_axis: float, eccentricity: float, inclination: float
+) -> tuple[float, float, float]:
+    """Drift of node, argument of perigee and mean anomaly by J2 [rad/s], to first order.
+
+    The mean anomaly's drift is what J2 adds to the Keplerian mean motion. Source: Kozai, The
+    motion of a close Earth satellite (Astron. J. 64, 1959), equation 14, where the node and the
+    perigee drift in proportion to the disturbed mean motion.
+    """
+    eta_squared = 1.0 - eccentricity**2
+    parameter = semi_major_axis * eta_squared
+    sin_squared = math.sin(inclination) ** 2
+    keplerian_motion = math.tau / orbital_period(semi_major_axis)
+    strength = 0.75 * EARTH_J2 * (EARTH_RADIUS / parameter) ** 2
+    mean_rate = keplerian_motion * strength * math.sqrt(eta_squared) * (2.0 - 3.0 * sin_squared)
+    motion = keplerian_motion + mean_rate
+    return (
+        -2.0 * motion * strength * math.cos(inclination),
+        motion * strength * (4.0 - 5.0 * sin_squared),
+        mean_rate,
+    )
+
+
+def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Array:
+    """Solve Kepler's equation M = E - e sin E for E [rad], any shape, e up to the last below 1.
+
+    Newton's method from above the root, where the equation is convex and each step falls short of
+    it, so that it cannot diverge. The revolution of M is kept.
+
+    Raises
+    ------
+    ValueError
+        If the eccentricity is outside [0, 1) or the mean anomaly is not finite.
+    ArithmeticError
+        If the last step stays above 1e-14 rad.
+    """
+    _check_eccentricity(eccentricity)
+    mean = np.asarray(mean_anomaly, dtype=np.float64)
+    if not np.isfinite(mean).all():
+        raise ValueError("mean_anomaly: expected finite angles [rad], found NaN or infinity")
+    revolutions = math.tau * np.round(mean / math.tau)
+    folded = np.abs(mean - revolutions)  # in [0, pi]; the equation is odd in M
+    # Bounds of the root: sin E <= 1 and sin E <= E, and E - sin E >= E³/pi² for e near 1.
+    anomaly = np.minimum(folded + eccentricity, folded / (1.0 - eccentricity))
+    if eccentricity > 0.5:
+        anomaly = np.minimum(anomaly, np.cbrt(math.pi**2 * folded / eccentricity))
+    anomaly = np.minimum(anomaly, math.pi)
+    for _ in range(_MAX_ITERATIONS):
+        slope = (1.0 - eccentricity) + 2.0 * eccentricity * np.sin(0.5 * anomaly) ** 2
+        step = (_mean_anomaly(anomaly, eccentricity) - folded) / slope
+        anomaly = anomaly - step
+        if np.max(np.abs(step), initial=0.0) <= _TOLERANCE:
+            return revolutions + np.copysign(anomaly, mean - revolutions)
+    raise ArithmeticError(
+        f"Kepler's equation: a step of {np.max(np.abs(step)):.3g} rad after {_MAX_ITERATIONS} "
+        f"iterations, expected at most {_TOLERANCE:g} (eccentricity = {eccentricity!r})"
+    )
+
+
+def mean_from_true(true_anomaly: float, eccentricity: float) -> float:
+    """Mean anomaly [rad] in [-pi, pi] of a true anomaly [rad]."""
+    _check_eccentricity(eccentricity)
+    half = 0.5 * math.remainder(true_anomaly, math.tau)
+    eccentric = 2.0 * math.atan2(
+        math.sqrt(1.0 - eccentricity) * math.sin(half),
+        math.sqrt(1.0 + eccentricity) * math.cos(half),
+    )
+    return float(_mean_anomaly(np.asarray(eccentric), eccentricity))
+
+
+def _propagate(
+    elements: Elements, times: ArrayLike, rates: tuple[float, float, float]
+) -> tuple[Array, Array]:
+    a, e, inclination, raan, perigee, true_anomaly = elements
+    t = np.asarray(times, dtype=np.float64)
+    raan_rate, perigee_rate, mean_rate = rates
+    motion = math.tau / orbital_period(a) + mean_rate
+    eccentric = eccentric_anomaly(mean_from_true(true_anomaly, e) + motion * t, e)
+
+    sin_e, cos_e = np.sin(eccentric), np.cos(eccentric)
+    minor = math.sqrt(1.0 - e * e)
+    speed = math.sqrt(EARTH_MU / a) / (1.0 - e * cos_e)
+    toward_perigee, along = _perifocal_axes(
+        raan + raan_rate * t, perigee + perigee_rate * t, inclination
+    )
+    position = (a * (cos_e - e))[:, None] * toward_perigee + (a * minor * sin_e)[:, None] * along
+    velocity = (-speed * sin_e)[:, None] * toward_perigee + (speed * minor * cos_e)[:, None] * along
+    return position, velocity
+
+
+def _perifocal_axes(raan: Array, perigee: Array, inclination: float) -> tuple[Array, Array]:
+    """Unit vectors toward perigee and 90° after it, shape (n, 3)."""
+    zero = np.zeros_like(raan)
+    node = np.stack([np.cos(raan), np.sin(raan), zero], axis=1)
+    ahead = np.stack(
+        [
+            -math.cos(inclination) * np.sin(raan),
+            math.cos(inclination) * np.cos(raan),
+            zero + math.sin(inclination),
+        ],
+        axis=1,
+    )
+    cosine, sine = np.cos(perigee)[:, None], np.sin(perigee)[:, None]
+    return cosine * node + sine * ahead, cosine * ahead - sine * node
+
+
+def _mean_anomaly(eccentric: Array, eccentricity: float) -> Array:
+    """M = E - e sin E, written (1 - e) E + e (E - sin E) to keep its digits as e nears 1."""
+    return (1.0 - eccentricity) * eccentric + eccentricity * _minus_sine(eccentric)
+
+
+def _minus_sine(angle: Array) -> Array:
+    """The difference of an angle and its sine, without cancellation at small angles."""
+    square = np.minimum(angle * angle, _SERIES_BELOW**2)
+    series = np.ones_like(square)
+    for k in range(8, 0, -1):
+        series = 1.0 - square / ((2 * k + 2) * (2 * k + 3)) * series
+    return np.where(np.abs(angle) < _SERIES_BELOW, angle**3 / 6.0 * series, angle - np.sin(angle))
+
+
+def _check_eccentricity(eccentricity: float) -> None:
+    if not 0.0 <= eccentricity < 1.0:
+        raise ValueError(f"eccentricity = {eccentricity!r}: expected a number in [0, 1)")

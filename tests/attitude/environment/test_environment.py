@@ -1,0 +1,156 @@
+"""The tables as a whole against a slow computation of its own, and what they refuse."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import pickle
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+import erfa
+import numpy as np
+import ppigrf
+import pytest
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.environment.time_frames import instants
+from mgeo_attitude.environment.tle import sgp4_gcrs
+from mgeo_attitude.scenario import Orbit, Scenario, TLEOrbit
+
+EPOCH = datetime(2020, 6, 19, 21, 30, tzinfo=UTC)  # the run passes midnight
+TABLES = ("times", "position", "velocity", "sun", "field", "sunlit")
+
+
+@pytest.fixture(scope="module")
+def scenario() -> Scenario:
+    return dataclasses.replace(Scenario.paper(), epoch=EPOCH, step=20.0, duration=12000.0)
+
+
+@pytest.fixture(scope="module")
+def environment(scenario: Scenario) -> Environment:
+    return Environment.from_scenario(scenario)
+
+
+def slow_field(position: np.ndarray, date: datetime, seconds: float) -> np.ndarray:
+    """Field at one GCRS position by geodetic coordinates, its own date and the full series."""
+    at = instants(date, [seconds])
+    to_itrs = erfa.c2t06a(at.midnight, at.tt[0], at.midnight, at.ut[0], 0.0, 0.0)
+    longitude, latitude, height = erfa.gc2gd(1, to_itrs @ position)
+    moment = (date + timedelta(seconds=seconds)).replace(tzinfo=None)
+    east, north, up = ppigrf.igrf(np.degrees(longitude), np.degrees(latitude), height / 1e3, moment)
+    to_north_east_up = erfa.rz(np.pi, erfa.ry(np.pi / 2 - latitude, erfa.rz(longitude, np.eye(3))))
+    local = np.array([north[0], -east[0], up[0]])
+    return (to_north_east_up @ to_itrs).T @ local
+
+
+def test_field_against_the_geodetic_route(scenario: Scenario, environment: Environment) -> None:
+    for k in range(0, scenario.n_steps + 1, 40):
+        slow = slow_field(environment.position[k], EPOCH, float(environment.times[k]))
+        np.testing.assert_allclose(environment.field[k], slow, rtol=0.0, atol=0.1)
+
+
+def test_tables_of_a_run(scenario: Scenario, environment: Environment) -> None:
+    n = scenario.n_steps + 1
+    np.testing.assert_array_equal(environment.times, 20.0 * np.arange(n))
+    for name in ("position", "velocity", "sun", "field"):
+        assert getattr(environment, name).shape == (n, 3)
+    radius = np.linalg.norm(environment.position, axis=1)
+    assert radius.min() == pytest.approx(7130982.0 * (1.0 - 0.001111), abs=100.0)
+    assert radius.max() == pytest.approx(7130982.0 * (1.0 + 0.001111), abs=100.0)
+    strength = np.linalg.norm(environment.field, axis=1)
+    assert 15e3 < strength.min() < strength.max() < 50e3
+    assert environment.sunlit.mean() == pytest.approx(0.672, abs=0.005)
+
+
+def test_shadow_does_not_depend_on_the_eclipse_option(environment: Environment) -> None:
+    """Whether it blinds a sensor is not the environment's business."""
+    with_eclipse = dataclasses.replace(
+        Scenario.paper(), epoch=EPOCH, step=20.0, duration=12000.0, eclipse=True
+    )
+    found = Environment.from_scenario(with_eclipse)
+    np.testing.assert_array_equal(found.sunlit, environment.sunlit)
+
+
+def test_j2_orbit_leaves_the_two_body_orbit_slowly(
+    scenario: Scenario, environment: Environment
+) -> None:
+    assert isinstance(scenario.orbit, Orbit)
+    orbit = dataclasses.replace(scenario.orbit, propagator="j2")
+    found = Environment.from_scenario(dataclasses.replace(scenario, orbit=orbit))
+    apart = np.linalg.norm(found.position - environment.position, axis=1)
+    assert apart[0] < 1e-6
+    assert 1e4 < apart[-1] < 2e5
+
+
+def test_orbit_by_an_element_set(scenario: Scenario) -> None:
+    tle = TLEOrbit(
+        line1="1 06251U 62025E   06176.82412014  .00008885  00000-0  12808-3 0  3985",
+        line2="2 06251  58.0579  54.0425 0030035 139.1568 221.1854 15.56387291  6774",
+    )
+    epoch = datetime(2006, 6, 26, tzinfo=UTC)
+    found = Environment.from_scenario(dataclasses.replace(scenario, orbit=tle, epoch=epoch))
+    position, velocity = sgp4_gcrs(tle.line1, tle.line2, instants(epoch, scenario.times))
+    np.testing.assert_array_equal(found.position, position)
+    np.testing.assert_array_equal(found.velocity, velocity)
+    steps = np.linalg.norm(np.diff(position, axis=0), axis=1) / 20.0
+    np.testing.assert_allclose(steps, np.linalg.norm(velocity, axis=1)[1:], rtol=1e-3)
+
+
+def test_tables_cannot_be_written_to_even_in_copies(environment: Environment) -> None:
+    for copied in (
+        environment,
+        pickle.loads(pickle.dumps(environment)),
+        copy.deepcopy(environment),
+    ):
+        for name in TABLES:
+            table = getattr(copied, name)
+            np.testing.assert_array_equal(table, getattr(environment, name))
+            with pytest.raises(ValueError, match="read-only"):
+                table[0] = 0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        environment.times = np.zeros(3)  # type: ignore[misc]  # that it fails is the test
+
+
+def tables() -> dict[str, Any]:
+    return {
+        "times": [0.0, 1.0],
+        "position": np.full((2, 3), 7e6),
+        "velocity": np.ones((2, 3)),
+        "sun": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        "field": np.ones((2, 3)),
+        "sunlit": [True, False],
+    }
+
+
+def test_arrays_given_are_copied() -> None:
+    given = tables()
+    environment = Environment(**given)
+    given["position"][0, 0] = 0.0
+    assert environment.position[0, 0] == 7e6
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "error", "message"),
+    [
+        ("position", np.ones((3, 3)), ValueError, r"position: .*shape \(2, 3\), not \(3, 3\)"),
+        ("field", np.ones(2), ValueError, r"field: .*shape \(2, 3\), not \(2,\)"),
+        ("times", [[0.0], [1.0]], ValueError, r"times: .*shape \(2,\), not \(2, 1\)"),
+        ("velocity", np.full((2, 3), np.nan), ValueError, "velocity: expected finite"),
+        ("field", np.full((2, 3), np.inf), ValueError, "field: expected finite"),
+        ("times", [1.0, 1.0], ValueError, "times: .*increasing"),
+        ("sun", np.ones((2, 3)), ValueError, "sun: expected unit vectors"),
+        ("sunlit", [1, 0], TypeError, "sunlit: expected bool, not int64"),
+        ("sunlit", [True], ValueError, r"sunlit: .*shape \(2,\), not \(1,\)"),
+    ],
+)
+def test_bad_tables_are_refused(
+    name: str, value: Any, error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message):
+        Environment(**{**tables(), name: value})
+
+
+def test_an_empty_run_is_refused() -> None:
+    empty = np.empty((0, 3))
+    with pytest.raises(ValueError, match="at least one instant"):
+        Environment(np.empty(0), empty, empty, empty, empty, np.empty(0, dtype=bool))

@@ -1,0 +1,43 @@
+"""The Sun against SOFA's published vector and directions by other ephemerides."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+from mgeo_attitude.constants import ASTRONOMICAL_UNIT
+from mgeo_attitude.environment.sun import sun_direction, sun_position
+from mgeo_attitude.environment.time_frames import Instants, instants
+
+
+def test_heliocentric_earth_of_sofa() -> None:
+    day = np.array([53411.52501161])
+    sun = sun_position(Instants(2400000.5, ut=day, tt=day))
+    earth = [-0.7757238809297706813, 0.5598052241363340596, 0.2426998466481686993]
+    np.testing.assert_allclose(-sun[0] / ASTRONOMICAL_UNIT, earth, rtol=0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("date", "published"),
+    [
+        (datetime(2020, 6, 19, tzinfo=UTC), (0.03654755, 0.91688813, 0.39746753)),
+        (datetime(2024, 3, 20, tzinfo=UTC), (0.99996778, -0.00736415, -0.00319557)),
+    ],
+)
+def test_direction_against_other_ephemerides(
+    date: datetime, published: tuple[float, float, float]
+) -> None:
+    """Geocentric directions on which four ephemerides agree to 4e-6°."""
+    sun = sun_position(instants(date, [0.0]))
+    direction = sun_direction(np.zeros((1, 3)), sun)[0]
+    assert np.degrees(np.linalg.norm(np.cross(direction, published))) < 4e-6
+    assert direction @ published > 0.0
+
+
+def test_direction_starts_at_the_satellite() -> None:
+    position = np.array([[7e6, 0.0, 0.0], [0.0, 7e6, 0.0]])
+    sun = np.array([[7e6, 1e11, 0.0], [0.0, 0.0, 1e11]])
+    direction = sun_direction(position, sun)
+    np.testing.assert_allclose(np.linalg.norm(direction, axis=1), 1.0, rtol=1e-15)
+    np.testing.assert_allclose(direction, [[0.0, 1.0, 0.0], [0.0, -7e-5, 1.0]], atol=1e-8)
