@@ -1,0 +1,67 @@
+"""Files that are written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+
+
+def write_file(path: Path | str, content: bytes) -> None:
+    """Write one file; a reader sees the old content or the new one, never a part.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written; what was there before is then unchanged.
+    """
+    path = Path(path)
+    write_files(path.parent, {path.name: content})
+
+
+def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
+    """Write several files of one folder; all reach the disk before the first takes its name.
+
+    So a full disk leaves the folder as it was. They take their names in the order given: what
+    tells a reader that the others are complete goes last.
+
+    Raises
+    ------
+    OSError
+        If one cannot be written.
+    """
+    folder = Path(folder)
+    staged: dict[Path, Path] = {}
+    try:
+        for name, content in contents.items():
+            temporary = folder / f".{name}.{secrets.token_hex(4)}.tmp"
+            staged[temporary] = folder / name
+            _write_through(temporary, content)
+        for temporary, path in staged.items():
+            os.replace(temporary, path)
+    except BaseException:  # an interrupt must not leave temporary files either
+        for temporary in staged:
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
+        raise
+    _sync_folder(folder)
+
+
+def _write_through(path: Path, content: bytes) -> None:
+    # "x": never write into a file (or through a link) that somebody else put there
+    with path.open("xb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _sync_folder(folder: Path) -> None:
+    if os.name == "nt":  # Windows cannot open a folder, and its renames are durable
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

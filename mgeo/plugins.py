@@ -1,0 +1,139 @@
+"""Problems installed as plugins: found without importing them, loaded only when asked for.
+
+A plugin is a distribution with an entry point in the group ``mgeo.problems`` that names a pymoo
+`Problem` class::
+
+    [project.entry-points."mgeo.problems"]
+    attitude = "mgeo_attitude:AttitudeManeuverProblem"
+"""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pymoo.core.problem import Problem
+
+GROUP = "mgeo.problems"
+
+
+class PluginError(ValueError):
+    """A plugin that does not exist, exists twice, or does not load."""
+
+
+@dataclass(frozen=True)
+class Plugin:
+    """An installed problem that has not been imported yet."""
+
+    name: str
+    distribution: str
+    version: str
+    entry_point: EntryPoint
+
+    def load(self) -> type[Problem]:
+        """The problem class.
+
+        Raises
+        ------
+        PluginError
+            If the module cannot be imported or the entry point is no pymoo `Problem` class.
+        """
+        from pymoo.core.problem import Problem
+
+        try:
+            loaded = self.entry_point.load()
+        except Exception as error:  # whatever a foreign module raises while it is imported
+            raise PluginError(
+                f"problem {self.name!r} of {self.distribution} {self.version} does not load: "
+                f"{type(error).__name__}: {error}"
+            ) from error
+        if not (isinstance(loaded, type) and issubclass(loaded, Problem)):
+            raise PluginError(
+                f"problem {self.name!r} of {self.distribution} {self.version}: expected a class "
+                f"derived from pymoo.core.problem.Problem at {self.entry_point.value!r}, "
+                f"found {loaded!r}"
+            )
+        return loaded
+
+
+def installed_plugins() -> list[Plugin]:
+    """Every entry point of the group, sorted by name; a name may occur more than once."""
+    found = map(_plugin, entry_points(group=GROUP))
+    return sorted(found, key=lambda plugin: (plugin.name, plugin.distribution))
+
+
+def find_plugin(name: str) -> Plugin:
+    """The plugin of this name, not imported.
+
+    Raises
+    ------
+    PluginError
+        If there is none (the message lists what is installed) or more than one (it names them).
+    """
+    plugins = installed_plugins()
+    matches = [plugin for plugin in plugins if plugin.name == name]
+    if not matches:
+        raise PluginError(f"no problem is called {name!r}{_alternatives(name, plugins)}")
+    if len(matches) > 1:
+        owners = " and ".join(f"{match.distribution} {match.version}" for match in matches)
+        raise PluginError(
+            f"the problem name {name!r} is claimed by {owners}: uninstall all but one"
+        )
+    return matches[0]
+
+
+def load_problem(name: str, options: Mapping[str, Any] | None = None) -> Problem:
+    """The problem of this name, built from `options`.
+
+    A class with a method ``from_options(options)`` is built by it, any other one by its
+    constructor.
+
+    Raises
+    ------
+    PluginError
+        If there is not exactly one plugin of this name, or it does not load.
+    ValueError, TypeError
+        If the problem refuses an option.
+    """
+    cls = find_plugin(name).load()
+    given = dict(options or {})
+    if hasattr(cls, "from_options"):
+        return cls.from_options(given) if given else cls()
+    accepted = _constructor_keywords(cls)
+    unknown = [key for key in given if key not in accepted]
+    if unknown:
+        raise ValueError(
+            f"unknown option {unknown[0]!r} of problem {name!r}: "
+            f"expected {' or '.join(sorted(accepted)) or 'no options'}"
+        )
+    return cls(**given)
+
+
+def _plugin(entry_point: EntryPoint) -> Plugin:
+    distribution = entry_point.dist
+    if distribution is None:  # an entry point built by hand
+        return Plugin(entry_point.name, "unknown distribution", "?", entry_point)
+    return Plugin(entry_point.name, distribution.name, distribution.version, entry_point)
+
+
+def _alternatives(name: str, plugins: Iterable[Plugin]) -> str:
+    names = sorted({plugin.name for plugin in plugins})
+    if not names:
+        return ": no problem is installed (the first to try: pip install mgeo-attitude)"
+    close = difflib.get_close_matches(name, names, n=1)
+    suggestion = f"; did you mean {close[0]!r}?" if close else ""
+    return f": installed are {', '.join(names)}{suggestion}"
+
+
+def _constructor_keywords(cls: type) -> set[str]:
+    # pymoo's own constructors pass **kwargs on to Problem, which swallows any keyword: so the
+    # names count that some constructor of the class or of its bases spells out.
+    own = [base.__init__ for base in cls.__mro__ if "__init__" in vars(base)]  # type: ignore[misc]
+    parameters = [p for init in own for p in inspect.signature(init).parameters.values()]
+    variadic = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+    return {p.name for p in parameters if p.kind not in variadic} - {"self"}

@@ -1,0 +1,66 @@
+"""A plugin for the tests: the whole contract on a problem small enough to work out by hand.
+
+A steel cantilever with an end load: choose diameter and length for little mass and deflection
+(the example that opens Deb's "Multi-Objective Optimization using Evolutionary Algorithms").
+"""
+
+import math
+import time
+
+import numpy as np
+import pandas as pd
+import plotly.graph_objects as go
+from pymoo.core.problem import Problem
+
+DENSITY, MODULUS = 7800.0, 207e9  # kg/m^3, Pa
+PRESETS = {"light": 500.0, "heavy": 2000.0}  # load [N]
+
+
+class Cantilever(Problem):
+    var_names = ("diameter [m]", "length [m]")
+    obj_names = ("mass [kg]", "deflection [m]")
+
+    def __init__(self, load=1000.0):
+        if not load > 0:
+            raise ValueError(f"load = {load!r}: expected > 0 N")
+        self.load = float(load)
+        super().__init__(n_var=2, n_obj=2, xl=[0.01, 0.2], xu=[0.05, 1.0])
+
+    @classmethod
+    def from_options(cls, options):
+        given = dict(options)
+        preset = given.pop("preset", None)
+        if preset is not None and preset not in PRESETS:
+            raise ValueError(f"preset = {preset!r}: expected one of {', '.join(PRESETS)}")
+        loads = {"load": PRESETS[preset]} if preset else {}
+        unknown = set(given) - {"load"}
+        if unknown:
+            raise ValueError(f"{min(unknown)}: unknown key, expected load")
+        return cls(**(loads | given))
+
+    def options(self):
+        return {"load": self.load}
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        diameter, length = X.T
+        mass = DENSITY * math.pi / 4 * diameter**2 * length
+        deflection = 64 * self.load * length**3 / (3 * MODULUS * math.pi * diameter**4)
+        out["F"] = np.column_stack([mass, deflection])
+
+    def indicator_space(self, F):
+        return np.asarray(F) / [4.0, 0.01]
+
+    def describe(self, X):
+        mass, deflection = self.evaluate(X).T
+        return pd.DataFrame({"mass [kg]": mass, "deflection [mm]": 1000 * deflection})
+
+    def figures(self, X):
+        mass, deflection = self.evaluate(X).T
+        figure = go.Figure(go.Scatter(x=mass, y=deflection, mode="markers"))
+        return {"front": figure.update_layout(title="drawn by the plugin")}
+
+
+class SlowCantilever(Cantilever):
+    def _evaluate(self, X, out, *args, **kwargs):
+        time.sleep(0.02)
+        super()._evaluate(X, out, *args, **kwargs)

@@ -1,0 +1,84 @@
+import errno
+import os
+import resource
+import stat
+import threading
+
+import pytest
+
+from mgeo.files import write_file, write_files
+
+LIMIT = 1 << 20
+
+
+@pytest.fixture
+def small_disk():
+    """Files of this process cannot grow beyond 1 MiB: writes fail as on a full disk."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_files_are_written_and_replaced(tmp_path):
+    write_file(tmp_path / "a", b"old")
+    write_files(tmp_path, {"a": b"new", "b": "é\n".encode()})
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {
+        "a": b"new",
+        "b": b"\xc3\xa9\n",
+    }
+
+
+def test_permissions_follow_the_umask(tmp_path):
+    before = os.umask(0o027)
+    try:
+        write_file(tmp_path / "a", b"")
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / "a").stat().st_mode) == 0o640
+
+
+def test_a_disk_error_leaves_the_folder_as_it_was(tmp_path, small_disk):
+    write_files(tmp_path, {"a": b"old a", "b": b"old b"})
+    with pytest.raises(OSError, match="too large") as caught:
+        write_files(tmp_path, {"a": b"new a", "b": b"x" * (2 * LIMIT)})
+    assert caught.value.errno == errno.EFBIG
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {
+        "a": b"old a",
+        "b": b"old b",
+    }
+
+
+def test_an_interrupt_leaves_no_temporary_file(tmp_path, monkeypatch):
+    def interrupt(source, target):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("mgeo.files.os.replace", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_file(tmp_path / "a", b"content")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_missing_folder_is_an_error(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        write_file(tmp_path / "nowhere" / "a", b"")
+
+
+def test_a_reader_never_sees_a_part(tmp_path):
+    path = tmp_path / "a"
+    contents = [bytes([65 + i]) * (100_000 + i) for i in range(8)]
+    write_file(path, contents[0])
+    seen, done = set(), threading.Event()
+
+    def read():
+        while not done.is_set():
+            seen.add(path.read_bytes())
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    for content in contents * 5:
+        write_file(path, content)
+    done.set()
+    reader.join()
+    assert len(seen) > 1
+    assert seen <= set(contents)
