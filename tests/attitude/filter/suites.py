@@ -15,6 +15,7 @@ SUITES = {
         ),
     ),
     "star tracker": Suite(Gyro(), (StarTracker(), Magnetometer())),
+    "random-walk bias": Suite(Gyro(bias_decay=0.0), (SunSensor(), Magnetometer())),
     "full gyro": Suite(
         Gyro(scale_factor=1e-3, misalignment_deg=0.1), (SunSensor(), Magnetometer())
     ),

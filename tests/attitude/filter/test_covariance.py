@@ -41,9 +41,10 @@ def test_predict_is_equation_3(name, seed):
     P = random_covariance(rng, n)
     F, Q = np.eye(n), np.zeros((n, n))
     F[:m, :m] = expm(suite.dynamics_matrix(rng.standard_normal(3)))
-    Q[:m, :m] = random_covariance(rng, m)
-    lower = Lower(P)
     sparse_F = {(i, j): F[i, j] for i, j in transition_pattern(suite)}
+    noisy = np.isin(np.arange(m), [i for i, _ in sparse_F])
+    Q[:m, :m] = random_covariance(rng, m) * np.outer(noisy, noisy)
+    lower = Lower(P)
     sparse_Q = {(i, j): Q[i, j] for i in range(m) for j in range(i + 1)}
     predict(lower, n, sparse_F, sparse_Q, OPS)
     np.testing.assert_allclose(lower.dense(), F @ P @ F.T + Q, rtol=1e-12, atol=1e-12)
@@ -77,4 +78,6 @@ def test_transition_pattern_holds_every_entry_that_is_not_the_identitys(name):
         F = expm(suite.dynamics_matrix(rng.standard_normal(3)))
         differs = {(int(i), int(j)) for i, j in np.argwhere(np.eye(len(F)) != F)}
         assert differs <= pattern
-        assert pattern <= {(i, j) for i, j in np.argwhere(F != 0.0)}
+        assert pattern <= {(int(i), int(j)) for i, j in np.argwhere(F != 0.0)}
+    constant = set(range(suite.n_dynamic)) - {i for i, _ in pattern}
+    assert not suite.diffusion()[list(constant)].any()

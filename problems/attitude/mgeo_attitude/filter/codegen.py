@@ -77,9 +77,10 @@ def layout(suite: Suite, gated: tuple[bool, ...]) -> Layout:
 
 
 def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
-    """Entries of exp(A dt) in the rows that are not the identity's, for any rate.
+    """Entries of exp(A dt), for any rate, in the rows of the states that change.
 
-    They are the transitive closure of A's pattern; rows in which A is zero stay the identity's.
+    They are the transitive closure of A's pattern. A state without dynamics and without process
+    noise is constant: its row stays the identity's and is left out.
     """
     generic = np.zeros((suite.n_dynamic, suite.n_dynamic), dtype=bool)
     for omega in np.vstack([np.zeros(3), np.eye(3)]):
@@ -87,7 +88,7 @@ def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
     closure = generic | np.eye(suite.n_dynamic, dtype=bool)
     for _ in range(suite.n_dynamic):
         closure = closure @ closure
-    rows = generic.any(axis=1)
+    rows = generic.any(axis=1) | (suite.diffusion() > 0.0)
     return tuple((int(i), int(j)) for i, j in np.argwhere(closure) if rows[i])
 
 

@@ -46,8 +46,8 @@ class FloatArithmetic:
 def predict(P: Triangle, n: int, F: Sparse, Q: Sparse, ops: Arithmetic) -> None:
     """P ← F P Fᵀ + Q, equation (3).
 
-    Rows that F leaves out are rows of the identity: those states are constant. Q holds the lower
-    triangle of the process noise.
+    Rows that F leaves out are rows of the identity, and without noise: those states are constant.
+    Q holds the lower triangle of the process noise.
     """
     rows = _rows(F)
     reach = sorted({*rows, *(k for support in rows.values() for k in support)})

@@ -71,7 +71,7 @@ def evaluate(
         np.ascontiguousarray([rest, *(matrix - rest for matrix in unit)]),
         suite.diffusion(),
         model.references.reshape(len(model.references), -1),
-        model.available[:, model.gated].astype(float),
+        np.ascontiguousarray(model.available[:, model.gated], dtype=float),
         model.initial_sigma**2,
         step_constants(suite, model.weights),
         model.window_steps,

@@ -1,0 +1,157 @@
+"""The compiled kernel against the filterpy reference."""
+
+import dataclasses
+import pickle
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+from mgeo_attitude import FilterModel, Scenario, evaluate, reference_run
+from mgeo_attitude.scenario import Convergence
+
+from .suites import SUITES
+
+
+def designs(rng, n, max_duration=2000.0):
+    """Random designs of three maneuvers, shape (n, 12)."""
+    X = rng.uniform(-1.0, 1.0, (n, 12))
+    X[:, 3::4] = rng.uniform(0.0, max_duration, (n, 3))
+    return X
+
+
+def special_designs(rng):
+    """Zero, equal and greatest durations; rates at the bounds; durations of a fraction of a step."""
+    X = designs(rng, 14)
+    X[0, 3::4] = 0.0
+    X[1, 3::4] = 500.0
+    X[2, 3::4] = 2000.0
+    X[3, 3::4] = [0.0, 700.0, 0.0]
+    X[4, 3::4] = [300.0, 0.0, 0.0]
+    X[5, 3::4] = [0.25, 0.25, 0.25]
+    X[6, 3::4] = [100.5, 200.25, 99.999]
+    X[7] = 0.0
+    rates = np.arange(12) % 4 != 3
+    X[8, rates] = 1.0
+    X[9, rates] = -1.0
+    X[10, rates] = 0.0
+    X[11, rates] = np.tile([1.0, -1.0, 0.0], 3)
+    X[12, rates] = 1e-9
+    X[13, 3::4] = [2000.0, 2000.0, 1.0]
+    return X
+
+
+def assert_agrees(model, X):
+    result = evaluate(model, X, history=True)
+    for x, t_end, trace, variances in zip(
+        X, result.t_end, result.trace, result.variances, strict=True
+    ):
+        history = reference_run(model, x)
+        assert t_end == history.t_end
+        assert trace == pytest.approx(history.trace[-1], rel=1e-9)
+        n = len(history.times)
+        np.testing.assert_allclose(variances[:n], history.sigma**2, rtol=1e-9)
+        assert np.isnan(variances[n:]).all()
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return FilterModel.from_scenario(Scenario.paper())
+
+
+@pytest.fixture(scope="module")
+def short():
+    """A tenth of the paper's run, with a coarser step, for tests of many kinds."""
+    return dataclasses.replace(
+        Scenario.paper(),
+        duration=1200.0,
+        step=2.0,
+        convergence=Convergence(window=60.0, relative_decrease=0.05),
+    )
+
+
+def test_special_designs_agree(paper):
+    assert_agrees(paper, special_designs(np.random.default_rng(1)))
+
+
+@pytest.mark.slow
+def test_random_designs_agree(paper):
+    assert_agrees(paper, designs(np.random.default_rng(2), 200))
+
+
+@pytest.mark.parametrize("name", SUITES)
+def test_every_suite_agrees(name, short):
+    suite = SUITES[name]
+    scenario = dataclasses.replace(short, gyro=suite.gyro, sensors=suite.sensors)
+    X = designs(np.random.default_rng(3), 20, max_duration=300.0)
+    assert_agrees(FilterModel.from_scenario(scenario), X)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_any_number_of_maneuvers_agrees(count, short):
+    rng = np.random.default_rng(count)
+    X = np.tile(rng.uniform(-1.0, 1.0, (10, 4)), count)
+    X[:, 3::4] = rng.uniform(0.0, 900.0 / count, (10, count))
+    assert_agrees(FilterModel.from_scenario(short), X)
+
+
+def test_eclipse_agrees(short):
+    """A run that begins in the shadow and leaves it."""
+    scenario = dataclasses.replace(
+        short, eclipse=True, epoch=datetime(2018, 6, 5, 0, 35, tzinfo=UTC)
+    )
+    model = FilterModel.from_scenario(scenario)
+    assert model.available.any(axis=0).all()
+    assert model.gated == (True, False)
+    assert_agrees(model, designs(np.random.default_rng(4), 20, max_duration=300.0))
+
+
+def test_weighted_trace_agrees(short):
+    scenario = dataclasses.replace(short, trace_weights={"attitude": 0.0, "gyro.bias": 1e6})
+    assert_agrees(FilterModel.from_scenario(scenario), designs(np.random.default_rng(5), 5, 300.0))
+
+
+def test_result_does_not_depend_on_batch_order_or_threads(paper):
+    X = np.vstack([designs(np.random.default_rng(6), 40), special_designs(np.random.default_rng(7))])
+    together = evaluate(paper, X, threads=1)
+    order = np.random.default_rng(8).permutation(len(X))
+    shuffled = evaluate(paper, X[order], threads=2)
+    alone = [evaluate(paper, x, threads=1) for x in X]
+    for name in ("t_end", "trace"):
+        values = getattr(together, name)
+        np.testing.assert_array_equal(getattr(shuffled, name), values[order])
+        np.testing.assert_array_equal([getattr(one, name)[0] for one in alone], values)
+        np.testing.assert_array_equal(getattr(evaluate(paper, X, threads=3), name), values)
+
+
+def test_first_and_last_possible_ends(paper):
+    """No maneuver: convergence may be tested from the start. Never converged: the whole run."""
+    never = dataclasses.replace(paper, relative_decrease=1e-12)
+    X = designs(np.random.default_rng(9), 3)
+    assert (evaluate(never, X).t_end == 11984.0).all()
+    always = dataclasses.replace(paper, relative_decrease=1.0 - 1e-12)
+    X[:, 3::4] = 0.0
+    assert (evaluate(always, X).t_end == 300.0).all()
+    X[:, 3::4] = 400.0
+    assert (evaluate(always, X).t_end == 1200.0).all()
+
+
+def test_lost_positivity_is_reported_not_optimized_upon(paper):
+    """P0 / R = 1e12 and more leaves the covariance without positive pivots."""
+    X = designs(np.random.default_rng(10), 4)
+    broken = dataclasses.replace(paper, initial_sigma=paper.initial_sigma * 1e7)
+    with pytest.warns(RuntimeWarning, match="lost positivity in .* of 4 designs, first"):
+        result = evaluate(broken, X)
+    lost = np.isnan(result.trace)
+    assert lost.any()
+    np.testing.assert_array_equal(np.isnan(result.t_end), lost)
+
+
+def test_empty_batch(paper):
+    result = evaluate(paper, np.empty((0, 12)))
+    assert result.t_end.shape == result.trace.shape == (0,)
+
+
+def test_model_survives_pickling(paper):
+    copy = pickle.loads(pickle.dumps(paper))
+    X = designs(np.random.default_rng(11), 3)
+    np.testing.assert_array_equal(evaluate(copy, X).trace, evaluate(paper, X).trace)
