@@ -1,6 +1,6 @@
 """Dataclass fields that know their meaning, unit and range, and check themselves.
 
-One declaration both refuses bad values, in a message that names them, and comments a scenario file::
+One declaration refuses bad values, in a message that names them, and comments scenario files::
 
     eccentricity: float = quantity(doc="orbit eccentricity", low=0.0, high=1.0, open_high=True)
     # InvalidValue: eccentricity = 1.2: expected a number in [0, 1) (orbit eccentricity)
@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import sys
 from dataclasses import MISSING, dataclass
 from numbers import Integral, Real
 from types import UnionType
-from typing import Any, Union, cast, get_args, get_origin, get_type_hints
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
 
 class InvalidValue(ValueError):
@@ -50,10 +49,9 @@ class Quantity:
 
     def allows(self, number: float) -> bool:
         """Whether a number is finite and in the range."""
-        if not abs(number) <= sys.float_info.max:  # NaN, infinite, or an integer beyond floats
-            return False
         above = number > self.low if self.open_low else number >= self.low
-        return above and (number < self.high if self.open_high else number <= self.high)
+        below = number < self.high if self.open_high else number <= self.high
+        return -math.inf < number < math.inf and above and below
 
     def range_text(self) -> str:
         """The range as a person writes it: ``in [0, 1)``, ``> 0 m``, ``in nT`` (any)."""
@@ -124,9 +122,13 @@ def checked(key: str, value: Any, annotation: Any, spec: Quantity) -> Any:
         abstract = Real if annotation is float else Integral  # covers numpy's numbers too
         if isinstance(value, bool) or not isinstance(value, abstract):
             raise InvalidType(key, value, expected)
-        if not spec.allows(cast(float, value)):
+        try:
+            number = annotation(value)
+        except OverflowError:  # an integer that no float can hold
+            raise InvalidValue(key, value, expected) from None
+        if not spec.allows(number):
             raise InvalidValue(key, value, expected)
-        return annotation(value)
+        return number
     if not isinstance(value, _classes(annotation)):
         raise InvalidType(key, value, expected)
     if spec.choices and value not in spec.choices:

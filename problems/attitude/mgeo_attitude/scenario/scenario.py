@@ -202,7 +202,7 @@ class Scenario(Validated):
                 raise InvalidValue(
                     f"trace_weights.{block}",
                     weight,
-                    f"unknown state block; {known_names(block, blocks)}",
+                    f"unknown state block{known_names(block, blocks)}",
                 )
         if not any(weights.of(blocks)):
             raise InvalidValue("trace_weights", dict(weights), "expected a weight above 0")

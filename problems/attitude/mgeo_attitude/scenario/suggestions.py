@@ -7,8 +7,10 @@ from difflib import get_close_matches
 
 
 def known_names(name: object, known: Iterable[str]) -> str:
-    """``did you mean 'x'? Known: 'x', 'y'``, the question only if some known name is close."""
+    """``, did you mean 'x'? (known: 'x', 'y')``, the question only if a known name is close."""
     names = list(known)
-    close = get_close_matches(str(name), names, n=1)
-    question = f"did you mean {close[0]!r}? " if close else ""
-    return f"{question}Known: {', '.join(map(repr, names))}"
+    # the usual slip is a key without its unit: bias for bias_deg_s
+    longer = [candidate for candidate in names if candidate.startswith(f"{name}_")]
+    close = longer or get_close_matches(str(name), names, n=1)
+    question = f", did you mean {' or '.join(map(repr, close))}?" if close else ""
+    return f"{question} (known: {', '.join(map(repr, names))})"

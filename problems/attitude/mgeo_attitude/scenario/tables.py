@@ -70,7 +70,7 @@ def _on_preset(table: Table) -> dict[str, Any]:
         return dict(table)
     preset = table["preset"]
     if not isinstance(preset, str) or preset not in PRESETS:
-        raise InvalidValue("preset", preset, f"unknown preset; {known_names(preset, PRESETS)}")
+        raise InvalidValue("preset", preset, f"unknown preset{known_names(preset, PRESETS)}")
     base = to_table(PRESETS[preset]())
     overrides = {key: value for key, value in table.items() if key != "preset"}
     orbit = overrides.get("orbit")
@@ -107,11 +107,11 @@ def _selected(
     """The section `key`, of the class that the entry `selector` of its table names."""
     _check_table(table, key)
     if not (selector in table or default):
-        raise KeyProblem(f"{key}.{selector}", None, f"missing; {known_names('', classes)}")
+        raise KeyProblem(f"{key}.{selector}", None, f"missing{known_names('', classes)}")
     name = table.get(selector, default)
     if not isinstance(name, str) or name not in classes:
         raise InvalidValue(
-            f"{key}.{selector}", name, f"unknown {selector}; {known_names(name, classes)}"
+            f"{key}.{selector}", name, f"unknown {selector}{known_names(name, classes)}"
         )
     return _section(classes[name], table, key, selector)
 
@@ -136,7 +136,7 @@ def _check_keys(cls: type, table: Table, prefix: str, selector: str = "") -> Non
     known = [*selectors, *declarations]
     for key, value in table.items():
         if key not in known:
-            raise KeyProblem(f"{prefix}{key}", value, f"unknown key; {known_names(key, known)}")
+            raise KeyProblem(f"{prefix}{key}", value, f"unknown key{known_names(key, known)}")
     for field in fields(cls):
         required = field.default is MISSING and field.default_factory is MISSING
         if required and field.name not in table:

@@ -30,7 +30,7 @@ def from_toml(source: str | os.PathLike[str]) -> Scenario:
         hint = "" if "\n" in source else " (a file's name would end in .toml)"
         return _parsed(f"TOML text{hint}", source)
     try:
-        text = Path(source).read_text(encoding="utf-8")
+        text = Path(source).read_text(encoding="utf-8-sig")  # some editors write a byte-order mark
     except UnicodeDecodeError as error:
         raise ScenarioFileError(f"{source}: not TOML, which is UTF-8: {error}") from None
     return _parsed(os.fspath(source), text)

@@ -1,0 +1,85 @@
+"""Random valid scenarios for property tests, drawn from the declared ranges."""
+
+from __future__ import annotations
+
+import math
+from datetime import UTC, datetime
+from typing import Any
+
+from hypothesis import strategies as st
+from mgeo_attitude.constants import EARTH_RADIUS
+from mgeo_attitude.fields import Quantity, declared
+from mgeo_attitude.scenario import (
+    Convergence,
+    InitialUncertainty,
+    ManeuverLimits,
+    Orbit,
+    Scenario,
+    state_blocks,
+)
+from mgeo_attitude.sensors import SENSORS, Gyro
+
+
+def sections(cls: type, **fixed: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    """Instances of a section: numbers from their ranges, the rest from `fixed` or by default."""
+    numbers = {
+        key: _numbers(annotation, spec)
+        for key, (annotation, spec) in declared(cls).items()
+        if annotation in (float, int)
+    }
+    return st.builds(cls, **(numbers | fixed))
+
+
+@st.composite
+def orbits(draw: st.DrawFn) -> Orbit:
+    eccentricity = draw(st.floats(0.0, 0.9))
+    perigee = draw(st.floats(1.01 * EARTH_RADIUS, 8.0 * EARTH_RADIUS))
+    orbit: Orbit = draw(
+        sections(
+            Orbit,
+            propagator=st.sampled_from(("two-body", "j2")),
+            semi_major_axis=st.just(perigee / (1.0 - eccentricity)),
+            eccentricity=st.just(eccentricity),
+        )
+    )
+    return orbit
+
+
+@st.composite
+def scenarios(draw: st.DrawFn) -> Scenario:
+    step = draw(st.sampled_from((0.1, 0.25, 1.0, 3.7)) | st.floats(1e-3, 60.0))
+    n_steps = draw(st.integers(1, 20_000))
+    gyro = draw(sections(Gyro))
+    names = st.text("abcXYZ019_-", min_size=1, max_size=8).filter(lambda name: name != "gyro")
+    sensors = tuple(
+        draw(sections(draw(st.sampled_from(sorted(SENSORS.items())))[1], name=st.just(name)))
+        for name in draw(st.lists(names, min_size=1, max_size=4, unique=True))
+    )
+    # attitude stays positive: all weights zero is refused
+    blocks = st.sampled_from(state_blocks(gyro, sensors)[1:])
+    printable = st.characters(exclude_categories=("C", "Z"))
+    return Scenario(
+        name=draw(st.text(printable, min_size=1)),
+        epoch=draw(
+            st.datetimes(datetime(1900, 1, 1), datetime(2029, 12, 1), timezones=st.just(UTC))
+        ),
+        duration=n_steps * step,
+        step=step,
+        eclipse=draw(st.booleans()),
+        orbit=draw(orbits()),
+        gyro=gyro,
+        sensors=sensors,
+        initial=draw(sections(InitialUncertainty)),
+        maneuvers=draw(sections(ManeuverLimits)),
+        convergence=draw(
+            sections(Convergence, window=st.integers(1, n_steps).map(lambda k: k * step))
+        ),
+        trace_weights=draw(st.dictionaries(blocks, st.floats(0.0, 1e6))),
+    )
+
+
+def _numbers(annotation: type, spec: Quantity) -> st.SearchStrategy[Any]:
+    low, high = max(spec.low, -1e9), min(spec.high, 1e9)
+    if annotation is int:
+        return st.integers(math.ceil(low), math.floor(high))
+    return st.floats(low, high, exclude_min=spec.open_low, exclude_max=spec.open_high)

@@ -1,0 +1,138 @@
+"""Orbits: periods known from elsewhere, and elements and lines that are refused."""
+
+from __future__ import annotations
+
+import math
+from datetime import UTC, datetime
+from typing import Any
+
+import pytest
+from mgeo_attitude.fields import InvalidType, InvalidValue
+from mgeo_attitude.scenario import Orbit, TLEOrbit
+from sgp4.api import Satrec
+from sgp4.conveniences import sat_epoch_datetime
+
+# International Space Station, 2008-09-20: the usual example of the format's descriptions
+ISS_1 = "1 25544U 98067A   08264.51782528 -.00002182  00000-0 -11606-4 0  2927"
+ISS_2 = "2 25544  51.6416 247.4627 0006703 130.5360 325.0288 15.72125391563537"
+# Vanguard 1, 2000-06-27: verification case 00005 of Vallado et al. 2006, Revisiting Spacetrack 3
+VANGUARD_1 = "1 00005U 58002B   00179.78495062  .00000023  00000-0  28098-4 0  4753"
+VANGUARD_2 = "2 00005  34.2682 348.7242 1859667 331.7664  19.3264 10.82419157413667"
+
+ELEMENTS: dict[str, Any] = {
+    "semi_major_axis": 7e6,
+    "eccentricity": 0.01,
+    "inclination_deg": 98.0,
+    "raan_deg": 0.0,
+    "argument_of_perigee_deg": 0.0,
+    "true_anomaly_deg": 0.0,
+}
+
+
+def with_checksum(line: str) -> str:
+    """The line with the checksum of its first 68 columns, by the format's definition."""
+    total = sum(int(c) for c in line[:68] if c in "0123456789") + line[:68].count("-")
+    return f"{line[:68]}{total % 10}"
+
+
+def test_geostationary_period_is_the_sidereal_day() -> None:
+    orbit = Orbit(**ELEMENTS | {"semi_major_axis": 42_164_170.0})
+    assert orbit.period == pytest.approx(86164.09, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("element", "value", "expected"),
+    [
+        ("eccentricity", 1.0, "expected a number in [0, 1)"),
+        ("eccentricity", -0.1, "expected a number in [0, 1)"),
+        ("inclination_deg", 180.1, "expected a number in [0, 180] deg"),
+        ("raan_deg", 2302.97, "expected a number in [-360, 360] deg"),
+        ("semi_major_axis", float("nan"), "expected a number > 0 m"),
+        ("propagator", "j4", "expected one of 'two-body', 'j2'"),
+    ],
+)
+def test_elements_out_of_range(element: str, value: Any, expected: str) -> None:
+    with pytest.raises(InvalidValue) as caught:
+        Orbit(**ELEMENTS | {element: value})
+    assert str(caught.value).startswith(f"{element} = {value!r}: {expected}")
+
+
+@pytest.mark.parametrize(("axis", "eccentricity"), [(6.3e6, 0.0), (7e6, 0.1), (7130.982, 0.0)])
+def test_a_perigee_inside_the_earth_is_refused(axis: float, eccentricity: float) -> None:
+    with pytest.raises(InvalidValue) as caught:
+        Orbit(**ELEMENTS | {"semi_major_axis": axis, "eccentricity": eccentricity})
+    message = str(caught.value)
+    assert message.startswith(f"semi_major_axis = {axis!r}: expected a perigee above the Earth")
+    assert "> 6378136.3 m" in message
+    assert f"not {axis * (1 - eccentricity):.12g} m" in message
+
+
+@pytest.mark.parametrize(("line1", "line2"), [(ISS_1, ISS_2), (VANGUARD_1, VANGUARD_2)])
+def test_element_sets_are_read_as_by_sgp4(line1: str, line2: str) -> None:
+    orbit, satellite = TLEOrbit(line1=line1, line2=line2), Satrec.twoline2rv(line1, line2)
+    revolutions_a_minute = satellite.no_kozai / math.tau
+    assert orbit.period == pytest.approx(60.0 / revolutions_a_minute, rel=1e-14)
+    assert abs((orbit.epoch - sat_epoch_datetime(satellite)).total_seconds()) < 1e-4
+
+
+def test_two_digit_years_turn_in_1957() -> None:
+    def year(digits: str) -> int:
+        line1 = with_checksum(f"{ISS_1[:18]}{digits}{ISS_1[20:]}")
+        return TLEOrbit(line1=line1, line2=ISS_2).epoch.year
+
+    assert [year(digits) for digits in ("57", "99", "00", "56")] == [1957, 1999, 2000, 2056]
+
+
+def test_day_one_is_the_first_of_january() -> None:
+    line1 = with_checksum(f"{ISS_1[:20]}001.50000000{ISS_1[32:]}")
+    assert TLEOrbit(line1=line1, line2=ISS_2).epoch == datetime(2008, 1, 1, 12, tzinfo=UTC)
+
+
+@pytest.mark.parametrize(
+    ("key", "line", "expected"),
+    [
+        ("line1", ISS_1[:-1], "expected 69 ASCII characters, not 68"),
+        ("line1", ISS_1 + " ", "expected 69 ASCII characters, not 70"),
+        ("line2", ISS_2[:-1] + "é", "expected 69 ASCII characters"),
+        ("line1", ISS_2, "expected a line that starts with '1 '"),
+        ("line2", ISS_1, "expected a line that starts with '2 '"),
+        ("line1", ISS_1[:-1] + "8", "expected the checksum 7 in column 69, not '8'"),
+        ("line2", ISS_2[:52] + "16" + ISS_2[54:], "expected the checksum 8 in column 69, not '7'"),
+        ("line2", VANGUARD_2, "expected the satellite number of line 1, '25544'"),
+        (
+            "line1",
+            with_checksum(ISS_1[:20] + "367" + ISS_1[23:]),
+            "expected a day in [1, 367)",
+        ),
+        (
+            "line1",
+            with_checksum(ISS_1[:20] + "abc" + ISS_1[23:]),
+            "expected the day of the year in columns 21-32, not 'abc.51782528'",
+        ),
+        (
+            "line2",
+            with_checksum(ISS_2[:8] + " 5x.6416" + ISS_2[16:]),
+            "expected the inclination in columns 9-16, not ' 5x.6416'",
+        ),
+        (
+            "line2",
+            with_checksum(ISS_2[:52] + "18.72125391" + ISS_2[63:]),
+            "expected a perigee above the Earth's surface",
+        ),
+        (
+            "line2",
+            with_checksum(ISS_2[:52] + " 0.00000000" + ISS_2[63:]),
+            "expected a perigee above the Earth's surface, between 0 and",
+        ),
+    ],
+)
+def test_lines_that_are_no_element_set(key: str, line: str, expected: str) -> None:
+    with pytest.raises(InvalidValue) as caught:
+        TLEOrbit(**{"line1": ISS_1, "line2": ISS_2} | {key: line})
+    assert str(caught.value).startswith(f"{key} = {line!r}: {expected}")
+
+
+def test_a_line_that_is_no_string() -> None:
+    number: Any = 1
+    with pytest.raises(InvalidType, match=r"^line1 = 1: expected a string"):
+        TLEOrbit(line1=number, line2=ISS_2)

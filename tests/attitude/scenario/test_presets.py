@@ -1,0 +1,97 @@
+"""The presets against the paper's table 2 and the values that the project fixed, in their units."""
+
+from __future__ import annotations
+
+import math
+from datetime import UTC, datetime
+
+import pytest
+from mgeo_attitude.scenario import Orbit, Scenario, state_blocks
+from mgeo_attitude.scenario.presets import PRESETS
+from mgeo_attitude.sensors import Magnetometer, SunSensor
+
+
+def test_paper_orbit_and_limits_are_those_of_table_2() -> None:
+    scenario = Scenario.paper()
+    orbit = scenario.orbit
+    assert isinstance(orbit, Orbit)
+    assert orbit.propagator == "two-body"
+    assert orbit.semi_major_axis == 7130982.0
+    assert orbit.eccentricity == 0.001111
+    assert orbit.inclination_deg == 98.405
+    assert orbit.raan_deg == 230.297
+    assert orbit.argument_of_perigee_deg == 90.0
+    assert orbit.true_anomaly_deg == 305.0
+    assert orbit.period == pytest.approx(5992.0, abs=1.0)
+    assert scenario.duration == 2 * 5992.0
+    assert scenario.step == 1.0
+    assert scenario.n_steps == 11984
+    limits = scenario.maneuvers
+    assert (limits.count, limits.max_rate_deg_s, limits.max_duration) == (3, 1.0, 2000.0)
+
+
+def test_paper_leaves_open_what_reproduces_its_fronts() -> None:
+    scenario = Scenario.paper()
+    assert scenario.epoch == datetime(2018, 6, 5, tzinfo=UTC)
+    assert scenario.eclipse is False
+    assert (scenario.convergence.window, scenario.convergence.relative_decrease) == (300.0, 0.01)
+    assert scenario.initial.attitude_deg == 5.0
+    assert dict(scenario.trace_weights) == {}
+    gyro = scenario.gyro
+    assert gyro.angle_random_walk_deg_sqrt_h == 0.01
+    assert gyro.rate_random_walk == 3e-8
+    assert gyro.bias_decay == 1e-5
+    assert gyro.states() == {"bias": math.radians(0.01)}
+
+
+def test_paper_sensors_in_the_units_of_the_filter() -> None:
+    sun, mag = Scenario.paper().sensors
+    assert isinstance(sun, SunSensor)
+    assert isinstance(mag, Magnetometer)
+    assert sun.noise() == pytest.approx([0.0349] * 3, abs=5e-5)  # 2 deg on the unit vector
+    assert sun.states() == {"misalignment": math.radians(1.0), "bias": 0.02}
+    assert mag.noise() == pytest.approx([500.0 / 50_000.0] * 3)
+    assert mag.states() == pytest.approx(
+        {"misalignment": math.radians(1.0), "bias": 2000.0 / 50_000.0}
+    )
+
+
+def test_the_paper_has_18_states() -> None:
+    scenario = Scenario.paper()
+    assert state_blocks(scenario.gyro, scenario.sensors) == (
+        "attitude",
+        "gyro.bias",
+        "sun.misalignment",
+        "sun.bias",
+        "mag.misalignment",
+        "mag.bias",
+    )
+
+
+def test_cubesat_instruments() -> None:
+    scenario = Scenario.cubesat_6u()
+    gyro, (sun, mag) = scenario.gyro, scenario.sensors
+    assert gyro.angle_random_walk_deg_sqrt_h == 0.15
+    assert gyro.rate_random_walk == 8.1e-8
+    assert gyro.bias_deg_s * 3600.0 == pytest.approx(10.0, rel=1e-15)  # deg/h
+    assert isinstance(sun, SunSensor)
+    assert sun.noise_deg == 0.5
+    assert sun.misalignment_deg == 0.5
+    assert math.degrees(sun.bias) == pytest.approx(0.17, rel=1e-15)
+    assert isinstance(mag, Magnetometer)
+    assert (mag.noise_nt, mag.misalignment_deg, mag.bias_nt) == (100.0, 1.0, 500.0)
+    assert scenario.initial.attitude_deg == 10.0
+    assert scenario.eclipse is True
+
+
+def test_cubesat_shares_the_papers_orbit_and_limits() -> None:
+    paper, cubesat = Scenario.paper(), Scenario.cubesat_6u()
+    for key in ("epoch", "duration", "step", "orbit", "maneuvers", "convergence"):
+        assert getattr(cubesat, key) == getattr(paper, key)
+
+
+def test_a_preset_is_named_after_itself() -> None:
+    assert {name: make().name for name, make in PRESETS.items()} == {
+        "paper": "paper",
+        "cubesat_6u": "cubesat_6u",
+    }

@@ -1,0 +1,188 @@
+"""Checks across the fields of a scenario, and its behavior as a value."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import pickle
+from datetime import UTC, date, datetime, timedelta, timezone
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from mgeo_attitude.fields import InvalidType, InvalidValue
+from mgeo_attitude.scenario import Convergence, Scenario, TLEOrbit, TraceWeights, state_blocks
+from mgeo_attitude.sensors import Gyro, Magnetometer, SunSensor
+
+from .strategies import scenarios
+from .test_orbit import ISS_1, ISS_2
+
+
+def changed(**changes: Any) -> Scenario:
+    return dataclasses.replace(Scenario.paper(), **changes)
+
+
+def test_times_are_multiples_of_the_step() -> None:
+    scenario = changed(duration=0.9, step=0.1, convergence=Convergence(window=0.3))
+    assert scenario.n_steps == 9  # although 0.9 / 0.1 is not 9 in binary
+    np.testing.assert_allclose(scenario.times, np.linspace(0.0, 0.9, 10), rtol=1e-15)
+    assert scenario.times.dtype == np.float64
+    assert Scenario.paper().times[[0, 1, -1]].tolist() == [0.0, 1.0, 11984.0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"step": 7.0}, "convergence.window = 300.0: expected a multiple of step = 7.0 s"),
+        ({"step": 5.0}, "duration = 11984.0: expected a multiple of step = 5.0 s"),
+        ({"step": 20000.0}, "duration = 11984.0: expected a multiple of step = 20000.0 s"),
+        ({"step": 1e-310}, "duration = 11984.0: expected a multiple of step = 1e-310 s"),
+        ({"step": 0.0}, "step = 0.0: expected a number > 0 s"),
+        ({"duration": -1.0}, "duration = -1.0: expected a number > 0 s"),
+        ({"duration": 11984.5}, "duration = 11984.5: expected a multiple of step = 1.0 s"),
+        ({"duration": 299.0}, "convergence.window = 300.0: expected at most duration = 299.0 s"),
+        ({"name": " "}, "name = ' ': expected printable characters on one line"),
+        ({"name": "a\nb"}, "name = 'a\\nb': expected printable characters on one line"),
+        ({"sensors": ()}, "sensors = []: expected at least one sensor"),
+        (
+            {"sensors": (SunSensor(name="a"), Magnetometer(name="a"))},
+            "sensors[1].name = 'a': expected a name that no other sensor nor the gyro has",
+        ),
+        (
+            {"sensors": (SunSensor(name="gyro"),)},
+            "sensors[0].name = 'gyro': expected a name that no other sensor nor the gyro has",
+        ),
+        (
+            {"sensors": (SunSensor(name="a.b"),)},
+            "sensors[0].name = 'a.b': expected letters, digits, '-' and '_'",
+        ),
+        (
+            {"sensors": (SunSensor(name=""),)},
+            "sensors[0].name = '': expected letters, digits, '-' and '_'",
+        ),
+        (
+            {"trace_weights": {"attitude": -1.0}},
+            "trace_weights.attitude = -1.0: expected a number >= 0",
+        ),
+        (
+            {"trace_weights": {"sun.biass": 2.0}},
+            "trace_weights.sun.biass = 2.0: unknown state block, did you mean 'sun.bias'? (known: "
+            "'attitude', 'gyro.bias', 'sun.misalignment', 'sun.bias', 'mag.misalignment', "
+            "'mag.bias')",
+        ),
+    ],
+)
+def test_values_that_do_not_fit_together(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidValue) as caught:
+        changed(**changes)
+    assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"orbit": 3}, "orbit = 3: expected Orbit or TLEOrbit"),
+        ({"gyro": SunSensor()}, "expected Gyro"),
+        ({"sensors": (Gyro(),)}, "expected Sensor"),
+        ({"eclipse": 0}, "eclipse = 0: expected true or false"),
+        ({"step": True}, "step = True: expected a number > 0 s"),
+        ({"epoch": "2018-06-05"}, "epoch = '2018-06-05': expected datetime"),
+        ({"epoch": date(2018, 6, 5)}, "expected datetime"),
+        ({"trace_weights": 1.0}, "trace_weights = 1.0: expected Mapping"),
+        ({"trace_weights": {"attitude": "1"}}, "trace_weights.attitude = '1': expected a number"),
+    ],
+)
+def test_values_of_the_wrong_type(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidType) as caught:
+        changed(**changes)
+    assert message in str(caught.value)
+
+
+def test_a_naive_epoch_is_refused() -> None:
+    with pytest.raises(InvalidValue, match=r"^epoch = '2018-06-05T00:00:00': .* UTC offset"):
+        changed(epoch=datetime(2018, 6, 5))
+
+
+def test_an_epoch_elsewhere_is_converted_to_utc() -> None:
+    brazil = timezone(timedelta(hours=-3))
+    scenario = changed(epoch=datetime(2018, 6, 4, 21, tzinfo=brazil))
+    assert scenario == Scenario.paper()
+    assert scenario.epoch.tzinfo is UTC
+
+
+def test_the_whole_run_is_inside_the_field_model() -> None:
+    last = datetime(2030, 1, 1, tzinfo=UTC) - timedelta(seconds=11984.0)
+    assert changed(epoch=last).epoch == last
+    assert changed(epoch=datetime(1900, 1, 1, tzinfo=UTC)).epoch.year == 1900
+    second = timedelta(seconds=1)
+    for epoch in (last + second, datetime(1899, 12, 31, 23, 59, 59, tzinfo=UTC)):
+        with pytest.raises(InvalidValue) as caught:
+            changed(epoch=epoch)
+        message = str(caught.value)
+        assert message.startswith(f"epoch = {epoch.isoformat()!r}: ")
+        assert "from 1900-01-01 to 2030-01-01 UTC" in message
+
+
+@pytest.mark.parametrize("extreme", [datetime.min, datetime.max])
+@pytest.mark.parametrize("hours", [-23, 23])
+def test_the_ends_of_the_calendar_are_refused(extreme: datetime, hours: int) -> None:
+    with pytest.raises(InvalidValue, match=r"^epoch = "):
+        changed(epoch=extreme.replace(tzinfo=timezone(timedelta(hours=hours))))
+
+
+def test_an_element_set_of_another_time_is_refused() -> None:
+    orbit = TLEOrbit(line1=ISS_1, line2=ISS_2)
+    near = orbit.epoch + timedelta(days=29)
+    assert changed(orbit=orbit, epoch=near).orbit is orbit
+    with pytest.raises(InvalidValue) as caught:
+        changed(orbit=orbit)
+    message = str(caught.value)
+    assert message.startswith(f"orbit.line1 = {ISS_1!r}: expected an element set within 30 days of")
+    assert "epoch = 2018-06-05T00:00:00+00:00, not of 2008-09-20T12:25:40" in message
+
+
+def test_weights_are_one_unless_given() -> None:
+    scenario = changed(trace_weights={"attitude": 2, "mag.bias": 0.0})
+    blocks = state_blocks(scenario.gyro, scenario.sensors)
+    weights = scenario.trace_weights
+    assert isinstance(weights, TraceWeights)
+    assert weights.of(blocks) == (2.0, 1.0, 1.0, 1.0, 1.0, 0.0)
+    assert dict(weights) == {"attitude": 2.0, "mag.bias": 0.0}
+
+
+def test_weights_are_not_all_zero() -> None:
+    paper = Scenario.paper()
+    blocks = state_blocks(paper.gyro, paper.sensors)
+    with pytest.raises(InvalidValue, match=r"^trace_weights = .*: expected a weight above 0$"):
+        changed(trace_weights=dict.fromkeys(blocks, 0.0))
+
+
+def test_weights_do_not_follow_the_dict_they_were_made_from() -> None:
+    given_weights = {"attitude": 2.0}
+    scenario = changed(trace_weights=given_weights)
+    given_weights["attitude"] = 3.0
+    assert scenario.trace_weights["attitude"] == 2.0
+    assert repr(scenario.trace_weights) == "TraceWeights({'attitude': 2.0})"
+
+
+def test_blocks_follow_the_states_of_the_suite() -> None:
+    gyro = Gyro(scale_factor=1e-3)
+    assert state_blocks(gyro, (Magnetometer(name="boom"),)) == (
+        "attitude",
+        "gyro.bias",
+        "gyro.scale_factor",
+        "boom.misalignment",
+        "boom.bias",
+    )
+
+
+@settings(max_examples=30, deadline=None)
+@given(scenario=scenarios())
+def test_scenarios_are_values(scenario: Scenario) -> None:
+    for twin in (pickle.loads(pickle.dumps(scenario)), copy.deepcopy(scenario)):
+        assert twin == scenario
+        assert hash(twin) == hash(scenario)
+    assert dataclasses.replace(scenario, name=scenario.name + "x") != scenario
+    assert scenario.times.shape == (scenario.n_steps + 1,)
+    assert scenario.times[-1] == pytest.approx(scenario.duration, rel=1e-12)

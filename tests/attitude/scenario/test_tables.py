@@ -1,0 +1,200 @@
+"""Scenarios as nested tables: round trips, presets with overrides, keys that are refused."""
+
+from __future__ import annotations
+
+import copy
+import json
+from datetime import UTC, datetime
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from mgeo_attitude.fields import InvalidType, InvalidValue
+from mgeo_attitude.scenario import KeyProblem, Orbit, Scenario, TLEOrbit
+from mgeo_attitude.sensors import Gyro, StarTracker
+
+from .strategies import scenarios
+from .test_orbit import ISS_1, ISS_2
+
+PAPER = {"preset": "paper"}
+
+
+@settings(max_examples=50, deadline=None)
+@given(scenario=scenarios())
+def test_tables_round_trip_through_json(scenario: Scenario) -> None:
+    assert Scenario.from_dict(json.loads(json.dumps(scenario.to_dict()))) == scenario
+
+
+def test_reading_leaves_the_table_alone() -> None:
+    table = PAPER | {"orbit": {"eccentricity": 0.01}, "sensors": [{"kind": "star-tracker"}]}
+    before = copy.deepcopy(table)
+    Scenario.from_dict(table)
+    assert table == before
+
+
+def test_overrides_change_only_what_they_name() -> None:
+    paper = Scenario.paper()
+    scenario = Scenario.from_dict(
+        PAPER | {"name": "mine", "orbit": {"propagator": "j2", "eccentricity": 0.01}}
+    )
+    expected = paper.to_dict()
+    expected["name"] = "mine"
+    expected["orbit"] |= {"propagator": "j2", "eccentricity": 0.01}
+    assert scenario.to_dict() == expected
+
+
+def test_a_list_of_sensors_replaces_the_presets() -> None:
+    scenario = Scenario.from_dict(PAPER | {"sensors": [{"kind": "star-tracker"}]})
+    assert scenario.sensors == (StarTracker(),)
+
+
+def test_an_element_set_replaces_the_presets_elements() -> None:
+    orbit = {"propagator": "sgp4", "line1": ISS_1, "line2": ISS_2}
+    scenario = Scenario.from_dict(PAPER | {"epoch": "2008-09-20T12:00:00Z", "orbit": orbit})
+    assert scenario.orbit == TLEOrbit(line1=ISS_1, line2=ISS_2)
+    assert scenario.to_dict()["orbit"] == orbit
+    assert Scenario.from_dict(scenario.to_dict()) == scenario
+
+
+def test_weights_come_flat_or_nested() -> None:
+    flat = PAPER | {"trace_weights": {"mag.bias": 0.0, "attitude": 2.0}}
+    nested = PAPER | {"trace_weights": {"mag": {"bias": 0.0}, "attitude": 2.0}}
+    assert Scenario.from_dict(flat) == Scenario.from_dict(nested)
+
+
+def test_an_epoch_is_a_string_or_a_datetime() -> None:
+    for epoch in ("2020-01-02T03:04:05Z", datetime(2020, 1, 2, 3, 4, 5, tzinfo=UTC)):
+        scenario = Scenario.from_dict(PAPER | {"epoch": epoch})
+        assert scenario.epoch == datetime(2020, 1, 2, 3, 4, 5, tzinfo=UTC)
+        assert scenario.to_dict()["epoch"] == "2020-01-02T03:04:05Z"
+
+
+def test_what_has_a_default_may_be_left_out() -> None:
+    paper = Scenario.paper().to_dict()
+    required = {key: paper[key] for key in ("epoch", "duration", "orbit", "sensors")}
+    del required["orbit"]["propagator"]
+    scenario = Scenario.from_dict(required)
+    assert scenario.name == "custom"
+    assert scenario.gyro == Gyro()
+    assert isinstance(scenario.orbit, Orbit)
+    assert scenario.orbit.propagator == "two-body"
+
+
+@pytest.mark.parametrize("key", ["epoch", "duration", "orbit", "sensors"])
+def test_a_missing_key_is_named(key: str) -> None:
+    table = Scenario.paper().to_dict()
+    del table[key]
+    with pytest.raises(KeyProblem, match=f"^{key}: missing; expected "):
+        Scenario.from_dict(table)
+
+
+def test_a_missing_key_of_a_section_says_what_it_takes() -> None:
+    table = Scenario.paper().to_dict()
+    del table["orbit"]["eccentricity"]
+    with pytest.raises(KeyProblem) as caught:
+        Scenario.from_dict(table)
+    assert str(caught.value) == (
+        "orbit.eccentricity: missing; expected a number in [0, 1) (eccentricity)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ({"stepp": 1.0}, "stepp: unknown key, did you mean 'step'? (known: 'preset', 'name',"),
+        ({"zzz": 1.0}, "zzz: unknown key (known: 'preset', 'name',"),
+        (
+            {"orbit": {"ecentricity": 0.1}},
+            "orbit.ecentricity: unknown key, did you mean 'eccentricity'? (known: 'propagator',",
+        ),
+        (
+            {"orbit": {"propagator": "sgp4", "line1": ISS_1, "line_2": ISS_2}},
+            "orbit.line_2: unknown key, did you mean 'line2'? (known: 'propagator', 'line1',",
+        ),
+        (
+            {"gyro": {"bias": 1.0}},
+            "gyro.bias: unknown key, did you mean 'bias_decay' or 'bias_d",
+        ),
+        ({"initial": {"attitude": 1.0}}, "initial.attitude: unknown key, did you mean 'attitude_"),
+        ({"maneuvers": {"counts": 1}}, "maneuvers.counts: unknown key, did you mean 'count'?"),
+        ({"convergence": {"windows": 1}}, "convergence.windows: unknown key, did you mean 'window"),
+        (
+            {"sensors": [{"kind": "star-tracker"}, {"kind": "sun-sensor", "noise": 1.0}]},
+            "sensors[1].noise: unknown key, did you mean 'noise_deg'? (known: 'kind', 'name',",
+        ),
+        ({"sensors": [{"name": "a"}]}, "sensors[0].kind: missing (known: 'sun-sensor',"),
+        (
+            {"trace_weights": {"mag.bias": 1.0, "mag": {"bias": 1.0}}},
+            "trace_weights.mag.bias: given twice",
+        ),
+    ],
+)
+def test_keys_that_are_refused(override: dict[str, Any], message: str) -> None:
+    with pytest.raises(KeyProblem) as caught:
+        Scenario.from_dict(PAPER | override)
+    assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        (
+            {"preset": "papers"},
+            "preset = 'papers': unknown preset, did you mean 'paper'? (known: 'paper', 'cubes",
+        ),
+        ({"preset": 6}, "preset = 6: unknown preset (known: 'paper', 'cubesat_6u')"),
+        ({"preset": []}, "preset = []: unknown preset (known: 'paper', 'cubesat_6u')"),
+        (
+            {"orbit": {"propagator": "j22"}},
+            "orbit.propagator = 'j22': unknown propagator, did you mean 'j2'? (known: 'two-body', "
+            "'j2', 'sgp4')",
+        ),
+        (
+            {"sensors": [{"kind": "sunsensor"}]},
+            "sensors[0].kind = 'sunsensor': unknown kind, did you mean 'sun-sensor'? (known: ",
+        ),
+        ({"sensors": [{"kind": 1}]}, "sensors[0].kind = 1: unknown kind (known: "),
+        (
+            {"sensors": [{"kind": "sun-sensor", "noise_deg": -2.0}]},
+            "sensors[0].noise_deg = -2.0: expected a number > 0 deg",
+        ),
+        ({"orbit": {"eccentricity": 1.2}}, "orbit.eccentricity = 1.2: expected a number in [0, 1)"),
+        ({"maneuvers": {"count": 0}}, "maneuvers.count = 0: expected an integer >= 1"),
+        (
+            {"convergence": {"relative_decrease": 1.0}},
+            "convergence.relative_decrease = 1.0: expected a number in (0, 1)",
+        ),
+        (
+            {"epoch": "5 June 2018"},
+            "epoch = '5 June 2018': expected a date and time with UTC offset, such as 2018-06-05T",
+        ),
+        ({"epoch": "2018-06-05T00:00:00"}, "epoch = '2018-06-05T00:00:00': expected a UTC offset"),
+    ],
+)
+def test_values_that_are_refused(override: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidValue) as caught:
+        Scenario.from_dict(PAPER | override)
+    assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ({"orbit": 3}, "orbit = 3: expected a table"),
+        ({"gyro": []}, "gyro = []: expected a table"),
+        ({"sensors": {"kind": "sun-sensor"}}, "sensors = {'kind': 'sun-sensor'}: expected a list"),
+        ({"sensors": ["sun-sensor"]}, "sensors[0] = 'sun-sensor': expected a table"),
+        ({"trace_weights": [1.0]}, "trace_weights = [1.0]: expected a table"),
+        ({"epoch": 2018}, "epoch = 2018: expected a date and time"),
+        ({"gyro": {"bias_deg_s": True}}, "gyro.bias_deg_s = True: expected a number > 0 deg/s"),
+        (
+            {"initial": {"attitude_deg": "5"}},
+            "initial.attitude_deg = '5': expected a number in",
+        ),
+        ({"maneuvers": {"count": 3.0}}, "maneuvers.count = 3.0: expected an integer >= 1"),
+    ],
+)
+def test_wrong_types_are_type_errors(override: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidType) as caught:
+        Scenario.from_dict(PAPER | override)
+    assert str(caught.value).startswith(message)
