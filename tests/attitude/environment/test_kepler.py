@@ -8,6 +8,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 from mgeo_attitude.constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
+from mgeo_attitude.environment import kepler
 from mgeo_attitude.environment.kepler import (
     Elements,
     eccentric_anomaly,
@@ -144,6 +145,14 @@ def test_kepler_equation_keeps_shape_and_revolution() -> None:
     solved = eccentric_anomaly(mean, 0.7)
     np.testing.assert_allclose(solved - 0.7 * np.sin(solved), mean, rtol=1e-15, atol=1e-14)
     assert eccentric_anomaly(np.empty(0), 0.7).shape == (0,)
+
+
+def test_kepler_equation_does_not_return_before_it_converged(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(kepler, "_MAX_ITERATIONS", 2)
+    with pytest.raises(ArithmeticError, match=r"after 2 iterations, .*eccentricity = 0.9"):
+        eccentric_anomaly([0.0, 1.0], 0.9)
 
 
 def test_mean_anomaly_of_a_true_anomaly_any_revolution() -> None:

@@ -95,8 +95,8 @@ def rotate(matrices: Array, vectors: Array) -> Array:
 def _gcrs_to_cirs(at: Instants) -> Array:
     """Bias, precession and nutation (IAU 2006/2000A), linear between the first and last instant.
 
-    The 2000A series takes 0.04 ms an instant. Over a few hours a chord differs from it by 2e-10 rad;
-    over a day by 3e-8, over two weeks by 1e-6 (the fortnightly nutation).
+    The 2000A series takes 0.04 ms an instant. A chord differs from it by 2e-10 rad over a few
+    hours, 3e-8 over a day and 1e-6 over two weeks (the fortnightly nutation).
     """
     first, last = (erfa.c2i06a(at.midnight, at.tt[k]) for k in (0, -1))
     span = at.tt[-1] - at.tt[0]
