@@ -1,0 +1,43 @@
+"""How a check fails."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+class CheckError(AssertionError):
+    """A plugin breaks a rule; the message names the rule, what was expected and what was found."""
+
+
+def require(condition: bool | np.bool_, message: str) -> None:
+    """Raise `CheckError` with `message` unless `condition` holds."""
+    if not condition:
+        raise CheckError(message)
+
+
+def require_equal(
+    found: ArrayLike | None, expected: ArrayLike | None, rule: str, rtol: float = 0.0
+) -> None:
+    """Raise `CheckError` unless two arrays (or None) agree in shape and value, NaN equal NaN."""
+    if found is None or expected is None:
+        require(found is expected, f"{rule}: got {found!r}, expected {expected!r}")
+        return
+    a, b = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
+    require(a.shape == b.shape, f"{rule}: got shape {a.shape}, expected {b.shape}")
+    same = np.isclose(a, b, rtol=rtol, atol=0, equal_nan=True)
+    if not same.all():
+        at = tuple(int(i) for i in np.argwhere(~same)[0])
+        raise CheckError(f"{rule}: got {a[at]} at {at}, expected {b[at]}")
+
+
+@contextmanager
+def no_error(rule: str) -> Iterator[None]:
+    """Turn whatever a plugin raises into a `CheckError` that says what was being checked."""
+    try:
+        yield
+    except CheckError:
+        raise
+    except Exception as error:  # the plugin is foreign code: it may raise anything
+        raise CheckError(f"{rule}: {type(error).__name__}: {error}") from error

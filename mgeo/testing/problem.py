@@ -1,0 +1,183 @@
+"""The rules of the plugin contract for problems."""
+
+import json
+import pickle
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from pymoo.core.problem import Problem
+
+from mgeo.dominance import FloatArray, nondominated
+from mgeo.testing.failure import no_error, require, require_equal
+
+
+def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: float = 1e-12) -> None:
+    """Check a problem against the plugin contract.
+
+    The problem is evaluated at `n_points` random points and at both corners of its bounds, some
+    of them several times. Optional parts of the contract are checked where the problem has them.
+
+    Parameters
+    ----------
+    problem : an instance; its class must also be constructible without arguments.
+    seed : of the random points.
+    n_points : number of random points, at least 2.
+    rtol : how much values may depend on what is evaluated beside them (vectorized sums may round
+        differently); 0 for not at all. Repetition must always give the same values exactly.
+
+    Raises
+    ------
+    CheckError : for the first rule that is broken.
+    """
+    require(isinstance(problem, Problem), f"{problem!r} is not a pymoo Problem")
+    _check_bounds(problem)
+    _check_names(problem)
+    unit = np.random.default_rng(seed).random((n_points, problem.n_var))
+    X = np.vstack([problem.xl + (problem.xu - problem.xl) * unit, problem.xl, problem.xu])
+    values = _check_evaluation(problem, X)
+    _check_grouping(problem, X, values, rtol)
+    _check_copies(problem, X, values)
+    _check_presentation(problem, X, values["F"])
+    _check_options(problem, X, values)
+
+
+def evaluated(problem: Problem, X: FloatArray) -> dict[str, FloatArray]:
+    """F, G and H of the rows of `X`, which must come back unmodified."""
+    given = X.copy()
+    with no_error("evaluate(X)"):
+        out = problem.evaluate(given, return_values_of=["F", "G", "H"], return_as_dictionary=True)
+    require_equal(given, X, "evaluate(X) must not modify X")
+    return {key: np.asarray(out[key]) for key in ("F", "G", "H")}
+
+
+def _check_bounds(problem: Problem) -> None:
+    for name in ("n_var", "n_obj"):
+        require(getattr(problem, name) >= 1, f"{name} = {getattr(problem, name)}: expected >= 1")
+    for name in ("xl", "xu"):
+        bound = getattr(problem, name)
+        require(
+            np.shape(bound) == (problem.n_var,) and np.isfinite(bound).all(),
+            f"{name} = {bound}: expected {problem.n_var} finite numbers",
+        )
+    require(
+        np.all(problem.xl <= problem.xu), f"expected xl <= xu, got {problem.xl} and {problem.xu}"
+    )
+
+
+def _check_names(problem: Problem) -> None:
+    for attribute, count in (("var_names", problem.n_var), ("obj_names", problem.n_obj)):
+        names = getattr(problem, attribute, None)
+        if names is None:
+            continue
+        require(
+            len(names) == count and all(isinstance(name, str) and name for name in names),
+            f"{attribute} = {names!r}: expected {count} nonempty strings",
+        )
+        require(len(set(names)) == count, f"{attribute} = {names!r}: expected distinct names")
+
+
+def _check_evaluation(problem: Problem, X: FloatArray) -> dict[str, FloatArray]:
+    values = evaluated(problem, X)
+    counts = {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
+    for key, count in counts.items():
+        shape = values[key].shape
+        require(shape == (len(X), count), f"{key} of shape {shape}: expected {(len(X), count)}")
+        rows = np.flatnonzero(~np.isfinite(values[key]).all(axis=1))
+        require(
+            len(rows) == 0,
+            f"{key} of {len(rows)} of {len(X)} points is not finite (or was never set), such as "
+            f"{values[key][rows[:1]]} at x = {X[rows[:1]]}",
+        )
+    _require_values(problem, X, values, "evaluated again")
+    return values
+
+
+def _require_values(
+    problem: Problem, X: FloatArray, expected: Mapping[str, FloatArray], rule: str, rtol: float = 0
+) -> None:
+    for key, found in evaluated(problem, X).items():
+        require_equal(found, expected[key], f"{key}, {rule}", rtol)
+
+
+def _check_grouping(
+    problem: Problem, X: FloatArray, values: Mapping[str, FloatArray], rtol: float
+) -> None:
+    for i in range(len(X)):
+        alone = {key: value[i : i + 1] for key, value in values.items()}
+        _require_values(problem, X[i : i + 1], alone, f"row {i} evaluated alone", rtol)
+    reverse = {key: value[::-1] for key, value in values.items()}
+    _require_values(problem, X[::-1].copy(), reverse, "rows evaluated in reverse order", rtol)
+
+
+def _check_copies(problem: Problem, X: FloatArray, values: Mapping[str, FloatArray]) -> None:
+    with no_error("pickle the problem"):
+        revived = pickle.loads(pickle.dumps(problem))
+    _require_values(revived, X, values, "evaluated by a pickled copy")
+    with no_error(f"{type(problem).__name__}() must be constructible without arguments"):
+        type(problem)()
+
+
+def _check_presentation(problem: Problem, X: FloatArray, F: FloatArray) -> None:
+    if hasattr(problem, "indicator_space"):
+        given = F.copy()
+        with no_error("indicator_space(F)"):
+            space = np.asarray(problem.indicator_space(given))
+        require_equal(given, F, "indicator_space(F) must not modify F")
+        require(space.shape == F.shape, f"indicator_space(F) of shape {space.shape}: not {F.shape}")
+        require(np.isfinite(space).all(), "indicator_space(F) must be finite where F is")
+        require(
+            np.array_equal(nondominated(space), nondominated(F)),
+            "indicator_space(F) must keep which points dominate which",
+        )
+    if hasattr(problem, "describe"):
+        _check_describe(problem, X)
+    if hasattr(problem, "front_summary"):
+        with no_error("front_summary(F), one row of JSON-able values"):
+            summary = problem.front_summary(F.copy())
+            json.dumps(summary)
+        require(
+            isinstance(summary, dict) and all(isinstance(key, str) for key in summary),
+            f"front_summary(F) = {summary!r}: expected a dict with strings as keys",
+        )
+    if hasattr(problem, "figures"):
+        _check_figures(problem, X)
+
+
+def _check_describe(problem: Problem, X: FloatArray) -> None:
+    from pandas import DataFrame
+
+    given = X.copy()
+    with no_error("describe(X)"):
+        table = problem.describe(given)
+    require_equal(given, X, "describe(X) must not modify X")
+    require(isinstance(table, DataFrame), f"describe(X) is a {type(table).__name__}: no DataFrame")
+    require(len(table) == len(X), f"describe(X) has {len(table)} rows: expected {len(X)}")
+
+
+def _check_figures(problem: Problem, X: FloatArray) -> None:
+    from plotly.basedatatypes import BaseFigure
+
+    given = X.copy()
+    with no_error("figures(X)"):
+        figures = problem.figures(given)
+    require_equal(given, X, "figures(X) must not modify X")
+    require(
+        isinstance(figures, dict) and "front" in figures, "figures(X): expected a dict with 'front'"
+    )
+    for name, figure in figures.items():
+        require(isinstance(figure, BaseFigure), f"figures(X)[{name!r}] is no plotly Figure")
+
+
+def _check_options(problem: Problem, X: FloatArray, values: Mapping[str, FloatArray]) -> None:
+    if not hasattr(problem, "options"):
+        return
+    cls: Any = type(problem)
+    with no_error("options(), a dict that survives JSON"):
+        options = problem.options()
+        revived = json.loads(json.dumps(options, allow_nan=False))
+    require(revived == options, f"options() = {options!r}: comes back from JSON as {revived!r}")
+    with no_error("build the problem from its options()"):
+        again = cls.from_options(revived) if hasattr(cls, "from_options") else cls(**revived)
+    require(again.options() == options, "a problem built from options() has other options()")
+    _require_values(again, X, values, "evaluated by a problem built from options()")
