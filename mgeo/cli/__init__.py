@@ -1,0 +1,5 @@
+"""The command ``mgeo``."""
+
+from mgeo.cli.app import main
+
+__all__ = ["main"]

@@ -1,0 +1,145 @@
+"""Commands and flags; each command imports what it needs only when it is run."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mgeo.cli.errors import one_line_errors
+
+app = typer.Typer(
+    name="mgeo",
+    help="Multiobjective generalized extremal optimization of installed problems.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
+
+
+def main() -> None:
+    """Entry point of the command ``mgeo``."""
+    app()
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"mgeo {version('mgeo')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    show_version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def solve(
+    problem: Annotated[str, typer.Argument(help="Name of a problem (see `mgeo problems`).")],
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE.toml|PRESET", help="Options of the problem: a file, or a preset's name."
+        ),
+    ] = None,
+    algorithm: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="mgeo-real, or one of pymoo's: nsga2, nsga3, u-nsga3, spea2, sms-emoa, age-moea2, "
+            "moead, ctaea, gde3, nsde, mopso-cd.",
+        ),
+    ] = "mgeo-real",
+    sigma: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NUMBER[,NUMBER...]",
+            help="mgeo-real: standard deviation of the perturbation, one or one per variable "
+            "[default: 1.0].",
+        ),
+    ] = None,
+    tau: Annotated[
+        float | None, typer.Option(help="mgeo-real: exponent of the ranking [default: 3.0].")
+    ] = None,
+    runs: Annotated[
+        int | None, typer.Option(help="mgeo-real: independent walkers [default: 30].")
+    ] = None,
+    perturbation: Annotated[
+        str | None,
+        typer.Option(
+            metavar="absolute|relative|range",
+            help="mgeo-real: what sigma is a multiple of: 1, the variable, its range "
+            "[default: absolute].",
+        ),
+    ] = None,
+    population: Annotated[
+        int | None, typer.Option(help="pymoo's algorithms: population size [default: 100].")
+    ] = None,
+    evaluations: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Budget [default: 5000 generations of one candidate per variable]."
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all randomness.")] = 1,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Folder to write [default: runs/PROBLEM-ALGORITHM-seedSEED]."
+        ),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the run in an existing folder.")
+    ] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
+    debug: Debug = False,
+) -> None:
+    """Search the Pareto front of a problem and write it to a folder.
+
+    The folder gets front.csv, run.json (how to run it again) and front.html. Ctrl-C ends the run
+    and keeps what was found; a second one does so without waiting for the generation under way.
+    """
+    from mgeo.cli.solve import Request, parse_sigma, run
+
+    with one_line_errors(debug):
+        given = {
+            "sigma": parse_sigma(sigma) if sigma is not None else None,
+            "tau": tau,
+            "n_runs": runs,
+            "perturbation": perturbation,
+            "population": population,
+        }
+        request = Request(
+            problem=problem,
+            scenario=scenario,
+            algorithm=algorithm,
+            parameters={key: value for key, value in given.items() if value is not None},
+            evaluations=evaluations,
+            seed=seed,
+            out=out or Path("runs", f"{problem}-{algorithm}-seed{seed}"),
+            overwrite=overwrite,
+            quiet=quiet,
+            debug=debug,
+        )
+    raise typer.Exit(run(request))
+
+
+@app.command()
+def problems(debug: Debug = False) -> None:
+    """List the installed problems."""
+    from mgeo.cli.problems import list_problems
+
+    with one_line_errors(debug):
+        list_problems()

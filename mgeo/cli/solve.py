@@ -1,0 +1,165 @@
+"""``mgeo solve``: run, write the folder, show the most telling solutions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.text import Text
+
+from mgeo.cli.consoles import console
+from mgeo.cli.displays import clock, run_display
+from mgeo.cli.errors import one_line_errors
+from mgeo.cli.progress import Reporter
+from mgeo.cli.scenario import read_scenario
+from mgeo.cli.signals import StopRequest, stop_requests
+from mgeo.cli.solutions import solutions_table
+from mgeo.figures import front_figure, page
+from mgeo.runs import (
+    FIGURE_FILE,
+    Outcome,
+    PreparedRun,
+    Run,
+    installed_versions,
+    prepare,
+    prepare_folder,
+    write_figure,
+    write_run,
+)
+from mgeo.runs.algorithms import complete_parameters
+
+_FLAGS = {"n_runs": "--runs"}  # the others are called as the parameter
+
+
+@dataclass(frozen=True)
+class Request:
+    """What was asked for on the command line."""
+
+    problem: str
+    scenario: str | None
+    algorithm: str
+    parameters: Mapping[str, Any]
+    evaluations: int | None
+    seed: int
+    out: Path
+    overwrite: bool
+    quiet: bool
+    debug: bool
+
+
+def run(request: Request) -> int:
+    """Do it; the exit code.
+
+    0 if the budget was used, 128 + the number of the signal that stopped the run.
+    """
+    with one_line_errors(request.debug):
+        check_flags(request.algorithm, request.parameters)
+        prepared = prepare(
+            request.problem,
+            read_scenario(request.scenario),
+            algorithm=request.algorithm,
+            parameters=request.parameters,
+            evaluations=request.evaluations,
+            seed=request.seed,
+        )
+        prepare_folder(request.out, overwrite=request.overwrite)
+    try:
+        outcome, stop = _solve(prepared, request)
+    except BaseException:
+        with suppress(OSError):  # a folder with something in it stays
+            request.out.rmdir()
+        raise
+    made = Run(prepared.recipe, outcome, installed_versions(request.problem))
+    with one_line_errors(request.debug):
+        # the folder was checked before the run: whatever is in it now may be replaced
+        write_run(request.out, made, overwrite=True)
+    html = _front_page(prepared, outcome)
+    with one_line_errors(request.debug):
+        if html is not None:
+            write_figure(request.out, html)
+    if not request.quiet:
+        _print_results(prepared, outcome, request.out, html is not None)
+    return stop.exit_code if outcome.status == "interrupted" else 0
+
+
+def check_flags(algorithm: str, parameters: Mapping[str, Any]) -> None:
+    """Refuse flags that the algorithm does not take, in terms of flags.
+
+    Raises
+    ------
+    ValueError
+        Naming the flag and those the algorithm takes.
+    """
+    known = complete_parameters(algorithm, {})
+    for key in parameters:
+        if key not in known:
+            flags = ", ".join(map(_flag, known))
+            raise ValueError(f"{_flag(key)} does not apply to {algorithm}, which takes {flags}")
+
+
+def parse_sigma(text: str) -> float | list[float]:
+    """One number, or a list where there are commas.
+
+    Raises
+    ------
+    ValueError
+        If an entry is no number.
+    """
+    try:
+        numbers = [float(entry) for entry in text.split(",")]
+    except ValueError as error:
+        raise ValueError(
+            f"--sigma = {text!r}: expected a number or numbers separated by commas"
+        ) from error
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
+def _flag(parameter: str) -> str:
+    return _FLAGS.get(parameter, f"--{parameter}")
+
+
+def _solve(prepared: PreparedRun, request: Request) -> tuple[Outcome, StopRequest]:
+    with stop_requests() as stop, ExitStack() as shown:
+        display = None
+        if not request.quiet:
+            live = run_display(console(stderr=True), _title(prepared), stop)
+            display = shown.enter_context(live)
+        return prepared.solve(Reporter(display, stop)), stop
+
+
+def _title(prepared: PreparedRun) -> str:
+    recipe = prepared.recipe
+    values = ", ".join(f"{key} = {value}" for key, value in recipe.parameters.items())
+    return f"{recipe.problem} · {recipe.algorithm} ({values}) · seed {recipe.seed}"
+
+
+def _front_page(prepared: PreparedRun, outcome: Outcome) -> str | None:
+    """The plugin's picture of the front or else ours, None where neither can draw it."""
+    title = _title(prepared)
+    figure = None
+    if hasattr(prepared.problem, "figures") and len(outcome.X):
+        figure = prepared.problem.figures(outcome.X).get("front")
+    if figure is None and len(outcome.objectives) <= 3:
+        figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
+    return None if figure is None else page(figure, title)
+
+
+def _print_results(prepared: PreparedRun, outcome: Outcome, folder: Path, drawn: bool) -> None:
+    out = console()
+    summary = [
+        f"{outcome.status} after {outcome.evaluations:,} evaluations in {clock(outcome.wall_time)}",
+        f"{len(outcome.F):,} solutions",
+    ]
+    volume = outcome.hypervolume
+    if volume is not None:
+        note = "" if volume.space == "problem" else " of the range this run saw"
+        summary.append(f"hypervolume {volume.value:.4f}{note}")
+    out.print(Text("; ".join(summary)), soft_wrap=True)
+    if len(outcome.F):
+        out.print(solutions_table(prepared.problem, outcome))
+    else:
+        out.print(Text("no feasible solution was found"))
+    out.print(Text(f"written: {folder / (FIGURE_FILE if drawn else '')}"), soft_wrap=True)

@@ -1,0 +1,116 @@
+"""Interactive picture of a front of one to three objectives, for problems that draw none."""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+
+_LOG_FROM = 100.0  # ratio of largest to smallest value from which an axis is logarithmic
+_MARKER = {"size": 7, "color": "#1f5fa8", "line": {"width": 0.5, "color": "white"}}
+_MARKER_3D = {"size": 4, "color": "#1f5fa8"}
+_GRID = "#e3e6ea"
+
+
+def front_figure(
+    X: NDArray[np.float64],
+    F: NDArray[np.float64],
+    variables: tuple[str, ...],
+    objectives: tuple[str, ...],
+    title: str = "",
+) -> go.Figure:
+    """Front with every solution's variables in its hover text.
+
+    One objective is drawn over the solution's number, two as points and the boundary of what they
+    dominate, three in space. Axes whose values span a factor of 100 are logarithmic.
+
+    Parameters
+    ----------
+    X, F
+        Solutions (n, n_var) and objectives (n, n_obj).
+    variables, objectives
+        Their names, with units.
+
+    Raises
+    ------
+    ValueError
+        If there are more than three objectives.
+    """
+    if len(objectives) > 3:
+        raise ValueError(f"{len(objectives)} objectives: expected at most 3 to draw the front")
+    draw = (_one, _two, _three)[len(objectives) - 1]
+    figure = draw(F, objectives, hover_texts(X, F, variables, objectives))
+    figure.update_layout(
+        title=title,
+        template="plotly_white",
+        showlegend=False,
+        font_size=14,
+        hoverlabel_align="left",
+    )
+    return figure
+
+
+def hover_texts(
+    X: NDArray[np.float64],
+    F: NDArray[np.float64],
+    variables: tuple[str, ...],
+    objectives: tuple[str, ...],
+) -> list[str]:
+    """One text per solution: objectives in bold, then variables, each with its name."""
+    texts = []
+    for x, f in zip(X, F, strict=True):
+        lines = [f"<b>{name}: {value:.6g}</b>" for name, value in zip(objectives, f, strict=True)]
+        lines += [f"{name}: {value:.5g}" for name, value in zip(variables, x, strict=True)]
+        texts.append("<br>".join(lines))
+    return texts
+
+
+def _one(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]) -> go.Figure:
+    number = np.arange(1, len(F) + 1)
+    figure = go.Figure(_points(number, F[:, 0], texts))
+    figure.update_xaxes(title="solution", dtick=1 if len(F) < 20 else None)
+    figure.update_yaxes(title=objectives[0], type=_scale(F[:, 0]))
+    return figure
+
+
+def _two(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]) -> go.Figure:
+    order = np.lexsort((F[:, 1], F[:, 0]))
+    boundary = go.Scatter(
+        x=F[order, 0],
+        y=F[order, 1],
+        mode="lines",
+        line={"shape": "hv", "width": 1, "color": "#9db7d5"},
+        hoverinfo="skip",
+    )
+    figure = go.Figure([boundary, _points(F[:, 0], F[:, 1], texts)])
+    figure.update_xaxes(title=objectives[0], type=_scale(F[:, 0]), gridcolor=_GRID)
+    figure.update_yaxes(title=objectives[1], type=_scale(F[:, 1]), gridcolor=_GRID)
+    return figure
+
+
+def _three(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]) -> go.Figure:
+    figure = go.Figure(
+        go.Scatter3d(
+            x=F[:, 0],
+            y=F[:, 1],
+            z=F[:, 2],
+            mode="markers",
+            marker=_MARKER_3D,
+            hovertext=texts,
+            hoverinfo="text",
+        )
+    )
+    axes = zip(("xaxis", "yaxis", "zaxis"), objectives, F.T, strict=True)
+    figure.update_scenes(
+        {axis: {"title": {"text": name}, "type": _scale(column)} for axis, name, column in axes}
+    )
+    return figure
+
+
+def _points(x: NDArray[np.generic], y: NDArray[np.float64], texts: list[str]) -> go.Scatter:
+    return go.Scatter(x=x, y=y, mode="markers", marker=_MARKER, hovertext=texts, hoverinfo="text")
+
+
+def _scale(values: NDArray[np.float64]) -> str:
+    wide = len(values) and values.min() > 0 and values.max() / values.min() >= _LOG_FROM
+    return "log" if wide else "linear"

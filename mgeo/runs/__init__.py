@@ -1,0 +1,48 @@
+"""Runs: made from a recipe, kept in a folder, made again from it.
+
+::
+
+    run = prepare("attitude", algorithm="nsga2", seed=3)
+    outcome = run.solve()
+    write_run("runs/one", Run(run.recipe, outcome, installed_versions("attitude")))
+    read_run("runs/one").recipe.prepare().solve()  # the same front
+"""
+
+from mgeo.runs.folder import (
+    FIGURE_FILE,
+    FRONT_FILE,
+    RUN_FILE,
+    Run,
+    front_table,
+    installed_versions,
+    prepare_folder,
+    read_run,
+    write_figure,
+    write_run,
+)
+from mgeo.runs.highlights import Highlight, highlights
+from mgeo.runs.hypervolume import Hypervolume
+from mgeo.runs.recipe import PreparedRun, Recipe, prepare
+from mgeo.runs.solve import Outcome, State, solve
+
+__all__ = [
+    "FIGURE_FILE",
+    "FRONT_FILE",
+    "RUN_FILE",
+    "Highlight",
+    "Hypervolume",
+    "Outcome",
+    "PreparedRun",
+    "Recipe",
+    "Run",
+    "State",
+    "front_table",
+    "highlights",
+    "installed_versions",
+    "prepare",
+    "prepare_folder",
+    "read_run",
+    "solve",
+    "write_figure",
+    "write_run",
+]

@@ -1,0 +1,158 @@
+"""Algorithms by name: MGEOReal and those of pymoo, imported only when one is built."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from mgeo.algorithms.base import EXECUTIONS
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+    from pymoo.core.algorithm import Algorithm
+    from pymoo.core.problem import Problem
+
+DEFAULT = "mgeo-real"
+
+
+def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
+    """The algorithm of this name, ready to be set up on `problem`.
+
+    Raises
+    ------
+    ValueError
+        If the name or a parameter is unknown, a value is refused, or the algorithm cannot treat
+        the problem.
+    """
+    complete = complete_parameters(name, parameters)
+    entry = ALGORITHMS[name]
+    try:
+        cls = getattr(import_module(entry.module), entry.cls)
+    except (ImportError, AttributeError) as error:
+        raise ValueError(f"algorithm {name!r} is not in the installed pymoo: {error}") from error
+    return entry.build(cls, complete, problem)
+
+
+def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """All parameters of an algorithm: those given and the defaults of the others.
+
+    Raises
+    ------
+    ValueError
+        If the name or a parameter is unknown.
+    """
+    if name not in ALGORITHMS:
+        close = difflib.get_close_matches(name, ALGORITHMS, n=1)
+        suggestion = f"; did you mean {close[0]!r}?" if close else ""
+        raise ValueError(
+            f"no algorithm is called {name!r}: expected one of {', '.join(ALGORITHMS)}{suggestion}"
+        )
+    defaults = ALGORITHMS[name].defaults
+    for key in parameters:
+        if key not in defaults:
+            raise ValueError(
+                f"algorithm {name!r} has no parameter {key!r}: expected {', '.join(defaults)}"
+            )
+    return {**defaults, **parameters}
+
+
+def default_evaluations(algorithm: Algorithm, problem: Problem) -> int:
+    """What `mgeo.MGEOReal` makes by default; the same for every algorithm, so that runs compare.
+
+    That is the paper's 5000 generations of one candidate per variable, shared by the walkers:
+    59,760 for 12 variables and 30 walkers, which are also assumed where there are no walkers.
+    """
+    walkers = getattr(algorithm, "n_runs", 30)
+    return int(max(1, EXECUTIONS // walkers) * walkers * problem.n_var)
+
+
+@dataclass(frozen=True)
+class _Entry:
+    module: str
+    cls: str
+    defaults: Mapping[str, Any]
+    build: Callable[[Any, Mapping[str, Any], Problem], Algorithm]
+
+
+def _with_walkers(cls: Any, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
+    return cls(**parameters)
+
+
+def _with_population(cls: Any, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
+    return cls(pop_size=_population(parameters))
+
+
+def _with_directions_and_population(
+    cls: Any, parameters: Mapping[str, Any], problem: Problem
+) -> Algorithm:
+    population = _population(parameters)
+    return cls(ref_dirs=_directions(population, problem), pop_size=population)
+
+
+def _with_directions(cls: Any, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
+    return cls(ref_dirs=_directions(_population(parameters), problem))
+
+
+def _moead(cls: Any, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
+    if problem.has_constraints():
+        raise ValueError("algorithm 'moead' does not treat constraints, which this problem has")
+    return _with_directions(cls, parameters, problem)
+
+
+def _population(parameters: Mapping[str, Any]) -> int:
+    population = parameters["population"]
+    if isinstance(population, bool) or not isinstance(population, int) or population < 4:
+        raise ValueError(f"population = {population!r}: expected an integer >= 4")
+    return population
+
+
+def _directions(population: int, problem: Problem) -> NDArray[np.float64]:
+    """As many evenly spaced directions (Das and Dennis) as fit into the population."""
+    if problem.n_obj < 2:
+        raise ValueError("an algorithm with reference directions needs 2 or more objectives")
+    from pymoo.util.ref_dirs import get_reference_directions
+    from pymoo.util.reference_direction import get_partition_closest_to_points
+
+    partitions = get_partition_closest_to_points(population, problem.n_obj)
+    if partitions < 1:
+        raise ValueError(
+            f"population = {population}: expected >= {problem.n_obj}, one per objective"
+        )
+    directions: NDArray[np.float64] = get_reference_directions(
+        "das-dennis", problem.n_obj, n_partitions=partitions
+    )
+    return directions
+
+
+def _pymoo(
+    module: str,
+    cls: str,
+    build: Callable[[Any, Mapping[str, Any], Problem], Algorithm] = _with_population,
+) -> _Entry:
+    return _Entry(f"pymoo.algorithms.moo.{module}", cls, {"population": 100}, build)
+
+
+# Not here: CMOPSO, whose runs do not repeat with a seed; RVEA, whose result is not a front.
+ALGORITHMS: Mapping[str, _Entry] = {
+    DEFAULT: _Entry(
+        "mgeo",
+        "MGEOReal",
+        {"sigma": 1.0, "tau": 3.0, "n_runs": 30, "perturbation": "absolute"},
+        _with_walkers,
+    ),
+    "nsga2": _pymoo("nsga2", "NSGA2"),
+    "nsga3": _pymoo("nsga3", "NSGA3", _with_directions_and_population),
+    "u-nsga3": _pymoo("unsga3", "UNSGA3", _with_directions_and_population),
+    "spea2": _pymoo("spea2", "SPEA2"),
+    "sms-emoa": _pymoo("sms", "SMSEMOA"),
+    "age-moea2": _pymoo("age2", "AGEMOEA2"),
+    "moead": _pymoo("moead", "MOEAD", _moead),
+    "ctaea": _pymoo("ctaea", "CTAEA", _with_directions),
+    "gde3": _pymoo("gde3", "GDE3"),
+    "nsde": _pymoo("nsde", "NSDE"),
+    "mopso-cd": _pymoo("mopso_cd", "MOPSO_CD"),
+}

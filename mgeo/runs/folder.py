@@ -1,0 +1,176 @@
+"""Run folders: ``front.csv``, ``run.json`` and ``front.html``.
+
+``front.csv`` has one row per solution and a column for each variable and objective; floats are
+written by repr, so they read back exactly. ``run.json`` says how to make the run again and how it
+went; it is written last, so a folder that has it is complete.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from mgeo.files import write_file, write_files
+from mgeo.plugins import find_plugin
+from mgeo.runs.hypervolume import Hypervolume
+from mgeo.runs.recipe import Recipe
+from mgeo.runs.solve import Outcome
+
+FORMAT = 1
+RUN_FILE, FRONT_FILE, FIGURE_FILE = "run.json", "front.csv", "front.html"
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A finished or interrupted run: how to make it again, what it found, what it ran with."""
+
+    recipe: Recipe
+    outcome: Outcome
+    versions: Mapping[str, str]
+
+
+def prepare_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
+    """Make the folder of a run to come, before time is spent on the run.
+
+    Raises
+    ------
+    FileExistsError
+        If there is something in it and `overwrite` is not set.
+    OSError
+        If it cannot be made.
+    """
+    folder = Path(folder)
+    if folder.exists() and not folder.is_dir():
+        raise FileExistsError(f"{folder} is a file: expected a folder to write the run into")
+    folder.mkdir(parents=True, exist_ok=True)
+    if not overwrite and any(folder.iterdir()):
+        raise FileExistsError(f"{folder} is not empty: choose another folder or allow --overwrite")
+    return folder
+
+
+def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
+    """Write ``front.csv`` and ``run.json``, whole or not at all.
+
+    A figure of an earlier run in the folder is removed; other files are left alone.
+
+    Raises
+    ------
+    OSError
+        If the folder is in use (see `prepare_folder`) or cannot be written.
+    """
+    folder = prepare_folder(folder, overwrite=overwrite)
+    table = front_table(run.outcome).to_csv(index=False, lineterminator="\n")
+    text = json.dumps(_to_dict(run), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    write_files(folder, {FRONT_FILE: table.encode(), RUN_FILE: text.encode()})
+    (folder / FIGURE_FILE).unlink(missing_ok=True)
+
+
+def write_figure(folder: Path | str, html: str) -> None:
+    """Write ``front.html``, whole or not at all."""
+    write_file(Path(folder) / FIGURE_FILE, html.encode())
+
+
+def read_run(folder: Path | str) -> Run:
+    """What `write_run` wrote.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder holds no run.
+    ValueError
+        If a file is not as `write_run` writes it; the message names the file and the key.
+    """
+    folder = Path(folder)
+    path = folder / RUN_FILE
+    if not path.is_file():
+        raise FileNotFoundError(f"{folder} holds no run: there is no {RUN_FILE}")
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        _check_format(data)
+        return _from_dict(data, pd.read_csv(folder / FRONT_FILE, float_precision="round_trip"))
+    except KeyError as error:
+        raise ValueError(f"{path}: {error.args[0]} is missing") from error
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def front_table(outcome: Outcome) -> pd.DataFrame:
+    """The front as a table: one row per solution, variables first."""
+    return pd.concat(
+        [
+            pd.DataFrame(outcome.X, columns=list(outcome.variables)),
+            pd.DataFrame(outcome.F, columns=list(outcome.objectives)),
+        ],
+        axis=1,
+    )
+
+
+def installed_versions(problem: str) -> dict[str, str]:
+    """Versions of what a run of this problem depends on."""
+    plugin = find_plugin(problem)
+    return {
+        "python": platform.python_version(),
+        **{name: version(name) for name in ("mgeo", "pymoo", "numpy")},
+        plugin.distribution: plugin.version,
+    }
+
+
+def _to_dict(run: Run) -> dict[str, Any]:
+    outcome = run.outcome
+    return {
+        "format": FORMAT,
+        "status": outcome.status,
+        "recipe": run.recipe.to_dict(),
+        "evaluations": outcome.evaluations,
+        "solutions": len(outcome.F),
+        "hypervolume": asdict(outcome.hypervolume) if outcome.hypervolume else None,
+        "variables": list(outcome.variables),
+        "objectives": list(outcome.objectives),
+        "started": outcome.started.astimezone(UTC).isoformat(),
+        "wall_time_s": outcome.wall_time,
+        "versions": dict(run.versions),
+    }
+
+
+def _check_format(data: Any) -> None:
+    found = data.get("format") if isinstance(data, dict) else None
+    if found != FORMAT:
+        raise ValueError(f"format = {found!r}: this version of mgeo reads format {FORMAT}")
+
+
+def _from_dict(data: Mapping[str, Any], front: pd.DataFrame) -> Run:
+    variables, objectives = tuple(data["variables"]), tuple(data["objectives"])
+    if tuple(front.columns) != variables + objectives or len(front) != data["solutions"]:
+        raise ValueError(
+            f"{FRONT_FILE} has {len(front)} rows and the columns {list(front.columns)}: expected "
+            f"{data['solutions']} rows and {[*variables, *objectives]}"
+        )
+    if data["status"] not in ("finished", "interrupted"):
+        raise ValueError(f"status = {data['status']!r}: expected 'finished' or 'interrupted'")
+    outcome = Outcome(
+        X=front[list(variables)].to_numpy(float),
+        F=front[list(objectives)].to_numpy(float),
+        variables=variables,
+        objectives=objectives,
+        status=data["status"],
+        evaluations=data["evaluations"],
+        hypervolume=_hypervolume(data["hypervolume"]),
+        started=datetime.fromisoformat(data["started"]),
+        wall_time=data["wall_time_s"],
+    )
+    return Run(Recipe.from_dict(data["recipe"]), outcome, data["versions"])
+
+
+def _hypervolume(data: Mapping[str, Any] | None) -> Hypervolume | None:
+    if data is None:
+        return None
+    ideal, nadir = tuple(data["ideal"]), tuple(data["nadir"])
+    return Hypervolume(data["value"], data["space"], ideal, nadir)

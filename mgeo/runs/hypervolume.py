@@ -1,0 +1,78 @@
+"""Hypervolume of a run's fronts, seen as the problem says indicators should see them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pymoo.indicators.hv import HV
+
+if TYPE_CHECKING:
+    from pymoo.core.population import Population
+    from pymoo.core.problem import Problem
+
+# The exact hypervolume takes 1 ms for 300 points in 5 objectives, 40 ms in 6, a minute in 8.
+MAX_OBJECTIVES = 5
+
+
+@dataclass(frozen=True)
+class Hypervolume:
+    """A hypervolume with reference point (1, ..., 1), and the space it was measured in.
+
+    ``space`` is "problem" (the problem's `indicator_space`) or "seen": objectives scaled so that
+    everything the run evaluated lies between 0 (``ideal``) and 1 (``nadir``), in which case the
+    value does not compare with that of another run.
+    """
+
+    value: float
+    space: Literal["problem", "seen"]
+    ideal: tuple[float, ...] = ()
+    nadir: tuple[float, ...] = ()
+
+
+class HypervolumeMeter:
+    """Measures fronts of one problem; watches what a run evaluates where it needs the range."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._n_obj: int = problem.n_obj
+        self._indicator_space: Any = getattr(problem, "indicator_space", None)
+        self._ideal = np.full(self._n_obj, np.inf)
+        self._nadir = np.full(self._n_obj, -np.inf)
+
+    def see(self, population: Population) -> None:
+        """Take evaluated solutions into the range seen (the finite, feasible ones)."""
+        if self._indicator_space is not None:
+            return
+        F = population.get("F")[population.get("feas")]
+        F = F[np.isfinite(F).all(axis=1)]
+        if len(F):
+            self._ideal = np.minimum(self._ideal, F.min(axis=0))
+            self._nadir = np.maximum(self._nadir, F.max(axis=0))
+
+    def __call__(self, F: ArrayLike) -> Hypervolume | None:
+        """Hypervolume of a front, shape (n, n_obj); None beyond `MAX_OBJECTIVES` objectives."""
+        front = np.asarray(F, dtype=float)
+        if self._n_obj > MAX_OBJECTIVES:
+            return None
+        if self._indicator_space is not None:
+            value = _hypervolume(self._indicator_space(front)) if len(front) else 0.0
+            return Hypervolume(value, "problem")
+        if not len(front):
+            return Hypervolume(0.0, "seen")
+        value = _hypervolume(scaled(front, self._ideal, self._nadir))
+        ideal, nadir = self._ideal.tolist(), self._nadir.tolist()
+        return Hypervolume(value, "seen", tuple(ideal), tuple(nadir))
+
+
+def scaled(
+    F: NDArray[np.float64], ideal: NDArray[np.float64], nadir: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """`F` with `ideal` at 0 and `nadir` at 1; an objective without extent only moves to 0."""
+    extent = nadir - ideal
+    return (F - ideal) / np.where(extent > 0, extent, 1.0)
+
+
+def _hypervolume(points: NDArray[np.float64]) -> float:
+    return float(HV(ref_point=np.ones(points.shape[1]))(points))

@@ -1,0 +1,37 @@
+"""Names of variables and objectives, with units where the problem gives them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pymoo.core.problem import Problem
+
+
+def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the variables and of the objectives.
+
+    They are the problem's ``var_names`` and ``obj_names``, or else x1, x2, ... and f1, f2, ...
+
+    Raises
+    ------
+    ValueError
+        If there is not one name for each, or a name occurs twice.
+    """
+    variables = _names(problem, "var_names", "x", problem.n_var)
+    objectives = _names(problem, "obj_names", "f", problem.n_obj)
+    both = set(variables) & set(objectives)
+    if both:
+        raise ValueError(f"{min(both)!r} names both a variable and an objective")
+    return variables, objectives
+
+
+def _names(problem: Problem, attribute: str, letter: str, count: int) -> tuple[str, ...]:
+    default = [f"{letter}{i + 1}" for i in range(count)]
+    names = tuple(map(str, getattr(problem, attribute, None) or default))
+    if len(set(names)) != count or len(names) != count:
+        raise ValueError(
+            f"{attribute} of {type(problem).__name__} = {list(names)}: "
+            f"expected {count} different names"
+        )
+    return names

@@ -1,0 +1,156 @@
+"""One run of one algorithm on one problem."""
+
+from __future__ import annotations
+
+import copy
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
+from mgeo.runs.names import column_names
+
+if TYPE_CHECKING:
+    from pymoo.core.algorithm import Algorithm
+    from pymoo.core.population import Population
+    from pymoo.core.problem import Problem
+
+Status = Literal["finished", "interrupted"]
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What a run found: its front, ordered by the first objective, and how it went.
+
+    ``X`` is (n, n_var) and ``F`` is (n, n_obj), both in the problem's own units; n = 0 if no
+    feasible solution was found. ``started`` is UTC, ``wall_time`` in seconds.
+    """
+
+    X: NDArray[np.float64]
+    F: NDArray[np.float64]
+    variables: tuple[str, ...]
+    objectives: tuple[str, ...]
+    status: Status
+    evaluations: int
+    hypervolume: Hypervolume | None
+    started: datetime
+    wall_time: float
+
+
+class State:
+    """A run under way, as its callback sees it after every step of the algorithm."""
+
+    def __init__(self, problem: Problem, algorithm: Algorithm, budget: int) -> None:
+        self.variables, self.objectives = column_names(problem)
+        self.budget = budget
+        self.evaluations = 0
+        self.stopped = False
+        self._algorithm = algorithm
+        self._meter = HypervolumeMeter(problem)
+        self._front: Population | None = None
+        self._shapes = (problem.n_var, problem.n_obj)
+        self._clock = time.perf_counter()
+        self._watcher = algorithm.evaluator.callback
+        algorithm.evaluator.callback = self._evaluated
+
+    def stop(self) -> None:
+        """End the run here; its status is then "interrupted"."""
+        self.stopped = True
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds since the run began."""
+        return time.perf_counter() - self._clock
+
+    def front(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """X (n, n_var) and F (n, n_obj) of the feasible solutions of the front so far."""
+        n_var, n_obj = self._shapes
+        if self._front is None or not len(self._front):
+            return np.empty((0, n_var)), np.empty((0, n_obj))
+        feasible = self._front[self._front.get("feas")]
+        X, F = feasible.get("X", "F")
+        return X.astype(float).reshape(-1, n_var), F.astype(float).reshape(-1, n_obj)
+
+    def hypervolume(self, F: NDArray[np.float64]) -> Hypervolume | None:
+        """Hypervolume of a front of this run."""
+        return self._meter(F)
+
+    def _evaluated(self, population: Population) -> None:
+        self._meter.see(population)
+        if self._watcher is not None:
+            self._watcher(population)
+
+    def update(self) -> None:
+        """Take over what the algorithm has after a whole step."""
+        self._front = self._algorithm.opt
+        self.evaluations = self._algorithm.evaluator.n_eval
+
+
+def solve(
+    problem: Problem,
+    algorithm: Algorithm,
+    evaluations: int,
+    seed: int,
+    callback: Callable[[State], object] | None = None,
+) -> Outcome:
+    """Run a copy of `algorithm` on `problem` until it has made `evaluations` or is stopped.
+
+    The last generation is completed, so slightly more evaluations may be made. `callback` is
+    called after every step and may call ``state.stop()``. A KeyboardInterrupt ends the run at
+    once; what was found up to the last whole step is returned, with status "interrupted".
+
+    Raises
+    ------
+    ValueError
+        As `set_up`.
+    """
+    started = datetime.now(UTC)
+    algorithm = set_up(problem, algorithm, evaluations, seed)
+    state = State(problem, algorithm, evaluations)
+    try:
+        while algorithm.has_next() and not state.stopped:
+            algorithm.next()
+            state.update()
+            if callback is not None:
+                callback(state)
+    except KeyboardInterrupt:
+        state.stop()
+    return _outcome(state, started)
+
+
+def set_up(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int) -> Algorithm:
+    """A copy of `algorithm`, ready for its first step; nothing is evaluated yet.
+
+    Raises
+    ------
+    ValueError
+        If `evaluations` or `seed` is out of range, or the algorithm refuses the problem.
+    """
+    if evaluations < 1:
+        raise ValueError(f"evaluations = {evaluations}: expected >= 1")
+    if seed < 0:
+        raise ValueError(f"seed = {seed}: expected >= 0")
+    ready = copy.deepcopy(algorithm)
+    ready.setup(problem, termination=("n_eval", evaluations), seed=seed)
+    return ready
+
+
+def _outcome(state: State, started: datetime) -> Outcome:
+    X, F = state.front()
+    order = np.lexsort(F.T[::-1])
+    return Outcome(
+        X=X[order],
+        F=F[order],
+        variables=state.variables,
+        objectives=state.objectives,
+        status="interrupted" if state.stopped and state.evaluations < state.budget else "finished",
+        evaluations=state.evaluations,
+        hypervolume=state.hypervolume(F),
+        started=started,
+        wall_time=state.elapsed,
+    )

@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+from pymoo.indicators.hv import HV
+from pymoo.problems.many import DTLZ2
+from pymoo.problems.multi import BNH, ZDT1
+from pymoo.problems.single import Sphere
+
+from mgeo.runs.algorithms import (
+    ALGORITHMS,
+    build_algorithm,
+    complete_parameters,
+    default_evaluations,
+)
+from mgeo.runs.solve import solve
+
+SMALL = {"mgeo-real": {"n_runs": 4, "sigma": 0.1}}
+DIRECTED = ("nsga3", "u-nsga3", "moead", "ctaea")
+AREA = HV(ref_point=np.array([1.1, 6.0]))
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_every_algorithm_improves_a_front_and_repeats_itself(name):
+    problem = ZDT1(n_var=5)
+    algorithm = build_algorithm(name, SMALL.get(name, {"population": 20}), problem)
+    first = solve(problem, algorithm, 20, seed=1)
+    longer = solve(problem, algorithm, 600, seed=1)
+    again = solve(problem, algorithm, 600, seed=1)
+    assert AREA(longer.F) > AREA(first.F)
+    assert 600 <= longer.evaluations < 640
+    assert np.array_equal(longer.X, again.X)
+    assert np.array_equal(problem.evaluate(longer.X), longer.F)
+    worse = (longer.F[:, None] >= longer.F).all(axis=2) & (longer.F[:, None] > longer.F).any(axis=2)
+    assert not worse.any()
+
+
+@pytest.mark.parametrize("name", DIRECTED)
+@pytest.mark.parametrize(("problem", "count"), [(ZDT1(), 50), (DTLZ2(), 45)])
+def test_reference_directions_fill_the_population(name, problem, count):
+    # Das and Dennis: C(p + m - 1, p) directions; 3 objectives: 45 for p = 8, 55 for p = 9
+    directions = build_algorithm(name, {"population": 50}, problem).ref_dirs
+    assert directions.shape == (count, problem.n_obj)
+    assert np.allclose(directions.sum(axis=1), 1)
+
+
+def test_names_parameters_and_values_are_checked():
+    with pytest.raises(ValueError, match=r"'nsag2'.*did you mean 'nsga2'\?"):
+        complete_parameters("nsag2", {})
+    with pytest.raises(ValueError, match=r"'nsga2' has no parameter 'tau': expected population"):
+        complete_parameters("nsga2", {"tau": 1})
+    for population in (3, 4.5, True, "20"):
+        with pytest.raises(ValueError, match=r"population = .*expected an integer >= 4"):
+            build_algorithm("nsga2", {"population": population}, ZDT1())
+    with pytest.raises(ValueError, match="tau = -1"):
+        build_algorithm("mgeo-real", {"tau": -1}, ZDT1())
+
+
+def test_problems_an_algorithm_cannot_treat_are_refused():
+    with pytest.raises(ValueError, match="'moead' does not treat constraints"):
+        build_algorithm("moead", {}, BNH())
+    with pytest.raises(ValueError, match="needs 2 or more objectives"):
+        build_algorithm("nsga3", {}, Sphere())
+    with pytest.raises(ValueError, match="population = 4: expected >= 5"):
+        build_algorithm("nsga3", {"population": 4}, DTLZ2(n_obj=5))
+
+
+def test_parameters_are_completed():
+    assert complete_parameters("mgeo-real", {"tau": 2.0}) == {
+        "sigma": 1.0,
+        "tau": 2.0,
+        "n_runs": 30,
+        "perturbation": "absolute",
+    }
+
+
+def test_the_default_budget_is_the_papers_and_the_same_for_all():
+    problem = ZDT1(n_var=12)
+    for name in ("mgeo-real", "nsga2"):
+        assert default_evaluations(build_algorithm(name, {}, problem), problem) == 59760
+    alone = build_algorithm("mgeo-real", {"n_runs": 1}, problem)
+    assert default_evaluations(alone, problem) == 60000
+
+
+def test_an_algorithm_missing_from_pymoo_says_so(monkeypatch):
+    monkeypatch.setattr("mgeo.runs.algorithms.import_module", lambda name: object())
+    with pytest.raises(ValueError, match="'gde3' is not in the installed pymoo"):
+        build_algorithm("gde3", {}, ZDT1())

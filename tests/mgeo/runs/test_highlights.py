@@ -1,0 +1,88 @@
+import numpy as np
+import pytest
+from pymoo.core.problem import Problem
+
+from mgeo.runs.highlights import extremes, highlights, knee
+
+
+class Plain(Problem):
+    def __init__(self, n_obj=2):
+        super().__init__(n_var=1, n_obj=n_obj, xl=0, xu=1)
+
+
+class Logarithmic(Plain):
+    def indicator_space(self, F):
+        return np.log10(np.asarray(F))
+
+
+def circle(n):
+    """A convex front bulging toward the origin, from (0, 1) to (1, 0)."""
+    angle = np.linspace(0, np.pi / 2, n)
+    return 1 - np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def test_of_a_quarter_circle_the_extremes_the_knee_and_two_between_are_shown():
+    F = circle(101)[::-1]  # from (1, 0) to (0, 1)
+    chosen = highlights(Plain(), F, ("a", "b"))
+    assert [h.label for h in chosen] == ["best a", "between", "knee", "between", "best b"]
+    assert [h.row for h in chosen] == [100, 75, 50, 25, 0]
+
+
+def test_scale_of_the_objectives_does_not_matter():
+    F = circle(101)
+    rows = [h.row for h in highlights(Plain(), F * [1e6, 1e-6] + 5, ("a", "b"))]
+    assert rows == [h.row for h in highlights(Plain(), F, ("a", "b"))]
+
+
+def test_the_knee_is_sought_in_the_problems_indicator_space():
+    # straight in logarithms but for one point, which a linear scale would not pick
+    F = np.array([[1.0, 1000.0], [10.0, 100.0], [300.0, 2.0], [1000.0, 1.0]])
+    labels = {h.row: h.label for h in highlights(Logarithmic(), F, ("a", "b"))}
+    assert labels[2] == "knee"
+    linear = {h.row: h.label for h in highlights(Plain(), F, ("a", "b"))}
+    assert linear[1] == "knee"
+
+
+@pytest.mark.parametrize("bulge", [0.0, 0.2])
+def test_straight_and_concave_fronts_have_no_knee(bulge):
+    x = np.linspace(0, 1, 11)
+    F = np.column_stack([x, 1 - x + bulge * np.sin(np.pi * x)])
+    assert knee(F) is None
+    labels = [h.label for h in highlights(Plain(), F, ("a", "b"))]
+    assert labels == ["best a", "between", "between", "between", "best b"]
+
+
+def test_in_three_objectives_the_knee_is_farthest_from_the_plane():
+    rng = np.random.default_rng(1)
+    directions = np.abs(rng.normal(size=(200, 3)))
+    sphere = 1 - directions / np.linalg.norm(directions, axis=1)[:, None]
+    F = np.vstack([1 - np.eye(3), sphere])
+    # the corners 1 - e_i span the plane sum = 2, so the farthest point has the least sum
+    assert knee(F) == np.argmin(F.sum(axis=1))
+    chosen = highlights(Plain(3), F, ("a", "b", "c"))
+    assert len(chosen) == 5
+    assert {0, 1, 2} <= {extremes(F)[i] for i in range(3)} | {h.row for h in chosen}
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 3])
+def test_a_small_front_is_shown_whole(n):
+    chosen = highlights(Plain(), circle(3)[:n], ("a", "b"))
+    assert sorted(h.row for h in chosen) == list(range(n))
+
+
+def test_one_solution_is_the_best_of_everything():
+    assert [h.label for h in highlights(Plain(), [[3.0, 4.0]], ("a", "b"))] == ["best a, best b"]
+
+
+def test_one_objective_shows_the_best():
+    assert highlights(Plain(1), [[3.0]], ("a",))[0].label == "best a"
+
+
+def test_equal_solutions_do_not_hide_others():
+    F = np.repeat(circle(5), 20, axis=0)
+    shown = F[[h.row for h in highlights(Plain(), F, ("a", "b"))]]
+    assert len(np.unique(shown, axis=0)) == 5
+
+
+def test_a_tie_in_one_objective_goes_to_the_better_in_the_other():
+    assert extremes(np.array([[0.0, 2.0], [0.0, 1.0], [1.0, 0.0]])) == [1, 2]

@@ -1,0 +1,121 @@
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.evaluator import Evaluator
+from pymoo.optimize import minimize
+from pymoo.problems.multi import BNH, ZDT1
+from pymoo.problems.single import Sphere
+
+from mgeo.runs.solve import solve
+
+
+def ordered(F):
+    return F[np.lexsort(F.T[::-1])]
+
+
+def test_it_finds_what_pymoos_minimize_finds():
+    problem, algorithm = ZDT1(), NSGA2(pop_size=20)
+    outcome = solve(problem, algorithm, 500, seed=3)
+    expected = minimize(problem, algorithm, ("n_eval", 500), seed=3)
+    assert np.array_equal(outcome.F, ordered(expected.F))
+    assert np.array_equal(problem.evaluate(outcome.X), outcome.F)
+    assert (outcome.status, outcome.evaluations) == ("finished", 500)
+    assert algorithm.problem is None  # a copy was run
+
+
+def test_only_feasible_solutions_are_a_front():
+    problem = BNH()
+    outcome = solve(problem, NSGA2(pop_size=20), 100, seed=1)
+    _, G = problem.evaluate(outcome.X)
+    assert len(outcome.X) > 0
+    assert (G <= 0).all()
+
+
+def test_one_objective_gives_one_row():
+    outcome = solve(Sphere(), NSGA2(pop_size=20), 100, seed=1)
+    assert (outcome.X.shape, outcome.F.shape) == ((1, 10), (1, 1))
+
+
+class Infeasible(ZDT1):
+    def __init__(self):
+        super().__init__()
+        self.n_ieq_constr = 1
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        super()._evaluate(x, out, *args, **kwargs)
+        out["G"] = np.ones((len(x), 1))
+
+
+def test_a_run_without_a_feasible_solution_has_an_empty_front():
+    outcome = solve(Infeasible(), NSGA2(pop_size=20), 40, seed=1)
+    assert (outcome.X.shape, outcome.F.shape) == ((0, 30), (0, 2))
+    assert outcome.hypervolume.value == 0
+
+
+def test_the_callback_sees_every_generation_and_can_stop_the_run():
+    seen = []
+
+    def watch(state):
+        X, F = state.front()
+        seen.append((state.evaluations, state.hypervolume(F).value))
+        assert len(X) == len(F)
+        if len(seen) == 3:
+            state.stop()
+
+    outcome = solve(ZDT1(), NSGA2(pop_size=20), 500, seed=1, callback=watch)
+    assert [evaluations for evaluations, _ in seen] == [20, 40, 60]
+    assert (outcome.status, outcome.evaluations) == ("interrupted", 60)
+    same = minimize(ZDT1(), NSGA2(pop_size=20), ("n_eval", 60), seed=1)
+    assert np.array_equal(outcome.F, ordered(same.F))
+    assert outcome.hypervolume.value == seen[-1][1]
+
+
+class InterruptedZDT1(ZDT1):
+    def __init__(self, generation):
+        super().__init__()
+        self.left = generation
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if not self.left:
+            raise KeyboardInterrupt
+        self.left -= 1
+        super()._evaluate(x, out, *args, **kwargs)
+
+
+@pytest.mark.parametrize("generations", [0, 1, 4])
+def test_an_interrupt_amid_a_generation_keeps_the_whole_ones(generations):
+    problem = InterruptedZDT1(generations)
+    outcome = solve(problem, NSGA2(pop_size=20), 500, seed=1)
+    assert (outcome.status, outcome.evaluations) == ("interrupted", 20 * generations)
+    if generations:
+        same = minimize(ZDT1(), NSGA2(pop_size=20), ("n_eval", 20 * generations), seed=1)
+        assert np.array_equal(outcome.F, ordered(same.F))
+    else:
+        assert outcome.F.shape == (0, 2)
+
+
+def test_stopping_in_the_last_generation_is_finishing():
+    outcome = solve(ZDT1(), NSGA2(pop_size=20), 20, seed=1, callback=lambda state: state.stop())
+    assert outcome.status == "finished"
+
+
+def test_numbers_out_of_range_are_refused():
+    with pytest.raises(ValueError, match="evaluations = 0"):
+        solve(ZDT1(), NSGA2(), 0, seed=1)
+    with pytest.raises(ValueError, match="seed = -1"):
+        solve(ZDT1(), NSGA2(), 10, seed=-1)
+
+
+EVALUATED = []
+
+
+def watch_evaluations(population):
+    EVALUATED.append(len(population))
+
+
+def test_a_callback_of_the_algorithms_own_evaluator_is_kept():
+    algorithm = NSGA2(pop_size=20, evaluator=Evaluator(callback=watch_evaluations))
+    outcome = solve(ZDT1(), algorithm, 60, seed=1)
+    assert EVALUATED == [20, 20, 20]
+    assert outcome.hypervolume.nadir
+    assert algorithm.evaluator.n_eval == 0  # the copy counts
