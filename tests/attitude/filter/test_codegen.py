@@ -58,7 +58,7 @@ def test_generated_step_is_one_filter_step(name):
     gated = tuple(index == 0 for index in range(len(suite.sensors)))
     at, n, m = layout(suite, gated), suite.n_states, suite.n_dynamic
     lanes = 2
-    namespace = {"sqrt": sqrt}
+    namespace = {"sqrt": sqrt, "CACHE": False, "njit": lambda *_, **__: lambda function: function}
     exec(step_source(suite, gated, lanes), namespace)
     W = np.zeros((at.total, lanes))
     weights = rng.uniform(0.5, 2.0, n)

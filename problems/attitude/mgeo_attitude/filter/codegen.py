@@ -21,6 +21,16 @@ from .suite import Suite
 from .symbols import Symbol, SymbolArithmetic, SymbolTriangle
 
 
+# No nnan and ninf: a covariance that breaks down must show as NaN.
+_DECORATOR = """@njit(
+    "void(CPointer(float64), CPointer(float64))",  # arrays would compile three times slower
+    error_model="numpy",
+    fastmath={"nsz", "arcp", "contract", "reassoc"},
+    nogil=True,
+    cache=CACHE,
+)"""
+
+
 @dataclass(frozen=True)
 class Layout:
     """Numbers of the workspace's values: the first value of each kind, then the total."""
@@ -93,14 +103,16 @@ def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
 
 
 def step_source(suite: Suite, gated: tuple[bool, ...], lanes: int) -> str:
-    """Python source of ``step(W, C)``.
+    """Python source of ``step(W, C)`` and of the parts it calls, each a loop over the lanes.
 
     C holds what all candidates share: three noise variances and, with a field of view, boresight
     and cosine of the half-angle for each sensor in turn; then the trace weight of every state.
+    One function a part keeps the compiler, whose time grows faster than a function, quick.
     """
     at = layout(suite, gated)
     n = suite.n_states
-    ops = SymbolArithmetic()
+    parts: list[str] = []
+    n_constants = 0
 
     def slot(k: int) -> str:
         return f"W[{k * lanes} + lane]"
@@ -108,42 +120,55 @@ def step_source(suite: Suite, gated: tuple[bool, ...], lanes: int) -> str:
     def slots(first: int, count: int) -> list[Symbol]:
         return [Symbol(slot(first + k)) for k in range(count)]
 
-    constants: list[str] = []
+    def constants(count: int) -> list[Symbol]:
+        nonlocal n_constants
+        n_constants += count
+        return [Symbol(f"c{k}") for k in range(n_constants - count, n_constants)]
 
-    def constant() -> Symbol:
-        constants.append(f"c{len(constants)}")
-        return Symbol(constants[-1])
+    def part(name: str, ops: SymbolArithmetic, used: list[Symbol]) -> None:
+        hoisted = [f"    {symbol.text} = C[{symbol.text[1:]}]" for symbol in used]
+        body = [f"        {line}" for line in ops.lines]
+        head = [_DECORATOR, f"def {name}(W, C):", *hoisted, f"    for lane in range({lanes}):"]
+        parts.append("\n".join([*head, *body]))
+
+    def triangle(ops: SymbolArithmetic) -> SymbolTriangle:
+        return SymbolTriangle(lambda i, j: slot(i * (i + 1) // 2 + j), ops)
 
     C, dC = slots(at.attitude, 9), slots(at.rotation, 9)
+    ops = SymbolArithmetic()
     for j in range(3):
         column = [ops.keep(sum(dC[3 * i + k] * C[3 * k + j] for k in range(3))) for i in range(3)]
         for i in range(3):
             ops.store(C[3 * i + j].text, column[i])
-
-    P = SymbolTriangle(lambda i, j: slot(i * (i + 1) // 2 + j), ops)
     F = dict(zip(at.transition, slots(at.F, len(at.transition)), strict=True))
-    triangle = [(i, j) for i in range(at.n_dynamic) for j in range(i + 1)]
-    Q = dict(zip(triangle, slots(at.Q, len(triangle)), strict=True))
-    predict(P, n, F, Q, ops)
+    entries = [(i, j) for i in range(at.n_dynamic) for j in range(i + 1)]
+    Q = dict(zip(entries, slots(at.Q, len(entries)), strict=True))
+    predict(triangle(ops), n, F, Q, ops)
+    part("propagate", ops, [])
 
     gates = iter(slots(at.gate, at.n_gates))
     for index, sensor in enumerate(suite.sensors):
+        ops = SymbolArithmetic()
         r = slots(at.reference + 3 * index, 3)
         v = Vec3(*(ops.keep(sum(C[3 * i + k] * r[k] for k in range(3))) for i in range(3)))
-        variances = [constant() for _ in range(3)]
+        variances, view = constants(3), []
         gate: Symbol | float = next(gates) if gated[index] else 1.0
         if sensor.field_of_view() is not None:
-            cosine = sum(constant() * component for component in v)
-            gate = ops.keep(gate * ops.at_least(cosine, constant()))
-        update(P, n, lambda x, s=sensor, v=v: suite.measure(s, x, v), variances, ops, gate)
+            view = constants(4)
+            cosine = sum(b * component for b, component in zip(view[:3], v, strict=True))
+            gate = ops.keep(gate * ops.at_least(cosine, view[3]))
+        update(
+            triangle(ops), n, lambda x, s=sensor, v=v: suite.measure(s, x, v), variances, ops, gate
+        )
+        part(f"update_{index}", ops, variances + view)
 
-    ops.store(slot(at.trace), sum(constant() * P[i, i] for i in range(n)))
+    ops, P, weights = SymbolArithmetic(), triangle(SymbolArithmetic()), constants(n)
+    ops.store(slot(at.trace), sum(weights[i] * P[i, i] for i in range(n)))
+    part("sum_trace", ops, weights)
 
-    hoisted = [f"    {name} = C[{k}]" for k, name in enumerate(constants)]
-    body = [f"        {line}" for line in ops.lines]
-    return "\n".join(
-        ["def step(W, C):", *hoisted, f"    for lane in range({lanes}):", *body, ""]
-    )
+    names = ["propagate", *(f"update_{index}" for index in range(len(suite.sensors))), "sum_trace"]
+    calls = [f"    {name}(W, C)" for name in names]
+    return "\n\n\n".join([*parts, "\n".join([_DECORATOR, "def step(W, C):", *calls, ""])])
 
 
 def step_constants(suite: Suite, weights: np.ndarray) -> np.ndarray:
@@ -181,14 +206,6 @@ REFERENCE, N_REFERENCE, GATE, N_GATES = {at.reference}, {3 * at.n_references}, {
 TRACE, N_SLOTS = {at.trace}, {at.total}
 
 
-# No nnan and ninf: a covariance that breaks down must show as NaN.
-@njit(
-    "void(float64[::1], float64[::1])",
-    error_model="numpy",
-    fastmath={{"nsz", "arcp", "contract", "reassoc"}},
-    nogil=True,
-    cache=CACHE,
-)
 {step_source(suite, gated, lanes)}
 
 {driver.replace("from .", f"from {package}.filter.")}'''

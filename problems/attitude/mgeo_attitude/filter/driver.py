@@ -177,7 +177,7 @@ def run(
                 W[(REFERENCE + j) * LANES + lane] = references[k + 1, j]
             for j in range(N_GATES):
                 W[(GATE + j) * LANES + lane] = gates[k + 1, j]
-        step(W, C)
+        step(W.ctypes, C.ctypes)
         for lane in range(LANES):
             i = candidate[lane]
             if i < 0:

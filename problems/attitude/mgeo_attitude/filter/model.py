@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -54,6 +55,9 @@ class FilterModel:
     ) -> FilterModel:
         """Build the tables; `environment` saves computing it again."""
         environment = environment or Environment.from_scenario(scenario)
+        if not scenario.eclipse:
+            sunlit = np.ones_like(environment.sunlit)
+            environment = dataclasses.replace(environment, sunlit=sunlit)
         suite = Suite(scenario.gyro, scenario.sensors)
         n = len(environment.times)
         references = np.zeros((n, len(suite.sensors), 3))
