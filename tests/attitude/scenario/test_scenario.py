@@ -12,7 +12,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from mgeo_attitude.fields import InvalidType, InvalidValue
-from mgeo_attitude.scenario import Convergence, Scenario, TLEOrbit, TraceWeights, state_blocks
+from mgeo_attitude.scenario import (
+    Convergence,
+    InitialUncertainty,
+    ManeuverLimits,
+    Scenario,
+    TLEOrbit,
+    TraceWeights,
+    state_blocks,
+)
 from mgeo_attitude.sensors import Gyro, Magnetometer, SunSensor
 
 from .strategies import scenarios
@@ -77,6 +85,25 @@ def test_values_that_do_not_fit_together(changes: dict[str, Any], message: str) 
     with pytest.raises(InvalidValue) as caught:
         changed(**changes)
     assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value", "expected"),
+    [
+        (InitialUncertainty, "attitude_deg", 0.0, "a number in (0, 180] deg"),
+        (InitialUncertainty, "attitude_deg", 180.5, "a number in (0, 180] deg"),
+        (ManeuverLimits, "count", 0, "an integer >= 1"),
+        (ManeuverLimits, "max_rate_deg_s", 0.0, "a number > 0 deg/s"),
+        (ManeuverLimits, "max_duration", 0.0, "a number > 0 s"),
+        (Convergence, "window", 0.0, "a number > 0 s"),
+        (Convergence, "relative_decrease", 0.0, "a number in (0, 1)"),
+        (Convergence, "relative_decrease", 1.0, "a number in (0, 1)"),
+    ],
+)
+def test_limits_of_the_small_sections(section: type, key: str, value: float, expected: str) -> None:
+    with pytest.raises(InvalidValue) as caught:
+        section(**{key: value})
+    assert str(caught.value).startswith(f"{key} = {value!r}: expected {expected} (")
 
 
 @pytest.mark.parametrize(
