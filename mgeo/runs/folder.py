@@ -67,7 +67,7 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
         If the folder is in use (see `prepare_folder`) or cannot be written.
     """
     folder = prepare_folder(folder, overwrite=overwrite)
-    table = front_table(run.outcome).to_csv(index=False, lineterminator="\n")
+    table = front_table(run.outcome).to_csv(index=False, na_rep="nan", lineterminator="\n")
     text = json.dumps(_to_dict(run), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     write_files(folder, {FRONT_FILE: table.encode(), RUN_FILE: text.encode()})
     (folder / FIGURE_FILE).unlink(missing_ok=True)
@@ -95,7 +95,7 @@ def read_run(folder: Path | str) -> Run:
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         _check_format(data)
-        return _from_dict(data, pd.read_csv(folder / FRONT_FILE, float_precision="round_trip"))
+        return _from_dict(data, _read_front(folder / FRONT_FILE))
     except KeyError as error:
         raise ValueError(f"{path}: {error.args[0]} is missing") from error
     except (ValueError, TypeError) as error:
@@ -138,6 +138,12 @@ def _to_dict(run: Run) -> dict[str, Any]:
         "wall_time_s": outcome.wall_time,
         "versions": dict(run.versions),
     }
+
+
+def _read_front(path: Path) -> pd.DataFrame:
+    # as text first: pandas' own parsing of floats is, or was in some versions, off by an ulp
+    text = pd.read_csv(path, dtype=str, keep_default_na=False)
+    return pd.DataFrame(text.to_numpy(object).astype(float), columns=text.columns)
 
 
 def _check_format(data: Any) -> None:

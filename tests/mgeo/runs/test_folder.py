@@ -1,0 +1,170 @@
+import csv
+import json
+import platform
+import resource
+from dataclasses import replace
+from importlib.metadata import version
+
+import numpy as np
+import pytest
+
+from mgeo.runs import (
+    Run,
+    front_table,
+    installed_versions,
+    prepare,
+    prepare_folder,
+    read_run,
+    write_figure,
+    write_run,
+)
+
+pytestmark = pytest.mark.usefixtures("stand_in")
+
+
+@pytest.fixture
+def run(stand_in):
+    prepared = prepare(
+        "cantilever", parameters={"sigma": 0.05, "n_runs": 4}, evaluations=400, seed=2
+    )
+    return Run(prepared.recipe, prepared.solve(), installed_versions("cantilever"))
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_what_is_written_is_read_back_exactly(run, tmp_path):
+    write_run(tmp_path / "a" / "b", run)
+    read = read_run(tmp_path / "a" / "b")
+    assert read.recipe == run.recipe
+    assert read.versions == run.versions
+    assert np.array_equal(read.outcome.X, run.outcome.X)
+    assert np.array_equal(read.outcome.F, run.outcome.F)
+    for name in ("variables", "objectives", "status", "evaluations", "hypervolume", "started"):
+        assert getattr(read.outcome, name) == getattr(run.outcome, name)
+    assert read.outcome.wall_time == run.outcome.wall_time
+
+
+def test_the_front_is_a_table_any_program_reads_exactly(run, tmp_path):
+    write_run(tmp_path, run)
+    with (tmp_path / "front.csv").open(newline="") as file:
+        header, *rows = csv.reader(file)
+    assert header == ["diameter [m]", "length [m]", "mass [kg]", "deflection [m]"]
+    values = np.array([[float(cell) for cell in row] for row in rows])
+    assert np.array_equal(values, np.hstack([run.outcome.X, run.outcome.F]))
+    assert np.all(np.diff(values[:, 2]) >= 0)  # ordered by the first objective
+
+
+def test_a_run_read_back_can_be_made_again(run, tmp_path):
+    write_run(tmp_path, run)
+    again = read_run(tmp_path).recipe.prepare().solve()
+    assert np.array_equal(again.X, run.outcome.X)
+    assert np.array_equal(again.F, run.outcome.F)
+    assert again.hypervolume == run.outcome.hypervolume
+
+
+def test_the_versions_are_those_installed(run):
+    assert run.versions == {
+        "python": platform.python_version(),
+        "mgeo": version("mgeo"),
+        "pymoo": version("pymoo"),
+        "numpy": np.__version__,
+        "stand-in": "1.2.3",
+    }
+
+
+def test_special_numbers_and_an_empty_front_survive(run, tmp_path):
+    X = np.array([[0.1 + 0.2, -0.0], [5e-324, 1.7976931348623157e308]])
+    F = np.array([[np.inf, 1.0], [np.nan, 1e22]])
+    odd = Run(run.recipe, replace(run.outcome, X=X, F=F), run.versions)
+    write_run(tmp_path / "odd", odd)
+    read = read_run(tmp_path / "odd").outcome
+    assert read.X.tobytes() == X.tobytes()
+    assert np.array_equal(read.F, F, equal_nan=True)
+    none = replace(run.outcome, X=X[:0], F=F[:0], hypervolume=None)
+    write_run(tmp_path / "none", Run(run.recipe, none, run.versions))
+    read = read_run(tmp_path / "none").outcome
+    assert (read.X.shape, read.F.shape, read.hypervolume) == ((0, 2), (0, 2), None)
+
+
+def test_a_folder_in_use_is_refused_unless_told(run, tmp_path):
+    write_run(tmp_path, run)
+    before = contents(tmp_path)
+    with pytest.raises(FileExistsError, match="is not empty"):
+        write_run(tmp_path, run)
+    with pytest.raises(FileExistsError, match="is not empty"):
+        prepare_folder(tmp_path)
+    assert contents(tmp_path) == before
+
+
+def test_overwriting_replaces_the_run_and_its_figure_and_nothing_else(run, tmp_path):
+    write_run(tmp_path, run)
+    write_figure(tmp_path, "<p>old</p>")
+    (tmp_path / "notes.txt").write_text("mine")
+    shorter = replace(run.outcome, X=run.outcome.X[:3], F=run.outcome.F[:3])
+    write_run(tmp_path, Run(run.recipe, shorter, run.versions), overwrite=True)
+    assert sorted(contents(tmp_path)) == ["front.csv", "notes.txt", "run.json"]
+    assert len(read_run(tmp_path).outcome.F) == 3
+
+
+def test_a_file_in_place_of_the_folder_is_refused(run, tmp_path):
+    (tmp_path / "a").write_text("")
+    with pytest.raises(FileExistsError, match="is a file"):
+        prepare_folder(tmp_path / "a", overwrite=True)
+
+
+def test_a_disk_error_leaves_the_run_that_was_there(run, tmp_path):
+    write_run(tmp_path, run)
+    before = contents(tmp_path)
+    large = np.tile(run.outcome.X, (20_000, 1)), np.tile(run.outcome.F, (20_000, 1))
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, hard))
+    try:
+        with pytest.raises(OSError, match="too large"):
+            write_run(
+                tmp_path,
+                Run(run.recipe, replace(run.outcome, X=large[0], F=large[1]), run.versions),
+                overwrite=True,
+            )
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"format": 2}, "run.json: format = 2: this version of mgeo reads format 1"),
+        ({"status": "lost"}, "status = 'lost'"),
+        ({"solutions": 1}, r"front\.csv has .* rows .*expected 1 rows"),
+        ({"variables": ["diameter [m]", "width [m]"]}, r"front\.csv has .*width"),
+        ({"recipe": {}}, "problem is missing"),
+    ],
+)
+def test_a_damaged_folder_is_refused_naming_file_and_key(run, tmp_path, change, message):
+    write_run(tmp_path, run)
+    data = json.loads((tmp_path / "run.json").read_text())
+    (tmp_path / "run.json").write_text(json.dumps(data | change))
+    with pytest.raises(ValueError, match=message):
+        read_run(tmp_path)
+
+
+def test_a_missing_key_or_file_is_named(run, tmp_path):
+    with pytest.raises(FileNotFoundError, match="holds no run"):
+        read_run(tmp_path)
+    write_run(tmp_path, run)
+    data = json.loads((tmp_path / "run.json").read_text())
+    del data["started"]
+    (tmp_path / "run.json").write_text(json.dumps(data))
+    with pytest.raises(ValueError, match=r"run\.json: started is missing"):
+        read_run(tmp_path)
+    (tmp_path / "run.json").write_text("{")
+    with pytest.raises(ValueError, match=r"run\.json: Expecting"):
+        read_run(tmp_path)
+
+
+def test_the_table_has_names_and_rows(run):
+    table = front_table(run.outcome)
+    assert list(table.columns) == [*run.outcome.variables, *run.outcome.objectives]
+    assert np.array_equal(table["mass [kg]"], run.outcome.F[:, 0])
