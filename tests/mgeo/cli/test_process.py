@@ -1,0 +1,96 @@
+"""The command as a process of its own: pipes, signals, start-up."""
+
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from mgeo.runs import read_run
+
+COMMAND = [sys.executable, "-m", "mgeo"]
+LONG = ["--evaluations", "10000000", "--runs", "4", "--sigma", "0.05"]
+
+
+@contextmanager
+def started(arguments, environment, folder):
+    with subprocess.Popen(
+        [*COMMAND, *arguments],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()  # does nothing to one that has ended
+
+
+def wait_for_progress(process):
+    for line in process.stderr:
+        if "evaluations" in line:
+            return
+    raise RuntimeError(f"the run ended early: {process.stdout.read()}")
+
+
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["ctrl-c", "sigterm"]
+)
+def test_a_signal_ends_the_run_and_keeps_what_was_found(
+    number, code, stand_in, stand_in_environment, tmp_path
+):
+    arguments = ["solve", "slow-cantilever", *LONG, "--out", "a"]
+    with started(arguments, stand_in_environment, tmp_path) as process:
+        wait_for_progress(process)
+        process.send_signal(number)
+        output, errors = process.communicate(timeout=30)
+    assert process.returncode == code, errors
+    assert "interrupted after" in output
+    run = read_run(tmp_path / "a")
+    assert run.outcome.status == "interrupted"
+    assert 0 < run.outcome.evaluations < 10_000_000
+    assert (tmp_path / "a" / "front.html").stat().st_size > 1_000_000
+    problem = run.recipe.prepare().problem
+    assert np.array_equal(problem.evaluate(run.outcome.X), run.outcome.F)
+
+
+def test_a_second_signal_does_not_wait_for_the_generation(stand_in, stand_in_environment, tmp_path):
+    arguments = ["solve", "stuck-cantilever", *LONG, "--out", "a"]
+    with started(arguments, stand_in_environment, tmp_path) as process:
+        wait_for_progress(process)  # the second generation never ends
+        process.send_signal(signal.SIGINT)
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(timeout=0.5)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130, errors
+    assert read_run(tmp_path / "a").outcome.evaluations == 8  # the first: 4 walkers, 2 variables
+
+
+def test_a_pipe_gets_no_control_characters(stand_in_environment, tmp_path):
+    environment = {**stand_in_environment, "FORCE_COLOR": "1", "TERM": "xterm-256color"}
+    arguments = ["solve", "cantilever", *LONG, "--evaluations", "400"]
+    with started(arguments, environment, tmp_path) as process:
+        output, errors = process.communicate(timeout=60)
+    assert process.returncode == 0, errors
+    for text in (output, errors):
+        assert text
+        assert all(character.isprintable() or character == "\n" for character in text)
+    assert "100%  400 of 400 evaluations" in errors
+
+
+def test_help_and_version_start_without_the_heavy_libraries(tmp_path):
+    code = (
+        "import sys; from mgeo.cli.app import app\n"
+        "try: app(['--version'])\n"
+        "except SystemExit: pass\n"
+        "print(sorted({'pandas', 'plotly', 'mgeo_attitude'} & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path
+    )
+    assert done.stdout.splitlines()[-1] == "[]"

@@ -1,0 +1,25 @@
+import pytest
+
+from mgeo.cli.scenario import read_scenario
+
+
+def test_nothing_a_preset_and_a_file(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('load = 3.5\n[orbit]\nkind = "low"\n')
+    assert read_scenario(None) == {}
+    assert read_scenario("heavy") == {"preset": "heavy"}
+    assert read_scenario(str(path)) == {"load": 3.5, "orbit": {"kind": "low"}}
+
+
+@pytest.mark.parametrize("name", ["missing.toml", "folder/missing"])
+def test_a_missing_file_is_named(name):
+    with pytest.raises(FileNotFoundError, match=f"no scenario file {name}"):
+        read_scenario(name)
+
+
+@pytest.mark.parametrize("content", [b"load = = 3", b"load = '\xff'"])
+def test_a_file_that_is_no_toml_is_named(tmp_path, content):
+    path = tmp_path / "bad.toml"
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=r"bad\.toml is no valid TOML"):
+        read_scenario(str(path))

@@ -1,0 +1,216 @@
+import json
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from mgeo.cli.app import app, solve
+from mgeo.cli.solve import parse_sigma
+from mgeo.runs import read_run
+from mgeo.runs.algorithms import ALGORITHMS
+
+pytestmark = pytest.mark.usefixtures("stand_in")
+SHORT = ["--evaluations", "400", "--runs", "4", "--sigma", "0.05"]
+
+
+@pytest.fixture
+def mgeo(tmp_path, monkeypatch):
+    """Runs the command in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def invoke(*arguments):
+        return CliRunner().invoke(app, list(map(str, arguments)))
+
+    return invoke
+
+
+def test_a_run_is_written_and_can_be_made_again(mgeo):
+    done = mgeo("solve", "cantilever", *SHORT, "--seed", 5)
+    assert done.exit_code == 0, done.output
+    folder = Path("runs/cantilever-mgeo-real-seed5")
+    assert {path.name for path in folder.iterdir()} == {"front.csv", "run.json", "front.html"}
+    run = read_run(folder)
+    assert (run.outcome.status, run.outcome.evaluations) == ("finished", 400)
+    again = run.recipe.prepare().solve()
+    assert np.array_equal(again.X, run.outcome.X)
+    assert np.array_equal(again.F, run.outcome.F)
+    assert "drawn by the plugin" in (folder / "front.html").read_text()
+
+
+def test_the_table_shows_five_solutions_in_the_problems_terms(mgeo):
+    done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
+    F = read_run("a").outcome.F
+    rows = {}
+    for line in done.stdout.splitlines():
+        name, *cells = re.split(r"  +", line.strip())
+        rows[name] = cells
+    assert len(rows["deflection [mm]"]) == 5
+    mass = [float(cell) for cell in rows["mass [kg]"]]
+    assert mass == sorted(mass)
+    assert mass[0] == pytest.approx(F[:, 0].min(), rel=1e-4)
+    assert 1e-3 * float(rows["deflection [mm]"][-1]) == pytest.approx(F[:, 1].min(), rel=1e-4)
+    assert "knee" in done.stdout
+    assert "a/front.html" in done.stdout
+
+
+def test_flags_reach_the_recipe(mgeo):
+    done = mgeo(
+        *("solve", "cantilever", "--sigma", "0.05,0.1", "--tau", "2.5", "--runs", "3"),
+        *("--perturbation", "range", "--evaluations", "60", "--scenario", "heavy", "--out", "a"),
+    )
+    assert done.exit_code == 0, done.output
+    data = json.loads(Path("a/run.json").read_text())["recipe"]
+    assert data["parameters"] == {
+        "sigma": [0.05, 0.1],
+        "tau": 2.5,
+        "n_runs": 3,
+        "perturbation": "range",
+    }
+    assert data["options"] == {"load": 2000.0}
+
+
+def test_a_scenario_file_and_pymoos_algorithms(mgeo):
+    Path("mine.toml").write_text("load = 750\n")
+    done = mgeo(
+        *("solve", "cantilever", "--scenario", "mine.toml", "--algorithm", "nsga3"),
+        *("--population", "20", "--evaluations", "100"),
+    )
+    assert done.exit_code == 0, done.output
+    recipe = read_run("runs/cantilever-nsga3-seed1").recipe
+    assert (recipe.options, recipe.parameters) == ({"load": 750.0}, {"population": 20})
+
+
+def test_without_the_optional_attributes_names_are_numbered_and_a_figure_is_drawn(mgeo):
+    done = mgeo("solve", "zdt1", "--algorithm", "nsga2", "--evaluations", "200", "--out", "a")
+    assert done.exit_code == 0, done.output
+    assert "of the range this run saw" in done.stdout
+    assert re.search(r"^x30( +[\d.e-]+){5}", done.stdout, re.MULTILINE)
+    assert "Plotly.newPlot(" in Path("a/front.html").read_text()
+
+
+@pytest.mark.parametrize(("problem", "columns"), [("sphere", 1), ("dtlz2", 5)])
+def test_one_and_three_objectives(mgeo, problem, columns):
+    done = mgeo("solve", problem, "--algorithm", "nsga2", "--evaluations", "300", "--out", "a")
+    assert done.exit_code == 0, done.output
+    assert re.search(rf"^x10( +[\d.e-]+){{{columns}}}$", done.stdout.rstrip(), re.MULTILINE)
+    assert Path("a/front.html").exists()
+
+
+def test_quiet_prints_nothing(mgeo):
+    done = mgeo("solve", "cantilever", *SHORT, "--quiet", "--out", "a")
+    assert (done.exit_code, done.output) == (0, "")
+    assert Path("a/run.json").exists()
+
+
+def test_an_existing_run_is_refused_unless_told(mgeo):
+    assert mgeo("solve", "cantilever", *SHORT, "--out", "a").exit_code == 0
+    before = Path("a/run.json").read_bytes()
+    refused = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--seed", 2)
+    assert refused.exit_code == 2
+    assert refused.stderr == "Error: a is not empty: choose another folder or allow --overwrite\n"
+    assert Path("a/run.json").read_bytes() == before
+    assert (
+        mgeo("solve", "cantilever", *SHORT, "--out", "a", "--seed", 2, "--overwrite").exit_code == 0
+    )
+    assert read_run("a").recipe.seed == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["cantilevr"], "no problem is called 'cantilevr'.*did you mean 'cantilever'"),
+        (["no-module"], "does not load: ModuleNotFoundError"),
+        (["cantilever", "--algorithm", "nsga9"], "no algorithm is called 'nsga9'"),
+        (
+            ["cantilever", "--algorithm", "nsga2", "--tau", "2"],
+            "--tau does not apply to nsga2, which takes --population$",
+        ),
+        (
+            ["cantilever", "--population", "20"],
+            "--population does not apply to mgeo-real, which takes --sigma, --tau, --runs, --pert",
+        ),
+        (["cantilever", "--sigma", "1,x"], "--sigma = '1,x': expected a number or numbers"),
+        (["cantilever", "--sigma", "1,2,3"], "sigma of length 3"),
+        (["cantilever", "--runs", "0"], "n_runs = 0"),
+        (["cantilever", "--perturbation", "big"], "perturbation = 'big'"),
+        (["cantilever", "--scenario", "huge"], "preset = 'huge': expected one of light, heavy"),
+        (["cantilever", "--scenario", "no.toml"], "there is no scenario file no.toml"),
+        (["zdt1", "--scenario", "huge"], "unknown option 'preset' of problem 'zdt1'"),
+        (["cantilever", "--out", "file"], "file is a file: expected a folder"),
+        (["bnh", "--algorithm", "moead"], "does not treat constraints"),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(mgeo, arguments, message):
+    Path("file").write_text("")
+    refused = mgeo("solve", *arguments)
+    assert refused.exit_code == 2
+    assert re.match(rf"Error: .*{message}", refused.stderr), refused.stderr
+    assert refused.stderr.count("\n") == 1
+    assert refused.stdout == ""
+    assert [path.name for path in Path().iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize("arguments", [["--evaluations", "0"], ["--seed", "-1"], ["--nonsense"]])
+def test_bad_usage_is_exit_code_2(mgeo, arguments):
+    refused = mgeo("solve", "cantilever", *arguments)
+    assert refused.exit_code == 2
+    assert arguments[0] in refused.stderr
+
+
+def test_debug_shows_the_traceback(mgeo):
+    refused = mgeo("solve", "cantilevr", "--debug")
+    assert type(refused.exception).__name__ == "PluginError"
+
+
+def test_a_failing_problem_keeps_its_traceback_and_leaves_no_folder(mgeo, monkeypatch):
+    def fail(self, X, out, *args, **kwargs):
+        raise ValueError("singular matrix")
+
+    monkeypatch.setattr("stand_in.Cantilever._evaluate", fail)
+    failed = mgeo("solve", "cantilever", *SHORT, "--out", "a")
+    assert failed.exit_code == 1
+    assert str(failed.exception) == "singular matrix"
+    assert not Path("a").exists()
+
+
+def test_a_figure_that_fails_does_not_cost_the_run(mgeo, monkeypatch):
+    def fail(self, X):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("stand_in.Cantilever.figures", fail)
+    failed = mgeo("solve", "cantilever", *SHORT, "--out", "a")
+    assert failed.exit_code == 1
+    assert read_run("a").outcome.evaluations == 400
+
+
+def test_a_run_without_feasible_solutions_says_so(mgeo, monkeypatch):
+    def infeasible(self, x, out, *args, **kwargs):
+        out["F"], out["G"] = np.ones((len(x), 2)), np.ones((len(x), 2))
+
+    monkeypatch.setattr("pymoo.problems.multi.BNH._evaluate", infeasible)
+    done = mgeo("solve", "bnh", "--algorithm", "nsga2", "--evaluations", "200", "--out", "a")
+    assert done.exit_code == 0, done.output
+    assert "no feasible solution" in done.stdout
+    assert read_run("a").outcome.X.shape == (0, 2)
+
+
+def test_the_help_names_every_algorithm():
+    text = solve.__annotations__["algorithm"]
+    named = re.search(r"mgeo-real, or one of pymoo's: (.*)\.", re.sub(r'"\s*"', "", text))
+    assert set(named[1].split(", ")) == set(ALGORITHMS) - {"mgeo-real"}
+
+
+@pytest.mark.parametrize(("text", "sigma"), [("0.5", 0.5), ("1e-2, 3", [0.01, 3.0])])
+def test_sigma(text, sigma):
+    assert parse_sigma(text) == sigma
+
+
+def test_version_and_help(mgeo):
+    project = Path(__file__).parents[3] / "pyproject.toml"
+    version = tomllib.loads(project.read_text())["project"]["version"]
+    assert mgeo("--version").stdout == f"mgeo {version}\n"
+    text = mgeo("solve", "--help").stdout
+    assert "--perturbation" in text

@@ -1,0 +1,67 @@
+import numpy as np
+import pytest
+
+from mgeo.figures import front_figure
+from mgeo.figures.front import hover_texts
+
+X = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.5]])
+VARIABLES = ("a [m]", "b")
+
+
+def front(n_obj):
+    return np.array([[1.0, 9.0, 0.5], [2.0, 5.0, 0.4], [3.0, 1.0, 0.7]])[:, :n_obj]
+
+
+def test_two_objectives_are_points_and_the_boundary_of_what_they_dominate():
+    F = front(2)[::-1]
+    figure = front_figure(X, F, VARIABLES, ("cost", "risk [1/y]"), "title")
+    boundary, points = figure.data
+    assert (list(points.x), list(points.y)) == (F[:, 0].tolist(), F[:, 1].tolist())
+    assert list(boundary.x) == [1.0, 2.0, 3.0]
+    assert boundary.line.shape == "hv"
+    assert figure.layout.xaxis.title.text == "cost"
+    assert figure.layout.yaxis.title.text == "risk [1/y]"
+    assert figure.layout.title.text == "title"
+
+
+def test_three_objectives_are_points_in_space():
+    figure = front_figure(X, front(3), VARIABLES, ("p", "q", "r"))
+    (points,) = figure.data
+    assert points.type == "scatter3d"
+    assert np.array_equal(np.column_stack([points.x, points.y, points.z]), front(3))
+    scene = figure.layout.scene
+    assert [axis.title.text for axis in (scene.xaxis, scene.yaxis, scene.zaxis)] == ["p", "q", "r"]
+
+
+def test_one_objective_is_drawn_over_the_number_of_the_solution():
+    (points,) = front_figure(X[:1], front(1)[:1], VARIABLES, ("cost",)).data
+    assert (list(points.x), list(points.y)) == ([1], [1.0])
+
+
+def test_the_hover_text_has_every_value_with_its_name():
+    texts = hover_texts(X, front(2), VARIABLES, ("cost", "risk"))
+    assert texts[2] == "<b>cost: 3</b><br><b>risk: 1</b><br>a [m]: 5<br>b: 6.5"
+    figure = front_figure(X, front(2), VARIABLES, ("cost", "risk"))
+    assert list(figure.data[1].hovertext) == texts
+
+
+@pytest.mark.parametrize(
+    ("values", "scale"),
+    [([1.0, 99.0, 3.0], "linear"), ([1.0, 100.0, 3.0], "log"), ([0.0, 1000.0, 3.0], "linear")],
+)
+def test_an_axis_that_spans_a_factor_of_100_is_logarithmic(values, scale):
+    F = np.column_stack([values, [3.0, 1.0, 2.0]])
+    figure = front_figure(X, F, VARIABLES, ("cost", "risk"))
+    assert (figure.layout.xaxis.type, figure.layout.yaxis.type) == (scale, "linear")
+
+
+@pytest.mark.parametrize("n_obj", [1, 2, 3])
+def test_an_empty_front_can_be_drawn(n_obj):
+    objectives = ("p", "q", "r")[:n_obj]
+    figure = front_figure(np.empty((0, 2)), np.empty((0, n_obj)), VARIABLES, objectives)
+    assert len(figure.data[-1].x) == 0
+
+
+def test_four_objectives_are_refused():
+    with pytest.raises(ValueError, match="4 objectives"):
+        front_figure(X, np.ones((3, 4)), VARIABLES, ("p", "q", "r", "s"))
