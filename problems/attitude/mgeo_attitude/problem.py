@@ -17,8 +17,8 @@ from . import describe, figures
 from .environment import Environment
 from .filter.evaluator import evaluate
 from .filter.model import FilterModel
-from .scenario import Scenario
 from .filter.timeline import VARIABLES_PER_MANEUVER
+from .scenario import Scenario
 
 Floats = NDArray[np.float64]
 

@@ -1,11 +1,14 @@
 """predict and update on floats against dense matrix algebra."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from mgeo_attitude.filter.codegen import transition_pattern
 from mgeo_attitude.filter.covariance import FloatArithmetic, predict, update
 from mgeo_attitude.vector import Vec3
 from scipy.linalg import expm
+
 from .suites import SUITES
 
 OPS = FloatArithmetic()
@@ -61,9 +64,7 @@ def test_update_is_equation_4(name, seed):
         K = P @ H.T @ np.linalg.inv(R + H @ P @ H.T)
         lower, closed = Lower(P), Lower(P)
 
-        def measure(x, sensor=sensor, v=v):
-            return suite.measure(sensor, x, Vec3(*v))
-
+        measure = partial(suite.measure, sensor, Vec3(*v))
         update(lower, suite.n_states, measure, np.diag(R), OPS)
         np.testing.assert_allclose(lower.dense(), P - K @ H @ P, rtol=1e-10, atol=1e-10)
         update(closed, suite.n_states, measure, np.diag(R), OPS, gate=0.0)

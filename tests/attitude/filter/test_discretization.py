@@ -6,6 +6,7 @@ from mgeo_attitude.filter.discretization import discretize, turn
 from scipy.integrate import quad_vec
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
+
 from .suites import SUITES
 
 

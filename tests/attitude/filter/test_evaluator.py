@@ -20,7 +20,7 @@ def designs(rng, n, max_duration=2000.0):
 
 
 def special_designs(rng):
-    """Zero, equal and greatest durations; rates at the bounds; durations of a fraction of a step."""
+    """Zero, equal and greatest durations, rates at the bounds, fractions of a step."""
     X = designs(rng, 14)
     X[0, 3::4] = 0.0
     X[1, 3::4] = 500.0
@@ -111,7 +111,9 @@ def test_weighted_trace_agrees(short):
 
 
 def test_result_does_not_depend_on_batch_order_or_threads(paper):
-    X = np.vstack([designs(np.random.default_rng(6), 40), special_designs(np.random.default_rng(7))])
+    X = np.vstack(
+        [designs(np.random.default_rng(6), 40), special_designs(np.random.default_rng(7))]
+    )
     together = evaluate(paper, X, threads=1)
     order = np.random.default_rng(8).permutation(len(X))
     shuffled = evaluate(paper, X[order], threads=2)
@@ -125,7 +127,7 @@ def test_result_does_not_depend_on_batch_order_or_threads(paper):
 
 def test_first_and_last_possible_ends(paper):
     """No maneuver: convergence may be tested from the start. Never converged: the whole run."""
-    never = dataclasses.replace(paper, relative_decrease=1e-12)
+    never = dataclasses.replace(paper, relative_decrease=-1e9)
     X = designs(np.random.default_rng(9), 3)
     assert (evaluate(never, X).t_end == 11984.0).all()
     always = dataclasses.replace(paper, relative_decrease=1.0 - 1e-12)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from .suites import SUITES
 
 OMEGA = np.array([0.3, -0.2, 0.5])
@@ -70,7 +71,7 @@ def test_full_gyro_is_the_derivative_of_the_rate_error():
 
 
 def test_small_angle_signs_agree_with_rotations():
-    """The measurement's linear model against s_true = (I - [θ×]) s_c, s_meas = (I + [φ×]) s_true + δ."""
+    """The linear model against s_true = (I - [θ×]) s_c, s_meas = (I + [φ×]) s_true + δ."""
     suite = SUITES["paper"]
     rng = np.random.default_rng(0)
     theta, phi, delta = 1e-6 * rng.standard_normal((3, 3))

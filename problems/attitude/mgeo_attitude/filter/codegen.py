@@ -11,6 +11,7 @@ LLVM prove the lanes independent and turn the loop over them into vector instruc
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from importlib import resources
 
 import numpy as np
@@ -19,7 +20,6 @@ from ..vector import Vec3
 from .covariance import predict, update
 from .suite import Suite
 from .symbols import Symbol, SymbolArithmetic, SymbolTriangle
-
 
 # No nnan and ninf: a covariance that breaks down must show as NaN.
 _DECORATOR = """@njit(
@@ -157,12 +157,12 @@ def step_source(suite: Suite, gated: tuple[bool, ...], lanes: int) -> str:
             view = constants(4)
             cosine = sum(b * component for b, component in zip(view[:3], v, strict=True))
             gate = ops.keep(gate * ops.at_least(cosine, view[3]))
-        update(
-            triangle(ops), n, lambda x, s=sensor, v=v: suite.measure(s, x, v), variances, ops, gate
-        )
+        measure = partial(suite.measure, sensor, v)
+        update(triangle(ops), n, measure, variances, ops, gate)
         part(f"update_{index}", ops, variances + view)
 
-    ops, P, weights = SymbolArithmetic(), triangle(SymbolArithmetic()), constants(n)
+    ops, weights = SymbolArithmetic(), constants(n)
+    P = triangle(ops)
     ops.store(slot(at.trace), sum(weights[i] * P[i, i] for i in range(n)))
     part("sum_trace", ops, weights)
 
@@ -189,7 +189,8 @@ def module_source(suite: Suite, gated: tuple[bool, ...], lanes: int, cache: bool
     rows, columns = zip(*at.transition, strict=True)
     driver = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
     package = (__package__ or "").rpartition(".")[0]
-    return f'''"""Filter kernel of the error states {", ".join(suite.blocks)}. Generated; do not edit."""
+    names = ", ".join(suite.blocks)
+    return f'''"""Filter kernel of the error states {names}. Generated; do not edit."""
 
 from math import sqrt
 
@@ -202,7 +203,8 @@ N_DYNAMIC = {at.n_dynamic}
 F_ROWS = {rows}
 F_COLUMNS = {columns}
 ATTITUDE, ROTATION, F_SLOT, Q_SLOT = {at.attitude}, {at.rotation}, {at.F}, {at.Q}
-REFERENCE, N_REFERENCE, GATE, N_GATES = {at.reference}, {3 * at.n_references}, {at.gate}, {at.n_gates}
+REFERENCE, N_REFERENCE = {at.reference}, {3 * at.n_references}
+GATE, N_GATES = {at.gate}, {at.n_gates}
 TRACE, N_SLOTS = {at.trace}, {at.total}
 
 

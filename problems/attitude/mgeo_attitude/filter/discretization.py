@@ -107,4 +107,5 @@ def turn(omega: Floats, dt: float) -> Floats:
             [x * z, y * z, -(x * x + y * y)],
         ]
     )
-    return np.eye(3) + s * K + c * K2
+    rotation: Floats = np.eye(3) + s * K + c * K2
+    return rotation

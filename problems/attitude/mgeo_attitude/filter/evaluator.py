@@ -89,7 +89,7 @@ def evaluate(
             for future in [pool.submit(kernel.run, *arguments) for _ in range(workers)]:
                 future.result()
     back = np.argsort(order, kind="stable")
-    t_end, trace = model.step * end_step[back], trace[back]
+    t_end, trace = model.times[end_step[back]], trace[back]
     lost = np.isnan(trace)
     if lost.any():
         first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(lost)]

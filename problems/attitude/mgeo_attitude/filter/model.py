@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..environment import Environment
+from ..scenario.settings import TraceWeights
 from .suite import Suite
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ class FilterModel:
                 references[:, index] = reference
             if mask is not None:
                 available[:, index] = mask
-        weights = np.repeat([scenario.trace_weights.get(name, 1.0) for name in suite.blocks], 3)
+        weights = np.repeat(TraceWeights(scenario.trace_weights).of(suite.blocks), 3)
         return cls(
             suite=suite,
             step=scenario.step,
@@ -85,6 +86,12 @@ class FilterModel:
         return len(self.references) - 1
 
     @property
+    def times(self) -> Floats:
+        """Sample times [s], shape (n_steps + 1,)."""
+        times: Floats = self.step * np.arange(self.n_steps + 1, dtype=float)
+        return times
+
+    @property
     def gated(self) -> tuple[bool, ...]:
         """Which sensors are not available at every sample."""
-        return tuple(bool(column) for column in ~self.available.all(axis=0))
+        return tuple(bool(column.any()) for column in ~self.available.T)

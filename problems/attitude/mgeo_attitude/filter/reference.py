@@ -82,17 +82,17 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
         sigma.append(np.sqrt(np.diag(kf.P)))
         before = k - model.window_steps
         if k >= over and before >= 0:
-            converged = trace[before] - trace[k] < model.relative_decrease * trace[before]
+            converged = bool(trace[before] - trace[k] < model.relative_decrease * trace[before])
             if converged:
                 break
     return FilterHistory(
-        times=model.step * np.arange(len(trace)),
+        times=model.times[: len(trace)],
         trace=np.array(trace),
         sigma=np.array(sigma),
         attitude=attitude[: len(trace)],
         covariance=kf.P,
         blocks=model.suite.blocks,
-        converged=bool(converged),
+        converged=converged,
     )
 
 
@@ -132,15 +132,15 @@ def van_loan(model: FilterModel, omega: Floats) -> tuple[Floats, Floats]:
     return block_diag(F, np.eye(constant)), block_diag(Q, np.zeros((constant, constant)))
 
 
-def _measurements(
-    model: FilterModel, attitude: Floats
-) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+def _measurements(model: FilterModel, attitude: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
     """H and the diagonal of R of all sensors' rows, and which rows are seen, at every sample."""
-    H, R, seen = [], [], []
+    H: list[Floats] = []
+    R: list[float] = []
+    seen: list[NDArray[np.bool_]] = []
     for index, sensor in enumerate(model.suite.sensors):
         v = np.einsum("kij,kj->ki", attitude, model.references[:, index])
         H.append(model.suite.measurement_matrix(sensor, v))
-        R.extend(np.square(sensor.noise()))
+        R.extend(sigma**2 for sigma in sensor.noise())
         mask = model.available[:, index]
         view = sensor.field_of_view()
         if view is not None:

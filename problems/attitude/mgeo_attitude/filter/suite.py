@@ -50,8 +50,8 @@ class Suite:
             sigmas.extend(sensor.states().values())
         return np.repeat(np.asarray(sigmas, dtype=float), 3)
 
-    def measure(self, sensor: Sensor, column: Sequence[Any], v: Vec3) -> Vec3:
-        """Apply a sensor's H to a state column without forming it."""
+    def measure(self, sensor: Sensor, v: Vec3, column: Sequence[Any]) -> Vec3:
+        """Apply a sensor's H, at reference vector `v` in body axes, to a state column."""
         own = {state: self._block(column, f"{sensor.name}.{state}") for state in sensor.states()}
         return sensor.measure(SimpleNamespace(theta=self._block(column, "attitude"), **own), v)
 
@@ -81,8 +81,9 @@ class Suite:
         array, shape (..., 3, n_states)
         """
         H = np.zeros((*v.shape, self.n_states))
+        components = Vec3(*np.moveaxis(v, -1, 0))
         for j, unit in enumerate(np.eye(self.n_states)):
-            for i, entry in enumerate(self.measure(sensor, list(unit), Vec3(*np.moveaxis(v, -1, 0)))):
+            for i, entry in enumerate(self.measure(sensor, components, list(unit))):
                 H[..., i, j] = entry
         return H
 

@@ -7,8 +7,6 @@ from .star_tracker import StarTracker
 from .sun_sensor import SunSensor
 
 #: Sensor classes by the ``kind`` that names them in a scenario file.
-SENSORS: dict[str, type[Sensor]] = {
-    cls.kind: cls for cls in (SunSensor, Magnetometer, StarTracker)
-}
+SENSORS: dict[str, type[Sensor]] = {cls.kind: cls for cls in (SunSensor, Magnetometer, StarTracker)}
 
 __all__ = ["SENSORS", "Gyro", "Magnetometer", "Sensor", "StarTracker", "SunSensor"]

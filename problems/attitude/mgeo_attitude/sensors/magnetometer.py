@@ -44,7 +44,8 @@ class Magnetometer(Sensor):
         }
 
     def measure(self, x: Any, v: Vec3) -> Vec3:
-        return cross(v, x.theta - x.misalignment) + x.bias
+        y: Vec3 = cross(v, x.theta - x.misalignment) + x.bias
+        return y
 
     def noise(self) -> tuple[float, float, float]:
         sigma = self.noise_nt / FIELD_UNIT_NT

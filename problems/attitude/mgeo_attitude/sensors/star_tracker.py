@@ -37,7 +37,8 @@ class StarTracker(Sensor):
         return {"misalignment": math.radians(self.misalignment_deg)}
 
     def measure(self, x: Any, v: Vec3) -> Vec3:
-        return x.theta - x.misalignment
+        y: Vec3 = x.theta - x.misalignment
+        return y
 
     def noise(self) -> tuple[float, float, float]:
         cross_axis = math.radians(self.noise_arcsec / _ARCSEC_PER_DEG)

@@ -55,7 +55,8 @@ class SunSensor(Sensor):
         return {"misalignment": math.radians(self.misalignment_deg), "bias": self.bias}
 
     def measure(self, x: Any, v: Vec3) -> Vec3:
-        return cross(v, x.theta - x.misalignment) + x.bias
+        y: Vec3 = cross(v, x.theta - x.misalignment) + x.bias
+        return y
 
     def noise(self) -> tuple[float, float, float]:
         sigma = math.radians(self.noise_deg)
