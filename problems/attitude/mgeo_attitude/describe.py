@@ -1,0 +1,168 @@
+"""Solutions of the attitude problem in an engineer's terms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from .filter.evaluator import evaluate
+from .filter.suite import Suite
+from .filter.timeline import VARIABLES_PER_MANEUVER
+from .scenario import Scenario
+from .sensors import Magnetometer
+from .sensors.magnetometer import FIELD_UNIT_NT
+
+if TYPE_CHECKING:
+    from .problem import AttitudeManeuverProblem
+
+Floats = NDArray[np.float64]
+
+_DEG = np.degrees(1.0)
+_DEG_H = 3600.0 * _DEG
+
+#: Floats that the histories of one chunk of designs may take: 64 MB.
+_CHUNK_FLOATS = 2**23
+
+
+@dataclass(frozen=True)
+class BlockUnit:
+    """How a 3-vector of the state is shown: `unit`, and `factor` from the filter's unit to it."""
+
+    label: str
+    unit: str
+    factor: float
+
+
+def describe(problem: AttitudeManeuverProblem, X: ArrayLike) -> pd.DataFrame:
+    """One row per solution, numbered as in `X`.
+
+    Columns: both objectives under the problem's names; ``t_end [orbits]``; ``maneuver time [s]``,
+    the sum of all durations; one text per maneuver, its rates about body x / y / z [deg/s] and
+    its duration [s]; and for each 3-vector of the error state the predicted 1-sigma at t_end of
+    its worst body axis (the largest of the three, as comparable to a data sheet's value per axis).
+    A design whose covariance lost positivity has NaN in objectives and 1-sigmas.
+
+    Parameters
+    ----------
+    X : array_like, shape (n, n_var)
+
+    Raises
+    ------
+    ValueError
+        For another number of columns, or a design that is no plan (see `timeline.decode`).
+    """
+    designs = checked_designs(problem, X)
+    F, sigma = _final_values(problem, designs)
+    t_end_name, trace_name = problem.obj_names
+    durations = designs[:, VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
+    columns: dict[str, object] = {
+        t_end_name: F[:, 0],
+        "t_end [orbits]": F[:, 0] / problem.scenario.orbit.period,
+        trace_name: F[:, 1],
+        "maneuver time [s]": durations.sum(axis=1),
+    }
+    texts = [maneuver_texts(x) for x in designs]
+    for m in range(durations.shape[1]):
+        name = f"maneuver {m + 1}: x / y / z [deg/s] for d [s]"
+        columns[name] = [text[m] for text in texts]
+    blocks = block_units(problem.model.suite)
+    worst = sigma.reshape(len(designs), len(blocks), 3).max(axis=2)
+    for block, values in zip(blocks, worst.T, strict=True):
+        columns[f"{block.label} 1-sigma [{block.unit}]"] = values * block.factor
+    return pd.DataFrame(columns)
+
+
+def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
+    """Distinct non-dominated points that converge within one orbital period, and later.
+
+    These are the counts of the paper's Table 3, whose runs last two orbits; in a longer run the
+    second count holds every later orbit too.
+
+    Parameters
+    ----------
+    F : array_like, shape (n, 2)
+        t_end [s] and trace.
+
+    Raises
+    ------
+    ValueError
+        For another number of columns.
+    """
+    table = np.asarray(F, dtype=float)
+    if table.ndim != 2 or table.shape[1] != 2:
+        raise ValueError(f"F of shape {table.shape}: expected (n, 2), t_end [s] and trace")
+    t_end = table[nondominated(table), 0]
+    first = int((t_end <= scenario.orbit.period).sum())
+    return {"points, first orbit": first, "points, second orbit": len(t_end) - first}
+
+
+def nondominated(F: Floats) -> NDArray[np.int64]:
+    """Rows of `F`, shape (n, 2), that no other row dominates, by ascending first objective.
+
+    Of equal rows the first is returned; rows that are not finite never are.
+    """
+    rows: NDArray[np.int64] = np.flatnonzero(np.isfinite(F).all(axis=1))
+    rows = rows[np.lexsort((F[rows, 1], F[rows, 0]))]
+    least_before = np.minimum.accumulate(np.concatenate([[np.inf], F[rows, 1]]))[:-1]
+    front: NDArray[np.int64] = rows[F[rows, 1] < least_before]
+    return front
+
+
+def maneuver_texts(x: Floats) -> list[str]:
+    """Each maneuver of a design as ``x / y / z for duration``, in deg/s and s."""
+    return [
+        f"{' / '.join(f'{rate:+.3f}' for rate in rates)} for {duration:.1f}"
+        for *rates, duration in x.reshape(-1, VARIABLES_PER_MANEUVER)
+    ]
+
+
+def block_units(suite: Suite) -> list[BlockUnit]:
+    """Label, unit and factor of each 3-vector of the state, in the order of ``suite.blocks``.
+
+    Attitude and misalignments are shown in deg, the gyro's bias in deg/h, a magnetometer's bias in
+    nT; anything else keeps the unit it has in the filter, in which it is dimensionless.
+    """
+    magnetometers = {s.name for s in suite.sensors if isinstance(s, Magnetometer)}
+    units = []
+    for name in suite.blocks:
+        owner, _, state = name.rpartition(".")
+        unit, factor = "-", 1.0
+        if state in ("attitude", "misalignment"):
+            unit, factor = "deg", _DEG
+        elif name == "gyro.bias":
+            unit, factor = "deg/h", _DEG_H
+        elif state == "bias" and owner in magnetometers:
+            unit, factor = "nT", FIELD_UNIT_NT
+        units.append(BlockUnit(f"{owner} {state.replace('_', ' ')}".strip(), unit, factor))
+    return units
+
+
+def checked_designs(problem: AttitudeManeuverProblem, X: ArrayLike) -> Floats:
+    """`X` as an array of floats, shape (n, n_var), or a ValueError."""
+    designs = np.asarray(X, dtype=float)
+    if designs.ndim != 2 or designs.shape[1] != problem.n_var:
+        raise ValueError(f"X of shape {designs.shape}: expected (n, {problem.n_var})")
+    return designs
+
+
+def _final_values(problem: AttitudeManeuverProblem, designs: Floats) -> tuple[Floats, Floats]:
+    """Objectives and 1-sigma at t_end of every design, shapes (n, 2) and (n, n_states).
+
+    In chunks: the history of a single design of the paper's takes 1.7 MB.
+    """
+    model = problem.model
+    n_states = model.suite.n_states
+    size = max(1, _CHUNK_FLOATS // ((model.n_steps + 1) * n_states))
+    F, sigma = np.empty((len(designs), 2)), np.full((len(designs), n_states), np.nan)
+    for start in range(0, len(designs), size):
+        chunk = slice(start, start + size)
+        result = evaluate(model, designs[chunk], problem.threads, history=True)
+        F[chunk] = np.column_stack([result.t_end, result.trace])
+        alive = np.flatnonzero(np.isfinite(result.t_end))
+        last = np.rint(result.t_end[alive] / model.step).astype(np.int64)
+        sigma[start + alive] = np.sqrt(result.variances[alive, last])
+    return F, sigma
