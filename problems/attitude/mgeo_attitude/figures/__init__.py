@@ -1,0 +1,41 @@
+"""Interactive figures of a set of solutions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import plotly.graph_objects as go
+from numpy.typing import ArrayLike
+
+from .convergence import convergence_figure
+from .front import front_figure
+from .maneuvers import maneuvers_figure
+from .solutions import Solutions
+
+if TYPE_CHECKING:
+    from ..problem import AttitudeManeuverProblem
+
+__all__ = ["figures"]
+
+
+def figures(problem: AttitudeManeuverProblem, X: ArrayLike) -> dict[str, go.Figure]:
+    """Figures ``front``, ``maneuvers`` and ``convergence``; the latter two of up to six solutions.
+
+    Solutions are numbered by their row in `X`. Those whose covariance broke down are left out.
+
+    Parameters
+    ----------
+    X : array_like, shape (n, n_var)
+
+    Raises
+    ------
+    ValueError
+        If `X` has another number of columns, or no design with finite objectives.
+    """
+    solutions = Solutions.evaluated(problem, X)
+    few = solutions.chosen(problem.indicator_space(solutions.F))
+    return {
+        "front": front_figure(problem.scenario, solutions),
+        "maneuvers": maneuvers_figure(problem.scenario, few),
+        "convergence": convergence_figure(problem, few),
+    }

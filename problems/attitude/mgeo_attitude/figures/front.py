@@ -1,0 +1,130 @@
+"""The front: how well the errors are known against how soon."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import plotly.graph_objects as go
+
+from ..describe import front_summary, maneuver_texts, nondominated
+from ..scenario import Scenario
+from .solutions import Solutions
+from .style import COLORS, GRAY, SYMBOLS, finished
+
+#: Orbits between two ticks of the upper axis.
+_TICK_ORBITS = 0.25
+
+
+def front_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
+    """Trace against t_end, in seconds below and orbits above, with each plan in its hover text.
+
+    Traces: the boundary of what the front dominates, then the solutions that converge within the
+    first orbital period, then the later ones (``customdata`` is the solution's number).
+    """
+    period = scenario.orbit.period
+    t_end, trace = solutions.F.T
+    later = t_end > period
+    names = ("first orbit", "second orbit" if scenario.duration <= 2.0 * period else "later orbits")
+    counts = zip(names, front_summary(scenario, solutions.F).values(), strict=True)
+    summary = ", ".join(f"{name} {count:.0f}" for name, count in counts)
+    hover = np.array([hover_text(solutions, i, period) for i in range(len(t_end))])
+    figure = go.Figure(_boundary(solutions))
+    for index, (name, group) in enumerate(zip(names, (~later, later), strict=True)):
+        figure.add_scatter(
+            name=name,
+            x=t_end[group],
+            y=trace[group],
+            mode="markers",
+            marker={
+                "color": COLORS[index],
+                "symbol": SYMBOLS[index],
+                "size": 8,
+                "line": {"width": 0.7, "color": "white"},
+            },
+            customdata=solutions.numbers[group],
+            hovertext=hover[group],
+            hoverinfo="text",
+        )
+    _mark_period(figure, period)
+    finished(
+        figure,
+        "Calibration maneuvers: covariance trace against time to converge",
+        f"scenario {scenario.name}; points on the front: {summary}; hover over one for its plan",
+    )
+    figure.update_layout(
+        legend={"x": 0.99, "xanchor": "right", "y": 0.98, "yanchor": "top"},
+        legend_title_text="converged in",
+        hovermode="closest",
+    )
+    figure.update_xaxes(title_text="t_end [s]", tickformat="d", selector={"side": None})
+    figure.update_yaxes(
+        title_text="trace of the covariance at t_end [-]",
+        type="log",
+        exponentformat="power",
+        dtick="D2",
+    )
+    figure.update_layout(xaxis2=_orbits_axis(scenario.duration, period))
+    return figure
+
+
+def hover_text(solutions: Solutions, i: int, period: float) -> str:
+    """Objectives and maneuvers of solution `i`, as HTML."""
+    t_end, trace = solutions.F[i]
+    return "<br>".join(
+        [
+            f"<b>{solutions.labels[i]}</b>",
+            f"t_end {t_end:.6g} s ({t_end / period:.3f} orbits)",
+            f"trace {trace:.4g}",
+            "maneuvers, x / y / z [deg/s] for duration [s]:",
+            *(f"{m}: {text}" for m, text in enumerate(maneuver_texts(solutions.X[i]), 1)),
+        ]
+    )
+
+
+def _boundary(solutions: Solutions) -> go.Scatter:
+    """The staircase on the upper axis, which plotly draws only for an axis that has data."""
+    front = solutions.F[nondominated(solutions.F)]
+    return go.Scatter(
+        name="boundary",
+        x=front[:, 0],
+        y=front[:, 1],
+        xaxis="x2",
+        mode="lines",
+        line={"shape": "hv", "width": 1, "color": "#b9c2cc"},
+        hoverinfo="skip",
+        showlegend=False,
+    )
+
+
+def _mark_period(figure: go.Figure, period: float) -> None:
+    figure.add_vline(
+        x=period,
+        line={"color": GRAY, "width": 1.5, "dash": "dash"},
+        annotation={
+            "text": "one orbital period",
+            "textangle": -90,
+            "xanchor": "right",
+            "yanchor": "top",
+            "font": {"color": GRAY},
+        },
+    )
+
+
+def _orbits_axis(duration: float, period: float) -> dict[str, object]:
+    """The same times in orbits, zoomed and moved together with the axis in seconds."""
+    orbits = _TICK_ORBITS * np.arange(math.floor(duration / period / _TICK_ORBITS) + 2)
+    return {
+        "title": {"text": "t_end [orbits]"},
+        "overlaying": "x",
+        "matches": "x",
+        "side": "top",
+        "tickmode": "array",
+        "tickvals": period * orbits,
+        "ticktext": [f"{orbit:g}" for orbit in orbits],
+        "showgrid": False,
+        "zeroline": False,
+        "showline": True,
+        "linecolor": GRAY,
+        "ticks": "outside",
+    }

@@ -1,0 +1,84 @@
+"""The plans: body rates against time, as flown."""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+from plotly.subplots import make_subplots
+
+from ..filter.timeline import decode, maneuver_steps
+from ..scenario import Scenario
+from .solutions import Solutions
+from .style import COLORS, DASHES, SHADE, finished
+
+Floats = NDArray[np.float64]
+
+_ROW_HEIGHT = 230
+_MARGINS = 220
+
+
+def maneuvers_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
+    """One row per solution, each with its own time axis: rates about body x, y and z.
+
+    The last rate is held from the end of the last maneuver to t_end, on gray.
+    """
+    rows = len(solutions.F)
+    figure = make_subplots(
+        rows=rows,
+        cols=1,
+        vertical_spacing=0.36 / rows,
+        subplot_titles=[
+            f"{label}: t_end {t_end:.6g} s, trace {trace:.3g}"
+            for label, (t_end, trace) in zip(solutions.labels, solutions.F, strict=True)
+        ],
+    )
+    for row, (x, (t_end, _)) in enumerate(zip(solutions.X, solutions.F, strict=True), 1):
+        times, rates, over = timeline(x, t_end, scenario.step)
+        for axis, name in enumerate("xyz"):
+            figure.add_scatter(
+                x=times,
+                y=rates[:, axis],
+                name=f"about {name}",
+                legendgroup=name,
+                showlegend=row == 1,
+                mode="lines",
+                line={"shape": "hv", "color": COLORS[axis], "dash": DASHES[axis], "width": 2.5},
+                hovertemplate=f"{name} %{{y:+.3f}} deg/s from %{{x:.6g}} s<extra></extra>",
+                row=row,
+                col=1,
+            )
+        figure.add_vrect(
+            x0=over, x1=t_end, fillcolor=SHADE, layer="below", line_width=0, row=row, col=1
+        )
+    finished(
+        figure,
+        "Body rates of the plans until the filter converged",
+        "on gray, after the last maneuver, its rate is held",
+    )
+    limit = 1.1 * scenario.maneuvers.max_rate_deg_s
+    figure.update_yaxes(range=[-limit, limit], title_text="rate [deg/s]")
+    figure.update_xaxes(title_text="time [s]", tickformat="d", row=rows, col=1)
+    figure.update_layout(height=_MARGINS + _ROW_HEIGHT * rows)
+    return figure
+
+
+def timeline(x: Floats, t_end: float, step: float) -> tuple[Floats, Floats, float]:
+    """A plan as the filter flies it.
+
+    Returns
+    -------
+    times : array, shape (k,)
+        Starts of the maneuvers flown, then t_end [s].
+    rates : array, shape (k, 3)
+        Body rates from each of these times on; the last row repeats the one before [deg/s].
+    over : float
+        End of the last maneuver, or t_end if that comes first [s].
+    """
+    rates, durations = (part[0] for part in decode(x))
+    starts, over = (part[0] for part in maneuver_steps(durations[None], step))
+    # of maneuvers that start at the same step only the last is flown
+    flown = np.append(np.diff(starts) > 0, True) & (starts * step < t_end)
+    times = np.append(starts[flown] * step, t_end)
+    held = np.degrees(rates[flown])
+    return times, np.vstack([held, held[-1:]]), min(float(over) * step, t_end)

@@ -1,0 +1,90 @@
+"""The solutions that a set of figures shows, and the few worth a closer look."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..describe import checked_designs, nondominated
+from ..filter.evaluator import evaluate
+
+if TYPE_CHECKING:
+    from ..problem import AttitudeManeuverProblem
+
+Floats = NDArray[np.float64]
+
+#: Up to this many solutions are all looked at closely.
+MOST_CHOSEN = 6
+
+
+@dataclass(frozen=True)
+class Solutions:
+    """n designs with finite objectives.
+
+    Attributes
+    ----------
+    numbers : array of int, shape (n,)
+        Their rows in the table they come from.
+    X, F : arrays, shapes (n, n_var) and (n, 2)
+    labels : tuple of str
+        ``solution 3``, or ``solution 3 (fastest)`` for one that has been chosen for a reason.
+    """
+
+    numbers: NDArray[np.int64]
+    X: Floats
+    F: Floats
+    labels: tuple[str, ...]
+
+    @classmethod
+    def evaluated(cls, problem: AttitudeManeuverProblem, X: ArrayLike) -> Solutions:
+        """Evaluate designs, shape (n, n_var), and leave out those whose covariance broke down.
+
+        Raises
+        ------
+        ValueError
+            If `X` has another number of columns, or no design is left.
+        """
+        designs = checked_designs(problem, X)
+        result = evaluate(problem.model, designs, problem.threads)
+        F = np.column_stack([result.t_end, result.trace])
+        rows = np.flatnonzero(np.isfinite(F).all(axis=1))
+        if not rows.size:
+            raise ValueError(
+                f"X of shape {designs.shape}: expected at least one design with finite objectives"
+            )
+        return cls(rows, designs[rows], F[rows], tuple(f"solution {row}" for row in rows))
+
+    def chosen(self, indicators: Floats) -> Solutions:
+        """Fastest, knee and least trace of the front, or all if they are few; by t_end.
+
+        Parameters
+        ----------
+        indicators : array, shape (n, 2)
+            The objectives on comparable scales.
+        """
+        roles: dict[int, list[str]] = {}
+        front = nondominated(self.F)
+        for row, role in zip(
+            (front[0], front[knee(indicators[front])], front[-1]),
+            ("fastest", "knee", "least trace"),
+            strict=True,
+        ):
+            roles.setdefault(int(row), []).append(role)
+        rows = range(len(self.F)) if len(self.F) <= MOST_CHOSEN else roles
+        order = sorted(rows, key=lambda row: tuple(self.F[row]))
+        labels = tuple(
+            self.labels[row] + (f" ({', '.join(roles[row])})" if row in roles else "")
+            for row in order
+        )
+        return Solutions(self.numbers[order], self.X[order], self.F[order], labels)
+
+
+def knee(points: Floats) -> int:
+    """Row of a front, shape (n, 2), farthest below the line through its first and last row."""
+    along = points[-1] - points[0]
+    offset = points - points[0]
+    below = along[1] * offset[:, 0] - along[0] * offset[:, 1]
+    return int(np.argmax(below))

@@ -1,0 +1,32 @@
+"""The set of figures as a whole."""
+
+import json
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+
+
+@pytest.mark.parametrize("n", [1, 7, 300])
+def test_all_figures_serialize(problem, X, n):
+    figures = problem.figures(X[:n])
+    assert list(figures) == ["front", "maneuvers", "convergence"]
+    for figure in figures.values():
+        assert "<html>" in figure.to_html(include_plotlyjs="cdn")
+        assert go.Figure(json.loads(figure.to_json())).layout.title == figure.layout.title
+        assert figure.layout.template.layout.plot_bgcolor == "white"
+
+
+def test_chosen_few_are_the_same_in_both_close_looks(problem, X, F):
+    figures = problem.figures(X)
+    names = {trace.name for trace in figures["convergence"].data}
+    rows = [annotation.text for annotation in figures["maneuvers"].layout.annotations]
+    assert names == {row.partition(":")[0] for row in rows}
+    assert rows[0].startswith(f"solution {np.lexsort((F[:, 1], F[:, 0]))[0]} (fastest")
+    assert f"solution {F[:, 1].argmin()} (least trace)" in names
+
+
+@pytest.mark.parametrize("shape", [(0, 12), (3, 8)])
+def test_nothing_to_show_is_refused(problem, shape):
+    with pytest.raises(ValueError, match=r"X of shape \(\d, \d+\): expected"):
+        problem.figures(np.zeros(shape))

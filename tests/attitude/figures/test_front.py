@@ -1,0 +1,95 @@
+"""The picture of the front against the objectives that it shows."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_attitude.figures.front import front_figure
+from mgeo_attitude.figures.solutions import Solutions
+
+
+@pytest.fixture(scope="module")
+def figure(problem, X):
+    return problem.figures(X)["front"]
+
+
+def drawn(F):
+    """A front figure of made-up objectives for the paper's scenario, with designs of zeros."""
+    F = np.asarray(F, dtype=float)
+    n = len(F)
+    labels = tuple(f"solution {i}" for i in range(n))
+    return front_figure(Scenario.paper(), Solutions(np.arange(n), np.zeros((n, 12)), F, labels))
+
+
+def test_points_are_the_objectives(figure, F, problem):
+    later = F[:, 0] > problem.scenario.orbit.period
+    assert later.any()
+    assert not later.all()
+    _, first, second = figure.data
+    for trace, group in ((first, ~later), (second, later)):
+        np.testing.assert_array_equal(trace.x, F[group, 0])
+        np.testing.assert_array_equal(trace.y, F[group, 1])
+        np.testing.assert_array_equal(trace.customdata, np.flatnonzero(group))
+    assert (first.name, second.name) == ("first orbit", "second orbit")
+    assert first.marker.color != second.marker.color
+    assert first.marker.symbol != second.marker.symbol
+
+
+def test_boundary_holds_the_nondominated_points():
+    boundary = drawn([[900, 1e-4], [1500, 2e-4], [7000, 1e-5], [3000, 5e-5]]).data[0]
+    np.testing.assert_array_equal(boundary.x, [900, 3000, 7000])
+    np.testing.assert_array_equal(boundary.y, [1e-4, 5e-5, 1e-5])
+    assert boundary.line.shape == "hv"
+
+
+def test_hover_text_is_the_plan(figure, X, F):
+    for trace in figure.data[1:]:
+        for number, text in zip(trace.customdata, trace.hovertext, strict=True):
+            head, t_end, trace_line, _, *maneuvers = text.split("<br>")
+            assert head == f"<b>solution {number}</b>"
+            assert float(t_end.split()[1]) == F[number, 0]
+            assert float(trace_line.split()[1]) == pytest.approx(F[number, 1], rel=1e-3)
+            numbers = [re.findall(r"[+-]?\d+\.\d+", line) for line in maneuvers]
+            shown = np.array(numbers, dtype=float).reshape(-1)
+            np.testing.assert_allclose(
+                shown[np.arange(12) % 4 != 3], X[number].reshape(3, 4)[:, :3].ravel(), atol=5.1e-4
+            )
+            np.testing.assert_allclose(shown[3::4], X[number, 3::4], atol=0.051)
+
+
+def test_axes(figure, problem):
+    layout = figure.layout
+    period = problem.scenario.orbit.period
+    assert layout.yaxis.type == "log"
+    assert layout.xaxis.title.text == "t_end [s]"
+    assert layout.xaxis2.title.text == "t_end [orbits]"
+    assert layout.xaxis2.matches == "x"
+    assert layout.xaxis2.side == "top"
+    for value, text in zip(layout.xaxis2.tickvals, layout.xaxis2.ticktext, strict=True):
+        assert value == pytest.approx(float(text) * period)
+    assert max(layout.xaxis2.tickvals) >= 11984.0
+    # plotly draws an axis only if some trace lies on it
+    assert "x2" in {trace.xaxis for trace in figure.data}
+    (line,) = layout.shapes
+    assert line.x0 == line.x1 == period
+
+
+def test_title_counts_as_the_front_summary_does(figure, problem, F):
+    first, second = problem.front_summary(F).values()
+    assert f"first orbit {first}, second orbit {second};" in figure.layout.title.text
+
+
+def test_longer_runs_have_later_orbits(problem, X, F):
+    scenario = dataclasses.replace(problem.scenario, duration=20000.0)
+    rows = np.arange(2)
+    figure = front_figure(scenario, Solutions(rows, X[rows], F[rows], ("a", "b")))
+    assert figure.data[2].name == "later orbits"
+
+
+@pytest.mark.parametrize("F", [[[1000.0, 1e-4]], [[11984.0, 2e-6]]])
+def test_a_single_point(F):
+    figure = drawn(F)
+    assert sum(len(trace.x) for trace in figure.data[1:]) == 1
+    assert "<html>" in figure.to_html()
