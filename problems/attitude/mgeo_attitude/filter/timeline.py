@@ -39,7 +39,8 @@ def decode(designs: ArrayLike) -> tuple[Floats, Floats]:
             f"designs of shape {np.shape(designs)}: expected 4 columns for each maneuver "
             "(three rates [deg/s] and a duration [s])"
         )
-    maneuvers = table.reshape(len(table), -1, VARIABLES_PER_MANEUVER)
+    count = table.shape[1] // VARIABLES_PER_MANEUVER
+    maneuvers = table.reshape(len(table), count, VARIABLES_PER_MANEUVER)
     rates, durations = np.radians(maneuvers[:, :, :3]), maneuvers[:, :, 3]
     bad = ~np.isfinite(table).all(axis=1) | (durations < 0.0).any(axis=1)
     if bad.any():

@@ -1,0 +1,110 @@
+"""The satellite problem as pymoo and its plugin contract see it."""
+
+import pickle
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.optimize import minimize
+
+from mgeo.testing import check_problem
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return AttitudeManeuverProblem()
+
+
+def random_designs(problem, n, seed=0):
+    return np.random.default_rng(seed).uniform(problem.xl, problem.xu, (n, problem.n_var))
+
+
+def evaluate_elsewhere(problem, X):
+    return problem.evaluate(X)
+
+
+def test_keeps_the_plugin_contract(problem):
+    check_problem(problem)
+
+
+def test_variables_and_bounds_are_the_papers(problem):
+    assert (problem.n_var, problem.n_obj, problem.n_constr) == (12, 2, 0)
+    np.testing.assert_array_equal(problem.xl, [-1.0, -1.0, -1.0, 0.0] * 3)
+    np.testing.assert_array_equal(problem.xu, [1.0, 1.0, 1.0, 2000.0] * 3)
+    assert problem.var_names[4:8] == [
+        "omega_x_2 [deg/s]",
+        "omega_y_2 [deg/s]",
+        "omega_z_2 [deg/s]",
+        "duration_2 [s]",
+    ]
+
+
+def test_objectives_are_equation_5(problem):
+    X = random_designs(problem, 3)
+    for x, (t_end, trace) in zip(X, problem.evaluate(X), strict=True):
+        history = reference_run(problem.model, x)
+        assert t_end == history.times[-1]
+        assert trace == pytest.approx(np.trace(history.covariance), rel=1e-9)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_any_number_of_maneuvers(problem, count):
+    other = AttitudeManeuverProblem(n_maneuvers=count)
+    assert other.n_var == len(other.var_names) == 4 * count
+    # the first maneuvers of the plan and then nothing: the last rate is held
+    X = np.tile([0.3, -0.2, 0.1, 6000.0 / max(count, 3)], (1, count))
+    whole = np.tile([0.3, -0.2, 0.1, X[0, 3] * count / 3], (1, 3))
+    np.testing.assert_allclose(other.evaluate(X), problem.evaluate(whole), rtol=1e-9)
+
+
+def test_threads_do_not_change_the_result(problem):
+    X = random_designs(problem, 30)
+    one, three = (AttitudeManeuverProblem(threads=n).evaluate(X) for n in (1, 3))
+    np.testing.assert_array_equal(one, problem.evaluate(X))
+    np.testing.assert_array_equal(three, one)
+
+
+def test_works_in_another_process(problem):
+    X = random_designs(problem, 4)
+    with ProcessPoolExecutor(1) as pool:
+        there = pool.submit(evaluate_elsewhere, pickle.loads(pickle.dumps(problem)), X).result()
+    np.testing.assert_array_equal(there, problem.evaluate(X))
+
+
+def test_pymoo_runs_it_without_mgeo(problem):
+    result = minimize(problem, NSGA2(pop_size=12), ("n_eval", 60), seed=1)
+    assert len(result.F) >= 1
+    np.testing.assert_array_equal(problem.evaluate(result.X), result.F)
+
+
+def test_indicator_space_of_the_paper(problem):
+    F = [[0.0, 1e-6], [11984.0, 1e-1], [5992.0, 10**-3.5]]
+    np.testing.assert_allclose(
+        problem.indicator_space(F), [[0.0, 0.0], [1.0, 1.0], [0.5, 0.5]], atol=1e-12
+    )
+
+
+def test_options_rebuild_the_problem():
+    problem = AttitudeManeuverProblem(Scenario.cubesat_6u(), n_maneuvers=2)
+    again = AttitudeManeuverProblem.from_options(problem.options())
+    assert again.scenario == problem.scenario
+    assert again.n_var == 8
+    assert AttitudeManeuverProblem.from_options({}).scenario == Scenario.paper()
+    preset = AttitudeManeuverProblem.from_options({"preset": "cubesat_6u"})
+    assert preset.scenario == Scenario.cubesat_6u()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"scenario": "paper"}, TypeError, "scenario = 'paper': expected a Scenario"),
+        ({"n_maneuvers": 0}, ValueError, "count = 0: expected an integer >= 1"),
+        ({"n_maneuvers": 2.5}, TypeError, "count = 2.5: expected an integer"),
+        ({"threads": 0}, ValueError, "threads = 0: expected an integer >= 1"),
+    ],
+)
+def test_bad_arguments_are_named(arguments, error, message):
+    with pytest.raises(error, match=message):
+        AttitudeManeuverProblem(**arguments)
