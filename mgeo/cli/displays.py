@@ -70,9 +70,9 @@ class LiveDisplay:
         if snapshot is None:
             lines.append(Text(f"first generation  {clock(time.monotonic() - self._start)}"))
         else:
-            since = 0.0 if _ended(snapshot) else time.monotonic() - self._taken
+            since = 0.0 if snapshot.last else time.monotonic() - self._taken
             lines += [_bar(snapshot), _table(_times(snapshot, since) + _quantities(snapshot))]
-        if self._request and not (snapshot and _ended(snapshot)):
+        if self._request and not (snapshot and snapshot.last):
             lines.append(Text(_STOPPING, style="yellow"))
         return Group(*lines)
 
@@ -82,10 +82,6 @@ def clock(seconds: float) -> str:
     minutes, second = divmod(round(seconds), 60)
     hours, minute = divmod(minutes, 60)
     return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
-
-
-def _ended(snapshot: Snapshot) -> bool:
-    return snapshot.evaluations >= snapshot.budget
 
 
 def _evaluations(snapshot: Snapshot) -> str:

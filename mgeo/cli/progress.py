@@ -24,6 +24,7 @@ class Snapshot:
     best: dict[str, float]
     hypervolume: float | None
     whole_space: bool  # whether the hypervolume compares with that of another run
+    last: bool  # whether the run ends here
 
 
 class Display(Protocol):
@@ -54,11 +55,11 @@ class Reporter:
         last = state.stopped or state.evaluations >= state.budget
         if self._display is None or (now < self._next and not last):
             return
-        self._display.show(self._snapshot(state))
+        self._display.show(self._snapshot(state, last))
         cost = time.monotonic() - now
         self._next = now + max(self._display.interval, cost / _MAX_SHARE)
 
-    def _snapshot(self, state: State) -> Snapshot:
+    def _snapshot(self, state: State, last: bool) -> Snapshot:
         _, F = state.front()
         volume = state.hypervolume(F)
         best = F.min(axis=0).tolist() if len(F) else []
@@ -71,6 +72,7 @@ class Reporter:
             best=dict(zip(state.objectives, best, strict=False)),
             hypervolume=volume.value if volume else None,
             whole_space=volume is not None and volume.space == "problem",
+            last=last,
         )
 
     def _time_left(self, state: State) -> float | None:

@@ -21,6 +21,7 @@ SNAPSHOT = Snapshot(
     best={"t_end [s]": 1040.25, "trace": 2.3e-6},
     hypervolume=0.81234,
     whole_space=True,
+    last=False,
 )
 
 
@@ -49,6 +50,7 @@ def test_snapshots_say_what_the_run_has():
     assert last.hypervolume == outcome.hypervolume.value
     assert not last.whole_space
     assert last.left == 0
+    assert (recorder.shown[0].last, last.last) == (False, True)
     assert recorder.shown[0].left is None  # one generation says nothing about the others
 
 
@@ -118,6 +120,8 @@ def test_the_live_display_says_what_a_hypervolume_means_and_that_it_is_stopping(
     text = rendered(display)
     assert "hypervolume (of the range seen)" in text
     assert "Ctrl-C again to stop at once" in text
+    display.show(replace(SNAPSHOT, last=True))
+    assert "Ctrl-C" not in rendered(display)
 
 
 def test_a_plain_display_writes_whole_lines_without_escapes():
