@@ -34,7 +34,8 @@ def test_sources_do_not_import_each_other():
     ("module", "absent"), [("mgeo", "mgeo_attitude"), ("mgeo_attitude", "mgeo")]
 )
 def test_importing_one_does_not_load_the_other(module, absent):
-    code = f"import sys, {module}; print([m for m in sys.modules if m.partition('.')[0] == '{absent}'])"
+    loaded = f"[m for m in sys.modules if m.partition('.')[0] == '{absent}']"
+    code = f"import sys, {module}; print({loaded})"
     result = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120
     )

@@ -43,7 +43,16 @@ def test_up_to_six_are_all_chosen_by_time():
 
 def test_one_solution_is_everything():
     F = np.array([[5.0, 5.0]])
-    assert made_up(F).chosen(F).labels == ("solution 0 (fastest, knee, least trace)",)
+    assert made_up(F).chosen(F).labels == ("solution 0 (fastest, least trace)",)
+
+
+@pytest.mark.parametrize("middle", [[], [[4.0, 4.0]]])
+def test_a_front_that_does_not_bend_inward_has_no_knee(middle):
+    F = np.array([[1.0, 5.0], *middle, [5.0, 1.0]])
+    labels = made_up(F).chosen(F).labels
+    assert labels[0] == "solution 0 (fastest)"
+    assert labels[-1] == f"solution {len(F) - 1} (least trace)"
+    assert not any("knee" in label for label in labels)
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -56,6 +56,7 @@ def front_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
         legend={"x": 0.99, "xanchor": "right", "y": 0.98, "yanchor": "top"},
         legend_title_text="converged in",
         hovermode="closest",
+        margin_t=135,  # room for the upper axis
     )
     figure.update_xaxes(title_text="t_end [s]", tickformat="d", selector={"side": None})
     figure.update_yaxes(

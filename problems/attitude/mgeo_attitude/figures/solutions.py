@@ -65,19 +65,14 @@ class Solutions:
         indicators : array, shape (n, 2)
             The objectives on comparable scales.
         """
-        roles: dict[int, list[str]] = {}
         front = nondominated(self.F)
-        for row, role in zip(
-            (front[0], front[knee(indicators[front])], front[-1]),
-            ("fastest", "knee", "least trace"),
-            strict=True,
-        ):
-            roles.setdefault(int(row), []).append(role)
+        fastest, bend, best = (int(front[i]) for i in (0, knee(indicators[front]), -1))
+        roles = {bend: "knee", fastest: "fastest"}  # an end of the front is no knee
+        roles[best] = "least trace" if best != fastest else "fastest, least trace"
         rows = range(len(self.F)) if len(self.F) <= MOST_CHOSEN else roles
         order = sorted(rows, key=lambda row: tuple(self.F[row]))
         labels = tuple(
-            self.labels[row] + (f" ({', '.join(roles[row])})" if row in roles else "")
-            for row in order
+            self.labels[row] + (f" ({roles[row]})" if row in roles else "") for row in order
         )
         return Solutions(self.numbers[order], self.X[order], self.F[order], labels)
 

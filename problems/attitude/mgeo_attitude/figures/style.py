@@ -34,7 +34,7 @@ def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
         font={"size": 14, "color": "#222222"},
         hoverlabel={"align": "left", "bgcolor": "white", "font": {"color": "#222222"}},
         legend={"bgcolor": "rgba(255,255,255,0.8)", "bordercolor": GRID, "borderwidth": 1},
-        margin={"l": 90, "r": 40, "t": 130, "b": 70},
+        margin={"l": 90, "r": 40, "t": 105, "b": 70},
     )
     axis = {"gridcolor": GRID, "linecolor": GRAY, "showline": True, "zeroline": False}
     figure.update_xaxes(**axis, ticks="outside")
