@@ -53,6 +53,8 @@ class Reporter:
             self._first = state.evaluations, state.elapsed
         now = time.monotonic()
         last = state.stopped or state.evaluations >= state.budget
+        if last:
+            self._request.settle()
         if self._display is None or (now < self._next and not last):
             return
         self._display.show(self._snapshot(state, last))

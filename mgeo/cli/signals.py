@@ -13,6 +13,7 @@ class StopRequest:
 
     def __init__(self) -> None:
         self.signal: signal.Signals | None = None
+        self._may_raise = True
 
     def __bool__(self) -> bool:
         return self.signal is not None
@@ -22,24 +23,28 @@ class StopRequest:
         """As a shell reports it: 130 after Ctrl-C, 143 after SIGTERM; 0 if there was none."""
         return 0 if self.signal is None else 128 + self.signal
 
+    def settle(self) -> None:
+        """From here on only note signals: the work is ending, and its results must be kept."""
+        self._may_raise = False
+
+    def receive(self, number: int, frame: FrameType | None = None) -> None:
+        """Note a signal; the second raises KeyboardInterrupt, once."""
+        if self.signal is not None and self._may_raise:
+            self.settle()
+            raise KeyboardInterrupt
+        self.signal = self.signal or signal.Signals(number)
+
 
 @contextmanager
 def stop_requests() -> Iterator[StopRequest]:
-    """Collect SIGINT and SIGTERM instead of dying of them; the second raises KeyboardInterrupt.
+    """Collect SIGINT and SIGTERM instead of dying of them.
 
-    The first lets a generation end in an orderly way; the second is for generations that take
-    long.
+    The first lets a generation end in an orderly way; the second, a KeyboardInterrupt, is for
+    generations that take long.
     """
     request = StopRequest()
-
-    def receive(number: int, frame: FrameType | None) -> None:
-        if request:
-            raise KeyboardInterrupt
-        request.signal = signal.Signals(number)
-
-    previous = {
-        number: signal.signal(number, receive) for number in (signal.SIGINT, signal.SIGTERM)
-    }
+    watched = (signal.SIGINT, signal.SIGTERM)
+    previous = {number: signal.signal(number, request.receive) for number in watched}
     try:
         yield request
     finally:

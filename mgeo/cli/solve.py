@@ -66,20 +66,21 @@ def run(request: Request) -> int:
             seed=request.seed,
         )
         prepare_folder(request.out, overwrite=request.overwrite)
-    try:
-        outcome, stop = _solve(prepared, request)
-    except BaseException:
-        with suppress(OSError):  # a folder with something in it stays
-            request.out.rmdir()
-        raise
-    made = Run(prepared.recipe, outcome, installed_versions(request.problem))
-    with one_line_errors(request.debug):
-        # the folder was checked before the run: whatever is in it now may be replaced
-        write_run(request.out, made, overwrite=True)
-    html = _front_page(prepared, outcome)
-    with one_line_errors(request.debug):
-        if html is not None:
-            write_figure(request.out, html)
+    with stop_requests() as stop:  # until everything is written: impatience must not cost a run
+        try:
+            outcome = _solve(prepared, request, stop)
+        except BaseException:
+            with suppress(OSError):  # a folder with something in it stays
+                request.out.rmdir()
+            raise
+        made = Run(prepared.recipe, outcome, installed_versions(request.problem))
+        with one_line_errors(request.debug):
+            # the folder was checked before the run: whatever is in it now may be replaced
+            write_run(request.out, made, overwrite=True)
+        html = _front_page(prepared, outcome)
+        with one_line_errors(request.debug):
+            if html is not None:
+                write_figure(request.out, html)
     if not request.quiet:
         _print_results(prepared, outcome, request.out, html is not None)
     return stop.exit_code if outcome.status == "interrupted" else 0
@@ -121,13 +122,13 @@ def _flag(parameter: str) -> str:
     return _FLAGS.get(parameter, f"--{parameter}")
 
 
-def _solve(prepared: PreparedRun, request: Request) -> tuple[Outcome, StopRequest]:
-    with stop_requests() as stop, ExitStack() as shown:
+def _solve(prepared: PreparedRun, request: Request, stop: StopRequest) -> Outcome:
+    with ExitStack() as shown:
         display = None
         if not request.quiet:
             live = run_display(console(stderr=True), _title(prepared), stop)
             display = shown.enter_context(live)
-        return prepared.solve(Reporter(display, stop)), stop
+        return prepared.solve(Reporter(display, stop))
 
 
 def _title(prepared: PreparedRun) -> str:
@@ -151,7 +152,7 @@ def _print_results(prepared: PreparedRun, outcome: Outcome, folder: Path, drawn:
     out = console()
     summary = [
         f"{outcome.status} after {outcome.evaluations:,} evaluations in {clock(outcome.wall_time)}",
-        f"{len(outcome.F):,} solutions",
+        f"solutions: {len(outcome.F):,}",
     ]
     volume = outcome.hypervolume
     if volume is not None:

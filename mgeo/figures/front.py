@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-_LOG_FROM = 100.0  # ratio of largest to smallest value from which an axis is logarithmic
+_LOG_FROM = 10.0  # ratio of the quartiles from which an axis is logarithmic
 _MARKER = {"size": 7, "color": "#1f5fa8", "line": {"width": 0.5, "color": "white"}}
 _MARKER_3D = {"size": 4, "color": "#1f5fa8"}
 _GRID = "#e3e6ea"
@@ -22,7 +22,7 @@ def front_figure(
     """Front with every solution's variables in its hover text.
 
     One objective is drawn over the solution's number, two as points and the boundary of what they
-    dominate, three in space. Axes whose values span a factor of 100 are logarithmic.
+    dominate, three in space. Axes whose middle half of values spans a factor of 10 are logarithmic.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def _one(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]) 
     number = np.arange(1, len(F) + 1)
     figure = go.Figure(_points(number, F[:, 0], texts))
     figure.update_xaxes(title="solution", dtick=1 if len(F) < 20 else None)
-    figure.update_yaxes(title=objectives[0], type=_scale(F[:, 0]))
+    figure.update_yaxes(_axis(objectives[0], F[:, 0]))
     return figure
 
 
@@ -83,8 +83,8 @@ def _two(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]) 
         hoverinfo="skip",
     )
     figure = go.Figure([boundary, _points(F[:, 0], F[:, 1], texts)])
-    figure.update_xaxes(title=objectives[0], type=_scale(F[:, 0]), gridcolor=_GRID)
-    figure.update_yaxes(title=objectives[1], type=_scale(F[:, 1]), gridcolor=_GRID)
+    figure.update_xaxes(_axis(objectives[0], F[:, 0]))
+    figure.update_yaxes(_axis(objectives[1], F[:, 1]))
     return figure
 
 
@@ -101,9 +101,7 @@ def _three(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]
         )
     )
     axes = zip(("xaxis", "yaxis", "zaxis"), objectives, F.T, strict=True)
-    figure.update_scenes(
-        {axis: {"title": {"text": name}, "type": _scale(column)} for axis, name, column in axes}
-    )
+    figure.update_scenes({axis: _axis(name, column) for axis, name, column in axes})
     return figure
 
 
@@ -111,6 +109,13 @@ def _points(x: NDArray[np.generic], y: NDArray[np.float64], texts: list[str]) ->
     return go.Scatter(x=x, y=y, mode="markers", marker=_MARKER, hovertext=texts, hoverinfo="text")
 
 
-def _scale(values: NDArray[np.float64]) -> str:
-    wide = len(values) and values.min() > 0 and values.max() / values.min() >= _LOG_FROM
-    return "log" if wide else "linear"
+def _axis(name: str, values: NDArray[np.float64]) -> dict[str, object]:
+    # quartiles, because one value near zero must not squeeze all others into a corner
+    low, high = np.quantile(values, [0.25, 0.75]) if len(values) else (0.0, 0.0)
+    wide = len(values) and values.min() > 0 and high / low >= _LOG_FROM
+    return {
+        "title": {"text": name},
+        "type": "log" if wide else "linear",
+        "exponentformat": "power",
+        "gridcolor": _GRID,
+    }

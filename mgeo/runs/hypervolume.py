@@ -52,9 +52,12 @@ class HypervolumeMeter:
             self._nadir = np.maximum(self._nadir, F.max(axis=0))
 
     def __call__(self, F: ArrayLike) -> Hypervolume | None:
-        """Hypervolume of a front, shape (n, n_obj); None beyond `MAX_OBJECTIVES` objectives."""
+        """Hypervolume of a front, shape (n, n_obj).
+
+        None where there is only one objective, or more than `MAX_OBJECTIVES`.
+        """
         front = np.asarray(F, dtype=float)
-        if self._n_obj > MAX_OBJECTIVES:
+        if not 1 < self._n_obj <= MAX_OBJECTIVES:
             return None
         if self._indicator_space is not None:
             value = _hypervolume(self._indicator_space(front)) if len(front) else 0.0

@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import sys
+import time
 from contextlib import contextmanager
 
 import numpy as np
@@ -69,6 +70,20 @@ def test_a_second_signal_does_not_wait_for_the_generation(stand_in, stand_in_env
         _, errors = process.communicate(timeout=30)
     assert process.returncode == 130, errors
     assert read_run(tmp_path / "a").outcome.evaluations == 8  # the first: 4 walkers, 2 variables
+
+
+def test_impatience_does_not_cost_the_run(stand_in, stand_in_environment, tmp_path):
+    arguments = ["solve", "slow-cantilever", *LONG, "--out", "a"]
+    with started(arguments, stand_in_environment, tmp_path) as process:
+        wait_for_progress(process)
+        for _ in range(8):  # some of these come while the files are written
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.015)
+        _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130, errors
+    assert errors.count("Traceback") == 0
+    assert read_run(tmp_path / "a").outcome.status == "interrupted"
+    assert (tmp_path / "a" / "front.html").exists()
 
 
 def test_a_pipe_gets_no_control_characters(stand_in_environment, tmp_path):

@@ -47,11 +47,16 @@ def test_the_hover_text_has_every_value_with_its_name():
 
 @pytest.mark.parametrize(
     ("values", "scale"),
-    [([1.0, 99.0, 3.0], "linear"), ([1.0, 100.0, 3.0], "log"), ([0.0, 1000.0, 3.0], "linear")],
+    [
+        (np.geomspace(1.0, 101.0, 50), "log"),
+        (np.geomspace(1.0, 99.0, 50), "linear"),
+        (np.append(np.linspace(1.0, 2.0, 49), 1e-9), "linear"),  # one value near zero
+        (np.append(np.geomspace(1.0, 1e6, 49), 0.0), "linear"),  # has no logarithm
+    ],
 )
-def test_an_axis_that_spans_a_factor_of_100_is_logarithmic(values, scale):
-    F = np.column_stack([values, [3.0, 1.0, 2.0]])
-    figure = front_figure(X, F, VARIABLES, ("cost", "risk"))
+def test_an_axis_whose_middle_half_spans_a_factor_of_10_is_logarithmic(values, scale):
+    F = np.column_stack([values, -values])
+    figure = front_figure(np.ones((50, 2)), F, VARIABLES, ("cost", "risk"))
     assert (figure.layout.xaxis.type, figure.layout.yaxis.type) == (scale, "linear")
 
 

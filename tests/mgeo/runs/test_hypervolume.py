@@ -42,9 +42,11 @@ def test_without_indicator_space_it_is_scaled_by_what_the_run_saw():
 
 
 def test_infeasible_solutions_do_not_widen_the_range():
-    meter = HypervolumeMeter(Plain(1))
-    meter.see(population([[1.0], [3.0], [100.0]], G=[[0.0], [-1.0], [2.0]]))
-    assert meter([[2.0]]).nadir == (3.0,)
+    meter = HypervolumeMeter(Plain(2))
+    F = [[1.0, 1.0], [3.0, 2.0], [100.0, -100.0]]
+    meter.see(population(F, G=[[0.0], [-1.0], [2.0]]))
+    measured = meter([[2.0, 1.0]])
+    assert (measured.ideal, measured.nadir) == ((1.0, 1.0), (3.0, 2.0))
 
 
 def test_an_empty_front_has_none():
@@ -52,8 +54,9 @@ def test_an_empty_front_has_none():
     assert HypervolumeMeter(WithSpace(2))(np.empty((0, 2))).value == 0
 
 
-def test_it_is_left_out_where_it_would_take_long():
-    assert HypervolumeMeter(Plain(6))(np.zeros((1, 6))) is None
+@pytest.mark.parametrize("n_obj", [1, 6])
+def test_it_is_left_out_where_it_says_nothing_or_takes_long(n_obj):
+    assert HypervolumeMeter(Plain(n_obj))(np.zeros((1, n_obj))) is None
 
 
 def test_scaling_keeps_an_objective_without_extent_finite():

@@ -1,0 +1,35 @@
+import os
+import signal
+
+import pytest
+
+from mgeo.cli.signals import StopRequest, stop_requests
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_is_noted_and_the_handlers_are_put_back(number, code):
+    before = signal.getsignal(number)
+    with stop_requests() as request:
+        assert not request
+        assert request.exit_code == 0
+        os.kill(os.getpid(), number)
+        assert request
+        assert request.exit_code == code
+    assert signal.getsignal(number) is before
+
+
+def test_the_second_signal_interrupts_and_later_ones_do_not():
+    request = StopRequest()
+    request.receive(signal.SIGTERM)
+    with pytest.raises(KeyboardInterrupt):
+        request.receive(signal.SIGINT)
+    request.receive(signal.SIGINT)
+    assert request.exit_code == 143  # of the first
+
+
+def test_once_settled_nothing_is_interrupted():
+    request = StopRequest()
+    request.settle()
+    for _ in range(3):
+        request.receive(signal.SIGINT)
+    assert request.exit_code == 130
