@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.core.result import Result
 from pymoo.optimize import minimize
 
-from mgeo.dominance import nondominated
+from mgeo.dominance import FloatArray, nondominated
 from mgeo.testing.failure import no_error, require, require_equal
 from mgeo.testing.samples import Bowls
 
@@ -40,37 +41,49 @@ def check_algorithm(
     require(isinstance(algorithm, Algorithm), f"{algorithm!r} is not a pymoo Algorithm")
     require(algorithm.problem is None, "the algorithm has been set up: expected a fresh one")
     for count in n_obj:
-        problem = Bowls(n_var, count)
-        result = _run(algorithm, problem, seed, n_gen)
-        _check_result(problem, result)
-        _check_seeds(algorithm, problem, result, seed, n_gen)
-        _check_ask_and_tell(algorithm, problem, result, seed, n_gen)
-        _check_copy_midway(algorithm, problem, result, seed, n_gen)
-        _check_pickle(algorithm, problem, result, seed, n_gen)
+        trial = _Trial(algorithm, Bowls(n_var, count), seed, n_gen)
+        result, visited = trial.run()
+        _check_result(trial, result, visited)
+        _check_seeds(trial, result, visited)
+        _check_ask_and_tell(trial, result)
+        _check_copies(trial, result)
         if constraints:
-            _check_constraints(algorithm, n_var, count, seed, n_gen)
+            _check_constraints(trial)
 
 
-def _run(algorithm: Algorithm, problem: Bowls, seed: int, n_gen: int, **options: Any) -> Result:
-    problem.seen.clear()
-    with no_error(f"minimize with {problem.n_obj} objectives"):
-        result = minimize(problem, algorithm, ("n_gen", n_gen), seed=seed, **options)
-    require(algorithm.problem is None, "minimize must leave the algorithm itself as it was")
-    return result
+@dataclass(frozen=True)
+class _Trial:
+    algorithm: Algorithm
+    problem: Bowls
+    seed: int
+    n_gen: int
+
+    def run(self, **options: Any) -> tuple[Result, FloatArray]:
+        """A run by `minimize`: its result, and all points evaluated, in order."""
+        self.problem.seen.clear()
+        with no_error(f"minimize with {self.problem.n_obj} objectives"):
+            result = minimize(self.problem, self.algorithm, **self._options(), **options)
+        require(self.algorithm.problem is None, "minimize must leave the algorithm as it was")
+        return result, np.concatenate(self.problem.seen)
+
+    def set_up(self) -> Algorithm:
+        """A copy of the algorithm, ready to be run step by step."""
+        return copy.deepcopy(self.algorithm).setup(self.problem, **self._options())
+
+    def _options(self) -> dict[str, Any]:
+        return {"termination": ("n_gen", self.n_gen), "seed": self.seed}
 
 
 def _require_same(found: Any, expected: Result, rule: str) -> None:
     """Compare points and objectives of two results (or of an algorithm's optimum and a result)."""
     opt = found.opt
-    require((opt is None) == (expected.opt is None), f"{rule}: one run found no solution")
-    if expected.opt is not None:
-        for key in ("X", "F"):
-            require_equal(opt.get(key), expected.opt.get(key), f"{rule}: {key}")
+    require(opt is not None and len(opt) > 0, f"{rule}: no solution was found this time")
+    for key in ("X", "F"):
+        require_equal(opt.get(key), expected.opt.get(key), f"{rule}: {key}")
 
 
-def _check_result(problem: Bowls, result: Result) -> None:
-    where = f"{problem.n_obj} objectives"
-    visited = np.concatenate(problem.seen)
+def _check_result(trial: _Trial, result: Result, visited: FloatArray) -> None:
+    problem, where = trial.problem, f"{trial.problem.n_obj} objectives"
     inside = (visited >= problem.xl) & (visited <= problem.xu)
     require(inside.all(), f"{where}: points out of bounds were evaluated: {visited[~inside][:3]}")
     count = result.algorithm.evaluator.n_eval
@@ -80,21 +93,18 @@ def _check_result(problem: Bowls, result: Result) -> None:
     require_equal(F, problem.evaluate(X), f"{where}: res.F must be the objectives of res.X", 1e-12)
     distinct = np.unique(F, axis=0)
     dominated = distinct[~nondominated(distinct)]
-    require(len(dominated) == 0, f"{where}: points of res.F dominate each other: {dominated[:3]}")
+    require(len(dominated) == 0, f"{where}: points of res.F are dominated: {dominated[:3]}")
     if problem.n_obj == 1:
         require(result.X.shape == (problem.n_var,), f"{where}: res.X of shape {result.X.shape}")
 
 
-def _check_seeds(
-    algorithm: Algorithm, problem: Bowls, result: Result, seed: int, n_gen: int
-) -> None:
+def _check_seeds(trial: _Trial, result: Result, visited: FloatArray) -> None:
     before = _global_state()
-    _require_same(_run(algorithm, problem, seed, n_gen), result, "same seed, same result")
-    first = np.concatenate(problem.seen)
-    _run(algorithm, problem, seed + 1, n_gen)
-    require(
-        not np.array_equal(first, np.concatenate(problem.seen)), "another seed, the same points"
-    )
+    again, revisited = trial.run()
+    require_equal(revisited, visited, "same seed, same points")
+    _require_same(again, result, "same seed, same result")
+    _, elsewhere = replace(trial, seed=trial.seed + 1).run()
+    require(not np.array_equal(visited, elsewhere), "another seed, the same points")
     require(
         _global_state() == before, "numpy's global random state was used: draw from random_state"
     )
@@ -106,44 +116,36 @@ def _global_state() -> tuple[list[int], int]:
     return state["key"].tolist(), state["pos"]
 
 
-def _check_ask_and_tell(
-    algorithm: Algorithm, problem: Bowls, result: Result, seed: int, n_gen: int
-) -> None:
+def _check_ask_and_tell(trial: _Trial, result: Result) -> None:
     with no_error("ask and tell"):
-        asked = copy.deepcopy(algorithm).setup(problem, termination=("n_gen", n_gen), seed=seed)
+        asked = trial.set_up()
         while asked.has_next():
             infills = asked.ask()
-            asked.evaluator.eval(problem, infills)
+            asked.evaluator.eval(trial.problem, infills)
             asked.tell(infills=infills)
     _require_same(asked, result, "ask and tell, as minimize")
 
 
-def _check_copy_midway(
-    algorithm: Algorithm, problem: Bowls, result: Result, seed: int, n_gen: int
-) -> None:
+def _check_copies(trial: _Trial, result: Result) -> None:
     with no_error("deepcopy in the middle of a run"):
-        run = copy.deepcopy(algorithm).setup(problem, termination=("n_gen", n_gen), seed=seed)
+        run = trial.set_up()
         run.next()
         run.next()
         duplicate = copy.deepcopy(run)
         _require_same(run.run(), result, "a run that was copied midway")
         _require_same(duplicate.run(), result, "the copy of a run made midway")
-
-
-def _check_pickle(
-    algorithm: Algorithm, problem: Bowls, result: Result, seed: int, n_gen: int
-) -> None:
     with no_error("pickle the algorithm"):
-        revived = pickle.loads(pickle.dumps(algorithm))
-    _require_same(_run(revived, problem, seed, n_gen), result, "a pickled copy, as itself")
+        revived = pickle.loads(pickle.dumps(trial.algorithm))
+    _require_same(replace(trial, algorithm=revived).run()[0], result, "a pickled copy, as itself")
 
 
-def _check_constraints(algorithm: Algorithm, n_var: int, n_obj: int, seed: int, n_gen: int) -> None:
-    half = _run(algorithm, Bowls(n_var, n_obj, "half"), seed, n_gen)
+def _check_constraints(trial: _Trial) -> None:
+    sizes = trial.problem.n_var, trial.problem.n_obj
+    half, _ = replace(trial, problem=Bowls(*sizes, "half")).run()
     require(half.X is not None, "half of the points are feasible: none was found")
     require(np.all(np.atleast_2d(half.X)[:, 0] >= 0), f"infeasible points returned: {half.X}")
-    impossible = Bowls(n_var, n_obj, "impossible")
-    none = _run(algorithm, impossible, seed, n_gen)
+    impossible = replace(trial, problem=Bowls(*sizes, "impossible"))
+    none, _ = impossible.run()
     require(none.X is None, f"no point is feasible: expected res.X None, got {none.X}")
-    least = _run(algorithm, impossible, seed, n_gen, return_least_infeasible=True)
+    least, _ = impossible.run(return_least_infeasible=True)
     require(least.X is not None, "return_least_infeasible: expected a point")

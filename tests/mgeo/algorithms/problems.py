@@ -1,0 +1,76 @@
+"""Problems whose fronts are known in closed form, or that misbehave on purpose."""
+
+import numpy as np
+from pymoo.core.problem import ElementwiseProblem, Problem
+
+
+class Galski(Problem):
+    """Cases 1 to 4 of Galski (2006), as coded in mgeocpp's mgeocpp_testcases.cpp."""
+
+    def __init__(self, case):
+        self.case = case
+        super().__init__(n_var=2 if case == 4 else 1, n_obj=2, xl=-10.0, xu=10.0)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        x = X[:, 0]
+        if self.case == 1:
+            bump = 1.4 * np.exp(-x * x)
+            out["F"] = np.column_stack([np.exp(-x) + bump, np.exp(x) + bump])
+        elif self.case == 2:
+            out["F"] = np.column_stack([x**2, (x - 2) ** 2])
+        elif self.case == 3:
+            saw = np.select([x <= 1, x <= 3, x <= 4], [-x, x - 2, 4 - x], x - 4)
+            out["F"] = np.column_stack([saw, (x - 5) ** 2])
+        else:
+            y = X[:, 1]
+            out["F"] = np.column_stack([x**2 + y**2, (x - 1.5) ** 2 + (y - 3.5) ** 2])
+
+
+class Rosenbrock(Problem):
+    """de Sousa, Ramos, Paglione & Girardi (2003); minimum 0 at (1, ..., 1)."""
+
+    def __init__(self, n_var=2):
+        super().__init__(n_var=n_var, n_obj=1, xl=-2.048, xu=2.048)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        a, b = X[:, :-1], X[:, 1:]
+        out["F"] = np.sum(100.0 * (b - a**2) ** 2 + (1.0 - a) ** 2, axis=1)
+
+
+class Mixture(ElementwiseProblem):
+    """Ties, NaN, infinities, an inequality and an equality, all within reach of a walk."""
+
+    def __init__(self):
+        super().__init__(
+            n_var=5,
+            n_obj=3,
+            n_ieq_constr=1,
+            n_eq_constr=1,
+            xl=[-1, 0, -3, -2, 0],
+            xu=[1, 4, 3, 2, 1],
+        )
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        f = [round(float(x[0]), 1), float(np.floor(x[1])), float((x[2] - 1) ** 2 + x[3])]
+        if x[3] > 1.5:
+            f[1] = np.nan
+        if x[3] < -1.9:
+            f[2] = np.inf
+        out["F"] = f
+        out["G"] = [x[0] - 0.8]
+        out["H"] = [max(0.0, float(x[4]) - 0.5)]  # 0 on half of the range
+
+
+class Fixed(Problem):
+    """Objectives of every point are given; `violation` makes all points infeasible."""
+
+    def __init__(self, F, violation=None):
+        self.F = np.asarray(F, dtype=float)
+        n_ieq = int(violation is not None)
+        self.violation = violation
+        super().__init__(n_var=3, n_obj=len(self.F), n_ieq_constr=n_ieq, xl=0.0, xu=1.0)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = np.tile(self.F, (len(X), 1))
+        if self.violation is not None:
+            out["G"] = np.full((len(X), 1), self.violation)

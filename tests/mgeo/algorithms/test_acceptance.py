@@ -1,0 +1,60 @@
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import chi2_contingency, chisquare
+
+from mgeo.algorithms.acceptance import pick, rank
+
+from .. import naive
+
+DRAWS = 200_000
+
+
+@pytest.mark.parametrize("tau", [0.0, 0.5, 1.0, 3.0])
+@pytest.mark.parametrize("n", [1, 2, 12])
+def test_pick_follows_the_power_law(n, tau):
+    places = pick(np.random.default_rng(0).random(DRAWS), n, tau)
+    law = np.array([k**-tau for k in range(1, n + 1)])
+    counts = np.bincount(places, minlength=n)
+    assert len(counts) == n
+    if n > 1:
+        assert chisquare(counts, DRAWS * law / law.sum()).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("tau", [0.5, 3.0])
+def test_pick_is_the_law_of_drawing_until_accepted(tau):
+    rng = np.random.default_rng(1)
+    rejected = np.bincount([naive.rejection_rank(rng, 6, tau) - 1 for _ in range(40_000)])
+    picked = np.bincount(pick(rng.random(40_000), 6, tau))
+    assert chi2_contingency([rejected, picked]).pvalue > 1e-3
+
+
+def test_pick_stays_in_range_at_the_ends_of_the_unit_interval():
+    ends = np.array([0.0, np.nextafter(1.0, 0.0)])
+    assert pick(ends, 12, 0.0).tolist() == [0, 11]
+    assert pick(ends, 1, 3.0).tolist() == [0, 0]
+
+
+def test_pick_takes_one_tau_per_walker():
+    u = np.full((3, 1), 0.95)
+    tau = np.array([[0.0], [1.0], [50.0]])
+    assert pick(u, 10, tau).ravel().tolist() == [int(pick(u[0], 10, t)[0]) for t in (0, 1, 50)]
+    assert pick(u, 10, tau).ravel().tolist() == [9, 8, 0]
+
+
+def test_rank_puts_feasible_then_infeasible_then_failed():
+    f = np.array([5.0, math.nan, -9.0, 1.0, -8.0, math.inf, 0.0])
+    violation = np.array([0.0, 0.0, 2.0, 0.0, 1.0, 0.0, math.nan])
+    order = rank(f, violation, np.arange(7) / 7)
+    assert order.tolist() == [3, 0, 4, 2, 1, 5, 6]
+
+
+def test_equal_merit_is_ordered_at_random():
+    rng = np.random.default_rng(2)
+    f = np.broadcast_to([1.0, 0.0, 1.0, 1.0], (60_000, 4))
+    orders = rank(f, np.zeros_like(f), rng.random(f.shape))
+    assert (orders[:, 0] == 1).all()
+    _, counts = np.unique(orders[:, 1:], axis=0, return_counts=True)
+    assert len(counts) == math.factorial(3)
+    assert chisquare(counts).pvalue > 1e-3

@@ -1,0 +1,98 @@
+import numpy as np
+import pytest
+from pymoo.core.problem import Problem
+from pymoo.core.variable import Integer, Real
+from pymoo.optimize import minimize
+from pymoo.problems.multi import ZDT1
+
+from mgeo import MGEOReal
+
+PROBLEM = ZDT1(n_var=3)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "error", "message"),
+    [
+        ({"sigma": 0}, ValueError, "sigma = 0: expected a finite number > 0"),
+        ({"sigma": np.nan}, ValueError, "sigma = nan"),
+        ({"sigma": [1.0, -2.0]}, ValueError, r"sigma\[1\] = -2.0"),
+        ({"sigma": "wide"}, TypeError, "sigma = 'wide'"),
+        ({"sigma": True}, TypeError, "sigma = True"),
+        ({"sigma": np.ones((2, 2))}, TypeError, r"sigma\[0\] = array"),
+        ({"tau": -0.5}, ValueError, "tau = -0.5: expected a finite number >= 0"),
+        ({"tau": np.inf}, ValueError, "tau = inf"),
+        ({"tau": None}, TypeError, "tau = None"),
+        ({"n_runs": 0}, ValueError, "n_runs = 0: expected an integer of at least 1"),
+        ({"n_runs": 30.0}, TypeError, "n_runs = 30.0"),
+        ({"n_runs": True}, TypeError, "n_runs = True"),
+        ({"perturbation": "relativ"}, ValueError, "'relativ'.*did you mean 'relative'"),
+        ({"perturbation": 3}, ValueError, "perturbation = 3: expected one of 'absolute'"),
+        ({"archive_size": 0}, ValueError, "archive_size = 0"),
+        ({"archive_size": 2.5}, TypeError, "archive_size = 2.5"),
+        ({"n_run": 4}, TypeError, "MGEOReal got an unknown keyword 'n_run'; did you mean 'n_runs'"),
+        ({"pop_size": 4}, TypeError, "unknown keyword 'pop_size'"),
+    ],
+)
+def test_constructor_refuses(parameters, error, message):
+    with pytest.raises(error, match=message):
+        MGEOReal(**parameters)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"save_histroy": True}, "unknown keyword 'save_histroy'; did you mean 'save_history'"),
+        ({"n_gen": 5}, "unknown keyword 'n_gen'"),
+        ({"sigma": 0.1}, r"sigma is a parameter of MGEOReal\(...\), not of a run"),
+        ({"n_runs": 3}, "n_runs is a parameter"),
+    ],
+)
+def test_minimize_refuses_what_pymoo_would_swallow(options, message):
+    with pytest.raises(TypeError, match=message):
+        minimize(PROBLEM, MGEOReal(), seed=1, **options)
+    with pytest.raises(TypeError, match=message):
+        MGEOReal().setup(PROBLEM, **options)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"sigma": [0.1, 0.2]}, "sigma of length 2: expected one number, or one for each of the 3"),
+        ({"archive_size": 3}, "max_size = 3: expected at least 4"),
+        ({"sampling": np.zeros((2, 3))}, r"sampling of shape \(2, 3\): expected .* \(30, 3\)"),
+        ({"n_runs": 1, "sampling": [[0.5, 1.5, 0.5]]}, r"sampling\[0, 1\] = 1.5: .*\[0.0, 1.0\]"),
+        ({"n_runs": 1, "sampling": [[0.5, 0.5, np.nan]]}, r"sampling\[0, 2\] = nan"),
+    ],
+)
+def test_parameters_that_do_not_fit_the_problem_are_refused(parameters, message):
+    with pytest.raises(ValueError, match=message):
+        MGEOReal(**parameters).setup(PROBLEM)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"n_var": 2}, "Problem.xl = None: expected a finite bound"),
+        ({"n_var": 2, "xl": 0.0}, "Problem.xu = None"),
+        ({"n_var": 2, "xl": 0.0, "xu": np.array([1.0, np.inf])}, r"Problem.xu = \[ 1. inf\]"),
+        ({"n_var": 2, "xl": 1.0, "xu": 0.0}, "expected xl <= xu"),
+        ({"n_var": 2, "xl": 0, "xu": 9, "vtype": int}, "vtype = <class 'int'>"),
+        ({"n_var": 2, "xl": 0, "xu": 1, "vtype": bool}, "vtype = <class 'bool'>"),
+        ({"vars": {"a": Integer(bounds=(0, 3)), "b": Real(bounds=(0, 1))}}, "typed variables"),
+    ],
+)
+def test_problems_that_are_not_real_and_bounded_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        MGEOReal().setup(Problem(n_obj=2, **arguments))
+
+
+def test_float_types_are_real():
+    for vtype in (None, float, np.float64):
+        MGEOReal().setup(Problem(n_var=2, n_obj=2, xl=0, xu=1, vtype=vtype))
+
+
+def test_given_sigma_and_sampling_are_not_shared():
+    sigma = np.array([0.1, 0.2, 0.3])
+    algorithm = MGEOReal(sigma)
+    sigma[:] = 9.0
+    assert algorithm.sigma.tolist() == [0.1, 0.2, 0.3]

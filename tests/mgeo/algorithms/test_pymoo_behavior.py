@@ -1,0 +1,262 @@
+"""Everything a built-in pymoo algorithm does, MGEOReal does too."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.callback import Callback
+from pymoo.core.evaluator import Evaluator
+from pymoo.core.population import Population
+from pymoo.core.termination import NoTermination
+from pymoo.optimize import minimize
+from pymoo.problems.multi import BNH, ZDT1
+from pymoo.problems.static import StaticProblem
+from pymoo.util.archive import MultiObjectiveArchive
+
+from mgeo import MGEOReal, ParetoArchive
+
+from .problems import Fixed, Mixture, Rosenbrock
+
+PROBLEM = ZDT1(n_var=5)
+SMALL = MGEOReal(0.2, n_runs=4)
+
+
+def solve(problem=PROBLEM, algorithm=SMALL, n_gen=10, **options):
+    return minimize(problem, algorithm, ("n_gen", n_gen), **{"seed": 1, **options})
+
+
+def same(a, b):
+    return np.array_equal(a.X, b.X) and np.array_equal(a.F, b.F)
+
+
+def test_default_budget_of_the_paper():
+    result = minimize(ZDT1(n_var=12), MGEOReal(), seed=1)
+    assert result.algorithm.evaluator.n_eval == 59_760
+    assert result.algorithm.n_gen - 1 == 166
+
+
+@pytest.mark.parametrize(("n_runs", "generations"), [(1, 5000), (1000, 5), (9000, 1)])
+def test_default_budget_is_5000_generations_shared_by_the_walkers(n_runs, generations):
+    algorithm = MGEOReal(n_runs=n_runs).setup(PROBLEM)
+    assert algorithm.termination.n_max_gen == generations
+
+
+@pytest.mark.parametrize("evaluations", [20, 100, 5000])
+def test_a_budget_of_whole_generations_is_met_exactly(evaluations):
+    result = minimize(PROBLEM, SMALL, ("n_eval", evaluations), seed=1)
+    assert result.algorithm.evaluator.n_eval == evaluations
+
+
+def test_result_is_the_archive_of_every_point_evaluated():
+    seen = []
+    result = solve(callback=lambda algorithm: seen.append(algorithm.pop.get("F")))
+    archive = ParetoArchive(2)
+    for F in seen:
+        archive.add(F, np.empty(len(F), dtype=object))
+    assert np.array_equal(result.F, archive.F)
+    assert result.opt is result.algorithm.front.individuals
+    assert isinstance(result.opt, Population)
+    assert np.array_equal(result.pop.get("F"), seen[-1])
+    assert result.opt.get("n_gen").max() <= 10
+
+
+def test_seed_none_draws_afresh_and_same_object_runs_twice():
+    assert same(solve(seed=3), solve(seed=3))
+    assert not same(solve(seed=None), solve(seed=None))
+    assert not same(solve(seed=3), solve(seed=4))
+    assert SMALL.problem is None
+
+
+def test_seed_of_the_constructor_counts():
+    seeded = MGEOReal(0.2, n_runs=4, seed=3)
+    assert same(minimize(PROBLEM, seeded, ("n_gen", 10)), solve(seed=3))
+
+
+def test_without_copying_the_object_itself_is_run():
+    algorithm = MGEOReal(0.2, n_runs=4)
+    result = solve(algorithm=algorithm, copy_algorithm=False)
+    assert result.algorithm is algorithm
+    assert same(result, solve())
+    assert same(solve(algorithm=algorithm, copy_algorithm=False), result)  # it has terminated
+
+
+def test_ask_and_tell_with_values_computed_elsewhere():
+    algorithm = copy.deepcopy(SMALL).setup(PROBLEM, termination=("n_gen", 10), seed=1)
+    while algorithm.has_next():
+        infills = algorithm.ask()
+        known = StaticProblem(PROBLEM, F=PROBLEM.evaluate(infills.get("X")))
+        Evaluator().eval(known, infills)
+        algorithm.tell(infills=infills)
+    assert same(algorithm.result(), solve())
+
+
+def test_default_termination_ends_a_run_whose_evaluations_pymoo_does_not_count():
+    algorithm = MGEOReal(n_runs=1000).setup(PROBLEM, seed=1)
+    generations = 0
+    while algorithm.has_next():
+        infills = algorithm.ask()
+        infills.set("F", PROBLEM.evaluate(infills.get("X")))
+        algorithm.tell(infills=infills)
+        generations += 1
+    assert generations == 5
+
+
+def test_tell_accepts_a_new_population_of_the_same_points():
+    algorithm = copy.deepcopy(SMALL).setup(PROBLEM, termination=("n_gen", 10), seed=1)
+    while algorithm.has_next():
+        X = algorithm.ask().get("X")
+        algorithm.tell(infills=Population.new(X=X, F=PROBLEM.evaluate(X)))
+    assert same(algorithm.result(), solve())
+
+
+def test_tell_refuses_other_candidates():
+    algorithm = copy.deepcopy(SMALL).setup(PROBLEM, seed=1)
+    with pytest.raises(ValueError, match="expected the candidates of the ask"):
+        algorithm.tell(infills=Population.new(X=np.zeros((20, 5))))
+    infills = algorithm.ask()
+    with pytest.raises(ValueError, match=r"F of shape \(20, 0\): .*every candidate evaluated"):
+        algorithm.tell(infills=infills)
+    algorithm.evaluator.eval(PROBLEM, infills)
+    for other in (infills[::-1], infills[:7]):
+        with pytest.raises(ValueError, match="unchanged and in their order"):
+            algorithm.tell(infills=other)
+    with pytest.raises(ValueError, match="expected the candidates of the ask"):
+        algorithm.tell(infills=None)
+    algorithm.tell(infills=infills)
+    with pytest.raises(ValueError, match="once"):
+        algorithm.tell(infills=infills)
+
+
+def test_callback_sees_every_generation():
+    class Count(Callback):
+        def __init__(self):
+            super().__init__()
+            self.sizes = []
+
+        def notify(self, algorithm):
+            self.sizes.append((algorithm.n_gen, algorithm.evaluator.n_eval, len(algorithm.opt)))
+
+    count = Count()
+    result = solve(callback=count)
+    assert [row[:2] for row in count.sizes] == [(g, 20 * g) for g in range(1, 11)]
+    assert count.sizes[-1][2] == len(result.F)
+
+
+def test_history_holds_independent_generations():
+    fronts = []
+    result = solve(save_history=True, callback=lambda a: fronts.append(a.opt.get("F")))
+    assert [entry.n_gen for entry in result.history] == list(range(1, 11))
+    for entry, F in zip(result.history, fronts, strict=True):
+        assert np.array_equal(entry.opt.get("F"), F)
+        assert np.array_equal(entry.front.F, F)
+    assert not np.array_equal(fronts[0], fronts[-1])
+    assert same(result, solve())
+
+
+def test_copy_and_pickle_midway_continue_identically():
+    run = copy.deepcopy(SMALL).setup(PROBLEM, termination=("n_gen", 10), seed=1)
+    for _ in range(4):
+        run.next()
+    asked = run.ask()  # also between ask and tell
+    clones = [copy.deepcopy(run), pickle.loads(pickle.dumps(run))]
+    for each in (run, *clones):
+        infills = copy.deepcopy(asked)
+        each.evaluator.eval(PROBLEM, infills)
+        each.tell(infills=infills)
+        assert same(each.run(), solve())
+
+
+def test_a_longer_run_goes_on_from_a_shorter_one():
+    short = copy.deepcopy(SMALL).setup(PROBLEM, termination=NoTermination(), seed=1)
+    for _ in range(10):
+        short.next()
+    assert same(short.result(), solve())
+
+
+def test_verbose_prints_a_line_a_generation(capsys):
+    solve(verbose=True)
+    lines = capsys.readouterr().out.splitlines()
+    assert [name.strip() for name in lines[1].split("|")] == [
+        "n_gen", "n_eval", "n_nds", "f1_min", "f2_min",
+    ]  # fmt: skip
+    assert len(lines) == 3 + 10
+    result = solve()
+    last = [cell.strip() for cell in lines[-1].split("|")]
+    assert last[:3] == ["10", "200", str(len(result.F))]
+    assert float(last[4]) == pytest.approx(result.F[:, 1].min(), rel=1e-9)
+
+
+def test_verbose_of_the_constructor_counts(capsys):
+    solve(algorithm=MGEOReal(n_runs=2, verbose=True), n_gen=2)
+    assert len(capsys.readouterr().out.splitlines()) == 5
+
+
+def test_verbose_with_constraints_and_with_nothing_found(capsys):
+    solve(Fixed([1.0, 2.0], violation=0.5), n_gen=1, verbose=True)
+    solve(Fixed([np.nan, 2.0]), n_gen=1, verbose=True)
+    infeasible, nothing = capsys.readouterr().out.splitlines()[3::4]
+    assert [cell.strip() for cell in infeasible.split("|")[2:]] == ["1", "0.5000000000", "-", "-"]
+    assert [cell.strip() for cell in nothing.split("|")[2:]] == ["0", "-", "-"]
+
+
+def test_constraints_are_met_and_the_front_approaches_the_known_one():
+    problem = BNH()
+    result = minimize(problem, MGEOReal(0.5, 1.0, 20), ("n_gen", 100), seed=1)
+    assert np.all(result.CV == 0)
+    assert np.all(problem.evaluate(result.X, return_values_of=["G"]) <= 0)
+    # BNH's set is x2 = x1 up to 3, then x2 = 3 with x1 up to 5
+    x1, x2 = result.X.T
+    assert np.abs(x2 - np.minimum(x1, 3.0)).max() < 0.6
+    assert np.diff(np.sort(result.F[:, 0])).max() < 5.0
+
+
+def test_equality_constraints_count():
+    result = minimize(Mixture(), MGEOReal(1.0, n_runs=5), ("n_gen", 50), seed=1)
+    assert np.all(np.abs(result.H) <= 1e-4)
+    assert np.all(result.G <= 0)
+    assert np.isfinite(result.F).all()
+    assert result.algorithm.front.n_rejected > 0
+
+
+@pytest.mark.parametrize("return_least_infeasible", [False, True])
+def test_no_feasible_point_is_reported_as_by_built_ins(return_least_infeasible):
+    problem = Fixed([1.0, 2.0], violation=0.5)
+    ours = solve(problem, return_least_infeasible=return_least_infeasible)
+    theirs = solve(problem, NSGA2(10), return_least_infeasible=return_least_infeasible)
+    for key in ("X", "F", "G", "CV", "opt"):
+        mine, other = getattr(ours, key), getattr(theirs, key)
+        assert np.shape(mine) == np.shape(other)
+        assert (mine is None) is (not return_least_infeasible)
+    if return_least_infeasible:
+        assert ours.CV[0] == 0.5
+
+
+def test_evaluations_that_all_fail_leave_no_result():
+    result = solve(Fixed([np.nan, 1.0]))
+    assert result.X is None
+    assert result.F is None
+    assert result.algorithm.front.n_rejected == 10 * 4 * 3
+
+
+def test_one_objective_gives_one_point():
+    ours = solve(Rosenbrock(3))
+    assert (ours.X.shape, ours.F.shape, ours.CV.shape) == ((3,), (1,), (1,))
+    assert ours.F[0] == Rosenbrock(3).evaluate(ours.X)[0]
+
+
+def test_limited_archive():
+    result = solve(algorithm=MGEOReal(0.2, n_runs=8, archive_size=6), n_gen=50)
+    assert len(result.F) == 6
+
+
+def test_pymoo_archive_may_be_kept_as_well():
+    result = solve(archive=MultiObjectiveArchive(max_size=1000))
+    assert np.array_equal(np.unique(result.archive.get("F"), axis=0), np.unique(result.F, axis=0))
+
+
+def test_global_random_state_is_left_alone():
+    before = np.random.get_state()[1].copy()  # noqa: NPY002
+    solve(seed=None)
+    assert np.array_equal(before, np.random.get_state()[1])  # noqa: NPY002

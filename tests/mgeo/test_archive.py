@@ -1,0 +1,188 @@
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from pymoo.core.population import Population
+from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
+
+from mgeo import ParetoArchive
+from mgeo.crowding import thin
+from mgeo.dominance import nondominated, uncovered
+
+from . import naive
+
+# Few distinct values make ties and duplicates frequent; NaN and infinities come along.
+SPECIAL = st.sampled_from([0.0, -0.0, 1.0, 2.0, 3.0, np.nan, np.inf, -np.inf])
+VALUES = st.one_of(st.integers(0, 4).map(float), st.floats(-1, 1, width=16), SPECIAL)
+
+
+@st.composite
+def batches(draw):
+    n_obj = draw(st.integers(1, 4))
+    rows = draw(st.integers(0, 40))
+    F = draw(hnp.arrays(float, (rows, n_obj), elements=VALUES))
+    violations = st.sampled_from([0.0, 0.0, 0.5, 1.0, 2.0, np.nan])
+    violation = draw(hnp.arrays(float, rows, elements=violations))
+    if draw(st.booleans()):
+        violation[:] = np.where(violation == 0, 0.5, violation)  # nothing feasible
+    cuts = sorted(draw(st.lists(st.integers(0, rows), max_size=4)))
+    return F, violation, cuts
+
+
+def labels(n):
+    return np.arange(n).astype(object).view(Population)
+
+
+def filled(F, violation=None, cuts=(), max_size=None):
+    archive = ParetoArchive(F.shape[1], max_size)
+    rows, violation = labels(len(F)), np.zeros(len(F)) if violation is None else violation
+    for part in np.split(np.arange(len(F)), cuts):
+        archive.add(F[part], rows[part], violation[part])
+    return archive
+
+
+@settings(max_examples=400, deadline=None)
+@given(batches())
+def test_archive_agrees_with_naive_loop_however_batches_are_cut(batch):
+    F, violation, cuts = batch
+    archive = filled(F, violation, cuts)
+    expected = naive.archive_rows(F.tolist(), violation.tolist())
+    assert archive.individuals.tolist() == expected
+    assert np.array_equal(archive.F, F[expected])
+    failed = ~np.isfinite(F).all(axis=1) | np.isnan(violation)
+    assert archive.n_rejected == failed.sum()
+    assert archive.violation == (violation[expected[0]] if expected else np.inf)
+
+
+@settings(max_examples=200, deadline=None)
+@given(batches())
+def test_nondominated_agrees_with_naive_loop(batch):
+    F = batch[0]
+    assert np.flatnonzero(nondominated(F)).tolist() == naive.nondominated_rows(F.tolist())
+
+
+@pytest.mark.parametrize("n_obj", [2, 3, 5])
+@pytest.mark.parametrize("seed", range(3))
+def test_archive_of_many_batches_agrees_with_pymoo(n_obj, seed):
+    rng = np.random.default_rng(seed)
+    F = np.abs(rng.standard_normal((3000, n_obj))).round(3)
+    archive = filled(F, cuts=range(200, 3000, 200))
+    front = NonDominatedSorting().do(F, only_non_dominated_front=True)
+    assert np.array_equal(np.unique(archive.F, axis=0), np.unique(F[front], axis=0))
+    assert np.array_equal(F[archive.individuals.astype(int)], archive.F)
+    assert np.all(np.diff(archive.F[:, 0]) >= 0)
+
+
+@pytest.mark.parametrize("n_obj", [1, 2, 3, 4])
+def test_uncovered_in_several_blocks_agrees_with_all_pairs(n_obj, monkeypatch):
+    monkeypatch.setattr("mgeo.dominance._BLOCK", 64)
+    rng = np.random.default_rng(n_obj)
+    front = rng.integers(0, 9, (50, n_obj)).astype(float)
+    front = front[nondominated(front)]
+    front = front[np.argsort(front[:, 0], kind="stable")]
+    F = rng.integers(0, 9, (70, n_obj)).astype(float)
+    expected = [not any((row <= f).all() for row in front) for f in F]
+    assert uncovered(F, front).tolist() == expected
+
+
+def test_add_tells_what_entered_and_keeps_the_first_of_equals():
+    archive = ParetoArchive(2)
+    F = np.array([[1.0, 3.0], [1.0, 3.0], [2.0, 4.0], [3.0, 1.0]])
+    assert archive.add(F, labels(4)).tolist() == [True, False, False, True]
+    assert archive.add(F[:1], np.array([9], dtype=object)).tolist() == [False]
+    assert archive.individuals.tolist() == [0, 3]
+    assert archive.add(np.array([[0.0, 0.0]]), np.array([5], dtype=object)).tolist() == [True]
+    assert archive.individuals.tolist() == [5]
+
+
+def test_first_feasible_point_drives_out_infeasible_ones():
+    archive = ParetoArchive(2)
+    archive.add(np.array([[0.0, 0.0], [5.0, 5.0]]), labels(2), np.array([2.0, 1.0]))
+    assert (archive.individuals.tolist(), archive.violation) == ([1], 1.0)
+    entered = archive.add(np.array([[9.0, 9.0], [0.0, 0.0]]), labels(2), np.array([0.0, 1.0]))
+    assert entered.tolist() == [True, False]
+    assert (archive.F.tolist(), archive.violation) == ([[9.0, 9.0]], 0.0)
+
+
+@pytest.mark.parametrize("n_obj", [2, 3])
+@pytest.mark.parametrize("seed", range(3))
+def test_limited_archive_keeps_size_extremes_and_dominance(n_obj, seed):
+    rng = np.random.default_rng(seed)
+    F = np.abs(rng.standard_normal((2000, n_obj)))
+    F /= np.linalg.norm(F, axis=1, keepdims=True)
+    limited, same = (filled(F, cuts=range(50, 2000, 50), max_size=20) for _ in range(2))
+    assert len(limited) == 20
+    assert np.array_equal(limited.F, same.F)
+    assert np.array_equal(limited.F.min(axis=0), F.min(axis=0))
+    assert np.array_equal(limited.F.max(axis=0), F[nondominated(F)].max(axis=0))
+    assert nondominated(limited.F).all()
+    assert np.array_equal(F[limited.individuals.astype(int)], limited.F)
+
+
+def naive_thin(F, size):
+    """Recompute every crowding distance from its definition before each removal."""
+    rows = list(range(len(F)))
+    span = [max(column) - min(column) or 1.0 for column in F.T.tolist()]
+    while len(rows) > size:
+        room = dict.fromkeys(rows, 0.0)
+        for j, width in enumerate(span):
+            order = sorted(rows, key=lambda i: F[i, j])
+            for a, i, b in zip(order, order[1:], order[2:], strict=False):
+                room[i] += F[b, j] / width - F[a, j] / width
+            room[order[0]] = room[order[-1]] = np.inf
+        rows.remove(min(rows, key=lambda i: room[i]))
+    return rows
+
+
+@pytest.mark.parametrize("n_obj", [2, 3, 4])
+def test_thinning_agrees_with_distances_computed_afresh(n_obj):
+    rng = np.random.default_rng(n_obj)
+    F = rng.integers(0, 64, (300, n_obj)) / 64  # exact sums: ties are true ties
+    F = F[nondominated(F)]
+    F = F[np.argsort(F[:, 0], kind="stable")]
+    F[:, -1] *= 1024.0  # a power of two: scaling by the range must undo it
+    size = max(2 * n_obj, len(F) // 2)
+    assert np.flatnonzero(thin(F, size)).tolist() == naive_thin(F, size)
+    assert thin(F, len(F)).all()
+
+
+def test_thinned_line_is_evenly_spread():
+    x = np.sort(np.random.default_rng(0).random(400))
+    kept = x[thin(np.column_stack([x, 1 - x]), 20)]
+    assert np.diff(kept).max() < 4 * np.diff(kept).min()
+
+
+def test_archive_survives_copy_and_pickle():
+    archive = filled(np.random.default_rng(0).random((50, 2)))
+    for clone in (copy.deepcopy(archive), pickle.loads(pickle.dumps(archive))):
+        assert np.array_equal(clone.F, archive.F)
+        assert clone.individuals.tolist() == archive.individuals.tolist()
+        clone.add(np.zeros((1, 2)), labels(1))
+        assert (len(clone), len(archive) > 1) == (1, True)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [((0,), "n_obj = 0"), ((2, 3), "max_size = 3: expected at least 4")],
+)
+def test_impossible_archives_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        ParetoArchive(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("F", "individuals", "violation", "message"),
+    [
+        (np.zeros((2, 3)), labels(2), None, r"F of shape \(2, 3\): expected \(k, 2\)"),
+        (np.zeros(2), labels(1), None, r"F of shape \(2,\)"),
+        (np.zeros((2, 2)), labels(3), None, r"individuals of shape \(3,\): expected \(2,\)"),
+        (np.zeros((2, 2)), labels(2), np.zeros(1), r"violation of shape \(1,\)"),
+    ],
+)
+def test_shapes_that_disagree_are_refused(F, individuals, violation, message):
+    with pytest.raises(ValueError, match=message):
+        ParetoArchive(2).add(F, individuals, violation)
