@@ -99,6 +99,17 @@ def test_one_and_three_objectives(mgeo, problem, columns):
     assert Path("a/front.html").exists()
 
 
+def test_four_objectives_have_no_picture(mgeo):
+    Path("four.toml").write_text("n_obj = 4\nn_var = 6\n")
+    done = mgeo(
+        *("solve", "dtlz2", "--scenario", "four.toml", "--algorithm", "nsga3"),
+        *("--evaluations", "300", "--out", "a"),
+    )
+    assert done.exit_code == 0, done.output
+    assert {path.name for path in Path("a").iterdir()} == {"front.csv", "run.json"}
+    assert done.stdout.splitlines()[-1] == "written: a"
+
+
 def test_quiet_prints_nothing(mgeo):
     done = mgeo("solve", "cantilever", *SHORT, "--quiet", "--out", "a")
     assert (done.exit_code, done.output) == (0, "")
