@@ -81,7 +81,7 @@ class ParetoArchive:
             return np.zeros(len(F), dtype=np.bool_)
         if least < self.violation:
             self.violation = float(least)
-            self._keep(np.zeros(len(self), dtype=np.bool_))
+            self._hold(self.F, self.individuals, np.empty(0, dtype=np.intp))
         entered &= violation == least
         entered[entered] = nondominated(F[entered])
         entered[entered] = uncovered(F[entered], self.F)
@@ -92,16 +92,21 @@ class ParetoArchive:
     def _insert(self, F: FloatArray, individuals: NDArray[np.object_]) -> None:
         order = np.argsort(F[:, 0], kind="stable")
         F, individuals = F[order], individuals[order]
-        self._keep(uncovered(self.F, F))
-        places = np.searchsorted(self.F[:, 0], F[:, 0], side="right")
-        self.F = np.insert(self.F, places, F, axis=0)
-        self.individuals = np.insert(self.individuals, places, individuals)
-        if self.max_size is not None:
-            self._keep(thin(self.F, self.max_size))
+        kept = np.flatnonzero(uncovered(self.F, F))
+        places = np.searchsorted(self.F[:, 0].take(kept), F[:, 0], side="right")
+        rows = np.insert(kept, places, len(self.F) + np.arange(len(F)))
+        self._hold(
+            np.concatenate([self.F, F]), np.concatenate([self.individuals, individuals]), rows
+        )
+        if self.max_size is not None and len(self.F) > self.max_size:
+            self._hold(self.F, self.individuals, np.flatnonzero(thin(self.F, self.max_size)))
 
-    def _keep(self, kept: BoolArray) -> None:
-        if not kept.all():
-            self.F, self.individuals = self.F[kept], self.individuals[kept]
+    def _hold(
+        self, F: FloatArray, individuals: NDArray[np.object_], rows: NDArray[np.intp]
+    ) -> None:
+        # take() moves rows of a long front many times faster than indexing does.
+        self.F = F.take(rows, axis=0)
+        self.individuals = individuals.take(rows).view(Population)
 
     def _check_shapes(
         self, F: FloatArray, individuals: NDArray[np.object_], violation: FloatArray

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_BLOCK = 1 << 20  # comparisons at once: a block of booleans that stays in a core's cache
+_BLOCK = 1 << 18  # comparisons at once: a block of booleans that stays in a core's cache
 
 
 def nondominated(F: FloatArray) -> BoolArray:
@@ -45,21 +45,31 @@ def uncovered(F: FloatArray, front: FloatArray) -> BoolArray:
     (n,) mask. With two objectives the second descends along the front, so a binary search finds
     the only row that needs comparing, O(n log m); otherwise all n x m pairs are compared.
     """
-    if len(front) == 0:
-        return np.ones(len(F), dtype=np.bool_)
-    if F.shape[1] == 2:
+    if F.shape[1] == 2 and len(front):
         not_right = np.searchsorted(front[:, 0], F[:, 0], side="right")
-        free: BoolArray = (front[not_right - 1, 1] > F[:, 1]) | (not_right == 0)
+        free: BoolArray = (front[:, 1].take(not_right - 1) > F[:, 1]) | (not_right == 0)
         return free
-    columns = np.ascontiguousarray(front.T)
-    rows = max(1, _BLOCK // len(front))
-    blocks = [_covered(F[i : i + rows], columns) for i in range(0, len(F), rows)]
-    return ~np.concatenate(blocks, dtype=np.bool_) if blocks else np.ones(0, dtype=np.bool_)
+    return ~_covered(np.ascontiguousarray(F.T), np.ascontiguousarray(front.T))
 
 
-def _covered(F: FloatArray, columns: FloatArray) -> BoolArray:
-    covers = columns[0] <= F[:, :1]
-    for objective in range(1, len(columns)):
-        covers &= columns[objective] <= F[:, objective, None]
-    covered: BoolArray = np.any(covers, axis=1)
+def _covered(F: FloatArray, front: FloatArray) -> BoolArray:
+    # Objectives are rows here. The longer set runs along the inner axis, where numpy is fast.
+    n, m = F.shape[1], front.shape[1]
+    covered = np.zeros(n, dtype=np.bool_)
+    if n < m:
+        step = max(1, _BLOCK // m)
+        for i in range(0, n, step):
+            pairs = _all_below(front[:, None, :], F[:, i : i + step, None])
+            covered[i : i + step] = pairs.any(axis=1)
+    else:
+        step = max(1, _BLOCK // max(1, n))
+        for i in range(0, m, step):
+            covered |= _all_below(front[:, i : i + step, None], F[:, None, :]).any(axis=0)
     return covered
+
+
+def _all_below(a: FloatArray, b: FloatArray) -> BoolArray:
+    below: BoolArray = a[0] <= b[0]
+    for objective in range(1, len(a)):
+        below &= a[objective] <= b[objective]
+    return below
