@@ -1,27 +1,53 @@
-"""Atomic counter that threads of compiled code share."""
+"""Atomic access to int64 arrays that threads of compiled code share.
+
+numba has no atomics for processors, LLVM has.
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
-from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+_ALIGNMENT = 8
+
 
 @intrinsic
 def fetch_add(typing_context: Any, counter: Any, amount: Any) -> Any:
-    """``old = counter[0]; counter[0] += amount; return old`` in one indivisible step.
-
-    `counter` is an int64 array; numba has no atomics for processors, LLVM has.
-    """
+    """``old = counter[0]; counter[0] += amount; return old`` in one indivisible step."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        array = context.make_array(signature.args[0])(context, builder, args[0])
-        first = cgutils.get_item_pointer(
-            context, builder, signature.args[0], array, [ir.Constant(ir.IntType(64), 0)]
-        )
+        first = _pointer(context, builder, signature, args[0], context.get_constant(types.int64, 0))
         return builder.atomic_rmw("add", first, args[1], "monotonic")
 
     return types.int64(counter, types.int64), codegen
+
+
+@intrinsic
+def store_release(typing_context: Any, flags: Any, index: Any, value: Any) -> Any:
+    """``flags[index] = value``, after everything this thread wrote before."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        place = _pointer(context, builder, signature, args[0], args[1])
+        builder.store_atomic(args[2], place, "release", _ALIGNMENT)
+        return context.get_dummy_value()
+
+    return types.void(flags, types.int64, types.int64), codegen
+
+
+@intrinsic
+def load_acquire(typing_context: Any, flags: Any, index: Any) -> Any:
+    """``flags[index]``; what its writer wrote before storing it is then seen as well."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        place = _pointer(context, builder, signature, args[0], args[1])
+        return builder.load_atomic(place, "acquire", _ALIGNMENT)
+
+    return types.int64(flags, types.int64), codegen
+
+
+def _pointer(context: Any, builder: Any, signature: Any, array: Any, index: Any) -> Any:
+    struct = context.make_array(signature.args[0])(context, builder, array)
+    return cgutils.get_item_pointer(context, builder, signature.args[0], struct, [index])

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba import njit
 
-from .atomic import fetch_add
+from .atomic import fetch_add, load_acquire, store_release
 from .discretization import discretize, turn
 
 if TYPE_CHECKING:  # defined above this text in the generated module, see codegen.py
@@ -32,7 +32,7 @@ if TYPE_CHECKING:  # defined above this text in the generated module, see codege
 
 @njit(cache=CACHE)
 def take(queue, n):
-    """The next candidate's number, or -1 where none is left."""
+    """The next job's number, or -1 where none is left."""
     i = fetch_add(queue, 1)
     return i if i < n else -1
 
@@ -44,7 +44,7 @@ def variance_slot(i):
 
 @njit(cache=CACHE, error_model="numpy")
 def reset(W, lane, variances, C, history):
-    """Put a lane at time zero: initial covariance, body axes along GCRS. Returns step 0."""
+    """Put a lane at time zero: initial covariance, body axes along GCRS."""
     for k in range(N_SLOTS):
         W[k * LANES + lane] = 0.0
     total = 0.0
@@ -54,7 +54,6 @@ def reset(W, lane, variances, C, history):
     for i in range(3):
         W[(ATTITUDE + 4 * i) * LANES + lane] = 1.0
     history[lane, 0] = total
-    return 0
 
 
 @njit(cache=CACHE, error_model="numpy")
@@ -91,8 +90,33 @@ def positive_definite(W, lane):
     return True
 
 
+@njit(cache=CACHE)
+def parent_is_done(done, parent):
+    """Whether a job may start: its parent, if it has one, has left its final state."""
+    return parent < 0 or load_acquire(done, parent) != 0
+
+
+@njit(cache=CACHE)
+def save(W, lane, history, k, window, snapshot):
+    """Store a lane's covariance, attitude and the trace's last window, at step k."""
+    for j in range(ROTATION):
+        snapshot[j] = W[j * LANES + lane]
+    for j in range(min(window, k) + 1):
+        snapshot[ROTATION + j] = history[lane, k - j]
+
+
+@njit(cache=CACHE)
+def restore(W, lane, history, k, window, snapshot):
+    """Inverse of `save`."""
+    for j in range(ROTATION):
+        W[j * LANES + lane] = snapshot[j]
+    for j in range(min(window, k) + 1):
+        history[lane, k - j] = snapshot[ROTATION + j]
+
+
 @njit(
-    "void(int64[::1], float64[:,:,::1], int64[:,::1], int64[::1], float64[:,:,::1], float64[::1],"
+    "void(int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], int64[::1],"
+    "float64[:,::1], float64[:,:,::1], int64[:,::1], int64[::1], float64[:,:,::1], float64[::1],"
     "float64[:,::1], float64[:,::1], float64[::1], float64[::1], int64, float64, float64,"
     "int64[::1], float64[::1], float64[:,:,::1])",
     error_model="numpy",
@@ -101,6 +125,13 @@ def positive_definite(W, lane):
 )
 def run(
     queue,
+    done,
+    designs,
+    begins,
+    ends,
+    parents,
+    slots,
+    snapshots,
     rates,
     starts,
     over,
@@ -117,15 +148,23 @@ def run(
     trace,
     record,
 ):
-    """Run candidates from the queue until it is empty; any number of threads may share it.
+    """Run jobs from the queue until it is empty; any number of threads may share it.
 
-    A lane whose candidate has converged takes the next one from the queue, with a clock of its
-    own. No value ever crosses lanes, so a result does not depend on its neighbors.
+    A lane that has finished a job takes the next one from the queue, with a clock of its own. No
+    value ever crosses lanes, and a job goes on from its parent's state exactly as that left it, so
+    a result does not depend on what else is run.
 
     Parameters
     ----------
     queue : array of one int
-        Number of candidates already taken, shared by the threads.
+        Number of jobs already taken, shared by the threads.
+    done : array of int, shape (n_jobs,)
+        Zero until a job has left its final state; then 1, or 2 if its covariance had already lost
+        positivity. Shared by the threads.
+    designs, begins, ends, parents, slots : arrays, shape (n_jobs,)
+        See `jobs.Jobs`.
+    snapshots : array, shape (n_slots, ROTATION + window + 1)
+        States that jobs leave.
     rates : array, shape (n, n_maneuvers, 3)
         Body rates [rad/s].
     starts, over : arrays, shapes (n, n_maneuvers) and (n,)
@@ -143,33 +182,49 @@ def run(
     window, decrease, dt
         Convergence window [steps], least relative decrease of the trace over it, step [s].
     end_step, trace : arrays, shape (n,), written
-        Step at which the candidate ended and its trace there; NaN if the covariance lost
+        Step at which the design ended and its trace there; NaN if the covariance lost
         positivity.
     record : array, shape (n or 0, n_steps + 1, n_states), written
         Variance of each state at each step, if asked for.
     """
-    n = rates.shape[0]
+    n_jobs = designs.shape[0]
     last_step = references.shape[0] - 1
     W = np.zeros(N_SLOTS * LANES)
     history = np.empty((LANES, last_step + 1))
-    candidate = np.full(LANES, -1)
+    job = np.full(LANES, -1)
     clock = np.zeros(LANES, dtype=np.int64)
     maneuver = np.zeros(LANES, dtype=np.int64)
+    running = np.zeros(LANES, dtype=np.bool_)
     healthy = np.ones(LANES, dtype=np.bool_)
     active = 0
     for lane in range(LANES):
-        candidate[lane] = take(queue, n)
-        clock[lane] = reset(W, lane, variances, C, history)
-        active += candidate[lane] >= 0
+        reset(W, lane, variances, C, history)
+        job[lane] = take(queue, n_jobs)
+        active += job[lane] >= 0
     while active > 0:
+        any_running = False
         for lane in range(LANES):
-            i, k = candidate[lane], clock[lane]
-            if i < 0:
+            if job[lane] < 0:
                 continue
+            if not running[lane]:
+                parent = parents[job[lane]]
+                if not parent_is_done(done, parent):
+                    continue
+                running[lane] = True
+                maneuver[lane] = 0
+                clock[lane] = begins[job[lane]]
+                healthy[lane] = True
+                if parent < 0:
+                    reset(W, lane, variances, C, history)
+                else:
+                    restore(W, lane, history, clock[lane], window, snapshots[slots[parent]])
+                    healthy[lane] = done[parent] == 1
+            any_running = True
+            i, k = designs[job[lane]], clock[lane]
             while maneuver[lane] < starts.shape[1] and starts[i, maneuver[lane]] <= k:
                 m = maneuver[lane]
                 maneuver[lane] += 1
-                # of several maneuvers that start together only the last one is flown
+                # of several maneuvers that have started only the last one is flown
                 if maneuver[lane] == starts.shape[1] or starts[i, m + 1] > k:
                     load_maneuver(W, lane, rates[i, m], dynamics, density, dt)
                     healthy[lane] &= positive_definite(W, lane)
@@ -177,28 +232,32 @@ def run(
                 W[(REFERENCE + j) * LANES + lane] = references[k + 1, j]
             for j in range(N_GATES):
                 W[(GATE + j) * LANES + lane] = gates[k + 1, j]
+        if not any_running:
+            continue
         step(W.ctypes, C.ctypes)
         for lane in range(LANES):
-            i = candidate[lane]
-            if i < 0:
+            if not running[lane]:
                 continue
-            k = clock[lane] + 1
+            this, k = job[lane], clock[lane] + 1
+            i = designs[this]
             clock[lane] = k
             now = W[TRACE * LANES + lane]
             history[lane, k] = now
             if record.shape[0] > 0:
                 for j in range(N_STATES):
                     record[i, k, j] = W[variance_slot(j) * LANES + lane]
-            if k < last_step and (k < over[i] or k < window):
+            if k == ends[this]:
+                save(W, lane, history, k, window, snapshots[slots[this]])
+                store_release(done, this, 1 if healthy[lane] else 2)
+            elif k < last_step and (k < over[i] or k < window):
                 continue
-            before = history[lane, max(k - window, 0)]
-            # not >=, so that a NaN ends the run as well
-            if k < last_step and before - now >= decrease * before:
-                continue
-            end_step[i] = k
-            trace[i] = now if healthy[lane] and positive_definite(W, lane) else np.nan
-            candidate[lane] = take(queue, n)
-            maneuver[lane] = 0
-            healthy[lane] = True
-            clock[lane] = reset(W, lane, variances, C, history)
-            active -= candidate[lane] < 0
+            else:
+                before = history[lane, max(k - window, 0)]
+                # not >=, so that a NaN ends the run as well
+                if k < last_step and before - now >= decrease * before:
+                    continue
+                end_step[i] = k
+                trace[i] = now if healthy[lane] and positive_definite(W, lane) else np.nan
+            running[lane] = False
+            job[lane] = take(queue, n_jobs)
+            active -= job[lane] < 0

@@ -6,11 +6,13 @@ import os
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .codegen import step_constants
+from .jobs import separate, shared
 from .kernel import load_kernel
 from .model import FilterModel
 from .timeline import decode, maneuver_steps
@@ -59,15 +61,25 @@ def evaluate(
     suite, n = model.suite, len(rates)
     kernel = load_kernel(suite, model.gated)
     rest, *unit = (suite.dynamics_matrix(omega) for omega in np.vstack([np.zeros(3), np.eye(3)]))
+    # A history is recorded step by step, so every design is then run by itself from the start.
+    jobs = separate(n) if history else shared(rates, starts, over, model.n_steps)
     record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)
     record[:, 0] = model.initial_sigma**2
     end_step, trace = np.zeros(n, dtype=np.int64), np.empty(n)
-    # Longest first, so that the lanes fall empty together at the end of the batch.
-    order = np.argsort(-over, kind="stable")
-    inputs = [np.ascontiguousarray(part[order]) for part in (rates, starts, over)]
-    arguments = (
+    # covariance, attitude and the trace over the last window
+    snapshot = kernel.ROTATION + model.window_steps + 1
+    arguments: tuple[Any, ...] = (
         np.zeros(1, dtype=np.int64),
-        *inputs,
+        np.zeros(len(jobs.design), dtype=np.int64),
+        jobs.design,
+        jobs.begin,
+        jobs.end,
+        jobs.parent,
+        jobs.snapshot,
+        np.empty(((jobs.snapshot >= 0).sum(), snapshot)),
+        np.ascontiguousarray(rates),
+        starts,
+        over,
         np.ascontiguousarray([rest, *(matrix - rest for matrix in unit)]),
         suite.diffusion(),
         model.references.reshape(len(model.references), -1),
@@ -81,15 +93,14 @@ def evaluate(
         trace,
         record,
     )
-    workers = max(1, min(threads or available_threads(), n))
+    workers = max(1, min(threads or available_threads(), len(jobs.design)))
     if workers == 1:
         kernel.run(*arguments)
     else:
         with ThreadPoolExecutor(workers) as pool:
             for future in [pool.submit(kernel.run, *arguments) for _ in range(workers)]:
                 future.result()
-    back = np.argsort(order, kind="stable")
-    t_end, trace = model.times[end_step[back]], trace[back]
+    t_end, trace = model.times[end_step[jobs.twin]], trace[jobs.twin]
     lost = np.isnan(trace)
     if lost.any():
         first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(lost)]
@@ -100,7 +111,7 @@ def evaluate(
             stacklevel=2,
         )
         t_end = np.where(lost, np.nan, t_end)
-    return Evaluation(t_end, trace, record[back] if history else record)
+    return Evaluation(t_end, trace, record)
 
 
 def available_threads() -> int:

@@ -71,4 +71,4 @@ def maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
     """
     ends = np.ceil(np.cumsum(durations, axis=1) / step).astype(np.int64)
     starts = np.hstack([np.zeros((len(ends), 1), dtype=np.int64), ends[:, :-1]])
-    return starts, ends[:, -1]
+    return starts, ends[:, -1].copy()

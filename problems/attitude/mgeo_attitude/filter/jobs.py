@@ -1,0 +1,132 @@
+"""Splits a batch of designs into jobs, so that what designs begin with in common is run once.
+
+The designs of a batch are read as sequences of body rates, one a step. Sorted, designs with a
+common beginning are neighbors, and the steps that neighbors have in common define a tree: a job is
+an edge of it, from the step at which it leaves another job to the step at which others leave it,
+or to convergence. The batch of a generation of MGEO, whose candidates differ from a walker in one
+variable, has much in common; random designs have nothing and give one job each.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .timeline import Floats, Ints
+
+#: Beginnings shorter than this many steps are not worth a copy of the state.
+_WORTHWHILE = 16
+
+
+@dataclass(frozen=True)
+class Jobs:
+    """n jobs; each comes after the one it leaves.
+
+    Attributes
+    ----------
+    design : array, shape (n,)
+        A design to which all steps of the job belong.
+    begin, end : arrays, shape (n,)
+        Steps it runs from and to; `end` is -1 for a job that runs to the design's end.
+    parent : array, shape (n,)
+        Job whose final state it starts from; -1 for the initial state.
+    snapshot : array, shape (n,)
+        Number of the stored state it leaves behind; -1 for none.
+    twin : array, shape (n_designs,)
+        For each design the equal one that is run.
+    """
+
+    design: Ints
+    begin: Ints
+    end: Ints
+    parent: Ints
+    snapshot: Ints
+    twin: Ints
+
+
+def separate(n: int) -> Jobs:
+    """Every design a job of its own."""
+    each, none = np.arange(n), np.full(n, -1)
+    return Jobs(each, np.zeros(n, dtype=np.int64), none, none, none, each)
+
+
+def shared(rates: Floats, starts: Ints, over: Ints, n_steps: int) -> Jobs:
+    """Jobs in which common beginnings are run once, and equal designs too.
+
+    Parameters
+    ----------
+    rates : array, shape (n, m, 3)
+    starts, over : arrays, shapes (n, m) and (n,)
+        See `timeline.maneuver_steps`.
+    n_steps : int
+        Length of the longest run.
+    """
+    ends = np.column_stack([starts[:, 1:], over])
+    keys = np.concatenate([rates, ends[:, :, None]], axis=2).reshape(len(rates), 4 * ends.shape[1])
+    order = np.lexsort(keys.T[::-1])
+    ordered = keys[order]
+    differs = np.ones(len(order), dtype=bool)
+    differs[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    unique = order[differs]
+    twin = np.empty(len(order), dtype=np.int64)
+    twin[order] = unique[np.cumsum(differs) - 1]
+    common = _common_steps(rates[unique], ends[unique])
+    # Nobody may end, nor be tested for convergence, before the designs part.
+    limit = np.minimum(over[unique], n_steps) - 1
+    common = np.minimum(common, np.minimum(limit[1:], limit[:-1]))
+    common[common < _WORTHWHILE] = 0
+    return _tree(unique, common, twin)
+
+
+def _common_steps(rates: Floats, ends: Ints) -> Ints:
+    """Steps that each of n sorted designs has in common with the next, shape (n - 1,)."""
+    same_rate = (rates[1:] == rates[:-1]).all(axis=2)
+    same = same_rate & (ends[1:] == ends[:-1])
+    count = np.minimum.accumulate(same, axis=1).sum(axis=1)
+    first = np.minimum(count, ends.shape[1] - 1)  # the maneuver in which they part
+    row = np.arange(len(first))
+    begin = np.where(first > 0, ends[row, first - 1], 0)
+    both = np.minimum(ends[1:][row, first], ends[:-1][row, first])
+    return np.where(same_rate[row, first], np.maximum(both, begin), begin)
+
+
+def _tree(unique: Ints, common: Ints, twin: Ints) -> Jobs:
+    """Jobs from sorted designs and the steps that neighbors have in common.
+
+    The nodes of the tree are the root (0), the designs and the points where designs part. Those
+    on the way from the root to the current design are on a stack.
+    """
+    leaf = np.iinfo(np.int64).max  # deeper than every point of parting
+    depth, parent, design = [0], [-1], [-1]
+    stack = [0]
+
+    def push(node_depth: int, node_design: int) -> None:
+        depth.append(node_depth)
+        parent.append(stack[-1])
+        design.append(node_design)
+        stack.append(len(depth) - 1)
+
+    for which, before in zip(unique.tolist(), [0, *common.tolist()], strict=True):
+        last = 0
+        while depth[stack[-1]] > before:
+            last = stack.pop()
+        if depth[stack[-1]] < before:
+            push(before, design[last])
+            parent[last] = stack[-1]
+        push(leaf, which)
+
+    nodes = np.array([design, depth, parent], dtype=np.int64)
+    begin, is_leaf = nodes[1, nodes[2, 1:]], nodes[1, 1:] == leaf
+    end = np.where(is_leaf, -1, nodes[1, 1:])
+    return _sorted_jobs(nodes[0, 1:], begin, end, nodes[2, 1:] - 1, twin)
+
+
+def _sorted_jobs(design: Ints, begin: Ints, end: Ints, parent: Ints, twin: Ints) -> Jobs:
+    """In the order of their first steps, which puts a job after the one it leaves."""
+    order = np.argsort(begin, kind="stable")
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    parent = np.where(parent >= 0, place[parent], -1)[order]
+    snapshot = np.where(end[order] >= 0, np.cumsum(end[order] >= 0) - 1, -1)
+    return Jobs(design[order], begin[order], end[order], parent, snapshot, twin)

@@ -1,0 +1,91 @@
+"""Shared beginnings: the tree of jobs against sequences written out step by step."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mgeo_attitude.filter.jobs import separate, shared
+from mgeo_attitude.filter.timeline import decode, maneuver_steps
+
+
+def steps_of(rates, starts, n_steps):
+    """Body rate at every step of one design, the slow and obvious way."""
+    return [tuple(rates[np.flatnonzero(starts <= k)[-1]]) for k in range(n_steps)]
+
+
+def check(X, n_steps):
+    rates, durations = decode(X)
+    starts, over = maneuver_steps(durations, 1.0)
+    jobs = shared(rates, starts, over, n_steps)
+    written = [steps_of(r, s, n_steps) for r, s in zip(rates, starts, strict=True)]
+    leaves = jobs.design[jobs.end < 0]
+    assert sorted(leaves) == sorted(set(jobs.twin))  # every design is run once, or its twin is
+    for i, twin in enumerate(jobs.twin):
+        assert written[i] == written[twin]
+        assert over[i] == over[twin]
+    for job in np.flatnonzero(jobs.end < 0):
+        # Back from the end to the start: the steps of the whole path are those of the design.
+        design, k = jobs.design[job], n_steps
+        while True:
+            assert written[jobs.design[job]][:k] == written[design][:k]
+            k, parent = jobs.begin[job], jobs.parent[job]
+            if parent < 0:
+                break
+            assert parent < job
+            assert jobs.end[parent] == k
+            assert jobs.snapshot[parent] >= 0
+            # nobody has converged, or been tested, before it leaves the others
+            assert k < min(over[design], n_steps)
+            job = parent
+        assert k == 0
+    inner = jobs.snapshot[jobs.end >= 0]
+    assert sorted(inner) == list(range(len(inner)))
+    return jobs
+
+
+rate = st.sampled_from([0.0, 0.5, 1.0])
+duration = st.sampled_from([0.0, 0.4, 17.0, 17.3, 25.0, 40.0, 90.0])
+maneuver = st.tuples(rate, rate, rate, duration)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(st.tuples(maneuver, maneuver, maneuver), min_size=1, max_size=12))
+def test_jobs_put_together_are_the_designs(designs):
+    check(np.array(designs).reshape(len(designs), -1), n_steps=100)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_candidates_of_one_walker(seed):
+    """12 designs that differ from one in a variable each; here the savings are known."""
+    rng = np.random.default_rng(seed)
+    x = rng.uniform(-1.0, 1.0, 12)
+    x[3::4] = [100.0, 200.0, 150.0]
+    X = np.tile(x, (12, 1))
+    X[np.diag_indices(12)] += 0.1
+    X[[3, 7, 11], [3, 7, 11]] += 50.0
+    jobs = check(X, n_steps=1000)
+    run = np.where(jobs.end < 0, 1000, jobs.end) - jobs.begin
+    # maneuver 1 is run once for nine candidates, maneuver 2 once for five
+    assert run.sum() == 12 * 1000 - 8 * 100 - 4 * 200
+
+
+def test_random_designs_share_nothing():
+    rng = np.random.default_rng(0)
+    X = rng.uniform(0.1, 1.0, (50, 12))
+    X[:, 3::4] *= 100.0
+    jobs = check(X, n_steps=400)
+    assert len(jobs.design) == 50
+    assert (jobs.snapshot < 0).all()
+
+
+def test_equal_designs_are_run_once():
+    X = np.tile(np.linspace(0.1, 40.0, 12), (7, 1))
+    assert len(check(X, n_steps=400).design) == 1
+
+
+def test_separate_jobs():
+    jobs = separate(3)
+    assert jobs.design.tolist() == jobs.twin.tolist() == [0, 1, 2]
+    assert (jobs.begin == 0).all()
+    assert (jobs.end == jobs.parent).all()
+    assert len(separate(0).design) == 0
