@@ -62,8 +62,10 @@ def shared(rates: Floats, starts: Ints, over: Ints, n_steps: int) -> Jobs:
     n_steps : int
         Length of the longest run.
     """
+    if len(rates) == 0:
+        return separate(0)
     ends = np.column_stack([starts[:, 1:], over])
-    keys = np.concatenate([rates, ends[:, :, None]], axis=2).reshape(len(rates), 4 * ends.shape[1])
+    keys = np.concatenate([rates, ends[:, :, None]], axis=2).reshape(len(rates), -1)
     order = np.lexsort(keys.T[::-1])
     ordered = keys[order]
     differs = np.ones(len(order), dtype=bool)
