@@ -86,6 +86,9 @@ def test_longer_runs_have_later_orbits(problem, X, F):
     rows = np.arange(2)
     figure = front_figure(scenario, Solutions(rows, X[rows], F[rows], ("a", "b")))
     assert figure.data[2].name == "later orbits"
+    ticks = np.array(figure.layout.xaxis2.tickvals)
+    assert len(ticks) <= 21
+    assert ticks[-1] >= 20000.0
 
 
 @pytest.mark.parametrize("F", [[[1000.0, 1e-4]], [[11984.0, 2e-6]]])

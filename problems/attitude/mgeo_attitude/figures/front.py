@@ -12,8 +12,8 @@ from ..scenario import Scenario
 from .solutions import Solutions
 from .style import COLORS, GRAY, SYMBOLS, finished
 
-#: Orbits between two ticks of the upper axis.
-_TICK_ORBITS = 0.25
+#: Ticks of the upper axis over a run of two orbits, a tenth of an orbit apart.
+_TICKS = 20
 
 
 def front_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
@@ -36,11 +36,13 @@ def front_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
             x=t_end[group],
             y=trace[group],
             mode="markers",
+            # no outline: where points overlap it would hide their color
             marker={
                 "color": COLORS[index],
                 "symbol": SYMBOLS[index],
                 "size": 8,
-                "line": {"width": 0.7, "color": "white"},
+                "opacity": 0.8,
+                "line": {"width": 0},
             },
             customdata=solutions.numbers[group],
             hovertext=hover[group],
@@ -114,7 +116,8 @@ def _mark_period(figure: go.Figure, period: float) -> None:
 
 def _orbits_axis(duration: float, period: float) -> dict[str, object]:
     """The same times in orbits, zoomed and moved together with the axis in seconds."""
-    orbits = _TICK_ORBITS * np.arange(math.floor(duration / period / _TICK_ORBITS) + 2)
+    distance = 0.1 * math.ceil(10.0 * duration / period / _TICKS)
+    orbits = distance * np.arange(_TICKS + 1)
     return {
         "title": {"text": "t_end [orbits]"},
         "overlaying": "x",
