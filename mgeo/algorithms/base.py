@@ -1,7 +1,7 @@
 """The loop that all algorithms of the family share, as a pymoo `Algorithm`."""
 
 import inspect
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ def _keywords(cls: type) -> frozenset[str]:
 _OPTIONS = _keywords(Algorithm)
 
 
-class ExtremalOptimization(Algorithm):
+class ExtremalOptimization(Algorithm, ABC):
     """Generalized extremal optimization with any number of objectives.
 
     `n_runs` walkers go side by side. In a generation each one proposes candidates, every one of
@@ -131,7 +131,10 @@ class ExtremalOptimization(Algorithm):
     def _setup(self, problem: Problem, **options: Any) -> None:
         seeds = self.random_state.bit_generator.seed_seq.spawn(self.n_runs)
         self.streams = [np.random.default_rng(seed) for seed in seeds]
-        self.front = ParetoArchive(problem.n_obj, self.archive_size)
+        try:
+            self.front = ParetoArchive(problem.n_obj, self.archive_size)
+        except ValueError as error:
+            raise ValueError(f"archive_size = {self.archive_size}: {error}") from error
         self._coordinates = self._layout()
         self.walkers = self._start()
 
@@ -170,9 +173,8 @@ class ExtremalOptimization(Algorithm):
         ranking = rank(f.reshape(shape), violation.reshape(shape), ties)
         place = pick(draws[:, 1 + groups * size :], size, self.tau)
         accepted = ranking[walker, group, place]
-        self.walkers[walker, self._coordinates[group, accepted]] = self._values[
-            walker, group, accepted
-        ]
+        changed = self._coordinates[group, accepted]
+        self.walkers[walker, changed] = self._values[walker, group, accepted]
 
     def _told(self, infills: Any) -> tuple[FloatArray, FloatArray]:
         """Objectives (n, n_obj) and constraint violations (n,), 0 where feasible."""

@@ -17,13 +17,8 @@ def require(condition: bool | np.bool_, message: str) -> None:
         raise CheckError(message)
 
 
-def require_equal(
-    found: ArrayLike | None, expected: ArrayLike | None, rule: str, rtol: float = 0.0
-) -> None:
-    """Raise `CheckError` unless two arrays (or None) agree in shape and value, NaN equal NaN."""
-    if found is None or expected is None:
-        require(found is expected, f"{rule}: got {found!r}, expected {expected!r}")
-        return
+def require_equal(found: ArrayLike, expected: ArrayLike, rule: str, rtol: float = 0.0) -> None:
+    """Raise `CheckError` unless two arrays agree in shape and value, NaN being equal to NaN."""
     a, b = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
     require(a.shape == b.shape, f"{rule}: got shape {a.shape}, expected {b.shape}")
     same = np.isclose(a, b, rtol=rtol, atol=0, equal_nan=True)

@@ -291,6 +291,7 @@ def test_good_algorithms_pass(algorithm):
 
 def test_algorithms_may_be_checked_for_what_they_claim_only():
     check_algorithm(DE(pop_size=10), n_obj=(1,))
+    check_algorithm(NeverReports(pop_size=12), n_obj=(2,), constraints=False)
     with pytest.raises(CheckError):
         check_algorithm(DE(pop_size=10), n_obj=(2,))
 

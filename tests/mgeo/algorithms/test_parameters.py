@@ -6,6 +6,7 @@ from pymoo.optimize import minimize
 from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEOReal
+from mgeo.algorithms.base import ExtremalOptimization
 
 PROBLEM = ZDT1(n_var=3)
 
@@ -58,7 +59,7 @@ def test_minimize_refuses_what_pymoo_would_swallow(options, message):
     ("parameters", "message"),
     [
         ({"sigma": [0.1, 0.2]}, "sigma of length 2: expected one number, or one for each of the 3"),
-        ({"archive_size": 3}, "max_size = 3: expected at least 4"),
+        ({"archive_size": 3}, "archive_size = 3: .*expected at least 4"),
         ({"sampling": np.zeros((2, 3))}, r"sampling of shape \(2, 3\): expected .* \(30, 3\)"),
         ({"n_runs": 1, "sampling": [[0.5, 1.5, 0.5]]}, r"sampling\[0, 1\] = 1.5: .*\[0.0, 1.0\]"),
         ({"n_runs": 1, "sampling": [[0.5, 0.5, np.nan]]}, r"sampling\[0, 2\] = nan"),
@@ -96,3 +97,8 @@ def test_given_sigma_and_sampling_are_not_shared():
     algorithm = MGEOReal(sigma)
     sigma[:] = 9.0
     assert algorithm.sigma.tolist() == [0.1, 0.2, 0.3]
+
+
+def test_a_leaf_must_supply_its_part_of_the_loop():
+    with pytest.raises(TypeError, match="abstract"):
+        ExtremalOptimization(tau=1.0, n_runs=1, archive_size=None, options={})
