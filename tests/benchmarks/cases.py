@@ -1,0 +1,45 @@
+"""What the benchmarks run: suites of growing size, their models and random designs."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import cache
+
+import numpy as np
+from mgeo_attitude import FilterModel, Gyro, Magnetometer, Scenario, Suite, SunSensor
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+PAPER = "paper"
+
+#: Suites by name, ordered by size. All fields of view are open: the scalar loop has none.
+SUITES = {
+    "no magnetometer": Suite(Gyro(), (SunSensor(),)),
+    PAPER: Suite(Gyro(), (SunSensor(), Magnetometer())),
+    "two Sun sensors": Suite(
+        Gyro(), (SunSensor(name="sun_1"), SunSensor(name="sun_2"), Magnetometer())
+    ),
+    "gyro scale factors and misalignments": Suite(
+        Gyro(scale_factor=1e-3, misalignment_deg=0.1), (SunSensor(), Magnetometer())
+    ),
+}
+
+
+@cache
+def model(name: str) -> FilterModel:
+    """The paper's scenario with another suite."""
+    suite = SUITES[name]
+    scenario = dataclasses.replace(Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors)
+    return FilterModel.from_scenario(scenario)
+
+
+def designs(n: int, maneuvers: int = 3) -> Floats:
+    """Random designs inside the paper's bounds, shape (n, 4 maneuvers).
+
+    However many maneuvers there are, together they last as long as the paper's three can.
+    """
+    rng = np.random.default_rng(2024)
+    X = rng.uniform(-1.0, 1.0, (n, 4 * maneuvers))
+    X[:, 3::4] = rng.uniform(0.0, 6000.0 / maneuvers, (n, maneuvers))
+    return X
