@@ -21,11 +21,12 @@ from .covariance import predict, update
 from .suite import Suite
 from .symbols import Symbol, SymbolArithmetic, SymbolTriangle
 
-# No nnan and ninf: a covariance that breaks down must show as NaN.
+# No nnan and ninf: a covariance that breaks down must show as NaN. No reassoc: sums are in the
+# order that fuses into multiply-adds best as they are written.
 _DECORATOR = """@njit(
     "void(CPointer(float64), CPointer(float64))",  # arrays would compile three times slower
     error_model="numpy",
-    fastmath={"nsz", "arcp", "contract", "reassoc"},
+    fastmath={"nsz", "arcp", "contract"},
     nogil=True,
     cache=CACHE,
 )"""

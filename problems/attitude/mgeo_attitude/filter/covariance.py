@@ -8,6 +8,7 @@ never formed: a sensor's `measure` is applied to the columns of P, and F is a sp
 from __future__ import annotations
 
 import math
+from functools import reduce
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
@@ -86,8 +87,13 @@ def update(
     variances : three scalars
         Diagonal of R.
     """
-    PHt = [[ops.keep(y) for y in measure([P[i, j] for i in range(n)])] for j in range(n)]
-    columns = [list(measure([row[r] for row in PHt])) for r in range(3)]
+    def project(j: int) -> list[Any]:
+        """Row j of P Hᵀ."""
+        return [ops.keep(y) for y in measure([P[i, j] for i in range(n)])]
+
+    # H (P Hᵀ) needs only the rows of P Hᵀ that H looks at.
+    PHt = {j: project(j) for j in range(n) if _looks_at(measure, n, j)}
+    columns = [list(measure([PHt[j][r] if j in PHt else 0.0 for j in range(n)])) for r in range(3)]
     S = {(i, j): columns[j][i] for i in range(3) for j in range(i + 1)}
     L: dict[tuple[int, int], Any] = {}
     inverse: list[Any] = []
@@ -99,14 +105,17 @@ def update(
             L[i, j] = ops.keep(value * inverse[j])
     gated = [ops.keep(value * gate) for value in inverse]
     G: list[list[Any]] = []
-    for row in PHt:
-        g: list[Any] = []
-        for r in range(3):
-            g.append(ops.keep((row[r] - sum(g[k] * L[r, k] for k in range(r))) * gated[r]))
-        G.append(g)
-    for i in range(n):
-        for j in range(i + 1):
-            P[i, j] = P[i, j] - sum(G[i][r] * G[j][r] for r in range(3))
+    # Three rows of P at a time: an entry of G is then loaded once for three products. Rows below
+    # are still as they were when P Hᵀ is taken from them.
+    for first in range(0, n, 3):
+        for j in range(first, first + 3):
+            row, g = PHt.get(j) or project(j), list[Any]()
+            for r in range(3):
+                g.append(ops.keep((row[r] - sum(g[k] * L[r, k] for k in range(r))) * gated[r]))
+            G.append(g)
+        for j in range(first + 3):
+            for i in range(max(first, j), first + 3):
+                P[i, j] = reduce(lambda left, r: left - G[i][r] * G[j][r], range(3), P[i, j])
 
 
 def _rows(F: Sparse) -> dict[int, list[int]]:
@@ -118,3 +127,9 @@ def _rows(F: Sparse) -> dict[int, list[int]]:
 
 def _dot(F: Sparse, support: Sequence[int], P: Triangle, i: int, j: int) -> Any:
     return sum(F[i, k] * P[k, j] for k in support)
+
+
+def _looks_at(measure: Callable[[Sequence[Any]], Vec3], n: int, j: int) -> bool:
+    """Whether column j of H has an entry that is not zero."""
+    unit = [float(i == j) for i in range(n)]
+    return any(not isinstance(y, float) or y != 0.0 for y in measure(unit))

@@ -38,6 +38,15 @@ def take(queue, n):
 
 
 @njit(cache=CACHE)
+def workspace():
+    """Zeros, beginning with a cache line: vectors that straddle two lines load at half the speed."""
+    line = 8
+    buffer = np.zeros(N_SLOTS * LANES + line)
+    skip = -(buffer.ctypes.data // buffer.itemsize) % line
+    return buffer[skip : skip + N_SLOTS * LANES]
+
+
+@njit(cache=CACHE)
 def variance_slot(i):
     return i * (i + 1) // 2 + i
 
@@ -189,7 +198,7 @@ def run(
     """
     n_jobs = designs.shape[0]
     last_step = references.shape[0] - 1
-    W = np.zeros(N_SLOTS * LANES)
+    W = workspace()
     history = np.empty((LANES, last_step + 1))
     job = np.full(LANES, -1)
     clock = np.zeros(LANES, dtype=np.int64)
