@@ -8,8 +8,8 @@ never formed: a sensor's `measure` is applied to the columns of P, and F is a sp
 from __future__ import annotations
 
 import math
-from functools import reduce
 from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
 from typing import Any, Protocol
 
 from ..vector import Vec3
@@ -87,6 +87,7 @@ def update(
     variances : three scalars
         Diagonal of R.
     """
+
     def project(j: int) -> list[Any]:
         """Row j of P Hᵀ."""
         return [ops.keep(y) for y in measure([P[i, j] for i in range(n)])]

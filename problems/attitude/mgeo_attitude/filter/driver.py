@@ -39,7 +39,7 @@ def take(queue, n):
 
 @njit(cache=CACHE)
 def workspace():
-    """Zeros, beginning with a cache line: vectors that straddle two lines load at half the speed."""
+    """Zeros that begin with a cache line: vectors across two lines load at half the speed."""
     line = 8
     buffer = np.zeros(N_SLOTS * LANES + line)
     skip = -(buffer.ctypes.data // buffer.itemsize) % line
