@@ -1,0 +1,128 @@
+"""The yardsticks themselves: they must do the same work, and be counted and timed rightly."""
+
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import llvmlite.binding
+import numpy as np
+import pytest
+from mgeo_attitude import evaluate, reference_run
+from mgeo_attitude.filter.kernel import lanes
+
+from . import cases, peak, speed, table, textbook
+from .count import Count, count_source, count_step
+from .measure import interleaved, used_by_others
+from .scalar import evaluate_scalar
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return cases.model(cases.PAPER)
+
+
+def test_scalar_loop_gives_what_the_kernel_gives(paper):
+    X = cases.designs(24)
+    X[0, 3::4] = 0.0
+    X[1, 3::4] = [0.5, 1000.25, 0.0]
+    X[2, 3::4] = 2000.0
+    t_end, trace = evaluate_scalar(paper, X)
+    result = evaluate(paper, X)
+    np.testing.assert_array_equal(t_end, result.t_end)
+    np.testing.assert_allclose(trace, result.trace, rtol=1e-9)
+
+
+def test_textbook_loops_give_what_the_reference_filter_gives(paper):
+    n_steps, omega_deg_s = 400, [0.5, -0.3, 0.8]
+    history = reference_run(paper, [*omega_deg_s, n_steps])
+    given = textbook.matrices(paper, np.radians(omega_deg_s), n_steps)
+    expected = history.sigma[n_steps] ** 2
+    np.testing.assert_allclose(np.diag(textbook.run_filterpy(given)), expected, rtol=1e-9)
+    np.testing.assert_allclose(np.diag(textbook.run_numpy(given)), expected, rtol=1e-9)
+
+
+def test_useful_steps_end_with_each_design(paper):
+    X = cases.designs(3)
+    assert speed.useful_steps(paper, X) == sum(len(reference_run(paper, x).times) - 1 for x in X)
+
+
+def test_a_value_computed_twice_is_counted_once():
+    source = "a = x * y + z\nb = x * y - z\nx = 2.0\nc = x * y\nd = 1.0 / sqrt(-c)"
+    assert count_source(source) == Count(multiplications=2, additions=2, divisions=1, roots=1)
+
+
+def test_what_is_not_straight_line_cannot_be_counted():
+    with pytest.raises(ValueError, match="x @ y"):
+        count_source("a = f(x @ y)")
+
+
+def test_multiplications_of_the_paper_suite_by_hand(paper):
+    n = 18
+    turn, rotated_vector, trace = 27, 9, n
+    # F has rows of 6 (attitude) and 1 (bias); F P, then the lower triangle of (F P) Fᵀ
+    predict = n * (3 * 6 + 3 * 1) + (6 * 6 + 9 * 1 + 6 * 1)
+    # a row of H has 2 products: P Hᵀ, H P Hᵀ; factor; G (3 scaled, 3 eliminated); P - G Gᵀ
+    update = n * 6 + 6 * 2 + 7 + n * 6 + n * (n + 1) // 2 * 3
+    assert (
+        count_step(paper).multiplications == turn + predict + 2 * (rotated_vector + update) + trace
+    )
+    assert count_step(paper).divisions == count_step(paper).roots == 6
+
+
+def test_peak_loop_multiplies_and_adds_in_vector_registers():
+    features = llvmlite.binding.get_host_cpu_features()
+    if not (features.get("fma") or features.get("neon")):
+        pytest.skip("no vector multiply-add on this processor")
+    (assembly,) = peak.multiply_adds.inspect_asm().values()
+    found = re.findall(r"\b(vfmadd\d+pd|fmla)\b.*", assembly)
+    assert len(found) >= peak.CHAINS
+    if lanes() == 8:
+        assert re.search(r"vfmadd\d+pd\s+%zmm\d+, %zmm\d+, %zmm\d+", assembly)
+
+
+def test_peak_loop_computes_its_chains():
+    start = sum(range(peak.CHAINS)) * lanes()
+    assert peak.multiply_adds(0) == start
+    # a ← a / 2 + 1 has the fixed point 2
+    assert peak.multiply_adds(100) == pytest.approx(2.0 * peak.CHAINS * lanes(), rel=1e-15)
+
+
+def test_tasks_take_turns():
+    calls = []
+
+    def task(name):
+        calls.append(name)
+        end = time.perf_counter() + 0.1
+        while time.perf_counter() < end:
+            pass
+
+    timings = interleaved({"a": lambda: task("a"), "b": lambda: task("b")}, rounds=2)
+    assert "".join(calls) == "aabb" + "abab"
+    assert 0.1 <= timings["a"].wall < 0.2
+    assert 0.0 < timings["a"].processor <= timings["a"].wall + 0.01
+
+
+@pytest.mark.skipif(not Path("/proc/stat").exists(), reason="Linux tells who uses the processors")
+def test_other_programs_are_told_from_this_one():
+    before, end = used_by_others(), time.process_time() + 0.5
+    while time.process_time() < end:
+        pass
+    alone = used_by_others() - before
+    subprocess.run([sys.executable, "-c", "for _ in range(10**7): pass"], check=True)
+    assert alone > -0.1
+    assert used_by_others() - before > alone + 0.05
+
+
+def test_tables_go_between_their_marks():
+    text = f"before\n{table.BEGIN}\nold\n{table.END}\nafter\n"
+    assert table.with_tables(text, "| new |") == (
+        f"before\n{table.BEGIN}\n| new |\n{table.END}\nafter\n"
+    )
+    with pytest.raises(ValueError, match="expected the lines"):
+        table.with_tables("no marks", "| new |")
+
+
+def test_the_document_has_the_marks():
+    assert "| new |" in table.with_tables(table.DOCUMENT.read_text(encoding="utf-8"), "| new |")
