@@ -94,6 +94,7 @@ def test_generated_step_is_one_filter_step(name):
         expected.append((P, dC @ C, weights @ np.diag(P)))
     flat = W.ravel().copy()
     namespace["step"](flat, step_constants(suite, weights))
+    namespace["check"](flat, step_constants(suite, weights))
     for lane, (P, C, trace) in enumerate(expected):
         values = flat[lane::lanes]
         scale = np.abs(P).max()
@@ -102,6 +103,8 @@ def test_generated_step_is_one_filter_step(name):
         )
         np.testing.assert_allclose(values[at.attitude : at.rotation], C.ravel(), atol=1e-14)
         assert values[at.trace] == pytest.approx(trace, abs=1e-9 * scale)
+        pivots = np.square(np.diag(np.linalg.cholesky(P)))
+        assert values[at.pivot] == pytest.approx(pivots.min(), rel=1e-3)
 
 
 def test_module_source_does_not_change_from_run_to_run():

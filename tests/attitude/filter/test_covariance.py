@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 from mgeo_attitude.filter.codegen import transition_pattern
-from mgeo_attitude.filter.covariance import FloatArithmetic, predict, update
+from mgeo_attitude.filter.covariance import FloatArithmetic, least_pivot, predict, update
 from mgeo_attitude.vector import Vec3
 from scipy.linalg import expm
 
@@ -82,3 +82,14 @@ def test_transition_pattern_holds_every_entry_that_is_not_the_identitys(name):
         assert pattern <= {(int(i), int(j)) for i, j in np.argwhere(F != 0.0)}
     constant = set(range(suite.n_dynamic)) - {i for i, _ in pattern}
     assert not suite.diffusion()[list(constant)].any()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_least_pivot_tells_positive_matrices_from_others(seed):
+    rng = np.random.default_rng(seed)
+    P = random_covariance(rng, 9)
+    pivots = np.square(np.diag(np.linalg.cholesky(P)))
+    assert least_pivot(Lower(P), 9, OPS) == pytest.approx(pivots.min(), rel=1e-10)
+    values, vectors = np.linalg.eigh(P)
+    values[3] *= -1e-3
+    assert least_pivot(Lower(vectors @ np.diag(values) @ vectors.T), 9, OPS) < 0.0

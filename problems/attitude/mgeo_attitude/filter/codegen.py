@@ -17,7 +17,7 @@ from importlib import resources
 import numpy as np
 
 from ..vector import Vec3
-from .covariance import predict, update
+from .covariance import least_pivot, predict, update
 from .suite import Suite
 from .symbols import Symbol, SymbolArithmetic, SymbolTriangle
 
@@ -72,8 +72,12 @@ class Layout:
         return self.gate + self.n_gates
 
     @property
-    def total(self) -> int:
+    def pivot(self) -> int:
         return self.trace + 1
+
+    @property
+    def total(self) -> int:
+        return self.pivot + 1
 
 
 def layout(suite: Suite, gated: tuple[bool, ...]) -> Layout:
@@ -104,7 +108,9 @@ def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
 
 
 def step_source(suite: Suite, gated: tuple[bool, ...], lanes: int) -> str:
-    """Python source of ``step(W, C)`` and of the parts it calls, each a loop over the lanes.
+    """Python source of ``step(W, C)``, of the parts it calls, and of ``check(W, C)``.
+
+    Each part is a loop over the lanes. `check` finds the least pivot of every lane's covariance.
 
     C holds what all candidates share: three noise variances and, with a field of view, boresight
     and cosine of the half-angle for each sensor in turn; then the trace weight of every state.
@@ -167,6 +173,10 @@ def step_source(suite: Suite, gated: tuple[bool, ...], lanes: int) -> str:
     ops.store(slot(at.trace), sum(weights[i] * P[i, i] for i in range(n)))
     part("sum_trace", ops, weights)
 
+    ops = SymbolArithmetic()
+    ops.store(slot(at.pivot), least_pivot(triangle(ops), n, ops))
+    part("check", ops, [])
+
     names = ["propagate", *(f"update_{index}" for index in range(len(suite.sensors))), "sum_trace"]
     calls = [f"    {name}(W, C)" for name in names]
     return "\n\n\n".join([*parts, "\n".join([_DECORATOR, "def step(W, C):", *calls, ""])])
@@ -206,7 +216,7 @@ F_COLUMNS = {columns}
 ATTITUDE, ROTATION, F_SLOT, Q_SLOT = {at.attitude}, {at.rotation}, {at.F}, {at.Q}
 REFERENCE, N_REFERENCE = {at.reference}, {3 * at.n_references}
 GATE, N_GATES = {at.gate}, {at.n_gates}
-TRACE, N_SLOTS = {at.trace}, {at.total}
+TRACE, PIVOT, N_SLOTS = {at.trace}, {at.pivot}, {at.total}
 
 
 {step_source(suite, gated, lanes)}

@@ -32,6 +32,7 @@ class Arithmetic(Protocol):
         """Give an intermediate result that is used more than once a name."""
 
     def sqrt(self, value: Any) -> Any: ...
+    def least(self, values: Sequence[Any]) -> Any: ...
 
 
 class FloatArithmetic:
@@ -42,6 +43,9 @@ class FloatArithmetic:
 
     def sqrt(self, value: float) -> float:
         return math.sqrt(value)
+
+    def least(self, values: Sequence[float]) -> float:
+        return min(values)
 
 
 def predict(P: Triangle, n: int, F: Sparse, Q: Sparse, ops: Arithmetic) -> None:
@@ -117,6 +121,20 @@ def update(
         for j in range(first + 3):
             for i in range(max(first, j), first + 3):
                 P[i, j] = reduce(lambda left, r: left - G[i][r] * G[j][r], range(3), P[i, j])
+
+
+def least_pivot(P: Triangle, n: int, ops: Arithmetic) -> Any:
+    """Least pivot of P = L D Lᵀ: positive as long as P is positive definite."""
+    pivots: list[Any] = []
+    L: dict[tuple[int, int], Any] = {}
+    for j in range(n):
+        scaled = [ops.keep(L[j, k] * pivots[k]) for k in range(j)]
+        pivots.append(ops.keep(reduce(lambda d, k: d - scaled[k] * L[j, k], range(j), P[j, j])))
+        inverse = ops.keep(1.0 / pivots[j])
+        for i in range(j + 1, n):
+            rest = reduce(lambda p, k: p - L[i, k] * scaled[k], range(j), P[i, j])
+            L[i, j] = ops.keep(rest * inverse)
+    return ops.least(pivots)
 
 
 def _rows(F: Sparse) -> dict[int, list[int]]:

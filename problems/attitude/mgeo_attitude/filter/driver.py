@@ -24,10 +24,19 @@ if TYPE_CHECKING:  # defined above this text in the generated module, see codege
     GATE: int
     N_GATES: int
     TRACE: int
+    PIVOT: int
     N_SLOTS: int
 
     def step(W: Any, C: Any) -> None:
         """One filter step of all lanes, in place."""
+
+    def check(W: Any, C: Any) -> None:
+        """Least pivot of the covariance of all lanes."""
+
+
+# Steps of a lane between two checks that its covariance is positive. Lost positivity stays lost
+# for long, and a check costs half a step.
+CHECK_PERIOD = 256
 
 
 @njit(cache=CACHE)
@@ -79,24 +88,6 @@ def load_maneuver(W, lane, omega, dynamics, density, dt):
     for i in range(3):
         for j in range(3):
             W[(ROTATION + 3 * i + j) * LANES + lane] = rotation[i, j]
-
-
-@njit(cache=CACHE, error_model="numpy")
-def positive_definite(W, lane):
-    """Whether a lane's covariance is, by the pivots of its Cholesky factorization."""
-    L = np.empty((N_STATES, N_STATES))
-    for i in range(N_STATES):
-        for j in range(i + 1):
-            total = W[(i * (i + 1) // 2 + j) * LANES + lane]
-            for k in range(j):
-                total -= L[i, k] * L[j, k]
-            if i == j:
-                if not total > 0.0:
-                    return False
-                L[i, i] = np.sqrt(total)
-            else:
-                L[i, j] = total / L[j, j]
-    return True
 
 
 @njit(cache=CACHE)
@@ -236,7 +227,6 @@ def run(
                 # of several maneuvers that have started only the last one is flown
                 if maneuver[lane] == starts.shape[1] or starts[i, m + 1] > k:
                     load_maneuver(W, lane, rates[i, m], dynamics, density, dt)
-                    healthy[lane] &= positive_definite(W, lane)
             for j in range(N_REFERENCE):
                 W[(REFERENCE + j) * LANES + lane] = references[k + 1, j]
             for j in range(N_GATES):
@@ -244,6 +234,7 @@ def run(
         if not any_running:
             continue
         step(W.ctypes, C.ctypes)
+        checked = False
         for lane in range(LANES):
             if not running[lane]:
                 continue
@@ -252,6 +243,11 @@ def run(
             clock[lane] = k
             now = W[TRACE * LANES + lane]
             history[lane, k] = now
+            if k % CHECK_PERIOD == 0:
+                if not checked:
+                    check(W.ctypes, C.ctypes)
+                    checked = True
+                healthy[lane] &= W[PIVOT * LANES + lane] > 0.0
             if record.shape[0] > 0:
                 for j in range(N_STATES):
                     record[i, k, j] = W[variance_slot(j) * LANES + lane]
@@ -265,8 +261,12 @@ def run(
                 # not >=, so that a NaN ends the run as well
                 if k < last_step and before - now >= decrease * before:
                     continue
+                if not checked:
+                    check(W.ctypes, C.ctypes)
+                    checked = True
+                healthy[lane] &= W[PIVOT * LANES + lane] > 0.0
                 end_step[i] = k
-                trace[i] = now if healthy[lane] and positive_definite(W, lane) else np.nan
+                trace[i] = now if healthy[lane] else np.nan
             running[lane] = False
             job[lane] = take(queue, n_jobs)
             active -= job[lane] < 0
