@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 from mgeo_attitude.filter.codegen import transition_pattern
-from mgeo_attitude.filter.covariance import FloatArithmetic, least_pivot, predict, update
+from mgeo_attitude.filter.covariance import FloatArithmetic, last_pivot, predict, update
 from mgeo_attitude.vector import Vec3
 from scipy.linalg import expm
 
@@ -85,11 +85,12 @@ def test_transition_pattern_holds_every_entry_that_is_not_the_identitys(name):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_least_pivot_tells_positive_matrices_from_others(seed):
+def test_last_pivot_tells_positive_matrices_from_others(seed):
     rng = np.random.default_rng(seed)
     P = random_covariance(rng, 9)
-    pivots = np.square(np.diag(np.linalg.cholesky(P)))
-    assert least_pivot(Lower(P), 9, OPS) == pytest.approx(pivots.min(), rel=1e-10)
+    expected = np.linalg.cholesky(P)[-1, -1]
+    assert last_pivot(Lower(P), 9, OPS) == pytest.approx(expected, rel=1e-10)
     values, vectors = np.linalg.eigh(P)
     values[3] *= -1e-3
-    assert least_pivot(Lower(vectors @ np.diag(values) @ vectors.T), 9, OPS) < 0.0
+    with pytest.raises(ValueError, match="domain|nonnegative"):
+        last_pivot(Lower(vectors @ np.diag(values) @ vectors.T), 9, OPS)

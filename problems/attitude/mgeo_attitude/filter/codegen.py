@@ -17,7 +17,7 @@ from importlib import resources
 import numpy as np
 
 from ..vector import Vec3
-from .covariance import least_pivot, predict, update
+from .covariance import last_pivot, predict, update
 from .suite import Suite
 from .symbols import Symbol, SymbolArithmetic, SymbolTriangle
 
@@ -110,7 +110,7 @@ def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
 def step_source(suite: Suite, gated: tuple[bool, ...], lanes: int) -> str:
     """Python source of ``step(W, C)``, of the parts it calls, and of ``check(W, C)``.
 
-    Each part is a loop over the lanes. `check` finds the least pivot of every lane's covariance.
+    Each part is a loop over the lanes. `check` finds the last pivot of every lane's covariance.
 
     C holds what all candidates share: three noise variances and, with a field of view, boresight
     and cosine of the half-angle for each sensor in turn; then the trace weight of every state.
@@ -174,7 +174,7 @@ def step_source(suite: Suite, gated: tuple[bool, ...], lanes: int) -> str:
     part("sum_trace", ops, weights)
 
     ops = SymbolArithmetic()
-    ops.store(slot(at.pivot), least_pivot(triangle(ops), n, ops))
+    ops.store(slot(at.pivot), last_pivot(triangle(ops), n, ops))
     part("check", ops, [])
 
     names = ["propagate", *(f"update_{index}" for index in range(len(suite.sensors))), "sum_trace"]
@@ -197,7 +197,6 @@ def step_constants(suite: Suite, weights: np.ndarray) -> np.ndarray:
 def module_source(suite: Suite, gated: tuple[bool, ...], lanes: int, cache: bool) -> str:
     """Source of the whole kernel module of a suite: constants, `step` and the driver."""
     at = layout(suite, gated)
-    rows, columns = zip(*at.transition, strict=True)
     driver = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
     package = (__package__ or "").rpartition(".")[0]
     names = ", ".join(suite.blocks)
@@ -205,14 +204,14 @@ def module_source(suite: Suite, gated: tuple[bool, ...], lanes: int, cache: bool
 
 from math import sqrt
 
+import numpy as np
 from numba import njit
 
 LANES = {lanes}
 CACHE = {cache}
 N_STATES = {at.n_states}
 N_DYNAMIC = {at.n_dynamic}
-F_ROWS = {rows}
-F_COLUMNS = {columns}
+F_ENTRIES = np.array({at.transition})
 ATTITUDE, ROTATION, F_SLOT, Q_SLOT = {at.attitude}, {at.rotation}, {at.F}, {at.Q}
 REFERENCE, N_REFERENCE = {at.reference}, {3 * at.n_references}
 GATE, N_GATES = {at.gate}, {at.n_gates}

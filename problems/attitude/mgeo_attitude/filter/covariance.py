@@ -32,7 +32,6 @@ class Arithmetic(Protocol):
         """Give an intermediate result that is used more than once a name."""
 
     def sqrt(self, value: Any) -> Any: ...
-    def least(self, values: Sequence[Any]) -> Any: ...
 
 
 class FloatArithmetic:
@@ -43,9 +42,6 @@ class FloatArithmetic:
 
     def sqrt(self, value: float) -> float:
         return math.sqrt(value)
-
-    def least(self, values: Sequence[float]) -> float:
-        return min(values)
 
 
 def predict(P: Triangle, n: int, F: Sparse, Q: Sparse, ops: Arithmetic) -> None:
@@ -123,18 +119,22 @@ def update(
                 P[i, j] = reduce(lambda left, r: left - G[i][r] * G[j][r], range(3), P[i, j])
 
 
-def least_pivot(P: Triangle, n: int, ops: Arithmetic) -> Any:
-    """Least pivot of P = L D Lᵀ: positive as long as P is positive definite."""
-    pivots: list[Any] = []
+def last_pivot(P: Triangle, n: int, ops: Arithmetic) -> Any:
+    """Last pivot of P = L Lᵀ, which is no positive number unless P is positive definite.
+
+    It is so by arithmetic alone: the root of a negative pivot is NaN, and spoils the ones after
+    it. (Plain Python's root raises a ValueError instead.)
+    """
     L: dict[tuple[int, int], Any] = {}
+    pivot: Any = 1.0
     for j in range(n):
-        scaled = [ops.keep(L[j, k] * pivots[k]) for k in range(j)]
-        pivots.append(ops.keep(reduce(lambda d, k: d - scaled[k] * L[j, k], range(j), P[j, j])))
-        inverse = ops.keep(1.0 / pivots[j])
+        pivot = reduce(lambda value, k: value - L[j, k] * L[j, k], range(j), P[j, j])
+        pivot = ops.keep(ops.sqrt(pivot))
+        inverse = ops.keep(1.0 / pivot)
         for i in range(j + 1, n):
-            rest = reduce(lambda p, k: p - L[i, k] * scaled[k], range(j), P[i, j])
-            L[i, j] = ops.keep(rest * inverse)
-    return ops.least(pivots)
+            value = reduce(lambda value, k: value - L[i, k] * L[j, k], range(j), P[i, j])
+            L[i, j] = ops.keep(value * inverse)
+    return pivot
 
 
 def _rows(F: Sparse) -> dict[int, list[int]]:

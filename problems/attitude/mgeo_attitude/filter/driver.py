@@ -13,8 +13,7 @@ if TYPE_CHECKING:  # defined above this text in the generated module, see codege
     CACHE: bool
     N_STATES: int
     N_DYNAMIC: int
-    F_ROWS: tuple[int, ...]
-    F_COLUMNS: tuple[int, ...]
+    F_ENTRIES: np.ndarray
     ATTITUDE: int
     ROTATION: int
     F_SLOT: int
@@ -31,7 +30,7 @@ if TYPE_CHECKING:  # defined above this text in the generated module, see codege
         """One filter step of all lanes, in place."""
 
     def check(W: Any, C: Any) -> None:
-        """Least pivot of the covariance of all lanes."""
+        """Last pivot of the covariance of all lanes."""
 
 
 # Steps of a lane between two checks that its covariance is positive. Lost positivity stays lost
@@ -80,8 +79,8 @@ def load_maneuver(W, lane, omega, dynamics, density, dt):
     A = dynamics[0] + omega[0] * dynamics[1] + omega[1] * dynamics[2] + omega[2] * dynamics[3]
     F, Q = discretize(A, density, dt)
     rotation = turn(omega, dt)
-    for k in range(len(F_ROWS)):
-        W[(F_SLOT + k) * LANES + lane] = F[F_ROWS[k], F_COLUMNS[k]]
+    for k in range(len(F_ENTRIES)):
+        W[(F_SLOT + k) * LANES + lane] = F[F_ENTRIES[k, 0], F_ENTRIES[k, 1]]
     for i in range(N_DYNAMIC):
         for j in range(i + 1):
             W[(Q_SLOT + i * (i + 1) // 2 + j) * LANES + lane] = Q[i, j]
@@ -118,7 +117,7 @@ def restore(W, lane, history, k, window, snapshot):
     "void(int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], int64[::1],"
     "float64[:,::1], float64[:,:,::1], int64[:,::1], int64[::1], float64[:,:,::1], float64[::1],"
     "float64[:,::1], float64[:,::1], float64[::1], float64[::1], int64, float64, float64,"
-    "int64[::1], float64[::1], float64[:,:,::1])",
+    "int64[::1], float64[::1], float64[:,:,::1], int64)",
     error_model="numpy",
     nogil=True,
     cache=CACHE,
@@ -147,6 +146,7 @@ def run(
     end_step,
     trace,
     record,
+    lanes,
 ):
     """Run jobs from the queue until it is empty; any number of threads may share it.
 
@@ -186,6 +186,8 @@ def run(
         positivity.
     record : array, shape (n or 0, n_steps + 1, n_states), written
         Variance of each state at each step, if asked for.
+    lanes
+        LANES, as a variable: loops over a constant would be unrolled, and compile twice as long.
     """
     n_jobs = designs.shape[0]
     last_step = references.shape[0] - 1
@@ -197,13 +199,13 @@ def run(
     running = np.zeros(LANES, dtype=np.bool_)
     healthy = np.ones(LANES, dtype=np.bool_)
     active = 0
-    for lane in range(LANES):
+    for lane in range(lanes):
         reset(W, lane, variances, C, history)
         job[lane] = take(queue, n_jobs)
         active += job[lane] >= 0
     while active > 0:
         any_running = False
-        for lane in range(LANES):
+        for lane in range(lanes):
             if job[lane] < 0:
                 continue
             if not running[lane]:
@@ -235,7 +237,7 @@ def run(
             continue
         step(W.ctypes, C.ctypes)
         checked = False
-        for lane in range(LANES):
+        for lane in range(lanes):
             if not running[lane]:
                 continue
             this, k = job[lane], clock[lane] + 1

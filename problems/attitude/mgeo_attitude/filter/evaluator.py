@@ -92,6 +92,7 @@ def evaluate(
         end_step,
         trace,
         record,
+        kernel.LANES,
     )
     workers = max(1, min(threads or available_threads(), len(jobs.design)))
     if workers == 1:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 
@@ -11,7 +11,7 @@ class Symbol:
     """A piece of source text that stands for a number; zeros and ones fold away."""
 
     text: str
-    #: How tightly the text binds: 0 for a sum, 1 for a product, 2 for a name, -1 for less than all.
+    #: How tightly the text binds: 0 for a sum, 1 for a product, 2 for a name.
     binding: int = 2
 
     def __add__(self, other: Symbol | float) -> Symbol | float:
@@ -62,14 +62,6 @@ class SymbolArithmetic:
 
     def sqrt(self, value: Symbol | float) -> Symbol:
         return Symbol(f"sqrt({_text(value)})")
-
-    def least(self, values: Sequence[Symbol | float]) -> Symbol | float:
-        """The smallest of the values; NaN if the first one is."""
-        smallest, *others = map(self.keep, values)
-        for other in others:
-            a, b = _text(other), _text(smallest)
-            smallest = self.keep(Symbol(f"{a} if {a} < {b} else {b}", -1))
-        return smallest
 
     def at_least(self, value: Symbol | float, bound: Symbol) -> Symbol:
         """One where the value reaches the bound, else zero."""
