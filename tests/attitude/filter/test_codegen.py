@@ -4,7 +4,8 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter.codegen import layout, module_source, step_constants, step_source
+from mgeo_attitude.filter.codegen import module_source, step_constants, step_source
+from mgeo_attitude.filter.layout import layout
 from mgeo_attitude.filter.symbols import Symbol, SymbolArithmetic
 from scipy.linalg import block_diag
 

@@ -4,8 +4,8 @@ from functools import partial
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter.codegen import transition_pattern
 from mgeo_attitude.filter.covariance import FloatArithmetic, last_pivot, predict, update
+from mgeo_attitude.filter.layout import transition_pattern
 from mgeo_attitude.vector import Vec3
 from scipy.linalg import expm
 
@@ -92,5 +92,5 @@ def test_last_pivot_tells_positive_matrices_from_others(seed):
     assert last_pivot(Lower(P), 9, OPS) == pytest.approx(expected, rel=1e-10)
     values, vectors = np.linalg.eigh(P)
     values[3] *= -1e-3
-    with pytest.raises(ValueError, match="domain|nonnegative"):
+    with pytest.raises(ValueError, match=r"domain|nonnegative"):
         last_pivot(Lower(vectors @ np.diag(values) @ vectors.T), 9, OPS)

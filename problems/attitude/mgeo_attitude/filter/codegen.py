@@ -10,7 +10,6 @@ LLVM prove the lanes independent and turn the loop over them into vector instruc
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from importlib import resources
 
@@ -18,6 +17,7 @@ import numpy as np
 
 from ..vector import Vec3
 from .covariance import last_pivot, predict, update
+from .layout import layout
 from .suite import Suite
 from .symbols import Symbol, SymbolArithmetic, SymbolTriangle
 
@@ -30,81 +30,6 @@ _DECORATOR = """@njit(
     nogil=True,
     cache=CACHE,
 )"""
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Numbers of the workspace's values: the first value of each kind, then the total."""
-
-    n_states: int
-    #: Entries of the transition matrix that can differ from the identity's, by (row, column).
-    transition: tuple[tuple[int, int], ...]
-    n_dynamic: int
-    n_references: int
-    n_gates: int
-
-    @property
-    def attitude(self) -> int:
-        return self.n_states * (self.n_states + 1) // 2
-
-    @property
-    def rotation(self) -> int:
-        return self.attitude + 9
-
-    @property
-    def F(self) -> int:
-        return self.rotation + 9
-
-    @property
-    def Q(self) -> int:
-        return self.F + len(self.transition)
-
-    @property
-    def reference(self) -> int:
-        return self.Q + self.n_dynamic * (self.n_dynamic + 1) // 2
-
-    @property
-    def gate(self) -> int:
-        return self.reference + 3 * self.n_references
-
-    @property
-    def trace(self) -> int:
-        return self.gate + self.n_gates
-
-    @property
-    def pivot(self) -> int:
-        return self.trace + 1
-
-    @property
-    def total(self) -> int:
-        return self.pivot + 1
-
-
-def layout(suite: Suite, gated: tuple[bool, ...]) -> Layout:
-    """Workspace of a suite; `gated` tells which sensors are not available at every sample."""
-    return Layout(
-        n_states=suite.n_states,
-        transition=transition_pattern(suite),
-        n_dynamic=suite.n_dynamic,
-        n_references=len(suite.sensors),
-        n_gates=sum(gated),
-    )
-
-
-def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
-    """Entries of exp(A dt), for any rate, in the rows of the states that change.
-
-    They are the transitive closure of A's pattern. A state without dynamics and without process
-    noise is constant: its row stays the identity's and is left out.
-    """
-    generic = np.zeros((suite.n_dynamic, suite.n_dynamic), dtype=bool)
-    for omega in np.vstack([np.zeros(3), np.eye(3)]):
-        generic |= suite.dynamics_matrix(omega) != 0.0
-    closure = generic | np.eye(suite.n_dynamic, dtype=bool)
-    for _ in range(suite.n_dynamic):
-        closure = closure @ closure
-    rows = generic.any(axis=1) | (suite.diffusion() > 0.0)
-    return tuple((int(i), int(j)) for i, j in np.argwhere(closure) if rows[i])
 
 
 def step_source(suite: Suite, gated: tuple[bool, ...], lanes: int) -> str:
@@ -199,8 +124,7 @@ def module_source(suite: Suite, gated: tuple[bool, ...], lanes: int, cache: bool
     at = layout(suite, gated)
     driver = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
     package = (__package__ or "").rpartition(".")[0]
-    names = ", ".join(suite.blocks)
-    return f'''"""Filter kernel of the error states {names}. Generated; do not edit."""
+    return f'''"""Filter kernel for {at.n_states} states. Generated; do not edit."""
 
 from math import sqrt
 
