@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from mgeo_attitude import FilterModel
@@ -33,7 +34,7 @@ def count_step(model: FilterModel) -> Count:
 
 
 def count_source(source: str) -> Count:
-    """Count operations in straight-line code by numbering values.
+    """Count operations of the function ``step``, with the functions it calls, by numbering values.
 
     Every expression gets the number of its operator and its operands' numbers, every name that of
     the value last assigned to it; so equal numbers are equal values, and each is counted once.
@@ -46,7 +47,7 @@ def count_source(source: str) -> Count:
 
     def value(node: ast.expr) -> int:
         match node:
-            case ast.BinOp(left, operator, right):
+            case ast.BinOp(left, ast.Add() | ast.Sub() | ast.Mult() | ast.Div() as operator, right):
                 return number(type(operator), value(left), value(right))
             case ast.UnaryOp(ast.USub(), operand):
                 return number(ast.USub, value(operand))
@@ -61,8 +62,7 @@ def count_source(source: str) -> Count:
                 return number("constant", constant)
         raise ValueError(f"{ast.unparse(node)}: expected straight-line arithmetic")
 
-    assignments = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Assign))
-    for assignment in sorted(assignments, key=lambda node: node.lineno):
+    for assignment in _assignments(ast.parse(source), "step"):
         result = value(assignment.value)
         current[ast.unparse(assignment.targets[0])] = result
 
@@ -75,3 +75,16 @@ def count_source(source: str) -> Count:
         divisions=total(ast.Div),
         roots=total("sqrt"),
     )
+
+
+def _assignments(module: ast.Module, name: str) -> Iterator[ast.Assign]:
+    """Assignments of a function of straight lines, lane loops and calls, in the order they run."""
+    functions = {node.name: node for node in module.body if isinstance(node, ast.FunctionDef)}
+    for node in functions[name].body:
+        match node:
+            case ast.Expr(ast.Call(ast.Name(called))):
+                yield from _assignments(module, called)
+            case ast.For():
+                yield from (line for line in node.body if isinstance(line, ast.Assign))
+            case ast.Assign():
+                yield node

@@ -104,8 +104,9 @@ def batch_table(measured: Comparison[tuple[str, int]]) -> str:
     rows = []
     for (batch, threads), it in measured.speeds.items():
         one = measured.speeds[batch, 1]
-        gain = f"{one.wall / it.wall:.2f}" if measured.undisturbed else "-"
-        rows.append((batch, threads, f"{it.processor:.0f}", gain))
+        told = threads > 1 and measured.undisturbed
+        gain = f"{one.wall / it.wall:.2f}" if told else "-"
+        rows.append((batch, threads, f"{it.processor:,.0f}", gain))
     head = ("designs", "threads", "ns per step and thread", "speed-up by the clock")
     return _markdown(head, rows)
 

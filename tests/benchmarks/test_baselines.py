@@ -49,13 +49,27 @@ def test_useful_steps_end_with_each_design(paper):
 
 
 def test_a_value_computed_twice_is_counted_once():
-    source = "a = x * y + z\nb = x * y - z\nx = 2.0\nc = x * y\nd = 1.0 / sqrt(-c)"
+    source = """
+def part(x, y, z):
+    for lane in range(8):
+        a = x * y + z
+        b = x * y - z
+        x = 2.0
+        c = x * y
+        d = 1.0 / sqrt(-c)
+
+def not_called(x):
+    y = x * x
+
+def step(x, y, z):
+    part(x, y, z)
+"""
     assert count_source(source) == Count(multiplications=2, additions=2, divisions=1, roots=1)
 
 
 def test_what_is_not_straight_line_cannot_be_counted():
     with pytest.raises(ValueError, match="x @ y"):
-        count_source("a = f(x @ y)")
+        count_source("def step(x, y):\n    a = x @ y")
 
 
 def test_multiplications_of_the_paper_suite_by_hand(paper):
