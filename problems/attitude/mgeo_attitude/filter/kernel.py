@@ -13,7 +13,6 @@ import logging
 import os
 import stat
 import sys
-import tempfile
 import warnings
 from functools import cache
 from importlib import resources
@@ -26,6 +25,7 @@ import numba
 import numpy as np
 import platformdirs
 
+from ..files import write_text
 from .codegen import module_source
 from .suite import Suite
 
@@ -90,14 +90,7 @@ def _stored(folder: Path, name: str, source: str) -> Path:
             raise PermissionError(f"{folder} belongs to, or can be written by, somebody else")
     path = folder / f"{name}.py"
     if not path.exists() or path.read_text(encoding="utf-8") != source:
-        descriptor, temporary = tempfile.mkstemp(dir=folder, prefix=f".{name}-")
-        try:
-            with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-                file.write(source)
-            os.replace(temporary, path)
-        except BaseException:
-            os.unlink(temporary)
-            raise
+        write_text(path, source)
     return path
 
 

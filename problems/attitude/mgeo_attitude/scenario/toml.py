@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,6 +12,7 @@ import tomlkit
 from tomlkit.items import Item, Table
 
 from ..fields import Validated, declared
+from ..files import write_text
 from ..sensors import SENSORS
 from .presets import PRESETS
 from .scenario import Scenario
@@ -38,16 +38,7 @@ def from_toml(source: str | os.PathLike[str]) -> Scenario:
 
 def save(scenario: Scenario, path: str | os.PathLike[str]) -> None:
     """Write the scenario to a file, which is replaced as a whole or not at all."""
-    target = Path(path)
-    temporary = target.with_name(f".{target.name}.{secrets.token_hex(8)}.tmp")
-    try:
-        with open(temporary, "x", encoding="utf-8", newline="\n") as file:
-            file.write(to_toml(scenario))
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, target)
-    finally:
-        temporary.unlink(missing_ok=True)
+    write_text(Path(path), to_toml(scenario))
 
 
 def to_toml(scenario: Scenario) -> str:
