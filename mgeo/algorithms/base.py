@@ -44,6 +44,8 @@ class ExtremalOptimization(Algorithm, ABC):
     group to pick a rank. Starting points are not evaluated.
 
     A leaf supplies `_start`, `_layout`, `_propose` and `_decode`, and nothing else of the loop.
+    It keeps each parameter of its constructor under the parameter's name, and names in
+    `_state_arrays` every array that it carries from one generation to the next.
 
     Parameters
     ----------
@@ -57,7 +59,10 @@ class ExtremalOptimization(Algorithm, ABC):
     front : the `ParetoArchive`; `opt`, and so `res.X` and `res.F`, are its points.
     walkers : (n_runs, n_coordinates) where the walkers stand.
     streams : one `numpy.random.Generator` per walker.
+    n_generations : how many generations are complete.
     """
+
+    _state_arrays: tuple[str, ...] = ("walkers",)
 
     def __init__(
         self,
@@ -75,6 +80,7 @@ class ExtremalOptimization(Algorithm, ABC):
         self.archive_size = (
             None if archive_size is None else integer("archive_size", archive_size, low=1)
         )
+        self.n_generations = 0
         self.front: ParetoArchive
         self.walkers: FloatArray
         self.streams: list[np.random.Generator]
@@ -103,6 +109,7 @@ class ExtremalOptimization(Algorithm, ABC):
             raise TypeError(f"{misplaced[0]} is a parameter of {name}(...), not of a run")
         refuse_unknown(options, _OPTIONS, f"setup (or minimize) of {name}")
         _check_problem(problem)
+        self._parameters = {key: getattr(self, key) for key in _keywords(type(self))}
         if options.get("termination", self.termination) is None:
             options["termination"] = default_termination(self.n_runs)
         super().setup(problem, verbose=verbose or self.verbose, progress=progress, **options)
@@ -135,6 +142,7 @@ class ExtremalOptimization(Algorithm, ABC):
             self.front = ParetoArchive(problem.n_obj, self.archive_size)
         except ValueError as error:
             raise ValueError(f"archive_size = {self.archive_size}: {error}") from error
+        self.n_generations = 0
         self._coordinates = self._layout()
         self.walkers = self._start()
 
@@ -159,6 +167,7 @@ class ExtremalOptimization(Algorithm, ABC):
         self._accept(F, violation)
         self.pop = infills
         self._asked = None
+        self.n_generations = self.n_iter
 
     def _accept(self, F: FloatArray, violation: FloatArray) -> None:
         groups, size = self._coordinates.shape

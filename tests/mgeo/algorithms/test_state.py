@@ -1,0 +1,159 @@
+"""A run restored from plain data goes on as the run itself does, bit for bit."""
+
+import copy
+import json
+
+import numpy as np
+import pytest
+from pymoo.core.termination import NoTermination
+from pymoo.operators.sampling.lhs import LHS
+from pymoo.problems.multi import BNH, ZDT1
+from pymoo.termination.default import DefaultMultiObjectiveTermination
+from pymoo.util.archive import MultiObjectiveArchive
+
+import mgeo.algorithms
+from mgeo import MGEOReal
+from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.state import SavedState, capture, restore
+
+from .problems import Fixed, Mixture
+from .test_base import Bits, SeveralScales
+
+PUBLISHED = [getattr(mgeo.algorithms, name) for name in mgeo.algorithms.__all__]
+VALUES = ("X", "F", "G", "H", "CV", "n_gen")
+
+
+def through_json(saved):
+    return SavedState(dict(saved.arrays), json.loads(json.dumps(saved.data)))
+
+
+def begun(algorithm, problem, generations, n_gen=12):
+    run = copy.deepcopy(algorithm).setup(problem, termination=("n_gen", n_gen), seed=3)
+    for _ in range(generations):
+        run.next()
+    return run
+
+
+def again(run, **options):
+    return restore(through_json(capture(run)), ExtremalOptimization, run.problem, **options)
+
+
+def assert_same_end(one, two):
+    a, b = one.run(), two.run()
+    for ours, theirs in ((a.pop, b.pop), (one.front.individuals, two.front.individuals)):
+        for x, y in zip(ours.get(*VALUES), theirs.get(*VALUES), strict=True):
+            assert np.array_equal(x, y, equal_nan=True)
+    assert np.array_equal(one.front.F, two.front.F)
+    assert one.front.violation == two.front.violation
+    assert one.front.n_rejected == two.front.n_rejected
+    assert (one.n_gen, one.evaluator.n_eval) == (two.n_gen, two.evaluator.n_eval)
+    assert one.random_state.random() == two.random_state.random()
+    assert [s.random() for s in one.streams] == [s.random() for s in two.streams]
+
+
+@pytest.mark.parametrize("cls", [*PUBLISHED, SeveralScales, Bits])
+@pytest.mark.parametrize("problem", [ZDT1(n_var=4), BNH(), Mixture()], ids=lambda p: p.name())
+@pytest.mark.parametrize("generations", [0, 1, 7, 12])
+def test_every_member_goes_on_bit_for_bit(cls, problem, generations):
+    run = begun(cls(n_runs=3, archive_size=10), problem, generations)
+    assert_same_end(again(run), run)
+
+
+def test_parameters_are_kept_and_a_second_restore_is_the_first():
+    given = MGEOReal(np.array([0.1, 0.2, 0.3]), 2.5, 4, "range", sampling=LHS(), archive_size=9)
+    problem = ZDT1(n_var=3)
+    run = begun(given, problem, 5)
+    twice = again(again(run))
+    assert twice.sigma.tolist() == [0.1, 0.2, 0.3]
+    assert (twice.tau, twice.n_runs, twice.perturbation) == (2.5, 4, "range")
+    assert_same_end(twice, run)
+
+
+def test_streams_spawned_later_are_the_same():
+    run = begun(MGEOReal(n_runs=2), ZDT1(n_var=3), 2)
+    run.random_state.spawn(2)
+    run.streams[1].spawn(1)
+    restored = again(run)
+    both = [[a.random_state, *a.streams] for a in (restored, run)]
+    for ours, theirs in zip(*both, strict=True):
+        assert ours.spawn(1)[0].random() == theirs.spawn(1)[0].random()
+
+
+def test_nothing_found_and_nothing_feasible():
+    for problem in (Fixed([np.nan, 1.0]), Fixed([1.0, 2.0], violation=0.5)):
+        run = begun(MGEOReal(n_runs=2), problem, 3)
+        assert_same_end(again(run), run)
+
+
+@pytest.mark.parametrize(
+    ("termination", "generations"),
+    [(None, 12), (("n_gen", 15), 15), (("n_eval", 240), 20), (("n_gen", 5), 6), (("n_gen", 6), 6)],
+)
+def test_a_new_termination_counts_from_the_first_generation(termination, generations):
+    restored = again(begun(MGEOReal(n_runs=3), ZDT1(n_var=4), 6), termination=termination)
+    while restored.has_next():
+        restored.next()
+    assert restored.n_generations == generations
+
+
+def test_time_stands_still_between_the_runs(monkeypatch):
+    run = begun(MGEOReal(n_runs=3), ZDT1(n_var=4), 2)
+    run.start_time -= 40.0
+    saved = capture(run)
+    monkeypatch.setattr("time.time", lambda: run.start_time + 1e6)
+    restored = restore(saved, ExtremalOptimization, run.problem, termination=("time", 50.0))
+    assert restored.termination.perc == pytest.approx(0.8, abs=0.1)
+
+
+def test_terminations_without_a_budget():
+    problem = ZDT1(n_var=4)
+    run = begun(MGEOReal(n_runs=3), problem, 3)
+    run.termination = NoTermination()
+    assert again(run).has_next()
+    run.termination = DefaultMultiObjectiveTermination()
+    with pytest.raises(ValueError, match=r"termination = None: .* expected a new one"):
+        again(run)
+    assert again(run, termination=("n_gen", 4)).has_next()
+
+
+def test_no_state_to_be_had_is_refused():
+    problem = ZDT1(n_var=4)
+    with pytest.raises(ValueError, match="expected one that was set up"):
+        capture(MGEOReal())
+    run = begun(MGEOReal(n_runs=3), problem, 1)
+    run.ask()
+    with pytest.raises(ValueError, match="waits for tell"):
+        capture(run)
+    run = MGEOReal(archive=MultiObjectiveArchive()).setup(problem)
+    with pytest.raises(ValueError, match="archive"):
+        capture(run)
+    run = begun(MGEOReal(n_runs=3), problem, 1)
+    run.walkers = run.walkers.tolist()
+    with pytest.raises(TypeError, match=r"MGEOReal.walkers = \[.*expected an array of numbers"):
+        capture(run)
+
+
+class Odd(MGEOReal):
+    def __init__(self, odd, **options):
+        super().__init__(**options)
+        self.odd = odd
+
+
+def test_parameters_that_are_no_data_are_refused():
+    run = Odd([1, object()]).setup(ZDT1(n_var=4))
+    with pytest.raises(TypeError, match=r"Odd.odd\[1\] = <object"):
+        capture(run)
+    run = MGEOReal(seed=np.random.MT19937(1)).setup(ZDT1(n_var=4))
+    with pytest.raises(TypeError, match="MT19937"):
+        capture(run)
+
+
+def test_what_does_not_fit_is_refused():
+    run = begun(MGEOReal(n_runs=3), ZDT1(n_var=4), 2)
+    saved = capture(run)
+    unknown = SavedState(saved.arrays, {**saved.data, "class": "os.system"})
+    with pytest.raises(ValueError, match=r"os\.system is no imported member of the family"):
+        restore(unknown, ExtremalOptimization, run.problem)
+    arrays = {key: value for key, value in saved.arrays.items() if key != "own_walkers"}
+    with pytest.raises(ValueError, match="own_walkers is missing"):
+        restore(SavedState(arrays, saved.data), ExtremalOptimization, run.problem)
