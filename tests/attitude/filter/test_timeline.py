@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter.timeline import decode, maneuver_steps
+from mgeo_attitude.filter.timeline import decode, flown, maneuver_steps
 
 
 def test_decode_gives_radians_and_seconds():
@@ -40,3 +40,16 @@ def test_maneuvers_begin_at_the_first_step_at_or_after_their_start(durations, st
     found, end = maneuver_steps(np.array([durations]), step)
     np.testing.assert_array_equal(found, [starts])
     np.testing.assert_array_equal(end, [over])
+
+
+def test_what_is_flown_of_a_design():
+    design = [0.5, 0, 0, 100.0, 0, -1.0, 0, 0.0, 0, 0, 0.25, 50.5]
+    flight = flown(design, 900.0, 1.0)
+    assert flight.numbers.tolist() == [0, 2]  # the second ends before its first step
+    assert flight.times.tolist() == [0.0, 100.0, 900.0]
+    assert np.degrees(flight.rates) == pytest.approx(np.array([[0.5, 0, 0], [0, 0, 0.25]]))
+    assert flight.over == 151.0
+    cut = flown(design, 100.0, 1.0)  # the run ends as the third would begin
+    assert cut.numbers.tolist() == [0]
+    assert cut.times.tolist() == [0.0, 100.0]
+    assert cut.over == 100.0

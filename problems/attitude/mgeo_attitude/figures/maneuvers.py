@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from ..filter.timeline import decode, maneuver_steps
+from ..filter.timeline import flown
 from ..scenario import Scenario
 from .solutions import Solutions
 from .style import COLORS, DASHES, SHADE, finished
@@ -75,10 +75,6 @@ def timeline(x: Floats, t_end: float, step: float) -> tuple[Floats, Floats, floa
     over : float
         End of the last maneuver, or t_end if that comes first [s].
     """
-    rates, durations = (part[0] for part in decode(x))
-    starts, over = (part[0] for part in maneuver_steps(durations[None], step))
-    # of maneuvers that start at the same step only the last is flown
-    flown = np.append(np.diff(starts) > 0, True) & (starts * step < t_end)
-    times = np.append(starts[flown] * step, t_end)
-    held = np.degrees(rates[flown])
-    return times, np.vstack([held, held[-1:]]), min(float(over) * step, t_end)
+    flight = flown(x, t_end, step)
+    held = np.degrees(flight.rates)
+    return flight.times, np.vstack([held, held[-1:]]), flight.over

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -72,3 +74,35 @@ def maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
     ends = np.ceil(np.cumsum(durations, axis=1) / step).astype(np.int64)
     starts = np.hstack([np.zeros((len(ends), 1), dtype=np.int64), ends[:, :-1]])
     return starts, ends[:, -1].copy()
+
+
+@dataclass(frozen=True)
+class Flown:
+    """One design as the filter flies it, until `times[-1]`: k stretches of constant rate.
+
+    Attributes
+    ----------
+    numbers : array, shape (k,)
+        Which maneuver of the design each stretch is, from 0.
+    times : array, shape (k + 1,)
+        Their starts, then the end of the run [s].
+    rates : array, shape (k, 3)
+        Body rates [rad/s].
+    over : float
+        End of the last maneuver, or of the run if that comes first [s]; the last rate is held.
+    """
+
+    numbers: Ints
+    times: Floats
+    rates: Floats
+    over: float
+
+
+def flown(design: ArrayLike, t_end: float, step: float) -> Flown:
+    """The maneuvers of one design, shape (4 m,), that are flown in a run of `t_end` seconds."""
+    rates, durations = (part[0] for part in decode(design))
+    starts, over = (part[0] for part in maneuver_steps(durations[None], step))
+    # of maneuvers that start at the same step only the last is flown
+    numbers = np.flatnonzero(np.append(np.diff(starts) > 0, True) & (starts * step < t_end))
+    times = np.append(starts[numbers] * step, t_end)
+    return Flown(numbers, times, rates[numbers], min(float(over) * step, t_end))
