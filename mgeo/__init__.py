@@ -1,10 +1,23 @@
 """Generalized extremal optimization for pymoo."""
 
 from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.real import MGEOReal
 from mgeo.archive import ParetoArchive
 
+if TYPE_CHECKING:
+    from mgeo.studies import compare
+
 __version__ = version("mgeo")
 
-__all__ = ["MGEOReal", "ParetoArchive", "__version__"]
+__all__ = ["MGEOReal", "ParetoArchive", "__version__", "compare"]
+
+
+def __getattr__(name: str) -> Any:
+    # Statistics and tables take more than a second to import, and most uses need none.
+    if name == "compare":
+        from mgeo.studies import compare
+
+        return compare
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

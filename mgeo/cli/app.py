@@ -59,7 +59,7 @@ def solve(
         typer.Option(
             metavar="NAME",
             help="mgeo-real, or one of pymoo's: nsga2, nsga3, u-nsga3, spea2, sms-emoa, age-moea2, "
-            "moead, ctaea, gde3, nsde, mopso-cd.",
+            "moead, ctaea, rvea, gde3, nsde, mopso-cd, cmopso, random.",
         ),
     ] = "mgeo-real",
     sigma: Annotated[

@@ -103,6 +103,10 @@ def _moead(cls: Any, parameters: Mapping[str, Any], problem: Problem) -> Algorit
     return _with_directions(cls, parameters, problem)
 
 
+def _random(cls: Any, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
+    return cls(n_points_per_iteration=_population(parameters))
+
+
 def _population(parameters: Mapping[str, Any]) -> int:
     population = parameters["population"]
     if isinstance(population, bool) or not isinstance(population, int) or population < 4:
@@ -133,10 +137,11 @@ def _pymoo(
     cls: str,
     build: Callable[[Any, Mapping[str, Any], Problem], Algorithm] = _with_population,
 ) -> _Entry:
-    return _Entry(f"pymoo.algorithms.moo.{module}", cls, {"population": 100}, build)
+    return _Entry(f"pymoo.algorithms.{module}", cls, {"population": 100}, build)
 
 
-# Not here: CMOPSO, whose runs do not repeat with a seed; RVEA, whose result is not a front.
+# Runs of CMOPSO repeat with a seed because `mgeo.runs.solve.set_up` sees to it; RVEA is ours,
+# because the result of pymoo's is its population, which is not a front.
 ALGORITHMS: Mapping[str, _Entry] = {
     DEFAULT: _Entry(
         "mgeo",
@@ -144,15 +149,18 @@ ALGORITHMS: Mapping[str, _Entry] = {
         {"sigma": 1.0, "tau": 3.0, "n_runs": 30, "perturbation": "absolute"},
         _with_walkers,
     ),
-    "nsga2": _pymoo("nsga2", "NSGA2"),
-    "nsga3": _pymoo("nsga3", "NSGA3", _with_directions_and_population),
-    "u-nsga3": _pymoo("unsga3", "UNSGA3", _with_directions_and_population),
-    "spea2": _pymoo("spea2", "SPEA2"),
-    "sms-emoa": _pymoo("sms", "SMSEMOA"),
-    "age-moea2": _pymoo("age2", "AGEMOEA2"),
-    "moead": _pymoo("moead", "MOEAD", _moead),
-    "ctaea": _pymoo("ctaea", "CTAEA", _with_directions),
-    "gde3": _pymoo("gde3", "GDE3"),
-    "nsde": _pymoo("nsde", "NSDE"),
-    "mopso-cd": _pymoo("mopso_cd", "MOPSO_CD"),
+    "nsga2": _pymoo("moo.nsga2", "NSGA2"),
+    "nsga3": _pymoo("moo.nsga3", "NSGA3", _with_directions_and_population),
+    "u-nsga3": _pymoo("moo.unsga3", "UNSGA3", _with_directions_and_population),
+    "spea2": _pymoo("moo.spea2", "SPEA2"),
+    "sms-emoa": _pymoo("moo.sms", "SMSEMOA"),
+    "age-moea2": _pymoo("moo.age2", "AGEMOEA2"),
+    "moead": _pymoo("moo.moead", "MOEAD", _moead),
+    "ctaea": _pymoo("moo.ctaea", "CTAEA", _with_directions),
+    "gde3": _pymoo("moo.gde3", "GDE3"),
+    "nsde": _pymoo("moo.nsde", "NSDE"),
+    "mopso-cd": _pymoo("moo.mopso_cd", "MOPSO_CD"),
+    "cmopso": _pymoo("moo.cmopso", "CMOPSO"),
+    "rvea": _Entry("mgeo.runs.rvea", "FrontRVEA", {"population": 100}, _with_directions),
+    "random": _pymoo("soo.nonconvex.random_search", "RandomSearch", _random),
 }

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
 from mgeo.runs.names import column_names
+from mgeo.runs.seeding import seed_archives
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -137,6 +138,7 @@ def set_up(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int) 
         raise ValueError(f"seed = {seed}: expected >= 0")
     ready = copy.deepcopy(algorithm)
     ready.setup(problem, termination=("n_eval", evaluations), seed=seed)
+    seed_archives(ready)
     return ready
 
 

@@ -14,7 +14,7 @@ from mgeo.runs.algorithms import (
 from mgeo.runs.solve import solve
 
 SMALL = {"mgeo-real": {"n_runs": 4, "sigma": 0.1}}
-DIRECTED = ("nsga3", "u-nsga3", "moead", "ctaea")
+DIRECTED = ("nsga3", "u-nsga3", "moead", "ctaea", "rvea")
 AREA = HV(ref_point=np.array([1.1, 6.0]))
 
 

@@ -1,0 +1,149 @@
+"""What a comparison found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from mgeo.runs.names import column_names
+from mgeo.studies.indicators import INDICATORS, Indicator, applicable
+from mgeo.studies.statistics import Friedman, friedman, pairwise
+from mgeo.studies.tables import latex
+
+if TYPE_CHECKING:
+    from pymoo.core.problem import Problem
+
+    from mgeo.dominance import FloatArray
+    from mgeo.studies.record import Record
+    from mgeo.studies.space import IndicatorSpace
+
+KEYS = ("algorithm", "seed", "evaluations")
+
+
+@dataclass(frozen=True, eq=False)
+class Tests:
+    """Whether algorithms differ in an indicator; see `statistics` for the columns."""
+
+    indicator: str
+    pairs: pd.DataFrame
+    friedman: Friedman | None
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Runs of several algorithms on one problem, measured in one space.
+
+    Attributes
+    ----------
+    table : tidy: one row per algorithm, seed and number of ``evaluations`` of the grid, in that
+        order, with the indicators, the number of ``points`` on the front, and the columns of the
+        problem's ``front_summary``. It does not depend on where or in what order runs were made.
+    runs : one row per run: whether it finished, its wall time [s], its error if it failed.
+    records : the finished runs by (algorithm, seed).
+    space : where the indicators were measured.
+    """
+
+    problem: Problem
+    algorithms: tuple[str, ...]
+    n_eval: int
+    table: pd.DataFrame
+    runs: pd.DataFrame
+    records: Mapping[tuple[str, int], Record]
+    space: IndicatorSpace
+
+    @property
+    def indicators(self) -> list[Indicator]:
+        """Those measured; the first is what everything shows by default."""
+        return applicable(self.problem.n_obj)
+
+    @property
+    def objectives(self) -> tuple[str, ...]:
+        """Names of the objectives, with units."""
+        return column_names(self.problem)[1]
+
+    def final(self) -> pd.DataFrame:
+        """The rows of the table after all evaluations."""
+        return self.table[self.table["evaluations"] == self.n_eval].reset_index(drop=True)
+
+    def fronts(self, algorithm: str) -> list[FloatArray]:
+        """The final fronts of an algorithm's finished runs, (n, n_obj) each."""
+        return [r.front_F for (name, _), r in self.records.items() if name == algorithm]
+
+    def summary(self) -> pd.DataFrame:
+        """Per algorithm: number of finished runs; of each column mean, sd, median, min and max.
+
+        The columns have two levels; sd is the sample's standard deviation.
+        """
+        final = self.final().drop(columns=["seed", "evaluations"])
+        groups = final.groupby("algorithm", sort=False)
+        statistics = groups.agg(["mean", "std", "median", "min", "max"])
+        statistics = statistics.rename(columns={"std": "sd"}, level=1)
+        statistics.insert(0, ("runs", ""), groups.size())
+        return statistics.reindex(self.algorithms)
+
+    def tests(self, indicator: str | None = None) -> Tests:
+        """Mann-Whitney tests of all pairs, with Holm's correction and effect sizes; Friedman.
+
+        Friedman's blocks are the seeds that every algorithm finished; None for fewer than two
+        algorithms or seeds.
+
+        Raises
+        ------
+        ValueError
+            If the indicator is unknown.
+        """
+        chosen = self._indicator(indicator)
+        final = self.final()
+        final[chosen.name] = chosen.better(final[chosen.name])
+        samples = {
+            str(name): group[chosen.name].to_numpy(float)
+            for name, group in final.groupby("algorithm", sort=False)
+        }
+        wide = final.pivot(index="seed", columns="algorithm", values=chosen.name).dropna()
+        ranked = None
+        if len(wide) > 1 and len(wide.columns) > 1 and len(samples) == len(self.algorithms):
+            names = list(self.algorithms)
+            ranked = friedman(wide[names].to_numpy(float), names)
+        return Tests(chosen.name, pairwise(samples), ranked)
+
+    def overview(self) -> pd.DataFrame:
+        """Per algorithm, as text: mean ± sd of every column of the table, and the runs."""
+        summary = self.summary()
+        columns: dict[str, Any] = {"runs": [str(int(n)) for n in summary[("runs", "")].fillna(0)]}
+        for name in dict.fromkeys(summary.columns.get_level_values(0).drop("runs")):
+            mean, sd = summary[(name, "mean")], summary[(name, "sd")]
+            columns[name] = [_shown(m, s) for m, s in zip(mean, sd, strict=True)]
+        return pd.DataFrame(columns, index=summary.index)
+
+    def to_latex(self) -> str:
+        """The `overview` as a booktabs table, the best mean of each indicator in bold."""
+        summary = self.summary()
+        bold = set()
+        for indicator in self.indicators:
+            means = indicator.better(summary[(indicator.name, "mean")])
+            if means.notna().any():
+                bold.add((means.idxmax(), indicator.name))
+        titles = {i.name: i.title for i in self.indicators}
+        return latex(self.overview(), bold, titles)
+
+    def _indicator(self, name: str | None) -> Indicator:
+        known = {indicator.name: indicator for indicator in self.indicators}
+        chosen = next(iter(known)) if name is None else name
+        if chosen not in known:
+            raise ValueError(f"indicator = {name!r}: expected one of {', '.join(known)}")
+        return INDICATORS[chosen]
+
+
+def _shown(mean: float, sd: float) -> str:
+    """Mean ± sd, with as many digits as the sd (two of its own) makes sensible."""
+    if not np.isfinite(mean):
+        return "-" if np.isnan(mean) else str(mean)
+    if not np.isfinite(sd) or sd == 0:
+        return f"{mean:.6g}"
+    exponent = int(f"{sd:.1e}".partition("e")[2])  # of the rounded value: 0.0999 is 0.10
+    digits = min(max(1 - exponent, 0), 12)
+    return f"{mean:.{digits}f} ± {sd:.{digits}f}"

@@ -1,0 +1,174 @@
+"""The comparison itself: which runs there are, making those that are missing, measuring all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import joblib
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from mgeo.algorithms.parameters import integer
+from mgeo.studies.comparison import Comparison
+from mgeo.studies.folder import RunFolder
+from mgeo.studies.indicators import trace
+from mgeo.studies.progress import progress as progress_display
+from mgeo.studies.record import Record
+from mgeo.studies.run import Failure, Task, run
+from mgeo.studies.space import indicator_space
+
+if TYPE_CHECKING:
+    from pymoo.core.algorithm import Algorithm
+    from pymoo.core.problem import Problem
+
+    Key = tuple[str, int]
+
+GRID_POINTS = 50
+
+
+def compare(
+    problem: Problem,
+    algorithms: Mapping[str, Algorithm] | Iterable[Algorithm],
+    n_eval: int,
+    seeds: int | Iterable[int] = 10,
+    *,
+    folder: Path | str | None = None,
+    grid: int | Sequence[int] = GRID_POINTS,
+    bounds: tuple[ArrayLike, ArrayLike] | None = None,
+    reference_front: ArrayLike | None = None,
+    n_jobs: int | None = None,
+    progress: bool | None = None,
+) -> Comparison:
+    """Run every algorithm with every seed, and measure all fronts in one space.
+
+    The front of a run is the set of nondominated points among *all* its evaluations, whatever
+    the algorithm keeps or returns itself; it is measured after each number of evaluations in
+    `grid`, to the exact evaluation. A run that fails is reported and the others go on.
+
+    Runs are spread by joblib: over processes with `n_jobs`, or as ``joblib.parallel_config``
+    says, such as over a Dask cluster. The table does not depend on it.
+
+    Parameters
+    ----------
+    problem : any pymoo problem with two or more objectives.
+    algorithms : pymoo algorithms by the label to show; without labels, their classes' names.
+    n_eval : evaluations of each run.
+    seeds : how many (1, 2, ...), or which.
+    folder : where finished runs are kept, and found when the same comparison (or a larger one)
+        is made again; None to keep nothing.
+    grid : how many equal steps, or at which numbers of evaluations; `n_eval` always belongs to it.
+    bounds, reference_front : of the indicators' space, see `mgeo.studies.space`.
+    n_jobs : processes, as joblib counts them: -1 for one per processor.
+    progress : False for no display; None for one only if stderr is a terminal.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For an argument that cannot be used.
+    RuntimeError
+        If every run failed, with the message of one of them.
+    """
+    if problem.n_obj < 2:
+        raise ValueError(f"{type(problem).__name__} has one objective: expected two or more")
+    named = _labeled(algorithms)
+    n_eval = integer("n_eval", n_eval, low=1)
+    steps = _grid(grid, n_eval)
+    keys = list(product(named, _seeds(seeds)))
+    tasks = {(name, s): Task(problem, named[name], n_eval, s) for name, s in keys}
+    results = _run_all(type(problem).__name__, tasks, folder, n_jobs, progress)
+    records = {key: r for key in keys if isinstance(r := results[key], Record)}
+    if not records:
+        first = next(r.error for r in results.values() if isinstance(r, Failure))
+        raise RuntimeError(f"all {len(keys)} runs failed, one of them with {first}")
+    space = indicator_space(
+        problem,
+        [record.front_F for record in records.values()],
+        bounds=bounds,
+        reference_front=reference_front,
+    )
+    rows = [
+        {"algorithm": name, "seed": seed, **row}
+        for (name, seed), record in records.items()
+        for row in trace(problem, record, steps, space)
+    ]
+    runs = pd.DataFrame([_run_row(key, results[key]) for key in keys])
+    return Comparison(problem, tuple(named), n_eval, pd.DataFrame(rows), runs, records, space)
+
+
+def _run_all(
+    title: str,
+    tasks: Mapping[Key, Task],
+    folder: Path | str | None,
+    n_jobs: int | None,
+    shown: bool | None,
+) -> dict[Key, Record | Failure]:
+    store = None if folder is None else RunFolder(folder)
+    paths = {} if store is None else {key: store.path(task) for key, task in tasks.items()}
+    results: dict[Key, Record | Failure] = {}
+    if store is not None:
+        found = ((key, store.read(path)) for key, path in paths.items())
+        results = {key: record for key, record in found if record is not None}
+    missing = {key: task for key, task in tasks.items() if key not in results}
+    calls = (joblib.delayed(_keyed)(key, task) for key, task in missing.items())
+    parallel = joblib.Parallel(n_jobs=n_jobs, return_as="generator_unordered", batch_size=1)
+    with progress_display(title, len(tasks), len(results), shown) as display:
+        for (name, seed), result in parallel(calls):
+            # kept by this process, as soon as it is there: workers need not share a file system
+            if store is not None and isinstance(result, Record):
+                store.write(paths[name, seed], result)
+            results[name, seed] = result
+            display.done(name, seed, result.error if isinstance(result, Failure) else None)
+    return results
+
+
+def _keyed(key: Key, task: Task) -> tuple[Key, Record | Failure]:
+    return key, run(task)
+
+
+def _run_row(key: Key, result: Record | Failure) -> dict[str, Any]:
+    row: dict[str, Any] = {"algorithm": key[0], "seed": key[1]}
+    if isinstance(result, Failure):
+        return row | {"status": "failed", "wall_time": np.nan, "error": result.error}
+    return row | {"status": "finished", "wall_time": result.wall_time, "error": ""}
+
+
+def _labeled(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[str, Algorithm]:
+    if isinstance(algorithms, Mapping):
+        named = {str(name): algorithm for name, algorithm in algorithms.items()}
+    else:
+        listed = list(algorithms)
+        named = {type(algorithm).__name__: algorithm for algorithm in listed}
+        if len(named) < len(listed):
+            raise ValueError(
+                f"algorithms of equal classes among {', '.join(named)}: expected labels, "
+                "{'label': algorithm, ...}"
+            )
+    if not named:
+        raise ValueError("algorithms is empty: expected at least one")
+    for name, algorithm in named.items():
+        if isinstance(algorithm, str) or not hasattr(algorithm, "setup"):
+            raise TypeError(f"algorithms[{name!r}] = {algorithm!r}: expected a pymoo Algorithm")
+    return named
+
+
+def _seeds(seeds: int | Iterable[int]) -> list[int]:
+    if isinstance(seeds, int):
+        return list(range(1, integer("seeds", seeds, low=1) + 1))
+    listed = [integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(seeds)]
+    if not listed or len(set(listed)) < len(listed):
+        raise ValueError(f"seeds = {listed}: expected one or more different ones")
+    return listed
+
+
+def _grid(grid: int | Sequence[int], n_eval: int) -> list[int]:
+    if isinstance(grid, int):
+        steps = integer("grid", grid, low=1)
+        return sorted({max(1, round(n_eval * i / steps)) for i in range(1, steps + 1)})
+    listed = {integer(f"grid[{i}]", step, low=1) for i, step in enumerate(grid)} | {n_eval}
+    if max(listed) > n_eval:
+        raise ValueError(f"grid goes to {max(listed)}: expected at most n_eval = {n_eval}")
+    return sorted(listed)

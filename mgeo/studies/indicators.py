@@ -1,0 +1,89 @@
+"""Quality of a front as numbers: hypervolume, IGD+, additive epsilon."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import moocore
+import numpy as np
+from pymoo.indicators.hv import HV
+
+from mgeo.dominance import FloatArray
+from mgeo.runs.hypervolume import MAX_OBJECTIVES
+
+if TYPE_CHECKING:
+    from pymoo.core.problem import Problem
+
+    from mgeo.studies.record import Record
+    from mgeo.studies.space import IndicatorSpace
+
+
+@dataclass(frozen=True)
+class Indicator:
+    """A number for a front in an `IndicatorSpace`; `larger` says which way is better."""
+
+    name: str
+    title: str
+    larger: bool
+    value: Callable[[FloatArray, IndicatorSpace], float]
+
+    def better(self, values: Any) -> Any:
+        """Values turned so that larger is better."""
+        return values if self.larger else -values
+
+
+def _hypervolume(points: FloatArray, space: IndicatorSpace) -> float:
+    return float(HV(ref_point=space.reference_point)(points)) if len(points) else 0.0
+
+
+def _igd_plus(points: FloatArray, space: IndicatorSpace) -> float:
+    return float(moocore.igd_plus(points, ref=space.reference_front)) if len(points) else np.inf
+
+
+def _epsilon(points: FloatArray, space: IndicatorSpace) -> float:
+    if not len(points):
+        return np.inf
+    return float(moocore.epsilon_additive(points, ref=space.reference_front))
+
+
+#: Hypervolume: how much of the space up to the reference point is dominated; an empty front has 0.
+#: IGD+ (Ishibuchi et al. 2015): mean over the reference front of how far the nearest point of the
+#: front is from dominating it. Additive epsilon (Zitzler et al. 2003): by how much the front must
+#: be moved to cover the whole reference front. An empty front is infinitely far.
+INDICATORS: Mapping[str, Indicator] = {
+    indicator.name: indicator
+    for indicator in (
+        Indicator("hypervolume", "hypervolume", True, _hypervolume),
+        Indicator("igd_plus", "IGD+", False, _igd_plus),
+        Indicator("epsilon", "additive epsilon", False, _epsilon),
+    )
+}
+
+
+def applicable(n_obj: int) -> list[Indicator]:
+    """The indicators for so many objectives: the exact hypervolume up to `MAX_OBJECTIVES`."""
+    return [i for i in INDICATORS.values() if n_obj <= MAX_OBJECTIVES or i.name != "hypervolume"]
+
+
+def trace(
+    problem: Problem, record: Record, grid: Sequence[int], space: IndicatorSpace
+) -> list[dict[str, Any]]:
+    """One row per number of evaluations in `grid`.
+
+    Its columns are ``evaluations``, the indicators, ``points`` of the front, and what the
+    problem's optional ``front_summary(F)`` makes of the front in the problem's own objectives.
+    """
+    indicators = applicable(problem.n_obj)
+    summary = getattr(problem, "front_summary", None)
+    rows = []
+    for evaluations, F in zip(grid, record.fronts(grid), strict=True):
+        points = space(F)
+        row: dict[str, Any] = {"evaluations": int(evaluations)}
+        row |= {indicator.name: indicator.value(points, space) for indicator in indicators}
+        row["points"] = len(F)
+        if summary is not None:
+            row |= summary(F)
+        rows.append(row)
+    return rows

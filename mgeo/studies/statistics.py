@@ -1,0 +1,141 @@
+"""Tests of whether algorithms differ, and by how much."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+from scipy import stats
+
+from mgeo.dominance import FloatArray
+
+# Vargha & Delaney (2000): A of at least so much is called that.
+_MAGNITUDES = ((0.71, "large"), (0.64, "medium"), (0.56, "small"))
+
+
+@dataclass(frozen=True, eq=False)
+class Friedman:
+    """Friedman's test over blocks (seeds, or problems), with ranks; 1 is the best.
+
+    Attributes
+    ----------
+    statistic, p : chi-square with k - 1 degrees of freedom, corrected for ties.
+    ranks : average rank of each algorithm, best first.
+    blocks : number of blocks.
+    critical_difference : of average ranks, at 5 %: Nemenyi's test for all pairs (Demsar 2006).
+    """
+
+    statistic: float
+    p: float
+    ranks: pd.Series[float]
+    blocks: int
+    critical_difference: float
+
+
+def mann_whitney(a: ArrayLike, b: ArrayLike) -> float:
+    """Two-sided p value that two independent samples come from one distribution.
+
+    Exact for small samples without ties, or else the normal approximation corrected for ties.
+    """
+    x, y = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    if np.unique(np.concatenate([x, y])).size == 1:
+        return 1.0
+    return float(stats.mannwhitneyu(x, y, alternative="two-sided").pvalue)
+
+
+def holm(p: ArrayLike) -> FloatArray:
+    """p values corrected for their number by Holm's step-down procedure."""
+    values = np.asarray(p, dtype=float)
+    order = np.argsort(values, kind="stable")
+    corrected = np.maximum.accumulate(values[order] * np.arange(len(values), 0, -1))
+    result = np.empty_like(values)
+    result[order] = np.minimum(corrected, 1.0)
+    return result
+
+
+def vargha_delaney(a: ArrayLike, b: ArrayLike) -> float:
+    """A: probability that a value of `a` is larger than one of `b`, ties counting half."""
+    x, y = np.asarray(a, dtype=float)[:, None], np.asarray(b, dtype=float)[None, :]
+    return float(np.mean((x > y) + 0.5 * (x == y)))
+
+
+def magnitude(effect: float) -> str:
+    """Vargha and Delaney's word for an A: negligible, small, medium or large."""
+    distance = max(effect, 1.0 - effect)
+    return next((word for least, word in _MAGNITUDES if distance >= least), "negligible")
+
+
+def pairwise(samples: Mapping[str, ArrayLike]) -> pd.DataFrame:
+    """All pairs of samples, larger values being better.
+
+    Columns: ``a``, ``b``; ``A``, the probability that a run of a beats one of b, with its
+    ``magnitude``; ``p`` of the Mann-Whitney test and ``p_holm``, corrected for all pairs.
+    """
+    rows = []
+    for a, b in combinations(samples, 2):
+        effect = vargha_delaney(samples[a], samples[b])
+        p = mann_whitney(samples[a], samples[b])
+        rows.append({"a": a, "b": b, "A": effect, "magnitude": magnitude(effect), "p": p})
+    table = pd.DataFrame(rows, columns=["a", "b", "A", "magnitude", "p"])
+    return table.assign(p_holm=holm(table["p"].to_numpy(float)))
+
+
+def friedman(values: ArrayLike, names: Sequence[str]) -> Friedman:
+    """Friedman's test of values (blocks, algorithms), larger ones being better.
+
+    Raises
+    ------
+    ValueError
+        For fewer than two algorithms or two blocks.
+    """
+    table = np.asarray(values, dtype=float)
+    if table.ndim != 2 or table.shape[1] != len(names) or min(table.shape) < 2:
+        raise ValueError(
+            f"values of shape {table.shape} for {len(names)} algorithms: expected (blocks, "
+            "algorithms), two or more of each"
+        )
+    n, k = table.shape
+    ranks = stats.rankdata(-table, axis=1)
+    mean = ranks.mean(axis=0)
+    # The sum of squares of all ranks is smaller where there are ties, which is the correction.
+    spread = np.sum((ranks - (k + 1) / 2) ** 2) / (n * (k - 1))
+    statistic = float(n * np.sum((mean - (k + 1) / 2) ** 2) / spread) if spread > 0 else 0.0
+    order = np.argsort(mean, kind="stable")
+    return Friedman(
+        statistic=statistic,
+        p=float(stats.chi2.sf(statistic, k - 1)),
+        ranks=pd.Series(mean[order], index=[names[i] for i in order], name="average rank"),
+        blocks=n,
+        critical_difference=critical_difference(k, n),
+    )
+
+
+def critical_difference(k: int, blocks: int, alpha: float = 0.05) -> float:
+    """Nemenyi's critical difference of average ranks of k algorithms over so many blocks."""
+    q = stats.studentized_range.ppf(1.0 - alpha, k, np.inf) / np.sqrt(2.0)
+    return float(q * np.sqrt(k * (k + 1) / (6.0 * blocks)))
+
+
+def bootstrap_band(
+    samples: FloatArray, level: float = 0.95, resamples: int = 2000, seed: int = 0
+) -> tuple[FloatArray, FloatArray]:
+    """Percentile bootstrap interval of the mean over runs.
+
+    Parameters
+    ----------
+    samples : (runs, points); whole runs are drawn again, so the band belongs to whole curves.
+
+    Returns
+    -------
+    Lower and upper bound, (points,) each.
+    """
+    runs = len(samples)
+    drawn = np.random.default_rng(seed).integers(0, runs, (resamples, runs))
+    weights = np.stack([np.bincount(row, minlength=runs) for row in drawn]) / runs
+    tail = (1.0 - level) / 2.0
+    low, high = np.quantile(weights @ samples, [tail, 1.0 - tail], axis=0)
+    return low, high

@@ -1,0 +1,52 @@
+"""Problems and algorithms that misbehave in ways a comparison must survive."""
+
+import numpy as np
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.algorithm import Algorithm
+from pymoo.core.population import Population
+from pymoo.core.problem import Problem
+
+
+class Half(Problem):
+    """Infeasible left of the middle, with a hole that is not a number."""
+
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        F = np.column_stack([X[:, 0], 1.0 - X[:, 0] + X[:, 1]])
+        F[(X[:, 0] > 0.6) & (X[:, 0] < 0.7)] = np.nan
+        out["F"], out["G"] = F, 0.5 - X[:, :1]
+
+
+class FailingNSGA2(NSGA2):
+    """Fails with even seeds."""
+
+    def _setup(self, problem, **kwargs):
+        super()._setup(problem, **kwargs)
+        if self.seed % 2 == 0:
+            raise ArithmeticError(f"seed {self.seed} is\neven")
+
+
+class GlobalRandomSearch(Algorithm):
+    """Draws from NumPy's global state, as old code does."""
+
+    def _initialize_infill(self):
+        return self._infill()
+
+    def _initialize_advance(self, infills=None, **kwargs):
+        pass
+
+    def _infill(self):
+        X = np.random.random((20, self.problem.n_var))  # noqa: NPY002
+        return Population.new("X", X)
+
+    def _advance(self, infills=None, **kwargs):
+        self.pop = infills
+
+
+class StuckSearch(GlobalRandomSearch):
+    """Has no new idea after its first."""
+
+    def _infill(self):
+        return Population.new("X", np.zeros((0 if self.is_initialized else 7, self.problem.n_var)))

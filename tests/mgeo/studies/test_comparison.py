@@ -1,0 +1,105 @@
+import numpy as np
+import pandas as pd
+import pytest
+from pymoo.problems.multi import ZDT1
+
+from mgeo.studies.comparison import Comparison
+from mgeo.studies.record import Record
+from mgeo.studies.space import indicator_space
+from mgeo.studies.tables import latex, markdown
+
+VALUES = {"A_1": [0.5, 0.6, 0.7], "B": [0.1, 0.2, 0.3], "C": [0.5, 0.65, 0.2]}
+
+
+def record(*F):
+    points = np.array(F)
+    rows = np.arange(len(points))
+    return Record(rows + 1, points, rows, np.empty((len(points), 0)), 100, 100, 1.0)
+
+
+@pytest.fixture
+def comparison():
+    rows = [
+        {
+            "algorithm": name,
+            "seed": seed,
+            "evaluations": n,
+            "hypervolume": value * n / 100,
+            "igd_plus": 1 - value,
+            "epsilon": 0.25,
+            "points": 10 * seed,
+        }
+        for name, values in VALUES.items()
+        for seed, value in enumerate(values, 1)
+        for n in (50, 100)
+    ]
+    records = {(name, 1): record([0.1, 0.9], [0.8, 0.3]) for name in VALUES}
+    space = indicator_space(ZDT1(), [np.array([[0.5, 3.0]])])
+    return Comparison(
+        ZDT1(), tuple(VALUES), 100, pd.DataFrame(rows), pd.DataFrame(), records, space
+    )
+
+
+def test_the_summary_is_of_the_end_of_the_runs(comparison):
+    summary = comparison.summary()
+    assert summary.index.tolist() == ["A_1", "B", "C"]
+    assert summary[("runs", "")].tolist() == [3, 3, 3]
+    for name, values in VALUES.items():
+        found = summary.loc[name, "hypervolume"]
+        assert found["mean"] == pytest.approx(np.mean(values))
+        assert found["sd"] == pytest.approx(np.std(values, ddof=1))
+        assert found["median"] == pytest.approx(np.median(values))
+        assert (found["min"], found["max"]) == (min(values), max(values))
+
+
+def test_a_smaller_distance_wins_as_a_larger_hypervolume_does(comparison):
+    volume, distance = comparison.tests(), comparison.tests("igd_plus")
+    assert volume.indicator == "hypervolume"
+    assert volume.pairs["A"].tolist() == pytest.approx([1.0, 6.5 / 9, 1.5 / 9])
+    assert distance.pairs["A"].tolist() == volume.pairs["A"].tolist()
+    # ranks by seed: A 1.5, 2, 1; C 1.5, 1, 3; B 3, 3, 2
+    assert volume.friedman.ranks.to_dict() == {"A_1": 1.5, "C": pytest.approx(5.5 / 3), "B": 8 / 3}
+    assert distance.friedman.ranks.equals(volume.friedman.ranks)
+    same = comparison.tests("epsilon")
+    assert same.pairs["p"].tolist() == [1, 1, 1]
+    assert same.friedman.p == 1
+
+
+def test_seeds_that_one_algorithm_did_not_finish_are_no_blocks(comparison):
+    table = comparison.table.query("not (algorithm == 'C' and seed == 2)")
+    fewer = Comparison(**{**vars(comparison), "table": table})
+    assert fewer.tests().friedman.blocks == 2
+    assert fewer.summary()[("runs", "")].tolist() == [3, 3, 2]
+
+
+def test_an_algorithm_without_a_finished_run_stays_in_the_summary(comparison):
+    table = comparison.table.query("algorithm != 'C'")
+    fewer = Comparison(**{**vars(comparison), "table": table})
+    assert fewer.overview().loc["C"].tolist() == ["0", "-", "-", "-", "-"]
+    assert fewer.tests().friedman is None
+    assert "C & 0 & - & - & - & -" in fewer.to_latex()
+
+
+def test_an_unknown_indicator_is_refused(comparison):
+    with pytest.raises(ValueError, match="'volume': expected one of hypervolume, igd_plus, eps"):
+        comparison.tests("volume")
+
+
+def test_latex_is_a_table_with_the_best_in_bold(comparison):
+    assert comparison.to_latex() == (
+        "\\begin{tabular}{lrrrrr}\n\\toprule\n"
+        "algorithm & runs & hypervolume & IGD+ & additive epsilon & points \\\\\n\\midrule\n"
+        "A\\_1 & 3 & \\textbf{0.60 $\\pm$ 0.10} & \\textbf{0.40 $\\pm$ 0.10} "
+        "& \\textbf{0.25} & 20 $\\pm$ 10 \\\\\n"
+        "B & 3 & 0.20 $\\pm$ 0.10 & 0.80 $\\pm$ 0.10 & 0.25 & 20 $\\pm$ 10 \\\\\n"
+        "C & 3 & 0.45 $\\pm$ 0.23 & 0.55 $\\pm$ 0.23 & 0.25 & 20 $\\pm$ 10 \\\\\n"
+        "\\bottomrule\n\\end{tabular}\n"
+    )
+
+
+def test_special_characters_of_tables_are_escaped():
+    table = pd.DataFrame({"50 %": ["a|b"]}, index=pd.Index(["σ ^ {1} \\"], name="x & y"))
+    assert markdown(table) == "| x & y | 50 % |\n| --- | ---: |\n| σ ^ {1} \\ | a\\|b |\n"
+    text = latex(table)
+    assert r"x \& y & 50 \% \\" in text
+    assert r"$\sigma$ \textasciicircum{} \{1\} \textbackslash{} & a|b \\" in text

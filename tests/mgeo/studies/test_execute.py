@@ -1,0 +1,223 @@
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.cmopso import CMOPSO
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.rvea import RVEA
+from pymoo.indicators.hv import HV
+from pymoo.optimize import minimize
+from pymoo.problems.multi import ZDT1
+from pymoo.problems.single import Sphere
+from pymoo.util.ref_dirs import get_reference_directions
+
+import mgeo
+from mgeo import MGEOReal, compare
+from mgeo.studies.run import Task, record
+
+from ..naive import nondominated_rows
+from .problems import FailingNSGA2, GlobalRandomSearch, Half, StuckSearch
+
+PROBLEM = ZDT1(n_var=4)
+ALGORITHMS = {
+    "MGEO": MGEOReal(sigma=0.3, n_runs=3, perturbation="range"),
+    "NSGA-II": NSGA2(pop_size=12),
+    "C-MOPSO": CMOPSO(pop_size=12),
+    "RVEA": RVEA(get_reference_directions("das-dennis", 2, n_partitions=11)),
+}
+
+
+@pytest.fixture(scope="module")
+def serial():
+    return compare(PROBLEM, ALGORITHMS, 150, seeds=3, grid=[50, 77])
+
+
+def test_the_table_is_tidy_and_complete(serial):
+    assert mgeo.compare is compare
+    assert list(serial.table.columns[:3]) == ["algorithm", "seed", "evaluations"]
+    keys = serial.table[["algorithm", "seed", "evaluations"]].to_numpy().tolist()
+    assert keys == [[a, s, n] for a in ALGORITHMS for s in (1, 2, 3) for n in (50, 77, 150)]
+    assert not serial.table.isna().any(axis=None)
+    assert serial.runs["status"].tolist() == ["finished"] * 12
+
+
+def test_every_algorithm_is_measured_by_all_its_evaluations(serial):
+    # what an independent count of RVEA's evaluations gives, which its own result does not hold
+    evaluated = []
+    problem = ZDT1(n_var=4)
+    algorithm = ALGORITHMS["RVEA"]
+    problem.callback = lambda X, out: evaluated.append(out["F"].copy())
+    minimize(problem, algorithm, ("n_eval", 180), seed=2)
+    F = np.concatenate(evaluated)
+    for n in (50, 77, 150):
+        front = F[:n][nondominated_rows(F[:n])]
+        row = serial.table.query("algorithm == 'RVEA' and seed == 2 and evaluations == @n").iloc[0]
+        assert row["points"] == len(front)
+        if n == 150:
+            assert row["hypervolume"] == pytest.approx(
+                HV(ref_point=serial.space.reference_point)(serial.space(front))
+            )
+
+
+def test_processes_give_the_same_table(serial):
+    parallel = compare(PROBLEM, ALGORITHMS, 150, seeds=3, grid=[50, 77], n_jobs=2)
+    assert parallel.table.equals(serial.table)
+
+
+def test_finished_runs_are_not_run_again(serial, tmp_path, monkeypatch):
+    first = compare(PROBLEM, ALGORITHMS, 150, seeds=[1, 3], folder=tmp_path)
+    assert len(list(tmp_path.iterdir())) == 8
+    made = []
+    monkeypatch.setattr(
+        "mgeo.studies.execute.run", lambda task: made.append(task.seed) or record(task)
+    )
+    again = compare(PROBLEM, ALGORITHMS, 150, seeds=[1, 3], folder=tmp_path)
+    assert made == []
+    assert again.table.equals(first.table)
+    # another label is the same run, another grid needs no new ones, and seed 2 is missing
+    renamed = {name.lower(): algorithm for name, algorithm in ALGORITHMS.items()}
+    longer = compare(PROBLEM, renamed, 150, seeds=3, grid=[50, 77], folder=tmp_path)
+    assert made == [2] * 4
+    values = longer.table.drop(columns="algorithm")
+    assert values.equals(serial.table.drop(columns="algorithm"))
+    # another budget, problem or parameter is another run
+    for problem, sigma, n_eval in (
+        (PROBLEM, 0.3, 140),
+        (ZDT1(n_var=5), 0.3, 150),
+        (PROBLEM, 0.2, 150),
+    ):
+        algorithm = MGEOReal(sigma=sigma, n_runs=3, perturbation="range")
+        compare(problem, {"MGEO": algorithm}, n_eval, seeds=1, folder=tmp_path)
+    assert made == [2] * 4 + [1] * 3
+
+
+KILLED = """
+import sys, time
+from pymoo.problems.multi import ZDT1
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from mgeo import compare
+
+class Slow(ZDT1):
+    def _evaluate(self, X, out, *args, **kwargs):
+        time.sleep(0.05)
+        super()._evaluate(X, out, *args, **kwargs)
+
+if __name__ == "__main__":
+    result = compare(Slow(n_var=4), [NSGA2(pop_size=10)], 60, seeds=6, folder=sys.argv[1])
+    result.table.to_csv(sys.argv[2], index=False)
+"""
+
+
+def test_a_killed_comparison_goes_on_where_it_was(tmp_path):
+    script, folder = tmp_path / "script.py", tmp_path / "runs"
+    script.write_text(KILLED)
+
+    def command(out):
+        return [sys.executable, str(script), str(folder), str(tmp_path / out)]
+
+    process = subprocess.Popen(command("never"))
+    deadline = time.monotonic() + 60
+    while len(list(folder.glob("*.npz"))) < 2:
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL
+    found = {path: path.stat().st_mtime_ns for path in folder.glob("*.npz")}
+    assert 2 <= len(found) < 6
+    subprocess.run(command("resumed"), check=True)
+    assert len(list(folder.glob("*.npz"))) == 6
+    assert {path: path.stat().st_mtime_ns for path in found} == found
+    whole = compare(ZDT1(n_var=4), [NSGA2(pop_size=10)], 60, seeds=6)
+    assert (tmp_path / "resumed").read_text() == whole.table.to_csv(index=False)
+
+
+def test_a_damaged_file_is_named(tmp_path):
+    compare(PROBLEM, [NSGA2(pop_size=12)], 20, seeds=1, folder=tmp_path)
+    (path,) = tmp_path.iterdir()
+    path.write_bytes(path.read_bytes()[:100])
+    with pytest.raises(ValueError, match=rf"{path.name}: .*delete it"):
+        compare(PROBLEM, [NSGA2(pop_size=12)], 20, seeds=1, folder=tmp_path)
+
+
+def test_a_run_that_fails_is_reported_and_the_rest_completes(tmp_path, capsys):
+    algorithms = {"good": NSGA2(pop_size=12), "bad": FailingNSGA2(pop_size=12)}
+    result = compare(PROBLEM, algorithms, 40, seeds=4, folder=tmp_path, progress=True)
+    failed = result.runs[result.runs["status"] == "failed"]
+    assert failed[["algorithm", "seed"]].to_numpy().tolist() == [["bad", 2], ["bad", 4]]
+    assert set(failed["error"]) == {
+        "ArithmeticError: seed 2 is even",
+        "ArithmeticError: seed 4 is even",
+    }
+    assert result.final().groupby("algorithm").size().to_dict() == {"bad": 2, "good": 4}
+    assert result.tests().friedman.blocks == 2
+    assert len(list(tmp_path.iterdir())) == 6
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "ZDT1: 8 runs, 0 of them found on disk"
+    assert lines[-1] == "8/8  bad, seed 4: failed: ArithmeticError: seed 4 is even"
+    assert len(lines) == 9
+
+
+def test_if_every_run_fails_the_first_error_is_raised():
+    with pytest.raises(RuntimeError, match=r"all 2 runs failed.*seed 2 is even"):
+        compare(PROBLEM, [FailingNSGA2()], 40, seeds=[2, 4])
+
+
+def test_an_algorithm_without_ideas_fails():
+    with pytest.raises(RuntimeError, match="StuckSearch made no new candidate after 7 of 40"):
+        record(Task(PROBLEM, StuckSearch(), 40, 1))
+
+
+def test_global_random_state_is_seeded_and_put_back():
+    np.random.seed(5)  # noqa: NPY002
+    random.seed(5)
+    expected = np.random.random(), random.random()  # noqa: NPY002
+    np.random.seed(5)  # noqa: NPY002
+    random.seed(5)
+    runs = [record(Task(PROBLEM, GlobalRandomSearch(), 60, seed)) for seed in (1, 1, 2)]
+    assert (np.random.random(), random.random()) == expected  # noqa: NPY002
+    assert np.array_equal(runs[0].F, runs[1].F)
+    assert not np.array_equal(runs[0].F, runs[2].F)
+
+
+def test_infeasible_and_undefined_points_count_but_are_no_front():
+    result = compare(Half(), [NSGA2(pop_size=10)], 100, seeds=2, grid=[1, 100])
+    for run in result.records.values():
+        assert (run.X[:, 0] >= 0.5).all()
+        assert not ((run.X[:, 0] > 0.6) & (run.X[:, 0] < 0.7)).any()
+        assert np.isfinite(run.front_F).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ((Sphere(), [NSGA2()], 10), ValueError, "one objective: expected two or more"),
+        ((PROBLEM, [], 10), ValueError, "at least one"),
+        ((PROBLEM, ["nsga2"], 10), TypeError, "expected a pymoo Algorithm"),
+        ((PROBLEM, [NSGA2(), NSGA2()], 10), ValueError, "expected labels"),
+        ((PROBLEM, [NSGA2()], 0), ValueError, "n_eval = 0"),
+        ((PROBLEM, [NSGA2()], 10, 0), ValueError, "seeds = 0"),
+        ((PROBLEM, [NSGA2()], 10, [1, 1]), ValueError, "different"),
+        ((PROBLEM, [NSGA2()], 10, [-1]), ValueError, r"seeds\[0\] = -1"),
+    ],
+)
+def test_bad_arguments_are_refused(arguments, error, message):
+    with pytest.raises(error, match=message):
+        compare(*arguments)
+
+
+def test_bad_grids_are_refused():
+    with pytest.raises(ValueError, match="grid goes to 11: expected at most n_eval = 10"):
+        compare(PROBLEM, [NSGA2()], 10, grid=[11])
+    with pytest.raises(ValueError, match=r"grid\[0\] = 0"):
+        compare(PROBLEM, [NSGA2()], 10, grid=[0])
+
+
+def test_the_runs_folder_takes_no_part_files(tmp_path):
+    compare(PROBLEM, [NSGA2(pop_size=12)], 20, seeds=2, folder=tmp_path / "a" / "b")
+    assert all(name.endswith(".npz") for name in os.listdir(tmp_path / "a" / "b"))

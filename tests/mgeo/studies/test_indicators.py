@@ -1,0 +1,139 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from pymoo.core.problem import Problem
+from pymoo.problems.multi import ZDT1
+
+from mgeo.studies.indicators import INDICATORS, applicable, trace
+from mgeo.studies.record import Record
+from mgeo.studies.space import REFERENCE_SIZE, indicator_space
+
+HV, IGD, EPS = INDICATORS.values()
+unit = st.floats(0, 1, width=32)
+
+
+class Plain(Problem):
+    def __init__(self, n_obj=2):
+        super().__init__(n_var=1, n_obj=n_obj, xl=0, xu=1)
+
+
+class Scaled(Plain):
+    def indicator_space(self, F):
+        return np.log10(F)
+
+    def front_summary(self, F):
+        return {"below ten": int((F[:, 0] < 10).sum())}
+
+
+def test_without_a_space_of_its_own_the_union_spans_0_to_1():
+    fronts = [np.array([[0.0, 40.0], [10.0, 30.0], [99.0, 99.0]]), np.array([[20.0, 20.0]])]
+    space = indicator_space(Plain(), fronts)
+    assert space.origin == "union"
+    assert space(np.array([[0.0, 20.0], [20.0, 40.0]])).tolist() == [[0, 0], [1, 1]]
+    assert space.reference_point.tolist() == [1.1, 1.1]
+    assert space.reference_front.tolist() == [[0.0, 1.0], [0.5, 0.5], [1.0, 0.0]]
+    # (0, 1), (0.5, 0.5) and (1, 0) below (1.1, 1.1), worked by hand
+    union = np.concatenate(fronts)
+    assert HV.value(space(union), space) == pytest.approx(1.1 * 0.1 + 0.6 * 0.5 + 0.1 * 0.5)
+    assert (IGD.value(space(union), space), EPS.value(space(union), space)) == (0, 0)
+    assert space.describe() == {
+        "origin": "union",
+        "ideal": [0.0, 20.0],
+        "nadir": [20.0, 40.0],
+        "reference_point": [1.1, 1.1],
+        "reference_front_points": 3,
+    }
+
+
+def test_the_problems_own_space_comes_first():
+    space = indicator_space(Scaled(), [np.array([[1.0, 1.0]])])
+    assert space.origin == "problem"
+    assert space(np.array([[10.0, 100.0]])).tolist() == [[1.0, 2.0]]
+    assert HV.value(space(np.array([[1.0, 10**0.25]])), space) == pytest.approx(0.75)
+
+
+def test_a_known_pareto_front_belongs_to_the_union_and_is_the_reference():
+    problem = ZDT1()
+    space = indicator_space(problem, [np.array([[0.5, 3.0]])])
+    assert (space.ideal.tolist(), space.nadir.tolist()) == ([0.0, 0.0], [1.0, 1.0])
+    assert np.allclose(space.reference_front, problem.pareto_front())
+    # closed form: the area under 1.1, above f2 = 1 - sqrt(f1), is 1.1^2 - 1/3
+    x = np.linspace(0, 1, 20_001)
+    fine = np.column_stack([x, 1 - np.sqrt(x)])
+    assert HV.value(space(fine), space) == pytest.approx(1.1**2 - 1 / 3, abs=1e-4)
+
+
+def test_given_bounds_and_reference_front_count():
+    space = indicator_space(
+        Scaled(), [np.array([[1.0, 1.0]])], bounds=([0, 0], [2, 4]), reference_front=[[1.0, 1.0]]
+    )
+    assert (space.origin, space.transform) == ("given", None)
+    assert space.reference_point.tolist() == [1, 1]
+    assert space.reference_front.tolist() == [[0.5, 0.25]]
+    assert EPS.value(space(np.array([[2.0, 1.0]])), space) == 0.5
+    assert IGD.value(space(np.array([[2.0, 0.0]])), space) == 0.5
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"bounds": ([0, 0], [1, 0])}, "ideal < nadir"),
+        ({"bounds": ([0, np.nan], [1, 1])}, "ideal < nadir"),
+        ({"reference_front": [[1, 2, 3]]}, r"shape \(1, 3\): expected \(n, 2\)"),
+        ({"reference_front": [[1, np.inf]]}, "finite"),
+    ],
+)
+def test_unusable_spaces_are_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        indicator_space(Plain(), [np.ones((1, 2))], **options)
+
+
+def test_without_any_front_there_is_no_space():
+    with pytest.raises(ValueError, match="no run found a feasible solution"):
+        indicator_space(Plain(), [np.empty((0, 2))])
+
+
+def test_a_crowded_stretch_does_not_dominate_the_reference():
+    # 9000 points on the first tenth of a line, 900 on the rest
+    x = np.concatenate([np.linspace(0, 0.1, 9000), np.linspace(0.1005, 1, 900)])
+    space = indicator_space(Plain(), [np.column_stack([x, 1 - x])])
+    assert len(space.reference_front) == REFERENCE_SIZE
+    assert np.mean(space.reference_front[:, 0] <= 0.1) < 0.2
+
+
+def test_an_empty_front_is_the_worst():
+    space = indicator_space(Plain(), [np.array([[0.0, 1.0], [1.0, 0.0]])])
+    points = space(np.empty((0, 2)))
+    assert [i.value(points, space) for i in INDICATORS.values()] == [0.0, np.inf, np.inf]
+
+
+@given(arrays(float, (5, 2), elements=unit), arrays(float, (4, 2), elements=unit))
+def test_igd_plus_and_epsilon_are_what_their_definitions_say(A, R):
+    space = indicator_space(Plain(), [R], bounds=([0, 0], [1, 1]), reference_front=R)
+    gaps = A[None, :, :] - R[:, None, :]  # reference, point, objective
+    plus = np.sqrt((np.maximum(gaps, 0) ** 2).sum(axis=2)).min(axis=1).mean()
+    assert IGD.value(A, space) == pytest.approx(plus, abs=1e-12)
+    assert EPS.value(A, space) == pytest.approx(gaps.max(axis=2).min(axis=1).max(), abs=1e-12)
+
+
+def test_six_objectives_are_measured_without_hypervolume():
+    assert [i.name for i in applicable(5)] == ["hypervolume", "igd_plus", "epsilon"]
+    assert [i.name for i in applicable(6)] == ["igd_plus", "epsilon"]
+
+
+def test_larger_is_better_after_turning():
+    assert HV.better(np.array([1.0, 2.0])).tolist() == [1.0, 2.0]
+    assert IGD.better(np.array([1.0, 2.0])).tolist() == [-1.0, -2.0]
+
+
+def test_the_trace_follows_the_front():
+    F = np.array([[50.0, 1.0], [1.0, 50.0], [1.0, 1.0]])
+    record = Record(np.array([2, 3, 9]), F, np.array([2]), np.ones((1, 1)), 10, 10, 0.0)
+    space = indicator_space(Scaled(), [F])
+    rows = trace(Scaled(), record, [1, 2, 8, 9, 10], space)
+    assert [row["evaluations"] for row in rows] == [1, 2, 8, 9, 10]
+    assert [row["points"] for row in rows] == [0, 1, 2, 1, 1]
+    assert [row["hypervolume"] for row in rows] == pytest.approx([0, 0, 0, 1, 1])
+    assert [row["below ten"] for row in rows] == [0, 0, 1, 1, 1]

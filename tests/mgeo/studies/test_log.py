@@ -1,0 +1,115 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.population import Population
+from pymoo.problems.multi import ZDT1
+
+from mgeo.runs.solve import set_up
+from mgeo.studies.log import EvaluationLog, WatchedEvaluator
+from mgeo.studies.record import Record
+
+from ..naive import nondominated_rows
+
+values = st.sampled_from([0.0, 1.0, 2.0, 3.0, 4.0, np.nan, np.inf])
+
+
+def front(F):
+    return sorted(map(tuple, F[nondominated_rows(F)]))
+
+
+def watched(batches, feasible, n_eval):
+    log = EvaluationLog(batches[0].shape[1], n_eval)
+    for F, ok in zip(batches, feasible, strict=True):
+        X = np.arange(log.seen, log.seen + len(F))[:, None] * [1.0, -1.0]
+        population = Population.new("X", X, "F", F)
+        for individual, one in zip(population, ok, strict=True):
+            individual.G = np.array([-1.0 if one else 1.0])
+        log(population)
+    return log.record(0.5)
+
+
+@given(st.data())
+def test_the_front_after_any_number_of_evaluations_is_that_of_all_of_them(data):
+    n_obj = data.draw(st.integers(2, 3))
+    sizes = data.draw(st.lists(st.integers(1, 6), min_size=1, max_size=5))
+    batches = [data.draw(arrays(float, (size, n_obj), elements=values)) for size in sizes]
+    feasible = [data.draw(arrays(bool, size)) for size in sizes]
+    n_eval = data.draw(st.integers(1, sum(sizes)))
+    record = watched(batches, feasible, n_eval)
+    F, usable = np.concatenate(batches), np.concatenate(feasible)
+    usable &= np.isfinite(F).all(axis=1)
+    grid = range(1, n_eval + 1)
+    for n, found in zip(grid, record.fronts(grid), strict=True):
+        assert sorted(map(tuple, found)) == front(F[:n][usable[:n]])
+    assert sorted(map(tuple, record.front_F)) == front(F[:n_eval][usable[:n_eval]])
+    # the solutions that go with the front: X tells the number of the evaluation
+    if len(record.front):
+        assert np.array_equal(record.X[:, 0], record.numbers[record.front] - 1)
+        assert np.array_equal(F[record.X[:, 0].astype(int)], record.front_F)
+    assert record.evaluations == len(F)
+
+
+def test_every_evaluation_of_an_algorithm_is_seen_once():
+    problem, evaluated = ZDT1(n_var=4), []
+    algorithm = set_up(problem, NSGA2(pop_size=10), 100, seed=1)
+    evaluate = problem._evaluate
+    problem._evaluate = lambda X, out, *args, **kwargs: (
+        evaluated.append(X.copy()),
+        evaluate(X, out),
+    )
+    log = EvaluationLog(2, 73)
+    algorithm.evaluator = WatchedEvaluator(algorithm.evaluator, log)
+    algorithm.run()
+    X = np.concatenate(evaluated)
+    assert (log.seen, len(X), algorithm.evaluator.n_eval) == (100, 100, 100)
+    problem._evaluate = evaluate
+    record = log.record(1.5)
+    assert (record.n_eval, record.evaluations, record.wall_time) == (73, 100, 1.5)
+    assert sorted(map(tuple, record.front_F)) == front(problem.evaluate(X[:73]))
+    assert np.array_equal(problem.evaluate(record.X), record.front_F)
+
+
+def test_solutions_that_are_no_numbers_leave_no_columns():
+    log = EvaluationLog(2, 10)
+    X = np.array([{"kind": "a"}, {"kind": "b"}], dtype=object)
+    log(Population.new("X", X, "F", np.array([[0.0, 1.0], [1.0, 0.0]])))
+    assert log.record(0.0).X.shape == (2, 0)
+
+
+def test_a_record_survives_its_bytes():
+    record = watched([np.array([[1.0, 2.0], [np.pi, 0.1]])], [np.array([True, True])], 2)
+    content = record.to_bytes()
+    again = Record.from_bytes(content)
+    for name, value in vars(record).items():
+        assert np.array_equal(getattr(again, name), value), name
+        assert type(getattr(again, name)) is type(value)
+    assert again.to_bytes() == content
+
+
+def test_a_record_without_a_point_survives_too():
+    record = watched([np.array([[1.0, 2.0]])], [np.array([False])], 1)
+    assert Record.from_bytes(record.to_bytes()).front_F.shape == (0, 2)
+
+
+def pickled():
+    import io
+
+    buffer = io.BytesIO()
+    values = dict.fromkeys(Record.__dataclass_fields__, np.array([{}], dtype=object))
+    np.savez(buffer, **values)
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize("content", [b"", b"junk", b"PK\x03\x04junk", pickled()])
+def test_other_bytes_are_refused_and_nothing_is_unpickled(content):
+    with pytest.raises(ValueError, match="not the record of a run"):
+        Record.from_bytes(content)
+
+
+def test_damaged_bytes_are_refused():
+    content = watched([np.array([[1.0, 2.0]])], [np.array([True])], 1).to_bytes()
+    with pytest.raises(ValueError, match="not the record of a run"):
+        Record.from_bytes(content[: len(content) // 2])

@@ -1,0 +1,127 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from mgeo.studies.statistics import (
+    bootstrap_band,
+    critical_difference,
+    friedman,
+    holm,
+    magnitude,
+    mann_whitney,
+    pairwise,
+    vargha_delaney,
+)
+
+samples = st.lists(st.integers(0, 5), min_size=2, max_size=12)
+
+
+def test_mann_whitney_of_separate_samples_is_exact():
+    # all 5 of one above all 5 of the other: 2 of the C(10, 5) = 252 arrangements
+    assert mann_whitney([1, 2, 3, 4, 5], [6, 7, 8, 9, 10]) == pytest.approx(2 / 252)
+    assert mann_whitney([1, 3], [2, 4]) == pytest.approx(4 / 6)
+
+
+def test_equal_samples_do_not_differ():
+    assert mann_whitney([0.0, 0.0], [0.0, 0.0, 0.0]) == 1.0
+    assert mann_whitney([np.inf] * 3, [np.inf] * 3) == 1.0
+
+
+def test_holm_worked_by_hand():
+    # sorted 0.005 0.01 0.03 0.04 times 4 3 2 1 = 0.02 0.03 0.06 0.04, never falling
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert holm([0.9, 0.8]).tolist() == [1.0, 1.0]
+    assert holm([]).shape == (0,)
+
+
+@given(samples, samples)
+def test_vargha_delaney_counts_pairs_and_is_u_over_n1_n2(a, b):
+    counted = sum((x > y) + 0.5 * (x == y) for x in a for y in b) / (len(a) * len(b))
+    assert vargha_delaney(a, b) == pytest.approx(counted)
+    assert vargha_delaney(a, b) + vargha_delaney(b, a) == pytest.approx(1)
+    u = stats.mannwhitneyu(a, b, method="asymptotic").statistic if len({*a, *b}) > 1 else None
+    if u is not None:
+        assert vargha_delaney(a, b) == pytest.approx(u / (len(a) * len(b)))
+
+
+@pytest.mark.parametrize(
+    ("effect", "word"),
+    [(0.5, "negligible"), (0.56, "small"), (0.44, "small"), (0.64, "medium"), (0.0, "large")],
+)
+def test_magnitudes(effect, word):
+    assert magnitude(effect) == word
+
+
+def test_pairs():
+    table = pairwise({"x": [3.0, 4.0], "y": [1.0, 2.0], "z": [3.0, 4.0]})
+    assert table[["a", "b"]].to_numpy().tolist() == [["x", "y"], ["x", "z"], ["y", "z"]]
+    assert table["A"].tolist() == [1.0, 0.5, 0.0]
+    assert table["p"].tolist() == pytest.approx([1 / 3, 1.0, 1 / 3])
+    assert table["p_holm"].tolist() == [1.0, 1.0, 1.0]
+
+
+def test_one_sample_has_no_pairs():
+    assert len(pairwise({"x": [1.0]})) == 0
+
+
+@given(
+    st.integers(2, 8).flatmap(
+        lambda n: st.lists(
+            st.lists(st.integers(0, 4), min_size=4, max_size=4), min_size=n, max_size=n
+        )
+    )
+)
+def test_friedman_agrees_with_scipy(rows):
+    values = np.array(rows, dtype=float)
+    found = friedman(values, list("abcd"))
+    if (np.ptp(values, axis=1) > 0).any():
+        expected = stats.friedmanchisquare(*values.T)
+        assert found.statistic == pytest.approx(expected.statistic)
+        assert found.p == pytest.approx(expected.pvalue)
+    else:
+        assert (found.statistic, found.p) == (0.0, 1.0)
+    assert found.ranks.mean() == pytest.approx(2.5)
+
+
+def test_friedman_worked_by_hand():
+    # larger is better: ranks 1 2 3, 1 2 3, 2 1 3: sums 4, 5, 9
+    found = friedman([[9, 5, 1], [8, 6, 2], [4, 7, 3]], ["p", "q", "r"])
+    assert found.ranks.to_dict() == pytest.approx({"p": 4 / 3, "q": 5 / 3, "r": 3.0})
+    assert list(found.ranks.index) == ["p", "q", "r"]
+    assert found.statistic == pytest.approx(12 / (3 * 3 * 4) * (16 + 25 + 81) - 3 * 3 * 4)
+    assert found.blocks == 3
+
+
+def test_friedman_of_two_algorithms_is_the_sign_test_by_chi_square():
+    found = friedman([[2, 1]] * 9 + [[1, 2]], ["p", "q"])
+    assert found.statistic == pytest.approx((9 - 1) ** 2 / 10)
+
+
+@pytest.mark.parametrize("shape", [(1, 3), (3, 1), (3, 2)])
+def test_too_little_for_friedman_is_refused(shape):
+    with pytest.raises(ValueError, match="two or more of each"):
+        friedman(np.zeros(shape), ["a"] * (shape[1] if shape != (3, 2) else 5))
+
+
+@pytest.mark.parametrize(("k", "q"), [(2, 1.960), (3, 2.343), (5, 2.728), (10, 3.164)])
+def test_critical_differences_are_those_of_demsars_table(k, q):
+    # Demsar 2006, table 5(a): critical values of the two-tailed Nemenyi test at 0.05
+    assert critical_difference(k, 14) == pytest.approx(q * np.sqrt(k * (k + 1) / 84), rel=3e-4)
+
+
+def test_the_bootstrap_band_is_that_of_the_mean():
+    runs = np.random.default_rng(3).normal([0.0, 5.0], [1.0, 0.1], (40, 2))
+    low, high = bootstrap_band(runs)
+    half = 1.96 * runs.std(axis=0) / np.sqrt(40)
+    assert low == pytest.approx(runs.mean(axis=0) - half, abs=0.2 * half.max())
+    assert high == pytest.approx(runs.mean(axis=0) + half, abs=0.2 * half.max())
+    again = bootstrap_band(runs)
+    assert np.array_equal(low, again[0])
+    assert np.array_equal(high, again[1])
+
+
+def test_one_run_has_a_band_without_width():
+    low, high = bootstrap_band(np.array([[1.0, 2.0]]))
+    assert low.tolist() == high.tolist() == [1.0, 2.0]
