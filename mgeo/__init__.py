@@ -5,13 +5,21 @@ from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.real import MGEOReal
 from mgeo.archive import ParetoArchive
+from mgeo.evaluation import EvaluationError, TolerantEvaluator
 
 if TYPE_CHECKING:
     from mgeo.studies import compare
 
 __version__ = version("mgeo")
 
-__all__ = ["MGEOReal", "ParetoArchive", "__version__", "compare"]
+__all__ = [
+    "EvaluationError",
+    "MGEOReal",
+    "ParetoArchive",
+    "TolerantEvaluator",
+    "__version__",
+    "compare",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -7,13 +7,16 @@ from pymoo.util.display.output import Output
 
 
 class ArchiveOutput(Output):
-    """Generation, evaluations, points on the front, least violation, best of each objective.
+    """Generation, evaluations, points on the front, violation, best objectives, failures.
 
-    It reads `algorithm.front`, a `mgeo.ParetoArchive`. `cv` appears with constrained problems.
+    It reads `algorithm.front`, a `mgeo.ParetoArchive`. `cv`, the least constraint violation,
+    appears with constrained problems; `failed` shows a dash under an evaluator that does not
+    count failures.
     """
 
     def __init__(self) -> None:
         super().__init__()
+        self.failed = Column("failed", width=6)
         self.n_nds = Column("n_nds", width=6)
         self.cv = Column("cv")
         self.best: list[Column] = []
@@ -23,13 +26,14 @@ class ArchiveOutput(Output):
         problem = algorithm.problem
         self.best = [Column(f"f{j + 1}_min") for j in range(problem.n_obj)]
         constrained = [self.cv] if problem.has_constraints() else []
-        self.columns += [self.n_nds, *constrained, *self.best]
+        self.columns += [self.n_nds, *constrained, *self.best, self.failed]
 
     def update(self, algorithm: Any) -> None:
         """Read the archive; a column without a value shows a dash."""
         super().update(algorithm)
         front = algorithm.front
         found = len(front) > 0
+        self.failed.set(getattr(algorithm.evaluator, "n_failed", None))
         self.n_nds.set(len(front))
         self.cv.set(front.violation if found else None)
         for j, column in enumerate(self.best):

@@ -16,6 +16,7 @@ from mgeo.algorithms.parameters import integer, number, refuse_unknown
 from mgeo.archive import ParetoArchive
 from mgeo.display import ArchiveOutput
 from mgeo.dominance import FloatArray
+from mgeo.evaluation import TolerantEvaluator
 
 EXECUTIONS = 5000  # generations of all walkers together, unless a termination is given
 
@@ -63,6 +64,7 @@ class ExtremalOptimization(Algorithm, ABC):
     """
 
     _state_arrays: tuple[str, ...] = ("walkers",)
+    takes_nan = True  # for `TolerantEvaluator`: a failed candidate is ranked last, not archived
 
     def __init__(
         self,
@@ -74,6 +76,7 @@ class ExtremalOptimization(Algorithm, ABC):
     ) -> None:
         refuse_unknown(options, _keywords(type(self)) | _OPTIONS, type(self).__name__)
         options.setdefault("output", ArchiveOutput())
+        options.setdefault("evaluator", TolerantEvaluator())
         super().__init__(**options)
         self.tau = number("tau", tau, low=0)
         self.n_runs = integer("n_runs", n_runs, low=1)

@@ -14,12 +14,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from pymoo.core.termination import NoTermination, Termination
 from pymoo.termination.max_eval import MaximumFunctionCallTermination
 from pymoo.termination.max_gen import MaximumGenerationTermination
 from pymoo.termination.max_time import TimeBasedTermination
+
+from mgeo.evaluation import TolerantEvaluator
 
 if TYPE_CHECKING:
     from mgeo.algorithms.base import ExtremalOptimization
@@ -74,7 +77,7 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
         "streams": [_stream_state(stream) for stream in algorithm.streams],
         "random_state": _stream_state(algorithm.random_state),
         "generations": algorithm.n_generations,
-        "evaluations": algorithm.evaluator.n_eval,
+        "evaluations": _counts(algorithm.evaluator),
         "elapsed_s": 0.0 if started is None else time.time() - started,
         "termination": _budget(algorithm.termination),
         "return_least_infeasible": bool(algorithm.return_least_infeasible),
@@ -130,7 +133,7 @@ def restore(
         front.n_rejected = int(arrays["front_n_rejected"])
         algorithm.pop = _population("pop", arrays)
         algorithm.n_generations = data["generations"]
-        algorithm.evaluator.n_eval = data["evaluations"]
+        _count_on(algorithm.evaluator, data["evaluations"])
         algorithm.start_time = time.time() - data["elapsed_s"]
     except KeyError as error:
         raise ValueError(f"{error.args[0]} is missing from the saved state") from error
@@ -142,6 +145,19 @@ def restore(
         algorithm.termination.update(algorithm)
         algorithm.n_iter += 1
     return algorithm
+
+
+def _counts(evaluator: Evaluator) -> dict[str, Any]:
+    if isinstance(evaluator, TolerantEvaluator):
+        return evaluator.counts()
+    return {"n_eval": evaluator.n_eval}
+
+
+def _count_on(evaluator: Evaluator, counts: Mapping[str, Any]) -> None:
+    if isinstance(evaluator, TolerantEvaluator):
+        evaluator.count_on(counts)
+    else:
+        evaluator.n_eval = counts["n_eval"]
 
 
 def _full_name(cls: type) -> str:

@@ -95,6 +95,8 @@ def _times(snapshot: Snapshot, since: float = 0.0) -> list[tuple[str, str]]:
 
 def _quantities(snapshot: Snapshot) -> list[tuple[str, str]]:
     shown = [("front", f"{snapshot.solutions:,}")]
+    if snapshot.failed:
+        shown.append(("failed", f"{snapshot.failed:,}"))
     shown += [(f"best {name}", f"{value:.6g}") for name, value in snapshot.best.items()]
     if snapshot.hypervolume is not None:
         name = "hypervolume" if snapshot.whole_space else "hypervolume (of the range seen)"

@@ -17,6 +17,7 @@ class Snapshot:
     """The state of a run; times in seconds, `left` None while it cannot be told."""
 
     evaluations: int
+    failed: int
     budget: int
     elapsed: float
     left: float | None
@@ -67,6 +68,7 @@ class Reporter:
         best = F.min(axis=0).tolist() if len(F) else []
         return Snapshot(
             evaluations=state.evaluations,
+            failed=sum(state.failures.values()),
             budget=state.budget,
             elapsed=state.elapsed,
             left=self._time_left(state),

@@ -31,6 +31,7 @@ from mgeo.runs import (
 )
 from mgeo.runs.algorithms import complete_parameters
 
+_CAUSES = 3  # of failed evaluations are shown
 _FLAGS = {"n_runs": "--runs"}  # the others are called as the parameter
 
 
@@ -131,6 +132,15 @@ def _solve(prepared: PreparedRun, request: Request, stop: StopRequest) -> Outcom
         return prepared.solve(Reporter(display, stop))
 
 
+def _failures(outcome: Outcome) -> list[str]:
+    if not outcome.failures:
+        return []
+    causes = [f"{cause} ({count:,})" for cause, count in outcome.failures.items()]
+    more = f" and {len(causes) - _CAUSES} more, see run.json" if len(causes) > _CAUSES else ""
+    total = sum(outcome.failures.values())
+    return [f"failed evaluations: {total:,}; {', '.join(causes[:_CAUSES])}{more}"]
+
+
 def _title(prepared: PreparedRun) -> str:
     recipe = prepared.recipe
     values = ", ".join(f"{key} = {value}" for key, value in recipe.parameters.items())
@@ -159,6 +169,8 @@ def _print_results(prepared: PreparedRun, outcome: Outcome, folder: Path, drawn:
         note = "" if volume.space == "problem" else " of the range this run saw"
         summary.append(f"hypervolume {volume.value:.4f}{note}")
     out.print(Text("; ".join(summary)), soft_wrap=True)
+    for line in _failures(outcome):
+        out.print(Text(line), soft_wrap=True)
     if len(outcome.F):
         out.print(solutions_table(prepared.problem, outcome))
     else:

@@ -130,6 +130,7 @@ def _to_dict(run: Run) -> dict[str, Any]:
         "status": outcome.status,
         "recipe": run.recipe.to_dict(),
         "evaluations": outcome.evaluations,
+        "failures": dict(outcome.failures),
         "solutions": len(outcome.F),
         "hypervolume": asdict(outcome.hypervolume) if outcome.hypervolume else None,
         "variables": list(outcome.variables),
@@ -171,6 +172,7 @@ def _from_dict(data: Mapping[str, Any], front: pd.DataFrame) -> Run:
         hypervolume=_hypervolume(data["hypervolume"]),
         started=datetime.fromisoformat(data["started"]),
         wall_time=data["wall_time_s"],
+        failures=data.get("failures", {}),
     )
     return Run(Recipe.from_dict(data["recipe"]), outcome, data["versions"])
 

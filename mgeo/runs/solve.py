@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import copy
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mgeo.evaluation import TolerantEvaluator
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
 from mgeo.runs.names import column_names
 from mgeo.runs.seeding import seed_archives
@@ -29,7 +30,8 @@ class Outcome:
     """What a run found: its front, ordered by the first objective, and how it went.
 
     ``X`` is (n, n_var) and ``F`` is (n, n_obj), both in the problem's own units; n = 0 if no
-    feasible solution was found. ``started`` is UTC, ``wall_time`` in seconds.
+    feasible solution was found. ``started`` is UTC, ``wall_time`` in seconds. ``failures`` tells
+    how many of the evaluations failed why.
     """
 
     X: NDArray[np.float64]
@@ -41,6 +43,7 @@ class Outcome:
     hypervolume: Hypervolume | None
     started: datetime
     wall_time: float
+    failures: Mapping[str, int] = field(default_factory=dict)
 
 
 class State:
@@ -62,6 +65,11 @@ class State:
     def stop(self) -> None:
         """End the run here; its status is then "interrupted"."""
         self.stopped = True
+
+    @property
+    def failures(self) -> dict[str, int]:
+        """How many of the evaluations so far failed why (see `mgeo.TolerantEvaluator`)."""
+        return dict(getattr(self._algorithm.evaluator, "causes", {}))
 
     @property
     def elapsed(self) -> float:
@@ -104,11 +112,14 @@ def solve(
     The last generation is completed, so slightly more evaluations may be made. `callback` is
     called after every step and may call ``state.stop()``. A KeyboardInterrupt ends the run at
     once; what was found up to the last whole step is returned, with status "interrupted".
+    Evaluations that fail cost the candidates concerned (see `mgeo.TolerantEvaluator`).
 
     Raises
     ------
     ValueError
         As `set_up`.
+    EvaluationError
+        If every candidate fails.
     """
     started = datetime.now(UTC)
     algorithm = set_up(problem, algorithm, evaluations, seed)
@@ -137,6 +148,8 @@ def set_up(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int) 
     if seed < 0:
         raise ValueError(f"seed = {seed}: expected >= 0")
     ready = copy.deepcopy(algorithm)
+    ready.evaluator = TolerantEvaluator.like(ready.evaluator)
+    ready.evaluator.warn = False  # the outcome tells
     ready.setup(problem, termination=("n_eval", evaluations), seed=seed)
     seed_archives(ready)
     return ready
@@ -155,4 +168,5 @@ def _outcome(state: State, started: datetime) -> Outcome:
         hypervolume=state.hypervolume(F),
         started=started,
         wall_time=state.elapsed,
+        failures=state.failures,
     )

@@ -16,6 +16,7 @@ from pymoo.problems.static import StaticProblem
 from pymoo.util.archive import MultiObjectiveArchive
 
 from mgeo import MGEOReal, ParetoArchive
+from mgeo.evaluation import EvaluationError
 
 from .problems import Fixed, Mixture, Rosenbrock
 
@@ -179,7 +180,7 @@ def test_verbose_prints_a_line_a_generation(capsys):
     solve(verbose=True)
     lines = capsys.readouterr().out.splitlines()
     assert [name.strip() for name in lines[1].split("|")] == [
-        "n_gen", "n_eval", "n_nds", "f1_min", "f2_min",
+        "n_gen", "n_eval", "n_nds", "f1_min", "f2_min", "failed",
     ]  # fmt: skip
     assert len(lines) == 3 + 10
     result = solve()
@@ -197,8 +198,14 @@ def test_verbose_with_constraints_and_with_nothing_found(capsys):
     solve(Fixed([1.0, 2.0], violation=0.5), n_gen=1, verbose=True)
     solve(Fixed([np.nan, 2.0]), n_gen=1, verbose=True)
     infeasible, nothing = capsys.readouterr().out.splitlines()[3::4]
-    assert [cell.strip() for cell in infeasible.split("|")[2:]] == ["1", "0.5000000000", "-", "-"]
-    assert [cell.strip() for cell in nothing.split("|")[2:]] == ["0", "-", "-"]
+    assert [cell.strip() for cell in infeasible.split("|")[2:]] == [
+        "1",
+        "0.5000000000",
+        "-",
+        "-",
+        "0",
+    ]
+    assert [cell.strip() for cell in nothing.split("|")[2:]] == ["0", "-", "-", "12"]
 
 
 def test_constraints_are_met_and_the_front_approaches_the_known_one():
@@ -234,7 +241,9 @@ def test_no_feasible_point_is_reported_as_by_built_ins(return_least_infeasible):
 
 
 def test_evaluations_that_all_fail_leave_no_result():
-    result = solve(Fixed([np.nan, 1.0]))
+    with pytest.raises(EvaluationError, match=r"candidates failed, the first with F\[0\] = nan"):
+        solve(Fixed([np.nan, 1.0]))
+    result = solve(Fixed([np.nan, 1.0]), evaluator=Evaluator())
     assert result.X is None
     assert result.F is None
     assert result.algorithm.front.n_rejected == 10 * 4 * 3

@@ -183,8 +183,33 @@ def test_a_failing_problem_keeps_its_traceback_and_leaves_no_folder(mgeo, monkey
     monkeypatch.setattr("stand_in.Cantilever._evaluate", fail)
     failed = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     assert failed.exit_code == 1
-    assert str(failed.exception) == "singular matrix"
+    assert "candidates failed, the first with ValueError: singular matrix" in str(failed.exception)
+    assert "in fail" in failed.exception.__notes__[0]
     assert not Path("a").exists()
+
+
+def test_candidates_that_fail_are_counted_and_reported(mgeo, monkeypatch):
+    import stand_in
+
+    sound = stand_in.Cantilever._evaluate
+
+    def fail(self, X, out, *args, **kwargs):
+        sound(self, X, out)
+        out["F"][X[:, 0] > 0.045] = np.nan
+        if (X[:, 1] > 0.95).any():
+            raise ValueError("singular matrix")
+
+    monkeypatch.setattr("stand_in.Cantilever._evaluate", fail)
+    for algorithm, flags in (("mgeo-real", SHORT), ("nsga2", SHORT[:2])):
+        done = mgeo("solve", "cantilever", "--algorithm", algorithm, *flags, "--out", algorithm)
+        assert done.exit_code == 0, done.output
+        failures = json.loads(Path(algorithm, "run.json").read_text())["failures"]
+        assert failures.keys() == {"F[0] = nan", "ValueError: singular matrix"}
+        assert read_run(algorithm).outcome.failures == failures
+        assert f"failed evaluations: {sum(failures.values())}; " in done.stdout
+        assert f"singular matrix ({failures['ValueError: singular matrix']})" in done.stdout
+        assert f"  failed {sum(failures.values())}  " in done.stderr
+        assert (read_run(algorithm).outcome.X < [0.045, 0.95]).all()
 
 
 def test_a_figure_that_fails_does_not_cost_the_run(mgeo, monkeypatch):

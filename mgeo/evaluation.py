@@ -1,0 +1,168 @@
+"""Evaluations that may fail: they cost the candidates concerned, and the run goes on."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pymoo.core.evaluator import Evaluator
+
+from mgeo.algorithms.parameters import integer
+from mgeo.dominance import BoolArray, FloatArray
+from mgeo.evaluation_attempts import Failure, attempt
+
+if TYPE_CHECKING:
+    from pymoo.core.population import Population
+    from pymoo.core.problem import Problem
+
+_CAUSES = 20  # different ones that are told apart
+_OTHERS = "other causes"
+_UNKNOWN = 1e30  # stands for the worst objective while no candidate has succeeded
+
+
+class EvaluationError(RuntimeError):
+    """Every candidate fails, so there is nothing to go on with."""
+
+
+class TolerantEvaluator(Evaluator):
+    """A pymoo evaluator under which a failing candidate costs itself only.
+
+    A candidate fails when the problem raises an exception for it, when the worker process that
+    evaluates it dies, or when it gets a NaN or an infinite objective or a NaN constraint. Where a
+    batch fails as a whole, the culprits are found by halving it; those of elementwise problems
+    that raise are caught where they are evaluated. Failed candidates count as evaluations.
+
+    What a failed candidate gets depends on the algorithm. Those of the MGEO family keep the NaN:
+    they rank it last and never archive it. In others a NaN can wipe the front; there it gets, in
+    each objective, the worst value seen so far worsened by the range seen, and violates each
+    constraint likewise, so that every candidate that succeeded dominates it. Either way it is
+    marked: ``individual.get("failed")`` is True.
+
+    KeyboardInterrupt and SystemExit are no failures and always end the run.
+
+    Parameters
+    ----------
+    patience : the run stops once so many candidates in a row have failed, batches counting as a
+        whole: none in them succeeded.
+    warn : whether the first exception of a problem is told by a RuntimeWarning.
+    options : as for pymoo's `Evaluator`.
+
+    Attributes
+    ----------
+    n_eval : evaluations, failed ones included.
+    n_failed : failed ones.
+    causes : how many failed why; the first key is the first cause.
+    n_in_a_row : failed since the last batch in which one succeeded.
+    """
+
+    def __init__(self, *, patience: int = 100, warn: bool = True, **options: Any) -> None:
+        super().__init__(**options)
+        self.patience = integer("patience", patience, low=1)
+        self.warn = warn
+        self.n_failed = 0
+        self.n_in_a_row = 0
+        self.causes: dict[str, int] = {}
+        self._first_in_a_row = Failure("")
+        self._seen: dict[str, tuple[FloatArray, FloatArray]] = {}
+
+    @classmethod
+    def like(cls, evaluator: Evaluator) -> Evaluator:
+        """A tolerant one with the options of `evaluator`, unless that is one of a kind itself."""
+        if type(evaluator) is not Evaluator:
+            return evaluator
+        tolerant = cls(
+            skip_already_evaluated=evaluator.skip_already_evaluated,
+            evaluate_values_of=evaluator.evaluate_values_of,
+            callback=evaluator.callback,
+        )
+        tolerant.n_eval = evaluator.n_eval
+        return tolerant
+
+    def counts(self) -> dict[str, Any]:
+        """What was counted, as JSON values."""
+        return {
+            "n_eval": self.n_eval,
+            "n_failed": self.n_failed,
+            "n_in_a_row": self.n_in_a_row,
+            "causes": dict(self.causes),
+        }
+
+    def count_on(self, counts: Mapping[str, Any]) -> None:
+        """Go on from the `counts` of another one, which may be no more than an `n_eval`."""
+        self.n_eval = counts["n_eval"]
+        self.n_failed = counts.get("n_failed", 0)
+        self.n_in_a_row = counts.get("n_in_a_row", 0)
+        self.causes = dict(counts.get("causes", {}))
+
+    def _eval(
+        self, problem: Problem, pop: Population, evaluate_values_of: list[str], **kwargs: Any
+    ) -> None:
+        values, failures = attempt(problem, pop.get("X"), evaluate_values_of, kwargs)
+        self._count(failures, len(pop))
+        failed = np.zeros(len(pop), dtype=np.bool_)
+        failed[list(failures)] = True
+        if not getattr(kwargs.get("algorithm"), "takes_nan", False):
+            for name in values.keys() & {"F", "G", "H"}:
+                self._penalize(name, values[name], failed)
+        for name, value in values.items():
+            pop.set(name, value)
+        if failures:
+            pop[failed].set("failed", True)
+        for individual in pop:
+            individual.evaluated.update(values)
+
+    def _count(self, failures: dict[int, Failure], n: int) -> None:
+        self.n_failed += len(failures)
+        in_order = [failure for _, failure in sorted(failures.items())]
+        for failure in in_order:
+            known = failure.cause in self.causes or len(self.causes) < _CAUSES
+            cause = failure.cause if known else _OTHERS
+            self.causes[cause] = self.causes.get(cause, 0) + 1
+        if len(failures) < n:
+            self.n_in_a_row = 0
+        else:
+            if not self.n_in_a_row:
+                self._first_in_a_row = in_order[0]
+            self.n_in_a_row += n
+        if self.n_in_a_row >= self.patience:
+            raise self._error()
+        raised = [failure.cause for failure in in_order if failure.trace]
+        if raised and self.warn:
+            self.warn = False
+            warnings.warn(
+                f"a candidate failed with {raised[0]}; the run goes on, and its evaluator counts "
+                "the failures in n_failed and causes",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+
+    def _error(self) -> EvaluationError:
+        first = self._first_in_a_row
+        error = EvaluationError(
+            f"all of the last {self.n_in_a_row} candidates failed, the first with {first.cause}"
+        )
+        if first.trace:
+            error.add_note(f"which was raised as\n{first.trace}")
+        return error
+
+    def _penalize(self, name: str, values: FloatArray, failed: BoolArray) -> None:
+        """Put something worse than all that was seen into the failed rows, in place."""
+        if not values.shape[1]:
+            return
+        good = np.abs(values[~failed]) if name == "H" else values[~failed]
+        if len(good):
+            low, high = good.min(axis=0), good.max(axis=0)
+            if name in self._seen:
+                before = self._seen[name]
+                low, high = np.minimum(low, before[0]), np.maximum(high, before[1])
+            self._seen[name] = low, high
+        if not failed.any():
+            return
+        if name not in self._seen:
+            values[failed] = _UNKNOWN
+            return
+        low, high = self._seen[name]
+        worse = high + np.where(high > low, high - low, np.maximum(1.0, np.abs(high)))
+        values[failed] = worse if name == "F" else np.maximum(worse, 1.0)

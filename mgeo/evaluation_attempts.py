@@ -1,0 +1,171 @@
+"""Evaluate a batch of candidates some of which fail, and find out which and why."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.core.problem import default_shape
+
+if TYPE_CHECKING:
+    from pymoo.core.problem import Problem
+
+Values = dict[str, NDArray[Any]]
+_LONGEST = 200  # characters of a cause
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why one candidate failed: a short cause, and the traceback if there was an exception."""
+
+    cause: str
+    trace: str = ""
+
+    @classmethod
+    def of(cls, error: Exception) -> Failure:
+        """From an exception that is being handled."""
+        text = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
+        return cls(text[:_LONGEST], "".join(traceback.format_exception(error)).rstrip())
+
+
+def attempt(
+    problem: Problem, X: NDArray[Any], names: Sequence[str], options: Mapping[str, Any]
+) -> tuple[Values, dict[int, Failure]]:
+    """Evaluate all candidates that can be.
+
+    Parameters
+    ----------
+    problem : a pymoo problem, elementwise or not.
+    X : (n, n_var) candidates, or (n,) objects.
+    names : what to evaluate, as in `Problem.evaluate`: "F", "G", "H".
+    options : further keywords for `Problem.evaluate`.
+
+    Returns
+    -------
+    values : what the problem gives by name, n rows each; NaN in rows that raised.
+    failures : by row.
+    """
+    with _guarded_elements(problem) as in_elements:
+
+        def evaluate(candidates: NDArray[Any]) -> tuple[Values, dict[int, Failure]]:
+            values = problem.evaluate(
+                candidates, return_values_of=names, return_as_dictionary=True, **options
+            )
+            return values, dict(in_elements)
+
+        parts = list(_by_halves(evaluate, X))
+    pattern = next((part[0] for part in parts if not isinstance(part, Failure)), None)
+    if pattern is None:
+        shapes = default_shape(problem, 0)
+        pattern = {name: np.empty(shapes.get(name, (0,))) for name in names}
+    failures: dict[int, Failure] = {}
+    pieces: list[Values] = []
+    row = 0
+    for part in parts:
+        if isinstance(part, Failure):
+            failures[row] = part
+            pieces.append({name: _missing(value) for name, value in pattern.items()})
+            row += 1
+        else:
+            values, failed = part
+            failures |= {row + i: failure for i, failure in failed.items()}
+            pieces.append(values)
+            row += len(next(iter(values.values())))
+    joined = {name: np.concatenate([piece[name] for piece in pieces]) for name in pattern}
+    raised = list(failures)
+    for name in joined.keys() & {"F", "G", "H"}:  # also where a problem replaces NaN
+        joined[name][raised] = np.nan
+    return joined, _not_finite(joined) | failures
+
+
+def _by_halves(
+    evaluate: Callable[[NDArray[Any]], tuple[Values, dict[int, Failure]]], X: NDArray[Any]
+) -> Iterator[tuple[Values, dict[int, Failure]] | Failure]:
+    try:
+        values = evaluate(X)
+    except Exception as error:  # whatever a problem raises: foreign code
+        if len(X) == 1:
+            yield Failure.of(error)
+            return
+    else:
+        yield values
+        return
+    half = len(X) // 2
+    yield from _by_halves(evaluate, X[:half])
+    yield from _by_halves(evaluate, X[half:])
+
+
+def _missing(pattern: NDArray[Any]) -> NDArray[Any]:
+    """One row like those of `pattern`, without values."""
+    if np.issubdtype(pattern.dtype, np.number):
+        return np.full((1, *pattern.shape[1:]), np.nan)
+    return np.full((1, *pattern.shape[1:]), None, dtype=object)
+
+
+def _not_finite(values: Values) -> dict[int, Failure]:
+    found: dict[int, Failure] = {}
+    for name in ("H", "G", "F"):  # of several causes the objectives are named
+        if name not in values:
+            continue
+        value = values[name]
+        bad = ~np.isfinite(value) if name == "F" else np.isnan(value)
+        for row in np.flatnonzero(bad.any(axis=1)):
+            column = int(bad[row].argmax())
+            found[int(row)] = Failure(f"{name}[{column}] = {value[row, column]}")
+    return found
+
+
+@contextmanager
+def _guarded_elements(problem: Problem) -> Iterator[Mapping[int, Failure]]:
+    """Failures by element, after each evaluation of an elementwise problem within the context."""
+    if not problem.elementwise:
+        yield {}
+        return
+    runner = _GuardedRunner(problem)
+    problem.elementwise_runner = runner
+    try:
+        yield runner.failures
+    finally:
+        problem.elementwise_runner = runner.inner
+
+
+class _GuardedRunner:
+    """A pymoo runner under which an element that raises does not cost the others."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.inner = problem.elementwise_runner
+        self.failures: dict[int, Failure] = {}
+        shapes = default_shape(problem, 1)
+        self._nothing = {name: np.empty(shapes[name]) for name in ("F", "G", "H")}
+
+    def __call__(self, f: Any, X: Any) -> list[dict[str, Any]]:
+        self.failures.clear()
+        results = list(self.inner(_GuardedFunction(f), X))
+        done = next((out for out in results if not isinstance(out, Failure)), None)
+        pattern = self._nothing
+        if done is not None:
+            pattern = {name: np.asarray([value]) for name, value in done.items()}
+        for i, out in enumerate(results):
+            if isinstance(out, Failure):
+                self.failures[i] = out
+                results[i] = {name: _missing(value)[0] for name, value in pattern.items()}
+        return results
+
+
+class _GuardedFunction:
+    """Evaluates one element, wherever the runner takes it; gives an exception back as text."""
+
+    def __init__(self, f: Any) -> None:
+        self.f = f
+
+    def __call__(self, x: Any) -> dict[str, Any] | Failure:
+        try:
+            out: dict[str, Any] = self.f(x)
+        except Exception as error:  # whatever a problem raises: foreign code
+            return Failure.of(error)
+        return out

@@ -1,0 +1,277 @@
+"""Candidates that fail cost themselves only, whatever way they fail."""
+
+import os
+import warnings
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.nsga3 import NSGA3
+from pymoo.algorithms.moo.sms import SMSEMOA
+from pymoo.algorithms.moo.spea2 import SPEA2
+from pymoo.core.evaluator import Evaluator
+from pymoo.core.population import Population
+from pymoo.core.problem import ElementwiseProblem, LoopedElementwiseEvaluation, Problem
+from pymoo.optimize import minimize
+from pymoo.parallelization import JoblibParallelization, StarmapParallelization
+from pymoo.util.ref_dirs import get_reference_directions
+
+from mgeo import MGEOReal
+from mgeo.evaluation import EvaluationError, TolerantEvaluator
+
+pytestmark = pytest.mark.filterwarnings("ignore:a candidate failed:RuntimeWarning")
+
+
+def culprit(x):
+    return 0.3 < x[0] < 0.4
+
+
+def objectives(x):
+    return np.array([x[0], (1.0 + x[1]) / (0.1 + x[0])])
+
+
+class Batch(Problem):
+    """A whole batch raises if one of it is a culprit; or culprits get a bad value."""
+
+    def __init__(self, bad=None):
+        self.bad, self.batches = bad, []
+        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        self.batches.append(len(X))
+        culprits = [culprit(x) for x in X]
+        if any(culprits) and self.bad is None:
+            raise ZeroDivisionError("culprit\nin it")
+        out["F"] = np.array([objectives(x) for x in X])
+        out["F"][culprits] = self.bad
+        out["label"] = np.array([f"x = {x[0]:.3f}" for x in X])
+
+
+class Element(ElementwiseProblem):
+    """Fails for culprits in the way it is told to; counts every call."""
+
+    def __init__(self, way="raise", **options):
+        self.way, self.calls = way, 0
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0, **options)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        self.calls += 1
+        out["F"], out["G"], out["n"] = objectives(x), [x[1] - 0.9], 1
+        if culprit(x):
+            if self.way == "raise":
+                raise ValueError("culprit")
+            if self.way == "die":
+                os._exit(1)
+            if self.way == "interrupt":
+                raise KeyboardInterrupt
+            if self.way == "exit":
+                raise SystemExit(3)
+            out["G" if self.way == "nan G" else "F"] = {
+                "nan": [1.0, np.nan],
+                "inf": [-np.inf, 1.0],
+                "nan G": [np.nan],
+            }[self.way]
+
+
+def candidates(n=60, seed=1):
+    return Population.new(X=np.random.default_rng(seed).random((n, 2)))
+
+
+def assert_only_culprits_failed(population, evaluator):
+    X, F = population.get("X", "F")
+    failed = np.array([culprit(x) for x in X])
+    assert 0 < failed.sum() < len(X)
+    assert [bool(mark) for mark in population.get("failed")] == failed.tolist()
+    assert np.array_equal(F[~failed], [objectives(x) for x in X[~failed]])
+    assert evaluator.n_failed == failed.sum() == sum(evaluator.causes.values())
+    assert evaluator.n_eval == len(X)
+    return failed
+
+
+def test_a_batch_that_raises_is_halved_until_the_culprits_are_alone():
+    problem, evaluator, population = Batch(), TolerantEvaluator(), candidates()
+    evaluator.eval(problem, population)
+    failed = assert_only_culprits_failed(population, evaluator)
+    assert evaluator.causes == {"ZeroDivisionError: culprit in it": failed.sum()}
+    assert problem.batches.count(1) >= failed.sum()
+    assert sum(problem.batches) < 8 * len(population)
+    labels = population.get("label")
+    assert [label is None for label in labels] == failed.tolist()
+
+
+@pytest.mark.parametrize("way", ["raise", "nan", "inf", "nan G"])
+def test_an_element_that_fails_is_not_evaluated_again_nor_are_others(way):
+    problem, evaluator, population = Element(way), TolerantEvaluator(), candidates()
+    evaluator.eval(problem, population)
+    failed = assert_only_culprits_failed(population, evaluator)
+    assert problem.calls == len(population)
+    cause = {"raise": "ValueError: culprit", "nan": "F[1] = nan", "inf": "F[0] = -inf",
+             "nan G": "G[0] = nan"}[way]  # fmt: skip
+    assert evaluator.causes == {cause: failed.sum()}
+    assert type(problem.elementwise_runner) is LoopedElementwiseEvaluation
+
+
+def test_a_value_that_replaces_nan_does_not_hide_an_exception():
+    population, evaluator = candidates(), TolerantEvaluator()
+    evaluator.eval(Element(replace_nan_values_by=5.0), population)
+    assert_only_culprits_failed(population, evaluator)
+
+
+def in_order(f, arguments):
+    return [f(*each) for each in arguments]
+
+
+@pytest.mark.parametrize("way", ["raise", "nan", pytest.param("die", marks=pytest.mark.slow)])
+def test_workers_may_fail_and_die(way):
+    problem = Element(way, elementwise_runner=JoblibParallelization(n_jobs=2))
+    population, evaluator = candidates(3), TolerantEvaluator()
+    population[1].X = np.array([0.35, 0.5])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # joblib on a worker that stopped
+        evaluator.eval(problem, population)
+    assert_only_culprits_failed(population, evaluator)
+    if way == "die":
+        assert "TerminatedWorkerError" in next(iter(evaluator.causes))
+
+
+def test_any_pymoo_runner_is_guarded():
+    problem = Element(elementwise_runner=StarmapParallelization(in_order))
+    population, evaluator = candidates(), TolerantEvaluator()
+    evaluator.eval(problem, population)
+    assert_only_culprits_failed(population, evaluator)
+    assert problem.calls == len(population)
+
+
+@pytest.mark.parametrize(("way", "error"), [("interrupt", KeyboardInterrupt), ("exit", SystemExit)])
+def test_what_ends_a_program_is_never_swallowed(way, error):
+    problem = Element(way)
+    runner = problem.elementwise_runner
+    with pytest.raises(error):
+        TolerantEvaluator().eval(problem, candidates())
+    assert problem.elementwise_runner is runner
+
+
+def solve(problem, algorithm, n_gen=40, **options):
+    return minimize(problem, algorithm, ("n_gen", n_gen), **{"seed": 1, **options})
+
+
+@pytest.mark.parametrize(
+    ("problem", "alike"),
+    [(Batch(), Batch(np.nan)), *((Element(way), Element("nan")) for way in ("raise", "inf"))],
+)
+def test_a_run_goes_on_and_its_path_does_not_depend_on_the_way_of_failing(problem, alike):
+    result = solve(problem, MGEOReal(0.2, n_runs=5))
+    expected = solve(alike, MGEOReal(0.2, n_runs=5), evaluator=Evaluator())
+    assert np.array_equal(result.X, expected.X)
+    assert np.array_equal(result.F, expected.F)
+    evaluator = result.algorithm.evaluator
+    assert evaluator.n_eval == 40 * 10
+    assert evaluator.n_failed == result.algorithm.front.n_rejected > 0
+
+
+DIRECTIONS = get_reference_directions("das-dennis", 2, n_partitions=19)
+
+
+@pytest.mark.parametrize("way", ["raise", "nan", "inf"])
+@pytest.mark.parametrize(
+    "algorithm", [NSGA2(20), NSGA3(DIRECTIONS, 20), SMSEMOA(20)], ids=["nsga2", "nsga3", "sms"]
+)
+def test_pymoos_algorithms_keep_a_front_too(algorithm, way):
+    result = solve(Element(way), algorithm, evaluator=TolerantEvaluator())
+    assert result.algorithm.evaluator.n_failed > 0
+    assert np.isfinite(result.F).all()
+    assert not any(culprit(x) for x in result.X)
+    sound = solve(Element("raise"), NSGA2(20), evaluator=TolerantEvaluator())
+    assert result.F[:, 0].min() == pytest.approx(sound.F[:, 0].min(), abs=0.05)
+
+
+@pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")
+@pytest.mark.parametrize(
+    ("bad", "algorithm"),
+    [(np.nan, NSGA3(DIRECTIONS, 20)), (np.nan, SPEA2(20)), (-np.inf, NSGA2(20))],
+    ids=["nan-nsga3", "nan-spea2", "inf-nsga2"],
+)
+def test_without_the_evaluator_a_failure_wipes_the_front(bad, algorithm):
+    """Why failed candidates get a value; when this fails, pymoo was mended."""
+    front = solve(Batch(bad), algorithm).F
+    assert np.isfinite(front).all(axis=1).sum() < 5
+    front = solve(Batch(bad), algorithm, evaluator=TolerantEvaluator()).F
+    assert np.isfinite(front).all(axis=1).sum() > 15
+
+
+class Never(Problem):
+    def __init__(self, first_good=0):
+        self.left = first_good
+        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        self.left -= 1
+        if self.left < 0:
+            raise RuntimeError(f"no license {self.left}")
+        out["F"] = X
+
+
+@pytest.mark.parametrize("algorithm", [MGEOReal(n_runs=2), NSGA2(4)], ids=["mgeo", "nsga2"])
+@pytest.mark.parametrize("good", [0, 3])
+def test_errors_in_every_candidate_stop_the_run_with_the_first_cause(algorithm, good):
+    evaluator = TolerantEvaluator(patience=10)
+    with pytest.raises(EvaluationError) as raised:
+        solve(Never(good), algorithm, evaluator=evaluator)
+    # the batch, its first half, the first candidate
+    assert str(raised.value) == (
+        "all of the last 12 candidates failed, the first with RuntimeError: no license -3"
+    )
+    assert "in _evaluate" in raised.value.__notes__[0]
+    assert evaluator.n_eval == 4 * good + 8
+
+
+def test_one_success_in_a_batch_is_enough_to_go_on():
+    class Rare(Problem):
+        def __init__(self):
+            super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
+
+        def _evaluate(self, X, out, *args, **kwargs):
+            out["F"] = np.where(np.arange(len(X))[:, None] == 3, X, np.nan)
+
+    result = solve(Rare(), MGEOReal(n_runs=8), evaluator=TolerantEvaluator(patience=15))
+    assert result.algorithm.evaluator.n_failed == 40 * 15
+
+
+def test_the_first_exception_is_told_once_and_values_never():
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        solve(Batch(), MGEOReal(0.2, n_runs=5))
+        solve(Element("nan"), MGEOReal(0.2, n_runs=5))
+    assert [str(warning.message)[:32] for warning in told] == ["a candidate failed with ZeroDivi"]
+
+
+def test_many_causes_do_not_grow_without_bound():
+    class Chatty(Batch):
+        def _evaluate(self, X, out, *args, **kwargs):
+            if any(map(culprit, X)):
+                raise ValueError(f"{X[0, 0]} " * 100)
+            super()._evaluate(X, out, *args, **kwargs)
+
+    evaluator = TolerantEvaluator()
+    evaluator.eval(Chatty(), candidates(600))
+    assert len(evaluator.causes) == 21
+    assert evaluator.causes["other causes"] == evaluator.n_failed - 20
+    assert max(map(len, evaluator.causes)) <= 200
+
+
+def test_an_evaluator_of_the_users_own_kind_is_left_alone():
+    class Own(Evaluator):
+        pass
+
+    own, tolerant = Own(), TolerantEvaluator()
+    assert TolerantEvaluator.like(own) is own
+    assert TolerantEvaluator.like(tolerant) is tolerant
+    plain = Evaluator(skip_already_evaluated=False, callback=print)
+    plain.n_eval = 7
+    alike = TolerantEvaluator.like(plain)
+    assert (alike.n_eval, alike.skip_already_evaluated, alike.callback) == (7, False, print)
+
+
+def test_patience_is_a_number_of_candidates():
+    with pytest.raises(ValueError, match="patience = 0"):
+        TolerantEvaluator(patience=0)
