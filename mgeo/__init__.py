@@ -3,7 +3,7 @@
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
-from mgeo.algorithms.real import MGEOReal
+from mgeo.algorithms import MGEOCanonical, MGEOReal, MGEOReal2, MGEOVar
 from mgeo.archive import ParetoArchive
 from mgeo.evaluation import EvaluationError, TolerantEvaluator
 
@@ -14,7 +14,10 @@ __version__ = version("mgeo")
 
 __all__ = [
     "EvaluationError",
+    "MGEOCanonical",
     "MGEOReal",
+    "MGEOReal2",
+    "MGEOVar",
     "ParetoArchive",
     "TolerantEvaluator",
     "__version__",

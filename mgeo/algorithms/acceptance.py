@@ -30,7 +30,7 @@ def rank(f: FloatArray, violation: FloatArray, ties: FloatArray) -> IntArray:
     return np.lexsort((ties, merit, level), axis=-1)
 
 
-def pick(uniform: FloatArray, n: int, tau: float | FloatArray) -> IntArray:
+def pick(uniform: FloatArray, n: int | IntArray, tau: float | FloatArray) -> IntArray:
     """Position in a ranking of `n`, drawn with probability proportional to k^-tau.
 
     The inverse of the cumulative distribution at one uniform draw. It is the law of drawing a
@@ -40,15 +40,17 @@ def pick(uniform: FloatArray, n: int, tau: float | FloatArray) -> IntArray:
     Parameters
     ----------
     uniform : (...) draws in [0, 1).
-    n : number of ranks.
-    tau : greediness, one for all or of the shape of `uniform`: 0 is a random walk, large values
-        take the best.
+    n : number of ranks, one for all or for each draw.
+    tau : greediness, likewise: 0 is a random walk, large values take the best.
 
     Returns
     -------
     (...) positions k - 1 in 0..n-1.
     """
-    weights = np.arange(1.0, n + 1.0) ** -np.asarray(tau, dtype=float)[..., None]
+    ranks = np.arange(1.0, np.max(n) + 1.0)
+    weights = ranks ** -np.asarray(tau, dtype=float)[..., None]
+    if np.ndim(n):
+        weights = np.where(ranks <= np.asarray(n)[..., None], weights, 0.0)
     below = np.cumsum(weights, axis=-1)
     reached = uniform[..., None] * below[..., -1:] >= below[..., :-1]
     position: IntArray = np.count_nonzero(reached, axis=-1)

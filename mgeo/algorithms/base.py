@@ -1,24 +1,28 @@
 """The loop that all algorithms of the family share, as a pymoo `Algorithm`."""
 
 import inspect
-from abc import ABC, abstractmethod
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
+from pymoo.core.sampling import Sampling
 from pymoo.core.termination import Termination
 from pymoo.termination.max_gen import MaximumGenerationTermination
 
-from mgeo.algorithms.acceptance import IntArray, pick, rank
-from mgeo.algorithms.parameters import integer, number, refuse_unknown
+from mgeo.algorithms import adaptive
+from mgeo.algorithms.parameters import choice, greediness, integer, refuse_unknown
+from mgeo.algorithms.starts import given_starts
+from mgeo.algorithms.walkers import Walkers
 from mgeo.archive import ParetoArchive
 from mgeo.display import ArchiveOutput
 from mgeo.dominance import FloatArray
 from mgeo.evaluation import TolerantEvaluator
 
 EXECUTIONS = 5000  # generations of all walkers together, unless a termination is given
+RESTARTS = ("never", "random", "archive")
 
 
 def _keywords(cls: type) -> frozenset[str]:
@@ -29,7 +33,7 @@ def _keywords(cls: type) -> frozenset[str]:
 _OPTIONS = _keywords(Algorithm)
 
 
-class ExtremalOptimization(Algorithm, ABC):
+class ExtremalOptimization(Walkers, Algorithm):
     """Generalized extremal optimization with any number of objectives.
 
     `n_runs` walkers go side by side. In a generation each one proposes candidates, every one of
@@ -38,39 +42,42 @@ class ExtremalOptimization(Algorithm, ABC):
     accepts one with a probability proportional to k^-tau (one of each group, if the leaf has
     several groups), be it better or not.
 
-    A walker never looks at the archive or at other walkers, and owns a random stream (child i of
-    the seed), so running side by side is the same as running one after the other. Its stream
-    gives, in this order: what the leaf draws to start; then for each generation what the leaf
-    draws to propose, one uniform for the objective, one per candidate to break ties and one per
-    group to pick a rank. Starting points are not evaluated.
-
-    A leaf supplies `_start`, `_layout`, `_propose` and `_decode`, and nothing else of the loop.
-    It keeps each parameter of its constructor under the parameter's name, and names in
-    `_state_arrays` every array that it carries from one generation to the next.
+    Unless it restarts, a walker never looks at the archive or at other walkers, and it owns a
+    random stream (child i of the seed), so running side by side is the same as running one after
+    the other. Starting points are not evaluated, unless the leaf evaluates walkers. The loop
+    itself, and what a leaf supplies to it, is in `mgeo.algorithms.walkers`. A leaf keeps each
+    parameter of its constructor under the parameter's name, and names in `_state_arrays` every
+    array that it carries from one generation to the next.
 
     Parameters
     ----------
-    tau : greediness of the acceptance, >= 0.
+    tau : greediness of the acceptance, >= 0; or a rule of `mgeo.algorithms.adaptive`.
     n_runs : number of walkers.
+    restart : where a walker without progress begins anew, one of `RESTARTS`. Progress is a
+        candidate that enters the archive, or betters the walker's own best in some objective.
+    patience : generations without progress before a restart.
+    sampling : starting points, None to let the leaf draw them.
     archive_size : largest number of points in the front, None for all of them.
     options : options of every pymoo algorithm: `termination`, `callback`, `verbose`, ...
 
     Attributes
     ----------
     front : the `ParetoArchive`; `opt`, and so `res.X` and `res.F`, are its points.
-    walkers : (n_runs, n_coordinates) where the walkers stand.
-    streams : one `numpy.random.Generator` per walker.
+    walkers, streams, ... : those of `Walkers`.
     n_generations : how many generations are complete.
     """
 
-    _state_arrays: tuple[str, ...] = ("walkers",)
+    _state_arrays: tuple[str, ...] = ("walkers", "taus", "chances", "standing", "best", "idle")
     takes_nan = True  # for `TolerantEvaluator`: a failed candidate is ranked last, not archived
 
     def __init__(
         self,
         *,
-        tau: float,
+        tau: float | str,
         n_runs: int,
+        restart: str = "never",
+        patience: int = 50,
+        sampling: Sampling | ArrayLike | None = None,
         archive_size: int | None,
         options: dict[str, Any],
     ) -> None:
@@ -78,18 +85,17 @@ class ExtremalOptimization(Algorithm, ABC):
         options.setdefault("output", ArchiveOutput())
         options.setdefault("evaluator", TolerantEvaluator())
         super().__init__(**options)
-        self.tau = number("tau", tau, low=0)
+        self.tau = greediness("tau", tau, adaptive.RULES)
         self.n_runs = integer("n_runs", n_runs, low=1)
+        self.restart = choice("restart", restart, RESTARTS)
+        self.patience = integer("patience", patience, low=1)
+        self.sampling = sampling
         self.archive_size = (
             None if archive_size is None else integer("archive_size", archive_size, low=1)
         )
         self.n_generations = 0
         self.front: ParetoArchive
-        self.walkers: FloatArray
-        self.streams: list[np.random.Generator]
-        self._coordinates: IntArray
-        self._values: FloatArray
-        self._asked: FloatArray | None = None
+        self._asked: Any = None
 
     def setup(
         self, problem: Problem, verbose: bool = False, progress: bool = False, **options: Any
@@ -98,7 +104,7 @@ class ExtremalOptimization(Algorithm, ABC):
 
         Parameters
         ----------
-        problem : a pymoo problem of real variables with finite bounds.
+        problem : a pymoo problem with finite bounds, of variables that the leaf can treat.
         verbose, progress, options : as for every pymoo algorithm.
 
         Raises
@@ -111,32 +117,12 @@ class ExtremalOptimization(Algorithm, ABC):
         if misplaced := sorted(_keywords(type(self)) & options.keys()):
             raise TypeError(f"{misplaced[0]} is a parameter of {name}(...), not of a run")
         refuse_unknown(options, _OPTIONS, f"setup (or minimize) of {name}")
-        _check_problem(problem)
+        self.variables = self._variables(problem)
         self._parameters = {key: getattr(self, key) for key in _keywords(type(self))}
         if options.get("termination", self.termination) is None:
             options["termination"] = default_termination(self.n_runs)
         super().setup(problem, verbose=verbose or self.verbose, progress=progress, **options)
         return self
-
-    # ---- what a leaf supplies -------------------------------------------------------------
-
-    @abstractmethod
-    def _start(self) -> FloatArray:
-        """(n_runs, n_coordinates) where the walkers begin."""
-
-    @abstractmethod
-    def _layout(self) -> IntArray:
-        """(n_groups, group_size) coordinate each candidate changes; one a group is accepted."""
-
-    @abstractmethod
-    def _propose(self) -> FloatArray:
-        """(n_runs, n_groups, group_size) new values of the coordinates of `_layout`."""
-
-    @abstractmethod
-    def _decode(self, points: FloatArray) -> FloatArray:
-        """(..., n_var) design vectors of points given by their (..., n_coordinates)."""
-
-    # ---- the loop, through pymoo's hooks --------------------------------------------------
 
     def _setup(self, problem: Problem, **options: Any) -> None:
         seeds = self.random_state.bit_generator.seed_seq.spawn(self.n_runs)
@@ -146,8 +132,12 @@ class ExtremalOptimization(Algorithm, ABC):
         except ValueError as error:
             raise ValueError(f"archive_size = {self.archive_size}: {error}") from error
         self.n_generations = 0
-        self._coordinates = self._layout()
-        self.walkers = self._start()
+        starts = None
+        if self.sampling is not None:
+            starts = given_starts(
+                self.sampling, problem, self.variables, self.n_runs, self.random_state
+            )
+        self._place(problem.n_obj, starts)
 
     def _initialize_infill(self) -> Population:
         return self._infill()
@@ -156,37 +146,25 @@ class ExtremalOptimization(Algorithm, ABC):
         self._advance(infills, **kwargs)
 
     def _infill(self) -> Population:
-        self._values = self._propose()
-        n_candidates = self._coordinates.size
-        points = np.repeat(self.walkers[:, None, :], n_candidates, axis=1)
-        changed = self._coordinates.ravel()
-        points[:, np.arange(n_candidates), changed] = self._values.reshape(self.n_runs, -1)
-        self._asked = self._decode(points).reshape(self.n_runs * n_candidates, -1)
+        self._asked = self.variables.designs(self._candidates())
         return Population.new("X", self._asked)
 
     def _advance(self, infills: Any = None, **kwargs: Any) -> None:
         F, violation = self._told(infills)
-        self.front.add(F, infills, violation)
-        self._accept(F, violation)
+        entered = self.front.add(F, infills, violation)
+        progress = self._accept(F, violation)
+        if self.restart != "never":
+            progress |= entered.reshape(self.n_runs, -1).any(axis=1)
+            self._begin_anew(progress, self._known())
         self.pop = infills
         self._asked = None
         self.n_generations = self.n_iter
 
-    def _accept(self, F: FloatArray, violation: FloatArray) -> None:
-        groups, size = self._coordinates.shape
-        draws = np.stack([stream.random(1 + groups * (size + 1)) for stream in self.streams])
-        walker, group = np.ogrid[: self.n_runs, :groups]
-        objective = (draws[:, 0] * F.shape[1]).astype(np.intp)
-        by_walker = F.reshape(self.n_runs, groups * size, F.shape[1])
-        f = np.take_along_axis(by_walker, objective[:, None, None], axis=2)
-        f[~np.isfinite(by_walker).all(axis=2)] = np.nan
-        shape = (self.n_runs, groups, size)
-        ties = draws[:, 1 : 1 + groups * size].reshape(shape)
-        ranking = rank(f.reshape(shape), violation.reshape(shape), ties)
-        place = pick(draws[:, 1 + groups * size :], size, self.tau)
-        accepted = ranking[walker, group, place]
-        changed = self._coordinates[group, accepted]
-        self.walkers[walker, changed] = self._values[walker, group, accepted]
+    def _known(self) -> FloatArray:
+        """(n, n_var) variables of the archive, if walkers restart from it."""
+        if self.restart != "archive" or not len(self.front):
+            return np.empty((0, self.problem.n_var))
+        return self.variables.values(self.front.individuals.get("X"))
 
     def _told(self, infills: Any) -> tuple[FloatArray, FloatArray]:
         """Objectives (n, n_obj) and constraint violations (n,), 0 where feasible."""
@@ -222,17 +200,3 @@ def default_termination(n_runs: int) -> Termination:
     evaluated without pymoo's evaluator.
     """
     return MaximumGenerationTermination(max(1, EXECUTIONS // n_runs))
-
-
-def _check_problem(problem: Problem) -> None:
-    name = type(problem).__name__
-    vtype = problem.vtype
-    if getattr(problem, "vars", None) is not None or not (
-        vtype is None or (isinstance(vtype, type) and issubclass(vtype, float))
-    ):
-        raise ValueError(f"{name} has vtype = {vtype!r} or typed variables: expected real ones")
-    for key, bound in (("xl", problem.xl), ("xu", problem.xu)):
-        if bound is None or not np.isfinite(bound).all():
-            raise ValueError(f"{name}.{key} = {bound}: expected a finite bound for every variable")
-    if np.any(problem.xl > problem.xu):
-        raise ValueError(f"{name}: expected xl <= xu, got xl = {problem.xl}, xu = {problem.xu}")

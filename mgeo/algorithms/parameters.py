@@ -51,6 +51,11 @@ def numbers(name: str, value: Any, *, above: float) -> float | FloatArray:
     return np.array(checked)
 
 
+def greediness(name: str, value: Any, rules: Collection[str]) -> float | str:
+    """A `number` >= 0, or one of the `rules` by which it adapts itself."""
+    return choice(name, value, rules) if isinstance(value, str) else number(name, value, low=0)
+
+
 def choice(name: str, value: Any, choices: Collection[str]) -> str:
     """One of `choices`.
 

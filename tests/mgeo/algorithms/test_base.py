@@ -1,86 +1,62 @@
-"""The loop with other leaves than MGEOReal: what relatives may count on."""
+"""What the loop gives to every member."""
+
+import copy
+import pickle
 
 import numpy as np
 import pytest
-from pymoo.optimize import minimize
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.testing import check_algorithm
 
+from .members import MEMBERS, canonical, real2, var
 from .problems import Galski, Rosenbrock
 
-SCALES = np.array([1.0, 0.1, 0.01])
+
+@pytest.mark.parametrize("tau", [3.0, "a-geo2"])
+@pytest.mark.parametrize("member", MEMBERS)
+def test_it_is_a_good_pymoo_algorithm(member, tau):
+    check_algorithm(member(tau, 3))
 
 
-class SeveralScales(ExtremalOptimization):
-    """One candidate per variable and scale; of each variable one is accepted."""
-
-    def __init__(self, n_runs=4, archive_size=None, **options):
-        super().__init__(tau=3.0, n_runs=n_runs, archive_size=archive_size, options=options)
-
-    def _start(self):
-        xl, xu = self.problem.bounds()
-        return np.array([s.uniform(xl, xu) for s in self.streams])
-
-    def _layout(self):
-        return np.repeat(np.arange(self.problem.n_var)[:, None], len(SCALES), axis=1)
-
-    def _propose(self):
-        noise = np.array([s.standard_normal((self.problem.n_var, 3)) for s in self.streams])
-        xl, xu = (bound[:, None] for bound in self.problem.bounds())
-        return np.clip(self.walkers[:, :, None] + SCALES * noise, xl, xu)
-
-    def _decode(self, points):
-        return points
+@pytest.mark.parametrize("restart", ["random", "archive"])
+@pytest.mark.parametrize("member", MEMBERS)
+def test_so_is_one_that_restarts(member, restart):
+    check_algorithm(member("a-geo1", 3, restart=restart, patience=1))
 
 
-class Bits(ExtremalOptimization):
-    """Strings of 10 bits per variable; each bit flipped is a candidate."""
-
-    n_bits = 10
-
-    def __init__(self, n_runs=4, archive_size=None, **options):
-        super().__init__(tau=1.0, n_runs=n_runs, archive_size=archive_size, options=options)
-
-    def _start(self):
-        length = self.n_bits * self.problem.n_var
-        return np.array([s.integers(0, 2, length) for s in self.streams], dtype=float)
-
-    def _layout(self):
-        return np.arange(self.n_bits * self.problem.n_var)[None, :]
-
-    def _propose(self):
-        return 1.0 - self.walkers[:, None, :]
-
-    def _decode(self, points):
-        bits = points.reshape(*points.shape[:-1], self.problem.n_var, self.n_bits)
-        share = bits @ 2.0 ** -np.arange(1, self.n_bits + 1) / (1.0 - 2.0**-self.n_bits)
-        xl, xu = self.problem.bounds()
-        return xl + (xu - xl) * share
+@pytest.mark.parametrize("member", MEMBERS)
+def test_copy_and_pickle_midway_continue_identically(member):
+    run = member("a-geo2", restart="archive", patience=2)
+    run.setup(Rosenbrock(3), termination=("n_gen", 10), seed=1)
+    for _ in range(4):
+        run.next()
+    clones = [copy.deepcopy(run), pickle.loads(pickle.dumps(run))]
+    F = run.run().F
+    assert all(np.array_equal(clone.run().F, F) for clone in clones)
 
 
-@pytest.mark.parametrize("cls", [SeveralScales, Bits])
-def test_relatives_are_good_pymoo_algorithms(cls):
-    check_algorithm(cls())
-
-
-def test_one_candidate_of_each_group_is_accepted():
-    algorithm = SeveralScales().setup(Rosenbrock(3), seed=1)
+@pytest.mark.parametrize(("member", "n_groups", "n_candidates"), [(real2, 3, 13), (var, 3, 19)])
+def test_one_candidate_of_each_group_is_accepted(member, n_groups, n_candidates):
+    algorithm = member().setup(Rosenbrock(3), seed=1)
     for _ in range(20):
-        before = algorithm.walkers.copy()
+        before = algorithm._decode(algorithm.walkers.copy())
         candidates = algorithm.ask()
-        proposed = candidates.get("X").reshape(4, 3, 3, 3)
+        X = candidates.get("X").reshape(4, n_candidates, 3)
+        assert np.array_equal(X[:, 0], before)  # the walker itself comes first
+        offers = X[:, 1:].reshape(4, n_groups, -1, 3)
         algorithm.evaluator.eval(algorithm.problem, candidates)
         algorithm.tell(infills=candidates)
+        after = algorithm._decode(algorithm.walkers)
         for walker in range(4):
             for variable in range(3):
-                offers = proposed[walker, variable, :, variable]
-                assert algorithm.walkers[walker, variable] in offers
-        assert not np.array_equal(algorithm.walkers, before)
+                assert after[walker, variable] in offers[walker, variable, :, variable]
+                others = np.delete(offers[walker, variable], variable, axis=1)
+                assert (others == np.delete(before[walker], variable)).all()
 
 
-def test_bits_stay_bits_and_one_flips():
-    algorithm = Bits().setup(Galski(4), seed=1)
+def test_of_a_single_string_one_bit_flips():
+    algorithm = canonical().setup(Galski(4), seed=1)
     for _ in range(20):
         before = algorithm.walkers.copy()
         algorithm.next()
@@ -88,27 +64,36 @@ def test_bits_stay_bits_and_one_flips():
         assert (algorithm.walkers != before).sum(axis=1).tolist() == [1, 1, 1, 1]
 
 
-@pytest.mark.parametrize("cls", [SeveralScales, Bits])
-def test_relatives_find_the_known_front(cls):
-    result = minimize(Galski(2), cls(n_runs=10), ("n_gen", 100), seed=1)
-    assert np.sqrt(result.F).sum(axis=1) == pytest.approx(2.0, abs=0.05)
+def test_the_greedy_take_the_best_and_the_others_do_not():
+    algorithm = canonical(60.0, 20).setup(Rosenbrock(2), seed=1)
+    random = canonical(0.0, 20).setup(Rosenbrock(2), seed=1)
+    shares = []
+    for each in (algorithm, random):
+        hits = []
+        for _ in range(50):
+            infills = each.ask()
+            each.evaluator.eval(each.problem, infills)
+            best = infills.get("F").reshape(20, 12).argmin(axis=1)
+            X = infills.get("X").reshape(20, 12, 2)
+            each.tell(infills=infills)
+            stands = each._decode(each.walkers)
+            hits.append((stands == X[np.arange(20), best]).all(axis=1))
+        shares.append(np.mean(hits))
+    assert shares[0] == 1.0
+    assert shares[1] == pytest.approx(1 / 12, abs=4 * np.sqrt(1 / 12 / 1000))
 
 
-def test_tau_may_differ_between_walkers():
-    class Own(Bits):
-        def _start(self):
-            self.tau = np.array([[0.0], [60.0]])
-            return super()._start()
+@pytest.mark.parametrize("member", [real2, var])
+def test_the_point_a_walker_reaches_is_evaluated_next(member):
+    algorithm = member("a-geo2", 5).setup(Galski(4), seed=1)
+    algorithm.next()
+    stands = algorithm._decode(algorithm.walkers.copy())
+    algorithm.next()
+    X, F = (values.reshape(5, -1, values.shape[1]) for values in algorithm.pop.get("X", "F"))
+    assert np.array_equal(X[:, 0], stands)
+    assert np.array_equal(algorithm.standing, np.column_stack([np.zeros(5), F[:, 0]]))
 
-    algorithm = Own(n_runs=2).setup(Rosenbrock(2), seed=1)
-    best = 0
-    for _ in range(50):
-        candidates = algorithm.ask()
-        algorithm.evaluator.eval(algorithm.problem, candidates)
-        f = candidates.get("F").reshape(2, -1)
-        X = candidates.get("X").reshape(2, 20, 2)
-        algorithm.tell(infills=candidates)
-        stands = algorithm._decode(algorithm.walkers)
-        assert np.array_equal(stands[1], X[1, f[1].argmin()])  # the greedy one takes the best
-        best += np.array_equal(stands[0], X[0, f[0].argmin()])
-    assert best < 15  # the other one does so once in 20
+
+def test_a_leaf_must_supply_its_part_of_the_loop():
+    with pytest.raises(TypeError, match="abstract"):
+        ExtremalOptimization(tau=1.0, n_runs=1, archive_size=None, options={})

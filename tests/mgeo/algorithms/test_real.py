@@ -1,79 +1,15 @@
-"""The lockstep loop against one walker after the other, step for step."""
+"""Where the walkers of MGEOReal begin, and that it is a good pymoo algorithm."""
 
 import numpy as np
 import pytest
-from pymoo.core.callback import Callback
 from pymoo.core.population import Population
 from pymoo.operators.sampling.lhs import LHS
-from pymoo.optimize import minimize
 from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEOReal
 from mgeo.testing import check_algorithm
 
-from .. import naive
-from .problems import Galski, Mixture, Rosenbrock
-
-
-class Path(Callback):
-    """Where the walkers stand after each generation."""
-
-    def __init__(self):
-        super().__init__()
-        self.points = []
-
-    def update(self, algorithm):
-        self.points.append(algorithm.walkers.copy())
-
-
-def run(problem, algorithm, generations, seed=7):
-    path = Path()
-    result = minimize(problem, algorithm, ("n_gen", generations), seed=seed, callback=path)
-    return result, np.array(path.points)
-
-
-CASES = [
-    (Mixture(), 0.7, 3.0, "absolute"),
-    (Mixture(), 1.0, 1.2, "relative"),
-    (Mixture(), (0.1, 0.2, 0.3, 0.4, 0.5), 0.0, "range"),
-    (Rosenbrock(3), 0.5, 1.0, "absolute"),
-    (Galski(1), 1.0, 2.0, "relative"),
-]
-
-
-@pytest.mark.parametrize(("problem", "sigma", "tau", "perturbation"), CASES)
-def test_walkers_in_lockstep_go_as_one_after_the_other(problem, sigma, tau, perturbation):
-    n_runs, generations = 4, 40
-    algorithm = MGEOReal(sigma, tau, n_runs, perturbation)
-    result, path = run(problem, algorithm, generations)
-    walks = [
-        naive.walk(problem, 7, walker, generations, sigma, tau, perturbation)
-        for walker in range(n_runs)
-    ]
-    for walker, (points, *_) in enumerate(walks):
-        assert np.array_equal(path[:, walker], points)
-
-    X, F, violation = (
-        in_order_of_evaluation([walk[k] for walk in walks], generations) for k in (1, 2, 3)
-    )
-    rows = naive.archive_rows(F.tolist(), violation.tolist())
-    assert np.array_equal(result.opt.get("X"), X[rows])
-    assert np.array_equal(result.opt.get("F"), F[rows])
-
-
-def in_order_of_evaluation(by_walker, generations):
-    """(n_runs, generations * n_var, ...) to rows as the lockstep evaluates them."""
-    values = np.array(by_walker)
-    values = values.reshape(len(values), generations, -1, *values.shape[2:])
-    return values.swapaxes(0, 1).reshape(-1, *values.shape[3:])
-
-
-def test_a_walk_does_not_depend_on_how_many_go_beside_it():
-    problem = ZDT1(n_var=6)
-    _, many = run(problem, MGEOReal(0.3, n_runs=9), 25)
-    for n_runs in (1, 4):
-        _, few = run(problem, MGEOReal(0.3, n_runs=n_runs), 25)
-        assert np.array_equal(few, many[:, :n_runs])
+from .problems import Mixture
 
 
 def test_walkers_start_uniformly_and_their_starts_are_not_evaluated():

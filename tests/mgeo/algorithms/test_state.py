@@ -16,8 +16,8 @@ from mgeo import MGEOReal
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.state import SavedState, capture, restore
 
+from .members import MEMBERS
 from .problems import Fixed, Mixture
-from .test_base import Bits, SeveralScales
 
 PUBLISHED = [getattr(mgeo.algorithms, name) for name in mgeo.algorithms.__all__]
 VALUES = ("X", "F", "G", "H", "CV", "n_gen")
@@ -51,11 +51,17 @@ def assert_same_end(one, two):
     assert [s.random() for s in one.streams] == [s.random() for s in two.streams]
 
 
-@pytest.mark.parametrize("cls", [*PUBLISHED, SeveralScales, Bits])
+@pytest.mark.parametrize("cls", PUBLISHED)
 @pytest.mark.parametrize("problem", [ZDT1(n_var=4), BNH(), Mixture()], ids=lambda p: p.name())
 @pytest.mark.parametrize("generations", [0, 1, 7, 12])
 def test_every_member_goes_on_bit_for_bit(cls, problem, generations):
     run = begun(cls(n_runs=3, archive_size=10), problem, generations)
+    assert_same_end(again(run), run)
+
+
+@pytest.mark.parametrize("member", MEMBERS)
+def test_so_does_every_adaptive_and_restarting_one(member):
+    run = begun(member("a-geo1", 3, restart="archive", patience=2), Mixture(), 7)
     assert_same_end(again(run), run)
 
 

@@ -1,0 +1,78 @@
+"""What the members with strings of bits share: the code, and that a candidate flips one bit."""
+
+from abc import ABC
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pymoo.core.problem import Problem
+from pymoo.core.sampling import Sampling
+
+from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.coding import BitCode, bit_counts
+from mgeo.algorithms.parameters import choice
+from mgeo.algorithms.variables import Variables
+from mgeo.dominance import FloatArray
+
+CODINGS = ("plain", "gray")
+
+
+class BitStrings(ExtremalOptimization, ABC):
+    """Extremal optimization whose walkers are strings of bits; a leaf says how they are grouped.
+
+    Parameters
+    ----------
+    tau, n_runs, restart, patience, archive_size, options : as for `ExtremalOptimization`.
+    bits : of each real variable, 1 to 52: one number for all, or one per variable. Integer and
+        binary variables take as many as their levels need.
+    coding : "plain" binary numbers, or "gray" codes, where neighbors differ in one bit.
+    sampling : starting points, rounded to the nearest string: (n_runs, n_var) array, population
+        or pymoo `Sampling`; None for random strings.
+    """
+
+    def __init__(
+        self,
+        *,
+        tau: float | str,
+        n_runs: int,
+        bits: int | Sequence[int],
+        coding: str,
+        restart: str,
+        patience: int,
+        sampling: Sampling | ArrayLike | None,
+        archive_size: int | None,
+        options: dict[str, Any],
+    ) -> None:
+        super().__init__(
+            tau=tau,
+            n_runs=n_runs,
+            restart=restart,
+            patience=patience,
+            sampling=sampling,
+            archive_size=archive_size,
+            options=options,
+        )
+        self.bits = bit_counts(bits)
+        self.coding = choice("coding", coding, CODINGS)
+        self.code: BitCode
+
+    def _variables(self, problem: Problem) -> Variables:
+        variables = Variables.of(problem, ("real", "integer", "binary"))
+        self.code = BitCode.of(variables, self.bits, self.coding == "gray")
+        if self.code.length == 0:
+            raise ValueError(f"{type(problem).__name__}: expected a variable with a choice")
+        return variables
+
+    def _draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
+        length = self.code.length
+        return np.array([stream.integers(0, 2, length) for stream in streams], dtype=float)
+
+    def _propose(self) -> FloatArray:
+        return 1.0 - self.walkers[:, self._coordinates]
+
+    def _decode(self, points: FloatArray) -> FloatArray:
+        return self.code.decode(points)
+
+    def _encode(self, values: FloatArray) -> FloatArray:
+        return self.code.encode(values)

@@ -1,0 +1,128 @@
+"""Variables as strings of bits: plain binary numbers, or Gray codes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mgeo.algorithms.acceptance import IntArray
+from mgeo.algorithms.parameters import integer
+from mgeo.algorithms.variables import Variables
+from mgeo.dominance import FloatArray
+
+MOST_BITS = 52  # of one variable: its number is exact in a float
+
+
+@dataclass(frozen=True, eq=False)
+class BitCode:
+    """How a string of bits is read, variable after variable, the highest bit first.
+
+    b bits are a number m in 0..2^b - 1. A real variable is xl + (xu - xl) m / (2^b - 1), both
+    bounds included, as in MGEO.jl; an integer of L levels is xl + floor(m L / 2^b), so that every
+    level has as many numbers as the others, or one more. Neighboring numbers differ in one bit
+    if `gray`.
+
+    Attributes
+    ----------
+    variables : of the problem.
+    bits : (n_var,) bits of each; 0 for an integer of one level.
+    gray : whether m is read as a reflected Gray code.
+    places : (n_var, max bits) where each bit stands in the string, -1 (leading) for none.
+    """
+
+    variables: Variables
+    bits: IntArray
+    gray: bool
+    places: IntArray
+
+    @classmethod
+    def of(cls, variables: Variables, bits: int | Sequence[int], gray: bool) -> BitCode:
+        """The code for some variables.
+
+        Parameters
+        ----------
+        variables : real, integer or binary ones.
+        bits : of each real variable, one number for all or one per variable; integer and binary
+            ones have as many as their levels need, whatever is said here.
+        gray : Gray codes in place of plain binary numbers.
+
+        Raises
+        ------
+        ValueError : if there are not as many numbers of bits as variables.
+        """
+        n_var = len(variables.kinds)
+        if np.ndim(bits) and np.size(bits) != n_var:
+            raise ValueError(
+                f"bits of length {np.size(bits)}: expected one number, or one for each of the "
+                f"{n_var} variables"
+            )
+        levels = variables.xu - variables.xl + 1.0
+        counts = np.where(variables.real, bits, np.ceil(np.log2(np.maximum(levels, 1.0))))
+        counts = counts.astype(np.intp)
+        if np.any(counts > MOST_BITS):
+            raise ValueError(f"integers within {levels.max():g} levels: expected 2^{MOST_BITS}")
+        column = np.arange(max(1, counts.max()))[None, :] - (max(1, counts.max()) - counts[:, None])
+        first = np.cumsum(counts) - counts
+        places = np.where(column >= 0, first[:, None] + column, -1)
+        return cls(variables, counts, gray, places)
+
+    @property
+    def length(self) -> int:
+        """Bits of the whole string."""
+        return int(self.bits.sum())
+
+    def decode(self, strings: FloatArray) -> FloatArray:
+        """(..., n_var) values of strings of 0 and 1, (..., length)."""
+        if self.length == 0:
+            return np.broadcast_to(self.variables.xl, (*strings.shape[:-1], len(self.bits))).copy()
+        digits = np.where(self.places >= 0, strings[..., self.places], 0.0)
+        if self.gray:
+            digits = np.cumsum(digits, axis=-1) % 2.0
+        m = digits @ self._weights()
+        xl, xu = self.variables.xl, self.variables.xu
+        count = 2.0**self.bits
+        share = m / np.maximum(count - 1.0, 1.0)
+        whole = np.floor(m * (xu - xl + 1.0) / count)
+        decoded: FloatArray = np.where(self.variables.real, xl + (xu - xl) * share, xl + whole)
+        return np.clip(decoded, xl, xu)
+
+    def encode(self, values: FloatArray) -> FloatArray:
+        """(..., length) string nearest to each vector of values, (..., n_var)."""
+        xl, xu = self.variables.xl, self.variables.xu
+        count = 2.0**self.bits
+        width = np.where(xu > xl, xu - xl, 1.0)
+        m = np.where(
+            self.variables.real,
+            np.rint((values - xl) / width * (count - 1.0)),
+            np.ceil((np.rint(values) - xl) * count / (xu - xl + 1.0)),
+        )
+        digits = np.floor(m[..., None] / self._weights()) % 2.0
+        if self.gray:
+            digits[..., 1:] = (digits[..., 1:] + digits[..., :-1]) % 2.0
+        return digits[..., self.places >= 0]
+
+    def _weights(self) -> FloatArray:
+        return 2.0 ** np.arange(self.places.shape[1] - 1, -1, -1)
+
+
+def bit_counts(value: Any) -> int | list[int]:
+    """`bits` as a user may give it: a number of bits from 1 to `MOST_BITS`, or a list of them.
+
+    Raises
+    ------
+    TypeError, ValueError : for anything else.
+    """
+    if np.ndim(value) == 0:
+        return _count("bits", value[()] if isinstance(value, np.ndarray) else value)
+    return [_count(f"bits[{i}]", entry) for i, entry in enumerate(value)]
+
+
+def _count(name: str, value: ArrayLike) -> int:
+    count = integer(name, value, low=1)
+    if count > MOST_BITS:
+        raise ValueError(f"{name} = {count}: expected at most {MOST_BITS}, to be exact in a float")
+    return count

@@ -1,0 +1,85 @@
+"""What the real-coded members share: a candidate takes a normal step in one variable."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pymoo.core.problem import Problem
+from pymoo.core.sampling import Sampling
+
+from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.moves import SCALES, perturb
+from mgeo.algorithms.parameters import choice, numbers
+from mgeo.algorithms.variables import Variables
+from mgeo.dominance import FloatArray
+
+
+class RealSteps(ExtremalOptimization, ABC):
+    """Extremal optimization whose walkers are points; a leaf says which steps they try.
+
+    Parameters
+    ----------
+    sigma : standard deviation of a step, > 0: a number, or one per variable.
+    perturbation : what sigma is a multiple of, one of `mgeo.algorithms.moves.SCALES`.
+    tau, n_runs, restart, patience, sampling, archive_size, options : as for
+        `ExtremalOptimization`.
+    """
+
+    def __init__(
+        self,
+        *,
+        sigma: float | ArrayLike,
+        tau: float | str,
+        n_runs: int,
+        perturbation: str,
+        restart: str,
+        patience: int,
+        sampling: Sampling | ArrayLike | None,
+        archive_size: int | None,
+        options: dict[str, Any],
+    ) -> None:
+        super().__init__(
+            tau=tau,
+            n_runs=n_runs,
+            restart=restart,
+            patience=patience,
+            sampling=sampling,
+            archive_size=archive_size,
+            options=options,
+        )
+        self.sigma = numbers("sigma", sigma, above=0)
+        self.perturbation = choice("perturbation", perturbation, SCALES)
+
+    @abstractmethod
+    def _deviations(self, sigma: FloatArray) -> FloatArray:
+        """Standard deviation of each step of `_layout`, from one per variable."""
+
+    def _variables(self, problem: Problem) -> Variables:
+        if np.size(self.sigma) not in (1, problem.n_var):
+            raise ValueError(
+                f"sigma of length {np.size(self.sigma)}: expected one number, or one for each of "
+                f"the {problem.n_var} variables"
+            )
+        return Variables.of(problem, ["real"])
+
+    def _draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
+        xl, xu = self.variables.xl, self.variables.xu
+        unit = np.stack([stream.random(len(xl)) for stream in streams])
+        starts: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
+        return starts
+
+    def _propose(self) -> FloatArray:
+        steps = self._coordinates
+        noise = np.stack([stream.standard_normal(steps.shape) for stream in self.streams])
+        xl, xu = self.variables.xl, self.variables.xu
+        sigma = self._deviations(np.broadcast_to(self.sigma, xl.shape))
+        scale = SCALES[self.perturbation]
+        return perturb(self.walkers[:, steps], noise, sigma, scale, xl[steps], xu[steps])
+
+    def _decode(self, points: FloatArray) -> FloatArray:
+        return points
+
+    def _encode(self, values: FloatArray) -> FloatArray:
+        return values

@@ -1,0 +1,201 @@
+"""Walkers of extremal optimization on arrays alone: what they try, and how they go on."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from pymoo.core.problem import Problem
+
+from mgeo.algorithms import adaptive
+from mgeo.algorithms.acceptance import IntArray, pick, rank
+from mgeo.algorithms.variables import Variables
+from mgeo.dominance import BoolArray, FloatArray
+
+
+class Walkers(ABC):
+    """Independent walkers in lockstep: the part of `ExtremalOptimization` without pymoo.
+
+    The random stream of each walker gives, in this order: what the leaf draws to start; then for
+    each generation what the leaf draws to propose, one uniform for the objective, one per
+    candidate to break ties and one per group to pick a rank; with an adaptive tau a uniform and a
+    normal; and what a restart draws.
+
+    A leaf supplies `_variables`, `_draw`, `_layout`, `_propose`, `_decode` and `_encode`, and
+    nothing else of the loop.
+
+    Attributes
+    ----------
+    walkers : (n_runs, n_coordinates) where the walkers stand.
+    taus, chances : (n_runs, n_obj) of an adaptive tau: greediness and last chance of improvement.
+    standing, best : (n_runs, 1 + n_obj) merits (`adaptive.merits`) of where the walkers stand, and
+        the best they have seen; kept if tau is adaptive or walkers restart.
+    idle : (n_runs,) generations since a walker's last progress; kept if walkers restart.
+    streams : one `numpy.random.Generator` per walker.
+    """
+
+    # Whether a walker is evaluated with its candidates, before them: for leaves with several
+    # groups, where it is a combination of candidates that has not been evaluated yet.
+    _evaluates_walkers = False
+
+    tau: float | str
+    n_runs: int
+    restart: str
+    patience: int
+    variables: Variables
+    streams: list[np.random.Generator]
+    walkers: FloatArray
+    taus: FloatArray
+    chances: FloatArray
+    standing: FloatArray
+    best: FloatArray
+    idle: IntArray
+    _coordinates: IntArray
+    _order: IntArray
+    _values: FloatArray
+
+    # ---- what a leaf supplies -------------------------------------------------------------
+
+    @abstractmethod
+    def _variables(self, problem: Problem) -> Variables:
+        """Check the problem's variables, and that the parameters fit them."""
+
+    @abstractmethod
+    def _draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
+        """(n, n_coordinates) a random point from each of n streams."""
+
+    @abstractmethod
+    def _layout(self) -> IntArray:
+        """(n_groups, group_size) coordinate each candidate changes; one a group is accepted.
+
+        -1 where a group is shorter than the longest one; no group is empty.
+        """
+
+    @abstractmethod
+    def _propose(self) -> FloatArray:
+        """(n_runs, n_groups, group_size) new values of the coordinates of `_layout`."""
+
+    @abstractmethod
+    def _decode(self, points: FloatArray) -> FloatArray:
+        """(..., n_var) variables of points given by their (..., n_coordinates)."""
+
+    @abstractmethod
+    def _encode(self, values: FloatArray) -> FloatArray:
+        """(..., n_coordinates) point nearest to given variables, (..., n_var)."""
+
+    # ---- the loop ---------------------------------------------------------------------------
+
+    def _place(self, n_obj: int, starts: FloatArray | None) -> None:
+        """Begin at given variables, (n_runs, n_var), or where the leaf draws."""
+        self._coordinates = self._layout()
+        present = self._coordinates >= 0
+        self._order = np.where(present, np.cumsum(present).reshape(present.shape) - 1, -1)
+        self.walkers = self._draw(self.streams) if starts is None else self._encode(starts)
+        self.taus = np.empty((self.n_runs, n_obj))
+        self.chances = np.empty((self.n_runs, n_obj))
+        self.standing = np.empty((self.n_runs, 1 + n_obj))
+        self.best = np.empty((self.n_runs, 1 + n_obj))
+        self.idle = np.empty(self.n_runs, dtype=np.intp)
+        self._forget(np.arange(self.n_runs))
+
+    def _forget(self, rows: IntArray) -> None:
+        """Let walkers begin: all but where they stand is as of a new one."""
+        self.taus[rows] = adaptive.START
+        self.chances[rows] = adaptive.first_chance(len(self.variables.kinds))
+        self.standing[rows] = self.best[rows] = adaptive.unknown(self.taus.shape[1])
+        self.idle[rows] = 0
+
+    def _candidates(self) -> FloatArray:
+        """(n_runs * candidates a walker, n_var) variables to evaluate, walker by walker."""
+        self._values = self._propose()
+        present = self._order >= 0
+        changed = self._coordinates[present]
+        own = int(self._evaluates_walkers)
+        points = np.repeat(self.walkers[:, None, :], own + len(changed), axis=1)
+        points[:, own + np.arange(len(changed)), changed] = self._values[:, present]
+        decoded = self._decode(points)
+        return decoded.reshape(-1, decoded.shape[-1])
+
+    def _accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
+        """Move the walkers by what their candidates are worth.
+
+        Parameters
+        ----------
+        F : (n, n_obj) objectives of `_candidates`.
+        violation : (n,) constraint violations, 0 where feasible.
+
+        Returns
+        -------
+        (n_runs,) mask of the walkers that bettered their own best in some objective; all False
+        if that is not kept.
+        """
+        F, violation = F.reshape(self.n_runs, -1, F.shape[1]), violation.reshape(self.n_runs, -1)
+        groups = len(self._order)
+        own = int(self._evaluates_walkers)
+        n = F.shape[1] - own
+        draws = np.stack([stream.random(1 + n + groups) for stream in self.streams])
+        objective = (draws[:, 0] * F.shape[2]).astype(np.intp)
+        improved = np.zeros(self.n_runs, dtype=np.bool_)
+        tau: Any = self.tau
+        if watched := isinstance(self.tau, str) or self.restart != "never":
+            merit = adaptive.merits(F, violation)
+            if own:
+                self.standing = merit[:, 0].copy()
+                improved = self._remember(merit[:, :1])
+            if isinstance(self.tau, str):
+                tau = self._adapted(objective, merit[:, own:])
+            improved = improved | self._remember(merit[:, own:])
+        f = np.take_along_axis(F, objective[:, None, None], axis=2)[:, own:, 0]
+        f[~np.isfinite(F[:, own:]).all(axis=2)] = np.nan
+        present = self._order >= 0
+        f = np.where(present, f[:, self._order], np.nan)
+        ties = np.where(present, draws[:, 1 + self._order], 2.0)  # absent ones come last
+        ranking = rank(f, violation[:, own + self._order], ties)
+        place = pick(draws[:, 1 + n :], np.count_nonzero(present, axis=1), tau)
+        walker, group = np.ogrid[: self.n_runs, :groups]
+        accepted = ranking[walker, group, place]
+        changed = self._coordinates[group, accepted]
+        self.walkers[walker, changed] = self._values[walker, group, accepted]
+        if watched and groups == 1:
+            self.standing = merit[np.arange(self.n_runs), own + self._order[0, accepted[:, 0]]]
+        return improved
+
+    def _adapted(self, objective: IntArray, merit: FloatArray) -> FloatArray:
+        """(n_runs, 1) greediness by the rule, renewed."""
+        reference = self.best if self.tau == "a-geo1" else self.standing
+        drawn = np.arange(self.n_runs), objective
+        chance = adaptive.better(merit, reference[:, None]).mean(axis=1)[drawn]
+        uniform = np.array([stream.random() for stream in self.streams])
+        normal = np.array([stream.standard_normal() for stream in self.streams])
+        self.taus[drawn] = adaptive.next_tau(
+            self.taus[drawn], chance, self.chances[drawn], normal, uniform, self.walkers.shape[1]
+        )
+        self.chances[drawn] = chance
+        return self.taus[drawn][:, None]
+
+    def _remember(self, merit: FloatArray) -> BoolArray:
+        """Keep the best of (n_runs, n, 1 + n_obj) merits; tells who bettered it."""
+        both = np.concatenate([self.best[:, None], merit], axis=1)
+        before, self.best = self.best, adaptive.best(both)
+        return np.asarray(adaptive.better(self.best, before).any(axis=1))
+
+    def _begin_anew(self, progress: BoolArray, known: FloatArray) -> None:
+        """Restart the walkers that have made no progress for `patience` generations.
+
+        Parameters
+        ----------
+        progress : (n_runs,) who has made some in this generation.
+        known : (n, n_var) the archive's variables, one of which a walker takes; if there are
+            none it begins where the leaf draws.
+        """
+        self.idle = np.where(progress, 0, self.idle + 1)
+        stuck = np.flatnonzero(self.idle >= self.patience)
+        if not len(stuck):
+            return
+        streams = [self.streams[walker] for walker in stuck]
+        if len(known):
+            rows = [stream.integers(len(known)) for stream in streams]
+            self.walkers[stuck] = self._encode(known[rows])
+        else:
+            self.walkers[stuck] = self._draw(streams)
+        self._forget(stuck)

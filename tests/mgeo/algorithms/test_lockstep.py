@@ -1,0 +1,114 @@
+"""The lockstep loop against one walker after the other, step for step, for every member."""
+
+import numpy as np
+import pytest
+from pymoo.core.callback import Callback
+from pymoo.optimize import minimize
+from pymoo.problems.multi import ZDT1
+
+from mgeo import MGEOCanonical, MGEOReal, MGEOReal2, MGEOVar
+
+from .. import naive
+from ..naive_walk import Walk
+from .members import BITS, MEMBERS, SIGMAS, moves_of, real
+from .problems import Galski, Mixture, Rosenbrock
+
+
+class Path(Callback):
+    """Where the walkers stand after each generation, and their greediness."""
+
+    def __init__(self):
+        super().__init__()
+        self.points, self.taus = [], []
+
+    def update(self, algorithm):
+        self.points.append(algorithm.walkers.copy())
+        self.taus.append(algorithm.taus.copy())
+
+
+def run(problem, algorithm, generations, seed=7):
+    path = Path()
+    result = minimize(problem, algorithm, ("n_gen", generations), seed=seed, callback=path)
+    return result, np.array(path.points), np.array(path.taus)
+
+
+def assert_same_walks(problem, algorithm, generations, seed=7):
+    result, path, taus = run(problem, algorithm, generations, seed)
+    walks = [
+        Walk(
+            problem, moves_of(algorithm, problem), algorithm.tau, seed, walker,
+            isinstance(algorithm, MGEOReal2 | MGEOVar),
+        )
+        for walker in range(algorithm.n_runs)
+    ]  # fmt: skip
+    for walker, walk in enumerate(walks):
+        for _ in range(generations):
+            walk.generation()
+        assert np.array_equal(path[:, walker], walk.path)
+        if isinstance(algorithm.tau, str):
+            assert taus[:, walker] == pytest.approx(np.array(walk.taus), rel=1e-12)
+
+    X, F, violation = (
+        in_order_of_evaluation([getattr(walk, key) for walk in walks], generations)
+        for key in ("X", "F", "violation")
+    )
+    rows = naive.archive_rows(F.tolist(), violation.tolist())
+    assert np.array_equal(result.opt.get("X"), X[rows])
+    assert np.array_equal(result.opt.get("F"), F[rows])
+
+
+def in_order_of_evaluation(by_walker, generations):
+    """(n_runs, generations * candidates, ...) to rows as the lockstep evaluates them."""
+    values = np.array(by_walker)
+    values = values.reshape(len(values), generations, -1, *values.shape[2:])
+    return values.swapaxes(0, 1).reshape(-1, *values.shape[3:])
+
+
+@pytest.mark.parametrize("problem", [Mixture(), Rosenbrock(3)], ids=["mixture", "rosenbrock"])
+@pytest.mark.parametrize("member", MEMBERS)
+def test_walkers_in_lockstep_go_as_one_after_the_other(member, problem):
+    assert_same_walks(problem, member(n_runs=3), 15)
+
+
+@pytest.mark.parametrize("problem", [Mixture(), Rosenbrock(3)], ids=["mixture", "rosenbrock"])
+@pytest.mark.parametrize("rule", ["a-geo1", "a-geo2"])
+@pytest.mark.parametrize("member", MEMBERS)
+def test_so_do_those_whose_tau_adapts(member, rule, problem):
+    assert_same_walks(problem, member(rule, 3), 15)
+
+
+@pytest.mark.parametrize(
+    ("problem", "algorithm"),
+    [
+        (Mixture(), MGEOReal(SIGMAS, 0.0, 4, "range")),
+        (Mixture(), MGEOReal2(SIGMAS, 8.0, 3)),
+        (Galski(1), MGEOReal(1.0, 2.0, 4, "relative")),
+        (Mixture(), MGEOCanonical(1.0, 4, BITS)),
+        (Mixture(), MGEOCanonical(1.0, 4, BITS, "gray")),
+        (Mixture(), MGEOVar(1.0, 4, BITS)),
+        (Mixture(), MGEOVar("a-geo2", 4, BITS, "gray")),
+    ],
+)
+def test_so_do_those_whose_variables_differ(problem, algorithm):
+    assert_same_walks(problem, algorithm, 15)
+
+
+@pytest.mark.parametrize("tau", [2.0, "a-geo1", "a-geo2"])
+@pytest.mark.parametrize("member", MEMBERS)
+def test_a_walk_does_not_depend_on_how_many_go_beside_it(member, tau):
+    problem = ZDT1(n_var=6)
+    _, many, _ = run(problem, member(tau, 9), 25)
+    for n_runs in (1, 4):
+        _, few, _ = run(problem, member(tau, n_runs), 25)
+        assert np.array_equal(few, many[:, :n_runs])
+
+
+def test_a_failed_or_infeasible_point_is_never_better_than_a_feasible_one():
+    # the walks above meet all three kinds
+    walk = Walk(Mixture(), moves_of(real(), Mixture()), 3.0, 7, 0)
+    for _ in range(30):
+        walk.generation()
+    assert {0, 1, 2} <= {
+        2 if not np.isfinite(f).all() else int(v > 0)
+        for f, v in zip(walk.F, walk.violation, strict=True)
+    }

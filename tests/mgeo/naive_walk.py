@@ -1,0 +1,186 @@
+"""One walker of each member on its own, in plain Python: the slow twin of the lockstep loop.
+
+`moves` says how a member codes and changes a point: `start(stream)` is the first one,
+`trials(point, stream)` are groups of (coordinate, new value), and `design(point)` its variables.
+"""
+
+import math
+
+import numpy as np
+
+
+class RealMoves:
+    """MGEO_real: one group, one step a variable."""
+
+    def __init__(self, problem, sigma, perturbation="absolute"):
+        self.xl, self.xu = problem.xl.tolist(), problem.xu.tolist()
+        self.n = self.length = problem.n_var
+        self.sigmas = np.broadcast_to(sigma, self.n).tolist()
+        self.perturbation = perturbation
+
+    def start(self, stream):
+        uniform = stream.random(self.n).tolist()
+        return [
+            low + (high - low) * u for low, high, u in zip(self.xl, self.xu, uniform, strict=True)
+        ]
+
+    def design(self, point):
+        return point
+
+    def step(self, point, i, deviation, noise):
+        scale = {
+            "absolute": 1.0,
+            "relative": point[i],
+            "range": self.xu[i] - self.xl[i],
+        }[self.perturbation]
+        return min(max(point[i] + deviation * scale * noise, self.xl[i]), self.xu[i])
+
+    def trials(self, point, stream):
+        noise = stream.standard_normal(self.n).tolist()
+        return [[(i, self.step(point, i, self.sigmas[i], noise[i])) for i in range(self.n)]]
+
+
+class Real2Moves(RealMoves):
+    """MGEO_real2: a group a variable, with ever smaller steps."""
+
+    def __init__(self, problem, sigma, perturbation, n_steps, divisor, schedule):
+        super().__init__(problem, sigma, perturbation)
+        self.n_steps, self.divisor, self.schedule = n_steps, divisor, schedule
+
+    def trials(self, point, stream):
+        noise = iter(stream.standard_normal(self.n * self.n_steps).tolist())
+        groups = []
+        for i in range(self.n):
+            deviation, group = self.sigmas[i], []
+            for j in range(1, self.n_steps + 1):
+                group.append((i, self.step(point, i, deviation, next(noise))))
+                if self.schedule == "factorial":
+                    deviation = deviation / (self.divisor * j)
+                else:
+                    deviation = deviation / self.divisor
+            groups.append(group)
+        return groups
+
+
+class BitMoves:
+    """Strings of bits; each is flipped, in one group or in a group a variable."""
+
+    def __init__(self, problem, bits, gray, a_group_per_variable):
+        self.xl, self.xu = problem.xl.tolist(), problem.xu.tolist()
+        self.bits = np.broadcast_to(bits, problem.n_var).tolist()
+        self.length = sum(self.bits)
+        self.gray, self.a_group_per_variable = gray, a_group_per_variable
+
+    def start(self, stream):
+        return [float(bit) for bit in stream.integers(0, 2, self.length)]
+
+    def design(self, point):
+        values, rest = [], list(point)
+        for low, high, count in zip(self.xl, self.xu, self.bits, strict=True):
+            text, rest = rest[:count], rest[count:]
+            number, before = 0, 0
+            for bit in text:
+                before = before ^ int(bit) if self.gray else int(bit)
+                number = 2 * number + before
+            values.append(min(low + (high - low) * (number / (2**count - 1)), high))
+        return values
+
+    def trials(self, point, stream):
+        flips = [(i, 1.0 - bit) for i, bit in enumerate(point)]
+        if not self.a_group_per_variable:
+            return [flips]
+        groups = []
+        for count in self.bits:
+            group, flips = flips[:count], flips[count:]
+            groups.append(group)
+        return groups
+
+
+class Walk:
+    """What one walker did.
+
+    Attributes
+    ----------
+    path : its points after each generation.
+    taus : (if tau adapts) the greediness it used, generation by generation.
+    X, F, violation : all that it evaluated, in order.
+    """
+
+    def __init__(self, problem, moves, tau, seed, walker, evaluates_itself=False):
+        self.problem, self.moves, self.tau = problem, moves, tau
+        self.evaluates_itself = evaluates_itself
+        self.stream = np.random.default_rng(np.random.SeedSequence(seed).spawn(walker + 1)[walker])
+        self.point = moves.start(self.stream)
+        self.path, self.taus, self.X, self.F, self.violation = [], [], [], [], []
+        n_obj = problem.n_obj
+        self.own_tau = [0.5] * n_obj
+        self.chance = [1.0 / math.sqrt(problem.n_var)] * n_obj
+        self.standing = self.best = [(2, 0.0)] * n_obj  # nothing is known of a first point
+
+    def evaluate(self, point):
+        """Its merit in each objective: feasible, infeasible, failed; smaller is better."""
+        x = self.moves.design(point)
+        out = self.problem.evaluate(
+            np.array([x]), return_values_of=["F", "G", "H"], return_as_dictionary=True
+        )
+        violation = sum(max(0.0, g) for g in out["G"][0].tolist())
+        violation += sum(max(0.0, abs(h) - 1e-4) for h in out["H"][0].tolist())
+        f = out["F"][0].tolist()
+        self.X.append(list(x))
+        self.F.append(f)
+        self.violation.append(violation)
+        if not all(math.isfinite(v) for v in f) or math.isnan(violation):
+            return [(2, 0.0)] * len(f)
+        return [(1, violation) if violation > 0 else (0, v) for v in f]
+
+    def generation(self):
+        if self.evaluates_itself:
+            self.standing = self.evaluate(self.point)
+            self.remember([self.standing])
+        groups = self.moves.trials(self.point, self.stream)
+        merits = []
+        for group in groups:
+            merits.append([])
+            for coordinate, value in group:
+                trial = list(self.point)
+                trial[coordinate] = value
+                merits[-1].append(self.evaluate(trial))
+        chosen = int(self.stream.random() * self.problem.n_obj)
+        ties = [self.stream.random(len(group)).tolist() for group in groups]
+        picks = [self.stream.random() for _ in groups]
+        every = [merit for group in merits for merit in group]
+        tau = self.adapt(chosen, every) if isinstance(self.tau, str) else self.tau
+        self.remember(every)
+        for group, merit, tie, pick in zip(groups, merits, ties, picks, strict=True):
+            ranking = sorted(range(len(group)), key=lambda i: (merit[i][chosen], tie[i]))
+            taken = ranking[inverse_of_power_law(pick, len(group), tau) - 1]
+            self.point[group[taken][0]] = group[taken][1]
+            self.standing = merit[taken]
+        self.path.append(list(self.point))
+        return self
+
+    def adapt(self, chosen, merits):
+        reference = (self.best if self.tau == "a-geo1" else self.standing)[chosen]
+        chance = sum(merit[chosen] < reference for merit in merits) / len(merits)
+        uniform, normal = self.stream.random(), self.stream.standard_normal()
+        if chance == 0:
+            self.own_tau[chosen] = 0.5 * math.exp(normal / math.sqrt(self.moves.length))
+        elif chance <= self.chance[chosen]:
+            self.own_tau[chosen] += (0.5 + chance) * uniform
+        self.chance[chosen] = chance
+        self.taus.append(list(self.own_tau))
+        return self.own_tau[chosen]
+
+    def remember(self, merits):
+        self.best = [min(column) for column in zip(self.best, *merits, strict=True)]
+
+
+def inverse_of_power_law(u, n, tau):
+    """Rank in 1..n whose share of the sum of k^-tau holds the fraction u."""
+    total = sum(k**-tau for k in range(1, n + 1))
+    reached = 0.0
+    for k in range(1, n + 1):
+        reached += k**-tau
+        if u * total < reached:
+            return k
+    return n
