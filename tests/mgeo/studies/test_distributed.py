@@ -1,0 +1,62 @@
+"""The same comparison on a Dask cluster of two worker processes, one of which dies."""
+
+import os
+import signal
+import threading
+import time
+
+import joblib
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.problems.multi import ZDT1
+
+from mgeo import MGEOReal, compare
+
+distributed = pytest.importorskip(
+    "distributed", reason="needs the extra: pip install 'mgeo[distributed]'"
+)
+
+PROBLEM = ZDT1(n_var=6)
+ALGORITHMS = {
+    "MGEO": MGEOReal(sigma=0.3, n_runs=5, perturbation="range"),
+    "NSGA-II": NSGA2(pop_size=20),
+}
+STUDY = {"n_eval": 2000, "seeds": 5, "grid": 4}
+
+
+@pytest.fixture
+def client():
+    # pytest turns warnings into errors, and Dask's are about this machine's memory and ports
+    cluster = distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50
+    )
+    with cluster, distributed.Client(cluster) as connected:
+        yield connected
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+def test_a_worker_that_dies_costs_time_and_nothing_else(client, tmp_path):
+    serial = compare(PROBLEM, ALGORITHMS, **STUDY)
+    before = set(client.run(os.getpid).values())
+    assert len(before) == 2
+    assert os.getpid() not in before
+    victim = min(before)
+    killed = []
+
+    def kill():
+        while len(list(tmp_path.glob("*.npz"))) < 2:
+            time.sleep(0.01)
+        os.kill(victim, signal.SIGKILL)
+        killed.append(len(list(tmp_path.glob("*.npz"))))
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    with joblib.parallel_config("dask"):
+        spread = compare(PROBLEM, ALGORITHMS, **STUDY, folder=tmp_path)
+    killer.join()
+    assert killed[0] < 10  # it died with runs still to be made
+    after = set(client.run(os.getpid).values())
+    assert victim not in after
+    assert spread.runs["status"].tolist() == ["finished"] * 10
+    assert spread.table.equals(serial.table)
