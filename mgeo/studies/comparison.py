@@ -42,7 +42,8 @@ class Comparison:
     table : tidy: one row per algorithm, seed and number of ``evaluations`` of the grid, in that
         order, with the indicators, the number of ``points`` on the front, and the columns of the
         problem's ``front_summary``. It does not depend on where or in what order runs were made.
-    runs : one row per run: whether it finished, its wall time [s], its error if it failed.
+    runs : one row per run: whether it finished, its wall time [s], how many of its evaluations
+        failed, its error if it failed as a whole.
     records : the finished runs by (algorithm, seed).
     space : where the indicators were measured.
     """

@@ -132,8 +132,10 @@ def _keyed(key: Key, task: Task) -> tuple[Key, Record | Failure]:
 def _run_row(key: Key, result: Record | Failure) -> dict[str, Any]:
     row: dict[str, Any] = {"algorithm": key[0], "seed": key[1]}
     if isinstance(result, Failure):
-        return row | {"status": "failed", "wall_time": np.nan, "error": result.error}
-    return row | {"status": "finished", "wall_time": result.wall_time, "error": ""}
+        row |= {"status": "failed", "wall_time": np.nan, "failed_evaluations": 0}
+        return row | {"error": result.error}
+    row |= {"status": "finished", "wall_time": result.wall_time}
+    return row | {"failed_evaluations": result.failed, "error": ""}
 
 
 def _labeled(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[str, Algorithm]:

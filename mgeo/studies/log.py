@@ -18,8 +18,9 @@ from mgeo.studies.record import Record
 class EvaluationLog:
     """Keeps every evaluation that no earlier batch covers: all that any front can be made of.
 
-    Infeasible solutions, and those with a value that is not finite, count as evaluations and are
-    otherwise left out, as is whatever comes after the first `n_eval`. So memory is bounded by
+    Infeasible solutions, those that failed (see `mgeo.TolerantEvaluator`) and those with a value
+    that is not finite count as evaluations and are otherwise left out, as is whatever comes after
+    the first `n_eval`. So memory is bounded by
     n_eval solutions; it is usually a small part of that.
 
     Parameters
@@ -30,11 +31,13 @@ class EvaluationLog:
     Attributes
     ----------
     seen : evaluations so far, beyond `n_eval` too.
+    failed : how many of the first `n_eval` failed.
     """
 
     def __init__(self, n_obj: int, n_eval: int) -> None:
         self.n_eval = n_eval
         self.seen = 0
+        self.failed = 0
         self._archive = ParetoArchive(n_obj)
         self._rows = 0
         self._numbers: list[Any] = []
@@ -46,7 +49,10 @@ class EvaluationLog:
         F = population.get("F").astype(float)
         numbers = np.arange(self.seen + 1, self.seen + 1 + len(F))
         self.seen += len(F)
+        failed = np.array([mark is True for mark in population.get("failed")], dtype=np.bool_)
+        self.failed += int(np.count_nonzero(failed & (numbers <= self.n_eval)))
         kept = population.get("feas") & np.isfinite(F).all(axis=1) & (numbers <= self.n_eval)
+        kept &= ~failed
         kept[kept] = uncovered(F[kept], self._archive.F)
         n = int(np.count_nonzero(kept))
         if not n:
@@ -68,6 +74,7 @@ class EvaluationLog:
             X=_numeric(self._X, rows),
             n_eval=self.n_eval,
             evaluations=self.seen,
+            failed=self.failed,
             wall_time=wall_time,
         )
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mgeo.dominance import FloatArray, nondominated
 
-_INTEGERS = ("n_eval", "evaluations")
+_INTEGERS = ("n_eval", "evaluations", "failed")
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +27,7 @@ class Record:
     X : (n, n_var) solutions of that front; (n, 0) if the variables are no numbers.
     n_eval : the evaluations that count.
     evaluations : how many were made; a last generation may go beyond `n_eval`.
+    failed : how many of the first `n_eval` failed.
     wall_time : duration of the run [s].
     """
 
@@ -36,6 +37,7 @@ class Record:
     X: FloatArray
     n_eval: int
     evaluations: int
+    failed: int
     wall_time: float
 
     @property

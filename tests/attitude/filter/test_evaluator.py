@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Scenario, Sensor, evaluate, reference_run
+from mgeo_attitude.filter.evaluator import available_threads
 from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.vector import cross
 
@@ -193,3 +194,12 @@ def test_model_survives_pickling(paper):
     copy = pickle.loads(pickle.dumps(paper))
     X = designs(np.random.default_rng(11), 3)
     np.testing.assert_array_equal(evaluate(copy, X).trace, evaluate(paper, X).trace)
+
+
+def test_threads_are_limited_by_the_variable_that_joblib_sets(monkeypatch):
+    monkeypatch.setattr("os.sched_getaffinity", lambda pid: set(range(8)), raising=False)
+    for limit, threads in (("3", 3), ("16", 8), ("0", 1), ("", 8), ("many", 8)):
+        monkeypatch.setenv("NUMBA_NUM_THREADS", limit)
+        assert available_threads() == threads
+    monkeypatch.delenv("NUMBA_NUM_THREADS")
+    assert available_threads() == 8

@@ -14,7 +14,7 @@ VALUES = {"A_1": [0.5, 0.6, 0.7], "B": [0.1, 0.2, 0.3], "C": [0.5, 0.65, 0.2]}
 def record(*F):
     points = np.array(F)
     rows = np.arange(len(points))
-    return Record(rows + 1, points, rows, np.empty((len(points), 0)), 100, 100, 1.0)
+    return Record(rows + 1, points, rows, np.empty((len(points), 0)), 100, 100, 0, 1.0)
 
 
 @pytest.fixture

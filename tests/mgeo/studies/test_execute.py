@@ -188,9 +188,11 @@ def test_global_random_state_is_seeded_and_put_back():
 def test_infeasible_and_undefined_points_count_but_are_no_front():
     result = compare(Half(), [NSGA2(pop_size=10)], 100, seeds=2, grid=[1, 100])
     for run in result.records.values():
+        assert run.failed > 0
         assert (run.X[:, 0] >= 0.5).all()
         assert not ((run.X[:, 0] > 0.6) & (run.X[:, 0] < 0.7)).any()
         assert np.isfinite(run.front_F).all()
+    assert (result.runs["failed_evaluations"] == [r.failed for r in result.records.values()]).all()
 
 
 @pytest.mark.parametrize(

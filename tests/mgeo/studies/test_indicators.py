@@ -130,7 +130,7 @@ def test_larger_is_better_after_turning():
 
 def test_the_trace_follows_the_front():
     F = np.array([[50.0, 1.0], [1.0, 50.0], [1.0, 1.0]])
-    record = Record(np.array([2, 3, 9]), F, np.array([2]), np.ones((1, 1)), 10, 10, 0.0)
+    record = Record(np.array([2, 3, 9]), F, np.array([2]), np.ones((1, 1)), 10, 10, 0, 0.0)
     space = indicator_space(Scaled(), [F])
     rows = trace(Scaled(), record, [1, 2, 8, 9, 10], space)
     assert [row["evaluations"] for row in rows] == [1, 2, 8, 9, 10]

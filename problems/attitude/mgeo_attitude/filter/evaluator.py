@@ -116,7 +116,13 @@ def evaluate(
 
 
 def available_threads() -> int:
-    """Processors this process may use."""
+    """Processors this process may use, and no more than ``NUMBA_NUM_THREADS`` says.
+
+    joblib sets that variable in the processes it starts, so that they share the processors.
+    """
     if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+        processors = len(os.sched_getaffinity(0))
+    else:
+        processors = os.cpu_count() or 1
+    limit = os.environ.get("NUMBA_NUM_THREADS", "")
+    return min(processors, max(1, int(limit))) if limit.isdecimal() else processors
