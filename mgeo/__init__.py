@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms import MGEOCanonical, MGEOReal, MGEOReal2, MGEOVar
 from mgeo.archive import ParetoArchive
+from mgeo.checkpoint import Checkpoint, resume
 from mgeo.evaluation import EvaluationError, TolerantEvaluator
+from mgeo.recorder import Recorder, read_record
 
 if TYPE_CHECKING:
     from mgeo.studies import compare
@@ -13,15 +15,19 @@ if TYPE_CHECKING:
 __version__ = version("mgeo")
 
 __all__ = [
+    "Checkpoint",
     "EvaluationError",
     "MGEOCanonical",
     "MGEOReal",
     "MGEOReal2",
     "MGEOVar",
     "ParetoArchive",
+    "Recorder",
     "TolerantEvaluator",
     "__version__",
     "compare",
+    "read_record",
+    "resume",
 ]
 
 

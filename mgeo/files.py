@@ -1,12 +1,18 @@
-"""Files that are written whole or not at all."""
+"""Files that are written whole or not at all, and arrays as the content of one."""
 
 from __future__ import annotations
 
+import io
 import os
+import re
 import secrets
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 
 def write_file(path: Path | str, content: bytes) -> None:
@@ -47,6 +53,38 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
                 temporary.unlink(missing_ok=True)
         raise
     _sync_folder(folder)
+
+
+def to_npz(arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """Arrays of numbers as the content of an .npz file."""
+    named: dict[str, Any] = dict(arrays)  # names that np.savez cannot take for its options
+    content = io.BytesIO()
+    np.savez(content, **named)
+    return content.getvalue()
+
+
+def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
+    """The arrays in it; nothing is unpickled.
+
+    Raises
+    ------
+    ValueError
+        If there is anything but numbers in it.
+    """
+    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+        return dict(archive)
+
+
+def remove_leftovers(path: Path | str) -> None:
+    """Remove what processes that were killed while they wrote this file have left beside it.
+
+    Only for a file that nobody else is writing at the time.
+    """
+    path = Path(path)
+    pattern = re.compile(rf"\.{re.escape(path.name)}\.[0-9a-f]{{8}}\.tmp")
+    for entry in path.parent.iterdir():
+        if pattern.fullmatch(entry.name):
+            entry.unlink(missing_ok=True)
 
 
 def _write_through(path: Path, content: bytes) -> None:

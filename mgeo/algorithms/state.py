@@ -10,7 +10,7 @@ import copy
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +22,8 @@ from pymoo.termination.max_eval import MaximumFunctionCallTermination
 from pymoo.termination.max_gen import MaximumGenerationTermination
 from pymoo.termination.max_time import TimeBasedTermination
 
+from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.evaluation import TolerantEvaluator
-
-if TYPE_CHECKING:
-    from mgeo.algorithms.base import ExtremalOptimization
 
 _START_ONLY = ("sampling",)  # parameters that say where to begin: not needed to go on
 _VALUES = ("X", "F", "G", "H", "CV", "n_gen")
@@ -57,9 +55,12 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
     ------
     ValueError : before `setup`, between ask and tell, or with one of pymoo's archives, whose
         truncation does not repeat.
-    TypeError : for a parameter that is no JSON value, or a named attribute that is no array.
+    TypeError : for an algorithm of another family, a parameter that is no JSON value, or a named
+        attribute that is no array.
     """
     name = type(algorithm).__name__
+    if not isinstance(algorithm, ExtremalOptimization):
+        raise TypeError(f"{name} is no member of the MGEO family, of which alone states are kept")
     if algorithm.problem is None:
         raise ValueError(f"this {name} has no state yet: expected one that was set up")
     if algorithm._asked is not None:
@@ -97,15 +98,12 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
     return SavedState(arrays, data)
 
 
-def restore(
-    saved: SavedState, family: type[ExtremalOptimization], problem: Problem, **options: Any
-) -> ExtremalOptimization:
+def restore(saved: SavedState, problem: Problem, **options: Any) -> ExtremalOptimization:
     """An algorithm that goes on where `capture` was called.
 
     Parameters
     ----------
     saved : what `capture` gave.
-    family : the class among whose imported descendants the algorithm's is looked for.
     problem : the same problem.
     options : as for `setup`: `callback`, `verbose`, ...; and a `termination`, if another one
         than the run had (always, if that is not kept).
@@ -117,7 +115,7 @@ def restore(
     """
     data, arrays = saved.data, saved.arrays
     try:
-        algorithm = _find(family, data["class"])(**data["parameters"])
+        algorithm = _find(data["class"])(**data["parameters"])
         if (termination := options.pop("termination", None)) is None:
             termination = _termination(data["termination"])
         options = {"return_least_infeasible": data["return_least_infeasible"], **options}
@@ -164,9 +162,9 @@ def _full_name(cls: type) -> str:
     return f"{cls.__module__}.{cls.__qualname__}"
 
 
-def _find(family: type[ExtremalOptimization], full_name: str) -> type[ExtremalOptimization]:
+def _find(full_name: str) -> type[ExtremalOptimization]:
     # only what is imported already: a file must not be able to import or to run anything
-    known = [family]
+    known: list[type[ExtremalOptimization]] = ExtremalOptimization.__subclasses__()
     for cls in known:
         known += cls.__subclasses__()
     for cls in reversed(known):

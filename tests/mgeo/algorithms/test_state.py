@@ -13,7 +13,6 @@ from pymoo.util.archive import MultiObjectiveArchive
 
 import mgeo.algorithms
 from mgeo import MGEOReal
-from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.state import SavedState, capture, restore
 
 from .members import MEMBERS
@@ -35,7 +34,7 @@ def begun(algorithm, problem, generations, n_gen=12):
 
 
 def again(run, **options):
-    return restore(through_json(capture(run)), ExtremalOptimization, run.problem, **options)
+    return restore(through_json(capture(run)), run.problem, **options)
 
 
 def assert_same_end(one, two):
@@ -107,7 +106,7 @@ def test_time_stands_still_between_the_runs(monkeypatch):
     run.start_time -= 40.0
     saved = capture(run)
     monkeypatch.setattr("time.time", lambda: run.start_time + 1e6)
-    restored = restore(saved, ExtremalOptimization, run.problem, termination=("time", 50.0))
+    restored = restore(saved, run.problem, termination=("time", 50.0))
     assert restored.termination.perc == pytest.approx(0.8, abs=0.1)
 
 
@@ -159,7 +158,7 @@ def test_what_does_not_fit_is_refused():
     saved = capture(run)
     unknown = SavedState(saved.arrays, {**saved.data, "class": "os.system"})
     with pytest.raises(ValueError, match=r"os\.system is no imported member of the family"):
-        restore(unknown, ExtremalOptimization, run.problem)
+        restore(unknown, run.problem)
     arrays = {key: value for key, value in saved.arrays.items() if key != "own_walkers"}
     with pytest.raises(ValueError, match="own_walkers is missing"):
-        restore(SavedState(arrays, saved.data), ExtremalOptimization, run.problem)
+        restore(SavedState(arrays, saved.data), run.problem)

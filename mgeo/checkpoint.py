@@ -1,0 +1,237 @@
+"""Runs that go on after a crash: checkpoints while they run, and `resume`.
+
+A checkpoint is one file, written whole or not at all and read without unpickling: a first line
+with the number of the format and the SHA-256 of the rest, then an .npz archive of the arrays and,
+as its entry ``json``, of everything else.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import time
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pymoo.core.callback import Callback, CallbackCollection
+from pymoo.core.problem import Problem
+
+from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.parameters import integer, number
+from mgeo.algorithms.state import SavedState, capture, restore
+from mgeo.files import from_npz, remove_leftovers, to_npz, write_file
+from mgeo.problem_identity import difference, identity
+from mgeo.recorder import Recorder
+
+FORMAT = 1
+_MAGIC = b"mgeo checkpoint"
+_MAX_SHARE = 0.02  # of the time of a run may go into checkpoints by the clock
+
+
+class Checkpoint(Callback):
+    """Callback that keeps the state of a run of the MGEO family in a file, for `resume`.
+
+    The first and the last generation are always kept, and in between whatever is due first. The
+    file always holds a whole checkpoint: where a new one cannot be written, the one before stays,
+    a RuntimeWarning tells it once and the run goes on. A `Recorder` that is a callback of the
+    same run (in a pymoo `CallbackCollection`) is brought up to date before each checkpoint.
+
+    Parameters
+    ----------
+    path : file to write; its folder must exist.
+    every_seconds : time between two checkpoints, None for no limit. It is stretched where
+        checkpoints would take more than 2 % of the time.
+    every_generations : generations between two checkpoints, None for no limit.
+    notes : called for each checkpoint; JSON values to keep with it, see `read_notes`.
+    warn : whether to warn when a checkpoint cannot be written.
+
+    Attributes
+    ----------
+    error : why the latest checkpoint could not be written, None if it was.
+
+    Raises
+    ------
+    FileNotFoundError : if the folder does not exist.
+    """
+
+    def __init__(
+        self,
+        path: Path | str,
+        *,
+        every_seconds: float | None = 5.0,
+        every_generations: int | None = None,
+        notes: Callable[[], Mapping[str, Any]] = dict,
+        warn: bool = True,
+    ) -> None:
+        super().__init__()
+        self.path = Path(path)
+        if not self.path.parent.is_dir():
+            raise FileNotFoundError(f"{self.path.parent} is no folder to write a checkpoint into")
+        self.every_seconds = (
+            math.inf if every_seconds is None else number("every_seconds", every_seconds, low=0)
+        )
+        self.every_generations = (
+            None
+            if every_generations is None
+            else integer("every_generations", every_generations, low=1)
+        )
+        self.notes = notes
+        self.warn = warn
+        self.error: OSError | None = None
+        self._start_time: float | None = None  # of the run that is kept
+        self._next_time = -math.inf
+        self._last_generation = -1
+        remove_leftovers(self.path)
+
+    def _update(self, algorithm: Any) -> None:
+        # pymoo calls `update` alone within a CallbackCollection, and last of all elsewhere
+        for recorder in _recorders(algorithm.callback):
+            recorder.take(algorithm)
+        if self._due(algorithm) or algorithm.termination.has_terminated():
+            self.write(algorithm)
+
+    def write(self, algorithm: ExtremalOptimization) -> None:
+        """Write a checkpoint now, unless this generation has one already.
+
+        Raises
+        ------
+        ValueError, TypeError : if the algorithm has no state to keep, see
+            `mgeo.algorithms.state.capture`.
+        """
+        same_run = algorithm.start_time == self._start_time
+        if same_run and self.error is None and algorithm.n_generations == self._last_generation:
+            return
+        began = time.monotonic()
+        content = pack(algorithm, self.notes())
+        try:
+            for recorder in _recorders(algorithm.callback):
+                recorder.flush()
+            write_file(self.path, content)
+        except OSError as error:
+            if self.warn and self.error is None:
+                warnings.warn(
+                    f"no checkpoint was written: {error}; the run goes on",
+                    RuntimeWarning,
+                    stacklevel=2,
+                )
+            self.error = error
+        else:
+            self.error = None
+            self._last_generation = algorithm.n_generations
+            self._start_time = algorithm.start_time
+        now = time.monotonic()
+        self._next_time = now + max(self.every_seconds, (now - began) / _MAX_SHARE)
+
+    def _due(self, algorithm: ExtremalOptimization) -> bool:
+        if algorithm.start_time != self._start_time:
+            return True
+        since = algorithm.n_generations - self._last_generation
+        by_count = self.every_generations is not None and since >= self.every_generations
+        return by_count or time.monotonic() >= self._next_time
+
+
+@dataclass(frozen=True, eq=False)
+class Contents:
+    """What is in a checkpoint."""
+
+    state: SavedState
+    problem: Mapping[str, Any]
+    notes: Mapping[str, Any]
+    versions: Mapping[str, str]
+
+
+def resume(
+    path: Path | str, problem: Problem, termination: Any = None, **options: Any
+) -> ExtremalOptimization:
+    """The algorithm of a checkpoint, ready to go on exactly as the run would have.
+
+    Parameters
+    ----------
+    path : file that a `Checkpoint` wrote.
+    problem : the problem of that run.
+    termination : a new one, counted from the beginning of the run, in any form that pymoo
+        takes; None for the one the run had.
+    options : as for pymoo's `setup`: ``callback`` (to go on with checkpoints), ``verbose``, ...
+
+    Returns
+    -------
+    The algorithm: call ``run()`` for its result, or go on by ``next`` or ask and tell.
+
+    Raises
+    ------
+    FileNotFoundError : if there is no such file.
+    ValueError : if it is no whole checkpoint of this version and this problem, or the
+        termination cannot be kept in a file and no new one is given.
+    """
+    contents = read(path)
+    found = difference(contents.problem, identity(problem))
+    if found:
+        raise ValueError(f"{path} belongs to another problem: {found}")
+    try:
+        return restore(contents.state, problem, termination=termination, **options)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def read_notes(path: Path | str) -> Mapping[str, Any]:
+    """The notes in a checkpoint.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError : as `resume`, of which it reads no more than it needs.
+    """
+    return read(path).notes
+
+
+def pack(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
+    """The content of a checkpoint file."""
+    state = capture(algorithm)
+    data = {
+        "versions": {name: version(name) for name in ("mgeo", "pymoo", "numpy")},
+        "problem": identity(algorithm.problem),
+        "notes": dict(notes),
+        "state": dict(state.data),
+    }
+    text = np.frombuffer(json.dumps(data).encode(), dtype=np.uint8)
+    body = to_npz({"json": text, **state.arrays})
+    return _MAGIC + f" {FORMAT} {hashlib.sha256(body).hexdigest()}\n".encode() + body
+
+
+def read(path: Path | str) -> Contents:
+    """What a checkpoint file holds; nothing in it is executed.
+
+    Raises
+    ------
+    FileNotFoundError : if there is no such file.
+    ValueError : if it is no whole checkpoint of this version.
+    """
+    head, _, body = Path(path).read_bytes().partition(b"\n")
+    words = head.removeprefix(_MAGIC).split()
+    if not head.startswith(_MAGIC) or len(words) != 2:
+        raise ValueError(f"{path} is no checkpoint of mgeo, or its beginning is damaged")
+    if words[0] != str(FORMAT).encode():
+        raise ValueError(
+            f"{path} has format {words[0].decode(errors='replace')}: this version of mgeo reads "
+            f"format {FORMAT}"
+        )
+    if hashlib.sha256(body).hexdigest().encode() != words[1]:
+        raise ValueError(f"{path} is damaged: it is cut short, or its content was changed")
+    arrays = from_npz(body)
+    data = json.loads(arrays.pop("json").tobytes())
+    return Contents(
+        SavedState(arrays, data["state"]), data["problem"], data["notes"], data["versions"]
+    )
+
+
+def _recorders(callback: Any) -> Iterator[Recorder]:
+    if isinstance(callback, Recorder):
+        yield callback
+    elif isinstance(callback, CallbackCollection):
+        for each in callback.callbacks:
+            yield from _recorders(each)

@@ -1,0 +1,38 @@
+"""Which problem is meant, as plain data, so that files of one are not taken for another's."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from pymoo.core.problem import Problem
+
+
+def identity(problem: Problem) -> dict[str, Any]:
+    """Class, sizes, bounds and, if the problem has them, ``options()``; JSON values."""
+    options = problem.options() if hasattr(problem, "options") else None
+    data = {
+        "class": type(problem).__name__,
+        "n_var": problem.n_var,
+        "n_obj": problem.n_obj,
+        "n_ieq_constr": problem.n_ieq_constr,
+        "n_eq_constr": problem.n_eq_constr,
+        "xl": np.asarray(problem.xl, dtype=float).tolist(),
+        "xu": np.asarray(problem.xu, dtype=float).tolist(),
+        "options": options,
+    }
+    read_back: dict[str, Any] = json.loads(json.dumps(data, default=str))
+    return read_back
+
+
+def difference(expected: Any, found: Any, name: str = "") -> str:
+    """The first difference of two JSON values, in words; empty if there is none."""
+    if isinstance(expected, Mapping) and isinstance(found, Mapping):
+        for key in [*expected, *(key for key in found if key not in expected)]:
+            below = f"{name}.{key}" if name else key
+            if text := difference(expected.get(key), found.get(key), below):
+                return text
+        return ""
+    return "" if expected == found else f"{name} = {found!r}, expected {expected!r}"

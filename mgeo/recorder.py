@@ -1,0 +1,243 @@
+"""Every evaluation of a run, in files that can be read while it goes on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pymoo.core.callback import Callback
+from pymoo.core.individual import Individual
+from pymoo.core.population import Population
+
+from mgeo.algorithms.parameters import integer, number
+from mgeo.recorder_files import (
+    COLUMNS,
+    Index,
+    Rows,
+    cut,
+    read_chunk,
+    read_index,
+    remove_partial_files,
+    write_chunk,
+    write_index,
+)
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_ATTEMPTS = 10  # at reading a record that changes meanwhile
+
+
+class Recorder(Callback):
+    """Callback that writes every candidate of a run into a folder, for `read_record`.
+
+    It takes the place of pymoo's ``save_history``, which keeps a copy of the whole algorithm per
+    generation in memory: here at most `chunk_rows` rows and one generation wait to be written.
+    It works with every pymoo algorithm that hands its candidates over a generation at a time.
+
+    With the callback of a resumed run (see `mgeo.resume`) on the same folder, rows recorded after
+    the checkpoint are replaced by those the resumed run makes: none is lost or doubled.
+
+    Parameters
+    ----------
+    folder : where to write; made if it does not exist.
+    every_seconds : time after which rows are written though the chunk is not full.
+    chunk_rows : rows of a full chunk.
+    overwrite : whether a new run may replace a record in the folder.
+
+    Raises
+    ------
+    NotADirectoryError : if `folder` is a file.
+    """
+
+    def __init__(
+        self,
+        folder: Path | str,
+        *,
+        every_seconds: float = 5.0,
+        chunk_rows: int = 8192,
+        overwrite: bool = False,
+    ) -> None:
+        super().__init__()
+        self.folder = Path(folder)
+        if self.folder.exists() and not self.folder.is_dir():
+            raise NotADirectoryError(f"{folder} is a file: expected a folder to record into")
+        self.every_seconds = number("every_seconds", every_seconds, low=0)
+        self.chunk_rows = integer("chunk_rows", chunk_rows, low=1)
+        self.overwrite = overwrite
+        self._index: Index | None = None  # of full chunks; the growing one is in the buffer
+        self._buffer: list[Rows] = []
+        self._written = 0  # rows of the buffer that are in a file
+        self._start_time: float | None = None  # of the run that is recorded
+        self._generation = 0
+        self._n_eval = 0
+        self._next_time = 0.0
+
+    def _update(self, algorithm: Any) -> None:
+        # pymoo calls `update` alone within a CallbackCollection, and last of all elsewhere
+        self.take(algorithm)
+
+    def take(self, algorithm: Any) -> None:
+        """Record the generation that has just ended, unless it has been.
+
+        Raises
+        ------
+        ValueError : if the folder holds the record of another run, or the algorithm evaluates
+            more than it hands over.
+        OSError : if a file cannot be written; the record is then as it was.
+        """
+        generation = int(algorithm.n_iter)
+        same_run = algorithm.start_time == self._start_time
+        if same_run and generation == self._generation:
+            return
+        candidates = algorithm.pop if algorithm.off is None else algorithm.off
+        if isinstance(candidates, Individual):
+            candidates = Population.create(candidates)
+        if not same_run:
+            self._open(algorithm, generation)
+        elif algorithm.evaluator.n_eval - self._n_eval > len(candidates):
+            raise ValueError(
+                f"{type(algorithm).__name__} made {algorithm.evaluator.n_eval - self._n_eval} "
+                f"evaluations in generation {generation} and hands over {len(candidates)}: a "
+                "Recorder expects all of them"
+            )
+        self._buffer.append(_rows(candidates, generation))
+        self._start_time = algorithm.start_time
+        self._generation, self._n_eval = generation, algorithm.evaluator.n_eval
+        due = self._waiting() >= self.chunk_rows
+        if due or time.monotonic() >= self._next_time or algorithm.termination.has_terminated():
+            self.flush()
+
+    def flush(self) -> None:
+        """Write what waits to be written.
+
+        Raises
+        ------
+        OSError : if a file cannot be written; the record is then as it was.
+        """
+        waiting = self._waiting()
+        if self._index is None or waiting == self._written:
+            return
+        rows = {name: np.concatenate([part[name] for part in self._buffer]) for name in COLUMNS}
+        chunk = write_chunk(self.folder, self._index.rows, rows)
+        index = replace(self._index, chunks=(*self._index.chunks, chunk))
+        write_index(self.folder, index)
+        if waiting >= self.chunk_rows:
+            self._index, self._buffer, self._written = index, [], 0
+        else:
+            self._buffer, self._written = [rows], waiting
+        self._next_time = time.monotonic() + self.every_seconds
+
+    def _waiting(self) -> int:
+        return sum(len(part["generation"]) for part in self._buffer)
+
+    def _open(self, algorithm: Any, generation: int) -> None:
+        from mgeo.runs.names import column_names
+
+        variables, objectives = column_names(algorithm.problem)
+        fresh = Index(list(variables), list(objectives))
+        self.folder.mkdir(parents=True, exist_ok=True)
+        found = read_index(self.folder)
+        if generation == 1:
+            if found is not None and not self.overwrite:
+                raise ValueError(
+                    f"{self.folder} holds a record of {found.rows} evaluations: choose another "
+                    "folder, or overwrite=True"
+                )
+            write_index(self.folder, fresh)
+            found = fresh
+        remove_partial_files(self.folder)
+        if found is None:
+            raise ValueError(
+                f"{self.folder} holds no record: expected that of the generations before "
+                f"{generation}"
+            )
+        if replace(found, chunks=()) != fresh:
+            raise ValueError(f"{self.folder} holds the record of another problem")
+        index, rest = cut(self.folder, found, generation)
+        parts = [] if rest is None else [rest]
+        ends = [chunk.last for chunk in index.chunks]
+        ends += [int(part["generation"][-1]) for part in parts]
+        if max(ends, default=0) != generation - 1:
+            raise ValueError(
+                f"{self.folder} ends with generation {max(ends, default=0)}: expected the "
+                f"generations before {generation}"
+            )
+        self._index, self._buffer, self._written = index, parts, 0
+
+
+def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.DataFrame:
+    """A record as a table: one row per evaluation, in order; also while the run goes on.
+
+    Parameters
+    ----------
+    folder : what a `Recorder` wrote.
+    columns : which ones to read, None for all: ``generation`` (from 1), each variable and each
+        objective by its name, the constraints ``g1``, ..., ``h1``, ..., and ``failed``. The
+        objectives of a failed evaluation are NaN.
+
+    Raises
+    ------
+    FileNotFoundError : if there is no record.
+    ValueError : if the record is damaged, or has no such column.
+    """
+    import pandas as pd
+
+    folder = Path(folder)
+    for _ in range(_ATTEMPTS):
+        index = _index_of(folder)
+        try:
+            parts = [_table(read_chunk(folder, chunk), index, columns) for chunk in index.chunks]
+        except FileNotFoundError as error:
+            missing = error  # replaced by the run meanwhile: the new index tells by which
+            continue
+        if parts:
+            return pd.concat(parts, ignore_index=True)
+        names = ["generation", *index.variables, *index.objectives, "failed"]
+        return pd.DataFrame(columns=names if columns is None else list(columns))
+    raise ValueError(f"{folder} is damaged: {missing}")
+
+
+def _index_of(folder: Path) -> Index:
+    index = read_index(folder)
+    if index is None:
+        raise FileNotFoundError(f"{folder} holds no record")
+    return index
+
+
+def _table(rows: Rows, index: Index, columns: Sequence[str] | None) -> pd.DataFrame:
+    import pandas as pd
+
+    values = {"generation": rows["generation"]}
+    constraints = [[f"{name.lower()}{j + 1}" for j in range(rows[name].shape[1])] for name in "GH"]
+    names = [index.variables, index.objectives, *constraints]
+    for array, keys in zip("XFGH", names, strict=True):
+        values |= {key: rows[array][:, j] for j, key in enumerate(keys)}
+    values["failed"] = rows["failed"]
+    if columns is not None:
+        unknown = [name for name in columns if name not in values]
+        if unknown:
+            raise ValueError(f"column {unknown[0]!r}: expected one of {', '.join(values)}")
+        values = {name: values[name] for name in columns}
+    return pd.DataFrame(values)
+
+
+def _rows(candidates: Population, generation: int) -> Rows:
+    X, F, G, H = candidates.get("X", "F", "G", "H")
+    if X.dtype == object:
+        raise ValueError("variables of mixed types: a Recorder expects numbers")
+    failed = np.array([bool(mark) for mark in candidates.get("failed")])
+    F = np.where(failed[:, None], np.nan, F.astype(float))
+    n = len(candidates)
+    return {
+        "generation": np.full(n, generation, dtype=np.int64),
+        "X": X,
+        "F": F,
+        "G": G.reshape(n, -1).astype(float),
+        "H": H.reshape(n, -1).astype(float),
+        "failed": failed,
+    }

@@ -1,0 +1,131 @@
+"""The files of a record: chunks of rows that never change, and an index that names them.
+
+``index.json`` is replaced as a whole and lists the chunks, in order, with the SHA-256 of each; a
+chunk is an .npz archive of the columns. So whoever reads the index first sees a consistent record
+at any time, also while a run adds to it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from mgeo.files import from_npz, remove_leftovers, to_npz, write_file
+
+FORMAT = 1
+INDEX = "index.json"
+COLUMNS = ("generation", "X", "F", "G", "H", "failed")
+_CHUNK = re.compile(r"rows-\d{12}-\d{12}\.npz")
+
+Rows = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Rows of the generations `first` to `last`, in one file."""
+
+    file: str
+    rows: int
+    first: int
+    last: int
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Index:
+    """What a record consists of: names of the variables and objectives, and its chunks."""
+
+    variables: Sequence[str]
+    objectives: Sequence[str]
+    chunks: tuple[Chunk, ...] = ()
+
+    @property
+    def rows(self) -> int:
+        """Rows of all chunks."""
+        return sum(chunk.rows for chunk in self.chunks)
+
+
+def read_index(folder: Path) -> Index | None:
+    """The index in a folder, None if there is none.
+
+    Raises
+    ------
+    ValueError : if it is not as `write_index` writes it, or of another version.
+    """
+    path = folder / INDEX
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    except ValueError as error:
+        raise ValueError(f"{path} is damaged: {error}") from error
+    found = data.get("format") if isinstance(data, Mapping) else None
+    if found != FORMAT:
+        raise ValueError(f"{path}: format = {found!r}: this version of mgeo reads {FORMAT}")
+    try:
+        chunks = tuple(Chunk(**chunk) for chunk in data["chunks"])
+        return Index(data["variables"], data["objectives"], chunks)
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"{path} is damaged: {error}") from error
+
+
+def write_index(folder: Path, index: Index) -> None:
+    """Replace the index, then remove chunks that it does not name."""
+    data = {"format": FORMAT, **asdict(index)}
+    write_file(folder / INDEX, json.dumps(data, indent=1).encode())
+    named = {chunk.file for chunk in index.chunks}
+    for path in folder.iterdir():
+        if _CHUNK.fullmatch(path.name) and path.name not in named:
+            path.unlink(missing_ok=True)
+
+
+def remove_partial_files(folder: Path) -> None:
+    """Remove what a process that was killed while it wrote here has left."""
+    for name in {
+        INDEX,
+        *(re.sub(r"^\.|\.[0-9a-f]{8}\.tmp$", "", p.name) for p in folder.iterdir()),
+    }:
+        if name == INDEX or _CHUNK.fullmatch(name):
+            remove_leftovers(folder / name)
+
+
+def write_chunk(folder: Path, start: int, rows: Rows) -> Chunk:
+    """Write rows as the chunk that begins with row number `start`."""
+    content = to_npz({name: rows[name] for name in COLUMNS})
+    n = len(rows["generation"])
+    file = f"rows-{start:012}-{start + n:012}.npz"
+    write_file(folder / file, content)
+    first, last = int(rows["generation"][0]), int(rows["generation"][-1])
+    return Chunk(file, n, first, last, hashlib.sha256(content).hexdigest())
+
+
+def read_chunk(folder: Path, chunk: Chunk) -> Rows:
+    """The rows of a chunk.
+
+    Raises
+    ------
+    FileNotFoundError : if it is not there (any more).
+    ValueError : if it is damaged.
+    """
+    content = (folder / chunk.file).read_bytes()
+    if not _CHUNK.fullmatch(chunk.file) or hashlib.sha256(content).hexdigest() != chunk.sha256:
+        raise ValueError(f"{folder / chunk.file} is damaged: it is not what the index says")
+    return from_npz(content)
+
+
+def cut(folder: Path, index: Index, generation: int) -> tuple[Index, Rows | None]:
+    """The part of a record before a generation: whole chunks, and the rows of a chunk cut off."""
+    whole = tuple(chunk for chunk in index.chunks if chunk.last < generation)
+    broken = [chunk for chunk in index.chunks if chunk.first < generation <= chunk.last]
+    if not broken:
+        return replace(index, chunks=whole), None
+    rows = read_chunk(folder, broken[0])
+    kept = rows["generation"] < generation
+    return replace(index, chunks=whole), {name: column[kept] for name, column in rows.items()}

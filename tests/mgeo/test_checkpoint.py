@@ -1,0 +1,276 @@
+"""A run that stops anywhere goes on from its last checkpoint as if it had not stopped."""
+
+import errno
+import hashlib
+import itertools
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.callback import CallbackCollection
+from pymoo.optimize import minimize
+from pymoo.problems.multi import BNH, ZDT1, ZDT2
+
+import mgeo.algorithms
+from mgeo import Checkpoint, MGEOReal, Recorder, TolerantEvaluator, read_record, resume
+from mgeo.checkpoint import read_notes
+
+PROBLEM = ZDT1(n_var=4)
+PUBLISHED = [getattr(mgeo.algorithms, name) for name in mgeo.algorithms.__all__]
+
+
+class Dying(ZDT1):
+    """Evaluates so many batches and then raises what no evaluator catches."""
+
+    def __init__(self, batches, **options):
+        super().__init__(**options)
+        self.left = batches
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        if not self.left:
+            raise KeyboardInterrupt
+        self.left -= 1
+        super()._evaluate(X, out, *args, **kwargs)
+
+
+Dying.__name__ = "ZDT1"
+
+
+def solve(problem=PROBLEM, algorithm=None, n_gen=12, **options):
+    algorithm = algorithm or MGEOReal(0.2, n_runs=3)
+    return minimize(problem, algorithm, ("n_gen", n_gen), **{"seed": 3, **options})
+
+
+def broken_off(path, batches, algorithm=None, n_gen=12, **options):
+    with pytest.raises(KeyboardInterrupt):
+        solve(
+            Dying(batches, n_var=4),
+            algorithm,
+            n_gen,
+            **{"callback": Checkpoint(path, every_generations=1), **options},
+        )
+
+
+def same(a, b):
+    return all(np.array_equal(getattr(a, key), getattr(b, key)) for key in ("X", "F", "G", "H"))
+
+
+@pytest.mark.parametrize("cls", PUBLISHED)
+@pytest.mark.parametrize("batches", [1, 5, 11])
+def test_every_member_ends_as_if_it_had_not_stopped(cls, batches, tmp_path):
+    path = tmp_path / "run.checkpoint"
+    broken_off(path, batches, cls(n_runs=3))
+    resumed = resume(path, PROBLEM)
+    assert resumed.n_generations == batches
+    result = resumed.run()
+    expected = solve(algorithm=cls(n_runs=3))
+    assert same(result, expected)
+    assert np.array_equal(result.pop.get("X"), expected.pop.get("X"))
+    assert resumed.evaluator.n_eval == expected.algorithm.evaluator.n_eval
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_a_finished_run_is_extended(tmp_path):
+    path = tmp_path / "run.checkpoint"
+    first = solve(n_gen=8, callback=Checkpoint(path, every_seconds=1e9))
+    at_rest = resume(path, PROBLEM)
+    assert not at_rest.has_next()
+    assert same(at_rest.result(), first)
+    for termination in (("n_gen", 20), ("n_eval", 240), "n_gen"):
+        longer = resume(path, PROBLEM, termination)
+        if termination != "n_gen":  # without a limit
+            assert same(longer.run(), solve(n_gen=20))
+        assert longer.has_next() is (termination == "n_gen")
+    assert same(minimize(PROBLEM, resume(path, PROBLEM, ("n_gen", 20))), solve(n_gen=20))
+
+
+def test_counts_of_failures_go_on(tmp_path):
+    def evaluate(self, X, out, *args, **kwargs):
+        ZDT1._evaluate(self, X, out)
+        out["F"][X[:, 0] > 0.5] = np.nan
+
+    problem = type("ZDT1", (ZDT1,), {"_evaluate": evaluate})(n_var=4)
+    path = tmp_path / "run.checkpoint"
+    solve(problem, n_gen=5, callback=Checkpoint(path))
+    resumed = resume(path, problem, ("n_gen", 12))
+    resumed.run()
+    expected = solve(problem).algorithm.evaluator
+    assert resumed.evaluator.counts() == expected.counts()
+    assert expected.n_failed > 0
+
+
+def test_checkpoints_come_when_they_are_due(tmp_path, monkeypatch):
+    path = tmp_path / "run.checkpoint"
+    clock = itertools.count()  # every look at it takes a second
+    monkeypatch.setattr("mgeo.checkpoint.time.monotonic", lambda: float(next(clock)))
+    written = []
+    monkeypatch.setattr(
+        "mgeo.checkpoint.write_file", lambda path, content: written.append(len(content))
+    )
+    solve(n_gen=20, callback=Checkpoint(path, every_seconds=None, every_generations=6))
+    assert len(written) == 5  # 1, 7, 13, 19 and the last
+    written.clear()
+    # writing takes a second: fifty times that pass before the next
+    solve(n_gen=120, callback=Checkpoint(path, every_seconds=5))
+    assert len(written) == 1 + 2 + 1
+    written.clear()
+    solve(n_gen=20, callback=Checkpoint(path, every_seconds=None))
+    assert len(written) == 2
+
+
+def test_one_object_may_keep_several_runs(tmp_path):
+    callback = Checkpoint(tmp_path / "run.checkpoint", every_seconds=None)
+    solve(n_gen=5, callback=callback)
+    solve(n_gen=5, seed=4, callback=callback)
+    assert same(resume(callback.path, PROBLEM).result(), solve(n_gen=5, seed=4))
+
+
+def test_what_cannot_be_written_leaves_the_one_before_and_the_run_goes_on(tmp_path, monkeypatch):
+    path = tmp_path / "run.checkpoint"
+    callback = Checkpoint(path, every_generations=1)
+    fsync, calls = mgeo.files.os.fsync, itertools.count()
+
+    def full(descriptor):
+        if 9 < next(calls) < 15:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        fsync(descriptor)
+
+    monkeypatch.setattr("mgeo.files.os.fsync", full)
+    kept = []
+
+    def watch(algorithm):
+        callback(algorithm)
+        kept.append((resume(path, PROBLEM).n_generations, callback.error is None))
+
+    with pytest.warns(RuntimeWarning, match="no checkpoint was written: .*No space left") as told:
+        solve(callback=watch)
+    assert len(told) == 1
+    assert kept[:5] == [(g, True) for g in range(1, 6)]
+    assert (5, False) in kept
+    assert kept[-1] == (12, True)
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_leftovers_of_a_killed_writer_are_removed(tmp_path):
+    path = tmp_path / "run.checkpoint"
+    (tmp_path / ".run.checkpoint.0123abcd.tmp").write_bytes(b"half")
+    (tmp_path / ".other.checkpoint.0123abcd.tmp").write_bytes(b"half")
+    solve(n_gen=1, callback=Checkpoint(path))
+    assert {p.name for p in tmp_path.iterdir()} == {
+        path.name, ".other.checkpoint.0123abcd.tmp",
+    }  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def checkpoint(tmp_path_factory):
+    path = tmp_path_factory.mktemp("kept") / "run.checkpoint"
+    solve(n_gen=4, callback=Checkpoint(path))
+    return path
+
+
+def test_any_cut_and_any_changed_byte_is_noticed(checkpoint, tmp_path):
+    content = checkpoint.read_bytes()
+    path = tmp_path / "bad"
+    generator = np.random.default_rng(5)
+    cuts = {0, 1, 14, 15, 20, 90, len(content) - 1, *generator.integers(0, len(content), 100)}
+    changed = {*range(90), *generator.integers(0, len(content), 300)}
+    damaged = [content[:n] for n in cuts]
+    for at in changed:
+        damaged.append(content[:at] + bytes([content[at] ^ 0x41]) + content[at + 1 :])
+    damaged += [content + b"x", b"", b"\n", np.random.default_rng(1).bytes(500)]
+    for bad in damaged:
+        path.write_bytes(bad)
+        with pytest.raises(ValueError, match=r"bad (is no|is dam|has format)"):
+            resume(path, PROBLEM)
+
+
+def test_another_version_is_named(checkpoint, tmp_path):
+    path = tmp_path / "new"
+    path.write_bytes(checkpoint.read_bytes().replace(b"checkpoint 1 ", b"checkpoint 2 ", 1))
+    with pytest.raises(ValueError, match="has format 2: this version of mgeo reads format 1"):
+        resume(path, PROBLEM)
+
+
+def test_objects_in_a_file_are_not_unpickled(tmp_path):
+    np.savez(tmp_path / "x.npz", json=np.array([print], dtype=object))
+    body = (tmp_path / "x.npz").read_bytes()
+    head = f"mgeo checkpoint 1 {hashlib.sha256(body).hexdigest()}\n"
+    (tmp_path / "bad").write_bytes(head.encode() + body)
+    with pytest.raises(ValueError, match="allow_pickle=False"):
+        resume(tmp_path / "bad", PROBLEM)
+
+
+class WithOptions(ZDT1):
+    def __init__(self, **loads):
+        super().__init__(n_var=4)
+        self.loads = loads
+
+    def options(self):
+        return {"loads": self.loads}
+
+
+def test_another_problem_is_refused_by_its_first_difference(checkpoint, tmp_path):
+    for problem, message in (
+        (ZDT2(n_var=4), r"class = 'ZDT2', expected 'ZDT1'"),
+        (ZDT1(n_var=5), r"n_var = 5, expected 4"),
+        (BNH(), r"class = 'BNH', expected 'ZDT1'"),
+    ):
+        with pytest.raises(ValueError, match=f"belongs to another problem: {message}"):
+            resume(checkpoint, problem)
+    path = tmp_path / "run.checkpoint"
+    solve(WithOptions(wind=1.5, snow=2), n_gen=1, callback=Checkpoint(path))
+    with pytest.raises(ValueError, match=r"options.loads.wind = None, expected 1.5"):
+        resume(path, WithOptions(snow=2))
+    with pytest.raises(ValueError, match=r"options.loads.rain = 1, expected None"):
+        resume(path, WithOptions(wind=1.5, snow=2, rain=1))
+    assert resume(path, WithOptions(wind=1.5, snow=2)).n_generations == 1
+
+
+def test_bad_arguments(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no folder to write a checkpoint into"):
+        Checkpoint(tmp_path / "none" / "run.checkpoint")
+    with pytest.raises(FileNotFoundError):
+        resume(tmp_path / "none", PROBLEM)
+    with pytest.raises(ValueError, match="every_generations = 0"):
+        Checkpoint(tmp_path / "a", every_generations=0)
+    with pytest.raises(ValueError, match="every_seconds = -1"):
+        Checkpoint(tmp_path / "a", every_seconds=-1)
+    with pytest.raises(TypeError, match="NSGA2 is no member of the MGEO family"):
+        solve(algorithm=NSGA2(8), callback=Checkpoint(tmp_path / "a"))
+
+
+def test_options_of_the_new_run_and_notes(tmp_path):
+    path = tmp_path / "run.checkpoint"
+    solve(n_gen=2, callback=Checkpoint(path, notes=lambda: {"why": "test"}))
+    assert read_notes(path) == {"why": "test"}
+    seen, evaluator = [], TolerantEvaluator(patience=7)
+    resumed = resume(path, PROBLEM, ("n_gen", 5), callback=lambda a: seen.append(a.n_gen),
+                     evaluator=evaluator)  # fmt: skip
+    resumed.run()
+    assert seen == [3, 4, 5]
+    assert resumed.evaluator is evaluator
+    assert evaluator.n_eval == 5 * 12
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("batches", [1, 6, 11])
+def test_a_record_is_complete_after_resuming(order, batches, tmp_path):
+    path, folder = tmp_path / "run.checkpoint", tmp_path / "record"
+
+    def callbacks():
+        # checkpoints every third generation, so the record is ahead of them
+        keep = Checkpoint(path, every_seconds=None, every_generations=3)
+        record = Recorder(folder, every_seconds=0, chunk_rows=30)
+        return CallbackCollection(*(keep, record)[::order])
+
+    broken_off(path, batches, callback=callbacks())
+    assert len(read_record(folder)) == 12 * batches
+    resumed = resume(path, PROBLEM, callback=callbacks())
+    assert resumed.n_generations < batches or batches == 1
+    resumed.run()
+    table = read_record(folder)
+    seen = []
+    solve(callback=lambda a: seen.append(a.pop.get("X", "F")))
+    assert table["generation"].tolist() == np.repeat(np.arange(1, 13), 12).tolist()
+    assert np.array_equal(table.iloc[:, 1:5], np.concatenate([X for X, _ in seen]))
+    assert np.array_equal(table[["f1", "f2"]], np.concatenate([F for _, F in seen]))

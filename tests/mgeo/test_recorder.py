@@ -1,0 +1,243 @@
+"""A record holds every evaluation, can be read at any time, and takes little memory."""
+
+import json
+import threading
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.gde3 import GDE3
+from pymoo.algorithms.moo.moead import MOEAD
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.evaluator import Evaluator
+from pymoo.core.mixed import MixedVariableGA
+from pymoo.core.problem import Problem
+from pymoo.core.variable import Integer, Real
+from pymoo.optimize import minimize
+from pymoo.problems.multi import BNH, OSY, ZDT1, ZDT2
+
+from mgeo import MGEOReal, Recorder, TolerantEvaluator, read_record
+
+PROBLEM = ZDT1(n_var=3)
+
+
+def solve(problem=PROBLEM, algorithm=None, n_gen=10, **options):
+    algorithm = algorithm or MGEOReal(0.2, n_runs=4)
+    return minimize(problem, algorithm, ("n_gen", n_gen), **{"seed": 1, **options})
+
+
+class Spy(Evaluator):
+    def __init__(self):
+        self.seen = []
+        super().__init__(
+            callback=lambda population: self.seen.append(population.get("X", "F", "G"))
+        )
+
+
+@pytest.mark.parametrize(
+    "algorithm", [MGEOReal(0.2, n_runs=4), NSGA2(12), GDE3(12)], ids=["mgeo", "nsga2", "gde3"]
+)
+@pytest.mark.parametrize("problem", [PROBLEM, BNH(), OSY()], ids=["zdt1", "bnh", "osy"])
+@pytest.mark.parametrize("chunk_rows", [1, 50, 10_000])
+def test_every_evaluation_is_there_in_order(algorithm, problem, chunk_rows, tmp_path):
+    spy = Spy()
+    recorder = Recorder(tmp_path, every_seconds=0.0, chunk_rows=chunk_rows)
+    solve(problem, algorithm, callback=recorder, evaluator=spy)
+    table = read_record(tmp_path)
+    X, F, G = (np.concatenate(parts) for parts in zip(*spy.seen, strict=True))
+    names = [f"x{i + 1}" for i in range(problem.n_var)], [f"g{i + 1}" for i in range(G.shape[1])]
+    assert list(table) == ["generation", *names[0], "f1", "f2", *names[1], "failed"]
+    assert np.array_equal(table[names[0]], X)
+    assert np.array_equal(table[["f1", "f2"]], F)
+    assert np.array_equal(table[names[1]], G)
+    generations = np.repeat(np.arange(1, 11), [len(part[0]) for part in spy.seen])
+    assert np.array_equal(table["generation"], generations)
+    assert not table["failed"].any()
+
+
+def test_rows_are_written_when_a_chunk_is_full_or_the_time_has_come(tmp_path, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr("mgeo.recorder.time.monotonic", lambda: now[0])
+    lengths, files = [], []
+
+    def watch(algorithm):
+        now[0] += 1.0
+        recorder(algorithm)
+        lengths.append(len(read_record(tmp_path)))
+        files.append(sum(1 for path in tmp_path.iterdir() if path.suffix == ".npz"))
+
+    recorder = Recorder(tmp_path, every_seconds=4.0, chunk_rows=60)
+    solve(n_gen=11, callback=watch)  # 12 rows a generation
+    assert lengths == [12, 12, 12, 12, 60, 60, 60, 60, 108, 120, 132]
+    assert files == [1, 1, 1, 1, 1, 1, 1, 1, 2, 2, 3]
+
+
+def test_memory_is_bounded_by_a_chunk_and_a_generation(tmp_path):
+    recorder = Recorder(tmp_path, every_seconds=1e9, chunk_rows=100)
+    held = []
+
+    def watch(algorithm):
+        recorder(algorithm)
+        held.append(sum(len(part["generation"]) for part in recorder._buffer))
+
+    solve(n_gen=60, callback=watch)
+    assert max(held) < 100 + 12
+
+
+def test_failed_evaluations_are_marked(tmp_path):
+    class Failing(ZDT1):
+        def _evaluate(self, X, out, *args, **kwargs):
+            super()._evaluate(X, out, *args, **kwargs)
+            out["F"][X[:, 0] > 0.7, 1] = np.inf
+
+    for algorithm in (MGEOReal(0.2, n_runs=4), NSGA2(12)):
+        recorder = Recorder(tmp_path, overwrite=True)
+        solve(Failing(n_var=3), algorithm, callback=recorder, evaluator=TolerantEvaluator())
+        table = read_record(tmp_path)
+        assert 0 < table["failed"].sum() < len(table)
+        assert (table["failed"] == (table["x1"] > 0.7)).all()
+        assert (table["failed"] == table["f1"].isna()).all()
+
+
+def test_columns_may_be_chosen(tmp_path):
+    class Named(ZDT1):
+        var_names = ("width [m]", "a/b", "../c")
+        obj_names = ("mass [kg]", "cost")
+
+    solve(Named(n_var=3), callback=Recorder(tmp_path))
+    table = read_record(tmp_path, ["mass [kg]", "../c"])
+    assert list(table) == ["mass [kg]", "../c"]
+    assert table.equals(read_record(tmp_path)[["mass [kg]", "../c"]])
+    with pytest.raises(ValueError, match=r"column 'mass': expected one of generation, width \[m\]"):
+        read_record(tmp_path, ["mass"])
+
+
+def test_it_can_be_read_while_it_grows(tmp_path):
+    problems, lengths, done = [], [], threading.Event()
+
+    def read():
+        while not done.is_set():
+            try:
+                table = read_record(tmp_path)
+            except FileNotFoundError:
+                continue  # before the first generation
+            except Exception as error:
+                problems.append(error)
+                return
+            lengths.append(len(table))
+            if len(table) and not (np.diff(table["generation"]) >= 0).all():
+                problems.append("not in order")
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    try:
+        solve(n_gen=60, callback=Recorder(tmp_path, every_seconds=0.0, chunk_rows=50))
+    finally:
+        done.set()
+        reader.join()
+    assert not problems
+    assert lengths == sorted(lengths)
+    assert len(set(lengths)) > 3
+    assert all(length % 12 == 0 for length in lengths)
+
+
+def test_a_record_is_not_overwritten_unless_told(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    solve(callback=Recorder(tmp_path))
+    before = read_record(tmp_path)
+    with pytest.raises(ValueError, match="holds a record of 120 evaluations"):
+        solve(callback=Recorder(tmp_path), seed=2)
+    assert read_record(tmp_path).equals(before)
+    solve(callback=Recorder(tmp_path, overwrite=True, chunk_rows=50), seed=2)
+    assert len(read_record(tmp_path)) == 120
+    assert not read_record(tmp_path).equals(before)
+    assert (tmp_path / "notes.txt").exists()
+    recorder = Recorder(tmp_path / "new")
+    solve(callback=recorder)
+    with pytest.raises(ValueError, match="holds a record"):  # the same object, another run
+        solve(callback=recorder)
+
+
+def test_a_resumed_run_needs_its_own_record(tmp_path):
+    def begun(problem, n_iter=4):
+        run = MGEOReal(n_runs=4).setup(problem, seed=1)
+        for _ in range(n_iter):
+            run.next()
+        run.n_iter = n_iter
+        return run
+
+    with pytest.raises(ValueError, match="holds no record: expected that of the generations bef"):
+        Recorder(tmp_path).take(begun(PROBLEM))
+    solve(n_gen=2, callback=Recorder(tmp_path))
+    with pytest.raises(ValueError, match="ends with generation 2: expected the generations befo"):
+        Recorder(tmp_path).take(begun(PROBLEM))
+    with pytest.raises(ValueError, match="the record of another problem"):
+        Recorder(tmp_path).take(begun(ZDT2(n_var=4), 3))
+    assert len(read_record(tmp_path)) == 24
+
+
+def test_what_cannot_be_recorded_is_refused(tmp_path):
+    directions = np.column_stack([np.linspace(0, 1, 10), np.linspace(1, 0, 10)])
+    decomposition = MOEAD(directions, n_neighbors=3)
+    with pytest.raises(ValueError, match=r"MOEAD made \d+ evaluations in generation 2 and hands"):
+        solve(algorithm=decomposition, callback=Recorder(tmp_path))
+
+    class Mixed(Problem):
+        def __init__(self):
+            super().__init__(vars={"a": Real(bounds=(0, 1)), "b": Integer(bounds=(0, 9))}, n_obj=1)
+
+        def _evaluate(self, X, out, *args, **kwargs):
+            out["F"] = np.array([x["a"] + x["b"] for x in X])
+
+    with pytest.raises(ValueError, match="mixed types"):
+        solve(Mixed(), MixedVariableGA(8), callback=Recorder(tmp_path / "mixed"))
+    (tmp_path / "file").write_text("")
+    with pytest.raises(NotADirectoryError, match="is a file: expected a folder"):
+        Recorder(tmp_path / "file")
+    with pytest.raises(ValueError, match="chunk_rows = 0"):
+        Recorder(tmp_path, chunk_rows=0)
+
+
+def test_damage_is_noticed(tmp_path):
+    with pytest.raises(FileNotFoundError, match="holds no record"):
+        read_record(tmp_path)
+    solve(callback=Recorder(tmp_path, chunk_rows=50))
+    index = tmp_path / "index.json"
+    text = index.read_text()
+    for bad, message in (
+        (text[:-9], "is damaged"),
+        (text.replace('"format": 1', '"format": 7'), "format = 7: this version of mgeo reads 1"),
+        ("[]", "format = None"),
+        (json.dumps({"format": 1}), "is damaged: 'chunks'"),
+    ):
+        index.write_text(bad)
+        with pytest.raises(ValueError, match=message):
+            read_record(tmp_path)
+    index.write_text(text)
+    chunk = sorted(tmp_path.glob("*.npz"))[1]
+    content = chunk.read_bytes()
+    for bad in (content[:-1], b"", content[:200] + b"\x00" + content[201:]):
+        chunk.write_bytes(bad)
+        with pytest.raises(ValueError, match=r"rows-.*\.npz is damaged"):
+            read_record(tmp_path)
+    chunk.unlink()
+    with pytest.raises(ValueError, match=r"is damaged: .*No such file"):
+        read_record(tmp_path)
+
+
+def test_an_empty_record_has_its_columns(tmp_path):
+    recorder = Recorder(tmp_path)
+
+    class Stop(Exception):
+        pass
+
+    def stop(*_):
+        raise Stop
+
+    recorder.flush()  # nothing yet
+    assert not any(tmp_path.iterdir())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("mgeo.recorder.write_chunk", stop)
+        with pytest.raises(Stop):
+            solve(callback=recorder)
+    assert list(read_record(tmp_path)) == ["generation", "x1", "x2", "x3", "f1", "f2", "failed"]
+    assert len(read_record(tmp_path)) == 0
