@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-_LOG_FROM = 10.0  # ratio of the quartiles from which an axis is logarithmic
+_LOG_FROM = 20.0  # ratio of the values from which an axis may be logarithmic
 _MARKER = {"size": 7, "color": "#1f5fa8", "line": {"width": 0.5, "color": "white"}}
 _MARKER_3D = {"size": 4, "color": "#1f5fa8"}
 _GRID = "#e3e6ea"
@@ -22,7 +22,7 @@ def front_figure(
     """Front with every solution's variables in its hover text.
 
     One objective is drawn over the solution's number, two as points and the boundary of what they
-    dominate, three in space. Axes whose middle half of values spans a factor of 10 are logarithmic.
+    dominate, three in space. Axes are logarithmic where that spreads the values (`logarithmic`).
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def _one(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]) 
     number = np.arange(1, len(F) + 1)
     figure = go.Figure(_points(number, F[:, 0], texts))
     figure.update_xaxes(title="solution", dtick=1 if len(F) < 20 else None)
-    figure.update_yaxes(_axis(objectives[0], F[:, 0]))
+    figure.update_yaxes(axis(objectives[0], F[:, 0]))
     return figure
 
 
@@ -83,8 +83,8 @@ def _two(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]) 
         hoverinfo="skip",
     )
     figure = go.Figure([boundary, _points(F[:, 0], F[:, 1], texts)])
-    figure.update_xaxes(_axis(objectives[0], F[:, 0]))
-    figure.update_yaxes(_axis(objectives[1], F[:, 1]))
+    figure.update_xaxes(axis(objectives[0], F[:, 0]))
+    figure.update_yaxes(axis(objectives[1], F[:, 1]))
     return figure
 
 
@@ -101,7 +101,7 @@ def _three(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]
         )
     )
     axes = zip(("xaxis", "yaxis", "zaxis"), objectives, F.T, strict=True)
-    figure.update_scenes({axis: _axis(name, column) for axis, name, column in axes})
+    figure.update_scenes({key: axis(name, column) for key, name, column in axes})
     return figure
 
 
@@ -109,13 +109,35 @@ def _points(x: NDArray[np.generic], y: NDArray[np.float64], texts: list[str]) ->
     return go.Scatter(x=x, y=y, mode="markers", marker=_MARKER, hovertext=texts, hoverinfo="text")
 
 
-def _axis(name: str, values: NDArray[np.float64]) -> dict[str, object]:
-    # quartiles, because one value near zero must not squeeze all others into a corner
-    low, high = np.quantile(values, [0.25, 0.75]) if len(values) else (0.0, 0.0)
-    wide = len(values) and values.min() > 0 and high / low >= _LOG_FROM
+def axis(name: str, values: NDArray[np.float64]) -> dict[str, object]:
+    """Layout of the axis of an objective; logarithmic where its values ask for it."""
+    log = logarithmic(values)
+    narrow = log and values.max() / values.min() < 1e4
+    largest = np.abs(values).max() if len(values) else 1.0
     return {
         "title": {"text": name},
-        "type": "log" if wide else "linear",
-        "exponentformat": "power",
+        "type": "log" if log else "linear",
+        "dtick": "D2" if narrow else None,  # labels at 1, 2 and 5
+        "exponentformat": "none" if not log and 1e-3 <= largest < 1e5 else "power",
         "gridcolor": _GRID,
     }
+
+
+def logarithmic(values: NDArray[np.float64]) -> bool:
+    """Whether values spread more evenly on a logarithmic axis, and far enough to need one.
+
+    That is where all but the outermost 2 % on either side (one value near zero must not squeeze
+    all others into a corner) span a factor of `_LOG_FROM`, and their logarithms are less skewed
+    than they are.
+    """
+    if not len(values) or values.min() <= 0:
+        return False
+    low, high = np.quantile(values, [0.02, 0.98])
+    inner = values[(values >= low) & (values <= high)]
+    return bool(high / low >= _LOG_FROM and _skewness(np.log(inner)) < _skewness(inner))
+
+
+def _skewness(values: NDArray[np.float64]) -> float:
+    """Size of the third standardized moment."""
+    deviation = values - values.mean()
+    return float(abs(np.mean(deviation**3)) / np.mean(deviation**2) ** 1.5)

@@ -10,11 +10,12 @@ import numpy as np
 import pandas as pd
 
 from mgeo.runs.names import column_names
-from mgeo.studies.indicators import INDICATORS, Indicator, applicable
+from mgeo.studies.indicators import Indicator, applicable
 from mgeo.studies.statistics import Friedman, friedman, pairwise
 from mgeo.studies.tables import latex
 
 if TYPE_CHECKING:
+    import plotly.graph_objects as go
     from pymoo.core.problem import Problem
 
     from mgeo.dominance import FloatArray
@@ -97,7 +98,7 @@ class Comparison:
         ValueError
             If the indicator is unknown.
         """
-        chosen = self._indicator(indicator)
+        chosen = self.indicator(indicator)
         final = self.final()
         final[chosen.name] = chosen.better(final[chosen.name])
         samples = {
@@ -131,12 +132,38 @@ class Comparison:
         titles = {i.name: i.title for i in self.indicators}
         return latex(self.overview(), bold, titles)
 
-    def _indicator(self, name: str | None) -> Indicator:
+    def figures(self) -> dict[str, go.Figure]:
+        """All figures that the number of objectives, algorithms and runs allows, by name."""
+        from mgeo.figures.comparison import comparison_figures
+
+        return comparison_figures(self)
+
+    def indicator(self, name: str | None = None) -> Indicator:
+        """One of `indicators` by name; None for the first.
+
+        Raises
+        ------
+        ValueError
+            If it is none of them.
+        """
         known = {indicator.name: indicator for indicator in self.indicators}
-        chosen = next(iter(known)) if name is None else name
-        if chosen not in known:
+        if name is not None and name not in known:
             raise ValueError(f"indicator = {name!r}: expected one of {', '.join(known)}")
-        return INDICATORS[chosen]
+        return known[name or next(iter(known))]
+
+    def order(self) -> list[str]:
+        """Algorithms with a front, the one with the best mean of the first indicator first."""
+        final, chosen = self.final(), self.indicator()
+        final = final[final["points"] > 0].assign(value=chosen.better(final[chosen.name]))
+        means = final.groupby("algorithm", sort=False)["value"].mean()
+        return [str(name) for name in means.sort_values(ascending=False, kind="stable").index]
+
+    def median_seed(self, algorithm: str) -> int | None:
+        """Seed of the run with the median of the first indicator (the better of two), if any."""
+        final, chosen = self.final(), self.indicator()
+        rows = final[final["algorithm"] == algorithm]
+        order = chosen.better(rows[chosen.name]).sort_values(ascending=False, kind="stable").index
+        return int(rows.loc[order[(len(order) - 1) // 2], "seed"]) if len(order) else None
 
 
 def _shown(mean: float, sd: float) -> str:

@@ -48,13 +48,15 @@ def test_the_hover_text_has_every_value_with_its_name():
 @pytest.mark.parametrize(
     ("values", "scale"),
     [
-        (np.geomspace(1.0, 101.0, 50), "log"),
-        (np.geomspace(1.0, 99.0, 50), "linear"),
+        (np.geomspace(1.0, 25.0, 50), "log"),  # its inner 96 % span a factor of 22
+        (np.geomspace(1.0, 21.0, 50), "linear"),  # and of 18.6
+        (np.linspace(1e-3, 1.0, 50), "linear"),  # a factor of 49, but evenly spread as it is
+        (1.0 - np.sqrt(np.linspace(0.0, 0.999, 50)), "linear"),  # the second objective of ZDT1
         (np.append(np.linspace(1.0, 2.0, 49), 1e-9), "linear"),  # one value near zero
         (np.append(np.geomspace(1.0, 1e6, 49), 0.0), "linear"),  # has no logarithm
     ],
 )
-def test_an_axis_whose_middle_half_spans_a_factor_of_10_is_logarithmic(values, scale):
+def test_an_axis_is_logarithmic_where_that_spreads_the_values(values, scale):
     F = np.column_stack([values, -values])
     figure = front_figure(np.ones((50, 2)), F, VARIABLES, ("cost", "risk"))
     assert (figure.layout.xaxis.type, figure.layout.yaxis.type) == (scale, "linear")

@@ -1,43 +1,17 @@
 import numpy as np
 import pandas as pd
 import pytest
-from pymoo.problems.multi import ZDT1
 
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.record import Record
-from mgeo.studies.space import indicator_space
 from mgeo.studies.tables import latex, markdown
 
-VALUES = {"A_1": [0.5, 0.6, 0.7], "B": [0.1, 0.2, 0.3], "C": [0.5, 0.65, 0.2]}
-
-
-def record(*F):
-    points = np.array(F)
-    rows = np.arange(len(points))
-    return Record(rows + 1, points, rows, np.empty((len(points), 0)), 100, 100, 0, 1.0)
+from .samples import VALUES
+from .samples import comparison as made_by_hand
 
 
 @pytest.fixture
 def comparison():
-    rows = [
-        {
-            "algorithm": name,
-            "seed": seed,
-            "evaluations": n,
-            "hypervolume": value * n / 100,
-            "igd_plus": 1 - value,
-            "epsilon": 0.25,
-            "points": 10 * seed,
-        }
-        for name, values in VALUES.items()
-        for seed, value in enumerate(values, 1)
-        for n in (50, 100)
-    ]
-    records = {(name, 1): record([0.1, 0.9], [0.8, 0.3]) for name in VALUES}
-    space = indicator_space(ZDT1(), [np.array([[0.5, 3.0]])])
-    return Comparison(
-        ZDT1(), tuple(VALUES), 100, pd.DataFrame(rows), pd.DataFrame(), records, space
-    )
+    return made_by_hand()
 
 
 def test_the_summary_is_of_the_end_of_the_runs(comparison):
@@ -103,3 +77,11 @@ def test_special_characters_of_tables_are_escaped():
     text = latex(table)
     assert r"x \& y & 50 \% \\" in text
     assert r"$\sigma$ \textasciicircum{} \{1\} \textbackslash{} & a|b \\" in text
+
+
+def test_the_order_and_the_typical_runs(comparison):
+    assert comparison.order() == ["A_1", "C", "B"]
+    assert [comparison.median_seed(name) for name in VALUES] == [2, 2, 1]
+    table = comparison.table.query("algorithm == 'A_1' and seed != 1")
+    two = Comparison(**{**vars(comparison), "table": table})
+    assert (two.median_seed("A_1"), two.median_seed("B")) == (3, None)

@@ -1,0 +1,47 @@
+"""Figures of a comparison."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import plotly.graph_objects as go
+
+from mgeo.figures.comparison.anytime import anytime_figure
+from mgeo.figures.comparison.attainment import attainment_figure
+from mgeo.figures.comparison.boxes import boxes_figure
+from mgeo.figures.comparison.difference import difference_figure
+from mgeo.figures.comparison.fronts import fronts_figure
+from mgeo.figures.comparison.ranks import ranks_figure
+
+if TYPE_CHECKING:
+    from mgeo.studies.comparison import Comparison
+
+__all__ = [
+    "anytime_figure",
+    "attainment_figure",
+    "boxes_figure",
+    "comparison_figures",
+    "difference_figure",
+    "fronts_figure",
+    "ranks_figure",
+]
+
+
+def comparison_figures(comparison: Comparison) -> dict[str, go.Figure]:
+    """All that can be drawn: anytime, boxes, ranks, fronts, attainment, difference.
+
+    Ranks need two algorithms and two seeds that all finished, fronts at most three objectives,
+    attainment two. The difference is that of the best algorithm and each of the others.
+    """
+    figures = {"anytime": anytime_figure(comparison), "boxes": boxes_figure(comparison)}
+    ranked = comparison.tests().friedman
+    if ranked is not None:
+        figures["ranks"] = ranks_figure(ranked, comparison.algorithms, "seeds")
+    if comparison.problem.n_obj <= 3:
+        figures["fronts"] = fronts_figure(comparison)
+    if comparison.problem.n_obj == 2:
+        figures["attainment"] = attainment_figure(comparison)
+        best, *others = comparison.order()
+        if others:
+            figures["difference"] = difference_figure(comparison, best, others)
+    return figures

@@ -1,0 +1,75 @@
+"""Average ranks, and which algorithms they do not tell apart."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import plotly.graph_objects as go
+
+from mgeo.figures.comparison.style import finished, looks
+
+if TYPE_CHECKING:
+    from mgeo.studies.statistics import Friedman
+
+
+def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...], blocks: str) -> go.Figure:
+    """Critical-difference diagram (Demsar 2006).
+
+    Parameters
+    ----------
+    algorithms : in the order that gives them their looks.
+    blocks : what was ranked within, such as "seeds".
+    """
+    names, ranks = list(ranked.ranks.index), ranked.ranks.to_numpy(float)
+    style = looks(algorithms)
+    groups = alike(list(ranks), ranked.critical_difference)
+    figure = go.Figure()
+    for row, (low, high) in enumerate(groups):
+        members = ", ".join(names[low : high + 1])
+        figure.add_trace(
+            go.Scatter(
+                x=[ranks[low], (ranks[low] + ranks[high]) / 2, ranks[high]],
+                y=[0.6 + 0.45 * row] * 3,
+                mode="lines",
+                line={"width": 6, "color": "#8a8a8a"},
+                text=f"not told apart at 5 %:<br>{members}",
+                hoverinfo="text",
+            )
+        )
+    for i, (name, rank) in enumerate(zip(names, ranks, strict=True)):
+        look = style[name]
+        figure.add_trace(
+            go.Scatter(
+                x=[rank, rank],
+                y=[0, -1 - i],
+                mode="lines+markers",
+                line={"width": 1, "color": look.faint(0.5)},
+                marker={"size": [0, 12], "color": look.color, "symbol": look.symbol, "opacity": 1},
+                hovertext=f"<b>{name}</b><br>average rank {rank:.3f} over {ranked.blocks} {blocks}",
+                hoverinfo="text",
+            )
+        )
+    k = len(names)
+    figure.update_xaxes(title="average rank (1 is the best)", range=[0.8, k + 0.2], dtick=1)
+    figure.update_yaxes(
+        range=[-k - 0.6, 0.8 + 0.45 * max(1, len(groups))],
+        tickvals=[-1 - i for i in range(k)],
+        ticktext=[f"{name}  <b>{rank:.2f}</b>" for name, rank in zip(names, ranks, strict=True)],
+        automargin=True,
+    )
+    return finished(
+        figure,
+        f"Average ranks over {ranked.blocks} {blocks}",
+        f"bars join what differs by less than the critical difference of "
+        f"{ranked.critical_difference:.2f} (Nemenyi, 5 %); Friedman's test: p = {ranked.p:.2g}",
+    ).update_layout(showlegend=False)
+
+
+def alike(ranks: list[float], difference: float) -> list[tuple[int, int]]:
+    """First and last of each largest group within the difference, ranks ascending."""
+    groups: list[tuple[int, int]] = []
+    for low, rank in enumerate(ranks):
+        high = max(i for i, other in enumerate(ranks) if other - rank < difference)
+        if high > low and (not groups or high > groups[-1][1]):
+            groups.append((low, high))
+    return groups

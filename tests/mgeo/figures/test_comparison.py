@@ -1,0 +1,154 @@
+import numpy as np
+import pytest
+from pymoo.problems.many import DTLZ2
+
+from mgeo.figures.comparison import (
+    anytime_figure,
+    attainment_figure,
+    boxes_figure,
+    comparison_figures,
+    difference_figure,
+    fronts_figure,
+    ranks_figure,
+)
+from mgeo.figures.comparison.ranks import alike
+from mgeo.figures.comparison.style import looks
+from mgeo.studies.comparison import Comparison
+
+from ..studies.samples import FRONTS, VALUES, comparison
+
+
+def lines(figure):
+    return {trace.name: trace for trace in figure.data if trace.name}
+
+
+def test_the_curve_is_the_mean_and_lies_in_its_band():
+    figure = anytime_figure(comparison())
+    for (name, line), band in zip(lines(figure).items(), figure.data[::2], strict=True):
+        assert line.x.tolist() == [50, 100]
+        assert line.y[1] == pytest.approx(np.mean(VALUES[name]))
+        high, low = band.y[1], band.y[2]
+        assert min(VALUES[name]) <= low < line.y[1] < high <= max(VALUES[name])
+        assert f"<b>{name}</b><br>after 100 evaluations<br>mean of 3 runs" in line.hovertext[1]
+    assert figure.layout.yaxis.type == "linear"
+    assert anytime_figure(comparison(), "igd_plus").layout.yaxis.type == "log"
+
+
+def test_a_curve_begins_where_all_runs_have_a_value():
+    made = comparison()
+    made.table.loc[0, "igd_plus"] = np.inf
+    found = lines(anytime_figure(made, "igd_plus"))
+    assert [trace.x.tolist() for trace in found.values()] == [[100], [50, 100], [50, 100]]
+
+
+def test_every_run_is_a_point_of_a_box():
+    figure = boxes_figure(comparison())
+    assert len(figure.data) == 9
+    for trace in figure.data[::3]:
+        assert sorted(trace.x) == sorted(VALUES[trace.name])
+    assert figure.data[0].hovertext[0] == "<b>A_1</b>, seed 1<br>hypervolume: 0.5"
+
+
+def test_fronts_are_those_of_the_median_runs():
+    figure = fronts_figure(comparison())
+    assert [trace.name for trace in figure.data] == ["A_1, seed 2", "B, seed 2", "C, seed 1"]
+    assert np.column_stack([figure.data[1].x, figure.data[1].y]).tolist() == FRONTS["B"][1]
+
+
+def test_attainment_surfaces():
+    figure = attainment_figure(comparison())
+    half, best, every = figure.data[:3]
+    # all three runs of A_1 have (1, 2), and one of them (2, 1) too
+    assert list(zip(best.x, best.y, strict=True)) == [(1, 2), (2, 1)]
+    assert list(zip(half.x, half.y, strict=True)) == [(1, 2)]
+    assert list(zip(every.x, every.y, strict=True)) == [(1, 2)]
+    of_b = figure.data[3]
+    assert list(zip(of_b.x, of_b.y, strict=True)) == [(2, 3)]
+
+
+def areas(figure, visible=True):
+    return {t.name: t for t in figure.data if bool(t.visible) is visible and t.x[0] is not None}
+
+
+def test_the_difference_is_counted_in_runs():
+    # two of three runs of A_1 attain (1, 2) to (2, 3) where those of B do not; one of them (2, 1)
+    shown = areas(difference_figure(comparison(), "A_1", ["B", "C"]))
+    assert set(shown) == {"A_1: 66.7 to 100 %", "A_1: 33.3 to 66.7 %"}
+    most = shown["A_1: 66.7 to 100 %"]
+    assert min(x for x in most.x if x is not None) == 1
+    assert "<b>A_1</b> attains this in 66.7 to 100 % more" in most.text
+    swapped = areas(difference_figure(comparison(), "B", ["A_1"]))
+    assert set(swapped) == set(shown)
+    assert swapped["A_1: 66.7 to 100 %"].x == most.x
+
+
+def test_equal_attainment_has_no_area_and_the_menu_shows_one_pair():
+    figure = difference_figure(comparison(), "A_1", ["B", "C"])
+    buttons = figure.layout.updatemenus[0].buttons
+    assert [button.label for button in buttons] == ["A_1 against B", "A_1 against C"]
+    shown = np.array(buttons[1].args[0]["visible"])
+    assert [t.x[0] is not None for t, on in zip(figure.data, shown, strict=True) if on] == [
+        False
+    ] * 10
+
+
+def test_an_algorithm_without_a_front_has_no_difference():
+    with pytest.raises(ValueError, match="'A_1' and 'D': expected a seed"):
+        difference_figure(comparison(), "A_1", ["D"])
+
+
+def test_ranks_are_drawn_where_they_are():
+    figure = ranks_figure(comparison().tests().friedman, tuple(VALUES), "seeds")
+    bar, *markers = figure.data
+    assert bar.x[0] == 1.5
+    assert bar.x[-1] == pytest.approx(8 / 3)
+    assert "A_1, C, B" in bar.text
+    assert [m.x[1] for m in markers] == pytest.approx([1.5, 5.5 / 3, 8 / 3])
+
+
+@pytest.mark.parametrize(
+    ("ranks", "groups"),
+    [
+        ([1.0, 2.0, 3.0], []),
+        ([1.0, 1.5, 1.9, 3.0], [(0, 2)]),
+        ([1.0, 1.5, 2.2, 2.4], [(0, 1), (1, 3)]),
+        ([1.0, 1.1, 1.2, 1.3], [(0, 3)]),
+    ],
+)
+def test_groups_are_the_largest_within_the_difference(ranks, groups):
+    assert alike(ranks, 1.0) == groups
+
+
+def test_what_cannot_be_drawn_is_left_out():
+    assert list(comparison_figures(comparison())) == [
+        "anytime",
+        "boxes",
+        "ranks",
+        "fronts",
+        "attainment",
+        "difference",
+    ]
+    made = comparison()
+    one = made.table.query("algorithm == 'A_1' and seed == 1")
+    single = Comparison(**{**vars(made), "table": one, "algorithms": ("A_1",)})
+    assert list(single.figures()) == ["anytime", "boxes", "fronts", "attainment"]
+
+
+def test_three_objectives_are_drawn_in_space_and_more_are_refused():
+    made = comparison()
+    three = {
+        key: type(r)(**{**vars(r), "F": np.c_[r.F, r.F[:, 0]]}) for key, r in made.records.items()
+    }
+    spatial = Comparison(**{**vars(made), "problem": DTLZ2(n_obj=3), "records": three})
+    figure = fronts_figure(spatial)
+    assert {trace.type for trace in figure.data} == {"scatter3d"}
+    assert "attainment" not in comparison_figures(spatial)
+    for draw in (attainment_figure, lambda c: difference_figure(c, "A_1", ["B"])):
+        with pytest.raises(ValueError, match="3 objectives"):
+            draw(spatial)
+    with pytest.raises(ValueError, match="4 objectives"):
+        fronts_figure(Comparison(**{**vars(made), "problem": DTLZ2(n_obj=4)}))
+
+
+def test_21_algorithms_look_different():
+    assert len(set(looks(tuple(map(str, range(21)))).values())) == 21

@@ -1,0 +1,49 @@
+"""A small comparison made by hand."""
+
+import numpy as np
+import pandas as pd
+from pymoo.problems.multi import ZDT1
+
+from mgeo.studies.comparison import Comparison
+from mgeo.studies.record import Record
+from mgeo.studies.space import indicator_space
+
+VALUES = {"A_1": [0.5, 0.6, 0.7], "B": [0.1, 0.2, 0.3], "C": [0.5, 0.65, 0.2]}
+FRONTS = {
+    "A_1": [[[1.0, 2.0], [2.0, 1.0]], [[1.0, 2.0]], [[1.0, 2.0]]],
+    "B": [[[2.0, 3.0]], [[2.0, 3.0]], [[1.0, 2.0]]],
+    "C": [[[1.0, 2.0], [2.0, 1.0]], [[1.0, 2.0]], [[1.0, 2.0]]],
+}
+
+
+def record(F):
+    points = np.array(F)
+    rows = np.arange(len(points))
+    return Record(rows + 1, points, rows, np.empty((len(points), 0)), 100, 100, 0, 1.0)
+
+
+def comparison(problem=None):
+    """Three algorithms, three seeds, values after 50 and 100 evaluations."""
+    rows = [
+        {
+            "algorithm": name,
+            "seed": seed,
+            "evaluations": n,
+            "hypervolume": value * n / 100,
+            "igd_plus": 1 - value,
+            "epsilon": 0.25,
+            "points": 10 * seed,
+        }
+        for name, values in VALUES.items()
+        for seed, value in enumerate(values, 1)
+        for n in (50, 100)
+    ]
+    records = {
+        (name, seed): record(F)
+        for name, fronts in FRONTS.items()
+        for seed, F in enumerate(fronts, 1)
+    }
+    problem = problem or ZDT1()
+    space = indicator_space(problem, [r.front_F for r in records.values()])
+    table, runs = pd.DataFrame(rows), pd.DataFrame()
+    return Comparison(problem, tuple(VALUES), 100, table, runs, records, space)
