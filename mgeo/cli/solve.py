@@ -14,7 +14,7 @@ from mgeo.cli.consoles import console
 from mgeo.cli.displays import clock, run_display
 from mgeo.cli.errors import one_line_errors
 from mgeo.cli.progress import Reporter
-from mgeo.cli.scenario import read_scenario
+from mgeo.runs.scenario import read_scenario
 from mgeo.cli.signals import StopRequest, stop_requests
 from mgeo.cli.solutions import solutions_table
 from mgeo.figures import front_figure, page

@@ -1,4 +1,4 @@
-"""The flag ``--scenario``: a TOML file or the name of a preset."""
+"""Scenarios as a user names them: a TOML file or the name of a preset."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 
-def read_scenario(text: str | None) -> dict[str, Any]:
+def read_scenario(text: str | None, folder: Path | str = "") -> dict[str, Any]:
     """Options of a problem from what was given: nothing, ``FILE.toml`` or a preset's name.
+
+    A file's name is relative to `folder`.
 
     Raises
     ------
@@ -22,10 +24,11 @@ def read_scenario(text: str | None) -> dict[str, Any]:
     path = Path(text)
     if path.suffix != ".toml" and len(path.parts) == 1:
         return {"preset": text}
+    path = Path(folder) / path
     if not path.is_file():
-        raise FileNotFoundError(f"there is no scenario file {text}")
+        raise FileNotFoundError(f"there is no scenario file {path}")
     try:
         with path.open("rb") as file:
             return tomllib.load(file)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{text} is no valid TOML: {error}") from error
+        raise ValueError(f"{path} is no valid TOML: {error}") from error
