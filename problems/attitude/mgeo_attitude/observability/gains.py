@@ -1,0 +1,43 @@
+"""Which maneuver bought what: trace and 1-sigma of every state at the end of each phase."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from ..filter.model import FilterModel
+from ..filter.reference import FilterHistory
+from ..phases import phases
+from .states import States
+
+
+def gains(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.DataFrame:
+    """One row for the start and one for the end of each phase of a plan.
+
+    Parameters
+    ----------
+    design : array_like, shape (4 m,)
+    history : FilterHistory
+        The filter's run of that design (`reference_run`).
+
+    Returns
+    -------
+    DataFrame
+        Index: ``start``, ``maneuver 1``, ..., ``rate held``. Columns: ``time [s]``; ``trace [-]``
+        then; ``share of the gain [%]``, the phase's part of the whole fall of the trace's logarithm
+        (phases multiply: the first halving counts as much as the last); and the 1-sigma of every
+        state in the unit its name carries.
+    """
+    states = States.of(model.suite)
+    flown = phases(design, history.t_end, model.step)
+    times = np.array([0.0, *(phase.end for phase in flown)])
+    steps = np.rint(times / model.step).astype(np.int64)
+    trace = history.trace[steps]
+    fall = np.append(0.0, -np.diff(np.log(trace)))
+    table = pd.DataFrame(
+        {"time [s]": times, "trace [-]": trace, "share of the gain [%]": 100.0 * fall / fall.sum()},
+        index=["start", *(phase.label for phase in flown)],
+    )
+    sigma = pd.DataFrame(history.sigma[steps] * states.factors, table.index, states.columns)
+    return pd.concat([table, sigma], axis=1)

@@ -1,0 +1,99 @@
+"""A direction of the error state in an engineer's words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..describe import BlockUnit, block_units
+from ..filter.suite import Suite
+
+Floats = NDArray[np.float64]
+
+#: Share of the squared direction, in initial sigmas, from which a 3-vector is worth a word.
+_SHARE = 0.1
+#: Rotations count as alike if they differ by less than this fraction of the first one.
+_ALIKE = 0.4
+#: A vector within 15 degrees of a body axis is named after it.
+_ON_AXIS = np.cos(np.radians(15.0))
+
+
+def in_words(suite: Suite, initial_sigma: Floats, direction: Floats) -> str:
+    """Name a direction, such as ``common rotation of attitude and both sensors about body z``.
+
+    Sensors that are rotated alike are named together, with the attitude if it turns with them: that
+    is what vectors measured in body axes cannot see. Other 3-vectors follow by their share.
+
+    Parameters
+    ----------
+    initial_sigma : array, shape (n_states,)
+        1-sigma of every state at the start, in the filter's units.
+    direction : array, shape (n_states,)
+        Not zero, every state in units of its initial 1-sigma; its sign means nothing.
+    """
+    blocks = dict(zip(suite.blocks, block_units(suite), strict=True))
+    share = (direction.reshape(-1, 3) ** 2).sum(axis=1) / (direction @ direction)
+    vector = dict(zip(blocks, (direction * initial_sigma).reshape(-1, 3), strict=True))
+    order = sorted(zip(-share, blocks, strict=True), key=lambda pair: pair[0])
+    named = [name for negative, name in order if -negative >= _SHARE] or [order[0][1]]
+    together = _rotated_alike(suite, named, vector)
+    rest = [name for name in named if name not in together]
+    sign = _sign(vector[(together or rest)[0]])
+    phrases = []
+    if together:
+        mean = np.mean([vector[name] for name in together], axis=0)
+        phrases = [f"common rotation of {_joined(suite, together)} about {_axis(sign * mean)}"]
+    phrases += [_phrase(name, blocks[name], sign * vector[name]) for name in rest]
+    return " with ".join(phrases)
+
+
+def _rotated_alike(suite: Suite, named: Sequence[str], vector: dict[str, Floats]) -> list[str]:
+    """What turns like the most prominent misalignment: sensors and attitude, or nothing else."""
+    tilts = [name for name in named if name in _misalignments(suite)]
+    if not tilts:
+        return []
+    first = vector[tilts[0]]
+    alike = [
+        name
+        for name in ("attitude", *_misalignments(suite))
+        if np.linalg.norm(vector[name] - first) < _ALIKE * np.linalg.norm(first)
+    ]
+    return alike if len(alike) > 1 else []
+
+
+def _misalignments(suite: Suite) -> list[str]:
+    """Names of the sensors' misalignments; the gyro's turns with its rates, not with vectors."""
+    names = [f"{sensor.name}.misalignment" for sensor in suite.sensors]
+    return [name for name in names if name in suite.blocks]
+
+
+def _joined(suite: Suite, names: Sequence[str]) -> str:
+    sensors = [name.partition(".")[0] for name in names if name != "attitude"]
+    every = len(_misalignments(suite))
+    if len(sensors) == every > 1:
+        text = "both sensors" if every == 2 else f"all {every} sensors"
+    else:
+        text = " and ".join(sensors)
+    return f"attitude and {text}" if "attitude" in names else text
+
+
+def _phrase(name: str, block: BlockUnit, vector: Floats) -> str:
+    state = name.rpartition(".")[2]
+    turns = state in ("attitude", "misalignment") or name == "gyro.bias"
+    return f"{block.label} {'about' if turns else 'along'} {_axis(vector)}"
+
+
+def _sign(vector: Floats) -> float:
+    """What makes the largest component positive."""
+    return -1.0 if vector[np.argmax(np.abs(vector))] < 0.0 else 1.0
+
+
+def _axis(vector: Floats) -> str:
+    unit = vector / np.linalg.norm(vector)
+    largest = int(np.argmax(np.abs(unit)))
+    if abs(unit[largest]) >= _ON_AXIS:
+        return f"body {'-' if unit[largest] < 0.0 else ''}{'xyz'[largest]}"
+    # adding zero makes -0.00 a 0.00
+    return f"body ({', '.join(f'{component:.2f}' for component in unit.round(2) + 0.0)})"

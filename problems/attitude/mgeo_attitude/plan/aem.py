@@ -1,0 +1,149 @@
+"""The planned attitude as a CCSDS Attitude Ephemeris Message (CCSDS 504.0-B), in KVN.
+
+Version 2.0 (504.0-B-2, 2024) gives attitudes from REF_FRAME_A to REF_FRAME_B with the scalar last,
+always; version 1.0 (504.0-B-1, 2008) says the same with ATTITUDE_DIR = A2B and QUATERNION_TYPE =
+LAST. REF_FRAME_A is GCRF, the frame of all tables here: EME2000 is not the same, its axes are 0.02
+arc seconds off.
+
+Each phase of constant rate is a segment of its own, across whose ends nobody may interpolate
+(4.2.4.8.3), and begins at the instant at which the one before it ends.
+"""
+
+from __future__ import annotations
+
+import math
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..phases import Phase
+from .attitude import sampled_quaternions
+from .utc import utc_texts
+
+if TYPE_CHECKING:
+    from .plan import ManeuverPlan
+
+Floats = NDArray[np.float64]
+Version = Literal["1.0", "2.0"]
+
+UNKNOWN = "UNKNOWN"
+VERSIONS: tuple[Version, ...] = ("1.0", "2.0")
+
+#: Digits of a quaternion after the point: 16 in all (6.8.4.1).
+_DIGITS = 15
+#: A line has 254 characters at most (6.6.1); this leaves room for any keyword.
+_LONGEST_VALUE = 200
+
+
+def aem_text(
+    plan: ManeuverPlan,
+    *,
+    object_name: str = UNKNOWN,
+    object_id: str = UNKNOWN,
+    originator: str = UNKNOWN,
+    created: datetime | None = None,
+    version: Version = "2.0",
+    spacing: float = 1.0,
+) -> str:
+    """The attitude of a plan from its start to `t_end`.
+
+    Parameters
+    ----------
+    object_name, object_id, originator : str
+        OBJECT_NAME, OBJECT_ID (international designator) and ORIGINATOR, in upper or lower case.
+    created : datetime with UTC offset, optional
+        CREATION_DATE; default: now.
+    version : {"2.0", "1.0"}
+    spacing : float
+        Greatest time between attitudes [s]. Readers interpolate linearly: at 1 deg/s about all axes
+        and the default 1 s they are wrong by less than 0.03 arc seconds in between.
+
+    Raises
+    ------
+    ValueError
+        For a text that the format does not allow, an unknown version, a spacing not above zero, or
+        a plan that turns by 180 degrees or more from one step of the filter to the next.
+    """
+    if version not in VERSIONS:
+        raise ValueError(f"version = {version!r}: expected one of {', '.join(VERSIONS)}")
+    if not 0.0 < spacing < math.inf:
+        raise ValueError(f"spacing = {spacing!r}: expected a number of seconds above 0")
+    texts = {"object_name": object_name, "object_id": object_id, "originator": originator}
+    for key, value in texts.items():
+        _check_text(key, value)
+    (creation_date,) = utc_texts(created or datetime.now(UTC), [0.0])
+    scenario_name = plan.scenario.name.encode("ascii", "replace").decode()[:_LONGEST_VALUE]
+    lines = [
+        f"CCSDS_AEM_VERS = {version}",
+        f"COMMENT planned attitude, scenario {scenario_name}",
+        f"CREATION_DATE = {creation_date}",
+        f"ORIGINATOR = {originator}",
+    ]
+    for phase in plan.phases:
+        lines += ["", *_segment(plan, phase, object_name, object_id, version, spacing)]
+    return "\n".join(lines) + "\n"
+
+
+def _segment(
+    plan: ManeuverPlan,
+    phase: Phase,
+    object_name: str,
+    object_id: str,
+    version: Version,
+    spacing: float,
+) -> list[str]:
+    intervals = math.ceil(phase.duration / spacing)
+    at = np.linspace(phase.start, phase.end, intervals + 1)
+    epochs = utc_texts(plan.scenario.epoch, at)
+    rates = " ".join(f"{rate:.6g}" for rate in phase.rates_deg_s)
+    first_edition = version == "1.0"
+    return [
+        "META_START",
+        f"COMMENT {phase.label}, body rates {rates} deg/s",
+        f"OBJECT_NAME = {object_name}",
+        f"OBJECT_ID = {object_id}",
+        "CENTER_NAME = EARTH",
+        "REF_FRAME_A = GCRF",
+        "REF_FRAME_B = SC_BODY_1",
+        *(["ATTITUDE_DIR = A2B"] if first_edition else []),
+        "TIME_SYSTEM = UTC",
+        f"START_TIME = {epochs[0]}",
+        f"STOP_TIME = {epochs[-1]}",
+        "ATTITUDE_TYPE = QUATERNION",
+        *(["QUATERNION_TYPE = LAST"] if first_edition else []),
+        "INTERPOLATION_METHOD = LINEAR",
+        "INTERPOLATION_DEGREE = 1",
+        "META_STOP",
+        "DATA_START",
+        *(
+            f"{epoch} {' '.join(f'{part:.{_DIGITS}f}' for part in q)}"
+            for epoch, q in zip(epochs, _attitudes(plan, phase, at), strict=True)
+        ),
+        "DATA_STOP",
+    ]
+
+
+def _attitudes(plan: ManeuverPlan, phase: Phase, at: Floats) -> Floats:
+    step = plan.scenario.step
+    turn = float(np.linalg.norm(phase.rates_deg_s)) * step
+    if turn >= 180.0:
+        raise ValueError(
+            f"{phase.label} turns by {turn:.6g} deg in a step of {step:g} s: expected less than 180"
+        )
+    first, last = plan.steps([phase.start, phase.end])
+    samples = slice(first, last + 1)
+    q = sampled_quaternions(plan.history.times[samples], plan.history.attitude[samples], at)
+    rounded: Floats = q.round(_DIGITS) + 0.0  # the format knows no -0
+    return rounded
+
+
+def _check_text(key: str, value: str) -> None:
+    one_case = value in (value.upper(), value.lower())
+    printable = value.isascii() and value.isprintable() and value == value.strip() != ""
+    if not (one_case and printable and len(value) <= _LONGEST_VALUE):
+        raise ValueError(
+            f"{key} = {value!r}: expected 1 to {_LONGEST_VALUE} printable ASCII characters, all "
+            "upper or all lower case, without blanks at either end"
+        )

@@ -1,0 +1,172 @@
+"""A plan: one design flown in one scenario, and everything an engineer asks of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from .. import observability
+from ..fields import InvalidValue, Validated, quantity
+from ..filter.reference import FilterHistory, reference_run
+from ..phases import HELD, Phase, phases
+from ..problem import AttitudeManeuverProblem
+from ..scenario import Scenario
+from .attitude import quaternions
+from .utc import utc_texts
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ManeuverPlan(Validated):
+    """Maneuvers to be flown from the scenario's epoch until the filter has converged.
+
+    Equal plans have equal scenarios and designs; all else is computed from them when first asked
+    for, with the reference filter (about a second for two orbits).
+
+    Parameters
+    ----------
+    scenario : Scenario
+    design : sequence of float
+        ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn.
+
+    Raises
+    ------
+    InvalidValue, InvalidType
+        (ValueError, TypeError) For a design of another length than the scenario's maneuvers, or a
+        value outside its limits.
+    """
+
+    scenario: Scenario = quantity(doc="what the plan is for")
+    design: tuple[float, ...] = quantity(doc="rates [deg/s] and duration [s] of each maneuver")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        problem = self.problem
+        if len(self.design) != problem.n_var:
+            raise InvalidValue(
+                "design",
+                list(self.design),
+                f"expected {problem.n_var} numbers, 4 for each of the scenario's "
+                f"{self.scenario.maneuvers.count} maneuvers",
+            )
+        limits = zip(self.design, problem.xl, problem.xu, problem.var_names, strict=True)
+        for i, (value, low, high, name) in enumerate(limits):
+            if not low <= value <= high:
+                raise InvalidValue(
+                    f"design[{i}]", value, f"expected {low:g} to {high:g} for {name}"
+                )
+
+    @classmethod
+    def from_design(cls, problem: AttitudeManeuverProblem, x: ArrayLike) -> ManeuverPlan:
+        """The plan of a design vector, shape (n_var,), sharing the problem's tables.
+
+        Raises
+        ------
+        ValueError, TypeError
+            See the class.
+        """
+        design = np.asarray(x, dtype=float)
+        if design.ndim != 1:
+            raise ValueError(f"x of shape {design.shape}: expected ({problem.n_var},)")
+        plan = cls(problem.scenario, tuple(design.tolist()))
+        plan.__dict__["problem"] = problem
+        return plan
+
+    @cached_property
+    def problem(self) -> AttitudeManeuverProblem:
+        """The problem that this is a solution of."""
+        return AttitudeManeuverProblem(self.scenario)
+
+    @cached_property
+    def history(self) -> FilterHistory:
+        """The reference filter's run."""
+        return reference_run(self.problem.model, self.design)
+
+    @property
+    def t_end(self) -> float:
+        """When the filter has converged, or the scenario's duration [s]."""
+        return self.history.t_end
+
+    @property
+    def trace(self) -> float:
+        """Weighted trace of the covariance at `t_end`."""
+        return float(self.history.trace[-1])
+
+    @cached_property
+    def phases(self) -> tuple[Phase, ...]:
+        """Maneuvers flown, then the time for which the last rate is held."""
+        return phases(self.design, self.t_end, self.scenario.step)
+
+    def steps(self, times: ArrayLike) -> NDArray[np.int64]:
+        """Filter steps of times [s] that are on one."""
+        return np.rint(np.asarray(times) / self.scenario.step).astype(np.int64)
+
+    def timeline(self) -> pd.DataFrame:
+        """One row per phase: when, at what rates, from which attitude to which.
+
+        Attitudes are quaternions from GCRF to body, scalar last (see `attitude.quaternions`); the
+        angle swept is all that is turned through, not the shortest way.
+        """
+        edges = np.array([*(phase.start for phase in self.phases), self.t_end])
+        texts = utc_texts(self.scenario.epoch, edges)
+        q = quaternions(self.history.attitude[self.steps(edges)])
+        rates = np.array([phase.rates_deg_s for phase in self.phases])
+        columns: dict[str, object] = {
+            "phase": [phase.label for phase in self.phases],
+            "start [s]": edges[:-1],
+            "end [s]": edges[1:],
+            "duration [s]": np.diff(edges),
+            "start UTC": texts[:-1],
+            "end UTC": texts[1:],
+        }
+        columns |= {f"rate {axis} [deg/s]": rates[:, i] for i, axis in enumerate("xyz")}
+        columns["swept [deg]"] = [phase.swept_deg for phase in self.phases]
+        for name, values in (("start", q[:-1]), ("end", q[1:])):
+            columns |= {f"{name} q{part}": values[:, i] for i, part in enumerate("123c")}
+        return pd.DataFrame(columns)
+
+    def accuracy(self) -> pd.DataFrame:
+        """Predicted 1-sigma of every state at the start and at `t_end`, one row per state."""
+        states = observability.States.of(self.problem.model.suite)
+        before, after = self.history.sigma[0], self.history.sigma[-1]
+        return pd.DataFrame(
+            {
+                "unit": states.units,
+                "before": before * states.factors,
+                "after": after * states.factors,
+                "after / before [-]": after / before,
+            },
+            index=pd.Index(states.names, name="state"),
+        )
+
+    def gains(self) -> pd.DataFrame:
+        """What each phase bought; see `observability.gains`."""
+        return observability.gains(self.problem.model, self.design, self.history)
+
+    def correlations(self) -> pd.DataFrame:
+        """Correlations of the errors at `t_end`; see `observability.correlations`."""
+        return observability.correlations(self.problem.model, self.history.covariance)
+
+    def least_observable(self, count: int = 3) -> pd.DataFrame:
+        """What the plan leaves least known; see `observability.least_observable`."""
+        return observability.least_observable(self.problem.model, self.history.covariance, count)
+
+    def compare(self, designs: Mapping[str, ArrayLike] | None = None) -> pd.DataFrame:
+        """The plan, in the first row, beside others at its `t_end`; see `observability.compare`.
+
+        Parameters
+        ----------
+        designs : mapping, optional
+            Default: the `observability.baselines` with maneuvers as long as the plan's in all.
+        """
+        if designs is None:
+            maneuvers = (phase.duration for phase in self.phases if phase.label != HELD)
+            time = max(sum(maneuvers), self.scenario.step)
+            designs = observability.baselines(self.scenario, time)
+        return observability.compare(self.problem, {"plan": self.design, **designs}, self.t_end)

@@ -1,0 +1,42 @@
+"""Instants of a plan as UTC text, leap seconds included."""
+
+from __future__ import annotations
+
+import warnings
+from datetime import datetime
+
+import erfa
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..constants import DAY
+from ..environment.time_frames import as_utc
+
+#: Decimals of the seconds. Two part Julian dates hold them with three digits to spare.
+DECIMALS = 6
+
+
+def utc_texts(epoch: datetime, times: ArrayLike) -> list[str]:
+    """ISO 8601 texts of the instants `times` [s], shape (n,), of SI seconds after an epoch.
+
+    Microseconds and no designator, such as ``2018-06-05T00:00:01.000000``: the calendar format of
+    CCSDS 301.0-B. A leap second is written as second 60.
+
+    Raises
+    ------
+    ValueError
+        For an epoch without UTC offset.
+    """
+    utc = as_utc(epoch)
+    seconds = utc.second + 1e-6 * utc.microsecond
+    with warnings.catch_warnings():
+        # no leap seconds before 1960, none yet announced for years to come
+        warnings.filterwarnings("ignore", message=".*dubious year", category=erfa.ErfaWarning)
+        start = erfa.dtf2d("UTC", utc.year, utc.month, utc.day, utc.hour, utc.minute, seconds)
+        day, fraction = erfa.utctai(*start)
+        tai = fraction + np.atleast_1d(np.asarray(times, dtype=float)) / DAY
+        years, months, days, clock = erfa.d2dtf("UTC", DECIMALS, *erfa.taiutc(day, tai))
+    return [
+        f"{year:04}-{month:02}-{day:02}T{c['h']:02}:{c['m']:02}:{c['s']:02}.{c['f']:0{DECIMALS}}"
+        for year, month, day, c in zip(years, months, days, clock, strict=True)
+    ]

@@ -1,0 +1,22 @@
+"""The paper's problem, and one design with the reference filter's run of it."""
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, reference_run
+
+DESIGN = (0.5, -1.0, 0.25, 200.0, -0.125, 0.75, 1.0, 0.0, 0.0625, -0.5, 0.875, 150.5)
+
+
+@pytest.fixture(scope="session")
+def problem():
+    return AttitudeManeuverProblem()
+
+
+@pytest.fixture(scope="session")
+def design():
+    return np.array(DESIGN)
+
+
+@pytest.fixture(scope="session")
+def history(problem, design):
+    return reference_run(problem.model, design)

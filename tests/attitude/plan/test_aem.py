@@ -1,0 +1,199 @@
+"""Attitude ephemeris messages, as two readers that are not ours understand them.
+
+brahe reads version 2.0 and turns vectors with it; ccsds-ndm reads version 1.0 against the schema.
+"""
+
+import dataclasses
+import re
+from datetime import UTC, datetime
+
+import brahe
+import brahe.ccsds
+import numpy as np
+import pytest
+from ccsds_ndm.ndm_io import NdmIo
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.plan import ManeuverPlan, aem_text
+from mgeo_attitude.plan.utc import utc_texts
+from scipy.spatial.transform import Rotation
+
+CREATED = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
+NAMES = {"object_name": "AMAZONIA-1", "object_id": "2021-015A", "originator": "INPE"}
+
+
+def instant(plan, seconds):
+    """An instant of a plan in brahe's terms; the scenario begins at midnight."""
+    epoch = plan.scenario.epoch
+    return brahe.Epoch.from_datetime(
+        epoch.year, epoch.month, epoch.day, 0, 0, float(seconds), 0.0, brahe.TimeSystem.UTC
+    )
+
+
+def matrix(segment, epoch):
+    """Matrix that takes coordinates in GCRF to coordinates in the body, by brahe."""
+    return np.array(segment.rotation_matrix(epoch).to_matrix())
+
+
+@pytest.fixture(scope="module")
+def message(plan):
+    return brahe.ccsds.AEM.from_str(aem_text(plan, created=CREATED, **NAMES))
+
+
+def test_metadata_read_back(plan, message):
+    assert message.format_version == 2.0
+    assert message.originator == "INPE"
+    assert str(message.creation_date).startswith("2026-01-02 03:04:05.000 UTC")
+    assert len(message.segments) == len(plan.phases) == 3
+    for segment, phase in zip(message.segments, plan.phases, strict=True):
+        assert (segment.object_name, segment.object_id) == ("AMAZONIA-1", "2021-015A")
+        assert segment.center_name == "EARTH"
+        assert (segment.ref_frame_a, segment.ref_frame_b) == ("GCRF", "SC_BODY_1")
+        assert (str(segment.time_system), str(segment.attitude_type)) == ("UTC", "QUATERNION")
+        assert (segment.interpolation_method, segment.interpolation_degree) == ("LINEAR", 1)
+        assert segment.start_time == instant(plan, phase.start)
+        assert segment.stop_time == instant(plan, phase.end)
+        assert len(segment.states) == phase.duration + 1
+        assert phase.label in segment.metadata_comments[0]
+
+
+def test_a_known_vector_in_the_body(message):
+    """The Sun's direction, say, along GCRS x: seen from a body that turned by 90 deg about z."""
+    scenario = dataclasses.replace(Scenario.paper(), duration=600.0)
+    problem = AttitudeManeuverProblem(scenario, n_maneuvers=1)
+    plan = ManeuverPlan.from_design(problem, [0.0, 0.0, 0.5, 180.0])
+    aem = brahe.ccsds.AEM.from_str(aem_text(plan))
+    turned = matrix(aem.segment_to_attitude_trajectory(0), instant(plan, 180.0))
+    np.testing.assert_allclose(turned @ [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], atol=1e-14)
+    half = matrix(aem.segment_to_attitude_trajectory(0), instant(plan, 90.0))
+    np.testing.assert_allclose(half @ [1.0, 0.0, 0.0], np.array([1, -1, 0]) / 2**0.5, atol=1e-14)
+
+
+def test_attitudes_read_back_are_those_of_the_filter(plan, message):
+    """At the filter's steps to the last digit, and in between as exactly as the text says."""
+    for i, phase in enumerate(plan.phases):
+        segment = message.segment_to_attitude_trajectory(i)
+        for k in np.unique(np.rint(np.linspace(phase.start, phase.end, 9)).astype(int)):
+            C = plan.history.attitude[k]
+            np.testing.assert_allclose(matrix(segment, instant(plan, k)), C, atol=1e-14)
+        k = int(phase.start)
+        turn = Rotation.from_rotvec(-0.5 * np.array(phase.rates_deg_s), degrees=True).as_matrix()
+        between = matrix(segment, instant(plan, k + 0.5)) @ (turn @ plan.history.attitude[k]).T
+        assert Rotation.from_matrix(between).magnitude() < np.radians(0.03 / 3600.0)
+
+
+@pytest.mark.parametrize("spacing", [0.3, 7.0, 1e6])
+def test_spacing(plan, spacing):
+    """Other distances than the filter's step: still on the filter's attitudes, ends included."""
+    aem = brahe.ccsds.AEM.from_str(aem_text(plan, spacing=spacing))
+    for i, (segment, phase) in enumerate(zip(aem.segments, plan.phases, strict=True)):
+        assert len(segment.states) == np.ceil(phase.duration / spacing) + 1
+        trajectory = aem.segment_to_attitude_trajectory(i)
+        for k in (int(phase.start), int(phase.end)):
+            found = matrix(trajectory, instant(plan, k))
+            np.testing.assert_allclose(found, plan.history.attitude[k], atol=1e-14)
+
+
+def test_linear_interpolation_at_full_rate_is_as_good_as_promised():
+    """Components interpolated and normalized, the worst a reader may do, at 1 deg/s on all axes."""
+    plan = ManeuverPlan.from_design(
+        AttitudeManeuverProblem(dataclasses.replace(Scenario.paper(), duration=600.0), 1),
+        [1.0, -1.0, 1.0, 100.0],
+    )
+    table = np.array([line.split()[1:] for line in data_lines(aem_text(plan))], dtype=float)
+    first, second = table[10], table[11]
+    axis = np.array([1.0, -1.0, 1.0])
+    worst = 0.0
+    for share in np.linspace(0.0, 1.0, 101):
+        q = Rotation.from_quat((1.0 - share) * first + share * second)
+        exact = Rotation.from_quat(first) * Rotation.from_rotvec(share * axis, degrees=True)
+        worst = max(worst, np.degrees((exact.inv() * q).magnitude()) * 3600.0)
+    assert 0.02 < worst < 0.03
+
+
+def data_lines(text):
+    blocks = re.findall(r"DATA_START\n(.*?)DATA_STOP", text, re.DOTALL)
+    return [line for block in blocks for line in block.splitlines()]
+
+
+def test_version_1_against_its_schema(plan):
+    message = NdmIo().from_string(aem_text(plan, version="1.0", created=CREATED, **NAMES))
+    assert message.version == "1.0"
+    assert len(message.body.segment) == len(plan.phases)
+    for segment, phase in zip(message.body.segment, plan.phases, strict=True):
+        meta = segment.metadata
+        assert (meta.ref_frame_a, meta.ref_frame_b) == ("GCRF", "SC_BODY_1")
+        assert (meta.attitude_dir.value, meta.quaternion_type.value) == ("A2B", "LAST")
+        assert (meta.time_system.value, meta.attitude_type.value) == ("UTC", "QUATERNION")
+        assert [meta.start_time, meta.stop_time] == utc_texts(
+            plan.scenario.epoch, [phase.start, phase.end]
+        )
+        states = segment.data.attitude_state
+        assert len(states) == phase.duration + 1
+        last = states[-1].quaternion_state.quaternion
+        C = Rotation.from_quat([last.q1, last.q2, last.q3, last.qc]).inv().as_matrix()
+        np.testing.assert_allclose(C, plan.history.attitude[int(phase.end)], atol=1e-14)
+
+
+def test_form(plan):
+    """What 504.0-B-2 asks of every line, number and instant."""
+    text = aem_text(plan, created=CREATED)
+    assert text.isascii()
+    assert text.endswith("DATA_STOP\n")
+    assert max(map(len, text.splitlines())) <= 254
+    assert "ATTITUDE_DIR" not in text  # of version 1.0 only
+    assert "QUATERNION_TYPE" not in text
+    number = r" -?[01]\.\d{15}"
+    for line in data_lines(text):
+        assert re.fullmatch(rf"\d{{4}}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{{6}}{number * 4}", line)
+        assert "-0.000000000000000" not in line
+    norms = np.linalg.norm([np.array(line.split()[1:], float) for line in data_lines(text)], axis=1)
+    np.testing.assert_allclose(norms, 1.0, atol=1e-14)
+    for block in re.findall(r"DATA_START\n(.*?)DATA_STOP", text, re.DOTALL):
+        q = np.array([line.split()[1:] for line in block.splitlines()], dtype=float)
+        assert (np.einsum("ki,ki->k", q[:-1], q[1:]) > 0.9).all()  # so components interpolate
+        times = [line.split()[0] for line in block.splitlines()]
+        assert times == sorted(set(times))
+
+
+def test_same_plan_same_text_and_otherwise_its_time_of_creation(plan):
+    assert aem_text(plan, created=CREATED) == aem_text(plan, created=CREATED)
+    assert aem_text(plan).splitlines()[2] != aem_text(plan, created=CREATED).splitlines()[2]
+
+
+def test_a_name_that_no_line_can_hold(problem):
+    scenario = dataclasses.replace(problem.scenario, name="São José dos Campos " * 20)
+    text = aem_text(ManeuverPlan(scenario, (0.1, 0.0, 0.0, 20.0) * 3))
+    assert text.isascii()
+    assert max(map(len, text.splitlines())) <= 254
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"version": "3.0"}, r"version = '3\.0': expected one of 1\.0, 2\.0"),
+        ({"spacing": 0.0}, r"spacing = 0\.0"),
+        ({"spacing": float("nan")}, "spacing = nan"),
+        ({"object_name": "SAT\nORIGINATOR = X"}, "object_name = "),
+        ({"object_id": ""}, "object_id = ''"),
+        ({"object_id": "2021-015Aa"}, "all upper or all lower case"),
+        ({"originator": "INPÉ"}, "originator = 'INPÉ'"),
+        ({"originator": " INPE"}, "without blanks"),
+        ({"originator": "X" * 201}, "1 to 200"),
+        ({"created": datetime(2026, 1, 1)}, "UTC offset"),
+    ],
+)
+def test_bad_arguments_are_named(plan, keywords, message):
+    with pytest.raises(ValueError, match=message):
+        aem_text(plan, **keywords)
+
+
+def test_half_turns_in_a_step_are_refused():
+    """Between such samples nobody could tell which way the body turned."""
+    paper = Scenario.paper()
+    limits = dataclasses.replace(paper.maneuvers, max_rate_deg_s=4.0, count=1)
+    scenario = dataclasses.replace(
+        paper, step=60.0, duration=1200.0, maneuvers=limits, name="coarse"
+    )
+    plan = ManeuverPlan(scenario, (3.0, 0.0, 0.0, 300.0))
+    with pytest.raises(ValueError, match=r"maneuver 1 turns by 180 deg in a step of 60 s"):
+        aem_text(plan)

@@ -1,0 +1,57 @@
+"""Quaternions: the example of the standard, and scipy's rotations the other way round."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mgeo_attitude.filter.discretization import turn
+from mgeo_attitude.plan.attitude import quaternions, sampled_quaternions
+from scipy.spatial.transform import Rotation
+
+HALF = np.sqrt(0.5)
+
+
+def test_the_example_of_the_standard():
+    """CCSDS 504.0-B-2, F2.2: body turned by +90 deg about z."""
+    matrix = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    np.testing.assert_allclose(matrix @ [1.0, 0.0, 0.0], [0.0, -1.0, 0.0])
+    np.testing.assert_allclose(quaternions(matrix[None]), [[0.0, 0.0, HALF, HALF]], atol=1e-15)
+
+
+def test_a_maneuver_of_90_degrees_about_z_is_that_example():
+    """What the filter's steps make of 1 deg/s for 90 s."""
+    C = np.eye(3)
+    for _ in range(90):
+        C = turn(np.radians([0.0, 0.0, 1.0]), 1.0) @ C
+    np.testing.assert_allclose(quaternions(C[None]), [[0.0, 0.0, HALF, HALF]], atol=1e-14)
+
+
+@pytest.mark.parametrize("noise", [1e-16, -1e-16])
+def test_a_half_turn_has_one_quaternion_whatever_the_rounding(noise):
+    C = Rotation.from_rotvec([0.0, -np.pi + noise, 0.0]).as_matrix()
+    np.testing.assert_allclose(quaternions(C[None]), [[0.0, 1.0, 0.0, 0.0]], atol=1e-9)
+
+
+vectors = st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3).map(np.array)
+
+
+@given(vectors, vectors)
+def test_it_turns_coordinates_of_the_inertial_frame_to_the_body(rotvec, v):
+    """The rotation that takes GCRF's axes to the body's: of coordinates it is the inverse."""
+    C = Rotation.from_rotvec(rotvec).as_matrix()
+    (q,) = quaternions(C[None])
+    assert q[3] >= -1e-9
+    np.testing.assert_allclose(Rotation.from_quat(q).inv().apply(v), C @ v, atol=1e-12)
+
+
+@given(vectors.filter(lambda w: np.linalg.norm(w) > 1e-3), st.floats(0.0, 9.0))
+def test_samples_between_steps_turn_at_constant_rate(omega, at):
+    times = np.arange(10.0)
+    C = Rotation.from_rotvec(-np.outer(times, 0.5 * omega)).as_matrix()
+    grid = np.linspace(0.0, 9.0, 91)
+    q = sampled_quaternions(times, C, np.append(grid, at))
+    exact = Rotation.from_rotvec(-at * 0.5 * omega).as_matrix()
+    v = np.array([0.3, -0.2, 0.9])
+    np.testing.assert_allclose(Rotation.from_quat(q[-1]).inv().apply(v), exact @ v, atol=1e-12)
+    assert q[0, 3] == 1.0
+    assert (np.einsum("ki,ki->k", q[:90], q[1:91]) > 0.0).all()  # no jumps of sign

@@ -1,0 +1,139 @@
+"""JSON that reads back exactly, and JSON that somebody has touched."""
+
+import dataclasses
+import json
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mgeo_attitude import AttitudeManeuverProblem
+from mgeo_attitude.plan import ManeuverPlan, from_json, json_file, read_json, to_json, write_json
+
+from ..scenario.strategies import scenarios
+
+
+@pytest.fixture(scope="module")
+def text(plan):
+    return to_json(plan)
+
+
+def test_round_trip(plan, text, tmp_path):
+    path = tmp_path / "plan.json"
+    write_json(plan, path)
+    back = read_json(path)
+    assert back == plan
+    assert to_json(back) == text == path.read_text(encoding="utf-8")
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@settings(deadline=None, max_examples=50)
+@given(scenarios(), st.integers(1, 5), st.data())
+def test_any_scenario_and_design_round_trip(scenario, count, data):
+    """Without what follows from them, which takes a second each."""
+    problem = AttitudeManeuverProblem(scenario, n_maneuvers=count)
+    bounds = zip(problem.xl, problem.xu, strict=True)
+    design = data.draw(st.tuples(*(st.floats(low, high) for low, high in bounds)))
+    plan = ManeuverPlan(problem.scenario, design)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(json_file, "_consequences", lambda _: {k: [] for k in CONSEQUENCES})
+        patch.setitem(json_file._KEYS, "predicted", list)
+        assert from_json(to_json(plan)) == plan
+
+
+CONSEQUENCES = ("predicted", "timeline", "accuracy")
+
+
+def edited(text, change):
+    table = json.loads(text)
+    change(table)
+    return json.dumps(table)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda t: t.update(format="plan"), "format = 'plan'"),
+        (lambda t: t.update(version=2), "version = 2: this package reads version 1"),
+        (lambda t: t.update(version=True), "version = True"),
+        (lambda t: t.update(note=""), "note = ''"),
+        (lambda t: t.pop("timeline"), "timeline is missing"),
+        (lambda t: t.update(design="x"), "design = 'x'"),
+        (lambda t: t["design"].pop(), "design = .* expected 12 numbers"),
+        (lambda t: t["design"].__setitem__(0, 0.6), r"predicted\.t|predicted"),
+        (lambda t: t["design"].__setitem__(0, None), r"design\[0\] = None"),
+        (
+            lambda t: t["scenario"]["orbit"].update(eccentricity=1.2),
+            r"orbit\.eccentricity = 1\.2",
+        ),
+        (
+            lambda t: t["scenario"]["maneuvers"].update(count=10**9),
+            r"scenario\.maneuvers\.count",
+        ),
+        (
+            lambda t: t["scenario"].update(duration=2e6, step=1.0),
+            r"scenario\.duration = 2.*steps",
+        ),
+        (lambda t: t["scenario"].update(orbits=1), "orbits"),
+        (lambda t: t["predicted"].update({"t_end [s]": 1.0}), r"predicted\.t_end \[s\] = 1\.0"),
+        (lambda t: t["predicted"].update(converged=1), r"predicted\.converged = 1"),
+        (lambda t: t["timeline"][1].update({"rate x [deg/s]": 0.4}), r"timeline\[1\]\.rate x"),
+        (lambda t: t["timeline"][0].update({"start UTC": "now"}), r"timeline\[0\]\.start UTC"),
+        (lambda t: t["timeline"].pop(), r"timeline = "),
+        (lambda t: t["accuracy"][3].update(after=10**400), r"accuracy\[3\]\.after"),
+        (lambda t: t["accuracy"][3].pop("unit"), r"accuracy\[3\]"),
+    ],
+)
+def test_what_was_changed_is_named(text, change, message, tmp_path):
+    path = tmp_path / "touched.json"
+    path.write_text(edited(text, change), encoding="utf-8")
+    with pytest.raises(ValueError, match=message) as error:
+        read_json(path)
+    assert str(path) in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "Expecting value"),
+        ("[1]", "format = None"),
+        ("[" * 100_000, "nested too deeply"),
+        ('{"format": NaN}', "NaN is no JSON number"),
+        ('{"format": 1, "format": 2}', "'format' occurs twice"),
+    ],
+)
+def test_what_is_no_json_of_ours(text, message):
+    with pytest.raises(ValueError, match=message):
+        from_json(text)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.data())
+def test_truncated_anywhere_it_is_refused(text, data):
+    cut = data.draw(st.integers(0, len(text) - 3))  # the last two are the brace and the line's end
+    with pytest.raises(ValueError):  # noqa: PT011 - which message depends on the place
+        from_json(text[:cut])
+
+
+def test_other_bytes_and_huge_files(tmp_path, monkeypatch):
+    path = tmp_path / "bytes.json"
+    path.write_bytes(b"\xff\xfe{}")
+    with pytest.raises(ValueError, match=r"bytes\.json"):
+        read_json(path)
+    monkeypatch.setattr("mgeo_attitude.plan.reading.MOST_BYTES", 2)
+    with pytest.raises(ValueError, match="larger than 2 bytes"):
+        read_json(path)
+    with pytest.raises(FileNotFoundError):
+        read_json(tmp_path / "none.json")
+
+
+def test_numbers_that_other_libraries_round_otherwise_are_the_same(text, plan):
+    table = json.loads(text)
+    table["predicted"]["trace [-]"] *= 1.0 + 1e-10
+    table["timeline"][0]["start q1"] += 1e-14
+    table["timeline"][0]["end [s]"] = int(table["timeline"][0]["end [s]"])  # as JavaScript does
+    assert from_json(json.dumps(table)) == plan
+
+
+def test_scenarios_are_part_of_the_plan(plan, text):
+    other = dataclasses.replace(plan.scenario, name="another")
+    assert from_json(to_json(ManeuverPlan(other, plan.design))) != plan

@@ -1,0 +1,103 @@
+"""The plan's tables by hand, and against the filter's run."""
+
+import dataclasses
+import pickle
+
+import numpy as np
+import pandas as pd
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
+from mgeo_attitude.observability import baselines
+from mgeo_attitude.plan import ManeuverPlan
+from scipy.spatial.transform import Rotation
+
+from .conftest import DESIGN
+
+HALF = np.sqrt(0.5)
+
+
+def test_one_maneuver_of_90_degrees_about_z():
+    scenario = dataclasses.replace(Scenario.paper(), duration=600.0)
+    problem = AttitudeManeuverProblem(scenario, n_maneuvers=1)
+    table = ManeuverPlan.from_design(problem, [0.0, 0.0, 0.5, 180.0]).timeline()
+    assert table["phase"].tolist() == ["maneuver 1", "rate held"]
+    assert table["start [s]"].tolist() == [0.0, 180.0]
+    assert table.loc[0, "end UTC"] == table.loc[1, "start UTC"] == "2018-06-05T00:03:00.000000"
+    assert table.loc[0, ["rate x [deg/s]", "rate y [deg/s]", "rate z [deg/s]"]].tolist() == [
+        *(0.0, 0.0, 0.5)
+    ]
+    assert table.loc[0, "swept [deg]"] == 90.0
+    first = table.iloc[0]
+    np.testing.assert_allclose(first[[f"start q{c}" for c in "123c"]].astype(float), [0, 0, 0, 1])
+    np.testing.assert_allclose(
+        first[[f"end q{c}" for c in "123c"]].astype(float), [0, 0, HALF, HALF], atol=1e-14
+    )
+
+
+def test_timeline_turned_through_gives_the_filter_its_attitude(plan):
+    table = plan.timeline()
+    assert table["phase"].tolist() == ["maneuver 1", "maneuver 3", "rate held"]
+    q = Rotation.identity()
+    for _, row in table.iterrows():
+        rates = row[[f"rate {axis} [deg/s]" for axis in "xyz"]].to_numpy(float)
+        q = q * Rotation.from_rotvec(rates * row["duration [s]"], degrees=True)
+        found = Rotation.from_quat(row[[f"end q{c}" for c in "123c"]].to_numpy(float))
+        assert (q.inv() * found).magnitude() < 1e-12
+    np.testing.assert_allclose(q.inv().as_matrix(), plan.history.attitude[-1], atol=1e-12)
+    assert table["end [s]"].iloc[-1] == plan.t_end
+
+
+def test_accuracy_is_that_of_the_filter(plan, problem):
+    history = reference_run(problem.model, DESIGN)
+    assert (plan.t_end, plan.trace) == (history.t_end, history.trace[-1])
+    table = plan.accuracy()
+    assert table.loc["attitude x", ["unit", "before"]].tolist() == ["deg", pytest.approx(5.0)]
+    assert table.loc["gyro bias z", ["unit", "before"]].tolist() == ["deg/h", pytest.approx(36.0)]
+    assert table.loc["mag bias y", "after"] == pytest.approx(50e3 * history.sigma[-1, 16])
+    ratio = history.sigma[-1] / history.sigma[0]
+    np.testing.assert_allclose(table["after / before [-]"], ratio, rtol=1e-14)
+
+
+def test_a_plan_is_its_scenario_and_its_design(plan, problem):
+    same = ManeuverPlan(problem.scenario, DESIGN)
+    assert same == plan
+    assert hash(same) == hash(plan)
+    assert ManeuverPlan(problem.scenario, (*DESIGN[:11], 81.0)) != plan
+    copy = pickle.loads(pickle.dumps(same))
+    assert copy == plan
+    assert copy.t_end == plan.t_end
+
+
+def test_analyses_are_those_of_the_observability_package(plan):
+    assert list(plan.gains().index) == ["start", "maneuver 1", "maneuver 3", "rate held"]
+    assert plan.correlations().shape == (18, 18)
+    assert len(plan.least_observable(4)) == 4
+    default = plan.compare()
+    named = plan.compare(baselines(plan.scenario, 181.0))  # both maneuvers, on whole steps
+    pd.testing.assert_frame_equal(default, named)
+    assert default.loc["plan", "trace [-]"] == pytest.approx(plan.trace, rel=1e-9)
+    still = ManeuverPlan.from_design(plan.problem, np.zeros(12))
+    assert still.compare().loc["no maneuver", "times the first [-]"] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("design", "message"),
+    [
+        (DESIGN[:8], r"design = .*expected 12 numbers, 4 for each of the scenario's 3 maneuvers"),
+        ((1.1, *DESIGN[1:]), r"design\[0\] = 1\.1: expected -1 to 1 for omega_x_1 \[deg/s\]"),
+        ((*DESIGN[:11], -1.0), r"design\[11\] = -1\.0: expected 0 to 2000 for duration_3 \[s\]"),
+        ((np.nan, *DESIGN[1:]), r"design\[0\] = nan"),
+        (("0.5", *DESIGN[1:]), r"design\[0\] = '0\.5'"),
+        (0.5, r"design = 0\.5"),
+    ],
+)
+def test_bad_designs_are_named(problem, design, message):
+    with pytest.raises((ValueError, TypeError), match=message):
+        ManeuverPlan(problem.scenario, design)
+
+
+def test_bad_arguments_are_named(problem):
+    with pytest.raises(TypeError, match="scenario = 'paper'"):
+        ManeuverPlan("paper", DESIGN)
+    with pytest.raises(ValueError, match=r"shape \(1, 12\): expected \(12,\)"):
+        ManeuverPlan.from_design(problem, [DESIGN])

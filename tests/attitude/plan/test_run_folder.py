@@ -1,0 +1,170 @@
+"""Fronts from folders that mgeo itself wrote, and from folders that somebody has touched."""
+
+import dataclasses
+import json
+import shutil
+
+import numpy as np
+import pytest
+from mgeo_attitude.describe import nondominated
+from mgeo_attitude.plan import read_front
+
+from mgeo.runs import Run, installed_versions, prepare, write_run
+
+
+@pytest.fixture(scope="module")
+def run(problem):
+    """A real run, if a short one."""
+    made = prepare("attitude", problem.options(), evaluations=1_080)
+    return Run(made.recipe, made.solve(), installed_versions("attitude"))
+
+
+@pytest.fixture(scope="module")
+def written(run, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run") / "one"
+    write_run(folder, run)
+    return folder
+
+
+@pytest.fixture
+def folder(written, tmp_path):
+    """A copy that a test may touch."""
+    return shutil.copytree(written, tmp_path / "run")
+
+
+def test_it_is_read_as_it_was_written(run, written, problem):
+    front = read_front(written)
+    np.testing.assert_array_equal(front.X, run.outcome.X)
+    np.testing.assert_array_equal(front.F, run.outcome.F)
+    assert front.problem.scenario == problem.scenario
+
+
+def test_picks(run, written):
+    front = read_front(written)
+    F = run.outcome.F
+    fastest, best, knee = (front.plan(choice) for choice in ("fastest", "best", "knee"))
+    assert fastest.t_end == F[:, 0].min()
+    assert best.trace == pytest.approx(F[:, 1].min(), rel=1e-9)
+    # the knee lies below the line through the ends, as no other point does
+    points = front.problem.indicator_space(F[nondominated(F)])
+    (x0, y0), (x1, y1) = points[0], points[-1]
+    below = (points - points[0]) @ [y1 - y0, x0 - x1]
+    bend = F[nondominated(F)[np.argmax(below)]]
+    assert (knee.t_end, knee.trace) == (bend[0], pytest.approx(bend[1], rel=1e-9))
+    times = F[:, 0]
+    for seconds in (0.0, 600.0, 1e9):
+        nearest = times[np.argmin(np.abs(times - seconds))]
+        assert front.plan(seconds).t_end == nearest
+
+
+@pytest.mark.parametrize("choice", ["slowest", "", float("nan"), float("inf")])
+def test_other_choices_are_named(written, choice):
+    with pytest.raises(ValueError, match="choice = "):
+        read_front(written).plan(choice)
+
+
+def test_dominated_rows_are_never_picked(folder):
+    """A front that somebody has put together by hand may hold what no front would."""
+    path = folder / "front.csv"
+    lines = path.read_text().splitlines()
+    cells = lines[1].split(",")
+    worse = ",".join([*cells[:-2], cells[-2], "1e3"])
+    path.write_text("\n".join([lines[0], worse, *lines[1:]]) + "\n")
+    front = read_front(folder)
+    assert all(front.row(choice) != 0 for choice in ("fastest", "knee", "best"))
+
+
+@pytest.mark.parametrize("column", [-1, -2])
+def test_objectives_that_the_filter_does_not_give_are_refused(folder, column):
+    path = folder / "front.csv"
+    lines = path.read_text().splitlines()
+    row = read_front(folder).row("best")
+    cells = lines[row + 1].split(",")
+    cells[column] = repr(float(cells[column]) * (1.0 - 1e-5))
+    lines[row + 1] = ",".join(cells)
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(ValueError, match=rf"front\.csv: row {row + 1}, .*the filter gives"):
+        read_front(folder).plan("best")
+
+
+def edit(folder, change):
+    path = folder / "run.json"
+    data = json.loads(path.read_text(encoding="utf-8"))
+    change(data)
+    path.write_text(json.dumps(data), encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda d: d.update(format=2), "format = 2: this package reads format 1"),
+        (lambda d: d.update(format=True), "format = True"),
+        (lambda d: d.pop("recipe"), "recipe is missing"),
+        (lambda d: d.update(recipe=[]), r"recipe\.problem is missing"),
+        (lambda d: d["recipe"].update(problem="zdt1"), r"recipe\.problem = 'zdt1'"),
+        (lambda d: d["recipe"].update(options=3), r"recipe\.options = 3"),
+        (
+            lambda d: d["recipe"]["options"]["gyro"].update(bias_deg_s=-1.0),
+            r"recipe\.options\.gyro\.bias_deg_s = -1\.0",
+        ),
+        (
+            lambda d: d["recipe"]["options"]["maneuvers"].update(count=10**8),
+            r"recipe\.options\.maneuvers\.count = 100000000: expected at most 1000",
+        ),
+    ],
+)
+def test_what_was_changed_in_the_recipe_is_named(folder, change, message):
+    edit(folder, change)
+    with pytest.raises(ValueError, match=message) as error:
+        read_front(folder)
+    assert "run.json" in str(error.value)
+
+
+def test_a_front_of_another_scenario_is_refused(folder):
+    edit(folder, lambda d: d["recipe"]["options"].update(eclipse=True, duration=1000.0))
+    with pytest.raises(ValueError, match="the filter gives"):
+        read_front(folder).plan("best")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda t: t[: len(t) // 2], "row .* values|end of line|finite"),
+        (lambda t: t.split("\n")[0] + "\n", "at least one row"),
+        (lambda t: "", "columns"),
+        (lambda t: t.replace("omega_x_1", "omega_w_1"), "columns"),
+        (lambda t: t.split("\n")[0] + "\n" + ",".join(["nan"] * 14) + "\n", "row 1, omega_x_1"),
+        (lambda t: t.split("\n")[0] + "\n" + ",".join(["1_0", *["0"] * 13]) + "\n", "1_0"),
+        (lambda t: t.split("\n")[0] + "\n" + ",".join(["open()"] * 14) + "\n", r"'open\(\)'"),
+    ],
+)
+def test_what_was_changed_in_the_table_is_named(folder, change, message):
+    path = folder / "front.csv"
+    path.write_text(change(path.read_text()))
+    with pytest.raises(ValueError, match=message) as error:
+        read_front(folder)
+    assert "front.csv" in str(error.value)
+
+
+def test_rates_beyond_the_limits_are_no_plan(folder):
+    path = folder / "front.csv"
+    header = path.read_text().split("\n")[0]
+    path.write_text(f"{header}\n{','.join(['5', *['0'] * 11, '600', '1e-4'])}\n")
+    with pytest.raises(ValueError, match=r"front\.csv: design\[0\] = 5\.0: expected -1 to 1"):
+        read_front(folder).plan("best")
+
+
+def test_missing_files(folder, tmp_path):
+    with pytest.raises(FileNotFoundError, match="holds no run"):
+        read_front(tmp_path)
+    (folder / "front.csv").unlink()
+    with pytest.raises(FileNotFoundError, match=r"front\.csv"):
+        read_front(folder)
+
+
+def test_a_limit_that_was_tightened_since_is_a_limit(folder, problem):
+    tight = dataclasses.replace(problem.scenario.maneuvers, max_rate_deg_s=0.01)
+    options = dataclasses.replace(problem.scenario, maneuvers=tight).to_dict()
+    edit(folder, lambda d: d["recipe"].update(options=options))
+    with pytest.raises(ValueError, match=r"expected -0\.01 to 0\.01"):
+        read_front(folder).plan("best")

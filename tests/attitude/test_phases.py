@@ -1,0 +1,42 @@
+"""Phases of a plan, by hand."""
+
+import pytest
+from mgeo_attitude.phases import HELD, phases
+
+
+def seen(design, t_end, step=1.0):
+    return [(p.label, p.start, p.end, p.rates_deg_s) for p in phases(design, t_end, step)]
+
+
+def test_maneuvers_then_the_last_rate_held():
+    design = [0.3, 0, 0, 100.0, 0, -0.6, 0.8, 50.5]
+    assert seen(design, 900.0) == [
+        ("maneuver 1", 0.0, 100.0, (0.3, 0.0, 0.0)),
+        ("maneuver 2", 100.0, 151.0, (0.0, -0.6, 0.8)),  # ends at the next step
+        (HELD, 151.0, 900.0, (0.0, -0.6, 0.8)),
+    ]
+    second = phases(design, 900.0, 1.0)[1]
+    assert second.duration == 51.0
+    assert second.swept_deg == pytest.approx(51.0, rel=1e-15)
+
+
+def test_a_run_that_ends_with_the_maneuvers_holds_nothing():
+    assert [label for label, *_ in seen([0.3, 0, 0, 100.0], 100.0)] == ["maneuver 1"]
+    assert seen([0.3, 0, 0, 100.0], 40.0) == [("maneuver 1", 0.0, 40.0, (0.3, 0.0, 0.0))]
+
+
+def test_no_maneuver_at_all_is_a_rate_held():
+    assert seen([0.3, 0, 0, 0.0, 0, 0, 0, 0.0], 40.0) == [(HELD, 0.0, 40.0, (0.0, 0.0, 0.0))]
+
+
+def test_what_is_not_flown_leaves_its_number_out():
+    design = [0.1, 0, 0, 100.0, 0.2, 0, 0, 0.0, 0.3, 0, 0, 0.0]
+    assert seen(design, 400.0) == [
+        ("maneuver 1", 0.0, 100.0, (0.1, 0.0, 0.0)),
+        (HELD, 100.0, 400.0, (0.3, 0.0, 0.0)),
+    ]
+
+
+def test_rates_are_those_of_the_design_to_the_last_bit():
+    ((*_, rates), *_) = seen([0.75, -0.7, 0.1, 10.0], 20.0)
+    assert rates == (0.75, -0.7, 0.1)
