@@ -60,8 +60,6 @@ class BitStrings(ExtremalOptimization, ABC):
     def _variables(self, problem: Problem) -> Variables:
         variables = Variables.of(problem, ("real", "integer", "binary"))
         self.code = BitCode.of(variables, self.bits, self.coding == "gray")
-        if self.code.length == 0:
-            raise ValueError(f"{type(problem).__name__}: expected a variable with a choice")
         return variables
 
     def _draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:

@@ -64,8 +64,13 @@ class BitCode:
         counts = np.where(variables.real, bits, np.ceil(np.log2(np.maximum(levels, 1.0))))
         counts = counts.astype(np.intp)
         if np.any(counts > MOST_BITS):
-            raise ValueError(f"integers within {levels.max():g} levels: expected 2^{MOST_BITS}")
-        column = np.arange(max(1, counts.max()))[None, :] - (max(1, counts.max()) - counts[:, None])
+            raise ValueError(
+                f"an integer variable of {levels.max():g} levels: expected at most 2^{MOST_BITS} "
+                "levels"
+            )
+        if not counts.any():
+            raise ValueError("all variables are fixed by their bounds: expected one that is not")
+        column = np.arange(counts.max())[None, :] - (counts.max() - counts[:, None])
         first = np.cumsum(counts) - counts
         places = np.where(column >= 0, first[:, None] + column, -1)
         return cls(variables, counts, gray, places)
@@ -77,8 +82,6 @@ class BitCode:
 
     def decode(self, strings: FloatArray) -> FloatArray:
         """(..., n_var) values of strings of 0 and 1, (..., length)."""
-        if self.length == 0:
-            return np.broadcast_to(self.variables.xl, (*strings.shape[:-1], len(self.bits))).copy()
         digits = np.where(self.places >= 0, strings[..., self.places], 0.0)
         if self.gray:
             digits = np.cumsum(digits, axis=-1) % 2.0

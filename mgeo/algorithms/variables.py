@@ -57,7 +57,10 @@ class Variables:
                     )
             names = tuple(declared)
             kinds = tuple(_OF_VARIABLE[type(variable)] for variable in declared.values())
-            given = [getattr(variable, "bounds", (0, 1)) for variable in declared.values()]
+            given = [
+                (0, 1) if isinstance(variable, Binary) else variable.bounds
+                for variable in declared.values()
+            ]
             xl, xu = (_numbers([pair[side] for pair in given]) for side in (0, 1))
         else:
             names = None

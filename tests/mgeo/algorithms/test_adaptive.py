@@ -1,0 +1,209 @@
+"""The rules of an adaptive tau, and restarts."""
+
+import math
+
+import numpy as np
+import pytest
+from pymoo.optimize import minimize
+from pymoo.problems.multi import ZDT1
+from scipy.stats import kstest
+
+from mgeo import MGEOCanonical, MGEOReal, MGEOReal2, MGEOVar
+from mgeo.algorithms import adaptive
+
+from .members import MEMBERS
+from .problems import Fixed, Galski, Rosenbrock
+
+FAILED, INFEASIBLE, FEASIBLE = (np.nan, 1.0), (9.0, -9.0), (5.0, 5.0)
+
+
+def merits(*rows, violation):
+    return adaptive.merits(np.array(rows), np.array(violation))
+
+
+def test_merit_orders_feasible_infeasible_failed():
+    merit = merits(FEASIBLE, (6.0, 4.0), INFEASIBLE, INFEASIBLE, FAILED, violation=[0, 0, 1, 2, 0])
+    better = adaptive.better(merit[:, None], merit[None, :])
+    worse_than = {  # in the first objective, in the second
+        0: ({1, 2, 3, 4}, {2, 3, 4}),
+        1: ({2, 3, 4}, {0, 2, 3, 4}),
+        2: ({3, 4}, {3, 4}),
+        3: ({4}, {4}),
+        4: (set(), set()),
+    }
+    for row, per_objective in worse_than.items():
+        for objective, expected in enumerate(per_objective):
+            assert set(np.flatnonzero(better[row, :, objective])) == expected
+
+
+def test_best_merit_is_taken_objective_by_objective():
+    rows = merits(FEASIBLE, (6.0, 4.0), INFEASIBLE, violation=[0, 0, 1])
+    assert adaptive.best(rows).tolist() == [0, 5, 4]
+    assert adaptive.best(rows[2:]).tolist() == [1, 0, 0]
+    assert not adaptive.better(adaptive.unknown(2), merits(FAILED, violation=[0.0])[0]).any()
+
+
+def test_tau_falls_back_rises_or_stays():
+    chance = np.array([0.0, 0.2, 0.3, 0.4])
+    previous = np.array([0.5, 0.3, 0.3, 0.3])
+    normal, uniform = np.array([1.0, 1, 1, 1]), np.array([0.5, 0.5, 0.5, 0.5])
+    tau = adaptive.next_tau(np.full(4, 2.0), chance, previous, normal, uniform, 16)
+    assert tau == pytest.approx([0.5 * math.exp(0.25), 2 + 0.7 * 0.5, 2 + 0.8 * 0.5, 2.0])
+
+
+def test_tau_falls_back_to_a_log_normal_value():
+    rng = np.random.default_rng(0)
+    n, zero = 5000, np.zeros(5000)
+    tau = adaptive.next_tau(np.full(n, 9.0), zero, zero, rng.standard_normal(n), rng.random(n), 9)
+    assert kstest(np.log(2 * tau), "norm", args=(0.0, 1 / 3)).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("rule", adaptive.RULES)
+@pytest.mark.parametrize("member", MEMBERS)
+def test_where_nothing_ever_improves_tau_is_reset_in_every_generation(member, rule):
+    # all values are equal: after the first generation no candidate is better than another
+    algorithm = member(rule, 50).setup(Fixed([1.0]), seed=1)
+    algorithm.next()
+    resets = []
+    for _ in range(20):
+        algorithm.next()
+        resets.append(algorithm.taus[:, 0].copy())
+        assert not algorithm.chances.any()
+    length = algorithm.walkers.shape[1]
+    logs = np.log(2 * np.array(resets)).ravel()
+    assert kstest(logs, "norm", args=(0.0, 1 / math.sqrt(length))).pvalue > 1e-3
+
+
+def test_each_objective_has_a_tau_of_its_own():
+    algorithm = MGEOReal(0.5, "a-geo2", 8).setup(Galski(4), seed=1)
+    for _ in range(30):
+        before = algorithm.taus.copy()
+        algorithm.next()
+        assert ((algorithm.taus != before).sum(axis=1) <= 1).all()
+    assert (algorithm.taus[:, 0] != algorithm.taus[:, 1]).all()
+
+
+def test_the_first_rule_asks_for_more_than_the_second():
+    # the best so far is never worse than where a walker stands
+    problem = Rosenbrock(4)
+    first, second = (MGEOReal(0.3, rule, 40).setup(problem, seed=1) for rule in adaptive.RULES)
+    chances = []
+    for algorithm in (first, second):
+        seen = []
+        for _ in range(60):
+            algorithm.next()
+            seen.append(algorithm.chances.mean())
+        chances.append(np.mean(seen[20:]))
+    assert chances[0] < 0.5 * chances[1]
+
+
+# ---- restarts ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("member", MEMBERS)
+def test_a_run_that_never_restarts_is_the_published_one(member):
+    problem = ZDT1(n_var=4)
+    plain = minimize(problem, member(), ("n_gen", 20), seed=1)
+    patient = minimize(problem, member(restart="random", patience=10**9), ("n_gen", 20), seed=1)
+    assert np.array_equal(plain.X, patient.X)
+    assert np.array_equal(plain.algorithm.walkers, patient.algorithm.walkers)
+
+
+@pytest.mark.parametrize("restart", ["random", "archive"])
+@pytest.mark.parametrize("member", MEMBERS)
+def test_a_walker_without_progress_begins_anew(member, restart):
+    algorithm = member("a-geo1", 5, restart=restart, patience=3).setup(Fixed([1.0, 2.0]), seed=1)
+    for generation in range(1, 13):
+        before = algorithm._decode(algorithm.walkers.copy())
+        algorithm.next()
+        after = algorithm._decode(algorithm.walkers)
+        # the first generation of a new walker is progress; three without it are the end
+        assert algorithm.idle.tolist() == [[0, 0, 1, 2][generation % 4]] * 5
+        if generation % 4 == 0:
+            front = algorithm.front.individuals.get("X")
+            assert (algorithm.taus == 0.5).all()
+            assert np.isinf(algorithm.best[:, 0]).all()
+            if restart == "archive":
+                assert (after == front[0]).all()
+            else:
+                assert len(np.unique(after, axis=0)) == 5
+        elif isinstance(algorithm, MGEOReal | MGEOCanonical):
+            assert ((before != after).sum(axis=1) <= 1).all()
+
+
+def test_progress_is_an_own_best_or_a_point_on_the_front():
+    algorithm = MGEOReal(0.3, 1.0, 6, restart="random", patience=10**6)
+    algorithm.setup(ZDT1(n_var=3), seed=1)
+    best, idle = np.full((6, 2), np.inf), np.zeros(6, dtype=int)
+    for _ in range(80):
+        infills = algorithm.ask()
+        algorithm.evaluator.eval(algorithm.problem, infills)
+        old = {id(entry) for entry in algorithm.front.individuals}
+        algorithm.tell(infills=infills)
+        new = {id(entry) for entry in algorithm.front.individuals} - old
+        for walker in range(6):
+            own = infills[3 * walker : 3 * walker + 3]
+            F = own.get("F").min(axis=0)
+            progress = (best[walker] > F).any() or any(id(entry) in new for entry in own)
+            best[walker] = np.minimum(best[walker], F)
+            idle[walker] = 0 if progress else idle[walker] + 1
+        assert np.array_equal(algorithm.idle, idle)
+    assert idle.max() > 5
+
+
+class Valleys(Rosenbrock):
+    """A shallow valley with a minimum of 1, and a deep one with 0 in which fewer points end."""
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        shallow = 1 + 10 * ((X + 1.0) ** 2).sum(axis=1)
+        out["F"] = np.minimum(shallow, 30 * ((X - 1.8) ** 2).sum(axis=1))
+
+
+def test_greedy_walkers_leave_a_valley_only_by_a_restart():
+    def share_stuck(**options):
+        bests = np.full(40, np.inf)
+
+        def watch(algorithm):
+            np.minimum(bests, algorithm.pop.get("F").reshape(40, -1).min(axis=1), out=bests)
+
+        algorithm = MGEOReal(0.1, 5.0, 40, **options)
+        minimize(Valleys(2), algorithm, ("n_gen", 400), seed=1, callback=watch)
+        return np.mean(bests >= 1)
+
+    never = share_stuck()
+    assert never > 0.4
+    assert share_stuck(restart="random", patience=10) < 0.5 * never
+    assert share_stuck(restart="archive", patience=10) == 0  # the archive is one good point
+
+
+@pytest.mark.parametrize(
+    ("parameters", "error", "message"),
+    [
+        ({"tau": "a-geo3"}, ValueError, "tau = 'a-geo3': expected one of 'a-geo1', 'a-geo2'"),
+        ({"restart": "sometimes"}, ValueError, "restart = 'sometimes': expected one of 'never'"),
+        ({"patience": 0}, ValueError, "patience = 0: expected an integer of at least 1"),
+    ],
+)
+@pytest.mark.parametrize("member", [MGEOReal, MGEOReal2, MGEOCanonical, MGEOVar])
+def test_refused_parameters_of_all_members(member, parameters, error, message):
+    with pytest.raises(error, match=message):
+        member(**parameters)
+
+
+@pytest.mark.parametrize(
+    ("member", "parameters", "error", "message"),
+    [
+        (MGEOReal2, {"n_steps": 1}, ValueError, "n_steps = 1: expected an integer of at least 2"),
+        (MGEOReal2, {"divisor": 0}, ValueError, "divisor = 0: expected a finite number > 0"),
+        (MGEOReal2, {"schedule": "linear"}, ValueError, "schedule = 'linear': expected one of"),
+        (MGEOReal2, {"bits": 3}, TypeError, "MGEOReal2 got an unknown keyword 'bits'"),
+        (MGEOCanonical, {"bits": 0}, ValueError, "bits = 0: expected an integer of at least 1"),
+        (MGEOCanonical, {"bits": 53}, ValueError, "bits = 53: expected at most 52"),
+        (MGEOCanonical, {"bits": [8, 2.5]}, TypeError, r"bits\[1\] = 2.5: expected an integer"),
+        (MGEOVar, {"coding": "grey"}, ValueError, "coding = 'grey': .*did you mean 'gray'"),
+        (MGEOVar, {"sigma": 1.0}, TypeError, "MGEOVar got an unknown keyword 'sigma'"),
+    ],
+)
+def test_refused_parameters_of_one_member(member, parameters, error, message):
+    with pytest.raises(error, match=message):
+        member(**parameters)

@@ -1,0 +1,188 @@
+"""Bits to numbers and back, for real, integer and binary variables."""
+
+import numpy as np
+import pytest
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Binary, Choice, Integer, Real
+from pymoo.operators.sampling.rnd import IntegerRandomSampling
+from pymoo.optimize import minimize
+
+from mgeo import MGEOCanonical, MGEOReal, MGEOVar
+from mgeo.algorithms.coding import BitCode
+from mgeo.algorithms.variables import Variables
+
+from .. import naive
+
+KINDS = ("real", "integer", "binary")
+
+
+def code_of(kinds, xl, xu, bits, gray=False):
+    variables = Variables(tuple(kinds), np.array(xl, dtype=float), np.array(xu, dtype=float))
+    return BitCode.of(variables, bits, gray)
+
+
+def all_strings(length):
+    return (np.arange(2**length)[:, None] >> np.arange(length)[::-1] & 1).astype(float)
+
+
+@pytest.mark.parametrize("gray", [False, True])
+def test_a_real_variable_has_evenly_spaced_values_from_bound_to_bound(gray):
+    code = code_of(["real"], [-3.0], [7.0], 5, gray)
+    values = code.decode(all_strings(5))[:, 0]
+    assert np.sort(values) == pytest.approx(np.linspace(-3, 7, 32), rel=1e-15)
+    assert (values.min(), values.max()) == (-3.0, 7.0)
+    assert np.array_equal(code.encode(values[:, None]), all_strings(5))
+
+
+def test_neighbors_in_gray_code_differ_in_one_bit():
+    code = code_of(["real"], [0.0], [1.0], 6, gray=True)
+    strings = code.encode(np.linspace(0, 1, 64)[:, None])
+    assert (np.abs(np.diff(strings, axis=0)).sum(axis=1) == 1).all()
+
+
+@pytest.mark.parametrize("levels", [1, 2, 3, 5, 8, 11, 100])
+@pytest.mark.parametrize("gray", [False, True])
+def test_an_integer_has_every_level_about_as_often(levels, gray):
+    code = code_of(["integer", "real"], [-4, 0], [-4 + levels - 1, 1], 1, gray)
+    assert code.bits.tolist() == [int(np.ceil(np.log2(levels))), 1]
+    values, counts = np.unique(code.decode(all_strings(code.length))[:, 0], return_counts=True)
+    assert values.tolist() == list(range(-4, -4 + levels))
+    assert counts.max() - counts.min() <= 2  # of one real bit: each number appears twice
+    points = np.column_stack([values, np.zeros(levels)])
+    assert np.array_equal(code.decode(code.encode(points)), points)
+
+
+@pytest.mark.parametrize("gray", [False, True])
+def test_variables_of_any_kind_and_length_side_by_side(gray):
+    code = code_of(KINDS, [-1, 2, 0], [1, 8, 1], [9, 1, 1], gray)
+    assert code.bits.tolist() == [9, 3, 1]
+    strings = np.random.default_rng(0).integers(0, 2, (4, 50, 13)).astype(float)
+    values = code.decode(strings)
+    assert values.shape == (4, 50, 3)
+    assert np.array_equal(code.decode(code.encode(values)), values)
+    assert np.isin(values[..., 1], range(2, 9)).all()
+    assert np.isin(values[..., 2], (0, 1)).all()
+    assert np.array_equal(values[..., 2], strings[..., 12])
+
+
+def test_a_variable_with_equal_bounds_stays_there():
+    code = code_of(["real", "integer"], [2.5, 3], [2.5, 3], 4)
+    assert np.array_equal(code.decode(all_strings(4)), np.tile([2.5, 3.0], (16, 1)))
+    assert np.array_equal(code.encode(np.array([[2.5, 3.0]])), np.zeros((1, 4)))
+
+
+def test_the_longest_code_is_exact():
+    code = code_of(["real"], [0.0], [1.0], 52)
+    strings = np.random.default_rng(1).integers(0, 2, (100, 52)).astype(float)
+    assert np.array_equal(code.encode(code.decode(strings)), strings)
+
+
+# ---- problems of integer and binary variables -------------------------------------------------
+
+
+class Knapsack(Problem):
+    """Two values to make large, one weight to respect: 2^10 packings, all of them known."""
+
+    def __init__(self):
+        super().__init__(n_var=10, n_obj=2, n_ieq_constr=1, xl=0, xu=1, vtype=bool)
+        self.value = np.random.default_rng(4).integers(1, 30, (3, 10))
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        assert X.dtype == bool
+        total = X @ self.value.T
+        out["F"] = -1.0 * total[:, :2]
+        out["G"] = total[:, 2:] - self.value[2].sum() / 2
+
+
+def test_binary_variables_the_whole_front_is_found():
+    problem = Knapsack()
+    X = all_strings(10).astype(bool)
+    F, G = problem.evaluate(X)
+    front = F[naive.archive_rows(F.tolist(), np.maximum(G[:, 0], 0).tolist())]
+    result = minimize(problem, MGEOCanonical(1.0, 10), ("n_eval", 20_000), seed=1)
+    assert np.array_equal(result.F, front)
+    assert result.X.dtype == bool
+
+
+class Grid(Problem):
+    def __init__(self):
+        super().__init__(n_var=3, n_obj=2, xl=[-7, 0, 3], xu=[12, 5, 9], vtype=int)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        assert np.issubdtype(X.dtype, np.integer)
+        out["F"] = np.column_stack([((X - 4) ** 2).sum(axis=1), np.abs(X + 3).sum(axis=1)])
+
+
+@pytest.mark.parametrize("member", [MGEOCanonical, MGEOVar])
+@pytest.mark.parametrize("coding", ["plain", "gray"])
+def test_integer_variables_the_whole_front_is_found(member, coding):
+    problem = Grid()
+    axes = [np.arange(low, high + 1) for low, high in zip(problem.xl, problem.xu, strict=True)]
+    F = problem.evaluate(np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3).astype(int))
+    result = minimize(problem, member(0.5, 10, coding=coding), ("n_eval", 10_000), seed=1)
+    assert np.array_equal(result.F, F[naive.archive_rows(F.tolist(), [0.0] * len(F))])
+    assert np.array_equal(problem.evaluate(result.X), result.F)
+
+
+def test_integer_starting_points_are_kept():
+    algorithm = MGEOVar(n_runs=6, sampling=IntegerRandomSampling()).setup(Grid(), seed=2)
+    starts = algorithm.ask().get("X").reshape(6, -1, 3)[:, 0]
+    again = MGEOVar(n_runs=6, sampling=starts).setup(Grid(), seed=3)
+    assert np.array_equal(again.ask().get("X").reshape(6, -1, 3)[:, 0], starts)
+
+
+class Mixed(ElementwiseProblem):
+    """Typed variables: a design is a dict."""
+
+    def __init__(self):
+        kinds = {
+            "on": Binary(),
+            "count": Integer(bounds=(-2, 9)),
+            "length": Real(bounds=(-1.0, 3.0)),
+        }
+        super().__init__(vars=kinds, n_obj=2)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        assert (type(X["on"]), type(X["count"]), type(X["length"])) == (bool, int, float)
+        near = (X["count"] - 4) ** 2 + (X["length"] - 1) ** 2
+        out["F"] = [near + X["on"], (X["length"] + 1) ** 2 + 3 * (not X["on"])]
+
+
+def test_typed_variables_are_coded_together_and_the_whole_front_is_found():
+    problem = Mixed()
+    X = [
+        {"on": on, "count": count, "length": float(length)}
+        for on in (False, True)
+        for count in range(-2, 10)
+        for length in np.linspace(-1, 3, 64)
+    ]
+    F = problem.evaluate(np.array(X, dtype=object))
+    result = minimize(problem, MGEOCanonical(0.5, 5, 6), ("n_eval", 5000), seed=1)
+    assert pytest.approx(F[naive.archive_rows(F.tolist(), [0.0] * len(F))], abs=1e-14) == result.F
+    assert all(set(x) == {"on", "count", "length"} for x in result.X)
+
+
+def test_dicts_of_the_archive_are_places_to_restart_at():
+    algorithm = MGEOCanonical(3.0, 4, 6, restart="archive", patience=1)
+    result = minimize(Mixed(), algorithm, ("n_gen", 60), seed=1)
+    assert {x["on"] for x in result.X} == {False, True}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "member", "message"),
+    [
+        ({"vars": {"c": Choice(options=["a", "b"])}}, MGEOCanonical, r"vars\['c'\] is a Choice"),
+        ({"vars": {"b": Binary()}}, MGEOReal, r"vars\['b'\] is a Binary: expected real"),
+        ({"vars": {"r": Real()}}, MGEOCanonical, "expected a finite bound"),
+        ({"n_var": 2, "xl": 0, "xu": 1, "vtype": str}, MGEOCanonical, "vtype = <class 'str'>"),
+        ({"n_var": 2, "xl": 0.5, "xu": 4, "vtype": int}, MGEOCanonical, "expected whole numbers"),
+        ({"n_var": 2, "xl": 3, "xu": 3, "vtype": int}, MGEOCanonical, "all variables are fixed"),
+        ({"n_var": 2, "xl": 0, "xu": 1, "vtype": bool}, MGEOVar, "variable 0 has 1 bit"),
+        ({"n_var": 3, "xl": 0, "xu": 1}, lambda: MGEOVar(bits=[4, 4]), "bits of length 2"),
+        ({"n_var": 3, "xl": 0, "xu": 1}, lambda: MGEOVar(bits=[4, 1, 4]), "variable 1 has 1 bit"),
+        ({"n_var": 1, "xl": 0, "xu": 2**60, "vtype": int}, MGEOCanonical, "at most 2\\^52 levels"),
+    ],
+)
+def test_problems_that_cannot_be_coded_are_refused(arguments, member, message):
+    with pytest.raises(ValueError, match=message):
+        member().setup(Problem(n_obj=2, **arguments))
