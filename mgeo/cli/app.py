@@ -58,34 +58,48 @@ def solve(
         str,
         typer.Option(
             metavar="NAME",
-            help="mgeo-real, or one of pymoo's: nsga2, nsga3, u-nsga3, spea2, sms-emoa, age-moea2, "
-            "moead, ctaea, rvea, gde3, nsde, mopso-cd, cmopso, random.",
+            help="mgeo-real, mgeo-real2, mgeo-canonical, mgeo-var, or one of pymoo's: nsga2, "
+            "nsga3, u-nsga3, spea2, sms-emoa, age-moea2, moead, ctaea, gde3, nsde, "
+            "mopso-cd, cmopso, rvea, random.",
         ),
     ] = "mgeo-real",
     sigma: Annotated[
         str | None,
         typer.Option(
             metavar="NUMBER[,NUMBER...]",
-            help="mgeo-real: standard deviation of the perturbation, one or one per variable "
-            "[default: 1.0].",
+            help="mgeo-real, -real2: standard deviation of the perturbation, one or one per "
+            "variable [default: 1.0].",
         ),
     ] = None,
     tau: Annotated[
-        float | None, typer.Option(help="mgeo-real: exponent of the ranking [default: 3.0].")
+        str | None,
+        typer.Option(
+            metavar="NUMBER|a-geo1|a-geo2",
+            help="mgeo-...: exponent of the ranking, or a rule by which it adapts [default: 3.0].",
+        ),
     ] = None,
     runs: Annotated[
-        int | None, typer.Option(help="mgeo-real: independent walkers [default: 30].")
+        int | None, typer.Option(help="mgeo-...: independent walkers [default: 30].")
     ] = None,
     perturbation: Annotated[
         str | None,
         typer.Option(
             metavar="absolute|relative|range",
-            help="mgeo-real: what sigma is a multiple of: 1, the variable, its range "
+            help="mgeo-real, -real2: what sigma is a multiple of: 1, the variable, its range "
             "[default: absolute].",
         ),
     ] = None,
     population: Annotated[
         int | None, typer.Option(help="pymoo's algorithms: population size [default: 100].")
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Any other parameter of the algorithm, such as bits=12 or restart=archive; may be "
+            "given several times.",
+        ),
     ] = None,
     evaluations: Annotated[
         int | None,
@@ -111,15 +125,17 @@ def solve(
     The folder gets front.csv, run.json (how to run it again) and front.html. Ctrl-C ends the run
     and keeps what was found; a second one does so without waiting for the generation under way.
     """
-    from mgeo.cli.solve import Request, parse_sigma, run
+    from mgeo.cli.parameters import parse_numbers, parse_settings, parse_value
+    from mgeo.cli.solve import Request, run
 
     with one_line_errors(debug):
         given = {
-            "sigma": parse_sigma(sigma) if sigma is not None else None,
-            "tau": tau,
+            "sigma": parse_numbers("--sigma", sigma) if sigma is not None else None,
+            "tau": parse_value(tau) if tau is not None else None,
             "n_runs": runs,
             "perturbation": perturbation,
             "population": population,
+            **parse_settings(settings or []),
         }
         request = Request(
             problem=problem,

@@ -13,8 +13,8 @@ from rich.text import Text
 from mgeo.cli.consoles import console
 from mgeo.cli.displays import clock, run_display
 from mgeo.cli.errors import one_line_errors
+from mgeo.cli.parameters import flag
 from mgeo.cli.progress import Reporter
-from mgeo.runs.scenario import read_scenario
 from mgeo.cli.signals import StopRequest, stop_requests
 from mgeo.cli.solutions import solutions_table
 from mgeo.figures import front_figure, page
@@ -30,9 +30,9 @@ from mgeo.runs import (
     write_run,
 )
 from mgeo.runs.algorithms import complete_parameters
+from mgeo.runs.scenario import read_scenario
 
 _CAUSES = 3  # of failed evaluations are shown
-_FLAGS = {"n_runs": "--runs"}  # the others are called as the parameter
 
 
 @dataclass(frozen=True)
@@ -98,29 +98,8 @@ def check_flags(algorithm: str, parameters: Mapping[str, Any]) -> None:
     known = complete_parameters(algorithm, {})
     for key in parameters:
         if key not in known:
-            flags = ", ".join(map(_flag, known))
-            raise ValueError(f"{_flag(key)} does not apply to {algorithm}, which takes {flags}")
-
-
-def parse_sigma(text: str) -> float | list[float]:
-    """One number, or a list where there are commas.
-
-    Raises
-    ------
-    ValueError
-        If an entry is no number.
-    """
-    try:
-        numbers = [float(entry) for entry in text.split(",")]
-    except ValueError as error:
-        raise ValueError(
-            f"--sigma = {text!r}: expected a number or numbers separated by commas"
-        ) from error
-    return numbers[0] if len(numbers) == 1 else numbers
-
-
-def _flag(parameter: str) -> str:
-    return _FLAGS.get(parameter, f"--{parameter}")
+            flags = ", ".join(map(flag, known))
+            raise ValueError(f"{flag(key)} does not apply to {algorithm}, which takes {flags}")
 
 
 def _solve(prepared: PreparedRun, request: Request, stop: StopRequest) -> Outcome:

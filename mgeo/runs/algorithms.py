@@ -1,4 +1,4 @@
-"""Algorithms by name: MGEOReal and those of pymoo, imported only when one is built."""
+"""Algorithms by name: the MGEO family and those of pymoo, imported only when one is built."""
 
 from __future__ import annotations
 
@@ -140,15 +140,22 @@ def _pymoo(
     return _Entry(f"pymoo.algorithms.{module}", cls, {"population": 100}, build)
 
 
+_STEPS = {"sigma": 1.0, "tau": 3.0, "n_runs": 30, "perturbation": "absolute"}
+_BITS = {"tau": 3.0, "n_runs": 30, "bits": 16, "coding": "plain"}
+_RESTARTS = {"restart": "never", "patience": 50}
+
 # Runs of CMOPSO repeat with a seed because `mgeo.runs.solve.set_up` sees to it; RVEA is ours,
 # because the result of pymoo's is its population, which is not a front.
 ALGORITHMS: Mapping[str, _Entry] = {
-    DEFAULT: _Entry(
+    DEFAULT: _Entry("mgeo", "MGEOReal", _STEPS | _RESTARTS, _with_walkers),
+    "mgeo-real2": _Entry(
         "mgeo",
-        "MGEOReal",
-        {"sigma": 1.0, "tau": 3.0, "n_runs": 30, "perturbation": "absolute"},
+        "MGEOReal2",
+        _STEPS | {"n_steps": 5, "divisor": 2.0, "schedule": "factorial"} | _RESTARTS,
         _with_walkers,
     ),
+    "mgeo-canonical": _Entry("mgeo", "MGEOCanonical", _BITS | _RESTARTS, _with_walkers),
+    "mgeo-var": _Entry("mgeo", "MGEOVar", _BITS | _RESTARTS, _with_walkers),
     "nsga2": _pymoo("moo.nsga2", "NSGA2"),
     "nsga3": _pymoo("moo.nsga3", "NSGA3", _with_directions_and_population),
     "u-nsga3": _pymoo("moo.unsga3", "UNSGA3", _with_directions_and_population),

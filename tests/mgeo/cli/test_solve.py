@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app, solve
-from mgeo.cli.solve import parse_sigma
+from mgeo.cli.parameters import parse_numbers
 from mgeo.runs import read_run
 from mgeo.runs.algorithms import ALGORITHMS
 
@@ -68,6 +68,8 @@ def test_flags_reach_the_recipe(mgeo):
         "tau": 2.5,
         "n_runs": 3,
         "perturbation": "range",
+        "restart": "never",
+        "patience": 50,
     }
     assert data["options"] == {"load": 2000.0}
 
@@ -235,13 +237,53 @@ def test_a_run_without_feasible_solutions_says_so(mgeo, monkeypatch):
 
 def test_the_help_names_every_algorithm():
     text = solve.__annotations__["algorithm"]
-    named = re.search(r"mgeo-real, or one of pymoo's: (.*)\.", re.sub(r'"\s*"', "", text))
-    assert set(named[1].split(", ")) == set(ALGORITHMS) - {"mgeo-real"}
+    text = re.sub(r'"\s*"', "", text)
+    named = re.search(r"help=\W*(mgeo-.*), or one of pymoo's: (.*)\.", text)
+    assert [*named[1].split(", "), *named[2].split(", ")] == list(ALGORITHMS)
 
 
 @pytest.mark.parametrize(("text", "sigma"), [("0.5", 0.5), ("1e-2, 3", [0.01, 3.0])])
 def test_sigma(text, sigma):
-    assert parse_sigma(text) == sigma
+    assert parse_numbers("--sigma", text) == sigma
+
+
+def test_any_other_parameter_is_set_by_name(mgeo):
+    done = mgeo(
+        *("solve", "cantilever", "--algorithm", "mgeo-canonical", "--tau", "a-geo2", "--runs", "2"),
+        *("--set", "bits=7,9", "--set", "coding=gray", "--set", "restart=archive"),
+        *("--evaluations", "64", "--out", "a"),
+    )
+    assert done.exit_code == 0, done.output
+    assert json.loads(Path("a/run.json").read_text())["recipe"]["parameters"] == {
+        "tau": "a-geo2",
+        "n_runs": 2,
+        "bits": [7, 9],
+        "coding": "gray",
+        "restart": "archive",
+        "patience": 50,
+    }
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (["bits"], "--set bits: expected NAME=VALUE"),
+        (["patience="], "--set patience=: expected NAME=VALUE"),
+        (["tau=3"], "--set tau=3: expected --tau for this parameter"),
+        (["patience=3", "patience=4"], "--set patience=4: patience is given twice"),
+        (
+            ["bits=8"],
+            r"--set bits=... does not apply to mgeo-real, .* --set restart=..., --set pat",
+        ),
+        (["patience=2.5"], "patience = 2.5: expected an integer"),
+        (["restart=often"], "restart = 'often': expected one of 'never'"),
+    ],
+)
+def test_bad_settings_are_refused(mgeo, settings, message):
+    flags = [part for setting in settings for part in ("--set", setting)]
+    refused = mgeo("solve", "cantilever", *flags)
+    assert refused.exit_code == 2
+    assert re.search(message, refused.stderr.replace("\n", " "))
 
 
 def test_version_and_help(mgeo):

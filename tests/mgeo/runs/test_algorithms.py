@@ -1,3 +1,5 @@
+import inspect
+
 import numpy as np
 import pytest
 from pymoo.indicators.hv import HV
@@ -13,7 +15,12 @@ from mgeo.runs.algorithms import (
 )
 from mgeo.runs.solve import solve
 
-SMALL = {"mgeo-real": {"n_runs": 4, "sigma": 0.1}}
+SMALL = {
+    "mgeo-real": {"n_runs": 4, "sigma": 0.1},
+    "mgeo-real2": {"n_runs": 1, "sigma": 0.2},
+    "mgeo-canonical": {"n_runs": 1, "bits": 5},
+    "mgeo-var": {"n_runs": 1, "bits": 5},
+}
 DIRECTED = ("nsga3", "u-nsga3", "moead", "ctaea", "rvea")
 AREA = HV(ref_point=np.array([1.1, 6.0]))
 
@@ -69,7 +76,18 @@ def test_parameters_are_completed():
         "tau": 2.0,
         "n_runs": 30,
         "perturbation": "absolute",
+        "restart": "never",
+        "patience": 50,
     }
+
+
+@pytest.mark.parametrize("name", [name for name in ALGORITHMS if name.startswith("mgeo")])
+def test_parameters_and_defaults_are_those_of_the_class(name):
+    algorithm = build_algorithm(name, {}, ZDT1())
+    options = {"self", "sampling", "archive_size", "options"}
+    signature = inspect.signature(type(algorithm).__init__).parameters
+    defaults = {key: value.default for key, value in signature.items() if key not in options}
+    assert complete_parameters(name, {}) == defaults
 
 
 def test_the_default_budget_is_the_papers_and_the_same_for_all():
