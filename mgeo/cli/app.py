@@ -159,3 +159,32 @@ def problems(debug: Debug = False) -> None:
 
     with one_line_errors(debug):
         list_problems()
+
+
+@app.command()
+def study(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A study as TOML.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder to write [default: studies/FILE].")
+    ] = None,
+    evaluations: Annotated[
+        int | None, typer.Option(min=1, help="Another budget than the file's.")
+    ] = None,
+    seeds: Annotated[
+        int | None, typer.Option(min=1, help="Only the first so many seeds, or more.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(help="Processes; -1 for one per processor.")] = -1,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster to run on.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
+    debug: Debug = False,
+) -> None:
+    """Compare algorithms as a file says, and write tables and figures.
+
+    Finished runs are kept in the folder: a study that was interrupted goes on when the same
+    command is given again.
+    """
+    from mgeo.cli.study import Request, run
+
+    raise typer.Exit(run(Request(file, out, evaluations, seeds, jobs, cluster, quiet, debug)))

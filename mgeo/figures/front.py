@@ -126,18 +126,20 @@ def axis(name: str, values: NDArray[np.float64]) -> dict[str, object]:
 def logarithmic(values: NDArray[np.float64]) -> bool:
     """Whether values spread more evenly on a logarithmic axis, and far enough to need one.
 
-    That is where all but the outermost 2 % on either side (one value near zero must not squeeze
-    all others into a corner) span a factor of `_LOG_FROM`, and their logarithms are less skewed
-    than they are.
+    That is where they span a factor of `_LOG_FROM`, and their logarithms are less skewed than
+    they are. The outermost 2 % on either side have no say in the skewness: one value near zero
+    must not squeeze all others into a corner.
     """
-    if not len(values) or values.min() <= 0:
+    if not len(values) or values.min() <= 0 or values.max() < _LOG_FROM * values.min():
         return False
     low, high = np.quantile(values, [0.02, 0.98])
     inner = values[(values >= low) & (values <= high)]
-    return bool(high / low >= _LOG_FROM and _skewness(np.log(inner)) < _skewness(inner))
+    return _skewness(np.log(inner)) < _skewness(inner)
 
 
 def _skewness(values: NDArray[np.float64]) -> float:
-    """Size of the third standardized moment."""
+    """Size of the third standardized moment; 0 if all values are equal."""
     deviation = values - values.mean()
+    if not deviation.any():
+        return 0.0
     return float(abs(np.mean(deviation**3)) / np.mean(deviation**2) ** 1.5)

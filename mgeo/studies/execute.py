@@ -42,6 +42,7 @@ def compare(
     reference_front: ArrayLike | None = None,
     n_jobs: int | None = None,
     progress: bool | None = None,
+    title: str | None = None,
 ) -> Comparison:
     """Run every algorithm with every seed, and measure all fronts in one space.
 
@@ -64,6 +65,7 @@ def compare(
     bounds, reference_front : of the indicators' space, see `mgeo.studies.space`.
     n_jobs : processes, as joblib counts them: -1 for one per processor.
     progress : False for no display; None for one only if stderr is a terminal.
+    title : of that display; default: the problem's class.
 
     Raises
     ------
@@ -79,7 +81,8 @@ def compare(
     steps = _grid(grid, n_eval)
     keys = list(product(named, _seeds(seeds)))
     tasks = {(name, s): Task(problem, named[name], n_eval, s) for name, s in keys}
-    results = _run_all(type(problem).__name__, tasks, folder, n_jobs, progress)
+    shown = title or type(problem).__name__
+    results = _run_all(shown, tasks, folder, n_jobs, progress)
     records = {key: r for key in keys if isinstance(r := results[key], Record)}
     if not records:
         first = next(r.error for r in results.values() if isinstance(r, Failure))

@@ -17,4 +17,5 @@ def stand_in(monkeypatch):
 @pytest.fixture
 def stand_in_environment():
     """The plugin, as the environment of another process."""
-    return {**os.environ, "PYTHONPATH": str(STAND_IN), "PYTHONWARNINGS": "error"}
+    path = os.pathsep.join(filter(None, [str(STAND_IN), os.environ.get("PYTHONPATH")]))
+    return {**os.environ, "PYTHONPATH": path, "PYTHONWARNINGS": "error"}

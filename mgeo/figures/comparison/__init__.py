@@ -10,6 +10,7 @@ from mgeo.figures.comparison.anytime import anytime_figure
 from mgeo.figures.comparison.attainment import attainment_figure
 from mgeo.figures.comparison.boxes import boxes_figure
 from mgeo.figures.comparison.difference import difference_figure
+from mgeo.figures.comparison.each import each_figure
 from mgeo.figures.comparison.fronts import fronts_figure
 from mgeo.figures.comparison.ranks import ranks_figure
 
@@ -22,16 +23,18 @@ __all__ = [
     "boxes_figure",
     "comparison_figures",
     "difference_figure",
+    "each_figure",
     "fronts_figure",
     "ranks_figure",
 ]
 
 
 def comparison_figures(comparison: Comparison) -> dict[str, go.Figure]:
-    """All that can be drawn: anytime, boxes, ranks, fronts, attainment, difference.
+    """All that can be drawn: anytime, boxes, ranks, fronts, each, attainment, difference.
 
     Ranks need two algorithms and two seeds that all finished, fronts at most three objectives,
-    attainment two. The difference is that of the best algorithm and each of the others.
+    fronts one by one and attainment two. The difference is that of the best algorithm and each of
+    the others.
     """
     figures = {"anytime": anytime_figure(comparison), "boxes": boxes_figure(comparison)}
     ranked = comparison.tests().friedman
@@ -40,6 +43,7 @@ def comparison_figures(comparison: Comparison) -> dict[str, go.Figure]:
     if comparison.problem.n_obj <= 3:
         figures["fronts"] = fronts_figure(comparison)
     if comparison.problem.n_obj == 2:
+        figures["each"] = each_figure(comparison)
         figures["attainment"] = attainment_figure(comparison)
         best, *others = comparison.order()
         if others:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
 
 LEVELS = 5  # steps of the share of runs in each direction
+_LEVELS = (*range(LEVELS, 0, -1), *range(-1, -LEVELS - 1, -1))
 _FIRST, _SECOND = (0, 92, 148), (190, 75, 0)  # at their strongest
 
 
@@ -40,14 +41,18 @@ def difference_figure(comparison: Comparison, first: str, seconds: list[str]) ->
     corner = everything.max(axis=0) + 0.05 * np.ptp(everything, axis=0)
     groups = [_rectangles(*pair, corner) for pair in pairs]
     figure = go.Figure()
-    for i, (second, pair, group) in enumerate(zip(seconds, pairs, groups, strict=True)):
-        for level in (*range(LEVELS, 0, -1), *range(-1, -LEVELS - 1, -1)):
-            winner, loser = (first, second) if level > 0 else (second, first)
-            share = _share(abs(level), min(LEVELS, len(pair[0])))
-            area = _area(winner, loser, level, share, group.get(level, []))
-            figure.add_trace(area.update(visible=i == 0 and bool(share)))
+    shown: list[list[bool]] = []
+    for second, pair, group in zip(seconds, pairs, groups, strict=True):
+        shares = [_share(abs(level), min(LEVELS, len(pair[0]))) for level in _LEVELS]
+        shown.append([bool(share) for share in shares])
+        for level, share in zip(_LEVELS, shares, strict=True):
+            sides = (first, second) if level > 0 else (second, first)
+            figure.add_trace(_area(*sides, level, share, group.get(level, [])))
+    figure.update_traces(visible=False)
+    for trace, visible in zip(figure.data, shown[0], strict=False):
+        trace.visible = visible
     if len(seconds) > 1:
-        figure.update_layout(updatemenus=[_menu(first, seconds)])
+        figure.update_layout(updatemenus=[_menu(first, seconds, shown)])
     for update, i in ((figure.update_xaxes, 0), (figure.update_yaxes, 1)):
         update(axis(comparison.objectives[i], everything[:, i]))
     finished(
@@ -132,14 +137,12 @@ def _color(level: int) -> str:
     return "rgb({},{},{})".format(*parts)
 
 
-def _menu(first: str, seconds: list[str]) -> dict[str, Any]:
-    buttons = [
-        {
-            "label": f"{first} against {second}",
-            "method": "update",
-            "args": [{"visible": [i == j for i in range(len(seconds)) for _ in range(2 * LEVELS)]}],
-        }
-        for j, second in enumerate(seconds)
-    ]
+def _menu(first: str, seconds: list[str], shown: list[list[bool]]) -> dict[str, Any]:
+    none = [False] * len(_LEVELS)
+    buttons = []
+    for j, second in enumerate(seconds):
+        visible = [on for i, own in enumerate(shown) for on in (own if i == j else none)]
+        label = f"{first} against {second}"
+        buttons.append({"label": label, "method": "update", "args": [{"visible": visible}]})
     place = {"x": 1.0, "xanchor": "right", "y": 1.02, "yanchor": "bottom"}
     return {"buttons": buttons, "direction": "down", "showactive": True, **place}

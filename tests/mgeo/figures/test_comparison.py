@@ -8,6 +8,7 @@ from mgeo.figures.comparison import (
     boxes_figure,
     comparison_figures,
     difference_figure,
+    each_figure,
     fronts_figure,
     ranks_figure,
 )
@@ -86,10 +87,28 @@ def test_equal_attainment_has_no_area_and_the_menu_shows_one_pair():
     figure = difference_figure(comparison(), "A_1", ["B", "C"])
     buttons = figure.layout.updatemenus[0].buttons
     assert [button.label for button in buttons] == ["A_1 against B", "A_1 against C"]
-    shown = np.array(buttons[1].args[0]["visible"])
-    assert [t.x[0] is not None for t, on in zip(figure.data, shown, strict=True) if on] == [
-        False
-    ] * 10
+    visible = buttons[1].args[0]["visible"]
+    shown = [t for t, on in zip(figure.data, visible, strict=True) if on]
+    assert [t.name for t in shown] == [
+        f"{name}: {share}"
+        for name, shares in (
+            ("A_1", ["100 %", "66.7 to 100 %", "33.3 to 66.7 %"]),
+            ("C", ["33.3 to 66.7 %", "66.7 to 100 %", "100 %"]),
+        )
+        for share in shares
+    ]
+    assert all(t.x[0] is None for t in shown)
+
+
+def test_every_algorithm_has_its_own_picture():
+    figure = each_figure(comparison())
+    assert [title.text for title in figure.layout.annotations[:3]] == list(VALUES)
+    for (name, fronts), gray, colored in zip(
+        FRONTS.items(), figure.data[::2], figure.data[1::2], strict=True
+    ):
+        assert len(gray.x) == sum(map(len, fronts))
+        assert f"<b>{name}</b>, seed" in colored.hovertemplate
+        assert gray.xaxis == colored.xaxis
 
 
 def test_an_algorithm_without_a_front_has_no_difference():
@@ -125,13 +144,14 @@ def test_what_cannot_be_drawn_is_left_out():
         "boxes",
         "ranks",
         "fronts",
+        "each",
         "attainment",
         "difference",
     ]
     made = comparison()
     one = made.table.query("algorithm == 'A_1' and seed == 1")
     single = Comparison(**{**vars(made), "table": one, "algorithms": ("A_1",)})
-    assert list(single.figures()) == ["anytime", "boxes", "fronts", "attainment"]
+    assert list(single.figures()) == ["anytime", "boxes", "fronts", "each", "attainment"]
 
 
 def test_three_objectives_are_drawn_in_space_and_more_are_refused():

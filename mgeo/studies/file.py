@@ -1,0 +1,270 @@
+"""A study as a file: problems, algorithms, budget and seeds in commented TOML."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mgeo.algorithms.parameters import integer
+from mgeo.plugins import load_problem
+from mgeo.runs.algorithms import build_algorithm, complete_parameters
+from mgeo.runs.scenario import read_scenario
+from mgeo.studies.execute import GRID_POINTS
+
+if TYPE_CHECKING:
+    from pymoo.core.algorithm import Algorithm
+    from pymoo.core.problem import Problem
+
+PYMOO = "pymoo:"  # before the name of one of pymoo's test problems
+_KEYS = ("title", "about", "evaluations", "seeds", "grid", "problems", "algorithms", "published")
+_PROBLEM_KEYS = ("name", "scenario", "options")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One problem of a study."""
+
+    label: str
+    name: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def build(self) -> Problem:
+        """The installed problem of this name, or pymoo's if it begins with ``pymoo:``.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If there is none, or it refuses an option.
+        """
+        if not self.name.startswith(PYMOO):
+            return load_problem(self.name, self.options)
+        from pymoo.problems import get_problem
+
+        name = self.name.removeprefix(PYMOO)
+        try:
+            return get_problem(name, **self.options)
+        except Exception as error:  # pymoo raises bare ones for names it does not know
+            given = dict(self.options)
+            raise ValueError(f"pymoo has no problem {name!r} with {given}: {error}") from error
+
+
+@dataclass(frozen=True)
+class Contender:
+    """One algorithm of a study, with all its parameters."""
+
+    label: str
+    name: str
+    parameters: Mapping[str, Any]
+
+    def build(self, problem: Problem) -> Algorithm:
+        """The algorithm, for this problem.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If it refuses a parameter or the problem.
+        """
+        return build_algorithm(self.name, self.parameters, problem)
+
+
+@dataclass(frozen=True)
+class Published:
+    """Values of a publication to be shown beside the study's: by label, then by column."""
+
+    source: str
+    table: Mapping[str, Mapping[str, float]]
+
+
+@dataclass(frozen=True)
+class Study:
+    """What a study file says; `text` is the file."""
+
+    title: str
+    about: str
+    evaluations: int
+    seeds: tuple[int, ...]
+    grid: int
+    cases: tuple[Case, ...]
+    contenders: tuple[Contender, ...]
+    published: Published | None
+    text: str
+
+    def reduced(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
+        """The same study with another budget, or with its first so many seeds.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If a number is out of range.
+        """
+        changes: dict[str, Any] = {}
+        if evaluations is not None:
+            changes["evaluations"] = integer("evaluations", evaluations, low=1)
+        if seeds is not None:
+            count = integer("seeds", seeds, low=1)
+            more = range(max(self.seeds) + 1, max(self.seeds) + 1 + count)
+            changes["seeds"] = (*self.seeds, *more)[:count]
+        return replace(self, **changes)
+
+
+def read_study(path: Path | str) -> Study:
+    """A study from its file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError, TypeError
+        If it is no valid study; the message names the file and the key.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"there is no study file {path}")
+    try:
+        text = path.read_text(encoding="utf-8")
+        return parse_study(text, path.parent)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path} is no valid TOML: {error}") from error
+    except (ValueError, TypeError) as error:
+        raise type(error)(f"{path}: {error}") from error
+
+
+def parse_study(text: str, folder: Path) -> Study:
+    """A study from the text of its file; scenario files are relative to `folder`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `read_study`, without the name of the file.
+    """
+    data = tomllib.loads(text)
+    _refuse_unknown(data, _KEYS, "")
+    for key in ("title", "evaluations", "seeds", "problems", "algorithms"):
+        if key not in data:
+            raise ValueError(f"{key} is missing")
+    cases = [c for i, t in enumerate(_tables(data, "problems")) for c in _cases(t, i, folder)]
+    contenders = [c for i, t in enumerate(_tables(data, "algorithms")) for c in _contenders(t, i)]
+    for key, labels in (
+        ("problems", [case.label for case in cases]),
+        ("algorithms", [contender.label for contender in contenders]),
+    ):
+        twice = sorted({label for label in labels if labels.count(label) > 1})
+        if twice:
+            raise ValueError(f"{key}: {twice[0]!r} is there twice; expected different labels")
+    study = Study(
+        title=_string(data, "title"),
+        about=_string(data, "about") if "about" in data else "",
+        evaluations=integer("evaluations", data["evaluations"], low=1),
+        seeds=_seeds(data["seeds"]),
+        grid=integer("grid", data.get("grid", GRID_POINTS), low=1),
+        cases=tuple(cases),
+        contenders=tuple(contenders),
+        published=_published(data["published"]) if "published" in data else None,
+        text=text,
+    )
+    _check_published(study)
+    return study
+
+
+def _cases(table: Mapping[str, Any], index: int, folder: Path) -> Iterator[Case]:
+    where = f"problems[{index}]."
+    _refuse_unknown(table, _PROBLEM_KEYS, where)
+    if "name" not in table:
+        raise ValueError(f"{where}name is missing")
+    if "scenario" in table and "options" in table:
+        raise ValueError(f"{where}scenario and options: expected one of them")
+    for name in _listed(table["name"]):
+        if not isinstance(name, str):
+            raise TypeError(f"{where}name = {name!r}: expected a string, or a list of strings")
+        if "scenario" not in table:
+            yield Case(name.removeprefix(PYMOO), name, table.get("options", {}))
+        else:
+            for scenario in _listed(table["scenario"]):
+                yield Case(f"{name} {Path(scenario).stem}", name, read_scenario(scenario, folder))
+
+
+def _contenders(table: Mapping[str, Any], index: int) -> Iterator[Contender]:
+    """Every combination of the values in lists; a list as one value is a list in a list."""
+    where = f"algorithms[{index}]."
+    if "name" not in table:
+        raise ValueError(f"{where}name is missing")
+    given = {key: value for key, value in table.items() if key not in ("name", "label")}
+    for name in _listed(table["name"]):
+        try:
+            complete_parameters(str(name), given)
+        except ValueError as error:
+            raise ValueError(f"{where}name: {error}") from error
+        for values in product(*map(_listed, given.values())):
+            chosen = dict(zip(given, values, strict=True))
+            yield Contender(_label(table, where, name, chosen, given), name, chosen)
+
+
+def _label(
+    table: Mapping[str, Any],
+    where: str,
+    name: str,
+    chosen: Mapping[str, Any],
+    given: Mapping[str, Any],
+) -> str:
+    if "label" not in table:
+        swept = [f"{key} = {chosen[key]}" for key in given if isinstance(given[key], list)]
+        return ", ".join([name, *swept])
+    try:
+        return str(table["label"]).format(name=name, **chosen)
+    except (KeyError, IndexError, ValueError) as error:
+        raise ValueError(
+            f"{where}label = {table['label']!r}: expected text in which braces hold only "
+            f"{', '.join(['name', *chosen])}"
+        ) from error
+
+
+def _published(table: Any) -> Published:
+    if not isinstance(table, dict) or set(table) != {"source", "table"}:
+        raise ValueError("published: expected the keys source and table")
+    return Published(_string(table, "source"), table["table"])
+
+
+def _check_published(study: Study) -> None:
+    labels = {contender.label for contender in study.contenders}
+    for label in study.published.table if study.published else ():
+        if label not in labels:
+            raise ValueError(
+                f"published.table: {label!r} is no algorithm of this study, which are "
+                f"{', '.join(sorted(labels))}"
+            )
+
+
+def _seeds(value: Any) -> tuple[int, ...]:
+    if not isinstance(value, list):
+        return tuple(range(1, integer("seeds", value, low=1) + 1))
+    seeds = tuple(integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(value))
+    if not seeds or len(set(seeds)) < len(seeds):
+        raise ValueError(f"seeds = {value}: expected one or more different ones")
+    return seeds
+
+
+def _tables(data: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
+    value = data[key]
+    if not (isinstance(value, list) and value and all(isinstance(v, dict) for v in value)):
+        raise TypeError(f"{key}: expected one table [[{key}]] or more")
+    return value
+
+
+def _listed(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value]
+
+
+def _string(data: Mapping[str, Any], key: str) -> str:
+    if not isinstance(data[key], str):
+        raise TypeError(f"{key} = {data[key]!r}: expected a string")
+    return str(data[key])
+
+
+def _refuse_unknown(table: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
+    for key in table:
+        if key not in known:
+            raise ValueError(f"{where}{key} is unknown: expected {', '.join(known)}")

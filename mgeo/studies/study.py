@@ -1,0 +1,148 @@
+"""Runs a study and writes what it found."""
+
+from __future__ import annotations
+
+import json
+import platform
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from mgeo.files import write_file, write_files
+from mgeo.plugins import find_plugin
+from mgeo.studies.comparison import Comparison
+from mgeo.studies.execute import compare
+from mgeo.studies.file import PYMOO, Case, Study
+from mgeo.studies.report import by_problem, case_page, folder_name, study_page
+from mgeo.studies.statistics import Friedman, friedman
+from mgeo.studies.tables import markdown
+
+RUNS = "runs"  # folder of the finished runs
+REPORT = "report.html"
+
+
+def run_study(
+    study: Study, folder: Path | str, *, n_jobs: int | None = None, progress: bool | None = None
+) -> dict[str, Comparison]:
+    """Make the runs that are missing, and write tables and figures.
+
+    Everything goes into `folder`, or with several problems into a folder each below it, once a
+    problem is done: ``table.csv`` (indicators over evaluations), ``final.csv`` (after all of
+    them), ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``, ``report.html`` and last
+    ``provenance.json``. A study that was interrupted goes on with the runs that are missing.
+
+    Returns
+    -------
+    A comparison per problem, by its label.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a problem or an algorithm cannot be built.
+    RuntimeError
+        If all runs of a problem failed.
+    """
+    folder = Path(folder)
+    # All of them first: what cannot be built should not be found after hours.
+    problems = [case.build() for case in study.cases]
+    algorithms = [{c.label: c.build(problem) for c in study.contenders} for problem in problems]
+    comparisons: dict[str, Comparison] = {}
+    for case, problem, contenders in zip(study.cases, problems, algorithms, strict=True):
+        comparison = compare(
+            problem,
+            contenders,
+            study.evaluations,
+            study.seeds,
+            folder=folder / RUNS,
+            grid=study.grid,
+            n_jobs=n_jobs,
+            progress=progress,
+            title=case.label,
+        )
+        place = folder if len(study.cases) == 1 else folder / folder_name(case.label)
+        place.mkdir(parents=True, exist_ok=True)
+        write_files(place, _contents(study, case, comparison))
+        comparisons[case.label] = comparison
+    if len(study.cases) > 1:
+        page = study_page(study, comparisons, over_problems(study, comparisons))
+        table = by_problem(comparisons)
+        write_files(
+            folder,
+            {
+                "summary.md": markdown(table).encode(),
+                "summary.csv": table.to_csv(lineterminator="\n").encode(),
+                REPORT: page.encode(),
+            },
+        )
+    write_file(folder / "study.toml", study.text.encode())
+    return comparisons
+
+
+def over_problems(study: Study, comparisons: dict[str, Comparison]) -> Friedman | None:
+    """Friedman's test with problems as blocks, by the median of each problem's first indicator.
+
+    None for fewer than two problems or algorithms with finished runs on every problem.
+    """
+    labels = [contender.label for contender in study.contenders]
+    rows = []
+    for comparison in comparisons.values():
+        final, chosen = comparison.final(), comparison.indicator()
+        medians = final.groupby("algorithm")[[chosen.name]].median()[chosen.name]
+        rows.append(chosen.better(medians).reindex(labels))
+    table = pd.DataFrame(rows).dropna(axis="columns")
+    if min(table.shape) < 2:
+        return None
+    return friedman(table.to_numpy(float), [str(name) for name in table.columns])
+
+
+def _contents(study: Study, case: Case, comparison: Comparison) -> dict[str, bytes]:
+    titles = {indicator.name: indicator.title for indicator in comparison.indicators}
+    tests = pd.concat(
+        [
+            comparison.tests(name).pairs.assign(indicator=name).set_index("indicator")
+            for name in titles
+        ]
+    )
+    tables = {
+        "table.csv": comparison.table,
+        "final.csv": comparison.final(),
+        "runs.csv": comparison.runs,
+        "tests.csv": tests.reset_index(),
+    }
+    texts = {name: t.to_csv(index=False, lineterminator="\n") for name, t in tables.items()}
+    texts["summary.md"] = markdown(comparison.overview().rename(columns=titles))
+    texts["summary.tex"] = comparison.to_latex()
+    texts[REPORT] = case_page(study, case.label, comparison)
+    texts["provenance.json"] = json.dumps(_provenance(study, case, comparison), indent=2) + "\n"
+    return {name: text.encode() for name, text in texts.items()}
+
+
+def _provenance(study: Study, case: Case, comparison: Comparison) -> dict[str, Any]:
+    statuses = comparison.runs["status"]
+    return {
+        "title": study.title,
+        "problem": {"name": case.name, "options": dict(case.options)},
+        "algorithms": {
+            c.label: {"name": c.name, "parameters": dict(c.parameters)} for c in study.contenders
+        },
+        "evaluations": study.evaluations,
+        "seeds": list(study.seeds),
+        "space": comparison.space.describe(),
+        "runs_finished": int((statuses == "finished").sum()),
+        "runs_failed": int((statuses == "failed").sum()),
+        "hours_of_runs": round(float(comparison.runs["wall_time"].sum()) / 3600.0, 3),
+        "written": datetime.now(UTC).isoformat(timespec="seconds"),
+        "versions": _versions(case),
+    }
+
+
+def _versions(case: Case) -> dict[str, str]:
+    versions = {"python": platform.python_version()}
+    versions |= {name: version(name) for name in ("mgeo", "pymoo", "numpy", "moocore")}
+    if not case.name.startswith(PYMOO):
+        plugin = find_plugin(case.name)
+        versions[plugin.distribution] = plugin.version
+    return versions

@@ -1,0 +1,133 @@
+from pathlib import Path
+
+import pytest
+
+from mgeo.studies.file import parse_study, read_study
+
+STUDIES = Path(__file__).parents[3] / "docs" / "studies"
+SMALL = """
+title = "small"
+evaluations = 100
+seeds = 2
+[[problems]]
+name = "pymoo:zdt1"
+[[algorithms]]
+name = "nsga2"
+population = 20
+"""
+
+
+def parsed(text=SMALL, folder=Path()):
+    return parse_study(text, folder)
+
+
+def test_a_small_study():
+    study = parsed()
+    assert (study.title, study.about, study.evaluations) == ("small", "", 100)
+    assert (study.seeds, study.grid, study.published) == ((1, 2), 50, None)
+    (case,), (contender,) = study.cases, study.contenders
+    assert (case.label, case.build().n_var) == ("zdt1", 30)
+    assert (contender.label, contender.name) == ("nsga2", "nsga2")
+    assert contender.build(case.build()).pop_size == 20
+
+
+def test_lists_make_sweeps():
+    study = parsed(
+        SMALL.replace('name = "nsga2"', 'name = ["nsga2", "gde3"]').replace("= 20", "= [20, 30]")
+    )
+    assert [(c.label, c.parameters["population"]) for c in study.contenders] == [
+        ("nsga2, population = 20", 20),
+        ("nsga2, population = 30", 30),
+        ("gde3, population = 20", 20),
+        ("gde3, population = 30", 30),
+    ]
+
+
+def test_a_list_in_a_list_is_one_value():
+    text = SMALL.replace('name = "nsga2"', 'name = "mgeo-real"').replace(
+        "population = 20", 'sigma = [[0.1, 0.2], 3]\ntau = [1, 2]\nlabel = "{sigma}/{tau}"'
+    )
+    found = [(c.label, c.parameters) for c in parsed(text).contenders]
+    assert found[0] == ("[0.1, 0.2]/1", {"sigma": [0.1, 0.2], "tau": 1})
+    assert [label for label, _ in found] == ["[0.1, 0.2]/1", "[0.1, 0.2]/2", "3/1", "3/2"]
+
+
+def test_seeds_may_be_listed():
+    assert parsed(SMALL.replace("seeds = 2", "seeds = [7, 3]")).seeds == (7, 3)
+
+
+def test_problems_are_installed_ones_with_scenarios(stand_in, tmp_path):
+    (tmp_path / "mine.toml").write_text("load = 3.5")
+    table = 'name = "cantilever"\nscenario = ["heavy", "mine.toml"]'
+    study = parsed(SMALL.replace('name = "pymoo:zdt1"', table), tmp_path)
+    assert [case.label for case in study.cases] == ["cantilever heavy", "cantilever mine"]
+    assert [case.build().load for case in study.cases] == [2000.0, 3.5]
+
+
+def test_it_can_be_reduced_and_extended():
+    study = parsed(SMALL.replace("seeds = 2", "seeds = [4, 9]"))
+    assert study.reduced(50, 1).seeds == (4,)
+    assert study.reduced(50, 1).evaluations == 50
+    assert study.reduced(seeds=4).seeds == (4, 9, 10, 11)
+    assert study.reduced() == study
+    with pytest.raises(ValueError, match="seeds = 0"):
+        study.reduced(seeds=0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('title = "small"', "", "title is missing"),
+        ('title = "small"', "title = 3", "title = 3: expected a string"),
+        ("evaluations = 100", "evaluations = 0", "evaluations = 0"),
+        ("seeds = 2", "seeds = [1, 1]", r"seeds = \[1, 1\]: expected one or more different"),
+        ("seeds = 2", "seeds = 2\nbudget = 3", "budget is unknown: expected title, about"),
+        ("seeds = 2", 'seeds = 2\nproblems = "a"', "Cannot overwrite|problems"),
+        ('name = "pymoo:zdt1"', "", r"problems\[0\].name is missing"),
+        ('name = "pymoo:zdt1"', "name = 3", r"problems\[0\].name = 3: expected a string"),
+        ('name = "pymoo:zdt1"', 'name = ["pymoo:zdt1", "pymoo:zdt1"]', "'zdt1' is there twice"),
+        ('name = "pymoo:zdt1"', 'name = "a"\nsize = 3', r"problems\[0\].size is unknown"),
+        ('name = "pymoo:zdt1"', 'name = "a"\nscenario = "b"\noptions = {}', "expected one of them"),
+        ('name = "nsga2"', 'name = "nsag2"', r"algorithms\[0\].name: .*did you mean 'nsga2'"),
+        ('name = "nsga2"', "", r"algorithms\[0\].name is missing"),
+        ("population = 20", "pop = 20", r"algorithms\[0\].name: .*no parameter 'pop'"),
+        ("population = 20", 'label = "{size}"', r"label = '\{size\}': .* only name"),
+        ("population = 20", "[published]\nsource = 'a'", "expected the keys source and table"),
+        (
+            "population = 20",
+            "[published]\nsource = 'a'\ntable = { b = { points = 3 } }",
+            "'b' is no algorithm of this study, which are nsga2",
+        ),
+        ("seeds = 2", "seeds = ", "no valid TOML"),
+    ],
+)
+def test_what_is_wrong_is_named_with_its_file(old, new, message, tmp_path):
+    path = tmp_path / "wrong.toml"
+    path.write_text(SMALL.replace(old, new))
+    with pytest.raises((ValueError, TypeError), match=message) as caught:
+        read_study(path)
+    assert str(caught.value).startswith(str(path))
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(FileNotFoundError, match="there is no study file"):
+        read_study(tmp_path / "none.toml")
+
+
+def test_a_problem_that_pymoo_does_not_have_is_named():
+    (case,) = parsed(SMALL.replace("zdt1", "zdt99")).cases
+    with pytest.raises(ValueError, match="pymoo has no problem 'zdt99'"):
+        case.build()
+
+
+@pytest.mark.parametrize("name", ["table3", "tuning", "comparison", "benchmarks"])
+def test_the_published_studies_can_be_built(name):
+    if name != "benchmarks":
+        pytest.importorskip("mgeo_attitude")
+    study = read_study(STUDIES / f"{name}.toml")
+    counts = {"table3": (1, 6), "tuning": (1, 60), "comparison": (2, 12), "benchmarks": (21, 12)}
+    assert (len(study.cases), len(study.contenders)) == counts[name]
+    for case in study.cases[:: max(1, len(study.cases) // 3)]:
+        problem = case.build()
+        for contender in study.contenders:
+            contender.build(problem)

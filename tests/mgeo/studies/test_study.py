@@ -1,0 +1,223 @@
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from mgeo.cli.app import app
+from mgeo.studies.file import parse_study
+from mgeo.studies.report import folder_name
+from mgeo.studies.study import over_problems, run_study
+from mgeo.studies.verdict import beside, verdict
+
+from .samples import comparison
+
+TWO = """
+title = "Two <problems>"
+about = "First.\\n\\nSecond & last."
+evaluations = 120
+seeds = 2
+grid = 3
+[[problems]]
+name = ["pymoo:zdt1", "pymoo:dtlz2"]
+[[algorithms]]
+name = ["nsga2", "random"]
+label = "{name} {population}"
+population = [10, 20]
+"""
+ONE = TWO.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '"cantilever"')
+FILES = {
+    "table.csv",
+    "final.csv",
+    "runs.csv",
+    "tests.csv",
+    "summary.md",
+    "summary.tex",
+    "report.html",
+    "provenance.json",
+}
+
+
+def names(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+def test_a_study_of_two_problems(tmp_path, monkeypatch):
+    study = parse_study(TWO, tmp_path)
+    found = run_study(study, tmp_path / "out", progress=False)
+    out = tmp_path / "out"
+    assert names(out) == {
+        "runs",
+        "zdt1",
+        "dtlz2",
+        "summary.md",
+        "summary.csv",
+        "report.html",
+        "study.toml",
+    }
+    assert (out / "study.toml").read_text() == TWO
+    assert len(list((out / "runs").iterdir())) == 16
+    for label, result in found.items():
+        assert names(out / label) == FILES
+        pd.testing.assert_frame_equal(pd.read_csv(out / label / "table.csv"), result.table)
+        assert len(pd.read_csv(out / label / "final.csv")) == 8
+        assert len(pd.read_csv(out / label / "tests.csv")) == 6 * 3
+        assert len((out / label / "summary.md").read_text().splitlines()) == 2 + 4
+    page = (out / "zdt1" / "report.html").read_text()
+    assert "<h1>Two &lt;problems&gt;</h1>\n<p>First.</p>\n<p>Second &amp; last.</p>" in page
+    assert page.count("Plotly.newPlot(") >= 7
+    assert not re.search(r"<(script|link|img)[^>]*(src|href)=", page)
+    data = json.loads((out / "dtlz2" / "provenance.json").read_text())
+    assert data["problem"] == {"name": "pymoo:dtlz2", "options": {}}
+    assert data["algorithms"]["random 20"] == {"name": "random", "parameters": {"population": 20}}
+    assert (data["runs_finished"], data["runs_failed"]) == (8, 0)
+    assert data["space"]["reference_point"] == [1.1] * 3
+    ranked = over_problems(study, found)
+    assert (ranked.blocks, len(ranked.ranks)) == (2, 4)
+    # all runs are on disk: nothing is run again, and the tables come out the same
+    monkeypatch.setattr("mgeo.studies.execute.run", None)
+    before = (out / "zdt1" / "table.csv").read_bytes()
+    run_study(study, out, progress=False)
+    assert (out / "zdt1" / "table.csv").read_bytes() == before
+
+
+def test_a_study_of_one_problem_needs_no_folders_below(tmp_path, stand_in):
+    study = parse_study(ONE, tmp_path).reduced(60, 1)
+    run_study(study, tmp_path / "out", progress=False)
+    assert names(tmp_path / "out") == FILES | {"runs", "study.toml"}
+    data = json.loads((tmp_path / "out" / "provenance.json").read_text())
+    assert data["versions"]["stand-in"] == "1.2.3"
+    assert data["space"]["origin"] == "problem"
+
+
+def test_what_cannot_be_built_is_found_before_any_run(tmp_path):
+    study = parse_study(
+        TWO.replace("pymoo:dtlz2", "pymoo:bnh").replace("random", "moead"), tmp_path
+    )
+    with pytest.raises(ValueError, match="'moead' does not treat constraints"):
+        run_study(study, tmp_path / "out", progress=False)
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_verdict_names_the_best_its_rivals_and_what_points_say():
+    made = comparison()
+    made.table.loc[made.table["algorithm"] == "B", "points"] = 99
+    assert verdict(made) == [
+        "By hypervolume, A_1 is the best: 0.60 ± 0.10, then C: 0.45 ± 0.23.",
+        "The runs do not tell it apart from B, C (Mann-Whitney with Holm's correction, 5 %).",
+        "The most points are on the fronts of B: 99 on average. By hypervolume it is number 3 of "
+        "3: points say how finely a front was traced, not how far it reaches.",
+    ]
+
+
+def test_published_values_stand_beside_ours():
+    study = parse_study(
+        TWO.replace('label = "{name} {population}"', 'label = "A_1"')
+        .replace('["nsga2", "random"]', '"nsga2"')
+        .replace("[10, 20]", "10")
+        + '[published]\nsource = "x"\ntable = { A_1 = { points = 7, other = 1 } }',
+        None,
+    )
+    table = beside(comparison(), study.published)
+    assert table.loc["A_1"].tolist() == ["7", "20 ± 10", "1", "0.60 ± 0.10"]
+    assert table.loc["B"].tolist() == ["-", "20 ± 10", "-", "0.20 ± 0.10"]
+
+
+def test_labels_become_folders():
+    assert folder_name("attitude cubesat_6u/σ") == "attitude-cubesat_6u-σ"
+
+
+@pytest.fixture
+def mgeo(tmp_path, monkeypatch, stand_in):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text(ONE)
+    return lambda *arguments: CliRunner().invoke(app, ["study", *map(str, arguments)])
+
+
+def test_the_command_runs_a_file_and_says_what_it_found(mgeo, tmp_path):
+    done = mgeo("mine.toml", "--jobs", 1, "--seeds", 1, "--evaluations", 60)
+    assert done.exit_code == 0, done.output
+    assert names(tmp_path / "studies" / "mine") == FILES | {"runs", "study.toml"}
+    assert "is the best" in done.stdout
+    assert "written: studies/mine/report.html" in done.stdout
+    assert "cantilever: 4 runs, 0 of them found on disk" in done.stderr
+    again = mgeo(
+        "mine.toml", "--jobs", 1, "--seeds", 2, "--evaluations", 60, "--out", "studies/mine"
+    )
+    assert "cantilever: 8 runs, 4 of them found on disk" in again.stderr
+    quiet = mgeo("mine.toml", "--jobs", 1, "--seeds", 1, "--evaluations", 60, "--quiet")
+    assert (quiet.exit_code, quiet.output) == (0, "")
+
+
+def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
+    def failing(task):
+        from mgeo.studies.run import Failure, record
+
+        return record(task) if task.seed == 1 else Failure("ValueError: no", "")
+
+    monkeypatch.setattr("mgeo.studies.execute.run", failing)
+    done = mgeo("mine.toml", "--jobs", 1, "--evaluations", 60)
+    assert done.exit_code == 1
+    assert "4 runs failed; the same command makes them again" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["none.toml"], "there is no study file none.toml"),
+        (["mine.toml", "--cluster", "nonsense://"], "Error"),
+    ],
+)
+def test_bad_input_is_one_line(mgeo, arguments, message):
+    done = mgeo(*arguments)
+    assert done.exit_code == 2
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+SLOW = ONE.replace('"cantilever"', '"slow-cantilever"')
+
+
+@pytest.mark.slow
+def test_a_study_that_is_interrupted_goes_on(tmp_path, stand_in_environment, stand_in):
+    (tmp_path / "slow.toml").write_text(SLOW)
+    command = [sys.executable, "-m", "mgeo", "study", "slow.toml", "--jobs", "1"]
+    settings = {"cwd": tmp_path, "env": stand_in_environment, "text": True}
+    runs = tmp_path / "studies" / "slow" / "runs"
+
+    def files():
+        return {path: path.stat().st_mtime_ns for path in runs.glob("*.npz")}
+
+    def started(stop_at):
+        process = subprocess.Popen(command, stderr=subprocess.PIPE, **settings)
+        deadline = time.monotonic() + 60
+        while len(files()) < stop_at:
+            assert process.poll() is None
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        return process
+
+    interrupted = started(2)
+    interrupted.send_signal(signal.SIGINT)
+    _, errors = interrupted.communicate(timeout=60)
+    assert interrupted.returncode == 130
+    assert "interrupted; the same command goes on with what is in studies/slow" in errors
+    kept = files()
+    killed = started(len(kept) + 1)
+    os.kill(killed.pid, signal.SIGKILL)
+    killed.communicate(timeout=60)
+    kept |= files()
+    assert len(kept) < 8
+    done = subprocess.run(command, capture_output=True, check=True, **settings)
+    assert f"8 runs, {len(kept)} of them found on disk" in done.stderr
+    assert {path: when for path, when in files().items() if path in kept} == kept
+    whole = run_study(parse_study(ONE, tmp_path), tmp_path / "whole", n_jobs=1, progress=False)
+    written = (tmp_path / "studies" / "slow" / "table.csv").read_text()
+    assert written == (tmp_path / "whole" / "table.csv").read_text()
+    assert len(next(iter(whole.values())).table) == 24
