@@ -1,0 +1,38 @@
+"""A run folder, written once and never touched, and the command run in this process."""
+
+import dataclasses
+
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.cli.app import app
+from mgeo_attitude.plan import read_front
+from typer.testing import CliRunner
+
+from mgeo.runs import write_run
+
+from ..small_run import small_run
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory):
+    scenario = dataclasses.replace(Scenario.paper(), duration=2400.0)
+    path = tmp_path_factory.mktemp("runs") / "one"
+    write_run(path, small_run(AttitudeManeuverProblem(scenario)))
+    return path
+
+
+@pytest.fixture(scope="session")
+def front(folder):
+    return read_front(folder)
+
+
+@pytest.fixture
+def run():
+    """Run ``mgeo-attitude`` with arguments; its exit code must be what is expected."""
+
+    def invoke(*arguments, code=0):
+        done = CliRunner().invoke(app, [str(argument) for argument in arguments])
+        assert done.exit_code == code, done.output + done.stderr
+        return done
+
+    return invoke

@@ -1,0 +1,62 @@
+"""``mgeo-attitude export``: files that read back as the plan."""
+
+import brahe.ccsds
+import pandas as pd
+import pytest
+from mgeo_attitude.plan import read_csv, read_json
+
+
+def test_all_formats(run, folder, front, tmp_path):
+    paths = [tmp_path / f"plan{suffix}" for suffix in (".json", ".csv", ".aem")]
+    done = run("export", folder, *paths, "--pick", "best", "--originator", "INPE")
+    assert done.stdout.splitlines() == [f"wrote {path}" for path in paths]
+    plan = front.plan("best")
+    assert read_json(paths[0]) == plan
+    pd.testing.assert_frame_equal(read_csv(paths[1]), plan.timeline(), check_exact=True)
+    message = brahe.ccsds.AEM.from_file(str(paths[2]))
+    assert message.originator == "INPE"
+    assert len(message.segments) == len(plan.phases)
+    assert sorted(tmp_path.iterdir()) == sorted(paths)
+
+
+def test_from_a_plan_and_in_the_first_version(run, folder, tmp_path):
+    run("export", folder, tmp_path / "plan.json")
+    run(
+        *("export", tmp_path / "plan.json", tmp_path / "one.aem", "--aem-version", "1.0"),
+        *("--object-name", "SAT", "--object-id", "2021-015A", "--spacing", "10"),
+    )
+    text = (tmp_path / "one.aem").read_text(encoding="utf-8")
+    assert text.startswith("CCSDS_AEM_VERS = 1.0\n")
+    assert "OBJECT_NAME = SAT\nOBJECT_ID = 2021-015A\n" in text
+
+
+def test_nothing_is_replaced_unless_allowed(run, folder, tmp_path):
+    path = tmp_path / "plan.csv"
+    path.write_text("precious")
+    done = run("export", folder, tmp_path / "plan.json", path, code=2)
+    assert "plan.csv exists: choose another name or allow --overwrite" in done.stderr
+    assert list(tmp_path.iterdir()) == [path]  # not even the first
+    assert path.read_text() == "precious"
+    run("export", folder, path, "--overwrite")
+    assert path.read_text().startswith("row,phase,")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("plan.txt",), "plan.txt: expected a name that ends in .json, .csv, .aem"),
+        (("a.csv", "a.csv"), "a.csv is named twice"),
+        (("folder.csv",), "folder.csv is a folder"),
+        (("none/a.csv",), "there is no folder none"),
+        (("a.aem", "--aem-version", "3.0"), "version = '3.0'"),
+        (("a.aem", "--spacing", "0"), "spacing = 0.0"),
+        (("a.aem", "--originator", "Mixed"), "originator = 'Mixed'"),
+    ],
+)
+def test_bad_arguments(run, folder, tmp_path, monkeypatch, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.csv").mkdir()
+    done = run("export", folder, *arguments, code=2)
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["folder.csv"]

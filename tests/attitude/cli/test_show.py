@@ -1,0 +1,87 @@
+"""``mgeo-attitude show``: what is printed is what the plan says."""
+
+import re
+
+import pytest
+from mgeo_attitude.plan import to_json
+
+
+def table(text, title):
+    """Rows of a printed table by their label."""
+    lines = text.partition(f"\n{title}")[2].split("\n\n")[0].splitlines()[1:]
+    cells = [re.split(r"  +", line.strip()) for line in lines]
+    return {row[0]: row[1:] for row in cells}
+
+
+def test_tables_of_the_knee(run, folder, front):
+    plan = front.plan("knee")
+    text = run("show", folder).stdout
+    first = text.splitlines()[0]
+    assert first.startswith("scenario paper: ")
+    assert f"at {plan.t_end:.6g} s" in first
+    assert f"trace {plan.trace:.4g}" in first
+    timeline = table(text, "Timeline")
+    assert timeline["start UTC"][0] == "2018-06-05T00:00:00.000000"
+    assert timeline["rate x [deg/s]"][0] == f"{plan.phases[0].rates_deg_s[0]:.6g}"
+    accuracy = table(text, "Predicted 1-sigma")
+    after = plan.accuracy().loc["mag bias x", "after"]
+    assert accuracy["mag bias x"] == ["nT", "2000", f"{after:.4g}", accuracy["mag bias x"][3]]
+    gains = table(text, "What each phase bought")
+    assert gains["trace [-]"][-1] == f"{plan.trace:.4g}"
+    worst = plan.accuracy().loc[[f"attitude {axis}" for axis in "xyz"], "after"].max()
+    assert gains["attitude [deg]"][-1] == f"{worst:.4g}"
+    assert len(table(text, "Least observable directions")) == 7  # heading, five, explanation
+    others = table(text, "Beside plans that need no optimizer")
+    assert others["trace [-]"][0] == f"{plan.trace:.4g}"
+    assert len(others["trace [-]"]) == 7
+    assert "\x1b" not in text
+
+
+def test_choices(run, folder, front):
+    for arguments, choice in (
+        (("--pick", "fastest"), "fastest"),
+        (("--pick", "best"), "best"),
+        (("--time", "1900"), 1900.0),
+    ):
+        assert f"trace {front.plan(choice).trace:.4g}" in run("show", folder, *arguments).stdout
+
+
+def test_a_plans_own_file_shows_the_same(run, folder, front, tmp_path):
+    path = tmp_path / "plan.json"
+    path.write_text(to_json(front.plan("best")), encoding="utf-8")
+    assert run("show", path).stdout == run("show", folder, "--pick", "best").stdout
+
+
+def test_figures(run, folder, tmp_path):
+    path = tmp_path / "plan.html"
+    run("show", folder, "--html", path)
+    html = path.read_text(encoding="utf-8")
+    assert html.count('class="plotly-graph-div"') == 3
+    run("show", folder, "--html", path, code=2)
+    run("show", folder, "--html", path, "--overwrite")
+    assert path.read_text(encoding="utf-8") == html
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--pick", "slowest"), "--pick slowest: expected one of knee, fastest, best"),
+        (("--pick", "best", "--time", "3"), "--pick and --time: expected one of the two"),
+        (("--time", "nan"), "choice = nan"),
+        (("--html", "nowhere/plan.html"), "there is no folder nowhere"),
+    ],
+)
+def test_bad_arguments(run, folder, arguments, message):
+    done = run("show", folder, *arguments, code=2)
+    assert done.stdout == ""
+    assert done.stderr.startswith("Error: ")
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_bad_sources(run, folder, tmp_path):
+    assert "neither a run folder nor a plan" in run("show", tmp_path / "x", code=2).stderr
+    plan = tmp_path / "plan.json"
+    plan.write_text("{}")
+    assert "plan.json: format = None" in run("show", plan, code=2).stderr
+    assert "are for run folders" in run("show", plan, "--pick", "knee", code=2).stderr
