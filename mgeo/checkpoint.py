@@ -54,6 +54,7 @@ class Checkpoint(Callback):
     Attributes
     ----------
     error : why the latest checkpoint could not be written, None if it was.
+    generation : the last one that is kept, None while there is none.
 
     Raises
     ------
@@ -86,7 +87,7 @@ class Checkpoint(Callback):
         self.error: OSError | None = None
         self._start_time: float | None = None  # of the run that is kept
         self._next_time = -math.inf
-        self._last_generation = -1
+        self.generation: int | None = None
         remove_leftovers(self.path)
 
     def _update(self, algorithm: Any) -> None:
@@ -105,7 +106,7 @@ class Checkpoint(Callback):
             `mgeo.algorithms.state.capture`.
         """
         same_run = algorithm.start_time == self._start_time
-        if same_run and self.error is None and algorithm.n_generations == self._last_generation:
+        if same_run and self.error is None and algorithm.n_generations == self.generation:
             return
         began = time.monotonic()
         content = pack(algorithm, self.notes())
@@ -123,7 +124,7 @@ class Checkpoint(Callback):
             self.error = error
         else:
             self.error = None
-            self._last_generation = algorithm.n_generations
+            self.generation = algorithm.n_generations
             self._start_time = algorithm.start_time
         now = time.monotonic()
         self._next_time = now + max(self.every_seconds, (now - began) / _MAX_SHARE)
@@ -131,7 +132,7 @@ class Checkpoint(Callback):
     def _due(self, algorithm: ExtremalOptimization) -> bool:
         if algorithm.start_time != self._start_time:
             return True
-        since = algorithm.n_generations - self._last_generation
+        since = algorithm.n_generations - (self.generation or 0)
         by_count = self.every_generations is not None and since >= self.every_generations
         return by_count or time.monotonic() >= self._next_time
 

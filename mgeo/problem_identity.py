@@ -12,6 +12,7 @@ from pymoo.core.problem import Problem
 
 def identity(problem: Problem) -> dict[str, Any]:
     """Class, sizes, bounds and, if the problem has them, ``options()``; JSON values."""
+    declared = getattr(problem, "vars", None)
     options = problem.options() if hasattr(problem, "options") else None
     data = {
         "class": type(problem).__name__,
@@ -19,12 +20,17 @@ def identity(problem: Problem) -> dict[str, Any]:
         "n_obj": problem.n_obj,
         "n_ieq_constr": problem.n_ieq_constr,
         "n_eq_constr": problem.n_eq_constr,
-        "xl": np.asarray(problem.xl, dtype=float).tolist(),
-        "xu": np.asarray(problem.xu, dtype=float).tolist(),
+        "vars": {key: type(variable).__name__ for key, variable in (declared or {}).items()},
+        "xl": _plain(problem.xl),
+        "xu": _plain(problem.xu),
         "options": options,
     }
     read_back: dict[str, Any] = json.loads(json.dumps(data, default=str))
     return read_back
+
+
+def _plain(bound: Any) -> Any:
+    return bound.tolist() if isinstance(bound, np.ndarray) else bound
 
 
 def difference(expected: Any, found: Any, name: str = "") -> str:

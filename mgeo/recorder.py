@@ -12,8 +12,10 @@ import numpy as np
 from pymoo.core.callback import Callback
 from pymoo.core.individual import Individual
 from pymoo.core.population import Population
+from pymoo.core.problem import Problem
 
 from mgeo.algorithms.parameters import integer, number
+from mgeo.designs import as_numbers
 from mgeo.recorder_files import (
     COLUMNS,
     Index,
@@ -105,7 +107,7 @@ class Recorder(Callback):
                 f"evaluations in generation {generation} and hands over {len(candidates)}: a "
                 "Recorder expects all of them"
             )
-        self._buffer.append(_rows(candidates, generation))
+        self._buffer.append(_rows(algorithm.problem, candidates, generation))
         self._start_time = algorithm.start_time
         self._generation, self._n_eval = generation, algorithm.evaluator.n_eval
         due = self._waiting() >= self.chunk_rows
@@ -226,16 +228,14 @@ def _table(rows: Rows, index: Index, columns: Sequence[str] | None) -> pd.DataFr
     return pd.DataFrame(values)
 
 
-def _rows(candidates: Population, generation: int) -> Rows:
+def _rows(problem: Problem, candidates: Population, generation: int) -> Rows:
     X, F, G, H = candidates.get("X", "F", "G", "H")
-    if X.dtype == object:
-        raise ValueError("variables of mixed types: a Recorder expects numbers")
     failed = np.array([bool(mark) for mark in candidates.get("failed")])
     F = np.where(failed[:, None], np.nan, F.astype(float))
     n = len(candidates)
     return {
         "generation": np.full(n, generation, dtype=np.int64),
-        "X": X,
+        "X": as_numbers(problem, X),
         "F": F,
         "G": G.reshape(n, -1).astype(float),
         "H": H.reshape(n, -1).astype(float),

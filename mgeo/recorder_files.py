@@ -11,6 +11,7 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -84,6 +85,17 @@ def write_index(folder: Path, index: Index) -> None:
     for path in folder.iterdir():
         if _CHUNK.fullmatch(path.name) and path.name not in named:
             path.unlink(missing_ok=True)
+
+
+def remove_record(folder: Path) -> None:
+    """Remove a record, if there is one; other files in the folder stay."""
+    if not (folder / INDEX).exists():
+        return
+    write_index(folder, Index([], []))
+    remove_partial_files(folder)
+    (folder / INDEX).unlink()
+    with suppress(OSError):  # other files are in it
+        folder.rmdir()
 
 
 def remove_partial_files(folder: Path) -> None:

@@ -23,6 +23,8 @@ from pymoo.termination.max_gen import MaximumGenerationTermination
 from pymoo.termination.max_time import TimeBasedTermination
 
 from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.variables import Variables
+from mgeo.designs import as_numbers
 from mgeo.evaluation import TolerantEvaluator
 
 _START_ONLY = ("sampling",)  # parameters that say where to begin: not needed to go on
@@ -87,8 +89,8 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
     arrays = {
         "front_violation": np.array(front.violation),
         "front_n_rejected": np.array(front.n_rejected),
-        **_population_arrays("front", front.individuals),
-        **_population_arrays("pop", algorithm.pop),
+        **_population_arrays("front", front.individuals, algorithm.problem),
+        **_population_arrays("pop", algorithm.pop, algorithm.problem),
     }
     for key in algorithm._state_arrays:
         value = getattr(algorithm, key)
@@ -125,11 +127,11 @@ def restore(saved: SavedState, problem: Problem, **options: Any) -> ExtremalOpti
         for key in algorithm._state_arrays:
             setattr(algorithm, key, arrays[f"own_{key}"].copy())
         front = algorithm.front
-        front.individuals = _population("front", arrays)
+        front.individuals = _population("front", arrays, algorithm.variables)
         front.F = front.individuals.get("F").reshape(-1, problem.n_obj)
         front.violation = float(arrays["front_violation"])
         front.n_rejected = int(arrays["front_n_rejected"])
-        algorithm.pop = _population("pop", arrays)
+        algorithm.pop = _population("pop", arrays, algorithm.variables)
         algorithm.n_generations = data["generations"]
         _count_on(algorithm.evaluator, data["evaluations"])
         algorithm.start_time = time.time() - data["elapsed_s"]
@@ -217,15 +219,22 @@ def _stream(state: Mapping[str, Any]) -> np.random.Generator:
     return np.random.Generator(bits)
 
 
-def _population_arrays(prefix: str, population: Population | None) -> dict[str, NDArray[Any]]:
+def _population_arrays(
+    prefix: str, population: Population | None, problem: Problem
+) -> dict[str, NDArray[Any]]:
     if population is None or not len(population):
         return {}
     columns = dict(zip(_VALUES, population.get(*_VALUES), strict=True))
+    columns["X"] = as_numbers(problem, columns["X"])
     return {f"{prefix}_{key}": column for key, column in columns.items() if column.dtype != object}
 
 
-def _population(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> Population:
+def _population(
+    prefix: str, arrays: Mapping[str, NDArray[Any]], variables: Variables
+) -> Population:
     given = {key: arrays[f"{prefix}_{key}"] for key in _VALUES if f"{prefix}_{key}" in arrays}
+    if given and variables.names is not None:
+        given["X"] = variables.designs(given["X"])
     population: Population = Population.new(**given)
     for individual in population:
         individual.evaluated = {"F", "G", "H"}

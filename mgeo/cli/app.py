@@ -19,6 +19,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 
 
@@ -117,13 +118,17 @@ def solve(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the run in an existing folder.")
     ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
+    record: Annotated[
+        bool, typer.Option("--record", help="Keep every evaluation, in the folder's evaluations/.")
+    ] = False,
+    quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
     """Search the Pareto front of a problem and write it to a folder.
 
     The folder gets front.csv, run.json (how to run it again) and front.html. Ctrl-C ends the run
     and keeps what was found; a second one does so without waiting for the generation under way.
+    A run of the MGEO family keeps itself in run.checkpoint while it goes on: see `mgeo resume`.
     """
     from mgeo.cli.parameters import parse_numbers, parse_settings, parse_value
     from mgeo.cli.solve import Request, run
@@ -146,10 +151,36 @@ def solve(
             seed=seed,
             out=out or Path("runs", f"{problem}-{algorithm}-seed{seed}"),
             overwrite=overwrite,
+            record=record,
             quiet=quiet,
             debug=debug,
         )
     raise typer.Exit(run(request))
+
+
+@app.command()
+def resume(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the run.")],
+    evaluations: Annotated[
+        int | None,
+        typer.Option(min=1, help="New budget, counted from the beginning of the run."),
+    ] = None,
+    generations: Annotated[
+        int | None, typer.Option(min=1, help="New budget, in generations from the beginning.")
+    ] = None,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Go on with a run that was interrupted or killed, or make a finished one longer.
+
+    It goes on from run.checkpoint in the folder, exactly as the run would have done, and writes
+    the same files.
+    """
+    from mgeo.cli.resume import run
+
+    raise typer.Exit(
+        run(folder, evaluations=evaluations, generations=generations, quiet=quiet, debug=debug)
+    )
 
 
 @app.command()

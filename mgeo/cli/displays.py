@@ -101,6 +101,8 @@ def _quantities(snapshot: Snapshot) -> list[tuple[str, str]]:
     if snapshot.hypervolume is not None:
         name = "hypervolume" if snapshot.whole_space else "hypervolume (of the range seen)"
         shown.append((name, f"{snapshot.hypervolume:.4f}"))
+    if snapshot.trouble:
+        shown.append(("no checkpoint:", snapshot.trouble))
     return shown
 
 

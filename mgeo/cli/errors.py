@@ -11,7 +11,9 @@ BAD_INPUT = 2
 
 
 @contextmanager
-def one_line_errors(debug: bool) -> Iterator[None]:
+def one_line_errors(
+    debug: bool, kinds: tuple[type[Exception], ...] = (ValueError, TypeError, OSError)
+) -> Iterator[None]:
     """Report what a user can put right without a traceback, unless `debug`.
 
     For code that reads and checks input or writes files. Errors of other kinds are bugs, here or
@@ -19,7 +21,7 @@ def one_line_errors(debug: bool) -> Iterator[None]:
     """
     try:
         yield
-    except (ValueError, TypeError, OSError) as error:
+    except kinds as error:
         if debug:
             raise
         message = " ".join(str(error).split()) or type(error).__name__

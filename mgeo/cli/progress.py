@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from mgeo.cli.signals import StopRequest
-from mgeo.runs import State
+from mgeo.runs import Keeper, State
 
 _MAX_SHARE = 0.02  # of the time of a run may go into computing what is shown
 
@@ -25,6 +25,7 @@ class Snapshot:
     best: dict[str, float]
     hypervolume: float | None
     whole_space: bool  # whether the hypervolume compares with that of another run
+    trouble: str  # why the latest checkpoint could not be written; empty if it was
     last: bool  # whether the run ends here
 
 
@@ -40,8 +41,11 @@ class Display(Protocol):
 class Reporter:
     """Callback of a run: passes snapshots to a display, and a request to stop to the run."""
 
-    def __init__(self, display: Display | None, request: StopRequest) -> None:
+    def __init__(
+        self, display: Display | None, request: StopRequest, keeper: Keeper | None = None
+    ) -> None:
         self._display = display
+        self._keeper = keeper
         self._request = request
         self._next = 0.0
         self._first: tuple[int, float] | None = None
@@ -76,8 +80,14 @@ class Reporter:
             best=dict(zip(state.objectives, best, strict=False)),
             hypervolume=volume.value if volume else None,
             whole_space=volume is not None and volume.space == "problem",
+            trouble=self._trouble(),
             last=last,
         )
+
+    def _trouble(self) -> str:
+        if self._keeper is None or self._keeper.error is None:
+            return ""
+        return str(self._keeper.error)
 
     def _time_left(self, state: State) -> float | None:
         if self._first is None or state.evaluations <= self._first[0]:

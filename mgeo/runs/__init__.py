@@ -22,18 +22,24 @@ from mgeo.runs.folder import (
 )
 from mgeo.runs.highlights import Highlight, highlights
 from mgeo.runs.hypervolume import Hypervolume
+from mgeo.runs.keep import CHECKPOINT_FILE, RECORD_FOLDER, Keeper
 from mgeo.runs.recipe import PreparedRun, Recipe, prepare
+from mgeo.runs.resume import ResumedRun, resume_run
 from mgeo.runs.solve import Outcome, State, solve
 
 __all__ = [
+    "CHECKPOINT_FILE",
     "FIGURE_FILE",
     "FRONT_FILE",
+    "RECORD_FOLDER",
     "RUN_FILE",
     "Highlight",
     "Hypervolume",
+    "Keeper",
     "Outcome",
     "PreparedRun",
     "Recipe",
+    "ResumedRun",
     "Run",
     "State",
     "front_table",
@@ -42,6 +48,7 @@ __all__ = [
     "prepare",
     "prepare_folder",
     "read_run",
+    "resume_run",
     "solve",
     "write_figure",
     "write_run",

@@ -21,6 +21,7 @@ import pandas as pd
 from mgeo.files import write_file, write_files
 from mgeo.plugins import find_plugin
 from mgeo.runs.hypervolume import Hypervolume
+from mgeo.runs.keep import CHECKPOINT_FILE
 from mgeo.runs.recipe import Recipe
 from mgeo.runs.solve import Outcome
 
@@ -52,7 +53,10 @@ def prepare_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
         raise FileExistsError(f"{folder} is a file: expected a folder to write the run into")
     folder.mkdir(parents=True, exist_ok=True)
     if not overwrite and any(folder.iterdir()):
-        raise FileExistsError(f"{folder} is not empty: choose another folder or allow --overwrite")
+        raise FileExistsError(
+            f"{folder} is not empty: choose another folder or allow --overwrite"
+            + (f", or go on with mgeo resume {folder}" if _unfinished(folder) else "")
+        )
     return folder
 
 
@@ -121,6 +125,10 @@ def installed_versions(problem: str) -> dict[str, str]:
         **{name: version(name) for name in ("mgeo", "pymoo", "numpy")},
         plugin.distribution: plugin.version,
     }
+
+
+def _unfinished(folder: Path) -> bool:
+    return (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
 
 
 def _to_dict(run: Run) -> dict[str, Any]:

@@ -41,6 +41,15 @@ class HypervolumeMeter:
         self._ideal = np.full(self._n_obj, np.inf)
         self._nadir = np.full(self._n_obj, -np.inf)
 
+    @property
+    def seen(self) -> tuple[list[float], list[float]]:
+        """Least and greatest value of each objective seen; infinite before there is any."""
+        return self._ideal.tolist(), self._nadir.tolist()
+
+    @seen.setter
+    def seen(self, seen: tuple[list[float], list[float]]) -> None:
+        self._ideal, self._nadir = (np.array(values, dtype=float) for values in seen)
+
     def see(self, population: Population) -> None:
         """Take evaluated solutions into the range seen (the finite, feasible ones)."""
         if self._indicator_space is not None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from mgeo.designs import variable_names
+
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
@@ -11,14 +13,15 @@ if TYPE_CHECKING:
 def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names of the variables and of the objectives.
 
-    They are the problem's ``var_names`` and ``obj_names``, or else x1, x2, ... and f1, f2, ...
+    They are the problem's ``var_names`` and ``obj_names``, or else the keys of its ``vars``, or
+    x1, x2, ..., and f1, f2, ...
 
     Raises
     ------
     ValueError
         If there is not one name for each, or a name occurs twice.
     """
-    variables = _names(problem, "var_names", "x", problem.n_var)
+    variables = _names(problem, "var_names", "x", problem.n_var, variable_names(problem))
     objectives = _names(problem, "obj_names", "f", problem.n_obj)
     both = set(variables) & set(objectives)
     if both:
@@ -26,8 +29,14 @@ def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return variables, objectives
 
 
-def _names(problem: Problem, attribute: str, letter: str, count: int) -> tuple[str, ...]:
-    default = [f"{letter}{i + 1}" for i in range(count)]
+def _names(
+    problem: Problem,
+    attribute: str,
+    letter: str,
+    count: int,
+    declared: tuple[str, ...] | None = None,
+) -> tuple[str, ...]:
+    default = declared or [f"{letter}{i + 1}" for i in range(count)]
     names = tuple(map(str, getattr(problem, attribute, None) or default))
     if len(set(names)) != count or len(names) != count:
         raise ValueError(

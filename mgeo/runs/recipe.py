@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
 
+    from mgeo.runs.keep import Keeper
+
 _KINDS: Mapping[str, tuple[type, str]] = {
     "problem": (str, "a string"),
     "options": (dict, "a table"),
@@ -89,10 +91,14 @@ class PreparedRun:
     problem: Problem
     algorithm: Algorithm
 
-    def solve(self, callback: Callable[[State], object] | None = None) -> Outcome:
+    def solve(
+        self, callback: Callable[[State], object] | None = None, keeper: Keeper | None = None
+    ) -> Outcome:
         """Run it (see `mgeo.runs.solve.solve`)."""
         recipe = self.recipe
-        return solve(self.problem, self.algorithm, recipe.evaluations, recipe.seed, callback)
+        return solve(
+            self.problem, self.algorithm, recipe.evaluations, recipe.seed, callback, keeper
+        )
 
 
 def prepare(

@@ -7,11 +7,12 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mgeo.designs import as_numbers
 from mgeo.evaluation import TolerantEvaluator
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
 from mgeo.runs.names import column_names
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.population import Population
     from pymoo.core.problem import Problem
+
+    from mgeo.runs.keep import Keeper
 
 Status = Literal["finished", "interrupted"]
 
@@ -49,7 +52,13 @@ class Outcome:
 class State:
     """A run under way, as its callback sees it after every step of the algorithm."""
 
-    def __init__(self, problem: Problem, algorithm: Algorithm, budget: int) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        algorithm: Algorithm,
+        budget: int,
+        notes: Mapping[str, Any] | None = None,
+    ) -> None:
         self.variables, self.objectives = column_names(problem)
         self.budget = budget
         self.evaluations = 0
@@ -57,10 +66,17 @@ class State:
         self._algorithm = algorithm
         self._meter = HypervolumeMeter(problem)
         self._front: Population | None = None
-        self._shapes = (problem.n_var, problem.n_obj)
+        self._problem = problem
         self._clock = time.perf_counter()
+        self.started = datetime.now(UTC)
+        if notes is not None:
+            self.started = datetime.fromisoformat(notes["started"])
+            self._clock -= notes["wall_time_s"]
+            self._meter.seen = notes["seen"]
         self._watcher = algorithm.evaluator.callback
         algorithm.evaluator.callback = self._evaluated
+        if algorithm.opt is not None:
+            self.update()
 
     def stop(self) -> None:
         """End the run here; its status is then "interrupted"."""
@@ -73,17 +89,25 @@ class State:
 
     @property
     def elapsed(self) -> float:
-        """Seconds since the run began."""
+        """Seconds that the run has taken, without the time between its parts."""
         return time.perf_counter() - self._clock
 
     def front(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """X (n, n_var) and F (n, n_obj) of the feasible solutions of the front so far."""
-        n_var, n_obj = self._shapes
+        n_var, n_obj = self._problem.n_var, self._problem.n_obj
         if self._front is None or not len(self._front):
             return np.empty((0, n_var)), np.empty((0, n_obj))
         feasible = self._front[self._front.get("feas")]
         X, F = feasible.get("X", "F")
-        return X.astype(float).reshape(-1, n_var), F.astype(float).reshape(-1, n_obj)
+        return as_numbers(self._problem, X).astype(float), F.astype(float).reshape(-1, n_obj)
+
+    def notes(self) -> dict[str, Any]:
+        """What a run that goes on from here has to know, as JSON values."""
+        return {
+            "started": self.started.isoformat(),
+            "wall_time_s": self.elapsed,
+            "seen": self._meter.seen,
+        }
 
     def hypervolume(self, F: NDArray[np.float64]) -> Hypervolume | None:
         """Hypervolume of a front of this run."""
@@ -106,13 +130,15 @@ def solve(
     evaluations: int,
     seed: int,
     callback: Callable[[State], object] | None = None,
+    keeper: Keeper | None = None,
 ) -> Outcome:
     """Run a copy of `algorithm` on `problem` until it has made `evaluations` or is stopped.
 
     The last generation is completed, so slightly more evaluations may be made. `callback` is
     called after every step and may call ``state.stop()``. A KeyboardInterrupt ends the run at
     once; what was found up to the last whole step is returned, with status "interrupted".
-    Evaluations that fail cost the candidates concerned (see `mgeo.TolerantEvaluator`).
+    Evaluations that fail cost the candidates concerned (see `mgeo.TolerantEvaluator`). A `keeper`
+    writes what is needed to go on after a crash.
 
     Raises
     ------
@@ -121,18 +147,42 @@ def solve(
     EvaluationError
         If every candidate fails.
     """
-    started = datetime.now(UTC)
-    algorithm = set_up(problem, algorithm, evaluations, seed)
-    state = State(problem, algorithm, evaluations)
+    ready = set_up(problem, algorithm, evaluations, seed)
+    return follow(problem, ready, evaluations, callback, keeper)
+
+
+def follow(
+    problem: Problem,
+    algorithm: Algorithm,
+    budget: int,
+    callback: Callable[[State], object] | None = None,
+    keeper: Keeper | None = None,
+    notes: Mapping[str, Any] | None = None,
+) -> Outcome:
+    """Go on with an algorithm that is set up or resumed, as `solve` does.
+
+    Parameters
+    ----------
+    budget
+        Evaluations that the algorithm's termination stands for.
+    notes
+        `State.notes` of what has been run already; None for nothing.
+    """
+    state = State(problem, algorithm, budget, notes)
+    if keeper is not None:
+        keeper.begin(algorithm, state)
     try:
         while algorithm.has_next() and not state.stopped:
             algorithm.next()
             state.update()
             if callback is not None:
                 callback(state)
-    except KeyboardInterrupt:
+    except KeyboardInterrupt:  # amid a generation, which no checkpoint can hold
         state.stop()
-    return _outcome(state, started)
+    else:
+        if keeper is not None:
+            keeper.end(algorithm)
+    return _outcome(state)
 
 
 def set_up(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int) -> Algorithm:
@@ -155,7 +205,7 @@ def set_up(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int) 
     return ready
 
 
-def _outcome(state: State, started: datetime) -> Outcome:
+def _outcome(state: State) -> Outcome:
     X, F = state.front()
     order = np.lexsort(F.T[::-1])
     return Outcome(
@@ -166,7 +216,7 @@ def _outcome(state: State, started: datetime) -> Outcome:
         status="interrupted" if state.stopped and state.evaluations < state.budget else "finished",
         evaluations=state.evaluations,
         hypervolume=state.hypervolume(F),
-        started=started,
+        started=state.started,
         wall_time=state.elapsed,
         failures=state.failures,
     )

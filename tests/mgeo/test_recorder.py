@@ -11,11 +11,11 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.mixed import MixedVariableGA
 from pymoo.core.problem import Problem
-from pymoo.core.variable import Integer, Real
+from pymoo.core.variable import Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, OSY, ZDT1, ZDT2
 
-from mgeo import MGEOReal, Recorder, TolerantEvaluator, read_record
+from mgeo import MGEOCanonical, MGEOReal, Recorder, TolerantEvaluator, read_record
 
 PROBLEM = ZDT1(n_var=3)
 
@@ -175,21 +175,33 @@ def test_a_resumed_run_needs_its_own_record(tmp_path):
     assert len(read_record(tmp_path)) == 24
 
 
+class Mixed(Problem):
+    def __init__(self, **more):
+        variables = {"width": Real(bounds=(0, 1)), "teeth": Integer(bounds=(0, 9)), **more}
+        super().__init__(vars=variables, n_obj=1)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = np.array([x["width"] + x["teeth"] for x in X])
+
+
+@pytest.mark.parametrize("algorithm", [MixedVariableGA(12), MGEOCanonical(n_runs=2, bits=3)])
+def test_variables_of_several_types_are_columns_of_numbers(algorithm, tmp_path):
+    result = solve(Mixed(), algorithm, callback=Recorder(tmp_path))
+    table = read_record(tmp_path)
+    assert list(table) == ["generation", "width", "teeth", "f1", "failed"]
+    assert len(table) == result.algorithm.evaluator.n_eval
+    assert (table["f1"] == table["width"] + table["teeth"]).all()
+
+
 def test_what_cannot_be_recorded_is_refused(tmp_path):
     directions = np.column_stack([np.linspace(0, 1, 10), np.linspace(1, 0, 10)])
     decomposition = MOEAD(directions, n_neighbors=3)
     with pytest.raises(ValueError, match=r"MOEAD made \d+ evaluations in generation 2 and hands"):
         solve(algorithm=decomposition, callback=Recorder(tmp_path))
 
-    class Mixed(Problem):
-        def __init__(self):
-            super().__init__(vars={"a": Real(bounds=(0, 1)), "b": Integer(bounds=(0, 9))}, n_obj=1)
-
-        def _evaluate(self, X, out, *args, **kwargs):
-            out["F"] = np.array([x["a"] + x["b"] for x in X])
-
-    with pytest.raises(ValueError, match="mixed types"):
-        solve(Mixed(), MixedVariableGA(8), callback=Recorder(tmp_path / "mixed"))
+    problem = Mixed(material=Choice(options=["steel", "wood"]))
+    with pytest.raises(ValueError, match="variables of Mixed: could not convert"):
+        solve(problem, MixedVariableGA(8), callback=Recorder(tmp_path / "mixed"))
     (tmp_path / "file").write_text("")
     with pytest.raises(NotADirectoryError, match="is a file: expected a folder"):
         Recorder(tmp_path / "file")

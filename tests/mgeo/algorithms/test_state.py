@@ -5,14 +5,16 @@ import json
 
 import numpy as np
 import pytest
+from pymoo.core.problem import Problem
 from pymoo.core.termination import NoTermination
+from pymoo.core.variable import Binary, Integer, Real
 from pymoo.operators.sampling.lhs import LHS
 from pymoo.problems.multi import BNH, ZDT1
 from pymoo.termination.default import DefaultMultiObjectiveTermination
 from pymoo.util.archive import MultiObjectiveArchive
 
 import mgeo.algorithms
-from mgeo import MGEOReal
+from mgeo import MGEOCanonical, MGEOReal
 from mgeo.algorithms.state import SavedState, capture, restore
 
 from .members import MEMBERS
@@ -41,7 +43,8 @@ def assert_same_end(one, two):
     a, b = one.run(), two.run()
     for ours, theirs in ((a.pop, b.pop), (one.front.individuals, two.front.individuals)):
         for x, y in zip(ours.get(*VALUES), theirs.get(*VALUES), strict=True):
-            assert np.array_equal(x, y, equal_nan=True)
+            assert x.dtype == y.dtype
+            assert np.array_equal(x, y, equal_nan=x.dtype != object)
     assert np.array_equal(one.front.F, two.front.F)
     assert one.front.violation == two.front.violation
     assert one.front.n_rejected == two.front.n_rejected
@@ -61,6 +64,33 @@ def test_every_member_goes_on_bit_for_bit(cls, problem, generations):
 @pytest.mark.parametrize("member", MEMBERS)
 def test_so_does_every_adaptive_and_restarting_one(member):
     run = begun(member("a-geo1", 3, restart="archive", patience=2), Mixture(), 7)
+    assert_same_end(again(run), run)
+
+
+class Typed(Problem):
+    """Dicts of a real, an integer and a binary variable."""
+
+    def __init__(self):
+        variables = {"a": Real(bounds=(-1, 2)), "b": Integer(bounds=(-3, 4)), "c": Binary()}
+        super().__init__(vars=variables, n_obj=2)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = np.array([[x["a"] ** 2 + x["b"], x["c"] - x["b"] * x["a"]] for x in X])
+
+
+class Whole(Problem):
+    def __init__(self):
+        super().__init__(n_var=3, n_obj=2, xl=-5, xu=5, vtype=int)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = np.column_stack([(X**2).sum(axis=1), ((X - 2) ** 2).sum(axis=1)])
+
+
+@pytest.mark.parametrize("problem", [Typed(), Whole()], ids=lambda p: p.name())
+def test_variables_of_every_type_come_back(problem):
+    algorithm = MGEOCanonical(n_runs=3, bits=5, restart="archive", patience=1)
+    run = begun(algorithm, problem, 6)
+    assert isinstance(again(run).pop[0].X, type(run.pop[0].X))
     assert_same_end(again(run), run)
 
 

@@ -15,6 +15,7 @@ from mgeo.runs import solve
 SNAPSHOT = Snapshot(
     evaluations=12_000,
     failed=0,
+    trouble="",
     budget=60_000,
     elapsed=65.0,
     left=3700.0,

@@ -31,7 +31,9 @@ def test_a_run_is_written_and_can_be_made_again(mgeo):
     done = mgeo("solve", "cantilever", *SHORT, "--seed", 5)
     assert done.exit_code == 0, done.output
     folder = Path("runs/cantilever-mgeo-real-seed5")
-    assert {path.name for path in folder.iterdir()} == {"front.csv", "run.json", "front.html"}
+    assert {path.name for path in folder.iterdir()} == {
+        *("front.csv", "run.json", "front.html", "run.checkpoint")
+    }
     run = read_run(folder)
     assert (run.outcome.status, run.outcome.evaluations) == ("finished", 400)
     again = run.recipe.prepare().solve()

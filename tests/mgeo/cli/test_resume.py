@@ -1,0 +1,210 @@
+"""`mgeo resume`: after a kill, after Ctrl-C, and to make a run longer."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from mgeo import read_record
+from mgeo.cli.app import app
+from mgeo.runs import CHECKPOINT_FILE, read_run
+
+pytestmark = pytest.mark.usefixtures("stand_in")
+SHORT = ["--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
+
+
+@pytest.fixture
+def mgeo(tmp_path, monkeypatch):
+    """Runs the command in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def invoke(*arguments):
+        return CliRunner().invoke(app, list(map(str, arguments)))
+
+    return invoke
+
+
+def solve(mgeo, folder, evaluations, *more):
+    done = mgeo("solve", "cantilever", *SHORT, "--evaluations", evaluations, "--out", folder, *more)
+    assert done.exit_code == 0, done.output
+    return read_run(folder)
+
+
+def same(a, b):
+    one, two = a.outcome, b.outcome
+    return (
+        a.recipe == b.recipe
+        and np.array_equal(one.X, two.X)
+        and np.array_equal(one.F, two.F)
+        and one.hypervolume == two.hypervolume
+        and (one.status, one.evaluations) == (two.status, two.evaluations)
+        and one.failures == two.failures
+    )
+
+
+@pytest.mark.parametrize("budget", [("--evaluations", 400), ("--generations", 50)])
+def test_a_finished_run_is_made_longer(mgeo, budget):
+    first = solve(mgeo, "a", 160)
+    expected = solve(mgeo, "b", 400)
+    done = mgeo("resume", "a", *budget)
+    assert done.exit_code == 0, done.output
+    assert "finished after 400 evaluations" in done.stdout
+    assert "100%  400 of 400 evaluations" in done.stderr
+    longer = read_run("a")
+    assert same(longer, expected)
+    assert longer.outcome.started == first.outcome.started
+    assert longer.outcome.wall_time > first.outcome.wall_time
+    assert Path("a/front.html").exists()
+
+
+def test_a_problem_without_an_indicator_space_keeps_the_range_seen(mgeo):
+    for folder, evaluations in (("a", 300), ("b", 600)):
+        mgeo("solve", "zdt1", "--runs", 2, "--evaluations", evaluations, "--out", folder)
+    assert mgeo("resume", "a", "--evaluations", 600).exit_code == 0
+    assert same(read_run("a"), read_run("b"))
+    assert read_run("a").outcome.hypervolume.space == "seen"
+
+
+def test_a_finished_run_is_written_again(mgeo):
+    expected = solve(mgeo, "a", 160)
+    for name in ("run.json", "front.csv", "front.html"):
+        Path("a", name).unlink()
+    done = mgeo("resume", "a")
+    assert done.exit_code == 0, done.output
+    assert same(read_run("a"), expected)
+
+
+def test_every_evaluation_is_recorded_on_demand(mgeo):
+    solve(mgeo, "a", 160, "--record")
+    assert len(read_record("a/evaluations")) == 160
+    assert mgeo("resume", "a", "--evaluations", 320, "-q").output == ""
+    table = read_record("a/evaluations")
+    solve(mgeo, "b", 320, "--record")
+    assert table.equals(read_record("b/evaluations"))
+    solve(mgeo, "a", 80, "--overwrite")
+    assert not Path("a/evaluations").exists()
+    done = mgeo("solve", "zdt1", "--algorithm", "nsga2", "--evaluations", 200, "--record",
+                "--out", "c")  # fmt: skip
+    assert done.exit_code == 0
+    assert len(read_record("c/evaluations")) == 200
+    refused = mgeo("solve", "zdt1", "--algorithm", "moead", "--record", "--out", "d")
+    assert refused.exit_code == 2
+    assert "evaluations of 'moead' cannot be recorded" in refused.stderr
+    assert not Path("d").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["none"], "none cannot be resumed: there is no run.checkpoint in it"),
+        (["nsga2"], "nsga2 keeps no checkpoints; only algorithms of the MGEO family do"),
+        (["a", "--evaluations", "8"], "the new budget is 8 evaluations: expected at least the 160"),
+        (["a", "--generations", "3"], "the new budget is 24 evaluations: expected at least the 1"),
+        (["a", "--generations", "3", "--evaluations", "800"], "both given: expected one"),
+        (["cut"], "run.checkpoint is damaged"),
+    ],
+)
+def test_bad_input_is_one_line_and_changes_nothing(mgeo, arguments, message):
+    solve(mgeo, "a", 160)
+    mgeo("solve", "cantilever", "--algorithm", "nsga2", "--evaluations", 200, "--out", "nsga2")
+    Path("cut").mkdir()
+    Path("cut", CHECKPOINT_FILE).write_bytes(Path("a", CHECKPOINT_FILE).read_bytes()[:-1])
+    before = {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()}
+    refused = mgeo("resume", *arguments)
+    assert refused.exit_code == 2
+    assert re.match(rf"Error: .*{message}", refused.stderr), refused.stderr
+    assert refused.stderr.count("\n") == 1
+    assert {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()} == before
+
+
+def test_another_algorithm_leaves_no_checkpoint_of_the_run_before(mgeo):
+    solve(mgeo, "a", 160)
+    mgeo("solve", "cantilever", "--algorithm", "nsga2", "--evaluations", 200, "--out", "a",
+         "--overwrite")  # fmt: skip
+    assert not Path("a", CHECKPOINT_FILE).exists()
+
+
+def test_errors_in_every_candidate_leave_what_was_made(mgeo, monkeypatch):
+    import stand_in
+
+    sound, batches = stand_in.Cantilever._evaluate, []
+
+    def fail(self, X, out, *args, **kwargs):
+        batches.append(len(X))
+        if len(batches) > 10:
+            raise ValueError("no license")
+        sound(self, X, out)
+
+    monkeypatch.setattr("stand_in.Cantilever._evaluate", fail)
+    done = mgeo("solve", "cantilever", *SHORT, "--evaluations", 400, "--out", "a")
+    assert done.exit_code == 1
+    assert "the first with ValueError: no license" in str(done.exception)
+    assert "To go on once that is put right: mgeo resume a" in done.stderr
+    monkeypatch.setattr("stand_in.Cantilever._evaluate", sound)
+    assert mgeo("resume", "a").exit_code == 0
+    assert read_run("a").outcome.evaluations == 400
+
+
+def test_a_disk_without_room_is_told_and_costs_no_more_than_the_checkpoints(mgeo, monkeypatch):
+    def full(path, content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("mgeo.checkpoint.write_file", full)
+    done = mgeo("solve", "cantilever", *SHORT, "--evaluations", 80, "--out", "a")
+    assert done.exit_code == 0, done.output
+    assert done.stdout.splitlines()[-1] == "no checkpoint: [Errno 28] No space left on device"
+    assert "no checkpoint: [Errno 28]" in done.stderr
+    assert {path.name for path in Path("a").iterdir()} == {"front.csv", "front.html", "run.json"}
+    monkeypatch.setattr("mgeo.recorder.write_chunk", lambda *arguments: full(None, None))
+    done = mgeo("solve", "cantilever", *SHORT, "--evaluations", 80, "--out", "b", "--record")
+    assert (done.exit_code, done.stderr.splitlines()[-1]) == (
+        2, "Error: [Errno 28] No space left on device",
+    )  # fmt: skip
+
+
+def start(folder, environment, *arguments):
+    return subprocess.Popen(
+        [sys.executable, "-m", "mgeo", *map(str, arguments)],
+        cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+def wait_for(condition, process):
+    while not condition():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.01)
+
+
+def test_after_a_kill_the_run_goes_on_and_after_a_signal_too(mgeo, stand_in_environment, tmp_path):
+    arguments = ["solve", "slow-cantilever", *SHORT, "--evaluations", 640, "--record", "--out", "a"]
+    with start(tmp_path, stand_in_environment, *arguments) as process:
+        wait_for((tmp_path / "a" / CHECKPOINT_FILE).exists, process)
+        time.sleep(0.3)
+        process.kill()
+    assert not (tmp_path / "a" / "run.json").exists()
+    refused = mgeo(*arguments)
+    assert refused.exit_code == 2
+    assert "or go on with mgeo resume a" in refused.stderr
+    with start(tmp_path, stand_in_environment, "resume", "a") as process:
+        wait_for(lambda: "evaluations" in process.stderr.readline(), process)
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=30)
+    assert process.returncode == 130, errors
+    assert "interrupted after" in output
+    assert output.splitlines()[-1] == "to go on: mgeo resume a"
+    made = json.loads((tmp_path / "a" / "run.json").read_text())["evaluations"]
+    assert 0 < made < 640
+    done = mgeo("resume", "a")
+    assert done.exit_code == 0, done.output
+    solve(mgeo, "b", 640, "--record")
+    one, two = read_run("a").outcome, read_run("b").outcome
+    assert np.array_equal(one.X, two.X)
+    assert np.array_equal(one.F, two.F)
+    assert read_record("a/evaluations").equals(read_record("b/evaluations"))
