@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from mgeo.runs import Recipe, prepare
+from mgeo.runs.algorithms import complete_parameters
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
@@ -14,7 +15,7 @@ def test_a_recipe_states_everything():
         "problem": "cantilever",
         "options": {"load": 2000.0},  # what the preset meant
         "algorithm": "mgeo-real",
-        "parameters": {"sigma": 1.0, "tau": 3.0, "n_runs": 5, "perturbation": "absolute"},
+        "parameters": complete_parameters("mgeo-real", {"n_runs": 5}),
         "evaluations": 1000 * 5 * 2,
         "seed": 1,
     }
