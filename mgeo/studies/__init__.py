@@ -9,5 +9,16 @@
 
 from mgeo.studies.comparison import Comparison, Tests
 from mgeo.studies.execute import compare
+from mgeo.studies.file import Study, read_study
+from mgeo.studies.stored import read_comparison
+from mgeo.studies.study import run_study
 
-__all__ = ["Comparison", "Tests", "compare"]
+__all__ = [
+    "Comparison",
+    "Study",
+    "Tests",
+    "compare",
+    "read_comparison",
+    "read_study",
+    "run_study",
+]

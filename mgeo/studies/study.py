@@ -18,9 +18,10 @@ from mgeo.studies.execute import compare
 from mgeo.studies.file import PYMOO, Case, Study
 from mgeo.studies.report import by_problem, case_page, folder_name, study_page
 from mgeo.studies.statistics import Friedman, friedman
+from mgeo.studies.stored import PROVENANCE, stored_tables
 from mgeo.studies.tables import markdown
 
-RUNS = "runs"  # folder of the finished runs
+RECORDS = "runs"  # folder of the finished runs
 REPORT = "report.html"
 
 
@@ -31,8 +32,9 @@ def run_study(
 
     Everything goes into `folder`, or with several problems into a folder each below it, once a
     problem is done: ``table.csv`` (indicators over evaluations), ``final.csv`` (after all of
-    them), ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``, ``report.html`` and last
-    ``provenance.json``. A study that was interrupted goes on with the runs that are missing.
+    them), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
+    ``report.html`` and last ``provenance.json``. A study that was interrupted goes on with the
+    runs that are missing.
 
     Returns
     -------
@@ -56,7 +58,7 @@ def run_study(
             contenders,
             study.evaluations,
             study.seeds,
-            folder=folder / RUNS,
+            folder=folder / RECORDS,
             grid=study.grid,
             n_jobs=n_jobs,
             progress=progress,
@@ -106,18 +108,12 @@ def _contents(study: Study, case: Case, comparison: Comparison) -> dict[str, byt
             for name in titles
         ]
     )
-    tables = {
-        "table.csv": comparison.table,
-        "final.csv": comparison.final(),
-        "runs.csv": comparison.runs,
-        "tests.csv": tests.reset_index(),
-    }
-    texts = {name: t.to_csv(index=False, lineterminator="\n") for name, t in tables.items()}
+    texts = {"tests.csv": tests.reset_index().to_csv(index=False, lineterminator="\n")}
     texts["summary.md"] = markdown(comparison.overview().rename(columns=titles))
     texts["summary.tex"] = comparison.to_latex()
     texts[REPORT] = case_page(study, case.label, comparison)
-    texts["provenance.json"] = json.dumps(_provenance(study, case, comparison), indent=2) + "\n"
-    return {name: text.encode() for name, text in texts.items()}
+    texts[PROVENANCE] = json.dumps(_provenance(study, case, comparison), indent=2) + "\n"
+    return stored_tables(comparison) | {name: text.encode() for name, text in texts.items()}
 
 
 def _provenance(study: Study, case: Case, comparison: Comparison) -> dict[str, Any]:

@@ -17,7 +17,10 @@ from mgeo.figures.comparison.ranks import ranks_figure
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
 
+RIVALS = 5  # each adds up to 1 MB to a page
+
 __all__ = [
+    "RIVALS",
     "anytime_figure",
     "attainment_figure",
     "boxes_figure",
@@ -34,7 +37,7 @@ def comparison_figures(comparison: Comparison) -> dict[str, go.Figure]:
 
     Ranks need two algorithms and two seeds that all finished, fronts at most three objectives,
     fronts one by one and attainment two. The difference is that of the best algorithm and each of
-    the others.
+    the `RIVALS` next ones.
     """
     figures = {"anytime": anytime_figure(comparison), "boxes": boxes_figure(comparison)}
     ranked = comparison.tests().friedman
@@ -47,5 +50,5 @@ def comparison_figures(comparison: Comparison) -> dict[str, go.Figure]:
         figures["attainment"] = attainment_figure(comparison)
         best, *others = comparison.order()
         if others:
-            figures["difference"] = difference_figure(comparison, best, others)
+            figures["difference"] = difference_figure(comparison, best, others[:RIVALS])
     return figures

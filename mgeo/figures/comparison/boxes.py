@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from mgeo.figures.comparison.style import finished, looks
+from mgeo.figures.comparison.style import finished, looks, row_height
 from mgeo.figures.front import axis
 
 if TYPE_CHECKING:
@@ -55,4 +55,4 @@ def boxes_figure(comparison: Comparison) -> go.Figure:
         figure,
         f"All runs after {comparison.n_eval:,} evaluations",
         "box: quartiles and median; every point is a run, hover for its seed",
-    )
+    ).update_layout(height=row_height(len(comparison.algorithms)))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
 
-from mgeo.figures.comparison.style import finished, looks
+from mgeo.figures.comparison.style import finished, looks, row_height
 
 if TYPE_CHECKING:
     from mgeo.studies.statistics import Friedman
@@ -62,7 +62,7 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...], blocks: str) -> 
         f"Average ranks over {ranked.blocks} {blocks}",
         f"bars join what differs by less than the critical difference of "
         f"{ranked.critical_difference:.2f} (Nemenyi, 5 %); Friedman's test: p = {ranked.p:.2g}",
-    ).update_layout(showlegend=False)
+    ).update_layout(showlegend=False, height=row_height(k + len(groups)))
 
 
 def alike(ranks: list[float], difference: float) -> list[tuple[int, int]]:

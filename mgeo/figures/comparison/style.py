@@ -39,6 +39,11 @@ def looks(algorithms: tuple[str, ...]) -> dict[str, Look]:
     }
 
 
+def row_height(rows: int) -> int:
+    """Height [px] of a figure with so many rows of text."""
+    return max(480, 220 + 26 * rows)
+
+
 def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
     """`figure` with its title, and what all figures have in common."""
     figure.update_layout(

@@ -9,8 +9,10 @@ import joblib
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.problems.multi import ZDT1
+from typer.testing import CliRunner
 
 from mgeo import MGEOReal, compare
+from mgeo.cli.app import app
 
 distributed = pytest.importorskip(
     "distributed", reason="needs the extra: pip install 'mgeo[distributed]'"
@@ -60,3 +62,30 @@ def test_a_worker_that_dies_costs_time_and_nothing_else(client, tmp_path):
     assert victim not in after
     assert spread.runs["status"].tolist() == ["finished"] * 10
     assert spread.table.equals(serial.table)
+
+
+FILE = """
+title = "distributed"
+evaluations = 300
+seeds = 3
+grid = 2
+[[problems]]
+name = "pymoo:zdt1"
+[[algorithms]]
+name = ["nsga2", "random"]
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+def test_the_command_runs_a_study_on_a_cluster(client, tmp_path):
+    (tmp_path / "study.toml").write_text(FILE)
+    arguments = ["study", str(tmp_path / "study.toml"), "--quiet"]
+    address = client.scheduler_info()["address"]
+    for name, options in (("here", ["--jobs", "1"]), ("there", ["--cluster", address])):
+        out = ["--out", str(tmp_path / name)]
+        done = CliRunner().invoke(app, [*arguments, *options, *out])
+        assert done.exit_code == 0, done.output
+    there = (tmp_path / "there" / "table.csv").read_text()
+    assert there == (tmp_path / "here" / "table.csv").read_text()
+    assert len(there.splitlines()) == 1 + 2 * 3 * 2

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from mgeo.cli.app import app
 from mgeo.studies.file import parse_study
 from mgeo.studies.report import folder_name
+from mgeo.studies.stored import read_comparison
 from mgeo.studies.study import over_problems, run_study
 from mgeo.studies.verdict import beside, verdict
 
@@ -35,6 +36,7 @@ ONE = TWO.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '"cantilever"')
 FILES = {
     "table.csv",
     "final.csv",
+    "fronts.csv",
     "runs.csv",
     "tests.csv",
     "summary.md",
@@ -78,6 +80,12 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
     assert data["algorithms"]["random 20"] == {"name": "random", "parameters": {"population": 20}}
     assert (data["runs_finished"], data["runs_failed"]) == (8, 0)
     assert data["space"]["reference_point"] == [1.1] * 3
+    for label, result in found.items():
+        again = read_comparison(out / label)
+        assert again.table.equals(result.table)
+        assert again.overview().equals(result.overview())
+        for name, figure in result.figures().items():
+            assert again.figures()[name] == figure, name
     ranked = over_problems(study, found)
     assert (ranked.blocks, len(ranked.ranks)) == (2, 4)
     # all runs are on disk: nothing is run again, and the tables come out the same
@@ -221,3 +229,11 @@ def test_a_study_that_is_interrupted_goes_on(tmp_path, stand_in_environment, sta
     written = (tmp_path / "studies" / "slow" / "table.csv").read_text()
     assert written == (tmp_path / "whole" / "table.csv").read_text()
     assert len(next(iter(whole.values())).table) == 24
+
+
+def test_a_folder_without_a_comparison_is_named(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"holds no comparison: there is no provenance"):
+        read_comparison(tmp_path)
+    (tmp_path / "provenance.json").write_text('{"problem": {"name": "pymoo:zdt1", "options": {}}}')
+    with pytest.raises(ValueError, match=r"provenance.json: algorithms is missing"):
+        read_comparison(tmp_path)
