@@ -68,13 +68,15 @@ def indicator_space(
 ) -> IndicatorSpace:
     """The space of a comparison.
 
-    With `bounds` (ideal, nadir), or else from the problem's `indicator_space`, whose reference
-    point is (1, ..., 1); or else with the extent of the union of all fronts (and the problem's
-    known Pareto front) between 0 and 1, and the reference point at `BEYOND_NADIR`.
+    With `bounds` (ideal, nadir), or else from the problem's `indicator_space`, either with the
+    reference point (1, ..., 1); or else with the extent of the nondominated union of all fronts
+    (and of the reference front, if given) between 0 and 1, and the reference point at
+    `BEYOND_NADIR`.
 
-    The reference front is the one given, or else the problem's known Pareto front, or else the
-    nondominated part of the union, thinned to `REFERENCE_SIZE` evenly spaced points: otherwise
-    an algorithm that crowds its points would also decide where the indicators look.
+    The reference front is the one given, or else the nondominated union, thinned to
+    `REFERENCE_SIZE` evenly spaced points: otherwise an algorithm that crowds its points would also
+    decide where the indicators look. The problem's ``pareto_front()`` is not asked for: pymoo
+    draws some of them at random, and downloads others. Where it is good, pass it.
 
     Parameters
     ----------
@@ -87,7 +89,7 @@ def indicator_space(
         If there is nothing to take the space from, or a shape does not fit.
     """
     n_obj = problem.n_obj
-    known = _known_front(problem) if reference_front is None else _checked(reference_front, n_obj)
+    known = None if reference_front is None else _checked(reference_front, n_obj)
     union = np.concatenate([np.empty((0, n_obj)), *fronts])
     everything = union if known is None else np.concatenate([union, known])
     best = everything[nondominated(everything)]
@@ -110,17 +112,6 @@ def indicator_space(
     if known is None:
         points = points[thin(points, max(REFERENCE_SIZE, 2 * n_obj))]
     return IndicatorSpace(ideal, nadir, reference_point, points, origin, transform)
-
-
-def _known_front(problem: Problem) -> FloatArray | None:
-    """The problem's own Pareto front; many have none, and say so in different ways."""
-    try:
-        front = problem.pareto_front()
-    except Exception:  # such as one that needs a package or an argument: then it has none here
-        return None
-    if front is None or np.ndim(front) != 2 or not np.isfinite(front).all() or not len(front):
-        return None
-    return np.asarray(front, dtype=float)
 
 
 def _checked(front: ArrayLike, n_obj: int) -> FloatArray:

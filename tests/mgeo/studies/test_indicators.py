@@ -54,15 +54,22 @@ def test_the_problems_own_space_comes_first():
     assert HV.value(space(np.array([[1.0, 10**0.25]])), space) == pytest.approx(0.75)
 
 
-def test_a_known_pareto_front_belongs_to_the_union_and_is_the_reference():
+def test_a_given_pareto_front_belongs_to_the_union_and_is_the_reference():
     problem = ZDT1()
-    space = indicator_space(problem, [np.array([[0.5, 3.0]])])
+    front = problem.pareto_front()
+    space = indicator_space(problem, [np.array([[0.5, 3.0]])], reference_front=front)
     assert (space.ideal.tolist(), space.nadir.tolist()) == ([0.0, 0.0], [1.0, 1.0])
-    assert np.allclose(space.reference_front, problem.pareto_front())
+    assert np.allclose(space.reference_front, front)
     # closed form: the area under 1.1, above f2 = 1 - sqrt(f1), is 1.1^2 - 1/3
     x = np.linspace(0, 1, 20_001)
     fine = np.column_stack([x, 1 - np.sqrt(x)])
     assert HV.value(space(fine), space) == pytest.approx(1.1**2 - 1 / 3, abs=1e-4)
+
+
+def test_the_problem_is_not_asked_for_its_pareto_front(monkeypatch):
+    # pymoo draws that of WFG2 at random and downloads that of DTLZ7
+    monkeypatch.setattr(Problem, "pareto_front", None)
+    assert indicator_space(ZDT1(), [np.array([[0.5, 3.0]])]).reference_front.shape == (1, 2)
 
 
 def test_given_bounds_and_reference_front_count():
