@@ -35,9 +35,19 @@ class Vec3:
         return Vec3(factor * self.x, factor * self.y, factor * self.z)
 
 
+ZERO = Vec3(0.0, 0.0, 0.0)
+#: Unit vectors along x, y, z.
+AXES = (Vec3(1.0, 0.0, 0.0), Vec3(0.0, 1.0, 0.0), Vec3(0.0, 0.0, 1.0))
+
+
 def cross(a: Vec3, b: Vec3) -> Vec3:
     """Cross product a × b."""
     return Vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+
+
+def dot(a: Vec3, b: Vec3) -> Any:
+    """Scalar product a · b."""
+    return a.x * b.x + a.y * b.y + a.z * b.z
 
 
 def scale(a: Vec3, b: Vec3) -> Vec3:

@@ -14,7 +14,8 @@ import os
 import stat
 import sys
 import warnings
-from functools import cache
+from collections.abc import Callable, Iterable
+from functools import cache, partial
 from importlib import resources
 from pathlib import Path
 from types import ModuleType
@@ -51,15 +52,32 @@ def load_kernel(suite: Suite, gated: tuple[bool, ...]) -> ModuleType:
     gated : tuple of bool
         Which sensors are not available at every sample.
     """
-    source = module_source(suite, gated, lanes(), cache=True)
-    name = f"kernel_{_digest(source)}"
+    return load_module("kernel", partial(module_source, suite, gated, lanes()), _INGREDIENTS)
+
+
+def load_module(
+    kind: str, source_of: Callable[[bool], str], ingredients: Iterable[str]
+) -> ModuleType:
+    """A generated module, from memory, the user's cache or its source.
+
+    Parameters
+    ----------
+    kind : str
+        What it is called, and where in the cache.
+    source_of : function
+        Gives its text, for a module whose compiled functions are kept in the cache or not.
+    ingredients : names of modules of the filter
+        Whose compiled functions it calls: a change there must not find an old module.
+    """
+    source = source_of(True)
+    name = f"{kind}_{_digest(source, ingredients)}"
     if name in sys.modules:
         return sys.modules[name]
     folder = Path(os.environ.get("MGEO_CACHE_DIR") or platformdirs.user_cache_dir("mgeo"))
     try:
-        path = _stored(folder / "kernels", name, source)
+        path = _stored(folder / f"{kind}s", name, source)
         if not any(path.parent.glob(f"__pycache__/{name}.run-*.nbi")):
-            _announce()
+            _announce(kind)
         return _imported(name, path)
     except OSError as error:
         warnings.warn(
@@ -67,17 +85,17 @@ def load_kernel(suite: Suite, gated: tuple[bool, ...]) -> ModuleType:
             "process. Set MGEO_CACHE_DIR to a folder of your own.",
             stacklevel=2,
         )
-    _announce()
+    _announce(kind)
     module = ModuleType(name)
-    exec(compile(module_source(suite, gated, lanes(), cache=False), name, "exec"), module.__dict__)
+    exec(compile(source_of(False), name, "exec"), module.__dict__)
     sys.modules[name] = module
     return module
 
 
-def _digest(source: str) -> str:
+def _digest(source: str, ingredients: Iterable[str]) -> str:
     here = resources.files(__package__)
     parts = [source, numba.__version__, llvmlite.__version__, np.__version__, sys.version]
-    parts += [here.joinpath(name).read_text(encoding="utf-8") for name in _INGREDIENTS]
+    parts += [here.joinpath(name).read_text(encoding="utf-8") for name in ingredients]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
 
 
@@ -108,5 +126,5 @@ def _imported(name: str, path: Path) -> ModuleType:
     return module
 
 
-def _announce() -> None:
-    _log.warning("compiling the filter kernel of this sensor suite, once per machine (about 20 s)")
+def _announce(kind: str) -> None:
+    _log.warning("compiling the %s of this sensor suite, once per machine (about 20 s)", kind)

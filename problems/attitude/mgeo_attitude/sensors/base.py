@@ -21,10 +21,13 @@ class Sensor(Validated, ABC):
     """A sensor that measures a 3-vector.
 
     A subclass is a frozen dataclass of parameters with four methods. Nothing else is needed for a
-    sensor to enter the filter: the kernel is generated from `measure`.
+    sensor to enter the filter: the kernel is generated from `measure`. To take part in a simulation
+    of the truth it also says what it reports, without approximation: `measured`.
     """
 
     kind: ClassVar[str]
+    #: Those of its states that are rotations, for `rotation.rotate`; all others are sums.
+    rotations: ClassVar[tuple[str, ...]] = ()
 
     name: str = quantity(doc="name, unique in the suite; prefixes the sensor's states")
 
@@ -44,6 +47,33 @@ class Sensor(Validated, ABC):
         v : Vec3
             The `reference` vector in body axes.
         """
+
+    def measured(self, x: Any, v: Vec3) -> Any:
+        """What it reports but for noise, whatever the size of the errors.
+
+        Its derivative at zero is `measure`. Only ``+ - * /`` may be used, for it is evaluated on
+        numbers (the truth, the estimate) and on symbols (derivatives, generated code).
+
+        Parameters
+        ----------
+        x : namespace
+            The sensor's own `states`, each a `Vec3` or, if one of `rotations`, an argument for
+            `rotate`; and ``x.to_body``, which turns a GCRS `Vec3` into body axes.
+        v : Vec3
+            The `reference` vector in body axes.
+
+        Returns
+        -------
+        Vec3, or whatever tuple of them `innovation` compares
+        """
+        raise NotImplementedError(
+            f"{type(self).__name__} does not say what it measures: define `measured` to simulate it"
+        )
+
+    def innovation(self, measured: Any, predicted: Any) -> Vec3:
+        """Difference of two results of `measured`, in the sense and unit of `measure`."""
+        difference: Vec3 = measured - predicted
+        return difference
 
     @abstractmethod
     def noise(self) -> tuple[float, float, float]:

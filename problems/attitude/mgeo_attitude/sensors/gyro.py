@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from ..fields import Validated, quantity
+from ..rotation import rotate, unrotate
 from ..vector import Vec3, cross, scale
 
 
 @dataclass(frozen=True)
 class Gyro(Validated):
     """Three-axis gyro: ω_m = ω + b + v_g, with optional scale-factor and misalignment errors."""
+
+    #: Those of its states that are rotations; see `Sensor.rotations`.
+    rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
 
     angle_random_walk_deg_sqrt_h: float = quantity(
         0.01, unit="deg/sqrt(h)", low=0.0, open_low=True, doc="angle random walk, 1-sigma"
@@ -58,6 +62,28 @@ class Gyro(Validated):
         if self.misalignment_deg:
             theta = theta + cross(omega, x.misalignment)
         return {"theta": theta, "bias": -self.bias_decay * x.bias}
+
+    def measured(self, x: Any, omega: Vec3) -> Vec3:
+        """Rate it reports but for noise, whatever the size of the errors; see `Sensor.measured`.
+
+        ω_m = R(μ) (ω + k ∘ ω) + b with misalignment μ and scale factors k.
+        """
+        rate = omega
+        if self.scale_factor:
+            rate = rate + scale(rate, x.scale_factor)
+        if self.misalignment_deg:
+            rate = rotate(x.misalignment, rate)
+        return rate + x.bias
+
+    def corrected(self, x: Any, measured: Vec3) -> Vec3:
+        """The body rate from the reported one: inverse of `measured`."""
+        rate = measured - x.bias
+        if self.misalignment_deg:
+            rate = unrotate(x.misalignment, rate)
+        if self.scale_factor:
+            k = x.scale_factor
+            rate = scale(rate, Vec3(1.0 / (1.0 + k.x), 1.0 / (1.0 + k.y), 1.0 / (1.0 + k.z)))
+        return rate
 
     def diffusion(self) -> dict[str, float]:
         """Power spectral density of the noise that drives each state, per axis."""

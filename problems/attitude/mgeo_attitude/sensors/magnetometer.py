@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fields import quantity
+from ..rotation import rotate
 from ..vector import Vec3, cross
 from .base import Sensor
 
@@ -25,6 +26,7 @@ class Magnetometer(Sensor):
     """y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT."""
 
     kind: ClassVar[str] = "magnetometer"
+    rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
 
     name: str = quantity("mag", doc="name, unique in the suite; prefixes the sensor's states")
     noise_nt: float = quantity(
@@ -46,6 +48,9 @@ class Magnetometer(Sensor):
     def measure(self, x: Any, v: Vec3) -> Vec3:
         y: Vec3 = cross(v, x.theta - x.misalignment) + x.bias
         return y
+
+    def measured(self, x: Any, v: Vec3) -> Vec3:
+        return rotate(x.misalignment, v) + x.bias
 
     def noise(self) -> tuple[float, float, float]:
         sigma = self.noise_nt / FIELD_UNIT_NT

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ..fields import quantity
-from ..vector import Vec3
+from ..rotation import rotate
+from ..vector import AXES, ZERO, Vec3, cross, dot
 from .base import Sensor
 
 _ARCSEC_PER_DEG = 3600.0
@@ -21,6 +22,7 @@ class StarTracker(Sensor):
     """
 
     kind: ClassVar[str] = "star-tracker"
+    rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
 
     name: str = quantity("tracker", doc="name, unique in the suite; prefixes the sensor's states")
     noise_arcsec: float = quantity(
@@ -39,6 +41,16 @@ class StarTracker(Sensor):
     def measure(self, x: Any, v: Vec3) -> Vec3:
         y: Vec3 = x.theta - x.misalignment
         return y
+
+    def measured(self, x: Any, v: Vec3) -> tuple[Vec3, ...]:
+        """The axes of GCRS, in the tracker's."""
+        return tuple(rotate(x.misalignment, x.to_body(axis)) for axis in AXES)
+
+    def innovation(self, measured: tuple[Vec3, ...], predicted: tuple[Vec3, ...]) -> Vec3:
+        """The vector y of the rotation R(-y) that takes the predicted axes to the measured."""
+        k = -2.0 / (1.0 + sum((dot(p, m) for p, m in zip(predicted, measured, strict=True)), 0.0))
+        s = sum((cross(p, m) for p, m in zip(predicted, measured, strict=True)), ZERO)
+        return Vec3(k * s.x, k * s.y, k * s.z)
 
     def noise(self) -> tuple[float, float, float]:
         cross_axis = math.radians(self.noise_arcsec / _ARCSEC_PER_DEG)

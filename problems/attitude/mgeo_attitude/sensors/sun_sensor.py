@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fields import InvalidValue, quantity
+from ..rotation import rotate
 from ..vector import Vec3, cross
 from .base import Sensor
 
@@ -22,6 +23,7 @@ class SunSensor(Sensor):
     """y_s = [s×]θ - [s×]φ + δs + w_s (equation 2), blind in eclipse."""
 
     kind: ClassVar[str] = "sun-sensor"
+    rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
 
     name: str = quantity("sun", doc="name, unique in the suite; prefixes the sensor's states")
     noise_deg: float = quantity(
@@ -57,6 +59,9 @@ class SunSensor(Sensor):
     def measure(self, x: Any, v: Vec3) -> Vec3:
         y: Vec3 = cross(v, x.theta - x.misalignment) + x.bias
         return y
+
+    def measured(self, x: Any, v: Vec3) -> Vec3:
+        return rotate(x.misalignment, v) + x.bias
 
     def noise(self) -> tuple[float, float, float]:
         sigma = math.radians(self.noise_deg)

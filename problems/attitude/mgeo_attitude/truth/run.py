@@ -1,0 +1,134 @@
+"""Runs of truth and estimator over one plan: tables once, then any number of draws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache, cached_property, partial
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..filter.discretization import discretize
+from ..filter.kernel import load_module
+from ..filter.model import FilterModel
+from ..filter.reference import attitudes
+from ..filter.suite import Suite
+from ..filter.timeline import flown
+from .codegen import module_source
+from .draws import Draws, at_rest
+from .estimator import Estimator
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_SEES_EVERYTHING = -2.0  # a cosine that no direction falls below
+
+
+@dataclass(frozen=True)
+class Record:
+    """One run at n samples.
+
+    Attributes
+    ----------
+    errors : array, shape (n, n_states)
+        Truth less estimate: a difference or, for attitude and misalignments, the vector of the
+        rotation that remains.
+    variances : array, shape (n, n_states)
+        What the estimator claims.
+    nees : array, shape (n,)
+        Normalized estimation error squared.
+    nis : array, shape (n, n_sensors)
+        Sum of the normalized innovations squared since the sample before.
+    updates : array of int, shape (n, n_sensors)
+        Number of these innovations.
+    """
+
+    errors: Floats
+    variances: Floats
+    nees: Floats
+    nis: Floats
+    updates: Ints
+
+
+@dataclass(frozen=True)
+class Flight:
+    """One plan, ready to be simulated until the last of `records`.
+
+    Attributes
+    ----------
+    model : FilterModel
+    design : array, shape (4 m,)
+    records : array of int
+        Steps to record, increasing.
+    """
+
+    model: FilterModel
+    design: ArrayLike
+    records: Ints
+
+    @property
+    def n_steps(self) -> int:
+        return int(self.records[-1])
+
+    def run(self, draws: Draws, estimator: Estimator) -> Record:
+        """Simulate one run; see `driver.run`."""
+        suite, n = self.model.suite, len(self.records)
+        record = Record(
+            errors=np.empty((n, suite.n_states)),
+            variances=np.empty((n, suite.n_states)),
+            nees=np.zeros(n),
+            nis=np.zeros((n, len(suite.sensors))),
+            updates=np.zeros((n, len(suite.sensors)), dtype=np.int64),
+        )
+        _load(suite).run(
+            *self._tables,
+            draws.errors,
+            draws.gyro_noise,
+            draws.noise,
+            estimator.options(),
+            self.records,
+            record.errors,
+            record.variances,
+            record.nees,
+            record.nis,
+            record.updates,
+        )
+        return record
+
+    @cached_property
+    def _tables(self) -> tuple[object, ...]:
+        model, suite, n = self.model, self.model.suite, self.n_steps
+        plan = flown(self.design, n * model.step, model.step)
+        starts = np.rint(plan.times[:-1] / model.step).astype(np.int64)
+        density = suite.diffusion()
+        steps = [discretize(suite.dynamics_matrix(w), density, model.step) for w in plan.rates]
+        return (
+            np.ascontiguousarray(plan.rates),
+            np.searchsorted(starts, np.arange(n), side="right") - 1,
+            np.array([F for F, _ in steps]),
+            np.array([Q for _, Q in steps]),
+            attitudes(plan.rates, starts, n, model.step),
+            np.ascontiguousarray(model.references[: n + 1]),
+            np.ascontiguousarray(model.available[: n + 1]),
+            _views(suite),
+            np.array([np.square(sensor.noise()) for sensor in suite.sensors]),
+            model.step,
+            at_rest(model)[0],
+            model.initial_sigma,
+        )
+
+
+@cache
+def _load(suite: Suite) -> ModuleType:
+    return load_module("simulator", partial(module_source, suite), ("discretization.py",))
+
+
+def _views(suite: Suite) -> Floats:
+    """Boresight and cosine of the half-angle of every sensor's field of view."""
+    rows = []
+    for sensor in suite.sensors:
+        boresight, half_angle = sensor.field_of_view() or ((0.0, 0.0, 0.0), None)
+        cosine = _SEES_EVERYTHING if half_angle is None else np.cos(half_angle)
+        rows.append([*boresight, cosine])
+    return np.array(rows)

@@ -1,0 +1,114 @@
+"""Monte Carlo: many runs of truth and estimator over one plan."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..environment import Environment
+from ..filter.evaluator import available_threads, evaluate
+from ..filter.model import FilterModel
+from ..scenario import Scenario
+from .draws import draw, none
+from .estimator import Estimator
+from .monte_carlo import MonteCarlo
+from .run import Flight, Record
+
+#: Samples of a simulation that are kept, about.
+N_RECORDS = 600
+
+
+def simulate(
+    scenario: Scenario,
+    design: ArrayLike,
+    n_runs: int = 200,
+    seed: int | np.random.Generator | None = None,
+    threads: int | None = None,
+    *,
+    estimator: Estimator | None = None,
+    truth: Scenario | None = None,
+    environment: Environment | None = None,
+) -> MonteCarlo:
+    """Fly a plan many times, each with other errors, and estimate attitude and errors from it.
+
+    The truth is not linear: attitude by exact rotations at the plan's rates, misalignments as
+    rotations, the gyro's bias as a Markov process, noise, eclipse and fields of view. At the start
+    the estimator believes the body axes along GCRS and every error zero; the true ones are drawn
+    from the scenario. The estimator is an error-state filter that feeds its errors back.
+
+    A run has a random stream of its own, so it is the same whatever `n_runs` and `threads` are.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What the estimator believes, and from which the truth is drawn unless `truth` is given.
+    design : array_like, shape (4 m,)
+        Rates [deg/s] and duration [s] of each maneuver, as in `AttitudeManeuverProblem`.
+    n_runs : int
+    seed : int or Generator, optional
+        Where the runs' streams are spawned from; None takes fresh entropy.
+    threads : int, optional
+        Default: the processors this process may use.
+    estimator : Estimator, optional
+    truth : Scenario, optional
+        Draws the truth with noise and uncertainties other than the estimator believes.
+    environment : Environment, optional
+        Saves computing that of the scenario again.
+
+    Returns
+    -------
+    MonteCarlo
+
+    Raises
+    ------
+    ValueError
+        For no run, several designs, a design that is no plan, or a `truth` with other states.
+    NotImplementedError
+        For a sensor that does not define `measured`.
+    """
+    if n_runs < 1:
+        raise ValueError(f"n_runs = {n_runs!r}: expected at least 1")
+    plan = np.asarray(design, dtype=float)
+    if plan.ndim != 1:
+        raise ValueError(f"design of shape {plan.shape}: expected one plan, shape (4 m,)")
+    environment = environment or Environment.from_scenario(scenario)
+    model = FilterModel.from_scenario(scenario, environment)
+    drawn = model if truth is None else FilterModel.from_scenario(truth, environment)
+    if drawn.suite.blocks != model.suite.blocks:
+        raise ValueError(
+            f"truth has the states {drawn.suite.blocks}: expected {model.suite.blocks}"
+        )
+    t_end = float(evaluate(model, plan[None], threads).t_end[0])
+    flight = Flight(model, plan, _record_steps(model, t_end))
+    nominal = flight.run(none(model, flight.n_steps), Estimator.plain())
+
+    chosen = Estimator() if estimator is None else estimator
+
+    def one(generator: np.random.Generator) -> Record:
+        return flight.run(draw(drawn, flight.n_steps, generator), chosen)
+
+    generators = np.random.default_rng(seed).spawn(n_runs)
+    with ThreadPoolExecutor(max(1, min(threads or available_threads(), n_runs))) as pool:
+        runs = list(pool.map(one, generators))
+    return MonteCarlo(
+        blocks=model.suite.blocks,
+        sensors=tuple(sensor.name for sensor in model.suite.sensors),
+        design=plan,
+        t_end=t_end,
+        times=flight.records * model.step,
+        predicted=np.sqrt(nominal.variances),
+        errors=np.stack([run.errors for run in runs]),
+        sigma=np.sqrt(np.stack([run.variances for run in runs])),
+        nees=np.stack([run.nees for run in runs]),
+        nis=np.stack([run.nis for run in runs]),
+        updates=np.stack([run.updates for run in runs]),
+    )
+
+
+def _record_steps(model: FilterModel, t_end: float) -> np.ndarray:
+    """The start, about N_RECORDS steps at equal distance, that of `t_end`, and the last."""
+    stride = -(-model.n_steps // N_RECORDS)
+    steps = [*range(0, model.n_steps, stride), round(t_end / model.step), model.n_steps]
+    return np.unique(np.array(steps, dtype=np.int64))
