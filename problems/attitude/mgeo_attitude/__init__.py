@@ -5,17 +5,20 @@ from .filter import Evaluation, FilterHistory, FilterModel, Suite, evaluate, ref
 from .problem import AttitudeManeuverProblem
 from .scenario import Scenario
 from .sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
+from .truth import Estimator, MonteCarlo, simulate
 
 __version__ = "0.1.0"
 
 __all__ = [
     "AttitudeManeuverProblem",
     "Environment",
+    "Estimator",
     "Evaluation",
     "FilterHistory",
     "FilterModel",
     "Gyro",
     "Magnetometer",
+    "MonteCarlo",
     "Scenario",
     "Sensor",
     "StarTracker",
@@ -23,4 +26,5 @@ __all__ = [
     "SunSensor",
     "evaluate",
     "reference_run",
+    "simulate",
 ]

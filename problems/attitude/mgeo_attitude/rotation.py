@@ -11,10 +11,22 @@ for Kalman Filtering, Journal of Guidance, Control, and Dynamics 26 (2003) 311-3
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from .vector import Vec3, cross, dot
 
-#: One rotation, or several whose product is meant: the last one turns first.
-Turns = Vec3 | tuple[Vec3, ...]
+
+@dataclass(frozen=True)
+class Matrix:
+    """A rotation by its matrix's rows."""
+
+    x: Vec3
+    y: Vec3
+    z: Vec3
+
+
+#: One rotation, or two whose product is meant: the last one turns first.
+Turns = Vec3 | Matrix | tuple[Vec3 | Matrix, ...]
 
 
 def rotate(g: Turns, v: Vec3) -> Vec3:
@@ -23,6 +35,8 @@ def rotate(g: Turns, v: Vec3) -> Vec3:
         for turn in reversed(g):
             v = rotate(turn, v)
         return v
+    if isinstance(g, Matrix):
+        return Vec3(dot(g.x, v), dot(g.y, v), dot(g.z, v))
     once = cross(g, v)
     twice = cross(g, once)
     k = 1.0 / (1.0 + 0.25 * dot(g, g))
@@ -33,10 +47,6 @@ def rotate(g: Turns, v: Vec3) -> Vec3:
     )
 
 
-def unrotate(g: Turns, v: Vec3) -> Vec3:
+def unrotate(g: Vec3, v: Vec3) -> Vec3:
     """R(g)ᵀ v."""
-    if isinstance(g, tuple):
-        for turn in g:
-            v = unrotate(turn, v)
-        return v
     return rotate(-g, v)

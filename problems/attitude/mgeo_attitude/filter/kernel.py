@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import inspect
 import logging
 import os
 import stat
@@ -16,7 +17,6 @@ import sys
 import warnings
 from collections.abc import Callable, Iterable
 from functools import cache, partial
-from importlib import resources
 from pathlib import Path
 from types import ModuleType
 
@@ -27,13 +27,14 @@ import numpy as np
 import platformdirs
 
 from ..files import write_text
+from . import atomic, discretization
 from .codegen import module_source
 from .suite import Suite
 
 _log = logging.getLogger(__name__)
 
 #: Modules whose compiled functions the kernel calls: a change there must not find an old kernel.
-_INGREDIENTS = ("atomic.py", "discretization.py")
+_INGREDIENTS = (atomic, discretization)
 
 
 def lanes() -> int:
@@ -56,7 +57,7 @@ def load_kernel(suite: Suite, gated: tuple[bool, ...]) -> ModuleType:
 
 
 def load_module(
-    kind: str, source_of: Callable[[bool], str], ingredients: Iterable[str]
+    kind: str, source_of: Callable[[bool], str], ingredients: Iterable[ModuleType]
 ) -> ModuleType:
     """A generated module, from memory, the user's cache or its source.
 
@@ -66,7 +67,7 @@ def load_module(
         What it is called, and where in the cache.
     source_of : function
         Gives its text, for a module whose compiled functions are kept in the cache or not.
-    ingredients : names of modules of the filter
+    ingredients : modules
         Whose compiled functions it calls: a change there must not find an old module.
     """
     source = source_of(True)
@@ -92,10 +93,9 @@ def load_module(
     return module
 
 
-def _digest(source: str, ingredients: Iterable[str]) -> str:
-    here = resources.files(__package__)
+def _digest(source: str, ingredients: Iterable[ModuleType]) -> str:
     parts = [source, numba.__version__, llvmlite.__version__, np.__version__, sys.version]
-    parts += [here.joinpath(name).read_text(encoding="utf-8") for name in ingredients]
+    parts += [inspect.getsource(module) for module in ingredients]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
 
 
@@ -127,4 +127,6 @@ def _imported(name: str, path: Path) -> ModuleType:
 
 
 def _announce(kind: str) -> None:
-    _log.warning("compiling the %s of this sensor suite, once per machine (about 20 s)", kind)
+    _log.warning(
+        "compiling the filter %s of this sensor suite, once per machine (about 20 s)", kind
+    )

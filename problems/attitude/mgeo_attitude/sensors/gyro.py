@@ -73,11 +73,12 @@ class Gyro(Validated):
             rate = rate + scale(rate, x.scale_factor)
         if self.misalignment_deg:
             rate = rotate(x.misalignment, rate)
-        return rate + x.bias
+        reported: Vec3 = rate + x.bias
+        return reported
 
     def corrected(self, x: Any, measured: Vec3) -> Vec3:
         """The body rate from the reported one: inverse of `measured`."""
-        rate = measured - x.bias
+        rate: Vec3 = measured - x.bias
         if self.misalignment_deg:
             rate = unrotate(x.misalignment, rate)
         if self.scale_factor:

@@ -50,7 +50,8 @@ class Magnetometer(Sensor):
         return y
 
     def measured(self, x: Any, v: Vec3) -> Vec3:
-        return rotate(x.misalignment, v) + x.bias
+        y: Vec3 = rotate(x.misalignment, v) + x.bias
+        return y
 
     def noise(self) -> tuple[float, float, float]:
         sigma = self.noise_nt / FIELD_UNIT_NT

@@ -61,7 +61,8 @@ class SunSensor(Sensor):
         return y
 
     def measured(self, x: Any, v: Vec3) -> Vec3:
-        return rotate(x.misalignment, v) + x.bias
+        y: Vec3 = rotate(x.misalignment, v) + x.bias
+        return y
 
     def noise(self) -> tuple[float, float, float]:
         sigma = math.radians(self.noise_deg)

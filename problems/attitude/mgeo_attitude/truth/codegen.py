@@ -17,11 +17,9 @@ from importlib import resources
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
-
 from ..filter.suite import Suite
 from ..filter.symbols import Symbol, SymbolArithmetic
-from ..rotation import rotate
+from ..rotation import Matrix, rotate
 from ..sensors import Gyro, Sensor
 from ..vector import AXES, Vec3
 from .jets import Jet, variable
@@ -46,8 +44,9 @@ class Local:
 
 
 def rotation_blocks(suite: Suite) -> tuple[int, ...]:
-    """First states of the 3-vectors that are rotations, other than the attitude."""
-    names = [f"gyro.{state}" for state in suite.gyro.states() if state in suite.gyro.rotations]
+    """First states of the 3-vectors that are rotations, that of the attitude first."""
+    names = ["attitude"]
+    names += [f"gyro.{state}" for state in suite.gyro.states() if state in suite.gyro.rotations]
     for sensor in suite.sensors:
         names += [f"{sensor.name}.{s}" for s in sensor.states() if s in sensor.rotations]
     return tuple(3 * suite.blocks.index(name) for name in names)
@@ -68,6 +67,7 @@ def module_source(suite: Suite, cache: bool) -> str:
     driver = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
     package = (__package__ or "").rpartition(".")[0]
     functions = "\n\n\n".join(parts)
+    rotations = rotation_blocks(suite)
     n_local = max(len(local.states) for local in locals_)
     n_curved = max(len(local.curved) for local in locals_)
     return f'''"""Truth and filter for {suite.n_states} states. Generated; do not edit."""
@@ -80,7 +80,8 @@ N_STATES = {suite.n_states}
 N_DYNAMIC = {suite.n_dynamic}
 N_SENSORS = {len(suite.sensors)}
 N_READINGS = {max(_n_readings(sensor) for sensor in suite.sensors)}
-ROTATIONS = np.array({rotation_blocks(suite)}, dtype=np.int64)
+ROTATIONS = np.array({rotations})
+IS_ROTATION = np.array({[3 * (i // 3) in rotations for i in range(suite.n_states)]})
 N_LOCAL = np.array({[len(local.states) for local in locals_]})
 LOCAL = np.array({[_padded(local.states, n_local) for local in locals_]})
 N_CURVED = np.array({[len(local.curved) for local in locals_]})
@@ -90,14 +91,15 @@ CURVED = np.array({[_padded(local.curved, n_curved) for local in locals_]}, dtyp
 {functions}
 
 
-{driver.replace("from ..", f"from {package}.")}'''
+{driver.replace("from ..", f"from {package}.").replace("from .", f"from {__package__}.")}'''
 
 
 def _innovation(suite: Suite, index: int, sensor: Sensor) -> tuple[str, Local]:
     """Text of ``innovation_i(y, v, C, x, r, H, B)`` and what it depends on.
 
     With the measurement y, the reference v in estimated body axes, the estimate's attitude C and
-    states x, it writes the innovation r, H = -∂r/∂e and B = ∂²r/∂e² in the errors e.
+    states x, it writes the innovation r, H = -∂r/∂e and the upper half of B = ∂²r/∂e² in the errors
+    e; see `Local` for which.
     """
     ops = SymbolArithmetic()
     n_own = 3 * len(sensor.states())
@@ -111,11 +113,19 @@ def _innovation(suite: Suite, index: int, sensor: Sensor) -> tuple[str, Local]:
     theta = error(0)
     own: dict[str, Any] = {}
     for number, state in enumerate(sensor.states(), start=1):
-        estimate, e = known("x", 3 * suite.blocks.index(f"{sensor.name}.{state}")), error(3 * number)
-        own[state] = (estimate, e) if state in sensor.rotations else estimate + e
+        estimate, e = (
+            known("x", 3 * suite.blocks.index(f"{sensor.name}.{state}")),
+            error(3 * number),
+        )
+        if state in sensor.rotations:
+            own[state] = (_matrix(estimate, ops), e)
+        else:
+            own[state] = estimate + e
 
     def to_body(vector: Vec3) -> Vec3:
-        return rotate(-theta, _turned(vector, lambda k: Jet(Symbol(f"C[{k}]"), ops.keep)))
+        return rotate(
+            -theta, _turned(vector, lambda k: Jet(Symbol(f"C[{k // 3}, {k % 3}]"), ops.keep))
+        )
 
     x = SimpleNamespace(to_body=to_body, **own)
     predicted = sensor.measured(x, rotate(-theta, known("v", 0)))
@@ -130,7 +140,7 @@ def _innovation(suite: Suite, index: int, sensor: Sensor) -> tuple[str, Local]:
         for j in range(3 + n_own):
             ops.store(f"H[{q}, {j}]", -component.gradient(j))
         for a, i in enumerate(curved):
-            for b, j in enumerate(curved):
+            for b, j in enumerate(curved[a:], start=a):
                 ops.store(f"B[{q}, {a}, {b}]", component.hessian(i, j))
     states = [*range(3)]
     for state in sensor.states():
@@ -139,12 +149,18 @@ def _innovation(suite: Suite, index: int, sensor: Sensor) -> tuple[str, Local]:
     return _function(f"innovation_{index}(y, v, C, x, r, H, B)", ops), Local(tuple(states), curved)
 
 
+def _matrix(g: Vec3, ops: SymbolArithmetic) -> Matrix:
+    """R(g), whose product with a jet takes fewer terms than `rotate` by g does."""
+    columns = [rotate(g, Vec3(*(Jet(c, ops.keep) for c in axis))) for axis in AXES]
+    return Matrix(*(Vec3(*row) for row in zip(*columns, strict=True)))
+
+
 def _measured(suite: Suite, index: int, sensor: Sensor) -> str:
     """Text of ``measured_i(v, C, x, y)``, which writes the readings y."""
     ops = SymbolArithmetic()
     own = {s: _block(suite, f"{sensor.name}.{s}") for s in sensor.states()}
     x = SimpleNamespace(
-        to_body=lambda vector: _turned(vector, lambda k: Symbol(f"C[{k}]")),
+        to_body=lambda vector: _turned(vector, lambda k: Symbol(f"C[{k // 3}, {k % 3}]")),
         **{state: _kept(value, ops) for state, value in own.items()},
     )
     readings = sensor.measured(x, _kept(Vec3(*(Symbol(f"v[{k}]") for k in range(3))), ops))
@@ -184,10 +200,7 @@ def _kept(v: Vec3, ops: SymbolArithmetic) -> Vec3:
 def _turned(v: Vec3, entry: Callable[[int], Any]) -> Vec3:
     """C v for the entries of a 3 x 3 matrix, row by row."""
     return Vec3(
-        *(
-            entry(3 * i) * v.x + entry(3 * i + 1) * v.y + entry(3 * i + 2) * v.z
-            for i in range(3)
-        )
+        *(entry(3 * i) * v.x + entry(3 * i + 1) * v.y + entry(3 * i + 2) * v.z for i in range(3))
     )
 
 

@@ -39,7 +39,8 @@ def at_rest(model: FilterModel) -> tuple[Floats, Floats]:
     Exact, the Markov process of equation (2) and its integral over the step together.
     """
     A = model.suite.dynamics_matrix(np.zeros(3))
-    return discretize(A, model.suite.diffusion(), model.step)
+    F, Q = discretize(A, model.suite.diffusion(), model.step)
+    return F, Q
 
 
 def draw(model: FilterModel, n_steps: int, generator: np.random.Generator) -> Draws:

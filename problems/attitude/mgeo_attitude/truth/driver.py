@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from ..filter.discretization import turn
+from .algebra import cholesky, compose, copy, forward, multiply, transform, turn_back
 
 if TYPE_CHECKING:  # defined above this text in the generated module, see codegen.py
     CACHE: bool
@@ -14,6 +15,7 @@ if TYPE_CHECKING:  # defined above this text in the generated module, see codege
     N_SENSORS: int
     N_READINGS: int
     ROTATIONS: np.ndarray
+    IS_ROTATION: np.ndarray
     N_LOCAL: np.ndarray
     LOCAL: np.ndarray
     N_CURVED: np.ndarray
@@ -36,126 +38,102 @@ BIAS = 3  # the gyro's bias is its first state
 
 
 @njit(error_model="numpy", cache=CACHE)
-def rotation_matrix(g):
-    """R(g), see `rotation.rotate`."""
-    k = 1.0 / (1.0 + 0.25 * (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]))
-    K = cross_matrix(g)
-    return np.eye(3) + k * (K + 0.5 * product(K, K))
-
-
-@njit(error_model="numpy", cache=CACHE)
-def cross_matrix(g):
-    return np.array([[0.0, -g[2], g[1]], [g[2], 0.0, -g[0]], [-g[1], g[0], 0.0]])
-
-
-@njit(error_model="numpy", cache=CACHE)
-def product(A, B):
-    """A B. At this size plain loops beat a BLAS call, and never change in order."""
-    out = np.zeros((A.shape[0], B.shape[1]))
-    for i in range(A.shape[0]):
-        for k in range(A.shape[1]):
-            for j in range(B.shape[1]):
-                out[i, j] += A[i, k] * B[k, j]
-    return out
-
-
-@njit(error_model="numpy", cache=CACHE)
-def compose(a, b):
-    """The vector of R(a) R(b)."""
-    dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-    out = np.empty(3)
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        out[i] = (a[i] + b[i] + 0.5 * (a[j] * b[k] - a[k] * b[j])) / (1.0 - 0.25 * dot)
-    return out
-
-
-@njit(error_model="numpy", cache=CACHE)
-def between(C, estimate):
-    """The vector θ of C = R(-θ) Ĉ."""
-    D = product(estimate, C.T.copy())
-    k = 2.0 / (1.0 + D[0, 0] + D[1, 1] + D[2, 2])
-    return np.array(
-        [k * (D[2, 1] - D[1, 2]), k * (D[0, 2] - D[2, 0]), k * (D[1, 0] - D[0, 1])]
-    )
-
-
-@njit(error_model="numpy", cache=CACHE)
-def correct(C, x, e):
+def correct(C, x, e, work):
     """Take an error e out of an estimate, in place: attitude C and states x."""
-    C[:] = product(rotation_matrix(-e[:3]), C)
+    turn_back(C, e, 0, work)
     for i in range(3, N_STATES):
-        if not is_rotation(i):
+        if not IS_ROTATION[i]:
             x[i] += e[i]
-    for first in ROTATIONS:
-        x[first : first + 3] = compose(x[first : first + 3], e[first : first + 3])
+    for block in range(1, len(ROTATIONS)):
+        compose(1.0, x, e, ROTATIONS[block], x)
 
 
 @njit(error_model="numpy", cache=CACHE)
-def is_rotation(i):
-    for first in ROTATIONS:
-        if first <= i < first + 3:
-            return True
-    return False
-
-
-@njit(error_model="numpy", cache=CACHE)
-def error_of(C, x, true_C, true_x):
-    """The error e that `correct` would have to take out."""
-    e = true_x - x
-    e[:3] = between(true_C, C)
-    for first in ROTATIONS:
-        e[first : first + 3] = compose(-x[first : first + 3], true_x[first : first + 3])
-    return e
+def error_of(C, x, true_C, true_x, e):
+    """Write to e the error that `correct` would have to take out."""
+    for i in range(N_STATES):
+        e[i] = true_x[i] - x[i]
+    for block in range(1, len(ROTATIONS)):
+        compose(-1.0, x, true_x, ROTATIONS[block], e)
+    trace = 1.0
+    for i in range(3):
+        e[i] = 0.0
+        for j in range(3):
+            trace += C[i, j] * true_C[i, j]
+    for j in range(3):  # Ĉ Cᵀ = R(θ)
+        e[0] += C[2, j] * true_C[1, j] - C[1, j] * true_C[2, j]
+        e[1] += C[0, j] * true_C[2, j] - C[2, j] * true_C[0, j]
+        e[2] += C[1, j] * true_C[0, j] - C[0, j] * true_C[1, j]
+    for i in range(3):
+        e[i] *= 2.0 / trace
 
 
 @njit(error_model="numpy", cache=CACHE)
 def turn_errors(P, first, e):
     """P for the errors of a rotation that remain once e is taken out.
 
-    What remains of an error g is the vector of R(-e) R(g), whose derivative at g = e is J.
+    What remains of an error g is the vector of R(-e) R(g), whose derivative at g = e is
+    (I - ½ [e×]) / (1 + |e|² / 4).
     """
-    J = (np.eye(3) - 0.5 * cross_matrix(e)) / (1.0 + 0.25 * (e[0] ** 2 + e[1] ** 2 + e[2] ** 2))
-    rows = product(J, P[first : first + 3])
-    P[first : first + 3] = rows
-    P[:, first : first + 3] = rows.T
-    P[first : first + 3, first : first + 3] = product(rows[:, first : first + 3], J.T.copy())
+    x, y, z = e[first], e[first + 1], e[first + 2]
+    k = 1.0 / (1.0 + 0.25 * (x * x + y * y + z * z))
+    x, y, z = 0.5 * x, 0.5 * y, 0.5 * z
+    for j in range(N_STATES):
+        a, b, c = P[first, j], P[first + 1, j], P[first + 2, j]
+        P[first, j] = k * (a - (y * c - z * b))
+        P[first + 1, j] = k * (b - (z * a - x * c))
+        P[first + 2, j] = k * (c - (x * b - y * a))
+    for i in range(N_STATES):
+        a, b, c = P[i, first], P[i, first + 1], P[i, first + 2]
+        P[i, first] = k * (a - (y * c - z * b))
+        P[i, first + 1] = k * (b - (z * a - x * c))
+        P[i, first + 2] = k * (c - (x * b - y * a))
 
 
 @njit(error_model="numpy", cache=CACHE)
-def predict(P, F, Q):
+def predict(P, F, Q, FP):
     """P ← F P Fᵀ + Q, equation (3); F and Q of the dynamic states."""
-    FP = product(F, P[:N_DYNAMIC])
-    P[:N_DYNAMIC] = FP
-    P[:, :N_DYNAMIC] = FP.T
-    P[:N_DYNAMIC, :N_DYNAMIC] = product(FP[:, :N_DYNAMIC].copy(), F.T.copy()) + Q
+    multiply(F, P[:N_DYNAMIC], FP)
+    for i in range(N_DYNAMIC):
+        for j in range(N_DYNAMIC, N_STATES):
+            P[i, j] = FP[i, j]
+            P[j, i] = FP[i, j]
+        for j in range(i + 1):
+            total = Q[i, j]
+            for k in range(N_DYNAMIC):
+                total += FP[i, k] * F[j, k]
+            P[i, j] = total
+            P[j, i] = total
 
 
 @njit(error_model="numpy", cache=CACHE)
-def curvature(P, sensor, B, shift, S):
+def curvature(P, sensor, B, T, BT, shift, S):
     """Add what the innovation's second derivatives B cause to its mean and covariance S.
 
     For e ~ N(0, P) the term ½ eᵀ B e has the mean ½ tr(B P) and covariance ½ tr(B P B' P).
     """
     n = N_CURVED[sensor]
-    T, BT = np.empty((n, n)), np.empty((3, n, n))
     for a in range(n):
         for b in range(n):
-            i, j = CURVED[sensor, a], CURVED[sensor, b]
-            T[a, b] = P[LOCAL[sensor, i], LOCAL[sensor, j]]
+            T[a, b] = P[LOCAL[sensor, CURVED[sensor, a]], LOCAL[sensor, CURVED[sensor, b]]]
     for q in range(3):
-        BT[q] = product(B[q, :n, :n], T)
         for a in range(n):
+            for b in range(n):
+                total = 0.0
+                for c in range(n):
+                    total += B[q, min(a, c), max(a, c)] * T[c, b]
+                BT[q, a, b] = total
             shift[q] += 0.5 * BT[q, a, a]
-    for q in range(3):
-        for r in range(3):
+        for p in range(q + 1):
+            total = 0.0
             for a in range(n):
                 for b in range(n):
-                    S[q, r] += 0.5 * BT[q, a, b] * BT[r, b, a]
+                    total += BT[q, a, b] * BT[p, b, a]
+            S[q, p] += 0.5 * total
 
 
 @njit(error_model="numpy", cache=CACHE)
-def update(C, x, P, sensor, y, noise, v, R, options, r, H, B):
+def update(C, x, P, sensor, y, noise, v, R, options, work):
     """Update an estimate with a sensor's readings y and feed the error back; returns the NIS.
 
     Parameters
@@ -169,84 +147,84 @@ def update(C, x, P, sensor, y, noise, v, R, options, r, H, B):
         Variances of the noise.
     options : array of int
         See `estimator.Estimator`.
-    r, H, B : work space
+    work : arrays
+        See `workspace`.
     """
-    aligned, second_order, reset, iterations = options
-    n = N_LOCAL[sensor]
-    e, nis = np.zeros(N_STATES), 0.0
-    C_now, x_now = C.copy(), x.copy()
-    for iteration in range(iterations):
+    e, C_now, x_now, x_aligned, M, body, r, z, H, B, T, BT, PHt, G, S, L, w = work
+    n, nis = N_LOCAL[sensor], 0.0
+    for i in range(N_STATES):
+        e[i] = 0.0
+    for iteration in range(options[3]):
+        copy(C, C_now)
+        for i in range(N_STATES):
+            x_now[i] = x[i]
         if iteration > 0:
-            C_now[:] = C
-            x_now[:] = x
-            correct(C_now, x_now, e)
-        body = C_now[:, 0] * v[0] + C_now[:, 1] * v[1] + C_now[:, 2] * v[2]
-        if aligned:
-            x_aligned = x_now.copy()
-            for first in ROTATIONS:
-                x_aligned[first : first + 3] = 0.0
-            innovation(sensor, y, body, C_now.ravel(), x_now, r, H, B)
-            z = r + noise
-            innovation(sensor, y, body, C_now.ravel(), x_aligned, r, H, B)
-        else:
-            innovation(sensor, y, body, C_now.ravel(), x_now, r, H, B)
-            z = r + noise
-        PHt, S = np.zeros((N_STATES, 3)), np.diag(R)
+            correct(C_now, x_now, e, M)
+        transform(C_now, v, body)
+        innovation(sensor, y, body, C_now, x_now, r, H, B)
+        for q in range(3):
+            z[q] = r[q] + noise[q]
+        if options[0]:
+            for i in range(N_STATES):
+                x_aligned[i] = 0.0 if IS_ROTATION[i] else x_now[i]
+            innovation(sensor, y, body, C_now, x_aligned, r, H, B)
         for i in range(N_STATES):
             for q in range(3):
+                total = 0.0
                 for c in range(n):
-                    PHt[i, q] += P[i, LOCAL[sensor, c]] * H[q, c]
+                    total += P[i, LOCAL[sensor, c]] * H[q, c]
+                PHt[i, q] = total
         for q in range(3):
             for c in range(n):
                 z[q] += H[q, c] * e[LOCAL[sensor, c]]
-                for p in range(3):
-                    S[q, p] += H[q, c] * PHt[LOCAL[sensor, c], p]
-        if second_order:
-            curvature(P, sensor, B, z, S)
-        L = cholesky(S)
-        w = forward(L, z)
+            for p in range(q + 1):
+                total = R[q] if p == q else 0.0
+                for c in range(n):
+                    total += H[q, c] * PHt[LOCAL[sensor, c], p]
+                S[q, p] = total
+        if options[1]:
+            curvature(P, sensor, B, T, BT, z, S)
+        cholesky(S, L)
+        forward(L, z, w)
         if iteration == 0:
             nis = w[0] ** 2 + w[1] ** 2 + w[2] ** 2
-        G = np.empty((N_STATES, 3))
         for i in range(N_STATES):
-            G[i] = forward(L, PHt[i])
+            forward(L, PHt[i], G[i])
             e[i] = G[i, 0] * w[0] + G[i, 1] * w[1] + G[i, 2] * w[2]
     for i in range(N_STATES):
         for j in range(i + 1):
             P[i, j] -= G[i, 0] * G[j, 0] + G[i, 1] * G[j, 1] + G[i, 2] * G[j, 2]
             P[j, i] = P[i, j]
-    correct(C, x, e)
-    if reset:
-        turn_errors(P, 0, e[:3])
-        for first in ROTATIONS:
-            turn_errors(P, first, e[first : first + 3])
+    correct(C, x, e, M)
+    if options[2]:
+        for block in range(len(ROTATIONS)):
+            turn_errors(P, ROTATIONS[block], e)
     return nis
 
 
 @njit(error_model="numpy", cache=CACHE)
-def cholesky(A):
-    """Lower L of A = L Lᵀ; not positive definite gives NaN."""
-    n = A.shape[0]
-    L = np.zeros((n, n))
-    for j in range(n):
-        for i in range(j, n):
-            value = A[i, j]
-            for k in range(j):
-                value -= L[i, k] * L[j, k]
-            L[i, j] = np.sqrt(value) if i == j else value / L[j, j]
-    return L
-
-
-@njit(error_model="numpy", cache=CACHE)
-def forward(L, b):
-    """Solve L w = b."""
-    w = np.empty(len(b))
-    for i in range(len(b)):
-        value = b[i]
-        for k in range(i):
-            value -= L[i, k] * w[k]
-        w[i] = value / L[i, i]
-    return w
+def workspace():
+    """Arrays that `update` works in."""
+    n, m, c = N_STATES, LOCAL.shape[1], CURVED.shape[1]
+    return (
+        np.empty(n),  # e
+        np.empty((3, 3)),  # C_now
+        np.empty(n),  # x_now
+        np.empty(n),  # x_aligned
+        np.empty((3, 3)),  # M
+        np.empty(3),  # body
+        np.empty(3),  # r
+        np.empty(3),  # z
+        np.empty((3, m)),  # H
+        np.empty((3, c, c)),  # B
+        np.empty((c, c)),  # T
+        np.empty((3, c, c)),  # BT
+        np.empty((n, 3)),  # PHt
+        np.empty((n, 3)),  # G
+        np.empty((3, 3)),  # S
+        np.empty((3, 3)),  # L
+        np.empty(3),  # w
+    )
 
 
 @njit(
@@ -323,55 +301,69 @@ def run(
     nis, updates : arrays, shape (n_records, n_sensors), written
         Sum of the normalized squares of the innovations since the record before, and their number.
     """
-    true_x, x = true_errors.copy(), np.zeros(N_STATES)
-    start = rotation_matrix(-true_errors[:3])
-    C, P = np.eye(3), np.diag(sigma * sigma)
-    r, y = np.empty(3), np.empty(N_READINGS)
-    H = np.zeros((3, LOCAL.shape[1]))
-    B = np.zeros((3, CURVED.shape[1], CURVED.shape[1]))
-    reported, rate = np.empty(3), np.empty(3)
+    n = N_STATES
+    true_x, x, mean, e, w = true_errors.copy(), np.zeros(n), np.zeros(n), np.empty(n), np.empty(n)
+    start, true_C, C, M = np.eye(3), np.eye(3), np.eye(3), np.empty((3, 3))
+    turn_back(start, true_errors, 0, M)
+    P, L, FP, Fk = np.zeros((n, n)), np.empty((n, n)), np.empty((N_DYNAMIC, n)), F[0].copy()
+    for i in range(n):
+        P[i, i] = sigma[i] ** 2
+    y, body, reported, rate = np.empty(N_READINGS), np.empty(3), np.empty(3), np.empty(3)
+    work = workspace()
     record = 0
     for k in range(len(maneuver) + 1):
+        multiply(plan[k], start, true_C)
         if k > 0:
             m = maneuver[k - 1]
-            # the gyro reports the mean over the step, noise and drift of the bias included
-            mean = true_x.copy()
             drive = gyro_noise[k - 1]
-            for i in range(3):
-                mean[BIAS + i] = -(F_rest[i, BIAS + i] * true_x[BIAS + i] + drive[i]) / dt
-            gyro_measured(rates[m], mean, reported)
+            # the gyro reports the mean over the step, noise and drift of the bias included
             for i in range(3, N_DYNAMIC):
+                mean[i] = true_x[i]
                 true_x[i] = F_rest[i, i] * true_x[i] + drive[i]
-
-            mean = x.copy()
             for i in range(3):
-                mean[BIAS + i] = -F_rest[i, BIAS + i] * x[BIAS + i] / dt
+                mean[BIAS + i] = -(F_rest[i, BIAS + i] * mean[BIAS + i] + drive[i]) / dt
+            gyro_measured(rates[m], mean, reported)
+
+            for i in range(3, N_DYNAMIC):
+                mean[i] = x[i]
+                x[i] *= F_rest[i, i]
+            for i in range(3):
+                mean[BIAS + i] *= -F_rest[i, BIAS + i] / dt
             gyro_corrected(reported, mean, rate)
             step = turn(rate, dt)
-            C = product(step, C)
-            for i in range(3, N_DYNAMIC):
-                x[i] *= F_rest[i, i]
-            Fk = F[m].copy()
-            Fk[:3, :3] = step
-            predict(P, Fk, Q[m])
+            multiply(step, C, M)
+            copy(M, C)
+            copy(F[m], Fk)
+            for i in range(3):
+                for j in range(3):
+                    Fk[i, j] = step[i, j]
+            predict(P, Fk, Q[m], FP)
 
-            true_C = product(plan[k], start)
             for sensor in range(N_SENSORS):
-                v = references[k, sensor]
-                body = true_C[:, 0] * v[0] + true_C[:, 1] * v[1] + true_C[:, 2] * v[2]
+                transform(true_C, references[k, sensor], body)
                 cosine = 0.0
                 for i in range(3):
                     cosine += view[sensor, i] * body[i]
                 if available[k, sensor] and cosine >= view[sensor, 3]:
-                    measured(sensor, body, true_C.ravel(), true_x, y)
+                    measured(sensor, body, true_C, true_x, y)
                     nis[record, sensor] += update(
-                        C, x, P, sensor, y, noise[k, sensor], v, R[sensor], options, r, H, B
+                        C,
+                        x,
+                        P,
+                        sensor,
+                        y,
+                        noise[k, sensor],
+                        references[k, sensor],
+                        R[sensor],
+                        options,
+                        work,
                     )
                     updates[record, sensor] += 1
         if k == records[record]:
-            e = error_of(C, x, product(plan[k], start), true_x)
-            w = forward(cholesky(P), e)
-            for i in range(N_STATES):
+            error_of(C, x, true_C, true_x, e)
+            cholesky(P, L)
+            forward(L, e, w)
+            for i in range(n):
                 errors[record, i] = e[i]
                 variances[record, i] = P[i, i]
                 nees[record] += w[i] * w[i]

@@ -48,7 +48,7 @@ class Jet:
         )
 
     def __radd__(self, other: Any) -> Jet:
-        return self + other
+        return self.__add__(other)
 
     def __sub__(self, other: Any) -> Jet:
         other = self._jet(other)
@@ -60,7 +60,7 @@ class Jet:
         )
 
     def __rsub__(self, other: Any) -> Jet:
-        return self._jet(other) - self
+        return self._jet(other).__sub__(self)
 
     def __mul__(self, other: Any) -> Jet:
         other = self._jet(other)
@@ -78,13 +78,13 @@ class Jet:
         )
 
     def __rmul__(self, other: Any) -> Jet:
-        return self * other
+        return self.__mul__(other)
 
     def __rtruediv__(self, other: Any) -> Jet:
-        return self._reciprocal() * other
+        return self._reciprocal().__mul__(other)
 
     def __truediv__(self, other: Any) -> Jet:
-        return self * self._jet(other)._reciprocal()
+        return self.__mul__(self._jet(other)._reciprocal())
 
     def _reciprocal(self) -> Jet:
         r = self.keep(1.0 / self.value)

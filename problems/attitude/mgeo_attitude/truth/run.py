@@ -9,12 +9,14 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..filter import discretization
 from ..filter.discretization import discretize
 from ..filter.kernel import load_module
 from ..filter.model import FilterModel
 from ..filter.reference import attitudes
 from ..filter.suite import Suite
 from ..filter.timeline import flown
+from . import algebra
 from .codegen import module_source
 from .draws import Draws, at_rest
 from .estimator import Estimator
@@ -121,7 +123,7 @@ class Flight:
 
 @cache
 def _load(suite: Suite) -> ModuleType:
-    return load_module("simulator", partial(module_source, suite), ("discretization.py",))
+    return load_module("simulator", partial(module_source, suite), (algebra, discretization))
 
 
 def _views(suite: Suite) -> Floats:

@@ -97,7 +97,7 @@ def simulate(
         sensors=tuple(sensor.name for sensor in model.suite.sensors),
         design=plan,
         t_end=t_end,
-        times=flight.records * model.step,
+        times=model.times[flight.records],
         predicted=np.sqrt(nominal.variances),
         errors=np.stack([run.errors for run in runs]),
         sigma=np.sqrt(np.stack([run.variances for run in runs])),

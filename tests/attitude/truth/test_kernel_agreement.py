@@ -1,0 +1,47 @@
+"""Without errors the simulation's filter is the kernel's: two codes for one covariance."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import Estimator, FilterModel, Scenario, evaluate
+from mgeo_attitude.scenario import Convergence
+from mgeo_attitude.truth.draws import draw, none
+from mgeo_attitude.truth.run import Flight
+
+PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
+
+
+@pytest.fixture(scope="module")
+def model():
+    scenario = dataclasses.replace(
+        Scenario.cubesat_6u(), duration=300.0, convergence=Convergence(window=300.0)
+    )
+    return FilterModel.from_scenario(scenario)
+
+
+@pytest.mark.parametrize("estimator", [Estimator.plain(), Estimator(second_order=False)])
+def test_variances_of_a_run_without_errors_are_the_kernels(model, estimator):
+    flight = Flight(model, PLAN, np.arange(301))
+    record = flight.run(none(model, 300), estimator)
+    kernel = evaluate(model, PLAN, history=True).variances[0]
+    np.testing.assert_allclose(record.variances, kernel, rtol=1e-9)
+    np.testing.assert_allclose(record.errors, 0.0, atol=1e-12)
+
+
+def test_tiny_errors_are_the_linear_filters(model):
+    """A millionth of every error and noise leaves the covariance, and gives it a NEES of its own."""
+    flight = Flight(model, PLAN, np.arange(301))
+    drawn = draw(model, 300, np.random.default_rng(1))
+    tiny = dataclasses.replace(
+        drawn,
+        errors=1e-6 * drawn.errors,
+        gyro_noise=1e-6 * drawn.gyro_noise,
+        noise=1e-6 * drawn.noise,
+    )
+    small = flight.run(tiny, Estimator.plain())
+    kernel = evaluate(model, PLAN, history=True).variances[0]
+    np.testing.assert_allclose(small.variances, kernel, rtol=1e-6)
+    # all that is left of the remedies at this size is the rule of adding rotations
+    best = flight.run(tiny, Estimator(second_order=False, iterations=3))
+    np.testing.assert_allclose(best.errors, small.errors, rtol=0, atol=1e-11)
