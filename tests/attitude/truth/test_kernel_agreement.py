@@ -30,7 +30,7 @@ def test_variances_of_a_run_without_errors_are_the_kernels(model, estimator):
 
 
 def test_tiny_errors_are_the_linear_filters(model):
-    """A millionth of every error and noise leaves the covariance, and gives it a NEES of its own."""
+    """A millionth of every error and noise leaves the covariance as it is."""
     flight = Flight(model, PLAN, np.arange(301))
     drawn = draw(model, 300, np.random.default_rng(1))
     tiny = dataclasses.replace(
