@@ -13,6 +13,7 @@ from pymoo.core.termination import Termination
 from pymoo.termination.max_gen import MaximumGenerationTermination
 
 from mgeo.algorithms import adaptive
+from mgeo.algorithms.acceptance import IntArray
 from mgeo.algorithms.parameters import choice, greediness, integer, refuse_unknown
 from mgeo.algorithms.starts import given_starts
 from mgeo.algorithms.walkers import Walkers
@@ -155,16 +156,18 @@ class ExtremalOptimization(Walkers, Algorithm):
         progress = self._accept(F, violation)
         if self.restart != "never":
             progress |= entered.reshape(self.n_runs, -1).any(axis=1)
-            self._begin_anew(progress, self._known())
+            if len(stuck := self._stuck(progress)):
+                self._begin_anew(stuck, self._restarts_of(stuck))
         self.pop = infills
         self._asked = None
         self.n_generations = self.n_iter
 
-    def _known(self) -> FloatArray:
-        """(n, n_var) variables of the archive, if walkers restart from it."""
+    def _restarts_of(self, walkers: IntArray) -> FloatArray | None:
+        """(n, n_var) a point of the archive for each; None if they do not begin there."""
         if self.restart != "archive" or not len(self.front):
-            return np.empty((0, self.problem.n_var))
-        return self.variables.values(self.front.individuals.get("X"))
+            return None
+        rows = [self.streams[walker].integers(len(self.front)) for walker in walkers]
+        return self.variables.values(self.front.individuals[rows].get("X"))
 
     def _told(self, infills: Any) -> tuple[FloatArray, FloatArray]:
         """Objectives (n, n_obj) and constraint violations (n,), 0 where feasible."""

@@ -179,23 +179,13 @@ class Walkers(ABC):
         before, self.best = self.best, adaptive.best(both)
         return np.asarray(adaptive.better(self.best, before).any(axis=1))
 
-    def _begin_anew(self, progress: BoolArray, known: FloatArray) -> None:
-        """Restart the walkers that have made no progress for `patience` generations.
-
-        Parameters
-        ----------
-        progress : (n_runs,) who has made some in this generation.
-        known : (n, n_var) the archive's variables, one of which a walker takes; if there are
-            none it begins where the leaf draws.
-        """
+    def _stuck(self, progress: BoolArray) -> IntArray:
+        """The walkers without progress for `patience` generations; (n_runs,) who made some now."""
         self.idle = np.where(progress, 0, self.idle + 1)
-        stuck = np.flatnonzero(self.idle >= self.patience)
-        if not len(stuck):
-            return
-        streams = [self.streams[walker] for walker in stuck]
-        if len(known):
-            rows = [stream.integers(len(known)) for stream in streams]
-            self.walkers[stuck] = self._encode(known[rows])
-        else:
-            self.walkers[stuck] = self._draw(streams)
-        self._forget(stuck)
+        return np.flatnonzero(self.idle >= self.patience)
+
+    def _begin_anew(self, rows: IntArray, starts: FloatArray | None) -> None:
+        """Restart some walkers at given variables, (n, n_var), or where the leaf draws."""
+        streams = [self.streams[walker] for walker in rows]
+        self.walkers[rows] = self._draw(streams) if starts is None else self._encode(starts)
+        self._forget(rows)
