@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from pymoo.core.population import Population
 
 from mgeo.crowding import thin
-from mgeo.dominance import BoolArray, FloatArray, nondominated, uncovered
+from mgeo.dominance import BoolArray, FloatArray, covered_rows, nondominated, uncovered
 
 
 class ParetoArchive:
@@ -81,7 +81,7 @@ class ParetoArchive:
             return np.zeros(len(F), dtype=np.bool_)
         if least < self.violation:
             self.violation = float(least)
-            self._hold(self.F, self.individuals, np.empty(0, dtype=np.intp))
+            self._keep(np.empty(0, dtype=np.intp))
         entered &= violation == least
         entered[entered] = nondominated(F[entered])
         entered[entered] = uncovered(F[entered], self.F)
@@ -92,21 +92,17 @@ class ParetoArchive:
     def _insert(self, F: FloatArray, individuals: NDArray[np.object_]) -> None:
         order = np.argsort(F[:, 0], kind="stable")
         F, individuals = F[order], individuals[order]
-        kept = np.flatnonzero(uncovered(self.F, F))
+        kept = np.delete(np.arange(len(self.F)), covered_rows(self.F, F))
         places = np.searchsorted(self.F[:, 0].take(kept), F[:, 0], side="right")
         rows = np.insert(kept, places, len(self.F) + np.arange(len(F)))
-        self._hold(
-            np.concatenate([self.F, F]), np.concatenate([self.individuals, individuals]), rows
-        )
+        self.F = np.concatenate([self.F, F]).take(rows, axis=0)
+        self.individuals = _gather(self.individuals, individuals, rows).view(Population)
         if self.max_size is not None and len(self.F) > self.max_size:
-            self._hold(self.F, self.individuals, np.flatnonzero(thin(self.F, self.max_size)))
+            self._keep(np.flatnonzero(thin(self.F, self.max_size)))
 
-    def _hold(
-        self, F: FloatArray, individuals: NDArray[np.object_], rows: NDArray[np.intp]
-    ) -> None:
-        # take() moves rows of a long front many times faster than indexing does.
-        self.F = F.take(rows, axis=0)
-        self.individuals = individuals.take(rows).view(Population)
+    def _keep(self, rows: NDArray[np.intp]) -> None:
+        self.F = self.F.take(rows, axis=0)
+        self.individuals = self.individuals.take(rows).view(Population)
 
     def _check_shapes(
         self, F: FloatArray, individuals: NDArray[np.object_], violation: FloatArray
@@ -116,3 +112,27 @@ class ParetoArchive:
         for name, array in (("individuals", individuals), ("violation", violation)):
             if np.shape(array) != (len(F),):
                 raise ValueError(f"{name} of shape {np.shape(array)}: expected ({len(F)},)")
+
+
+_PIECES = 100  # up to so many, copying whole pieces is faster than taking row by row
+
+
+def _gather(
+    old: NDArray[np.object_], new: NDArray[np.object_], rows: NDArray[np.intp]
+) -> NDArray[np.object_]:
+    """The rows of `old` followed by `new`: as `take`, but objects are costly to take.
+
+    A long front changes in a few places only, so the runs of rows between them are copied whole.
+    """
+    n = len(old)
+    breaks = (np.flatnonzero(np.diff(rows) != 1) + 1).tolist()
+    if len(breaks) > _PIECES:
+        return np.concatenate([old, new]).take(rows)
+    pieces = []
+    for begin, end in zip([0, *breaks], [*breaks, len(rows)], strict=True):
+        first, last = rows[begin], rows[end - 1] + 1
+        if first < n:
+            pieces.append(old[first : min(last, n)])
+        if last > n:  # a run may go on from the last old row to the first new one
+            pieces.append(new[max(first, n) - n : last - n])
+    return np.concatenate(pieces)

@@ -52,6 +52,27 @@ def uncovered(F: FloatArray, front: FloatArray) -> BoolArray:
     return ~_covered(np.ascontiguousarray(F.T), np.ascontiguousarray(front.T))
 
 
+def covered_rows(front: FloatArray, F: FloatArray) -> NDArray[np.intp]:
+    """Rows of `front` that a row of `F` covers.
+
+    Parameters
+    ----------
+    front : (m, n_obj) mutually nondominated, distinct vectors, ascending in the first objective.
+    F : (n, n_obj) finite objective vectors.
+
+    Returns
+    -------
+    (k,) ascending. With two objectives they are runs of the front, whose ends binary search
+    finds, O(n log m).
+    """
+    if F.shape[1] != 2:
+        return np.flatnonzero(~uncovered(front, F))
+    first = np.searchsorted(front[:, 0], F[:, 0], side="left")
+    last = len(front) - np.searchsorted(front[::-1, 1], F[:, 1], side="left")
+    runs = [np.arange(begin, end) for begin, end in zip(first, last, strict=True) if begin < end]
+    return np.unique(np.concatenate(runs)) if runs else np.empty(0, dtype=np.intp)
+
+
 def _covered(F: FloatArray, front: FloatArray) -> BoolArray:
     # Objectives are rows here. The longer set runs along the inner axis, where numpy is fast.
     n, m = F.shape[1], front.shape[1]

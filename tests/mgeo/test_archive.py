@@ -11,7 +11,7 @@ from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
 
 from mgeo import ParetoArchive
 from mgeo.crowding import thin
-from mgeo.dominance import nondominated, uncovered
+from mgeo.dominance import covered_rows, nondominated, uncovered
 
 from . import naive
 
@@ -63,6 +63,34 @@ def test_archive_agrees_with_naive_loop_however_batches_are_cut(batch):
 def test_nondominated_agrees_with_naive_loop(batch):
     F = batch[0]
     assert np.flatnonzero(nondominated(F)).tolist() == naive.nondominated_rows(F.tolist())
+
+
+@pytest.mark.parametrize("n_obj", [1, 2, 3])
+def test_covered_rows_are_those_that_any_new_point_reaches(n_obj):
+    rng = np.random.default_rng(3)
+    for levels in (4, 30):
+        for _ in range(40):
+            F = rng.integers(0, levels, (40, n_obj)).astype(float)
+            front = F[nondominated(F)]
+            front = front[np.argsort(front[:, 0])]
+            new = rng.integers(0, levels, (5, n_obj)).astype(float)
+            expected = [i for i, f in enumerate(front) if (new <= f).all(axis=1).any()]
+            assert covered_rows(front, new).tolist() == expected
+
+
+@pytest.mark.parametrize("pieces", [0, 3, 1000])
+def test_the_archive_is_the_same_however_its_rows_are_moved(pieces, monkeypatch):
+    rng = np.random.default_rng(2)
+    batches = [np.round(rng.random((30, 2)), 2) for _ in range(20)]
+    expected = ParetoArchive(2)
+    for F in batches:
+        expected.add(F, Population.new("F", F))
+    monkeypatch.setattr("mgeo.archive._PIECES", pieces)
+    archive = ParetoArchive(2)
+    for F in batches:
+        archive.add(F, Population.new("F", F))
+        assert np.array_equal(archive.individuals.get("F"), archive.F)
+    assert np.array_equal(archive.F, expected.F)
 
 
 @pytest.mark.parametrize("n_obj", [2, 3, 5])
