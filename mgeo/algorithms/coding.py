@@ -82,7 +82,10 @@ class BitCode:
 
     def decode(self, strings: FloatArray) -> FloatArray:
         """(..., n_var) values of strings of 0 and 1, (..., length)."""
-        digits = np.where(self.places >= 0, strings[..., self.places], 0.0)
+        if self.places.min() >= 0:  # all of one length: several times faster
+            digits = strings.reshape(*strings.shape[:-1], *self.places.shape)
+        else:
+            digits = np.where(self.places >= 0, strings[..., self.places], 0.0)
         if self.gray:
             digits = np.cumsum(digits, axis=-1) % 2.0
         m = digits @ self._weights()

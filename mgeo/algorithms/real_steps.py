@@ -66,13 +66,13 @@ class RealSteps(ExtremalOptimization, ABC):
 
     def _draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
         xl, xu = self.variables.xl, self.variables.xu
-        unit = np.stack([stream.random(len(xl)) for stream in streams])
+        unit = np.array([stream.random(len(xl)) for stream in streams])
         starts: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
         return starts
 
     def _propose(self) -> FloatArray:
         steps = self._coordinates
-        noise = np.stack([stream.standard_normal(steps.shape) for stream in self.streams])
+        noise = np.array([stream.standard_normal(steps.shape) for stream in self.streams])
         xl, xu = self.variables.xl, self.variables.xu
         sigma = self._deviations(np.broadcast_to(self.sigma, xl.shape))
         scale = SCALES[self.perturbation]

@@ -51,7 +51,9 @@ class Walkers(ABC):
     best: FloatArray
     idle: IntArray
     _coordinates: IntArray
-    _order: IntArray
+    _order: IntArray  # of `_layout`: which candidate each entry is
+    _present: BoolArray | None  # of `_layout`: which entries are candidates; None if all are
+    _sizes: int | IntArray  # of the groups
     _values: FloatArray
 
     # ---- what a leaf supplies -------------------------------------------------------------
@@ -89,7 +91,10 @@ class Walkers(ABC):
         """Begin at given variables, (n_runs, n_var), or where the leaf draws."""
         self._coordinates = self._layout()
         present = self._coordinates >= 0
+        sizes = np.count_nonzero(present, axis=1)
         self._order = np.where(present, np.cumsum(present).reshape(present.shape) - 1, -1)
+        self._present = None if present.all() else present
+        self._sizes = present.shape[1] if present.all() else sizes
         self.walkers = self._draw(self.streams) if starts is None else self._encode(starts)
         self.taus = np.empty((self.n_runs, n_obj))
         self.chances = np.empty((self.n_runs, n_obj))
@@ -108,11 +113,12 @@ class Walkers(ABC):
     def _candidates(self) -> FloatArray:
         """(n_runs * candidates a walker, n_var) variables to evaluate, walker by walker."""
         self._values = self._propose()
-        present = self._order >= 0
-        changed = self._coordinates[present]
+        present = ... if self._present is None else self._present
+        changed = self._coordinates[present].ravel()
         own = int(self._evaluates_walkers)
         points = np.repeat(self.walkers[:, None, :], own + len(changed), axis=1)
-        points[:, own + np.arange(len(changed)), changed] = self._values[:, present]
+        values = self._values[:, present].reshape(self.n_runs, -1)
+        points[:, own + np.arange(len(changed)), changed] = values
         decoded = self._decode(points)
         return decoded.reshape(-1, decoded.shape[-1])
 
@@ -133,7 +139,7 @@ class Walkers(ABC):
         groups = len(self._order)
         own = int(self._evaluates_walkers)
         n = F.shape[1] - own
-        draws = np.stack([stream.random(1 + n + groups) for stream in self.streams])
+        draws = np.array([stream.random(1 + n + groups) for stream in self.streams])
         objective = (draws[:, 0] * F.shape[2]).astype(np.intp)
         improved = np.zeros(self.n_runs, dtype=np.bool_)
         tau: Any = self.tau
@@ -147,18 +153,22 @@ class Walkers(ABC):
             improved = improved | self._remember(merit[:, own:])
         f = np.take_along_axis(F, objective[:, None, None], axis=2)[:, own:, 0]
         f[~np.isfinite(F[:, own:]).all(axis=2)] = np.nan
-        present = self._order >= 0
-        f = np.where(present, f[:, self._order], np.nan)
-        ties = np.where(present, draws[:, 1 + self._order], 2.0)  # absent ones come last
-        ranking = rank(f, violation[:, own + self._order], ties)
-        place = pick(draws[:, 1 + n :], np.count_nonzero(present, axis=1), tau)
-        walker, group = np.ogrid[: self.n_runs, :groups]
+        ties = self._grouped(draws[:, 1 : 1 + n], 2.0)  # what is absent comes last
+        ranking = rank(self._grouped(f, np.nan), self._grouped(violation[:, own:], 0.0), ties)
+        place = pick(draws[:, 1 + n :], self._sizes, tau)
+        walker, group = np.arange(self.n_runs)[:, None], np.arange(groups)[None, :]
         accepted = ranking[walker, group, place]
         changed = self._coordinates[group, accepted]
         self.walkers[walker, changed] = self._values[walker, group, accepted]
         if watched and groups == 1:
             self.standing = merit[np.arange(self.n_runs), own + self._order[0, accepted[:, 0]]]
         return improved
+
+    def _grouped(self, values: FloatArray, absent: float) -> FloatArray:
+        """(n_runs, n_groups, group_size) of values of the candidates, (n_runs, n)."""
+        if self._present is None:
+            return values.reshape(self.n_runs, *self._order.shape)
+        return np.where(self._present, values[:, self._order], absent)
 
     def _adapted(self, objective: IntArray, merit: FloatArray) -> FloatArray:
         """(n_runs, 1) greediness by the rule, renewed."""

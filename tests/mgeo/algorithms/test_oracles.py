@@ -1,0 +1,45 @@
+"""One-objective members against published experiments: 20 walkers of 100,000 evaluations each.
+
+docs/algorithms.md has all 58 of them; those here are cheap, and their means are not a matter of
+one or two bad runs.
+"""
+
+import numpy as np
+import pytest
+
+from mgeo import MGEOCanonical, MGEOReal, MGEOReal2, MGEOVar
+
+from .oracles import ORACLES
+
+HERE = {
+    (MGEOReal, "relative", "Griewank"),
+    (MGEOReal, "relative", "Rastrigin"),
+    (MGEOReal, "relative", "Ackley"),
+    (MGEOReal, "relative", "Rosenbrock"),
+    (MGEOReal, "range", "Ackley"),
+    (MGEOReal2, "range", "Ackley"),
+    (MGEOReal2, "range", "Griewank"),
+    (MGEOReal2, "absolute", "Ackley"),
+    (MGEOCanonical, None, "Rastrigin"),
+    (MGEOVar, None, "Schwefel"),
+}
+
+
+def is_here(oracle):
+    return (oracle.member, oracle.parameters.get("perturbation"), oracle.function) in HERE
+
+
+ROUNDING = 1e-15  # a published zero is one of floating point
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "oracle", list(filter(is_here, ORACLES)), ids=lambda o: f"{o.function}-{o.label}"
+)
+def test_mean_and_median_are_within_a_factor_of_two_of_the_published_ones(oracle):
+    best = oracle.bests(20)
+    for found, published in ((best.mean(), oracle.mean), (np.median(best), oracle.median)):
+        if published < ROUNDING:
+            assert found < ROUNDING
+        else:
+            assert 0.5 * published < found < 2.0 * published
