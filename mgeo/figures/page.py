@@ -10,7 +10,8 @@ import plotly.graph_objects as go
 _STYLE = """
 body { margin: 2rem auto; padding: 0 1rem; max-width: 1200px;
   font: 15px/1.5 "Open Sans", verdana, arial, sans-serif; color: #222 }
-table { border-collapse: collapse; margin: 1rem 0; display: block; overflow-x: auto }
+table { border-collapse: collapse; margin: 1rem 0; display: block; overflow-x: auto;
+  white-space: nowrap }
 th, td { padding: 0.3rem 0.8rem; border-bottom: 1px solid #e3e6ea; text-align: right }
 th:first-child, td:first-child { text-align: left }
 .note { color: #555 } .error { color: #a00 }

@@ -30,13 +30,13 @@ def verdict(comparison: Comparison) -> list[str]:
     values = overview[comparison.indicator().name].tolist()
     first, second = (values[comparison.algorithms.index(name)] for name in order[:2])
     sentences = [f"By {title}, {best} is the best: {first}, then {others[0]}: {second}."]
-    if rivals:
-        sentences.append(
-            f"The runs do not tell it apart from {', '.join(rivals)} "
-            "(Mann-Whitney with Holm's correction, 5 %)."
-        )
+    if len(rivals) == len(others):
+        found = "The runs do not tell it apart from any other"
+    elif rivals:
+        found = f"The runs do not tell it apart from {', '.join(rivals)}"
     else:
-        sentences.append("It differs from every other (Mann-Whitney with Holm's correction, 5 %).")
+        found = "It differs from every other"
+    sentences.append(f"{found} (Mann-Whitney with Holm's correction, 5 %).")
     return [*sentences, *_points(comparison, order)]
 
 

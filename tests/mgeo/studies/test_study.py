@@ -6,11 +6,13 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
+from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import parse_study
 from mgeo.studies.report import folder_name
 from mgeo.studies.stored import read_comparison
@@ -118,10 +120,28 @@ def test_the_verdict_names_the_best_its_rivals_and_what_points_say():
     made.table.loc[made.table["algorithm"] == "B", "points"] = 99
     assert verdict(made) == [
         "By hypervolume, A_1 is the best: 0.60 ± 0.10, then C: 0.45 ± 0.23.",
-        "The runs do not tell it apart from B, C (Mann-Whitney with Holm's correction, 5 %).",
+        "The runs do not tell it apart from any other (Mann-Whitney with Holm's correction, 5 %).",
         "The most points are on the fronts of B: 99 on average. By hypervolume it is number 3 of "
         "3: points say how finely a front was traced, not how far it reaches.",
     ]
+
+
+def test_the_verdict_tells_rivals_from_others():
+    made = comparison()
+    spread = {"A_1": 0.7, "B": 0.1, "C": 0.69}
+    rows = [
+        {"algorithm": name, "seed": seed, "evaluations": 100, "points": 9, "hypervolume": v}
+        for name, value in spread.items()
+        for seed, v in enumerate(value + 0.01 * np.arange(8), 1)
+    ]
+    table = pd.DataFrame(rows).assign(igd_plus=0.5, epsilon=0.5)
+    found = verdict(Comparison(**{**vars(made), "table": table}))
+    assert found[1].startswith("The runs do not tell it apart from C (")
+    table = table.query("algorithm != 'C'")
+    two = Comparison(**{**vars(made), "table": table, "algorithms": ("A_1", "B")})
+    assert verdict(two)[1].startswith("It differs from every other (")
+    one = Comparison(**{**vars(made), "table": table.query("algorithm == 'B'")})
+    assert verdict(one) == []
 
 
 def test_published_values_stand_beside_ours():
