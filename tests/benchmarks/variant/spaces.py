@@ -1,0 +1,79 @@
+"""Problems as an algorithm sees them here, with all that it evaluates kept."""
+
+from __future__ import annotations
+
+import numpy as np
+from moocore import hypervolume
+from numpy.typing import NDArray
+from pymoo.core.problem import Problem
+from pymoo.problems import get_problem
+
+from mgeo.dominance import nondominated
+
+Floats = NDArray[np.float64]
+
+RAW, INDICATOR = "raw", "indicator"
+
+
+class Watched(Problem):
+    """A problem that keeps every objective vector, in order of evaluation.
+
+    With `space` = "indicator" the algorithm is given the objectives of the problem's indicator
+    space in place of its own; what is kept are the problem's own in either case.
+    """
+
+    def __init__(self, problem: Problem, space: str = RAW) -> None:
+        super().__init__(
+            n_var=problem.n_var,
+            n_obj=problem.n_obj,
+            n_ieq_constr=problem.n_ieq_constr,
+            xl=problem.xl,
+            xu=problem.xu,
+            vtype=float,
+        )
+        if space not in (RAW, INDICATOR):
+            raise ValueError(f"space = {space!r}: expected {RAW!r} or {INDICATOR!r}")
+        self.problem = problem
+        self.space = space
+        self.seen: list[Floats] = []
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        F = self.problem.evaluate(X, return_values_of=["F"])
+        self.seen.append(F)
+        out["F"] = self.problem.indicator_space(F) if self.space == INDICATOR else F
+
+
+class Scale:
+    """Hypervolume in the space in which solutions of a problem are compared, up to (r, ..., r).
+
+    That is the problem's own indicator space and r = 1; or, for a test problem, objectives in
+    which its true front reaches from 0 to 1, and r = 1.1.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._to_space = getattr(problem, "indicator_space", None)
+        self.reference = 1.0
+        if self._to_space is None:
+            front = problem.pareto_front()
+            ideal, nadir = front.min(axis=0), front.max(axis=0)
+            self._to_space = lambda F: (F - ideal) / (nadir - ideal)
+            self.reference = 1.1
+
+    def hypervolume(self, F: Floats) -> tuple[float, int]:
+        """Of all points that none of `F` dominates, and how many those are."""
+        front = F[nondominated(F)]
+        points = self._to_space(front)
+        return float(hypervolume(points, ref=[self.reference] * points.shape[1])), len(front)
+
+
+def problem_by_name(name: str) -> Problem:
+    """"attitude" (the paper's preset, one thread), or a test problem of pymoo."""
+    if name == "attitude":
+        from mgeo_attitude import AttitudeManeuverProblem
+
+        return AttitudeManeuverProblem(threads=1)
+    if name.startswith("wfg"):
+        return get_problem(name, n_var=24, n_obj=2)
+    if name.startswith("dtlz"):
+        return get_problem(name, n_var={"dtlz1": 7, "dtlz2": 12, "dtlz7": 22}[name], n_obj=3)
+    return get_problem(name)
