@@ -3,7 +3,7 @@
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
-from mgeo.algorithms import MGEOCanonical, MGEOReal, MGEOReal2, MGEOVar
+from mgeo.algorithms import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
 from mgeo.archive import ParetoArchive
 from mgeo.checkpoint import Checkpoint, resume
 from mgeo.evaluation import EvaluationError, TolerantEvaluator
@@ -18,6 +18,7 @@ __all__ = [
     "Checkpoint",
     "EvaluationError",
     "MGEOCanonical",
+    "MGEODirected",
     "MGEOReal",
     "MGEOReal2",
     "MGEOVar",

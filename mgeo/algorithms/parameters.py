@@ -43,6 +43,14 @@ def number(name: str, value: Any, *, above: float = -math.inf, low: float = -mat
     return converted
 
 
+def fraction(name: str, value: Any) -> float:
+    """A `number` in [0, 1]."""
+    converted = number(name, value, low=0)
+    if converted > 1:
+        raise ValueError(f"{name} = {value!r}: expected a number in [0, 1]")
+    return converted
+
+
 def numbers(name: str, value: Any, *, above: float) -> float | FloatArray:
     """A `number`, or a one-dimensional array of them (a copy)."""
     if np.ndim(value) == 0:

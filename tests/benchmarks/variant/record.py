@@ -3,7 +3,7 @@
     python -m tests.benchmarks.variant.record TABLE --algorithm nsga2 --space indicator --seeds 1-20
 
 Every line is the hypervolume of all nondominated points among the first N evaluations of a run.
-An algorithm is a name of `mgeo.runs.algorithms` or "cmopso", with parameters after a colon:
+An algorithm is a name of `mgeo.runs.algorithms`, with parameters after a colon:
 `mgeo-real:sigma=0.5,n_runs=10`. None of them knows its budget, so one run serves all budgets.
 """
 
@@ -20,12 +20,11 @@ from typing import Any
 
 import numpy as np
 import pymoo
-from pymoo.algorithms.moo.cmopso import CMOPSO
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
-from pymoo.core.termination import NoTermination
 
 from mgeo.runs.algorithms import build_algorithm
+from mgeo.runs.solve import set_up
 
 from .spaces import INDICATOR, RAW, Scale, Watched, problem_by_name
 
@@ -39,8 +38,6 @@ COLUMNS = (
 def build(text: str, problem: Watched) -> Algorithm:
     """The algorithm called `name` or `name:key=value,...`."""
     name, _, rest = text.partition(":")
-    if name == "cmopso":  # its archive is thinned by an unseeded generator: runs do not repeat
-        return CMOPSO(pop_size=100)
     given = (item.split("=", 1) for item in rest.split(",") if item)
     return build_algorithm(name, {key: _literal(value) for key, value in given}, problem)
 
@@ -61,18 +58,19 @@ def runs(text: str, problem: Watched, seeds: list[int], evaluations: int) -> Ite
     side_by_side = len(seeds) if text.startswith("moead") else 1
     for first in range(0, len(seeds), side_by_side):
         group = seeds[first : first + side_by_side]
-        algorithms = [build(text, problem) for _ in group]
-        for algorithm, seed in zip(algorithms, group, strict=True):
-            algorithm.setup(problem, termination=NoTermination(), seed=seed)
+        fresh = build(text, problem)
+        algorithms = [set_up(problem, fresh, evaluations, seed) for seed in group]
         traces: list[list[np.ndarray]] = [[] for _ in group]
         done = 0
         while done < evaluations:
             asked = [algorithm.ask() for algorithm in algorithms]
             sizes = [len(np.atleast_1d(infills)) for infills in asked]
             problem.seen.clear()
-            pop = Population.merge(*(_population(infills) for infills in asked)) if len(
-                asked
-            ) > 1 else _population(asked[0])
+            pop = (
+                Population.merge(*(_population(infills) for infills in asked))
+                if len(asked) > 1
+                else _population(asked[0])
+            )
             algorithms[0].evaluator.eval(problem, pop)
             parts = np.split(np.concatenate(problem.seen), np.cumsum(sizes)[:-1])
             for algorithm, infills, trace, part in zip(
@@ -133,7 +131,9 @@ def record(
         rows = []
         for n in budgets:
             value, points = scale.hypervolume(F[:n])
-            rows.append(common | {"evaluations": n, "hypervolume": f"{value:.6f}", "points": points})
+            rows.append(
+                common | {"evaluations": n, "hypervolume": f"{value:.6f}", "points": points}
+            )
         append(path, rows)
         made += 1
         last = time.monotonic()

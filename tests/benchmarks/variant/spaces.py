@@ -67,7 +67,7 @@ class Scale:
 
 
 def problem_by_name(name: str) -> Problem:
-    """"attitude" (the paper's preset, one thread), or a test problem of pymoo."""
+    """ "attitude" (the paper's preset, one thread), or a test problem of pymoo."""
     if name == "attitude":
         from mgeo_attitude import AttitudeManeuverProblem
 

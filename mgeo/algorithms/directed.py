@@ -1,0 +1,214 @@
+"""MGEODirected: walkers that head each for its own part of the front, and learn from the others."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pymoo.core.problem import Problem
+from pymoo.core.sampling import Sampling
+
+from mgeo.algorithms.acceptance import IntArray, pick, rank
+from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.directions import distance, fan
+from mgeo.algorithms.parameters import fraction, number
+from mgeo.algorithms.variables import Variables
+from mgeo.dominance import BoolArray, FloatArray
+
+
+class MGEODirected(ExtremalOptimization):
+    """Extremal optimization of real variables by walkers with directions, memory and company.
+
+    As in MGEO_real, every variable of a walker gives one candidate, the candidates are ranked,
+    and one is accepted with a probability proportional to k^-tau, be it better or not. Different
+    are what they are ranked by, how a candidate is made, and that a walker may go back:
+
+    - A walker has a direction of the objective space and ranks by the distance along it
+      (weighted Tchebycheff, scaled by the front that the run has found so far) in place of an
+      objective drawn at random. Some walkers head for the ends of the front, that is for one
+      objective alone; the others are spread evenly between the ends.
+    - A candidate changes its variable, and others with some probability: either by normal steps,
+      as wide as the bounds down to a thousandth of that, or by a fraction of the difference
+      between two points of the company (differential evolution's move; Storn & Price 1997).
+      The company are the points of the archive and the best points of the walkers.
+    - A walker now and then goes back to its own best point, and more rarely to the archived
+      point that is nearest to its direction.
+
+    Walkers are therefore not independent: a walker's path depends on the others. All numbers but
+    the starting points come from the algorithm's one random stream. A generation costs
+    n_runs x n_var evaluations; nothing depends on the termination. With one objective all
+    walkers minimize it.
+
+    Parameters
+    ----------
+    tau : greediness, >= 0: the candidate of rank k is accepted with probability ~ k^-tau.
+    n_runs : number of walkers.
+    ends : share of the walkers that head for an end of the front, in [0, 1].
+    difference : share of the candidates made by differences, in [0, 1].
+    coupling : probabilities that a candidate changes also each of the other variables: made by
+        normal steps, and made by differences.
+    widths : smallest and largest standard deviation of normal steps, as a fraction of the width
+        of the bounds; each candidate's is log-uniform between them.
+    recall, adopt : probabilities a generation that a walker goes back to its own best point, and
+        to the archive's nearest; together at most 1.
+    sampling : starting points: (n_runs, n_var) array, population or pymoo `Sampling`; None for
+        uniform within the bounds. They are not evaluated themselves.
+    archive_size : largest number of points in the front, None for all of them.
+    options : options of every pymoo algorithm: `termination` (5000 // n_runs generations unless
+        given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
+
+    Attributes
+    ----------
+    directions : (n_runs, n_obj) weights of the walkers' objectives.
+    memory : (n_runs, n_var) the best point of each walker.
+    memory_F, memory_violation : its objectives, (n_runs, n_obj), and constraint violation,
+        (n_runs,), infinite while there is none.
+
+    Raises
+    ------
+    TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one.
+    """
+
+    _state_arrays = (
+        *ExtremalOptimization._state_arrays, "memory", "memory_F", "memory_violation",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        tau: float = 3.0,
+        n_runs: int = 15,
+        ends: float = 0.4,
+        difference: float = 0.5,
+        coupling: Sequence[float] = (0.1, 0.5),
+        widths: Sequence[float] = (1e-3, 1.0),
+        recall: float = 0.1,
+        adopt: float = 0.02,
+        *,
+        sampling: Sampling | ArrayLike | None = None,
+        archive_size: int | None = None,
+        **options: Any,
+    ) -> None:
+        super().__init__(
+            tau=number("tau", tau, low=0),
+            n_runs=n_runs,
+            sampling=sampling,
+            archive_size=archive_size,
+            options=options,
+        )
+        self.ends = fraction("ends", ends)
+        self.difference = fraction("difference", difference)
+        self.coupling = [fraction(f"coupling[{i}]", p) for i, p in _pair("coupling", coupling)]
+        self.widths = [number(f"widths[{i}]", w, above=0) for i, w in _pair("widths", widths)]
+        if self.widths[0] > self.widths[1]:
+            raise ValueError(f"widths = {widths!r}: expected the smaller one first")
+        self.recall, self.adopt = fraction("recall", recall), fraction("adopt", adopt)
+        if self.recall + self.adopt > 1:
+            raise ValueError(f"recall = {recall!r}, adopt = {adopt!r}: expected a sum of at most 1")
+        self.directions: FloatArray
+        self.memory: FloatArray
+        self.memory_F: FloatArray
+        self.memory_violation: FloatArray
+
+    def _variables(self, problem: Problem) -> Variables:
+        return Variables.of(problem, ["real"])
+
+    def _draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
+        xl, xu = self.variables.xl, self.variables.xu
+        unit = np.stack([stream.random(len(xl)) for stream in streams])
+        starts: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
+        return starts
+
+    def _place(self, n_obj: int, starts: FloatArray | None) -> None:
+        super()._place(n_obj, starts)
+        self.directions = fan(self.n_runs, n_obj, self.ends)
+        self.memory = self.walkers.copy()
+        self.memory_F = np.full((self.n_runs, n_obj), np.inf)
+        self.memory_violation = np.full(self.n_runs, np.inf)
+
+    def _layout(self) -> IntArray:
+        return np.arange(len(self.variables.kinds), dtype=np.intp)[None, :]
+
+    def _propose(self) -> FloatArray:
+        """(n_runs, n_var, n_var) whole points: that of row i changes variable i, at least."""
+        rng, xl, xu = self.random_state, self.variables.xl, self.variables.xu
+        shape = self.n_runs, len(xl), len(xl)
+        width = np.exp(rng.uniform(*np.log(self.widths), shape[:2]))[..., None]
+        step = width * (xu - xl) * rng.standard_normal(shape)
+        coupling = np.full(shape[:2], self.coupling[0])
+        if len(self.front):
+            learns = rng.random(shape[:2]) < self.difference
+            between = self._company(shape[:2]) - self._company(shape[:2])
+            scaled = rng.random(shape[:2])[..., None] * between
+            step = np.where(learns[..., None], scaled, step)
+            coupling[learns] = self.coupling[1]
+        changed = np.eye(len(xl), dtype=np.bool_) | (rng.random(shape) < coupling[..., None])
+        points = self.walkers[:, None, :] + np.where(changed, step, 0.0)
+        return np.asarray(np.clip(points, xl, xu))
+
+    def _company(self, shape: tuple[int, int]) -> FloatArray:
+        """(..., n_var) points drawn for one half from the archive, for the other from memories."""
+        rng = self.random_state
+        archived = self.front.individuals[rng.integers(len(self.front), size=shape).ravel()]
+        points = self.variables.values(archived.get("X")).reshape(*shape, -1)
+        remembered = self.memory[rng.integers(self.n_runs, size=shape)]
+        return np.where(rng.random(shape)[..., None] < 0.5, points, remembered)
+
+    def _candidates(self) -> FloatArray:
+        self._values = self._propose()
+        return self._values.reshape(-1, self._values.shape[-1])
+
+    def _accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
+        F = F.reshape(self.n_runs, -1, F.shape[1])
+        violation = np.where(np.isfinite(F).all(axis=2), violation.reshape(F.shape[:2]), np.inf)
+        merit = self._distance(F, self.directions[:, None])
+        rng, n = self.random_state, F.shape[1]
+        ranking = rank(merit, violation, rng.random(merit.shape))
+        accepted = ranking[np.arange(self.n_runs), pick(rng.random(self.n_runs), n, self.tau)]
+        self._remember_best(F, violation, merit, ranking[:, 0])
+        self.walkers = self._values[np.arange(self.n_runs), accepted]
+        self._go_back()
+        return np.zeros(self.n_runs, dtype=np.bool_)
+
+    def _remember_best(
+        self, F: FloatArray, violation: FloatArray, merit: FloatArray, best: IntArray
+    ) -> None:
+        one = np.arange(self.n_runs), best
+        known = self._distance(self.memory_F, self.directions)
+        better = (violation[one] < self.memory_violation) | (
+            (violation[one] == 0) & (self.memory_violation == 0) & (merit[one] < known)
+        )
+        rows = np.flatnonzero(better)
+        self.memory[rows] = self._values[one][rows]
+        self.memory_F[rows] = F[one][rows]
+        self.memory_violation[rows] = violation[one][rows]
+
+    def _go_back(self) -> None:
+        chance = self.random_state.random(self.n_runs)
+        recalls = (chance < self.recall) & np.isfinite(self.memory_violation)
+        self.walkers[recalls] = self.memory[recalls]
+        adopts = np.flatnonzero((chance >= self.recall) & (chance < self.recall + self.adopt))
+        if not len(self.front) or not len(adopts):
+            return
+        far = self._distance(self.front.F, self.directions[adopts][:, None])
+        nearest = far.argmin(axis=1)
+        points = self.variables.values(self.front.individuals[nearest].get("X"))
+        self.walkers[adopts] = self.memory[adopts] = points
+        self.memory_F[adopts] = self.front.F[nearest]
+        self.memory_violation[adopts] = self.front.violation
+
+    def _distance(self, F: FloatArray, directions: FloatArray) -> FloatArray:
+        known = self.front.F if len(self.front) else np.zeros((1, F.shape[-1]))
+        return distance(F, directions, known.min(axis=0), known.max(axis=0))
+
+    def _decode(self, points: FloatArray) -> FloatArray:
+        return points
+
+    def _encode(self, values: FloatArray) -> FloatArray:
+        return values
+
+
+def _pair(name: str, value: Sequence[float]) -> list[tuple[int, float]]:
+    pair = list(enumerate(value))
+    if len(pair) != 2:
+        raise ValueError(f"{name} = {value!r}: expected two numbers")
+    return pair

@@ -1,0 +1,60 @@
+"""What a walker heads for: one direction of the objective space, and how near a point is to it."""
+
+import numpy as np
+
+from mgeo.dominance import FloatArray
+
+_SUM = 1e-3  # share of the sum in a distance: of points equal otherwise, the nondominated is nearer
+
+
+def fan(n: int, n_obj: int, ends: float) -> FloatArray:
+    """Weights of n directions: some of a single objective, the others evenly over all.
+
+    Parameters
+    ----------
+    n : number of directions.
+    n_obj : number of objectives.
+    ends : share of the directions that belong to single objectives, to each in turn.
+
+    Returns
+    -------
+    (n, n_obj) weights >= 0 that sum to 1. Those between the ends are spacings of the points of a
+    Hammersley sequence, which with two objectives is an even grid.
+    """
+    single = round(ends * n)
+    weights = np.zeros((n, n_obj))
+    weights[np.arange(single), np.arange(single) % n_obj] = 1.0
+    between = n - single
+    cuts = np.empty((between, n_obj - 1))
+    for k in range(n_obj - 1):
+        step = np.sqrt(_PRIMES[(k - 1) % len(_PRIMES)]) if k else 1.0 / max(between, 1)
+        cuts[:, k] = step * (np.arange(between) + 0.5) % 1.0
+    cuts.sort(axis=1)
+    edges = np.hstack([np.zeros((between, 1)), cuts, np.ones((between, 1))])
+    weights[single:] = np.diff(edges, axis=1)
+    return weights
+
+
+_PRIMES = (2.0, 3.0, 5.0, 7.0, 11.0, 13.0)
+
+
+def distance(
+    F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray
+) -> FloatArray:
+    """How far points are along directions: weighted Tchebycheff, scaled to what is known.
+
+    Parameters
+    ----------
+    F : (..., n_obj) objectives, minimized.
+    weights : (..., n_obj) directions; they broadcast.
+    ideal, nadir : (n_obj,) least and largest objectives of the front known so far: 0 and 1.
+
+    Returns
+    -------
+    (...) the largest weighted objective, and a little of the sum of all; NaN where not finite.
+    """
+    extent = nadir - ideal
+    finite = np.isfinite(F).all(axis=-1)
+    scaled = np.where(finite[..., None], F - ideal, 0.0) / np.where(extent > 0, extent, 1.0)
+    result = (weights * scaled).max(axis=-1) + _SUM * scaled.sum(axis=-1)
+    return np.where(finite, result, np.nan)
