@@ -11,7 +11,7 @@ from pymoo.core.sampling import Sampling
 from mgeo.algorithms.acceptance import IntArray, pick, rank
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.directions import distance, fan
-from mgeo.algorithms.parameters import fraction, number
+from mgeo.algorithms.parameters import fraction, integer, number
 from mgeo.algorithms.variables import Variables
 from mgeo.dominance import BoolArray, FloatArray
 
@@ -36,8 +36,8 @@ class MGEODirected(ExtremalOptimization):
 
     Walkers are therefore not independent: a walker's path depends on the others. All numbers but
     the starting points come from the algorithm's one random stream. A generation costs
-    n_runs x n_var evaluations; nothing depends on the termination. With one objective all
-    walkers minimize it.
+    n_runs x min(n_var, max_candidates) evaluations; nothing depends on the termination. With one
+    objective all walkers minimize it.
 
     Parameters
     ----------
@@ -49,8 +49,12 @@ class MGEODirected(ExtremalOptimization):
         normal steps, and made by differences.
     widths : smallest and largest standard deviation of normal steps, as a fraction of the width
         of the bounds; each candidate's is log-uniform between them.
-    recall, adopt : probabilities a generation that a walker goes back to its own best point, and
-        to the archive's nearest; together at most 1.
+    recall : probability a generation that a walker goes back to its own best point.
+    adopt : probabilities a generation that a walker goes to the archive's nearest point instead:
+        of those between the ends, and of those that head for an end. The latter had better be
+        rare: an end may have many local optima, and each walker its own.
+    max_candidates : largest number of candidates of a walker; with more variables than that, so
+        many of them are drawn at random each generation.
     sampling : starting points: (n_runs, n_var) array, population or pymoo `Sampling`; None for
         uniform within the bounds. They are not evaluated themselves.
     archive_size : largest number of points in the front, None for all of them.
@@ -81,8 +85,9 @@ class MGEODirected(ExtremalOptimization):
         difference: float = 0.5,
         coupling: Sequence[float] = (0.1, 0.5),
         widths: Sequence[float] = (1e-3, 1.0),
-        recall: float = 0.1,
-        adopt: float = 0.02,
+        recall: float = 0.3,
+        adopt: Sequence[float] = (0.2, 0.02),
+        max_candidates: int = 12,
         *,
         sampling: Sampling | ArrayLike | None = None,
         archive_size: int | None = None,
@@ -101,9 +106,11 @@ class MGEODirected(ExtremalOptimization):
         self.widths = [number(f"widths[{i}]", w, above=0) for i, w in _pair("widths", widths)]
         if self.widths[0] > self.widths[1]:
             raise ValueError(f"widths = {widths!r}: expected the smaller one first")
-        self.recall, self.adopt = fraction("recall", recall), fraction("adopt", adopt)
-        if self.recall + self.adopt > 1:
-            raise ValueError(f"recall = {recall!r}, adopt = {adopt!r}: expected a sum of at most 1")
+        self.recall = fraction("recall", recall)
+        self.adopt = [fraction(f"adopt[{i}]", p) for i, p in _pair("adopt", adopt)]
+        if self.recall + max(self.adopt) > 1:
+            raise ValueError(f"recall = {recall!r}, adopt = {adopt!r}: expected sums of at most 1")
+        self.max_candidates = integer("max_candidates", max_candidates, low=1)
         self.directions: FloatArray
         self.memory: FloatArray
         self.memory_F: FloatArray
@@ -129,19 +136,22 @@ class MGEODirected(ExtremalOptimization):
         return np.arange(len(self.variables.kinds), dtype=np.intp)[None, :]
 
     def _propose(self) -> FloatArray:
-        """(n_runs, n_var, n_var) whole points: that of row i changes variable i, at least."""
+        """(n_runs, n_candidates, n_var) whole points, each of which changes its own variable."""
         rng, xl, xu = self.random_state, self.variables.xl, self.variables.xu
-        shape = self.n_runs, len(xl), len(xl)
-        width = np.exp(rng.uniform(*np.log(self.widths), shape[:2]))[..., None]
+        own = np.broadcast_to(np.arange(len(xl)), (self.n_runs, len(xl)))
+        if len(xl) > self.max_candidates:
+            own = rng.permuted(own, axis=1)[:, : self.max_candidates]
+        shape = *own.shape, len(xl)
+        width = np.exp(rng.uniform(*np.log(self.widths), own.shape))[..., None]
         step = width * (xu - xl) * rng.standard_normal(shape)
-        coupling = np.full(shape[:2], self.coupling[0])
+        coupling = np.full(own.shape, self.coupling[0])
         if len(self.front):
-            learns = rng.random(shape[:2]) < self.difference
-            between = self._company(shape[:2]) - self._company(shape[:2])
-            scaled = rng.random(shape[:2])[..., None] * between
-            step = np.where(learns[..., None], scaled, step)
+            learns = rng.random(own.shape) < self.difference
+            between = self._company(own.shape) - self._company(own.shape)
+            step = np.where(learns[..., None], rng.random(own.shape)[..., None] * between, step)
             coupling[learns] = self.coupling[1]
-        changed = np.eye(len(xl), dtype=np.bool_) | (rng.random(shape) < coupling[..., None])
+        changed = rng.random(shape) < coupling[..., None]
+        np.put_along_axis(changed, own[..., None], True, axis=2)
         points = self.walkers[:, None, :] + np.where(changed, step, 0.0)
         return np.asarray(np.clip(points, xl, xu))
 
@@ -163,7 +173,9 @@ class MGEODirected(ExtremalOptimization):
         merit = self._distance(F, self.directions[:, None])
         rng, n = self.random_state, F.shape[1]
         ranking = rank(merit, violation, rng.random(merit.shape))
-        accepted = ranking[np.arange(self.n_runs), pick(rng.random(self.n_runs), n, self.tau)]
+        accepted = ranking[
+            np.arange(self.n_runs), pick(rng.random(self.n_runs), n, float(self.tau))
+        ]
         self._remember_best(F, violation, merit, ranking[:, 0])
         self.walkers = self._values[np.arange(self.n_runs), accepted]
         self._go_back()
@@ -186,7 +198,8 @@ class MGEODirected(ExtremalOptimization):
         chance = self.random_state.random(self.n_runs)
         recalls = (chance < self.recall) & np.isfinite(self.memory_violation)
         self.walkers[recalls] = self.memory[recalls]
-        adopts = np.flatnonzero((chance >= self.recall) & (chance < self.recall + self.adopt))
+        adopt = np.where(self.directions.max(axis=1) < 1, *self.adopt)
+        adopts = np.flatnonzero((chance >= self.recall) & (chance < self.recall + adopt))
         if not len(self.front) or not len(adopts):
             return
         far = self._distance(self.front.F, self.directions[adopts][:, None])

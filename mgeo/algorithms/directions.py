@@ -54,7 +54,7 @@ def distance(
     (...) the largest weighted objective, and a little of the sum of all; NaN where not finite.
     """
     extent = nadir - ideal
-    finite = np.isfinite(F).all(axis=-1)
+    finite = np.asarray(np.isfinite(F).all(axis=-1))
     scaled = np.where(finite[..., None], F - ideal, 0.0) / np.where(extent > 0, extent, 1.0)
     result = (weights * scaled).max(axis=-1) + _SUM * scaled.sum(axis=-1)
-    return np.where(finite, result, np.nan)
+    return np.asarray(np.where(finite, result, np.nan))
