@@ -4,7 +4,7 @@
 
 Every line is the hypervolume of all nondominated points among the first N evaluations of a run.
 An algorithm is a name of `mgeo.runs.algorithms`, with parameters after a colon:
-`mgeo-real:sigma=0.5,n_runs=10`. None of them knows its budget, so one run serves all budgets.
+`mgeo-real:sigma=0.5,perturbation='range'`. None of them knows its budget: a run serves all budgets.
 """
 
 from __future__ import annotations
@@ -38,15 +38,9 @@ COLUMNS = (
 def build(text: str, problem: Watched) -> Algorithm:
     """The algorithm called `name` or `name:key=value,...`."""
     name, _, rest = text.partition(":")
-    given = (item.split("=", 1) for item in rest.split(",") if item)
-    return build_algorithm(name, {key: _literal(value) for key, value in given}, problem)
-
-
-def _literal(text: str) -> Any:
-    try:
-        return ast.literal_eval(text)
-    except (SyntaxError, ValueError):
-        return text
+    call = ast.parse(f"parameters({rest})", mode="eval").body
+    given = {keyword.arg: ast.literal_eval(keyword.value) for keyword in call.keywords}
+    return build_algorithm(name, given, problem)
 
 
 def runs(text: str, problem: Watched, seeds: list[int], evaluations: int) -> Iterator[np.ndarray]:

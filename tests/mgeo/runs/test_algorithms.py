@@ -20,6 +20,7 @@ SMALL = {
     "mgeo-real2": {"n_runs": 1, "sigma": 0.2},
     "mgeo-canonical": {"n_runs": 1, "bits": 5},
     "mgeo-var": {"n_runs": 1, "bits": 5},
+    "mgeo-directed": {"n_runs": 4},
 }
 DIRECTED = ("nsga3", "u-nsga3", "moead", "ctaea", "rvea")
 AREA = HV(ref_point=np.array([1.1, 6.0]))

@@ -1,0 +1,220 @@
+"""MGEODirected: what each of its parts does, and that it finds whole fronts."""
+
+import copy
+
+import numpy as np
+import pytest
+from pymoo.indicators.hv import HV
+from pymoo.optimize import minimize
+from pymoo.problems.multi import BNH, ZDT1
+
+from mgeo import MGEODirected
+from mgeo.algorithms.directions import distance, fan
+from mgeo.testing import check_algorithm
+
+from .problems import Fixed, Rosenbrock
+
+STILL = {"recall": 0.0, "adopt": (0.0, 0.0)}
+
+
+def begun(algorithm, problem, generations=1, seed=5):
+    run = copy.deepcopy(algorithm).setup(problem, termination=("n_gen", 1000), seed=seed)
+    for _ in range(generations):
+        run.next()
+    return run
+
+
+def candidates(run):
+    """(n_runs, n_candidates, n_var) of the next generation, and where they start from."""
+    walkers = run.walkers.copy()
+    return run.ask().get("X").reshape(run.n_runs, -1, walkers.shape[1]), walkers
+
+
+@pytest.mark.parametrize(
+    "algorithm",
+    [
+        MGEODirected(),
+        MGEODirected(n_runs=3, ends=1.0, archive_size=10),
+        MGEODirected(1.0, 6, 0.0, 1.0, (0.0, 1.0), (0.1, 0.1), 1.0, (0.0, 0.0), max_candidates=2),
+    ],
+    ids=["default", "ends", "differences"],
+)
+def test_it_is_a_good_pymoo_algorithm(algorithm):
+    check_algorithm(algorithm)
+
+
+def test_directions_of_two_objectives_are_the_ends_and_an_even_grid():
+    weights = fan(7, 2, 0.43)
+    assert weights[:3].tolist() == [[1, 0], [0, 1], [1, 0]]
+    assert weights[3:, 0] == pytest.approx([0.125, 0.375, 0.625, 0.875])
+    assert weights.sum(axis=1) == pytest.approx(np.ones(7))
+
+
+@pytest.mark.parametrize("n_obj", [1, 3, 5])
+def test_directions_fill_the_simplex(n_obj):
+    weights = fan(2000, n_obj, 0.0)
+    assert (weights >= 0).all()
+    assert weights.sum(axis=1) == pytest.approx(np.ones(2000))
+    assert weights.mean(axis=0) == pytest.approx(np.full(n_obj, 1 / n_obj), abs=0.01)
+    # spacings of n_obj - 1 uniform points: variance (n_obj - 1) / (n_obj^2 (n_obj + 1))
+    variance = (n_obj - 1) / (n_obj**2 * (n_obj + 1))
+    assert weights.var(axis=0) == pytest.approx(np.full(n_obj, variance), abs=0.01)
+
+
+def test_distance_is_the_largest_weighted_objective_of_the_scaled_space():
+    F = np.array([[2.0, 30.0], [3.0, 10.0], [np.nan, 1.0]])
+    found = distance(F, np.array([0.25, 0.75]), np.array([1.0, 10.0]), np.array([5.0, 50.0]))
+    assert found[:2] == pytest.approx([0.75 * 0.5, 0.25 * 0.5], abs=2e-3)
+    assert np.isnan(found[2])
+
+
+def test_of_equally_distant_points_the_dominating_one_is_nearer():
+    F = np.array([[0.5, 0.9], [0.5, 0.1]])
+    near = distance(F, np.array([1.0, 0.0]), np.zeros(2), np.ones(2))
+    assert near[1] < near[0]
+
+
+def test_distance_is_the_same_in_other_units():
+    rng = np.random.default_rng(0)
+    F, weights = rng.random((20, 3)), fan(20, 3, 0.2)
+    unit, offset = np.array([1e-6, 1.0, 1e4]), np.array([3.0, -2.0, 1e3])
+    one = distance(F, weights, np.zeros(3), np.ones(3))
+    assert distance(F * unit + offset, weights, offset, offset + unit) == pytest.approx(one)
+
+
+def test_a_candidate_changes_its_own_variable_and_others_as_often_as_said():
+    problem = ZDT1(n_var=6)
+    changed = np.zeros((6, 6))
+    for seed in range(60):
+        run = begun(MGEODirected(n_runs=5, coupling=(0.2, 0.5), difference=0.0), problem, 0, seed)
+        X, walkers = candidates(run)
+        interior = (walkers > 0) & (walkers < 1)
+        assert interior.all()
+        changed += (walkers[:, None] != X).sum(axis=0)
+    changed /= 300
+    assert np.diag(changed) == pytest.approx(np.ones(6), abs=0.01)
+    others = changed[~np.eye(6, dtype=bool)]
+    assert others.mean() == pytest.approx(0.2, abs=0.02)
+
+
+def test_of_many_variables_each_has_its_turn():
+    run = begun(MGEODirected(n_runs=40, coupling=(0.0, 0.0), max_candidates=3), ZDT1(n_var=9), 0)
+    X, walkers = candidates(run)
+    assert X.shape == (40, 3, 9)
+    own = walkers[:, None] != X
+    assert (own.sum(axis=2) <= 1).all()
+    assert (own.sum(axis=1) <= 1).all()  # no variable twice for one walker
+    assert (own.sum(axis=(0, 1)) > 3).all()
+
+
+def test_differences_lie_between_points_of_the_company():
+    algorithm = MGEODirected(n_runs=4, difference=1.0, coupling=(0.0, 1.0), **STILL)
+    run = begun(algorithm, ZDT1(n_var=3), 3)
+    company = np.vstack([run.front.individuals.get("X"), run.memory])
+    between = (company[:, None] - company[None]).reshape(-1, 3)
+    X, walkers = candidates(run)
+    for start, points in zip(walkers, X, strict=True):
+        for point in points:
+            step = point - start
+            inside = (point > 0) & (point < 1)  # others were clipped
+            share = np.linalg.norm(step[inside]) / np.maximum(
+                np.linalg.norm(between[:, inside], axis=1), 1e-300
+            )
+            aligned = np.abs(share[:, None] * between[:, inside] - step[inside]).max(axis=1) < 1e-9
+            assert (aligned & (share <= 1)).any()
+
+
+def test_a_walker_takes_one_of_its_candidates_whole():
+    run = begun(MGEODirected(n_runs=6, **STILL), ZDT1(n_var=5), 4)
+    infills = run.ask()
+    run.evaluator.eval(run.problem, infills)
+    X = infills.get("X").reshape(6, 5, 5).copy()
+    run.tell(infills=infills)
+    assert (run.walkers[:, None] == X).all(axis=2).any(axis=1).all()
+
+
+def test_greedy_walkers_take_the_nearest_candidate_along_their_direction():
+    run = begun(MGEODirected(60.0, 6, **STILL), ZDT1(n_var=5), 4)
+    infills = run.ask()
+    run.evaluator.eval(run.problem, infills)
+    X, F = infills.get("X").reshape(6, 5, 5).copy(), infills.get("F").reshape(6, 5, 2).copy()
+    run.tell(infills=infills)
+    ideal, nadir = run.front.F.min(axis=0), run.front.F.max(axis=0)
+    best = distance(F, run.directions[:, None], ideal, nadir).argmin(axis=1)
+    assert np.array_equal(run.walkers, X[np.arange(6), best])
+
+
+def test_memory_is_the_best_point_of_each_walker():
+    problem = Rosenbrock(3)
+    run = begun(MGEODirected(n_runs=4, **STILL), problem, 0)
+    best = np.full(4, np.inf)
+    for _ in range(20):
+        infills = run.ask()
+        run.evaluator.eval(problem, infills)
+        best = np.minimum(best, infills.get("F").reshape(4, -1).min(axis=1))
+        run.tell(infills=infills)
+        assert np.array_equal(run.memory_F[:, 0], best)
+        assert np.array_equal(problem.evaluate(run.memory)[:, 0], best)
+
+
+def test_walkers_go_back_to_their_memory_or_to_the_archive():
+    run = begun(MGEODirected(n_runs=5, recall=1.0, adopt=(0.0, 0.0)), ZDT1(n_var=4), 6)
+    assert np.array_equal(run.walkers, run.memory)
+    run = begun(MGEODirected(n_runs=5, recall=0.0, adopt=(1.0, 0.0)), ZDT1(n_var=4), 6)
+    ideal, nadir = run.front.F.min(axis=0), run.front.F.max(axis=0)
+    between = run.directions.max(axis=1) < 1
+    assert between.tolist() == [False, False, True, True, True]
+    for walker in np.flatnonzero(between):
+        far = distance(run.front.F, run.directions[walker], ideal, nadir)
+        assert np.array_equal(run.walkers[walker], run.front.individuals[far.argmin()].X)
+        assert np.array_equal(run.memory_F[walker], run.front.F[far.argmin()])
+    archived = run.front.individuals.get("X")
+    assert not (run.walkers[~between][:, None] == archived).all(axis=2).all()
+
+
+def test_a_run_does_not_depend_on_its_termination():
+    short = begun(MGEODirected(n_runs=4), BNH(), 12)
+    longer = minimize(BNH(), MGEODirected(n_runs=4), ("n_gen", 12), seed=5)
+    assert np.array_equal(short.opt.get("F"), longer.opt.get("F"))
+
+
+def test_constraints_come_first():
+    problem = BNH()
+    result = minimize(problem, MGEODirected(n_runs=8), ("n_gen", 150), seed=1)
+    assert np.all(result.CV == 0)
+    area = HV(ref_point=np.array([140.0, 50.0]))
+    assert area(result.F) > 0.995 * area(problem.pareto_front())
+
+
+def test_where_nothing_can_be_evaluated_walkers_go_on():
+    run = begun(MGEODirected(n_runs=3), Fixed([np.nan, 1.0]), 5)
+    assert len(run.front) == 0
+    assert np.isinf(run.memory_violation).all()
+
+
+def test_one_objective_is_minimized():
+    result = minimize(Rosenbrock(3), MGEODirected(), ("n_eval", 6000), seed=1)
+    assert result.F[0] < 0.02
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"ends": 1.5}, r"ends = 1.5: expected a number in \[0, 1\]"),
+        ({"difference": -0.1}, "difference = -0.1: expected"),
+        ({"coupling": (0.1,)}, r"coupling = \(0.1,\): expected two numbers"),
+        ({"coupling": (0.1, 2.0)}, r"coupling\[1\] = 2.0: expected a number in \[0, 1\]"),
+        ({"widths": (0.0, 1.0)}, r"widths\[0\] = 0.0: expected a finite number > 0"),
+        ({"widths": (1.0, 0.1)}, "widths = .*: expected the smaller one first"),
+        ({"recall": 0.9, "adopt": (0.2, 0.0)}, "expected sums of at most 1"),
+        ({"max_candidates": 0}, "max_candidates = 0: expected an integer of at least 1"),
+    ],
+)
+def test_bad_parameters_are_named(options, message):
+    with pytest.raises(ValueError, match=message):
+        MGEODirected(**options)
+
+
+def test_an_adaptive_tau_is_not_for_it():
+    with pytest.raises(TypeError, match="tau = 'a-geo1': expected a finite number >= 0"):
+        MGEODirected("a-geo1")
