@@ -144,6 +144,11 @@ _STEPS = {"sigma": 1.0, "tau": 3.0, "n_runs": 30, "perturbation": "absolute"}
 _BITS = {"tau": 3.0, "n_runs": 30, "bits": 16, "coding": "plain"}
 _RESTARTS = {"restart": "never", "patience": 50}
 
+_DIRECTED = {
+    "tau": 3.0, "n_runs": 15, "ends": 0.4, "difference": 0.5, "coupling": (0.1, 0.5),
+    "widths": (0.001, 1.0), "recall": 0.3, "adopt": (0.2, 0.02), "max_candidates": 12,
+}  # fmt: skip
+
 # Runs of CMOPSO repeat with a seed because `mgeo.runs.solve.set_up` sees to it; RVEA is ours,
 # because the result of pymoo's is its population, which is not a front.
 ALGORITHMS: Mapping[str, _Entry] = {
@@ -156,22 +161,7 @@ ALGORITHMS: Mapping[str, _Entry] = {
     ),
     "mgeo-canonical": _Entry("mgeo", "MGEOCanonical", _BITS | _RESTARTS, _with_walkers),
     "mgeo-var": _Entry("mgeo", "MGEOVar", _BITS | _RESTARTS, _with_walkers),
-    "mgeo-directed": _Entry(
-        "mgeo",
-        "MGEODirected",
-        {
-            "tau": 3.0,
-            "n_runs": 15,
-            "ends": 0.4,
-            "difference": 0.5,
-            "coupling": (0.1, 0.5),
-            "widths": (0.001, 1.0),
-            "recall": 0.3,
-            "adopt": (0.2, 0.02),
-            "max_candidates": 12,
-        },
-        _with_walkers,
-    ),
+    "mgeo-directed": _Entry("mgeo", "MGEODirected", _DIRECTED, _with_walkers),
     "nsga2": _pymoo("moo.nsga2", "NSGA2"),
     "nsga3": _pymoo("moo.nsga3", "NSGA3", _with_directions_and_population),
     "u-nsga3": _pymoo("moo.unsga3", "UNSGA3", _with_directions_and_population),
