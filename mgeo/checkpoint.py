@@ -160,6 +160,10 @@ def resume(
         takes; None for the one the run had.
     options : as for pymoo's `setup`: ``callback`` (to go on with checkpoints), ``verbose``, ...
 
+    Warns
+    -----
+    RuntimeWarning : if mgeo, pymoo or NumPy has another version than the run had.
+
     Returns
     -------
     The algorithm: call ``run()`` for its result, or go on by ``next`` or ask and tell.
@@ -174,6 +178,13 @@ def resume(
     found = difference(contents.problem, identity(problem))
     if found:
         raise ValueError(f"{path} belongs to another problem: {found}")
+    if changed := difference(contents.versions, _versions()):
+        warnings.warn(
+            f"{path} was written with another version ({changed}); the run goes on, but perhaps "
+            "not exactly as it would have",
+            RuntimeWarning,
+            stacklevel=2,
+        )
     try:
         return restore(contents.state, problem, termination=termination, **options)
     except ValueError as error:
@@ -194,7 +205,7 @@ def pack(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
     """The content of a checkpoint file."""
     state = capture(algorithm)
     data = {
-        "versions": {name: version(name) for name in ("mgeo", "pymoo", "numpy")},
+        "versions": _versions(),
         "problem": identity(algorithm.problem),
         "notes": dict(notes),
         "state": dict(state.data),
@@ -228,6 +239,10 @@ def read(path: Path | str) -> Contents:
     return Contents(
         SavedState(arrays, data["state"]), data["problem"], data["notes"], data["versions"]
     )
+
+
+def _versions() -> dict[str, str]:
+    return {name: version(name) for name in ("mgeo", "pymoo", "numpy")}
 
 
 def _recorders(callback: Any) -> Iterator[Recorder]:

@@ -21,6 +21,7 @@ from pymoo.core.termination import NoTermination, Termination
 from pymoo.termination.max_eval import MaximumFunctionCallTermination
 from pymoo.termination.max_gen import MaximumGenerationTermination
 from pymoo.termination.max_time import TimeBasedTermination
+from pymoo.util.misc import termination_from_tuple
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.variables import Variables
@@ -121,7 +122,7 @@ def restore(saved: SavedState, problem: Problem, **options: Any) -> ExtremalOpti
         if (termination := options.pop("termination", None)) is None:
             termination = _termination(data["termination"])
         options = {"return_least_infeasible": data["return_least_infeasible"], **options}
-        algorithm.setup(problem, termination=copy.deepcopy(termination), **options)
+        algorithm.setup(problem, termination=termination, **options)
         algorithm.random_state = _stream(data["random_state"])
         algorithm.streams = [_stream(state) for state in data["streams"]]
         for key in algorithm._state_arrays:
@@ -141,10 +142,18 @@ def restore(saved: SavedState, problem: Problem, **options: Any) -> ExtremalOpti
         algorithm.is_initialized = True
         algorithm.off = algorithm.pop
         algorithm._set_optimum()
+        algorithm.n_iter = algorithm.n_generations + 1
+        end_at(algorithm, algorithm.termination)
+    return algorithm
+
+
+def end_at(algorithm: ExtremalOptimization, termination: Any) -> None:
+    """Give a run between two generations a new termination, in any form that pymoo takes."""
+    algorithm.termination = termination_from_tuple(copy.deepcopy(termination))
+    if algorithm.n_generations:
         algorithm.n_iter = algorithm.n_generations  # what a termination sees after a generation
         algorithm.termination.update(algorithm)
         algorithm.n_iter += 1
-    return algorithm
 
 
 def _counts(evaluator: Evaluator) -> dict[str, Any]:

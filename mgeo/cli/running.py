@@ -26,6 +26,7 @@ from mgeo.runs import (
     write_figure,
     write_run,
 )
+from mgeo.runs.sole_use import sole_use
 
 _CAUSES = 3  # of failed evaluations are shown
 
@@ -38,7 +39,10 @@ def run_to_folder(
     0 if the budget was used, 128 + the number of the signal that stopped the run.
     """
     folder = keeper.folder
-    with stop_requests() as stop:  # until everything is written: impatience must not cost a run
+    # until everything is written: impatience must not cost a run, nor another run its files
+    with ExitStack() as stack, stop_requests() as stop:
+        with one_line_errors(debug):
+            stack.enter_context(sole_use(folder))
         try:
             # of errors while it runs only those of writing are the user's to put right
             with one_line_errors(debug, (OSError,)):

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mgeo.algorithms.state import end_at
 from mgeo.checkpoint import read_notes, resume
 from mgeo.plugins import load_problem
 from mgeo.runs.folder import RUN_FILE, read_run
@@ -66,21 +67,20 @@ def resume_run(
     problem = load_problem(recipe.problem, recipe.options)
     algorithm = resume(path, problem, ("n_eval", recipe.evaluations))
     algorithm.evaluator.warn = False  # the outcome tells
-    budget = recipe.evaluations
+    budget, made = recipe.evaluations, algorithm.evaluator.n_eval
     if evaluations is not None and generations is not None:
         raise ValueError("evaluations and generations are both given: expected one of them")
     if evaluations is not None:
         budget = evaluations
     elif generations is not None:
         budget = generations * len(copy.deepcopy(algorithm).ask())
-    made = algorithm.evaluator.n_eval
     if budget != recipe.evaluations:
         if budget < made:
             raise ValueError(
                 f"the new budget is {budget} evaluations: expected at least the {made} that were "
                 "made already"
             )
-        algorithm = resume(path, problem, ("n_eval", budget), evaluator=algorithm.evaluator)
+        end_at(algorithm, ("n_eval", budget))
     return ResumedRun(replace(recipe, evaluations=budget), problem, algorithm, notes)
 
 

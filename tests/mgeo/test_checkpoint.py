@@ -191,6 +191,12 @@ def test_another_version_is_named(checkpoint, tmp_path):
         resume(path, PROBLEM)
 
 
+def test_a_change_of_versions_is_told(checkpoint, monkeypatch):
+    monkeypatch.setattr("mgeo.checkpoint.version", lambda name: "9.9")
+    with pytest.warns(RuntimeWarning, match=r"another version \(mgeo = '9.9', expected '\d"):
+        assert resume(checkpoint, PROBLEM).n_generations == 4
+
+
 def test_objects_in_a_file_are_not_unpickled(tmp_path):
     np.savez(tmp_path / "x.npz", json=np.array([print], dtype=object))
     body = (tmp_path / "x.npz").read_bytes()

@@ -72,6 +72,14 @@ def test_a_problem_without_an_indicator_space_keeps_the_range_seen(mgeo):
     assert read_run("a").outcome.hypervolume.space == "seen"
 
 
+def test_a_change_of_versions_is_one_line(mgeo, monkeypatch):
+    solve(mgeo, "a", 160)
+    monkeypatch.setattr("mgeo.checkpoint.version", lambda name: "9.9")
+    done = mgeo("resume", "a", "-q")
+    assert (done.exit_code, done.stdout) == (0, "")
+    assert re.fullmatch(r"Note: a/run.checkpoint was written with another version.*\n", done.stderr)
+
+
 def test_a_finished_run_is_written_again(mgeo):
     expected = solve(mgeo, "a", 160)
     for name in ("run.json", "front.csv", "front.html"):
@@ -187,6 +195,10 @@ def test_after_a_kill_the_run_goes_on_and_after_a_signal_too(mgeo, stand_in_envi
     with start(tmp_path, stand_in_environment, *arguments) as process:
         wait_for((tmp_path / "a" / CHECKPOINT_FILE).exists, process)
         time.sleep(0.3)
+        refused = mgeo("resume", "a")
+        assert (refused.exit_code, refused.stderr) == (
+            2, "Error: a is in use: another process is running there\n",
+        )  # fmt: skip
         process.kill()
     assert not (tmp_path / "a" / "run.json").exists()
     refused = mgeo(*arguments)
