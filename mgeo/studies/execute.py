@@ -7,18 +7,18 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import joblib
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
 from mgeo.algorithms.parameters import integer
+from mgeo.studies import dispatch
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.folder import RunFolder
 from mgeo.studies.indicators import trace
 from mgeo.studies.progress import progress as progress_display
 from mgeo.studies.record import Record
-from mgeo.studies.run import Failure, Task, run
+from mgeo.studies.run import Failure, Task
 from mgeo.studies.space import indicator_space
 
 if TYPE_CHECKING:
@@ -116,20 +116,14 @@ def _run_all(
         found = ((key, store.read(path)) for key, path in paths.items())
         results = {key: record for key, record in found if record is not None}
     missing = {key: task for key, task in tasks.items() if key not in results}
-    calls = (joblib.delayed(_keyed)(key, task) for key, task in missing.items())
-    parallel = joblib.Parallel(n_jobs=n_jobs, return_as="generator_unordered", batch_size=1)
     with progress_display(title, len(tasks), len(results), shown) as display:
-        for (name, seed), result in parallel(calls):
+        for (name, seed), result in dispatch.results(missing, n_jobs):
             # kept by this process, as soon as it is there: workers need not share a file system
             if store is not None and isinstance(result, Record):
                 store.write(paths[name, seed], result)
             results[name, seed] = result
             display.done(name, seed, result.error if isinstance(result, Failure) else None)
     return results
-
-
-def _keyed(key: Key, task: Task) -> tuple[Key, Record | Failure]:
-    return key, run(task)
 
 
 def _run_row(key: Key, result: Record | Failure) -> dict[str, Any]:

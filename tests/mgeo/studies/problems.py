@@ -1,5 +1,8 @@
 """Problems and algorithms that misbehave in ways a comparison must survive."""
 
+import os
+import signal
+
 import numpy as np
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.algorithm import Algorithm
@@ -26,6 +29,15 @@ class FailingNSGA2(NSGA2):
         super()._setup(problem, **kwargs)
         if self.seed % 2 == 0:
             raise ArithmeticError(f"seed {self.seed} is\neven")
+
+
+class DyingNSGA2(NSGA2):
+    """Takes its process with it for seed 2."""
+
+    def _setup(self, problem, **kwargs):
+        super()._setup(problem, **kwargs)
+        if self.seed == 2:
+            os.kill(os.getpid(), signal.SIGKILL)
 
 
 class GlobalRandomSearch(Algorithm):

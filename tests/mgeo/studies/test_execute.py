@@ -21,7 +21,7 @@ from mgeo import MGEOReal, compare
 from mgeo.studies.run import Task, record
 
 from ..naive import nondominated_rows
-from .problems import FailingNSGA2, GlobalRandomSearch, Half, StuckSearch
+from .problems import DyingNSGA2, FailingNSGA2, GlobalRandomSearch, Half, StuckSearch
 
 PROBLEM = ZDT1(n_var=4)
 ALGORITHMS = {
@@ -74,7 +74,7 @@ def test_finished_runs_are_not_run_again(serial, tmp_path, monkeypatch):
     assert len(list(tmp_path.iterdir())) == 8
     made = []
     monkeypatch.setattr(
-        "mgeo.studies.execute.run", lambda task: made.append(task.seed) or record(task)
+        "mgeo.studies.dispatch.run", lambda task: made.append(task.seed) or record(task)
     )
     again = compare(PROBLEM, ALGORITHMS, 150, seeds=[1, 3], folder=tmp_path)
     assert made == []
@@ -161,6 +161,19 @@ def test_a_run_that_fails_is_reported_and_the_rest_completes(tmp_path, capsys):
     assert lines[0] == "ZDT1: 8 runs, 0 of them found on disk"
     assert lines[-1] == "8/8  bad, seed 4: failed: ArithmeticError: seed 4 is even"
     assert len(lines) == 9
+
+
+def test_a_run_that_kills_its_process_fails_alone(tmp_path):
+    algorithms = {"bad": DyingNSGA2(pop_size=12), "good": NSGA2(pop_size=12)}
+    result = compare(PROBLEM, algorithms, 40, seeds=6, folder=tmp_path, n_jobs=2)
+    failed = result.runs[result.runs["status"] == "failed"]
+    assert failed[["algorithm", "seed"]].to_numpy().tolist() == [["bad", 2]]
+    assert failed["error"].tolist() == ["its process died: TerminatedWorkerError"]
+    assert len(list(tmp_path.iterdir())) == 11
+    good = compare(PROBLEM, {"good": NSGA2(pop_size=12)}, 40, seeds=6)
+    assert [r.front_F.tolist() for (name, _), r in result.records.items() if name == "good"] == [
+        r.front_F.tolist() for r in good.records.values()
+    ]
 
 
 def test_if_every_run_fails_the_first_error_is_raised():

@@ -91,7 +91,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
     ranked = over_problems(study, found)
     assert (ranked.blocks, len(ranked.ranks)) == (2, 4)
     # all runs are on disk: nothing is run again, and the tables come out the same
-    monkeypatch.setattr("mgeo.studies.execute.run", None)
+    monkeypatch.setattr("mgeo.studies.dispatch.run", None)
     before = (out / "zdt1" / "table.csv").read_bytes()
     run_study(study, out, progress=False)
     assert (out / "zdt1" / "table.csv").read_bytes() == before
@@ -189,7 +189,7 @@ def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
 
         return record(task) if task.seed == 1 else Failure("ValueError: no", "")
 
-    monkeypatch.setattr("mgeo.studies.execute.run", failing)
+    monkeypatch.setattr("mgeo.studies.dispatch.run", failing)
     done = mgeo("mine.toml", "--jobs", 1, "--evaluations", 60)
     assert done.exit_code == 1
     assert "4 runs failed; the same command makes them again" in done.stderr

@@ -1,0 +1,62 @@
+"""Runs handed to processes, here or on a cluster, whatever becomes of these."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures.process import BrokenProcessPool
+
+import joblib
+
+from mgeo.studies.record import Record
+from mgeo.studies.run import Failure, Task, run
+
+Key = tuple[str, int]
+Result = Record | Failure
+
+
+def results(tasks: Mapping[Key, Task], n_jobs: int | None) -> Iterator[tuple[Key, Result]]:
+    """Each run's result, as they come.
+
+    A run may bring down its process (a crash of compiled code, memory used up), and then those
+    of others end with it. So what was under way at that moment is made again one by one, and the
+    run with which a process dies once more is a failure; the rest goes on as before.
+    """
+    parallel = joblib.Parallel(n_jobs=n_jobs, return_as="generator_unordered", batch_size=1)
+    waiting = dict(tasks)
+    while waiting:
+        try:
+            for key, result in parallel(_calls(waiting)):
+                del waiting[key]
+                yield key, result
+        except _deaths():
+            # joblib hands out in order, and at most twice as many ahead as there are processes
+            under_way = list(waiting)[: 3 * joblib.effective_n_jobs(n_jobs)]
+            for key in under_way:
+                yield key, _alone(parallel, key, waiting.pop(key))
+
+
+def _alone(parallel: joblib.Parallel, key: Key, task: Task) -> Result:
+    try:
+        ((_, result),) = parallel(_calls({key: task}))
+    except _deaths() as error:
+        return Failure(f"its process died: {type(error).__name__}", str(error))
+    return result  # type: ignore[no-any-return]
+
+
+def _calls(tasks: Mapping[Key, Task]) -> Iterable[object]:
+    # of a copy: the caller takes out what is done while joblib still asks for more
+    return (joblib.delayed(_keyed)(key, task) for key, task in list(tasks.items()))
+
+
+def _keyed(key: Key, task: Task) -> tuple[Key, Result]:
+    return key, run(task)
+
+
+def _deaths() -> tuple[type[Exception], ...]:
+    """What joblib raises when a process died, and Dask when it did so several times."""
+    if "distributed" not in sys.modules:
+        return (BrokenProcessPool,)
+    from distributed.scheduler import KilledWorker
+
+    return BrokenProcessPool, KilledWorker
