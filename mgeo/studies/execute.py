@@ -19,7 +19,7 @@ from mgeo.studies.indicators import trace
 from mgeo.studies.progress import progress as progress_display
 from mgeo.studies.record import Record
 from mgeo.studies.run import Failure, Task
-from mgeo.studies.space import indicator_space
+from mgeo.studies.space import NothingToCompareError, indicator_space
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -71,8 +71,8 @@ def compare(
     ------
     TypeError, ValueError
         For an argument that cannot be used.
-    RuntimeError
-        If every run failed, with the message of one of them.
+    NothingToCompareError
+        If every run failed (with the message of one of them), or none found a feasible solution.
     """
     if problem.n_obj < 2:
         raise ValueError(f"{type(problem).__name__} has one objective: expected two or more")
@@ -86,7 +86,7 @@ def compare(
     records = {key: r for key in keys if isinstance(r := results[key], Record)}
     if not records:
         first = next(r.error for r in results.values() if isinstance(r, Failure))
-        raise RuntimeError(f"all {len(keys)} runs failed, one of them with {first}")
+        raise NothingToCompareError(f"all {len(keys)} runs failed, one of them with {first}")
     space = indicator_space(
         problem,
         [record.front_F for record in records.values()],

@@ -20,6 +20,10 @@ BEYOND_NADIR = 1.1  # reference point where the union of fronts spans 0 to 1
 REFERENCE_SIZE = 500  # points of the reference front
 
 
+class NothingToCompareError(ValueError):
+    """No run finished, or none found a feasible solution."""
+
+
 @dataclass(frozen=True, eq=False)
 class IndicatorSpace:
     """Objectives as the indicators see them, the same for every run.
@@ -85,8 +89,10 @@ def indicator_space(
 
     Raises
     ------
+    NothingToCompareError
+        If there is nothing to take the space from.
     ValueError
-        If there is nothing to take the space from, or a shape does not fit.
+        If a shape does not fit.
     """
     n_obj = problem.n_obj
     known = None if reference_front is None else _checked(reference_front, n_obj)
@@ -94,7 +100,7 @@ def indicator_space(
     everything = union if known is None else np.concatenate([union, known])
     best = everything[nondominated(everything)]
     if not len(best):
-        raise ValueError("no run found a feasible solution: there is nothing to compare")
+        raise NothingToCompareError("no run found a feasible solution")
     transform = getattr(problem, "indicator_space", None)
     ideal, nadir = np.zeros(n_obj), np.ones(n_obj)
     reference_point = np.ones(n_obj)

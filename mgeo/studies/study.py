@@ -17,6 +17,7 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.execute import compare
 from mgeo.studies.file import PYMOO, Case, Study
 from mgeo.studies.report import by_problem, case_page, folder_name, study_page
+from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.statistics import Friedman, friedman
 from mgeo.studies.stored import PROVENANCE, stored_tables
 from mgeo.studies.tables import markdown
@@ -44,31 +45,36 @@ def run_study(
     ------
     ValueError, TypeError
         If a problem or an algorithm cannot be built.
-    RuntimeError
-        If all runs of a problem failed.
+    NothingToCompareError
+        If all runs of a problem failed, or none found a feasible solution; the others are done.
     """
     folder = Path(folder)
     # All of them first: what cannot be built should not be found after hours.
     problems = [case.build() for case in study.cases]
     algorithms = [{c.label: c.build(problem) for c in study.contenders} for problem in problems]
     comparisons: dict[str, Comparison] = {}
+    without: list[str] = []
     for case, problem, contenders in zip(study.cases, problems, algorithms, strict=True):
-        comparison = compare(
-            problem,
-            contenders,
-            study.evaluations,
-            study.seeds,
-            folder=folder / RECORDS,
-            grid=study.grid,
-            n_jobs=n_jobs,
-            progress=progress,
-            title=case.label,
-        )
+        try:
+            comparison = compare(
+                problem,
+                contenders,
+                study.evaluations,
+                study.seeds,
+                folder=folder / RECORDS,
+                grid=study.grid,
+                n_jobs=n_jobs,
+                progress=progress,
+                title=case.label,
+            )
+        except NothingToCompareError as error:
+            without.append(f"{case.label}: {error}")
+            continue
         place = folder if len(study.cases) == 1 else folder / folder_name(case.label)
         place.mkdir(parents=True, exist_ok=True)
         write_files(place, _contents(study, case, comparison))
         comparisons[case.label] = comparison
-    if len(study.cases) > 1:
+    if len(study.cases) > 1 and comparisons:
         page = study_page(study, comparisons, over_problems(study, comparisons))
         table = by_problem(comparisons)
         write_files(
@@ -80,6 +86,8 @@ def run_study(
             },
         )
     write_file(folder / "study.toml", study.text.encode())
+    if without:
+        raise NothingToCompareError("; ".join(without))
     return comparisons
 
 

@@ -19,6 +19,7 @@ from pymoo.util.ref_dirs import get_reference_directions
 import mgeo
 from mgeo import MGEOReal, compare
 from mgeo.studies.run import Task, record
+from mgeo.studies.space import NothingToCompareError
 
 from ..naive import nondominated_rows
 from .problems import DyingNSGA2, FailingNSGA2, GlobalRandomSearch, Half, StuckSearch
@@ -113,6 +114,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_a_killed_comparison_goes_on_where_it_was(tmp_path):
     script, folder = tmp_path / "script.py", tmp_path / "runs"
     script.write_text(KILLED)
@@ -163,6 +165,7 @@ def test_a_run_that_fails_is_reported_and_the_rest_completes(tmp_path, capsys):
     assert len(lines) == 9
 
 
+@pytest.mark.slow
 def test_a_run_that_kills_its_process_fails_alone(tmp_path):
     algorithms = {"bad": DyingNSGA2(pop_size=12), "good": NSGA2(pop_size=12)}
     result = compare(PROBLEM, algorithms, 40, seeds=6, folder=tmp_path, n_jobs=2)
@@ -177,7 +180,7 @@ def test_a_run_that_kills_its_process_fails_alone(tmp_path):
 
 
 def test_if_every_run_fails_the_first_error_is_raised():
-    with pytest.raises(RuntimeError, match=r"all 2 runs failed.*seed 2 is even"):
+    with pytest.raises(NothingToCompareError, match=r"all 2 runs failed.*seed 2 is even"):
         compare(PROBLEM, [FailingNSGA2()], 40, seeds=[2, 4])
 
 

@@ -8,7 +8,7 @@ from pymoo.problems.multi import ZDT1
 
 from mgeo.studies.indicators import INDICATORS, applicable, trace
 from mgeo.studies.record import Record
-from mgeo.studies.space import REFERENCE_SIZE, indicator_space
+from mgeo.studies.space import REFERENCE_SIZE, NothingToCompareError, indicator_space
 
 HV, IGD, EPS = INDICATORS.values()
 unit = st.floats(0, 1, width=32)
@@ -98,7 +98,7 @@ def test_unusable_spaces_are_refused(options, message):
 
 
 def test_without_any_front_there_is_no_space():
-    with pytest.raises(ValueError, match="no run found a feasible solution"):
+    with pytest.raises(NothingToCompareError, match="no run found a feasible solution"):
         indicator_space(Plain(), [np.empty((0, 2))])
 
 

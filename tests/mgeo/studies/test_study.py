@@ -15,6 +15,8 @@ from mgeo.cli.app import app
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import parse_study
 from mgeo.studies.report import folder_name
+from mgeo.studies.run import Failure, record
+from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.stored import read_comparison
 from mgeo.studies.study import over_problems, run_study
 from mgeo.studies.verdict import beside, verdict
@@ -86,8 +88,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
         again = read_comparison(out / label)
         assert again.table.equals(result.table)
         assert again.overview().equals(result.overview())
-        for name, figure in result.figures().items():
-            assert again.figures()[name] == figure, name
+        assert again.figures() == result.figures()
     ranked = over_problems(study, found)
     assert (ranked.blocks, len(ranked.ranks)) == (2, 4)
     # all runs are on disk: nothing is run again, and the tables come out the same
@@ -113,6 +114,18 @@ def test_what_cannot_be_built_is_found_before_any_run(tmp_path):
     with pytest.raises(ValueError, match="'moead' does not treat constraints"):
         run_study(study, tmp_path / "out", progress=False)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypatch):
+    def failing(task):
+        return record(task) if task.problem.n_obj == 3 else Failure("ValueError: no", "")
+
+    monkeypatch.setattr("mgeo.studies.dispatch.run", failing)
+    study = parse_study(TWO, tmp_path).reduced(60, 1)
+    with pytest.raises(NothingToCompareError, match=r"^zdt1: all 4 runs failed.*ValueError: no$"):
+        run_study(study, tmp_path / "out", progress=False)
+    assert (tmp_path / "out" / "dtlz2" / "report.html").is_file()
+    assert "dtlz2" in (tmp_path / "out" / "summary.md").read_text()
 
 
 def test_the_verdict_names_the_best_its_rivals_and_what_points_say():
@@ -185,8 +198,6 @@ def test_the_command_runs_a_file_and_says_what_it_found(mgeo, tmp_path):
 
 def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
     def failing(task):
-        from mgeo.studies.run import Failure, record
-
         return record(task) if task.seed == 1 else Failure("ValueError: no", "")
 
     monkeypatch.setattr("mgeo.studies.dispatch.run", failing)
