@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.plan import ManeuverPlan, aem_text
+from mgeo_attitude.plan import ManeuverPlan, aem_text, write_aem
 from mgeo_attitude.plan.utc import utc_texts
 from scipy.spatial.transform import Rotation
 
@@ -158,6 +158,12 @@ def test_form(plan):
 def test_same_plan_same_text_and_otherwise_its_time_of_creation(plan):
     assert aem_text(plan, created=CREATED) == aem_text(plan, created=CREATED)
     assert aem_text(plan).splitlines()[2] != aem_text(plan, created=CREATED).splitlines()[2]
+
+
+def test_written_to_a_file(plan, tmp_path):
+    write_aem(plan, tmp_path / "plan.aem", created=CREATED, **NAMES)
+    text = (tmp_path / "plan.aem").read_text(encoding="utf-8")
+    assert text == aem_text(plan, created=CREATED, **NAMES)
 
 
 def test_a_name_that_no_line_can_hold(problem):

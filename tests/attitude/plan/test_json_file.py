@@ -114,6 +114,19 @@ def test_truncated_anywhere_it_is_refused(text, data):
         from_json(text[:cut])
 
 
+@settings(deadline=None, max_examples=25)
+@given(st.integers(0, 10**9), st.sampled_from('0123456789.-eE"{}[],: N\n\x00é'))
+def test_one_character_changed_makes_another_plan_or_a_clear_error(text, plan, place, character):
+    """Nothing but ValueError and TypeError comes out, and no plan that contradicts itself."""
+    place %= len(text)
+    touched = text[:place] + character + text[place + 1 :]
+    try:
+        found = from_json(touched)
+    except (ValueError, TypeError):
+        return
+    assert from_json(to_json(found)) == found
+
+
 def test_other_bytes_and_huge_files(tmp_path, monkeypatch):
     path = tmp_path / "bytes.json"
     path.write_bytes(b"\xff\xfe{}")

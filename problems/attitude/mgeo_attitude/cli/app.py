@@ -19,6 +19,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
+#: Exit code of `verify` for a plan that promises too much; bad input is `errors.BAD_INPUT`.
+NOT_ACHIEVED = 1
+
 Source = Annotated[
     Path, typer.Argument(metavar="RUN|PLAN.json", help="Folder of `mgeo solve`, or a plan's file.")
 ]
@@ -87,6 +90,27 @@ def show(
         print_plan(plan)
         if html:
             write_figures(plan, html)
+
+
+@app.command()
+def verify(
+    source: Source,
+    pick: Pick = None,
+    time: Time = None,
+    runs: Annotated[int, typer.Option(min=2, help="Flights to simulate.")] = 200,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of their errors.")] = 1,
+    debug: Debug = False,
+) -> None:
+    """Fly a plan many times in simulation; exit with 1 if it does not achieve what it promises.
+
+    The truth is nonlinear, the errors are drawn from the scenario, the filter feeds them back.
+    """
+    from .source import load_plan
+    from .verify import print_verification
+
+    with one_line_errors(debug):
+        achieved = print_verification(load_plan(source, pick, time), runs, seed)
+    raise typer.Exit(0 if achieved else NOT_ACHIEVED)
 
 
 @app.command()

@@ -1,6 +1,6 @@
 """A plan as an artefact: picked from a front, looked at, written, read back and flown."""
 
-from .aem import aem_text
+from .aem import aem_text, write_aem
 from .csv_file import from_csv, read_csv, to_csv, write_csv
 from .json_file import from_json, read_json, to_json, write_json
 from .plan import ManeuverPlan
@@ -17,6 +17,7 @@ __all__ = [
     "read_json",
     "to_csv",
     "to_json",
+    "write_aem",
     "write_csv",
     "write_json",
 ]

@@ -12,12 +12,15 @@ Each phase of constant rate is a segment of its own, across whose ends nobody ma
 from __future__ import annotations
 
 import math
+import os
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files import write_text
 from ..phases import Phase
 from .attitude import sampled_quaternions
 from .utc import utc_texts
@@ -84,6 +87,11 @@ def aem_text(
     for phase in plan.phases:
         lines += ["", *_segment(plan, phase, object_name, object_id, version, spacing)]
     return "\n".join(lines) + "\n"
+
+
+def write_aem(plan: ManeuverPlan, path: str | os.PathLike[str], **keywords: Any) -> None:
+    """Write `aem_text` with these keywords to a file, whole or not at all."""
+    write_text(Path(path), aem_text(plan, **keywords))
 
 
 def _segment(

@@ -1,0 +1,38 @@
+"""``mgeo-attitude verify``: what is printed, and the exit code that scripts go by."""
+
+import dataclasses
+
+import pytest
+from mgeo_attitude.cli import verify as command
+from mgeo_attitude.plan.verification import verify
+
+
+def test_a_plan_of_a_run(run, folder, front):
+    found = verify(front.plan("best"), n_runs=10, seed=2)
+    arguments = ("verify", folder, "--pick", "best", "--runs", "10", "--seed", "2")
+    text = run(*arguments, code=0 if found.achieved else 1).stdout
+    assert f"NEES per state {found.nees:.3f}" in text
+    assert f"{found.table.loc['gyro bias y', 'rms']:.4g}" in text
+    assert "10 simulated flights" in text
+
+
+@pytest.mark.parametrize(
+    ("changes", "code", "verdict"),
+    [
+        ({"nees": 1.0}, 0, "achieved"),
+        ({"nees": 0.5}, 0, "achieved; the filter is less sure than it might be"),
+        ({"nees": 2.0}, 1, "not achieved: the filter is surer than its errors allow"),
+        ({"nees": 1.0, "greatest_ratio": 0.0}, 1, "not achieved: worse than promised in attitude"),
+    ],
+)
+def test_verdicts(run, folder, front, monkeypatch, changes, code, verdict):
+    made = verify(front.plan("fastest"), n_runs=2)
+    fixed = {"greatest_ratio": 1e9, "nees_bounds": (0.9, 1.1), **changes}
+    monkeypatch.setattr(command, "verify", lambda *_: dataclasses.replace(made, **fixed))
+    text = run("verify", folder, "--pick", "fastest", code=code).stdout
+    assert text.splitlines()[-1].startswith(verdict)
+
+
+def test_bad_input_has_another_exit_code(run, folder, tmp_path):
+    assert "holds no run" in run("verify", tmp_path, code=2).stderr
+    run("verify", folder, "--runs", "1", code=2)

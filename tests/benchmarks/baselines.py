@@ -1,0 +1,109 @@
+"""Compares optimized plans with traditional ones and writes the tables of docs/plans.md.
+
+    python -m tests.benchmarks.baselines
+
+Run it in the repository's root; it solves two scenarios, which takes a minute or two each.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
+from mgeo_attitude.observability import baselines
+from mgeo_attitude.plan import Front
+
+from mgeo.runs import Outcome, prepare
+
+from .table import with_tables
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "plans.md"
+SCENARIOS = {"paper": Scenario.paper, "cubesat_6u": Scenario.cubesat_6u}
+PICKS = ("fastest", "knee", "best")
+SWEEPS = ("x, y, z in turn", "x, y, z in turn, there and back")
+
+#: Times for all maneuvers of a sweep [s].
+SWEEP_TIMES = (300.0, 600.0, 900.0, 1200.0, 1800.0, 2400.0, 3600.0, 6000.0)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description="Compare and write docs/plans.md.")
+    parser.add_argument("--evaluations", type=int, default=None, help="budget [default: mgeo's]")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--output", type=Path, default=DOCUMENT, help="document with the markers")
+    options = parser.parse_args(arguments)
+    text = options.output.read_text(encoding="utf-8")
+    parts = []
+    for name, make in SCENARIOS.items():
+        problem = AttitudeManeuverProblem(make())
+        run = prepare(
+            "attitude", problem.options(), evaluations=options.evaluations, seed=options.seed
+        )
+        outcome = run.solve()
+        front = Front(Path(name), problem, outcome.X, outcome.F)
+        parts += [heading(name, outcome, options.seed), same_time(front), on_its_own_terms(front)]
+    tables = "\n\n".join(parts)
+    sys.stdout.write(f"{tables}\n")
+    options.output.write_text(with_tables(text, tables), encoding="utf-8")
+
+
+def heading(name: str, outcome: Outcome, seed: int) -> str:
+    return (
+        f"**`{name}`**: {len(outcome.F)} plans of `mgeo solve`, seed {seed}, "
+        f"{outcome.evaluations:,} evaluations."
+    )
+
+
+def same_time(front: Front) -> str:
+    """Plans of the front beside baselines with as long maneuvers, after the plan's own time."""
+    plans = [front.plan(pick) for pick in PICKS]
+    tables = [plan.compare() for plan in plans]
+    columns = [f"{pick}, {plan.t_end:.0f} s" for pick, plan in zip(PICKS, plans, strict=True)]
+    rows = [
+        [name, *(_compared(table.loc[name, "trace [-]"], table) for table in tables)]
+        for name in tables[0].index
+    ]
+    return _markdown(["trace after the same time", *columns], rows)
+
+
+def on_its_own_terms(front: Front) -> str:
+    """Sweeps as points (t_end, trace), and the best that the front has by that time."""
+    problem = front.problem
+    rows = []
+    for time in SWEEP_TIMES:
+        designs = baselines(problem.scenario, time)
+        for name in SWEEPS:
+            result = evaluate(problem.model, np.array([designs[name]]))
+            t_end, trace = result.t_end[0], result.trace[0]
+            sooner = front.F[front.F[:, 0] <= t_end, 1]
+            best = sooner.min() if sooner.size else np.inf
+            verdict = "front" if best <= trace else "**sweep**"
+            shown = f"{best:.2e}" if sooner.size else "none"
+            rows.append([name, f"{time:.0f}", f"{t_end:.0f}", f"{trace:.2e}", shown, verdict])
+    header = [
+        "sweep",
+        "for [s]",
+        "t_end [s]",
+        "trace",
+        "the front's least by then",
+        "better",
+    ]
+    return _markdown(header, rows)
+
+
+def _compared(trace: float, table: object) -> str:
+    ratio = trace / table.loc["plan", "trace [-]"]  # type: ignore[attr-defined]
+    return f"{trace:.2e}" if ratio == 1.0 else f"{trace:.2e} ({ratio:.3g} ×)"
+
+
+def _markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    rule = ["---", *(["---:"] * (len(header) - 1))]
+    return "\n".join(f"| {' | '.join(row)} |" for row in (header, rule, *rows))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,56 @@
+"""What docs/plans.md shows works as it stands there."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_attitude.cli.app import app as attitude
+from mgeo_attitude.observability import baselines
+from mgeo_attitude.plan import read_csv, read_json
+from typer.testing import CliRunner
+
+from mgeo.cli.app import app as mgeo
+
+from .benchmarks.baselines import DOCUMENT
+from .benchmarks.table import BEGIN, END
+
+TEXT = DOCUMENT.read_text(encoding="utf-8")
+APPS = {"mgeo": mgeo, "mgeo-attitude": attitude}
+
+
+def blocks(language):
+    return re.findall(rf"```{language}\n(.*?)```", TEXT, re.DOTALL)
+
+
+@pytest.mark.slow
+def test_the_commands_and_the_code(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for line in blocks("sh")[0].splitlines():
+        command, *arguments = shlex.split(line)
+        codes = {0}
+        if command == "mgeo":  # a few generations will do here, and a few flights
+            arguments += ["--evaluations", "1080", "--quiet"]
+        elif arguments[0] == "verify":
+            arguments += ["--runs", "4"]
+            codes = {0, 1}
+        done = CliRunner().invoke(APPS[command], arguments)
+        assert done.exit_code in codes, line + done.output + done.stderr
+    made = ["plan.aem", "plan.csv", "plan.html", "plan.json"]
+    assert sorted(path.name for path in tmp_path.glob("plan.*")) == made
+    by_commands = read_json("plan.json"), read_csv("plan.csv")
+    (code,) = blocks("python")
+    assert len(code.splitlines()) <= 10
+    exec(code, {})
+    assert "attitude x" in capsys.readouterr().out
+    assert read_json("plan.json") == by_commands[0]
+    assert read_csv("plan.csv").equals(by_commands[1])
+    assert "ORIGINATOR = INPE\n" in Path("plan.aem").read_text(encoding="utf-8")
+
+
+def test_the_tables_are_those_of_the_script():
+    """Every baseline has its row, of both scenarios."""
+    tables = TEXT.partition(BEGIN)[2].partition(END)[0]
+    for name in baselines(Scenario.paper(), 600.0):
+        assert len(re.findall(rf"^\| {re.escape(name)} \|", tables, re.MULTILINE)) >= 2
