@@ -32,6 +32,7 @@ def short_plan():
     return ManeuverPlan.from_design(problem, [1.0, 0, 0, third, 0, 1.0, 0, third, 0, 0, 1.0, third])
 
 
+@pytest.mark.slow
 def test_a_real_plan(short_plan):
     found = verify(short_plan, n_runs=20, seed=3)
     same = simulate(short_plan.scenario, short_plan.design, 20, 3)
@@ -47,6 +48,7 @@ def test_a_real_plan(short_plan):
         assert bound == pytest.approx((1.0 - v + z * np.sqrt(v)) ** 3, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_a_filter_that_is_promised_too_much_is_caught(short_plan, monkeypatch):
     """Truth with three times the Sun sensor's noise and bias."""
     sun, *others = short_plan.scenario.sensors
