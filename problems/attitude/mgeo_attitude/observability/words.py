@@ -24,7 +24,7 @@ def in_words(suite: Suite, initial_sigma: Floats, direction: Floats) -> str:
     """Name a direction, such as ``common rotation of attitude and both sensors about body z``.
 
     Sensors that are rotated alike are named together, with the attitude if it turns with them: that
-    is what vectors measured in body axes cannot see by themselves. Other 3-vectors follow by their share.
+    is what vectors measured in body axes cannot see by themselves. The rest follows by its share.
 
     Parameters
     ----------
