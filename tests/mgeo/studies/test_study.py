@@ -9,11 +9,14 @@ import time
 import numpy as np
 import pandas as pd
 import pytest
+from pymoo.indicators.hv import HV
+from pymoo.optimize import minimize
 from typer.testing import CliRunner
 
+from mgeo import MGEOReal
 from mgeo.cli.app import app
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.file import parse_study
+from mgeo.studies.file import parse_study, read_study
 from mgeo.studies.report import folder_name
 from mgeo.studies.run import Failure, record
 from mgeo.studies.space import NothingToCompareError
@@ -22,6 +25,7 @@ from mgeo.studies.study import over_problems, run_study
 from mgeo.studies.verdict import beside, verdict
 
 from .samples import comparison
+from .test_file import STUDIES
 
 TWO = """
 title = "Two <problems>"
@@ -268,3 +272,24 @@ def test_a_folder_without_a_comparison_is_named(tmp_path):
     (tmp_path / "provenance.json").write_text('{"problem": {"name": "pymoo:zdt1", "options": {}}}')
     with pytest.raises(ValueError, match=r"provenance.json: algorithms is missing"):
         read_comparison(tmp_path)
+
+
+@pytest.mark.slow
+def test_the_papers_table_at_a_small_size(tmp_path):
+    pytest.importorskip("mgeo_attitude")
+    study = read_study(STUDIES / "table3.toml").reduced(360, 1)
+    (found,) = run_study(study, tmp_path / "out", n_jobs=2, progress=False).values()
+    final = found.final()
+    assert len(final) == 6
+    both = final["points, first orbit"] + final["points, second orbit"]
+    assert both.tolist() == final["points"].tolist()
+    assert (found.space.origin, found.space.reference_point.tolist()) == ("problem", [1.0, 1.0])
+    # what minimize gives, whose archive of MGEO_real holds the same points
+    row = final[final["algorithm"] == "σ = 1.0"].iloc[0]
+    result = minimize(found.problem, MGEOReal(sigma=1.0), ("n_eval", 360), seed=1)
+    assert row["points"] == len(result.F)
+    area = HV(ref_point=np.ones(2))(found.problem.indicator_space(result.F))
+    assert row["hypervolume"] == pytest.approx(area, rel=1e-12)
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Beside Hott, Chagas and de Sousa, Table 3" in page
+    assert "<td>266</td>" in page
