@@ -80,7 +80,7 @@ class MGEODirected(ExtremalOptimization):
     def __init__(
         self,
         tau: float = 3.0,
-        n_runs: int = 15,
+        n_runs: int = 8,
         ends: float = 0.4,
         difference: float = 0.5,
         coupling: Sequence[float] = (0.1, 0.5),
