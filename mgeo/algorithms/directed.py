@@ -115,6 +115,7 @@ class MGEODirected(ExtremalOptimization):
         self.memory: FloatArray
         self.memory_F: FloatArray
         self.memory_violation: FloatArray
+        self._known: tuple[FloatArray, FloatArray]
 
     def _variables(self, problem: Problem) -> Variables:
         return Variables.of(problem, ["real"])
@@ -170,6 +171,7 @@ class MGEODirected(ExtremalOptimization):
     def _accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
         F = F.reshape(self.n_runs, -1, F.shape[1])
         violation = np.where(np.isfinite(F).all(axis=2), violation.reshape(F.shape[:2]), np.inf)
+        self._known = self._extent()
         merit = self._distance(F, self.directions[:, None])
         rng, n = self.random_state, F.shape[1]
         ranking = rank(merit, violation, rng.random(merit.shape))
@@ -210,8 +212,14 @@ class MGEODirected(ExtremalOptimization):
         self.memory_violation[adopts] = self.front.violation
 
     def _distance(self, F: FloatArray, directions: FloatArray) -> FloatArray:
-        known = self.front.F if len(self.front) else np.zeros((1, F.shape[-1]))
-        return distance(F, directions, known.min(axis=0), known.max(axis=0))
+        return distance(F, directions, *self._known)
+
+    def _extent(self) -> tuple[FloatArray, FloatArray]:
+        """(n_obj,) least and largest objectives of the archive; 0 and 1 while it is empty."""
+        columns = self.front.F.T  # numpy is slow at reducing a long array along its first axis
+        if not len(self.front):
+            return np.zeros(len(columns)), np.ones(len(columns))
+        return np.array([f.min() for f in columns]), np.array([f.max() for f in columns])
 
     def _decode(self, points: FloatArray) -> FloatArray:
         return points

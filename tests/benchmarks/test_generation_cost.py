@@ -13,7 +13,7 @@ from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from pymoo.core.termination import NoTermination
 
-from mgeo import MGEOCanonical, MGEOReal, MGEOReal2, MGEOVar
+from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
 
 N_VAR = 12
 GENERATIONS = 40
@@ -26,6 +26,7 @@ MEMBERS = {
     "real2": (25, lambda n: MGEOReal2(0.1, n_runs=n, n_steps=2)),
     "canonical": (12, lambda n: MGEOCanonical(n_runs=n, bits=1)),
     "var": (25, lambda n: MGEOVar(n_runs=n, bits=2, coding="gray")),
+    "directed": (12, lambda n: MGEODirected(n_runs=n)),
 }
 
 
