@@ -59,9 +59,9 @@ def solve(
         str,
         typer.Option(
             metavar="NAME",
-            help="mgeo-real, mgeo-real2, mgeo-canonical, mgeo-var, or one of pymoo's: nsga2, "
-            "nsga3, u-nsga3, spea2, sms-emoa, age-moea2, moead, ctaea, gde3, nsde, "
-            "mopso-cd, cmopso, rvea, random.",
+            help="mgeo-real, mgeo-real2, mgeo-canonical, mgeo-var, mgeo-directed, or one of "
+            "pymoo's: nsga2, nsga3, u-nsga3, spea2, sms-emoa, age-moea2, moead, ctaea, gde3, "
+            "nsde, mopso-cd, cmopso, rvea, random.",
         ),
     ] = "mgeo-real",
     sigma: Annotated[
