@@ -5,7 +5,7 @@ from .filter import Evaluation, FilterHistory, FilterModel, Suite, evaluate, ref
 from .problem import AttitudeManeuverProblem
 from .scenario import Scenario
 from .sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
-from .truth import Estimator, MonteCarlo, simulate
+from .truth import Estimator, MonteCarlo, consistency, simulate, validity
 
 __version__ = "0.1.0"
 
@@ -24,7 +24,9 @@ __all__ = [
     "StarTracker",
     "Suite",
     "SunSensor",
+    "consistency",
     "evaluate",
     "reference_run",
     "simulate",
+    "validity",
 ]

@@ -1,7 +1,18 @@
 """Truth simulation: whether a filter achieves what its covariance promises."""
 
+from .consistency import Consistency, Criterion, consistency
 from .estimator import Estimator
 from .monte_carlo import MonteCarlo
 from .simulate import simulate
+from .validity import OutsideValidity, validity
 
-__all__ = ["Estimator", "MonteCarlo", "simulate"]
+__all__ = [
+    "Consistency",
+    "Criterion",
+    "Estimator",
+    "MonteCarlo",
+    "OutsideValidity",
+    "consistency",
+    "simulate",
+    "validity",
+]

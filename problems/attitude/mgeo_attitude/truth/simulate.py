@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -15,6 +16,7 @@ from .draws import draw, none
 from .estimator import Estimator
 from .monte_carlo import MonteCarlo
 from .run import Flight, Record
+from .validity import OutsideValidity, validity
 
 #: Samples of a simulation that are kept, about.
 N_RECORDS = 600
@@ -61,6 +63,11 @@ def simulate(
     -------
     MonteCarlo
 
+    Warns
+    -----
+    OutsideValidity
+        If initial errors are larger than the linear covariance was found true for; see `validity`.
+
     Raises
     ------
     ValueError
@@ -73,6 +80,8 @@ def simulate(
     plan = np.asarray(design, dtype=float)
     if plan.ndim != 1:
         raise ValueError(f"design of shape {plan.shape}: expected one plan, shape (4 m,)")
+    for reason in validity(scenario):
+        warnings.warn(reason, OutsideValidity, stacklevel=2)
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
     drawn = model if truth is None else FilterModel.from_scenario(truth, environment)

@@ -1,0 +1,37 @@
+"""Where the linear covariance can be believed."""
+
+from __future__ import annotations
+
+from ..scenario import Scenario
+
+
+class OutsideValidity(UserWarning):
+    """A scenario's initial errors are larger than those for which the filter was found true."""
+
+
+#: Largest initial 1-sigma per axis of the map in docs/consistency.md at which the errors of the
+#: simulated filter are those its covariance claims.
+MAX_ATTITUDE_DEG = 10.0
+MAX_MISALIGNMENT_DEG = 2.0
+MAX_GYRO_BIAS_DEG_S = 0.03
+
+
+def validity(scenario: Scenario) -> tuple[str, ...]:
+    """Why the linear covariance may promise more than a filter achieves; empty if it need not.
+
+    Compares initial uncertainties with the map of docs/consistency.md, which sweeps one at a time
+    from the presets. A scenario within it is no proof; `simulate` is.
+    """
+    limits = [
+        ("initial.attitude_deg", scenario.initial.attitude_deg, MAX_ATTITUDE_DEG),
+        ("gyro.bias_deg_s", scenario.gyro.bias_deg_s, MAX_GYRO_BIAS_DEG_S),
+        ("gyro.misalignment_deg", scenario.gyro.misalignment_deg, MAX_MISALIGNMENT_DEG),
+    ]
+    for index, sensor in enumerate(scenario.sensors):
+        misalignment = getattr(sensor, "misalignment_deg", 0.0)
+        limits.append((f"sensors[{index}].misalignment_deg", misalignment, MAX_MISALIGNMENT_DEG))
+    return tuple(
+        f"{key} = {value:g}: the linear covariance was found true up to {limit:g}"
+        for key, value, limit in limits
+        if value > limit
+    )
