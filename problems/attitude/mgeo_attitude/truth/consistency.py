@@ -89,7 +89,7 @@ def consistency(
     start = 0.5 * float(result.times[-1]) if since is None else since
     tested = result.times >= start
     if not tested.any():
-        raise ValueError(f"since = {since!r}: expected at most {result.times[-1]!r} s")
+        raise ValueError(f"since = {since!r}: expected at most {float(result.times[-1])!r} s")
 
     def mean_square(name: str, value: float, dof: int) -> Criterion:
         tail = 0.5 * (1.0 - confidence)

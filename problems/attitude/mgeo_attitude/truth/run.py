@@ -83,7 +83,7 @@ class Flight:
             nis=np.zeros((n, len(suite.sensors))),
             updates=np.zeros((n, len(suite.sensors)), dtype=np.int64),
         )
-        _load(suite).run(
+        simulator(suite).run(
             *self._tables,
             draws.errors,
             draws.gyro_noise,
@@ -122,7 +122,8 @@ class Flight:
 
 
 @cache
-def _load(suite: Suite) -> ModuleType:
+def simulator(suite: Suite) -> ModuleType:
+    """The compiled module of a suite; see `driver.run` for its function ``run``."""
     return load_module("simulator", partial(module_source, suite), (algebra, discretization))
 
 

@@ -15,7 +15,7 @@ from ..scenario import Scenario
 from .draws import draw, none
 from .estimator import Estimator
 from .monte_carlo import MonteCarlo
-from .run import Flight, Record
+from .run import Flight, Record, simulator
 from .validity import OutsideValidity, validity
 
 #: Samples of a simulation that are kept, about.
@@ -89,6 +89,7 @@ def simulate(
         raise ValueError(
             f"truth has the states {drawn.suite.blocks}: expected {model.suite.blocks}"
         )
+    simulator(model.suite)  # a sensor that cannot be simulated is found out first
     t_end = float(evaluate(model, plan[None], threads).t_end[0])
     flight = Flight(model, plan, _record_steps(model, t_end))
     nominal = flight.run(none(model, flight.n_steps), Estimator.plain())

@@ -1,0 +1,134 @@
+"""The simulated truth against scipy and closed forms."""
+
+import dataclasses
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from mgeo_attitude import Estimator, FilterModel, Scenario
+from mgeo_attitude.scenario import Convergence
+from mgeo_attitude.truth.draws import at_rest, draw, none
+from mgeo_attitude.truth.run import Flight
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
+
+from .test_rotation import as_scipy
+
+PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
+DURATION = 200
+
+
+def short(scenario, **changes):
+    return dataclasses.replace(
+        scenario,
+        duration=float(DURATION),
+        convergence=Convergence(window=float(DURATION)),
+        **changes,
+    )
+
+
+@pytest.fixture(scope="module")
+def model():
+    return FilterModel.from_scenario(short(Scenario.paper()))
+
+
+def body_rates(t):
+    """The plan by hand: the second maneuver starts at the first step after 80.3 s, the third
+    after 140.3 s."""
+    return np.radians(PLAN[0:3] if t < 81 else PLAN[4:7] if t < 141 else PLAN[8:11])
+
+
+def attitude(rates, start, t):
+    """C at t by integrating C' = -[ω×] C numerically."""
+
+    def derivative(at, flat):
+        x, y, z = rates(at)
+        return (-np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ flat.reshape(3, 3)).ravel()
+
+    C, legs = start.ravel(), [0, 81, 141, t]
+    for begin, end in pairwise(legs):
+        inside = (begin + 1e-9, end - 1e-9)  # the rates jump at the ends
+        C = solve_ivp(derivative, inside, C, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    return C.reshape(3, 3)
+
+
+def test_attitudes_of_truth_and_dead_reckoning_are_integrated_kinematics(model):
+    """Blind sensors: the estimate is the gyro's attitude, off by a constant bias."""
+    suite = dataclasses.replace(
+        model.suite, gyro=dataclasses.replace(model.suite.gyro, bias_decay=0.0)
+    )
+    blind = dataclasses.replace(model, suite=suite, available=np.zeros_like(model.available))
+    theta, bias = np.array([0.3, -0.2, 0.1]), np.array([2e-3, -1e-3, 3e-3])
+    draws = none(blind, DURATION)
+    draws.errors[:3], draws.errors[3:6] = theta, bias
+    record = Flight(blind, PLAN, np.array([0, DURATION])).run(draws, Estimator())
+
+    np.testing.assert_allclose(record.errors[0, :6], [*theta, *bias], rtol=1e-14)
+    truth = attitude(body_rates, as_scipy(-theta).as_matrix(), DURATION)
+    estimate = attitude(lambda t: body_rates(t) + bias, np.eye(3), DURATION)
+    quaternion = Rotation.from_matrix(estimate @ truth.T).as_quat()
+    expected = 2.0 * quaternion[:3] / quaternion[3]
+    np.testing.assert_allclose(record.errors[1, :3], expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(record.errors[1, 3:6], bias, rtol=1e-13)
+    assert not record.updates.any()
+
+
+def test_gyro_noise_is_the_markov_process_of_equation_2():
+    """Bias and its integral over a step: an independent quadrature of their joint covariance."""
+    gyro = dataclasses.replace(
+        Scenario.paper().gyro, bias_decay=0.3, rate_random_walk=0.02, bias_deg_s=1.0
+    )
+    model = FilterModel.from_scenario(short(Scenario.paper(), gyro=gyro, step=0.5))
+    F, Q = at_rest(model)
+    A = np.array([[0.0, -1.0], [0.0, -0.3]])
+    D = np.diag([(np.radians(gyro.angle_random_walk_deg_sqrt_h) / 60.0) ** 2, 0.02**2])
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    expected = sum(
+        0.25 * w * expm(A * s) @ D @ expm(A * s).T
+        for s, w in zip(0.25 * (nodes + 1.0), weights, strict=True)
+    )
+    for axis in range(3):
+        pair = [axis, 3 + axis]
+        np.testing.assert_allclose(F[np.ix_(pair, pair)], expm(A * 0.5), rtol=1e-12)
+        np.testing.assert_allclose(Q[np.ix_(pair, pair)], expected, rtol=1e-12)
+
+    drawn = draw(model, 40_000, np.random.default_rng(3)).gyro_noise
+    sample = drawn.T @ drawn / len(drawn)
+    scale = np.sqrt(np.outer(np.diag(Q), np.diag(Q)))
+    # the standard deviation of an entry is at most sqrt(2 / 40000) of its scale: 0.7 %
+    assert np.abs((sample - Q) / scale).max() < 4.5 * np.sqrt(2.0 / 40_000)
+
+
+def test_a_bias_that_does_not_drift_stays(model):
+    suite = dataclasses.replace(
+        model.suite, gyro=dataclasses.replace(model.suite.gyro, rate_random_walk=0.0)
+    )
+    steady = dataclasses.replace(model, suite=suite)
+    noise = draw(steady, 50, np.random.default_rng(0)).gyro_noise
+    assert not noise[:, 3:].any()
+    assert noise[:, :3].std() == pytest.approx(np.sqrt(at_rest(steady)[1][0, 0]), rel=0.3)
+
+
+def test_sensors_measure_where_they_see(model):
+    available = model.available.copy()
+    available[50:80, 0] = False
+    narrow = dataclasses.replace(
+        model.suite.sensors[0], boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0
+    )
+    suite = dataclasses.replace(model.suite, sensors=(narrow, model.suite.sensors[1]))
+    seen = dataclasses.replace(model, suite=suite, available=available)
+    draws = none(seen, DURATION)
+    draws.errors[:3] = theta = np.array([0.5, 0.8, -0.3])
+    record = Flight(seen, PLAN, np.arange(DURATION + 1)).run(draws, Estimator())
+    expected = []
+    for k in range(1, DURATION + 1):
+        legs = [(PLAN[0:3], min(k, 81)), (PLAN[4:7], min(k, 141) - 81), (PLAN[8:11], k - 141)]
+        C = as_scipy(-theta)
+        for rate, seconds in legs:
+            C = Rotation.from_rotvec(-np.radians(rate) * max(seconds, 0)) * C
+        inside = C.apply(seen.references[k, 0])[0] >= np.cos(np.radians(60.0))
+        expected.append(inside and available[k, 0])
+    assert 0 < sum(expected) < 170
+    np.testing.assert_array_equal(record.updates[1:, 0], expected)
+    np.testing.assert_array_equal(record.updates[1:, 1], 1)

@@ -1,0 +1,217 @@
+"""Monte Carlo runs as a whole: reproducible, consistent, and not so when the filter is broken."""
+
+import dataclasses
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+from mgeo_attitude import (
+    Environment,
+    Estimator,
+    Gyro,
+    Scenario,
+    Sensor,
+    SunSensor,
+    consistency,
+    evaluate,
+    simulate,
+    validity,
+)
+from mgeo_attitude.filter import FilterModel
+from mgeo_attitude.rotation import rotate
+from mgeo_attitude.scenario import Convergence, InitialUncertainty
+from mgeo_attitude.truth import OutsideValidity
+from mgeo_attitude.truth.jets import Jet
+from mgeo_attitude.vector import Vec3, cross
+
+PLANS = json.loads((Path(__file__).parent / "plans.json").read_text(encoding="utf-8"))
+PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
+
+
+def short(scenario, duration=600.0, **changes):
+    return dataclasses.replace(
+        scenario, duration=duration, convergence=Convergence(window=200.0), **changes
+    )
+
+
+@pytest.fixture(scope="module")
+def paper():
+    """The paper's scenario cut short, with its environment."""
+    scenario = short(Scenario.paper())
+    return scenario, Environment.from_scenario(scenario)
+
+
+def run(paper, n_runs=60, **options):
+    scenario, environment = paper
+    return simulate(scenario, PLAN, n_runs, seed=7, environment=environment, **options)
+
+
+def test_a_run_is_the_same_however_many_run_beside_it(paper):
+    one, two = run(paper, 5, threads=1), run(paper, 8, threads=2)
+    for name in ("errors", "sigma", "nees", "nis", "updates"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(two, name)[:5])
+    assert not np.array_equal(one.errors[0], one.errors[1])
+    np.testing.assert_array_equal(one.predicted, two.predicted)
+
+
+def test_what_is_predicted_is_the_kernels(paper):
+    scenario, environment = paper
+    result = run(paper, 2)
+    kernel = evaluate(FilterModel.from_scenario(scenario, environment), PLAN, history=True)
+    assert result.t_end == kernel.t_end[0]
+    k = result.sample()
+    assert result.times[k] == result.t_end
+    np.testing.assert_allclose(
+        result.predicted[k] ** 2, kernel.variances[0, int(result.t_end)], rtol=1e-9
+    )
+    np.testing.assert_allclose(result.table()["predicted"], result.predicted[k])
+
+
+@pytest.mark.slow
+def test_errors_are_what_the_filter_claims(paper):
+    report = consistency(run(paper, 200), since=200.0)
+    assert report.passed, report.table()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", ["paper", "cubesat_6u"])
+def test_plans_of_a_front_are_consistent(preset):
+    """Two orbits of a plan, 30 runs; docs/consistency.md has all plans with 200."""
+    plan = PLANS["scenarios"][preset][2]
+    result = simulate(getattr(Scenario, preset)(), plan["design"], 30, seed=11)
+    assert result.t_end == plan["t_end"]
+    report = consistency(result)
+    assert report["nees"].passed, report.table()
+    assert all(report[f"nis {sensor}"].passed for sensor in result.sensors), report.table()
+
+
+def test_a_filter_that_believes_in_too_little_noise_is_found_out(paper):
+    scenario, _ = paper
+    loud = tuple(
+        dataclasses.replace(
+            s, **{k: 1.3 * getattr(s, k) for k in ("noise_deg", "noise_nt") if hasattr(s, k)}
+        )
+        for s in scenario.sensors
+    )
+    report = consistency(run(paper, truth=dataclasses.replace(scenario, sensors=loud)), since=200.0)
+    assert not report["nees"].passed
+    assert report["nis sun"].value == pytest.approx(1.3**2, rel=0.05)
+    assert report["nis mag"].value == pytest.approx(1.3**2, rel=0.05)
+    assert not report.passed
+
+
+def test_a_drifting_gyro_believed_steady_is_found_out(paper):
+    scenario, _ = paper
+    drifting = dataclasses.replace(scenario.gyro, rate_random_walk=3e-5)
+    report = consistency(
+        run(paper, truth=dataclasses.replace(scenario, gyro=drifting)), since=200.0
+    )
+    assert report["nees"].value > 2.0
+    assert report["largest rms / predicted"].value > 2.0
+
+
+@dataclass(frozen=True)
+class Backwards(SunSensor):
+    """A Sun sensor whose innovation has its derivative's sign wrong, and all else right."""
+
+    kind: ClassVar[str] = "backwards"
+
+    def innovation(self, measured: Any, predicted: Any) -> Vec3:
+        return Vec3(
+            *(m - 2.0 * Jet(p.value, p.keep) + p for m, p in zip(measured, predicted, strict=True))
+        )
+
+
+@dataclass(frozen=True)
+class Scaled(Sensor):
+    """A sensor of one's own: Sun vector by a misaligned axis triad of unknown scale factors."""
+
+    kind: ClassVar[str] = "scaled"
+    rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
+    name: str = "scaled"
+
+    def states(self):
+        return {"misalignment": 0.02, "scale": 0.03}
+
+    def measure(self, x, v):
+        return cross(v, x.theta - x.misalignment) + Vec3(
+            x.scale.x * v.x, x.scale.y * v.y, x.scale.z * v.z
+        )
+
+    def measured(self, x, v):
+        u = rotate(x.misalignment, v)
+        return u + Vec3(x.scale.x * u.x, x.scale.y * u.y, x.scale.z * u.z)
+
+    def noise(self):
+        return (0.03, 0.03, 0.05)
+
+    def reference(self, environment):
+        return environment.sun
+
+
+@pytest.mark.slow
+def test_a_wrong_sign_of_one_jacobian_is_found_out(paper):
+    scenario, environment = paper
+    broken = dataclasses.replace(scenario, sensors=(Backwards(),))
+    report = consistency(run((broken, environment), 20), since=200.0)
+    assert report["nees"].value > 10.0
+    assert not report.passed
+
+
+@pytest.mark.slow
+def test_a_sensor_of_ones_own_is_simulated(paper):
+    scenario, environment = paper
+    own = dataclasses.replace(
+        scenario, sensors=(Scaled(),), initial=InitialUncertainty(attitude_deg=1.0)
+    )
+    result = run((own, environment), 100)
+    assert result.states[9:11] == ("scaled.scale.x", "scaled.scale.y")
+    report = consistency(result, since=200.0)
+    assert report["nees"].passed, report.table()
+    assert report["nis scaled"].passed, report.table()
+
+
+def test_a_sensor_that_does_not_say_what_it_measures_cannot_be_simulated(paper):
+    @dataclass(frozen=True)
+    class Linear(Scaled):
+        measured = Sensor.measured
+
+    scenario, environment = paper
+    with pytest.raises(NotImplementedError, match="Linear does not say what it measures"):
+        run((dataclasses.replace(scenario, sensors=(Linear(),)), environment), 1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "message"),
+    [
+        ((PLAN, 0), {}, "n_runs = 0"),
+        ((np.stack([PLAN, PLAN]), 1), {}, r"design of shape \(2, 12\)"),
+        ((PLAN[:5], 1), {}, "expected 4 columns"),
+        ((PLAN, 1), {"truth": short(Scenario.paper(), gyro=Gyro(scale_factor=1e-3))}, "truth has"),
+    ],
+)
+def test_bad_arguments_are_named(paper, arguments, options, message):
+    scenario, environment = paper
+    with pytest.raises(ValueError, match=message):
+        simulate(scenario, *arguments, environment=environment, **options)
+
+
+def test_scenarios_outside_the_map_are_warned_of(paper):
+    assert validity(Scenario.paper()) == ()
+    assert validity(Scenario.cubesat_6u()) == ()
+    scenario, environment = paper
+    gyro = dataclasses.replace(scenario.gyro, bias_deg_s=1.0)
+    large = dataclasses.replace(scenario, gyro=gyro)
+    assert [reason.split(" ")[0] for reason in validity(large)] == ["gyro.bias_deg_s"]
+    with pytest.warns(OutsideValidity, match=r"gyro.bias_deg_s = 1: .* true up to"):
+        run((large, environment), 1)
+
+
+def test_estimator_options_are_checked():
+    with pytest.raises(ValueError, match="jacobians = 'truth': expected one of"):
+        Estimator(jacobians="truth")
+    with pytest.raises(ValueError, match="iterations = 0"):
+        Estimator(iterations=0)
