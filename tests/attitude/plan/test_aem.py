@@ -160,6 +160,21 @@ def test_same_plan_same_text_and_otherwise_its_time_of_creation(plan):
     assert aem_text(plan).splitlines()[2] != aem_text(plan, created=CREATED).splitlines()[2]
 
 
+def test_a_plan_across_a_leap_second(problem):
+    """The last of 2016; no second is lost or flown twice."""
+    epoch = datetime(2016, 12, 31, 23, 58, tzinfo=UTC)
+    scenario = dataclasses.replace(problem.scenario, epoch=epoch)
+    text = aem_text(ManeuverPlan(scenario, (0.1, 0.0, 0.0, 300.0) * 3))
+    first = brahe.ccsds.AEM.from_str(text).segments[0]
+    assert [str(state.epoch) for state in first.states[119:123]] == [
+        "2016-12-31 23:59:59.000 UTC",
+        "2016-12-31 23:59:60.000 UTC",
+        "2017-01-01 00:00:00.000 UTC",
+        "2017-01-01 00:00:01.000 UTC",
+    ]
+    assert str(first.stop_time) == "2017-01-01 00:02:59.000 UTC"
+
+
 def test_written_to_a_file(plan, tmp_path):
     write_aem(plan, tmp_path / "plan.aem", created=CREATED, **NAMES)
     text = (tmp_path / "plan.aem").read_text(encoding="utf-8")
