@@ -161,13 +161,13 @@ class Valleys(Rosenbrock):
 
 def test_greedy_walkers_leave_a_valley_only_by_a_restart():
     def share_stuck(**options):
-        bests = np.full(40, np.inf)
+        bests = np.full(30, np.inf)
 
         def watch(algorithm):
-            np.minimum(bests, algorithm.pop.get("F").reshape(40, -1).min(axis=1), out=bests)
+            np.minimum(bests, algorithm.pop.get("F").reshape(30, -1).min(axis=1), out=bests)
 
-        algorithm = MGEOReal(0.1, 5.0, 40, **options)
-        minimize(Valleys(2), algorithm, ("n_gen", 400), seed=1, callback=watch)
+        algorithm = MGEOReal(0.1, 5.0, 30, **options)
+        minimize(Valleys(2), algorithm, ("n_gen", 300), seed=1, callback=watch)
         return np.mean(bests >= 1)
 
     never = share_stuck()

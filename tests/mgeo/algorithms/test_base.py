@@ -13,16 +13,10 @@ from .members import MEMBERS, canonical, real2, var
 from .problems import Galski, Rosenbrock
 
 
-@pytest.mark.parametrize("tau", [3.0, "a-geo2"])
+@pytest.mark.parametrize("options", [{}, {"tau": "a-geo2", "restart": "archive", "patience": 1}])
 @pytest.mark.parametrize("member", MEMBERS)
-def test_it_is_a_good_pymoo_algorithm(member, tau):
-    check_algorithm(member(tau, 3))
-
-
-@pytest.mark.parametrize("restart", ["random", "archive"])
-@pytest.mark.parametrize("member", MEMBERS)
-def test_so_is_one_that_restarts(member, restart):
-    check_algorithm(member("a-geo1", 3, restart=restart, patience=1))
+def test_it_is_a_good_pymoo_algorithm(member, options):
+    check_algorithm(member(n_runs=3, **options))
 
 
 @pytest.mark.parametrize("member", MEMBERS)

@@ -67,14 +67,14 @@ def in_order_of_evaluation(by_walker, generations):
 @pytest.mark.parametrize("problem", [Mixture(), Rosenbrock(3)], ids=["mixture", "rosenbrock"])
 @pytest.mark.parametrize("member", MEMBERS)
 def test_walkers_in_lockstep_go_as_one_after_the_other(member, problem):
-    assert_same_walks(problem, member(n_runs=3), 15)
+    assert_same_walks(problem, member(n_runs=2), 12)
 
 
 @pytest.mark.parametrize("problem", [Mixture(), Rosenbrock(3)], ids=["mixture", "rosenbrock"])
 @pytest.mark.parametrize("rule", ["a-geo1", "a-geo2"])
 @pytest.mark.parametrize("member", MEMBERS)
 def test_so_do_those_whose_tau_adapts(member, rule, problem):
-    assert_same_walks(problem, member(rule, 3), 15)
+    assert_same_walks(problem, member(rule, 2), 12)
 
 
 @pytest.mark.parametrize(
@@ -90,16 +90,16 @@ def test_so_do_those_whose_tau_adapts(member, rule, problem):
     ],
 )
 def test_so_do_those_whose_variables_differ(problem, algorithm):
-    assert_same_walks(problem, algorithm, 15)
+    assert_same_walks(problem, algorithm, 12)
 
 
 @pytest.mark.parametrize("tau", [2.0, "a-geo1", "a-geo2"])
 @pytest.mark.parametrize("member", MEMBERS)
 def test_a_walk_does_not_depend_on_how_many_go_beside_it(member, tau):
     problem = ZDT1(n_var=6)
-    _, many, _ = run(problem, member(tau, 9), 25)
+    _, many, _ = run(problem, member(tau, 9), 15)
     for n_runs in (1, 4):
-        _, few, _ = run(problem, member(tau, n_runs), 25)
+        _, few, _ = run(problem, member(tau, n_runs), 15)
         assert np.array_equal(few, many[:, :n_runs])
 
 
