@@ -15,7 +15,7 @@ Key = tuple[str, int]
 Result = Record | Failure
 
 
-def results(tasks: Mapping[Key, Task], n_jobs: int | None) -> Iterator[tuple[Key, Result]]:
+def run_all(tasks: Mapping[Key, Task], n_jobs: int | None) -> Iterator[tuple[Key, Result]]:
     """Each run's result, as they come.
 
     A run may bring down its process (a crash of compiled code, memory used up), and then those

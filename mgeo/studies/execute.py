@@ -12,8 +12,8 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from mgeo.algorithms.parameters import integer
-from mgeo.studies import dispatch
 from mgeo.studies.comparison import Comparison
+from mgeo.studies.dispatch import Key, Result, run_all
 from mgeo.studies.folder import RunFolder
 from mgeo.studies.indicators import trace
 from mgeo.studies.progress import progress as progress_display
@@ -24,8 +24,6 @@ from mgeo.studies.space import NothingToCompareError, indicator_space
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
-
-    Key = tuple[str, int]
 
 GRID_POINTS = 50
 
@@ -81,8 +79,8 @@ def compare(
     steps = _grid(grid, n_eval)
     keys = list(product(named, _seeds(seeds)))
     tasks = {(name, s): Task(problem, named[name], n_eval, s) for name, s in keys}
-    shown = title or type(problem).__name__
-    results = _run_all(shown, tasks, folder, n_jobs, progress)
+    title = title or type(problem).__name__
+    results = _found_or_made(title, tasks, folder, n_jobs, progress)
     records = {key: r for key in keys if isinstance(r := results[key], Record)}
     if not records:
         first = next(r.error for r in results.values() if isinstance(r, Failure))
@@ -102,22 +100,22 @@ def compare(
     return Comparison(problem, tuple(named), n_eval, pd.DataFrame(rows), runs, records, space)
 
 
-def _run_all(
+def _found_or_made(
     title: str,
     tasks: Mapping[Key, Task],
     folder: Path | str | None,
     n_jobs: int | None,
     shown: bool | None,
-) -> dict[Key, Record | Failure]:
+) -> dict[Key, Result]:
     store = None if folder is None else RunFolder(folder)
     paths = {} if store is None else {key: store.path(task) for key, task in tasks.items()}
-    results: dict[Key, Record | Failure] = {}
+    results: dict[Key, Result] = {}
     if store is not None:
         found = ((key, store.read(path)) for key, path in paths.items())
         results = {key: record for key, record in found if record is not None}
     missing = {key: task for key, task in tasks.items() if key not in results}
     with progress_display(title, len(tasks), len(results), shown) as display:
-        for (name, seed), result in dispatch.results(missing, n_jobs):
+        for (name, seed), result in run_all(missing, n_jobs):
             # kept by this process, as soon as it is there: workers need not share a file system
             if store is not None and isinstance(result, Record):
                 store.write(paths[name, seed], result)
@@ -126,7 +124,7 @@ def _run_all(
     return results
 
 
-def _run_row(key: Key, result: Record | Failure) -> dict[str, Any]:
+def _run_row(key: Key, result: Result) -> dict[str, Any]:
     row: dict[str, Any] = {"algorithm": key[0], "seed": key[1]}
     if isinstance(result, Failure):
         row |= {"status": "failed", "wall_time": np.nan, "failed_evaluations": 0}
