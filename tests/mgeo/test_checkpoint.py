@@ -10,6 +10,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.callback import CallbackCollection
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1, ZDT2
+from pymoo.termination.default import DefaultMultiObjectiveTermination
 
 import mgeo.algorithms
 from mgeo import Checkpoint, MGEOReal, Recorder, TolerantEvaluator, read_record, resume
@@ -243,6 +244,18 @@ def test_bad_arguments(tmp_path):
         Checkpoint(tmp_path / "a", every_seconds=-1)
     with pytest.raises(TypeError, match="NSGA2 is no member of the MGEO family"):
         solve(algorithm=NSGA2(8), callback=Checkpoint(tmp_path / "a"))
+
+
+def test_a_termination_that_cannot_be_kept_has_to_be_given_again(tmp_path):
+    path = tmp_path / "run.checkpoint"
+    run = MGEOReal(0.2, n_runs=3).setup(
+        PROBLEM, termination=DefaultMultiObjectiveTermination(), seed=3
+    )
+    run.next()
+    Checkpoint(path).write(run)
+    with pytest.raises(ValueError, match=r"run\.checkpoint: termination = None: .* a new one"):
+        resume(path, PROBLEM)
+    assert same(resume(path, PROBLEM, ("n_gen", 12)).run(), solve())
 
 
 def test_options_of_the_new_run_and_notes(tmp_path):

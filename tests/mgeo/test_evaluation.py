@@ -111,6 +111,12 @@ def test_an_element_that_fails_is_not_evaluated_again_nor_are_others(way):
     assert type(problem.elementwise_runner) is LoopedElementwiseEvaluation
 
 
+def test_objectives_alone_may_be_asked_for():
+    population, evaluator = candidates(), TolerantEvaluator(evaluate_values_of=["F"])
+    evaluator.eval(Batch(), population)
+    assert_only_culprits_failed(population, evaluator)
+
+
 def test_a_value_that_replaces_nan_does_not_hide_an_exception():
     population, evaluator = candidates(), TolerantEvaluator()
     evaluator.eval(Element(replace_nan_values_by=5.0), population)
