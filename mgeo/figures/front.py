@@ -132,8 +132,8 @@ def logarithmic(values: NDArray[np.float64]) -> bool:
     """
     if not len(values) or values.min() <= 0 or values.max() < _LOG_FROM * values.min():
         return False
-    low, high = np.quantile(values, [0.02, 0.98])
-    inner = values[(values >= low) & (values <= high)]
+    outermost = len(values) // 50
+    inner = np.sort(values)[outermost : len(values) - outermost]
     return _skewness(np.log(inner)) < _skewness(inner)
 
 

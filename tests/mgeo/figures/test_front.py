@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mgeo.figures import front_figure
-from mgeo.figures.front import hover_texts
+from mgeo.figures.front import hover_texts, logarithmic
 
 X = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.5]])
 VARIABLES = ("a [m]", "b")
@@ -60,6 +60,19 @@ def test_an_axis_is_logarithmic_where_that_spreads_the_values(values, scale):
     F = np.column_stack([values, -values])
     figure = front_figure(np.ones((50, 2)), F, VARIABLES, ("cost", "risk"))
     assert (figure.layout.xaxis.type, figure.layout.yaxis.type) == (scale, "linear")
+
+
+@pytest.mark.parametrize(
+    ("values", "scale"),
+    [
+        ([5.0], False),
+        ([1.0, 100.0], False),
+        ([1.0, 10.0, 100.0], True),
+        ([1.0, 50.5, 100.0], False),
+    ],
+)
+def test_few_values_decide_too(values, scale):
+    assert logarithmic(np.array(values)) is scale
 
 
 @pytest.mark.parametrize("n_obj", [1, 2, 3])
