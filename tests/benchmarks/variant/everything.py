@@ -61,8 +61,8 @@ def wanted() -> Iterator[Wanted]:
         for change in CHANGES:
             text = f"{OURS}:{change}" if change else OURS
             yield Wanted("ablation", "attitude", text, RAW, ABLATION_EVALUATIONS, (seed,))
-    for problem in ELSEWHERE:
-        for algorithm in (OURS, *ELSEWHERE_RIVALS):
+    for algorithm in (OURS, *ELSEWHERE_RIVALS):
+        for problem in ELSEWHERE:
             seeds = tuple(range(1, ELSEWHERE_SEEDS + 1))
             yield Wanted("elsewhere", problem, algorithm, RAW, ELSEWHERE_EVALUATIONS, seeds)
 
