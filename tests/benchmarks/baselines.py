@@ -33,6 +33,7 @@ SWEEP_TIMES = (300.0, 600.0, 900.0, 1200.0, 1800.0, 2400.0, 3600.0, 6000.0)
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="Compare and write docs/plans.md.")
     parser.add_argument("--evaluations", type=int, default=None, help="budget [default: mgeo's]")
+    parser.add_argument("--algorithm", default="mgeo-real", help="as in mgeo solve")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--output", type=Path, default=DOCUMENT, help="document with the markers")
     options = parser.parse_args(arguments)
@@ -41,19 +42,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for name, make in SCENARIOS.items():
         problem = AttitudeManeuverProblem(make())
         run = prepare(
-            "attitude", problem.options(), evaluations=options.evaluations, seed=options.seed
+            "attitude",
+            problem.options(),
+            algorithm=options.algorithm,
+            evaluations=options.evaluations,
+            seed=options.seed,
         )
         outcome = run.solve()
         front = Front(Path(name), problem, outcome.X, outcome.F)
-        parts += [heading(name, outcome, options.seed), same_time(front), on_its_own_terms(front)]
+        parts += [heading(name, outcome, options), same_time(front), on_its_own_terms(front)]
     tables = "\n\n".join(parts)
     sys.stdout.write(f"{tables}\n")
     options.output.write_text(with_tables(text, tables), encoding="utf-8")
 
 
-def heading(name: str, outcome: Outcome, seed: int) -> str:
+def heading(name: str, outcome: Outcome, options: argparse.Namespace) -> str:
     return (
-        f"**`{name}`**: {len(outcome.F)} plans of `mgeo solve`, seed {seed}, "
+        f"**`{name}`**: {len(outcome.F)} plans of {options.algorithm}, seed {options.seed}, "
         f"{outcome.evaluations:,} evaluations."
     )
 
