@@ -83,3 +83,42 @@ def forward(L: Floats, b: Floats, w: Floats) -> None:
         for k in range(i):
             value -= L[i, k] * w[k]
         w[i] = value / L[i, i]
+
+
+@njit(error_model="numpy", cache=True)
+def predict(P: Floats, F: Floats, Q: Floats, FP: Floats) -> None:
+    """P ← F P Fᵀ + Q, equation (3); F and Q of the first states, FP work space."""
+    m, n = FP.shape
+    multiply(F, P[:m], FP)
+    for i in range(m):
+        for j in range(m, n):
+            P[i, j] = FP[i, j]
+            P[j, i] = FP[i, j]
+        for j in range(i + 1):
+            total = Q[i, j]
+            for k in range(m):
+                total += FP[i, k] * F[j, k]
+            P[i, j] = total
+            P[j, i] = total
+
+
+@njit(error_model="numpy", cache=True)
+def turn_errors(P: Floats, first: int, e: Floats) -> None:
+    """P for the errors of a rotation that remain once e is taken out.
+
+    What remains of an error g is the vector of R(-e) R(g), whose derivative at g = e is
+    (I - ½ [e×]) / (1 + |e|² / 4).
+    """
+    x, y, z = e[first], e[first + 1], e[first + 2]
+    k = 1.0 / (1.0 + 0.25 * (x * x + y * y + z * z))
+    x, y, z = 0.5 * x, 0.5 * y, 0.5 * z
+    for j in range(P.shape[0]):
+        a, b, c = P[first, j], P[first + 1, j], P[first + 2, j]
+        P[first, j] = k * (a - (y * c - z * b))
+        P[first + 1, j] = k * (b - (z * a - x * c))
+        P[first + 2, j] = k * (c - (x * b - y * a))
+    for i in range(P.shape[0]):
+        a, b, c = P[i, first], P[i, first + 1], P[i, first + 2]
+        P[i, first] = k * (a - (y * c - z * b))
+        P[i, first + 1] = k * (b - (z * a - x * c))
+        P[i, first + 2] = k * (c - (x * b - y * a))

@@ -6,7 +6,17 @@ import numpy as np
 from numba import njit
 
 from ..filter.discretization import turn
-from .algebra import cholesky, compose, copy, forward, multiply, transform, turn_back
+from .algebra import (
+    cholesky,
+    compose,
+    copy,
+    forward,
+    multiply,
+    predict,
+    transform,
+    turn_back,
+    turn_errors,
+)
 
 if TYPE_CHECKING:  # defined above this text in the generated module, see codegen.py
     CACHE: bool
@@ -66,44 +76,6 @@ def error_of(C, x, true_C, true_x, e):
         e[2] += C[1, j] * true_C[0, j] - C[0, j] * true_C[1, j]
     for i in range(3):
         e[i] *= 2.0 / trace
-
-
-@njit(error_model="numpy", cache=CACHE)
-def turn_errors(P, first, e):
-    """P for the errors of a rotation that remain once e is taken out.
-
-    What remains of an error g is the vector of R(-e) R(g), whose derivative at g = e is
-    (I - ½ [e×]) / (1 + |e|² / 4).
-    """
-    x, y, z = e[first], e[first + 1], e[first + 2]
-    k = 1.0 / (1.0 + 0.25 * (x * x + y * y + z * z))
-    x, y, z = 0.5 * x, 0.5 * y, 0.5 * z
-    for j in range(N_STATES):
-        a, b, c = P[first, j], P[first + 1, j], P[first + 2, j]
-        P[first, j] = k * (a - (y * c - z * b))
-        P[first + 1, j] = k * (b - (z * a - x * c))
-        P[first + 2, j] = k * (c - (x * b - y * a))
-    for i in range(N_STATES):
-        a, b, c = P[i, first], P[i, first + 1], P[i, first + 2]
-        P[i, first] = k * (a - (y * c - z * b))
-        P[i, first + 1] = k * (b - (z * a - x * c))
-        P[i, first + 2] = k * (c - (x * b - y * a))
-
-
-@njit(error_model="numpy", cache=CACHE)
-def predict(P, F, Q, FP):
-    """P ← F P Fᵀ + Q, equation (3); F and Q of the dynamic states."""
-    multiply(F, P[:N_DYNAMIC], FP)
-    for i in range(N_DYNAMIC):
-        for j in range(N_DYNAMIC, N_STATES):
-            P[i, j] = FP[i, j]
-            P[j, i] = FP[i, j]
-        for j in range(i + 1):
-            total = Q[i, j]
-            for k in range(N_DYNAMIC):
-                total += FP[i, k] * F[j, k]
-            P[i, j] = total
-            P[j, i] = total
 
 
 @njit(error_model="numpy", cache=CACHE)
