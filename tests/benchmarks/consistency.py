@@ -14,6 +14,7 @@ import sys
 import time
 import warnings
 from collections.abc import Iterator, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -77,15 +78,13 @@ def remedies() -> Iterator[Case]:
 
 def sweeps() -> Iterator[Case]:
     """One uncertainty at a time; one orbit, 100 runs."""
-    for name, preset in PRESETS.items():
-        scenario = one_orbit(preset)
-        design = PLANS["scenarios"][name][2]["design"]
+    for label, name in product((DEFAULT, "plain"), PRESETS):
+        scenario, design = one_orbit(PRESETS[name]), PLANS["scenarios"][name][2]["design"]
         for what, values in SWEEPS.items():
             for value in values:
                 varied = with_uncertainty(scenario, {what: value})
-                for label in ("plain", DEFAULT):
-                    key = f"map/{name}/{what}/{value:g}/{label}"
-                    yield Case(key, varied, design, ESTIMATORS[label], 100)
+                key = f"map/{name}/{what}/{value:g}/{label}"
+                yield Case(key, varied, design, ESTIMATORS[label], 100)
 
 
 GROUPS = {"plans": plans, "remedies": remedies, "map": sweeps}
