@@ -19,6 +19,8 @@ from .consistency import DEFAULT, ESTIMATORS, LARGE, PLANS, ROOT, SWEEPS, stored
 DOCUMENT = ROOT / "docs" / "consistency.md"
 PICTURE = ROOT / "docs" / "images" / "consistency.svg"
 
+HOPELESS = 30.0
+
 Results = dict[str, dict[str, Any]]
 
 
@@ -80,8 +82,8 @@ def remedies_table(results: Results) -> Iterator[str]:
                 f"{row['nees_first_300s']:.2f}, {c['nees'][0]:.2f}",
                 f"{c['largest rms / predicted'][0]:.2f}",
             ]
-        shown = f"**{label}**" if label == DEFAULT else label
-        yield f"| {shown} | {' | '.join(cells)} |"
+        name = f"**{label}**" if label == DEFAULT else label
+        yield f"| {name} | {' | '.join(cells)} |"
 
 
 def map_table(results: Results) -> Iterator[str]:
@@ -90,11 +92,16 @@ def map_table(results: Results) -> Iterator[str]:
     for what, values in SWEEPS.items():
         for value in values:
             cells = [
-                f"{nees(results, name, what, value, label):.2f}"
+                shown(nees(results, name, what, value, label))
                 for name in ("paper", "cubesat_6u")
                 for label in ("plain", DEFAULT)
             ]
             yield f"| {what} | {value:g} | {' | '.join(cells)} |"
+
+
+def shown(value: float) -> str:
+    """A NEES, or only that it is hopeless."""
+    return f"{value:.2f}" if value < HOPELESS else f"> {HOPELESS:.0f}"
 
 
 def nees(results: Results, name: str, what: str, value: float, label: str) -> float:
@@ -120,6 +127,8 @@ def draw(results: Results, path: Path) -> None:
             panel.set_xticks(values, [f"{value:g}" for value in values])
             panel.minorticks_off()
         panels[0].set_ylabel("NEES per state, 2nd half of an orbit")
+        panels[0].set_ylim(0.8, HOPELESS)
+        panels[0].set_yticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
         panels[0].legend(fontsize=8)
         figure.savefig(path, metadata={"Date": None})
 
