@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 from mgeo_attitude import FilterModel
-from mgeo_attitude.filter.codegen import step_source
+from mgeo_attitude.filter.codegen import CHECK, step_parts
 
 
 @dataclass(frozen=True)
@@ -30,11 +29,12 @@ class Count:
 
 def count_step(model: FilterModel) -> Count:
     """Count the distinct operations of a step: what is computed twice is needed once."""
-    return count_source(step_source(model.suite, model.gated, lanes=1))
+    parts = step_parts(model.suite, model.gated)
+    return count_text("\n".join(text for name, text in parts.items() if name != CHECK))
 
 
-def count_source(source: str) -> Count:
-    """Count operations of the function ``step``, with the functions it calls, by numbering values.
+def count_text(text: str) -> Count:
+    """Count operations of straight-line text by numbering values.
 
     Every expression gets the number of its operator and its operands' numbers, every name that of
     the value last assigned to it; so equal numbers are equal values, and each is counted once.
@@ -62,9 +62,12 @@ def count_source(source: str) -> Count:
                 return number("constant", constant)
         raise ValueError(f"{ast.unparse(node)}: expected straight-line arithmetic")
 
-    for assignment in _assignments(ast.parse(source), "step"):
-        result = value(assignment.value)
-        current[ast.unparse(assignment.targets[0])] = result
+    for line in ast.parse(text).body:
+        match line:
+            case ast.Assign([target], expression):
+                current[ast.unparse(target)] = value(expression)
+            case _:
+                raise ValueError(f"{ast.unparse(line)}: expected an assignment")
 
     def total(*operators: object) -> int:
         return sum(key[0] in operators for key in numbers)
@@ -75,16 +78,3 @@ def count_source(source: str) -> Count:
         divisions=total(ast.Div),
         roots=total("sqrt"),
     )
-
-
-def _assignments(module: ast.Module, name: str) -> Iterator[ast.Assign]:
-    """Assignments of a function of straight lines, lane loops and calls, in the order they run."""
-    functions = {node.name: node for node in module.body if isinstance(node, ast.FunctionDef)}
-    for node in functions[name].body:
-        match node:
-            case ast.Expr(ast.Call(ast.Name(called))):
-                yield from _assignments(module, called)
-            case ast.For():
-                yield from (line for line in node.body if isinstance(line, ast.Assign))
-            case ast.Assign():
-                yield node

@@ -27,14 +27,14 @@ import numpy as np
 import platformdirs
 
 from ..files import write_text
-from . import atomic, discretization
+from . import atomic, discretization, lanewise
 from .codegen import module_source
 from .suite import Suite
 
 _log = logging.getLogger(__name__)
 
 #: Modules whose compiled functions the kernel calls: a change there must not find an old kernel.
-_INGREDIENTS = (atomic, discretization)
+_INGREDIENTS = (atomic, discretization, lanewise)
 
 
 def lanes() -> int:
