@@ -13,7 +13,7 @@ from mgeo_attitude import evaluate, reference_run
 from mgeo_attitude.filter.kernel import lanes
 
 from . import cases, peak, speed, table, textbook
-from .count import Count, count_text, count_step
+from .count import Count, count_step, count_text
 from .measure import interleaved, used_by_others
 from .scalar import evaluate_scalar
 

@@ -3,7 +3,7 @@
 A step is a few parts: turn the attitude and predict, update with each sensor, sum the trace. The
 text of a part means one candidate; `lanewise.py` compiles it for as many candidates as a vector
 register holds. All values of all candidates live in one flat workspace ``W`` at constant offsets.
-The driver that feeds the lanes is the text of `driver.py`, appended as it stands.
+What feeds the lanes is the text of `lane.py` and `driver.py`, appended as it stands.
 """
 
 from __future__ import annotations
@@ -109,8 +109,8 @@ def module_source(suite: Suite, gated: tuple[bool, ...], lanes: int, cache: bool
     at = layout(suite, gated)
     parts = step_parts(suite, gated)
     step = "\n".join(f"    {name}(W, C)" for name in parts if name != CHECK)
-    driver = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
     package = (__package__ or "").rpartition(".")[0]
+    lane, driver = (_text(name, package) for name in ("lane.py", "driver.py"))
     return f'''"""Filter kernel for {at.n_states} states. Generated; do not edit."""
 
 import numpy as np
@@ -137,7 +137,14 @@ def step(W, C):
 {step}
 
 
-{driver.replace("from .", f"from {package}.filter.")}'''
+{lane}
+
+{driver}'''
+
+
+def _text(name: str, package: str) -> str:
+    text = resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+    return text.replace("from .", f"from {package}.filter.")
 
 
 _DIVIDER = "\n\n\n"

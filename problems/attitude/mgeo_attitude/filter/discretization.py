@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-#: Norm of A dt up to which the series is summed directly; beyond, the step is halved first.
+#: |(A dt)²|^½ up to which the series is summed directly; beyond, the step is halved first. It is
+#: A² that counts: how the bias moves the attitude, the largest part of A, is no part of its powers.
 _SERIES_NORM = 0.5
-#: Terms after this bound on their size, relative to the first, are left out.
+#: Terms after one of this size, relative to the sum, are left out: they are smaller still.
 _NEGLIGIBLE = 1e-18
-#: Most terms the series can need: 1 / 20! is below 1e-18.
-_TERMS = 20
+#: More terms than the series can need.
+_TERMS = 30
 
 
 @njit(cache=True, error_model="numpy")
@@ -40,14 +41,15 @@ def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
     F, Q : arrays, shape (n, n)
     """
     n = A.shape[0]
-    norm = 0.0
-    for i in range(n):
-        norm = max(norm, np.sum(np.abs(A[i])) * dt)
+    term = np.empty((n, n))
+    _multiply(A, A, dt * dt, term)
+    norm = math.sqrt(_norm(term))
     halvings = max(0, math.ceil(math.log2(norm / _SERIES_NORM))) if norm > 0.0 else 0
     h = dt / 2.0**halvings
-    F, Q, term = np.eye(n), np.diag(density * h), np.empty((n, n))
-    F_term, Q_term = np.eye(n), np.diag(density * h)
-    bound = 1.0
+    F, Q, F_term, Q_term = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
+    for i in range(n):
+        F[i, i] = F_term[i, i] = 1.0
+        Q[i, i] = Q_term[i, i] = density[i] * h
     for m in range(1, _TERMS + 1):
         _multiply(A, F_term, h / m, term)
         F_term, term = term, F_term
@@ -57,14 +59,12 @@ def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
                 F[i, j] += F_term[i, j]
                 Q_term[i, j] = term[i, j] + term[j, i]
                 Q[i, j] += Q_term[i, j]
-        bound *= 2.0 * norm / 2.0**halvings / m
-        if bound < _NEGLIGIBLE:
+        if _norm(F_term) < _NEGLIGIBLE and _norm(Q_term) <= _NEGLIGIBLE * _norm(Q):
             break
-    FQ, FQFt = np.empty((n, n)), np.empty((n, n))
     for _ in range(halvings):
-        _multiply(F, Q, 1.0, FQ)
-        _multiply(FQ, F.T.copy(), 1.0, FQFt)
-        Q += FQFt
+        _multiply(F, Q, 1.0, term)
+        _multiply(term, F.T.copy(), 1.0, Q_term)
+        Q += Q_term
         _multiply(F, F, 1.0, term)
         F, term = term, F
     return F, Q
@@ -72,14 +72,27 @@ def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
 
 @njit(cache=True, error_model="numpy")
 def _multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
-    """out ← factor A B. At this size plain loops beat a BLAS call, and never change in order."""
+    """out ← factor A B. At this size plain loops beat a BLAS call; most of the dynamics is zero."""
     n = A.shape[0]
     for i in range(n):
-        for j in range(n):
-            total = 0.0
-            for k in range(n):
-                total += A[i, k] * B[k, j]
-            out[i, j] = factor * total
+        out[i] = 0.0
+        for k in range(n):
+            entry = factor * A[i, k]
+            if entry != 0.0:
+                for j in range(n):
+                    out[i, j] += entry * B[k, j]
+
+
+@njit(cache=True, error_model="numpy")
+def _norm(A: Floats) -> float:
+    """Largest sum of magnitudes of a row."""
+    largest = 0.0
+    for i in range(A.shape[0]):
+        total = 0.0
+        for j in range(A.shape[1]):
+            total += abs(A[i, j])
+        largest = max(largest, total)
+    return largest
 
 
 @njit(cache=True, error_model="numpy")
@@ -99,13 +112,11 @@ def turn(omega: Floats, dt: float) -> Floats:
         s, c = 1.0 - square / 6.0, 0.5 - square / 24.0
     else:
         s, c = math.sin(angle) / angle, (1.0 - math.cos(angle)) / square
-    K = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
-    K2 = np.array(
-        [
-            [-(y * y + z * z), x * y, x * z],
-            [x * y, -(x * x + z * z), y * z],
-            [x * z, y * z, -(x * x + y * y)],
-        ]
-    )
-    rotation: Floats = np.eye(3) + s * K + c * K2
+    rotation = np.empty((3, 3))
+    rotation[0, 0] = 1.0 - c * (y * y + z * z)
+    rotation[1, 1] = 1.0 - c * (x * x + z * z)
+    rotation[2, 2] = 1.0 - c * (x * x + y * y)
+    rotation[0, 1], rotation[1, 0] = c * x * y + s * z, c * x * y - s * z
+    rotation[0, 2], rotation[2, 0] = c * x * z - s * y, c * x * z + s * y
+    rotation[1, 2], rotation[2, 1] = c * y * z + s * x, c * y * z - s * x
     return rotation

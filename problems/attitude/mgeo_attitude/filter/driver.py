@@ -6,25 +6,27 @@ import numpy as np
 from numba import njit
 
 from .atomic import fetch_add, load_acquire, store_release
-from .discretization import discretize, turn
 
-if TYPE_CHECKING:  # defined above this text in the generated module, see codegen.py
-    LANES: int
-    CACHE: bool
-    N_STATES: int
-    N_DYNAMIC: int
-    F_ENTRIES: np.ndarray
-    ATTITUDE: int
-    ROTATION: int
-    F_SLOT: int
-    Q_SLOT: int
-    REFERENCE: int
-    N_REFERENCE: int
-    GATE: int
-    N_GATES: int
-    TRACE: int
-    PIVOT: int
-    N_SLOTS: int
+if TYPE_CHECKING:  # above this text in the generated module, see codegen.py
+    from .lane import (
+        CACHE,
+        GATE,
+        LANES,
+        N_GATES,
+        N_REFERENCE,
+        N_STATES,
+        PIVOT,
+        REFERENCE,
+        TRACE,
+        converged,
+        load_maneuver,
+        reset,
+        restore,
+        ring,
+        save,
+        variance_slot,
+        workspace,
+    )
 
     def step(W: Any, C: Any) -> None:
         """One filter step of all lanes, in place."""
@@ -37,6 +39,9 @@ if TYPE_CHECKING:  # defined above this text in the generated module, see codege
 # for long, and a check costs half a step.
 CHECK_PERIOD = 256
 
+#: Later than any step.
+NEVER = 2**62
+
 
 @njit(cache=CACHE)
 def take(queue, n):
@@ -46,71 +51,9 @@ def take(queue, n):
 
 
 @njit(cache=CACHE)
-def workspace():
-    """Zeros that begin with a cache line: vectors across two lines load at half the speed."""
-    line = 8
-    buffer = np.zeros(N_SLOTS * LANES + line)
-    skip = -(buffer.ctypes.data // buffer.itemsize) % line
-    return buffer[skip : skip + N_SLOTS * LANES]
-
-
-@njit(cache=CACHE)
-def variance_slot(i):
-    return i * (i + 1) // 2 + i
-
-
-@njit(cache=CACHE, error_model="numpy")
-def reset(W, lane, variances, C, history):
-    """Put a lane at time zero: initial covariance, body axes along GCRS."""
-    for k in range(N_SLOTS):
-        W[k * LANES + lane] = 0.0
-    total = 0.0
-    for i in range(N_STATES):
-        W[variance_slot(i) * LANES + lane] = variances[i]
-        total += C[len(C) - N_STATES + i] * variances[i]
-    for i in range(3):
-        W[(ATTITUDE + 4 * i) * LANES + lane] = 1.0
-    history[lane, 0] = total
-
-
-@njit(cache=CACHE, error_model="numpy")
-def load_maneuver(W, lane, omega, dynamics, density, dt):
-    """Write the maneuver's exact transition, process noise and turn per step to a lane."""
-    A = dynamics[0] + omega[0] * dynamics[1] + omega[1] * dynamics[2] + omega[2] * dynamics[3]
-    F, Q = discretize(A, density, dt)
-    rotation = turn(omega, dt)
-    for k in range(len(F_ENTRIES)):
-        W[(F_SLOT + k) * LANES + lane] = F[F_ENTRIES[k, 0], F_ENTRIES[k, 1]]
-    for i in range(N_DYNAMIC):
-        for j in range(i + 1):
-            W[(Q_SLOT + i * (i + 1) // 2 + j) * LANES + lane] = Q[i, j]
-    for i in range(3):
-        for j in range(3):
-            W[(ROTATION + 3 * i + j) * LANES + lane] = rotation[i, j]
-
-
-@njit(cache=CACHE)
 def parent_is_done(done, parent):
     """Whether a job may start: its parent, if it has one, has left its final state."""
     return parent < 0 or load_acquire(done, parent) != 0
-
-
-@njit(cache=CACHE)
-def save(W, lane, history, k, window, snapshot):
-    """Store a lane's covariance, attitude and the trace's last window, at step k."""
-    for j in range(ROTATION):
-        snapshot[j] = W[j * LANES + lane]
-    for j in range(min(window, k) + 1):
-        snapshot[ROTATION + j] = history[lane, k - j]
-
-
-@njit(cache=CACHE)
-def restore(W, lane, history, k, window, snapshot):
-    """Inverse of `save`."""
-    for j in range(ROTATION):
-        W[j * LANES + lane] = snapshot[j]
-    for j in range(min(window, k) + 1):
-        history[lane, k - j] = snapshot[ROTATION + j]
 
 
 @njit(
@@ -189,86 +132,103 @@ def run(
     lanes
         LANES, as a variable: loops over a constant would be unrolled, and compile twice as long.
     """
-    n_jobs = designs.shape[0]
-    last_step = references.shape[0] - 1
-    W = workspace()
-    history = np.empty((LANES, last_step + 1))
-    job = np.full(LANES, -1)
+    n_jobs, n_maneuvers, last_step = len(designs), starts.shape[1], len(references) - 1
+    W, recent = workspace(), ring(window)
+    mask = len(recent) - 1
+    job = np.empty(LANES, dtype=np.int64)
     clock = np.zeros(LANES, dtype=np.int64)
     maneuver = np.zeros(LANES, dtype=np.int64)
-    running = np.zeros(LANES, dtype=np.bool_)
+    running = np.zeros(LANES, dtype=np.int64)
     healthy = np.ones(LANES, dtype=np.bool_)
+    test_from = np.full(LANES, NEVER)
     active = 0
     for lane in range(lanes):
-        reset(W, lane, variances, C, history)
+        reset(W, lane, variances, C, recent)
         job[lane] = take(queue, n_jobs)
         active += job[lane] >= 0
     while active > 0:
-        any_running = False
+        # what is due before the next step, and how many steps there are until more is
+        n_steps = NEVER
         for lane in range(lanes):
-            if job[lane] < 0:
+            this, k = job[lane], clock[lane]
+            if this < 0:
                 continue
+            i = designs[this]
             if not running[lane]:
-                parent = parents[job[lane]]
+                parent = parents[this]
                 if not parent_is_done(done, parent):
                     continue
-                running[lane] = True
+                running[lane] = 1
                 maneuver[lane] = 0
-                clock[lane] = begins[job[lane]]
-                healthy[lane] = True
+                k = begins[this]
+                clock[lane] = k
+                test_from[lane] = max(over[i], window)
                 if parent < 0:
-                    reset(W, lane, variances, C, history)
+                    reset(W, lane, variances, C, recent)
+                    healthy[lane] = True
                 else:
-                    restore(W, lane, history, clock[lane], window, snapshots[slots[parent]])
+                    restore(W, lane, recent, k, window, snapshots[slots[parent]])
                     healthy[lane] = done[parent] == 1
-            any_running = True
-            i, k = designs[job[lane]], clock[lane]
-            while maneuver[lane] < starts.shape[1] and starts[i, maneuver[lane]] <= k:
-                m = maneuver[lane]
-                maneuver[lane] += 1
+            m = maneuver[lane]
+            while m < n_maneuvers and starts[i, m] <= k:
+                m += 1
+            if m > maneuver[lane]:
                 # of several maneuvers that have started only the last one is flown
-                if maneuver[lane] == starts.shape[1] or starts[i, m + 1] > k:
-                    load_maneuver(W, lane, rates[i, m], dynamics, density, dt)
-            for j in range(N_REFERENCE):
-                W[(REFERENCE + j) * LANES + lane] = references[k + 1, j]
-            for j in range(N_GATES):
-                W[(GATE + j) * LANES + lane] = gates[k + 1, j]
-        if not any_running:
+                load_maneuver(W, lane, rates[i, m - 1], dynamics, density, dt)
+                maneuver[lane] = m
+            due = min(last_step, k - k % CHECK_PERIOD + CHECK_PERIOD)
+            if m < n_maneuvers:
+                due = min(due, starts[i, m])
+            if ends[this] >= 0:
+                due = min(due, ends[this])
+            n_steps = min(n_steps, due - k)
+        if n_steps == NEVER:  # every job here waits for its parent in another thread
             continue
-        step(W.ctypes, C.ctypes)
+
+        ended = False
+        while n_steps > 0 and not ended:
+            n_steps -= 1
+            for lane in range(lanes):
+                k = clock[lane] + 1
+                for j in range(N_REFERENCE):
+                    W[(REFERENCE + j) * LANES + lane] = references[k, j]
+                for j in range(N_GATES):
+                    W[(GATE + j) * LANES + lane] = gates[k, j]
+            step(W.ctypes, C.ctypes)
+            for lane in range(lanes):
+                k = clock[lane] + running[lane]
+                clock[lane] = k
+                recent[k & mask, lane] = W[TRACE * LANES + lane]
+                if k >= test_from[lane]:
+                    ended |= converged(recent, lane, k, window, decrease)
+            if len(record) > 0:
+                for lane in range(lanes):
+                    if running[lane]:
+                        for j in range(N_STATES):
+                            variance = W[variance_slot(j) * LANES + lane]
+                            record[designs[job[lane]], clock[lane], j] = variance
+
         checked = False
         for lane in range(lanes):
             if not running[lane]:
                 continue
-            this, k = job[lane], clock[lane] + 1
-            i = designs[this]
-            clock[lane] = k
-            now = W[TRACE * LANES + lane]
-            history[lane, k] = now
-            if k % CHECK_PERIOD == 0:
+            this, k = job[lane], clock[lane]
+            at_end = k == last_step or (
+                k >= test_from[lane] and converged(recent, lane, k, window, decrease)
+            )
+            if at_end or k % CHECK_PERIOD == 0:
                 if not checked:
                     check(W.ctypes, C.ctypes)
                     checked = True
                 healthy[lane] &= W[PIVOT * LANES + lane] > 0.0
-            if record.shape[0] > 0:
-                for j in range(N_STATES):
-                    record[i, k, j] = W[variance_slot(j) * LANES + lane]
             if k == ends[this]:
-                save(W, lane, history, k, window, snapshots[slots[this]])
+                save(W, lane, recent, k, window, snapshots[slots[this]])
                 store_release(done, this, 1 if healthy[lane] else 2)
-            elif k < last_step and (k < over[i] or k < window):
-                continue
+            elif at_end:
+                end_step[designs[this]] = k
+                trace[designs[this]] = recent[k & mask, lane] if healthy[lane] else np.nan
             else:
-                before = history[lane, max(k - window, 0)]
-                # not >=, so that a NaN ends the run as well
-                if k < last_step and before - now >= decrease * before:
-                    continue
-                if not checked:
-                    check(W.ctypes, C.ctypes)
-                    checked = True
-                healthy[lane] &= W[PIVOT * LANES + lane] > 0.0
-                end_step[i] = k
-                trace[i] = now if healthy[lane] else np.nan
-            running[lane] = False
+                continue
+            running[lane], clock[lane], test_from[lane] = 0, 0, NEVER
             job[lane] = take(queue, n_jobs)
             active -= job[lane] < 0

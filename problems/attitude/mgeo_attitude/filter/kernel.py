@@ -128,5 +128,5 @@ def _imported(name: str, path: Path) -> ModuleType:
 
 def _announce(kind: str) -> None:
     _log.warning(
-        "compiling the filter %s of this sensor suite, once per machine (about 20 s)", kind
+        "compiling the filter %s of this sensor suite, once per machine (about 10 s)", kind
     )

@@ -65,7 +65,7 @@ class _Writer:
         match line:
             case ast.Assign([ast.Name(name)], value):
                 self.values[name] = self.value(value)
-            case ast.Assign([ast.Subscript(ast.Name("W"), ast.Constant(k))], value):
+            case ast.Assign([ast.Subscript(ast.Name("W"), ast.Constant(int(k)))], value):
                 self.builder.store(self.value(value), self.slot(k), align=8)
             case _:
                 raise ValueError(f"{ast.unparse(line)}: expected an assignment to a name or W[k]")
@@ -87,9 +87,9 @@ class _Writer:
                 return ir.Constant(self.vector, [number] * self.lanes)
             case ast.Name(name) if name in self.values:
                 return self.values[name]
-            case ast.Subscript(ast.Name("W"), ast.Constant(k)):
+            case ast.Subscript(ast.Name("W"), ast.Constant(int(k))):
                 return builder.load(self.slot(k), align=8)
-            case ast.Subscript(ast.Name("C"), ast.Constant(k)):
+            case ast.Subscript(ast.Name("C"), ast.Constant(int(k))):
                 return self.shared(k)
         raise ValueError(f"{ast.unparse(node)}: expected straight-line arithmetic")
 
