@@ -72,7 +72,7 @@ def test_a_bad_value_is_named_with_its_range(field: str, value: Any, message: st
         ("axis", (0, True, 0), "axis[1] = True: expected a number in [-1, 1] (axis)"),
         ("tags", "ab", "tags = 'ab': expected a list of (a string) (labels)"),
         ("tags", ["a", 1], "tags[1] = 1: expected a string (labels)"),
-        ("built", "now", "built = 'now': expected datetime or NoneType (date of assembly)"),
+        ("built", "now", "built = 'now': expected nothing or datetime (date of assembly)"),
     ],
 )
 def test_a_wrong_type_is_a_type_error(field: str, value: Any, message: str) -> None:

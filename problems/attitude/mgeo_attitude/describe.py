@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .filter.evaluator import evaluate
 from .filter.suite import Suite
 from .filter.timeline import VARIABLES_PER_MANEUVER
+from .objectives import OBJECTIVES, PAPER
 from .scenario import Scenario
 from .sensors import Magnetometer
 from .sensors.magnetometer import FIELD_UNIT_NT
@@ -40,7 +41,7 @@ class BlockUnit:
 def describe(problem: AttitudeManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     """One row per solution, numbered as in `X`.
 
-    Columns: both objectives under the problem's names; ``t_end [orbits]``; ``maneuver time [s]``,
+    Columns: the objectives of the paper; ``t_end [orbits]``; ``maneuver time [s]``,
     the sum of all durations; one text per maneuver, its rates about body x / y / z [deg/s] and
     its duration [s]; and for each 3-vector of the error state the predicted 1-sigma at t_end of
     its worst body axis (the largest of the three, as comparable to a data sheet's value per axis).
@@ -57,7 +58,7 @@ def describe(problem: AttitudeManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     """
     designs = checked_designs(problem, X)
     F, sigma = _final_values(problem, designs)
-    t_end_name, trace_name = problem.obj_names
+    t_end_name, trace_name = (OBJECTIVES[name].label for name in PAPER)
     durations = designs[:, VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
     columns: dict[str, object] = {
         t_end_name: F[:, 0],

@@ -12,7 +12,7 @@ import dataclasses
 import math
 from dataclasses import MISSING, dataclass
 from numbers import Integral, Real
-from types import UnionType
+from types import NoneType, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 
@@ -75,8 +75,9 @@ class Validated:
     """Base of frozen dataclasses whose fields are checked by annotation and `quantity`.
 
     Understood annotations: float (takes any real number), int, bool, str, tuples of these (taking
-    lists), and classes or unions of classes. A bool is never a number; numbers are finite; a range
-    holds for every entry of a tuple. A subclass that checks more extends ``__post_init__``.
+    lists), classes or unions of classes, and any of these or None. A bool is never a number;
+    numbers are finite; a range holds for every entry of a tuple. A subclass that checks more
+    extends ``__post_init__``.
 
     Raises
     ------
@@ -108,6 +109,9 @@ def expectation(annotation: Any, spec: Quantity) -> str:
 def checked(key: str, value: Any, annotation: Any, spec: Quantity) -> Any:
     """The value as its annotation wants it (an int as float, a list as tuple), or an error."""
     expected = expectation(annotation, spec)
+    optional, annotation = _optional(annotation)
+    if optional and value is None:
+        return None
     if get_origin(annotation) is tuple:
         entries = get_args(annotation)
         if not isinstance(value, tuple | list):
@@ -136,7 +140,19 @@ def checked(key: str, value: Any, annotation: Any, spec: Quantity) -> Any:
     return value
 
 
+def _optional(annotation: Any) -> tuple[bool, Any]:
+    """Whether None is allowed, and the annotation of anything else."""
+    kinds = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else ()
+    others = tuple(kind for kind in kinds if kind is not NoneType)
+    if len(others) == len(kinds):
+        return False, annotation
+    return True, Union[others]  # noqa: UP007 (of a tuple)
+
+
 def _takes(annotation: Any, spec: Quantity) -> str:
+    optional, annotation = _optional(annotation)
+    if optional:
+        return f"nothing or {_takes(annotation, spec)}"
     if get_origin(annotation) is tuple:
         entries = get_args(annotation)
         count = "" if entries[-1] is Ellipsis else f"{len(entries)} x "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -14,10 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo.core.problem import Problem
 
 from . import describe, figures
+from .constraints import Constraint, constraints
 from .environment import Environment
-from .filter.evaluator import evaluate
+from .filter.evaluator import Evaluation, evaluate
 from .filter.model import FilterModel
+from .filter.suite import Suite
 from .filter.timeline import VARIABLES_PER_MANEUVER
+from .objectives import PAPER, Objective, objective
 from .scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -28,7 +31,8 @@ class AttitudeManeuverProblem(Problem):
 
     Variables are ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn; objectives are
     t_end [s] and the trace of the filter's covariance then (rad², rad²/s² and dimensionless
-    squares, weighted by the scenario's trace weights).
+    squares, weighted by the scenario's trace weights), unless others are asked for. Limits of the
+    scenario are inequality constraints: see `constraint_names`.
 
     Parameters
     ----------
@@ -39,21 +43,29 @@ class AttitudeManeuverProblem(Problem):
     threads : int, optional
         Threads of one evaluation; default: the processors this process may use. The result does
         not depend on it.
+    objectives : sequence of str
+        What to minimize: "t_end" and "trace"; "normalized_trace", the mean of the variances
+        relative to the initial ones; "log_det" and "max_eigenvalue" of the covariance in units of
+        the initial 1-sigmas (D- and E-optimal); "trace:attitude,gyro.bias" for some blocks of the
+        state; "t_required", the time to the scenario's required 1-sigmas; "angle", turned through
+        in all [deg]; "rate_change", the sum of all changes of the rate [deg/s].
 
     Raises
     ------
     TypeError, ValueError
-        For a scenario of another type, or a count below one.
+        For a scenario of another type, a count below one, or an objective that is not known.
     """
 
     var_names: list[str]
-    obj_names = ("t_end [s]", "trace [-]")
+    obj_names: tuple[str, ...]
+    constraint_names: tuple[str, ...]
 
     def __init__(
         self,
         scenario: Scenario | None = None,
         n_maneuvers: int | None = None,
         threads: int | None = None,
+        objectives: Sequence[str] = PAPER,
     ) -> None:
         scenario = Scenario.paper() if scenario is None else scenario
         if not isinstance(scenario, Scenario):
@@ -68,11 +80,17 @@ class AttitudeManeuverProblem(Problem):
             scenario = dataclasses.replace(scenario, maneuvers=limits)
         self.scenario = scenario
         self.threads = threads
+        self.objectives = _checked(objectives)
+        if "t_required" in self.objectives and not scenario.required_sigma:
+            raise ValueError("objective 't_required': the scenario has no required_sigma")
+        self.obj_names = tuple(entry.label for entry in self._objectives())
+        self.constraint_names = tuple(entry.label for entry in constraints(scenario))
         limits = scenario.maneuvers
         rates = [limits.max_rate_deg_s] * 3
         super().__init__(
             n_var=VARIABLES_PER_MANEUVER * limits.count,
-            n_obj=2,
+            n_obj=len(self.objectives),
+            n_ieq_constr=len(self.constraint_names),
             xl=np.tile([*(-rate for rate in rates), 0.0], limits.count),
             xu=np.tile([*rates, limits.max_duration], limits.count),
             vtype=float,
@@ -99,42 +117,81 @@ class AttitudeManeuverProblem(Problem):
         return FilterModel.from_scenario(self.scenario, self.environment)
 
     def _evaluate(self, X: Floats, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        result = evaluate(self.model, X, self.threads)
-        out["F"] = np.column_stack([result.t_end, result.trace])
+        objectives, limits = self._objectives(), constraints(self.scenario)
+        covariance = any(o.needs_covariance for o in objectives)
+        covariance |= any(c.needs_covariance for c in limits)
+        result = evaluate(self.model, X, self.threads, covariance=covariance)
+        out["F"] = self._columns(objectives, X, result)
+        if limits:
+            out["G"] = self._columns(limits, X, result)
+
+    def _objectives(self) -> list[Objective]:
+        suite = Suite(self.scenario.gyro, self.scenario.sensors)
+        return [objective(name, suite) for name in self.objectives]
+
+    def _columns(
+        self, entries: Sequence[Objective] | Sequence[Constraint], X: Floats, result: Evaluation
+    ) -> Floats:
+        return np.column_stack([entry.value(self.model, X, result) for entry in entries])
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> AttitudeManeuverProblem:
-        """Build it from a scenario as nested dicts, see `Scenario.from_dict`; {} is the paper's."""
-        return cls(Scenario.from_dict(options) if options else None)
+        """Build it from a scenario as nested dicts, see `Scenario.from_dict`; {} is the paper's.
+
+        A key ``objectives`` beside those of the scenario names what to minimize.
+        """
+        table = dict(options)
+        names = table.pop("objectives", PAPER)
+        return cls(Scenario.from_dict(table) if table else None, objectives=names)
 
     def options(self) -> dict[str, Any]:
-        """The scenario as nested dicts of JSON's types, see `Scenario.to_dict`."""
-        return self.scenario.to_dict()
+        """The scenario as nested dicts of JSON's types, and objectives that are not the paper's."""
+        others = {} if self.objectives == PAPER else {"objectives": list(self.objectives)}
+        return others | self.scenario.to_dict()
 
     def indicator_space(self, F: ArrayLike) -> Floats:
-        """Objectives as indicators see them: t_end / duration and (log10 trace + 6) / 5.
+        """Objectives as indicators see them, such as t_end / duration and (log10 trace + 6) / 5.
 
         With the paper's preset the reference point (1, 1) holds every solution worth having.
 
         Parameters
         ----------
-        F : array_like, shape (n, 2)
+        F : array_like, shape (n, n_obj)
 
         Returns
         -------
-        array, shape (n, 2)
+        array, shape (n, n_obj)
         """
-        t_end, trace = np.atleast_2d(np.asarray(F, dtype=float)).T
-        return np.column_stack([t_end / self.scenario.duration, (np.log10(trace) + 6.0) / 5.0])
+        columns = np.atleast_2d(np.asarray(F, dtype=float)).T
+        return np.column_stack(
+            [
+                entry.indicator(column, self.scenario)
+                for entry, column in zip(self._objectives(), columns, strict=True)
+            ]
+        )
 
     def describe(self, X: ArrayLike) -> pd.DataFrame:
         """Each solution, one row, in an engineer's terms."""
         return describe.describe(self, np.atleast_2d(np.asarray(X, dtype=float)))
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
-        """How many points of a front converge in the first orbit, and how many later."""
+        """How many points of a front converge in the first orbit, and how many later.
+
+        Nothing is said of a front of other objectives than the paper's.
+        """
+        if self.objectives != PAPER:
+            return {}
         return describe.front_summary(self.scenario, np.atleast_2d(np.asarray(F, dtype=float)))
 
     def figures(self, X: ArrayLike) -> dict[str, go.Figure]:
         """Interactive figures of a set of solutions; ``front`` is the picture of the front."""
         return figures.figures(self, np.atleast_2d(np.asarray(X, dtype=float)))
+
+
+def _checked(objectives: Sequence[str]) -> tuple[str, ...]:
+    names = tuple(objectives)
+    if isinstance(objectives, str) or not names or not all(isinstance(n, str) for n in names):
+        raise TypeError(f"objectives = {objectives!r}: expected a list of names")
+    if len(set(names)) < len(names):
+        raise ValueError(f"objectives = {objectives!r}: expected each one once")
+    return names

@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 import pytest
 from mgeo_attitude.filter.codegen import CHECK, module_source, step_constants, step_parts
-from mgeo_attitude.filter.layout import layout
+from mgeo_attitude.filter.layout import NO_MONITORS, layout
 from mgeo_attitude.filter.symbols import Symbol, SymbolArithmetic
 from scipy.linalg import block_diag
 
@@ -107,6 +107,6 @@ def test_generated_step_is_one_filter_step(name):
 
 def test_module_source_does_not_change_from_run_to_run():
     suite = SUITES["paper"]
-    first = module_source(suite, (False, False), 8, cache=True)
-    assert first == module_source(suite, (False, False), 8, cache=True)
+    first = module_source(suite, (False, False), NO_MONITORS, 8, cache=True)
+    assert first == module_source(suite, (False, False), NO_MONITORS, 8, cache=True)
     assert "W[0]" in first

@@ -8,31 +8,37 @@ What feeds the lanes is the text of `lane.py` and `driver.py`, appended as it st
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from importlib import resources
+from typing import Any
 
 import numpy as np
 
 from ..vector import Vec3
 from .covariance import last_pivot, predict, update
-from .layout import layout
+from .layout import NO_MONITORS, Layout, layout
+from .monitors import Monitors
 from .suite import Suite
 from .symbols import Symbol, SymbolArithmetic, SymbolTriangle
 
 CHECK = "check"
 
 
-def step_parts(suite: Suite, gated: tuple[bool, ...]) -> dict[str, str]:
+def step_parts(
+    suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
+) -> dict[str, str]:
     """Text of a filter step of one candidate, part by part in order; and of `CHECK`.
 
     Every part consists of assignments to names and to values ``W[k]`` of the candidate, see
     `layout.py`. `CHECK`, which is no part of the step, finds the covariance's last pivot.
 
     ``C[k]`` is what all candidates share: three noise variances and, with a field of view,
-    boresight and cosine of the half-angle for each sensor in turn; then the trace weight of every
-    state. The compiler's time grows faster than a function: hence several parts.
+    boresight and cosine of the half-angle for each sensor in turn; the axes and requirements of
+    the monitors; then the trace weight of every state. The compiler's time grows faster than a
+    function: hence several parts.
     """
-    at = layout(suite, gated)
+    at = layout(suite, gated, monitors)
     n = suite.n_states
     parts: dict[str, str] = {}
     n_constants = 0
@@ -81,6 +87,11 @@ def step_parts(suite: Suite, gated: tuple[bool, ...]) -> dict[str, str]:
         update(triangle(ops), n, measure, variances, ops, gate)
         part(f"update_{index}", ops)
 
+    if monitors.total:
+        ops = SymbolArithmetic()
+        _watch(monitors, slots, constants, at, ops)
+        part("watch", ops)
+
     ops, weights = SymbolArithmetic(), constants(n)
     P = triangle(ops)
     ops.store(slot(at.trace), sum(weights[i] * P[i, i] for i in range(n)))
@@ -92,8 +103,41 @@ def step_parts(suite: Suite, gated: tuple[bool, ...]) -> dict[str, str]:
     return parts
 
 
-def step_constants(suite: Suite, weights: np.ndarray) -> np.ndarray:
-    """The array C of ``step(W, C)`` for trace `weights`, shape (n_states,)."""
+def _watch(
+    monitors: Monitors,
+    slots: Callable[[int, int], list[Symbol]],
+    constants: Callable[[int], list[Symbol]],
+    at: Layout,
+    ops: SymbolArithmetic,
+) -> None:
+    values = slots(at.monitors, monitors.total)
+    if monitors.n_cones:
+        C, sun = slots(at.attitude, 9), slots(at.reference + 3 * (at.n_references - 1), 3)
+        v = [ops.keep(sum(C[3 * i + k] * sun[k] for k in range(3))) for i in range(3)]
+        for value in values[: monitors.n_cones]:
+            cosine = sum(a * component for a, component in zip(constants(3), v, strict=True))
+            ops.store(value.text, ops.maximum(cosine, value))
+    if monitors.states:
+        first, *others = (
+            slots(i * (i + 1) // 2 + i, 1)[0] * weight
+            for i, weight in zip(monitors.states, constants(len(monitors.states)), strict=True)
+        )
+        worst = first
+        for ratio in others:
+            worst = ops.keep(ops.maximum(worst, ratio))
+        pending, steps = values[-2:]
+        still = ops.keep(pending * ops.at_least(worst, Symbol("1.0")))
+        ops.store(pending.text, still)
+        ops.store(steps.text, steps + still)
+
+
+def step_constants(
+    suite: Suite, weights: np.ndarray, cones: np.ndarray | None = None, required: Any = ()
+) -> np.ndarray:
+    """The array C of ``step(W, C)`` for trace `weights`, shape (n_states,).
+
+    `cones`, shape (n, 3), are the axes and `required` the 1-sigmas of the monitors.
+    """
     values: list[float] = []
     for sensor in suite.sensors:
         values.extend(sigma**2 for sigma in sensor.noise())
@@ -101,13 +145,16 @@ def step_constants(suite: Suite, weights: np.ndarray) -> np.ndarray:
         if view is not None:
             boresight, half_angle = view
             values.extend([*boresight, float(np.cos(half_angle))])
-    return np.array([*values, *weights])
+    axes = () if cones is None else np.ravel(cones)
+    return np.array([*values, *axes, *(sigma**-2 for sigma in required), *weights])
 
 
-def module_source(suite: Suite, gated: tuple[bool, ...], lanes: int, cache: bool) -> str:
+def module_source(
+    suite: Suite, gated: tuple[bool, ...], monitors: Monitors, lanes: int, cache: bool
+) -> str:
     """Source of the whole kernel module of a suite: constants, `step`, `check` and the driver."""
-    at = layout(suite, gated)
-    parts = step_parts(suite, gated)
+    at = layout(suite, gated, monitors)
+    parts = step_parts(suite, gated, monitors)
     step = "\n".join(f"    {name}(W, C)" for name in parts if name != CHECK)
     package = (__package__ or "").rpartition(".")[0]
     lane, driver = (_text(name, package) for name in ("lane.py", "driver.py"))
@@ -124,6 +171,7 @@ N_STATES = {at.n_states}
 N_DYNAMIC = {at.n_dynamic}
 F_ENTRIES = np.array({at.transition})
 ATTITUDE, ROTATION, F_SLOT, Q_SLOT = {at.attitude}, {at.rotation}, {at.F}, {at.Q}
+MONITORS, N_MONITORS = {at.monitors}, {at.n_monitors}
 REFERENCE, N_REFERENCE = {at.reference}, {3 * at.n_references}
 GATE, N_GATES = {at.gate}, {at.n_gates}
 TRACE, PIVOT, N_SLOTS = {at.trace}, {at.pivot}, {at.total}

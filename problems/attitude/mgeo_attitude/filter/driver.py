@@ -9,10 +9,13 @@ from .atomic import fetch_add, load_acquire, store_release
 
 if TYPE_CHECKING:  # above this text in the generated module, see codegen.py
     from .lane import (
+        ATTITUDE,
         CACHE,
         GATE,
         LANES,
+        MONITORS,
         N_GATES,
+        N_MONITORS,
         N_REFERENCE,
         N_STATES,
         PIVOT,
@@ -59,8 +62,8 @@ def parent_is_done(done, parent):
 @njit(
     "void(int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], int64[::1],"
     "float64[:,::1], float64[:,:,::1], int64[:,::1], int64[::1], float64[:,:,::1], float64[::1],"
-    "float64[:,::1], float64[:,::1], float64[::1], float64[::1], int64, float64, float64,"
-    "int64[::1], float64[::1], float64[:,:,::1], int64)",
+    "float64[:,::1], float64[:,::1], float64[::1], float64[::1], float64[::1], int64, float64,"
+    "float64, int64[::1], float64[::1], float64[:,::1], float64[:,::1], float64[:,:,::1], int64)",
     error_model="numpy",
     nogil=True,
     cache=CACHE,
@@ -82,12 +85,15 @@ def run(
     references,
     gates,
     variances,
+    monitors,
     C,
     window,
     decrease,
     dt,
     end_step,
     trace,
+    watched,
+    final,
     record,
     lanes,
 ):
@@ -118,8 +124,8 @@ def run(
         Process-noise density.
     references, gates : arrays, shapes (n_steps + 1, 3 n_sensors) and (n_steps + 1, n_gates)
         Reference vectors in GCRS and availabilities (one or zero) of the sensors.
-    variances : array, shape (n_states,)
-        Initial variances.
+    variances, monitors : arrays, shapes (n_states,) and (n_monitors,)
+        Variances and monitors at time zero.
     C : array
         Constants of `step`.
     window, decrease, dt
@@ -127,6 +133,10 @@ def run(
     end_step, trace : arrays, shape (n,), written
         Step at which the design ended and its trace there; NaN if the covariance lost
         positivity.
+    watched : array, shape (n, n_monitors), written
+        Monitors at the end.
+    final : array, shape (n or 0, n_states (n_states + 1) / 2), written
+        Lower triangle of the covariance at the end, row by row, if asked for.
     record : array, shape (n or 0, n_steps + 1, n_states), written
         Variance of each state at each step, if asked for.
     lanes
@@ -143,7 +153,7 @@ def run(
     test_from = np.full(LANES, NEVER)
     active = 0
     for lane in range(lanes):
-        reset(W, lane, variances, C, recent)
+        reset(W, lane, variances, monitors, C, recent)
         job[lane] = take(queue, n_jobs)
         active += job[lane] >= 0
     while active > 0:
@@ -164,7 +174,7 @@ def run(
                 clock[lane] = k
                 test_from[lane] = max(over[i], window)
                 if parent < 0:
-                    reset(W, lane, variances, C, recent)
+                    reset(W, lane, variances, monitors, C, recent)
                     healthy[lane] = True
                 else:
                     restore(W, lane, recent, k, window, snapshots[slots[parent]])
@@ -225,8 +235,14 @@ def run(
                 save(W, lane, recent, k, window, snapshots[slots[this]])
                 store_release(done, this, 1 if healthy[lane] else 2)
             elif at_end:
-                end_step[designs[this]] = k
-                trace[designs[this]] = recent[k & mask, lane] if healthy[lane] else np.nan
+                i = designs[this]
+                end_step[i] = k
+                trace[i] = recent[k & mask, lane] if healthy[lane] else np.nan
+                for j in range(N_MONITORS):
+                    watched[i, j] = W[(MONITORS + j) * LANES + lane]
+                if len(final) > 0:
+                    for j in range(ATTITUDE):
+                        final[i, j] = W[j * LANES + lane]
             else:
                 continue
             running[lane], clock[lane], test_from[lane] = 0, 0, NEVER

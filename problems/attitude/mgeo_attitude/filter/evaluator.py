@@ -15,7 +15,6 @@ from .codegen import step_constants
 from .jobs import separate, shared
 from .kernel import load_kernel
 from .model import FilterModel
-from .timeline import decode, maneuver_steps
 
 Floats = NDArray[np.float64]
 
@@ -32,6 +31,13 @@ class Evaluation:
         Weighted trace of the covariance then.
     variances : array, shape (n, n_steps + 1, n_states) or (0, n_steps + 1, n_states)
         History of the variances, NaN after `t_end`, if asked for.
+    covariance : array, shape (n, n_states, n_states) or (0, n_states, n_states)
+        Covariance at `t_end`, if asked for.
+    sun_angle : array, shape (n, n_cones)
+        Least angle [rad] between the Sun, while it shines, and each axis that must stay off it.
+    t_required : array, shape (n,)
+        Time when all required 1-sigmas were met for the first time [s]; infinite if they were not
+        until `t_end`, or there are none.
 
     A covariance that lost positivity gives NaN in `t_end` and `trace`.
     """
@@ -39,10 +45,17 @@ class Evaluation:
     t_end: Floats
     trace: Floats
     variances: Floats
+    covariance: Floats
+    sun_angle: Floats
+    t_required: Floats
 
 
 def evaluate(
-    model: FilterModel, designs: ArrayLike, threads: int | None = None, history: bool = False
+    model: FilterModel,
+    designs: ArrayLike,
+    threads: int | None = None,
+    history: bool = False,
+    covariance: bool = False,
 ) -> Evaluation:
     """Run the covariance filter over every design, shape (n, 4 m).
 
@@ -55,18 +68,27 @@ def evaluate(
         Default: the processors this process may use.
     history : bool
         Whether to return the variances at every step.
+    covariance : bool
+        Whether to return the covariances at the end.
     """
-    rates, durations = decode(designs)
-    starts, over = maneuver_steps(durations, model.step)
-    suite, n = model.suite, len(rates)
-    kernel = load_kernel(suite, model.gated)
+    plan = model.schedule(designs)
+    suite, n = model.suite, len(plan.rates)
+    monitors = model.monitors
+    kernel = load_kernel(suite, model.gated, monitors)
     rest, *unit = (suite.dynamics_matrix(omega) for omega in np.vstack([np.zeros(3), np.eye(3)]))
     # A history is recorded step by step, so every design is then run by itself from the start.
-    jobs = separate(n) if history else shared(rates, starts, over, model.n_steps)
+    jobs = separate(n) if history else shared(plan.rates, plan.starts, plan.over, model.n_steps)
     record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)
     record[:, 0] = model.initial_sigma**2
     end_step, trace = np.zeros(n, dtype=np.int64), np.empty(n)
-    # covariance, attitude and the trace over the last window
+    watched = np.empty((n, monitors.total))
+    final = np.empty((n if covariance else 0, kernel.ATTITUDE))
+    start = _monitors_at_start(model)
+    required = () if model.required_sigma is None else model.required_sigma[list(monitors.states)]
+    references = model.references.reshape(len(model.references), -1)
+    if monitors.n_cones:
+        references = np.hstack([references, model.sun])
+    # covariance, attitude, monitors and the trace over the last window
     snapshot = kernel.ROTATION + model.window_steps + 1
     arguments: tuple[Any, ...] = (
         np.zeros(1, dtype=np.int64),
@@ -77,20 +99,23 @@ def evaluate(
         jobs.parent,
         jobs.snapshot,
         np.empty(((jobs.snapshot >= 0).sum(), snapshot)),
-        np.ascontiguousarray(rates),
-        starts,
-        over,
+        np.ascontiguousarray(plan.rates),
+        plan.starts,
+        plan.over,
         np.ascontiguousarray([rest, *(matrix - rest for matrix in unit)]),
         suite.diffusion(),
-        model.references.reshape(len(model.references), -1),
+        np.ascontiguousarray(references),
         np.ascontiguousarray(model.available[:, model.gated], dtype=float),
         model.initial_sigma**2,
-        step_constants(suite, model.weights),
+        start,
+        step_constants(suite, model.weights, model.cones, required),
         model.window_steps,
         model.relative_decrease,
         model.step,
         end_step,
         trace,
+        watched,
+        final,
         record,
         kernel.LANES,
     )
@@ -112,7 +137,32 @@ def evaluate(
             stacklevel=2,
         )
         t_end = np.where(lost, np.nan, t_end)
-    return Evaluation(t_end, trace, record)
+    watched = watched[jobs.twin]
+    cosine = np.clip(watched[:, : monitors.n_cones], -1.0, 1.0)
+    t_required = np.full(n, np.inf)
+    if monitors.states:
+        reached = watched[:, -2] == 0.0
+        steps = watched[reached, -1] + start[-2]  # none where met at time zero
+        t_required[reached] = model.step * steps
+    full = _symmetric(final[jobs.twin] if covariance else final, suite.n_states)
+    return Evaluation(t_end, trace, record, full, np.arccos(cosine), t_required)
+
+
+def _monitors_at_start(model: FilterModel) -> Floats:
+    sun = model.sun[0] if len(model.sun) else np.zeros(3)
+    required = np.full(model.suite.n_states, np.inf)
+    if model.required_sigma is not None:
+        required = model.required_sigma
+    return model.monitors.start(model.cones, sun, model.initial_sigma, required)
+
+
+def _symmetric(triangles: Floats, n: int) -> Floats:
+    """Full matrices from lower triangles, shape (m, n (n + 1) / 2)."""
+    row, column = np.tril_indices(n)
+    full = np.empty((len(triangles), n, n))
+    full[:, row, column] = triangles
+    full[:, column, row] = triangles
+    return full
 
 
 def available_threads() -> int:

@@ -29,6 +29,8 @@ import platformdirs
 from ..files import write_text
 from . import atomic, discretization, lanewise
 from .codegen import module_source
+from .layout import NO_MONITORS
+from .monitors import Monitors
 from .suite import Suite
 
 _log = logging.getLogger(__name__)
@@ -44,7 +46,9 @@ def lanes() -> int:
 
 
 @cache
-def load_kernel(suite: Suite, gated: tuple[bool, ...]) -> ModuleType:
+def load_kernel(
+    suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
+) -> ModuleType:
     """Kernel module of a suite; see `driver.run` for its function ``run``.
 
     Parameters
@@ -52,8 +56,11 @@ def load_kernel(suite: Suite, gated: tuple[bool, ...]) -> ModuleType:
     suite : Suite
     gated : tuple of bool
         Which sensors are not available at every sample.
+    monitors : Monitors
+        What is watched along a run.
     """
-    return load_module("kernel", partial(module_source, suite, gated, lanes()), _INGREDIENTS)
+    source_of = partial(module_source, suite, gated, monitors, lanes())
+    return load_module("kernel", source_of, _INGREDIENTS)
 
 
 def load_module(

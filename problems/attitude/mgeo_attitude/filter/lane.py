@@ -15,6 +15,8 @@ if TYPE_CHECKING:  # defined above this text in the generated module, see codege
     F_ENTRIES: np.ndarray
     ATTITUDE: int
     ROTATION: int
+    MONITORS: int
+    N_MONITORS: int
     F_SLOT: int
     Q_SLOT: int
     REFERENCE: int
@@ -53,7 +55,7 @@ def variance_slot(i):
 
 
 @njit(cache=CACHE, error_model="numpy")
-def reset(W, lane, variances, C, recent):
+def reset(W, lane, variances, monitors, C, recent):
     """Put a lane at time zero: initial covariance, body axes along GCRS."""
     for k in range(N_SLOTS):
         W[k * LANES + lane] = 0.0
@@ -63,6 +65,8 @@ def reset(W, lane, variances, C, recent):
         total += C[len(C) - N_STATES + i] * variances[i]
     for i in range(3):
         W[(ATTITUDE + 4 * i) * LANES + lane] = 1.0
+    for i in range(N_MONITORS):
+        W[(MONITORS + i) * LANES + lane] = monitors[i]
     recent[0, lane] = total
 
 
@@ -84,7 +88,7 @@ def load_maneuver(W, lane, omega, dynamics, density, dt):
 
 @njit(cache=CACHE)
 def save(W, lane, recent, k, window, snapshot):
-    """Store a lane's covariance, attitude and the trace's last window, at step k."""
+    """Store a lane's covariance, attitude, monitors and last window of the trace, at step k."""
     for j in range(ROTATION):
         snapshot[j] = W[j * LANES + lane]
     for j in range(min(window, k) + 1):

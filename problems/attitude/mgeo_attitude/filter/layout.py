@@ -6,7 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .monitors import Monitors
 from .suite import Suite
+
+NO_MONITORS = Monitors()
 
 
 @dataclass(frozen=True)
@@ -19,14 +22,19 @@ class Layout:
     n_dynamic: int
     n_references: int
     n_gates: int
+    n_monitors: int
 
     @property
     def attitude(self) -> int:
         return self.n_states * (self.n_states + 1) // 2
 
     @property
-    def rotation(self) -> int:
+    def monitors(self) -> int:
         return self.attitude + 9
+
+    @property
+    def rotation(self) -> int:
+        return self.monitors + self.n_monitors
 
     @property
     def F(self) -> int:
@@ -57,14 +65,18 @@ class Layout:
         return self.pivot + 1
 
 
-def layout(suite: Suite, gated: tuple[bool, ...]) -> Layout:
-    """Workspace of a suite; `gated` tells which sensors are not available at every sample."""
+def layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS) -> Layout:
+    """Workspace of a suite; `gated` tells which sensors are not available at every sample.
+
+    The Sun is one more reference, after those of the sensors, if cones must stay off it.
+    """
     return Layout(
         n_states=suite.n_states,
         transition=transition_pattern(suite),
         n_dynamic=suite.n_dynamic,
-        n_references=len(suite.sensors),
+        n_references=len(suite.sensors) + (monitors.n_cones > 0),
         n_gates=sum(gated),
+        n_monitors=monitors.total,
     )
 
 

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..environment import Environment
-from ..scenario.settings import TraceWeights
+from ..scenario.settings import RequiredSigma, TraceWeights
+from .monitors import Monitors
 from .suite import Suite
+from .timeline import Agility, Schedule, schedule
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
@@ -39,6 +41,14 @@ class FilterModel:
         Convergence window [steps].
     relative_decrease : float
         The run has converged when the trace fell by less than this fraction over the window.
+    agility : Agility, optional
+        How fast rates can change; without it they change at once.
+    cones : array, shape (n_cones, 3)
+        Body axes that must stay off the Sun, unit vectors.
+    sun : array, shape (n_steps + 1, 3) or (0, 3)
+        Direction to the Sun where it shines, else zero, GCRS; empty if no axis is watched.
+    required_sigma : array, shape (n_states,), optional
+        1-sigma that a plan must reach; infinite for a state without requirement.
     """
 
     suite: Suite
@@ -49,6 +59,10 @@ class FilterModel:
     weights: Floats
     window_steps: int
     relative_decrease: float
+    agility: Agility | None = None
+    cones: Floats = dataclasses.field(default_factory=lambda: np.zeros((0, 3)))
+    sun: Floats = dataclasses.field(default_factory=lambda: np.zeros((0, 3)))
+    required_sigma: Floats | None = None
 
     @classmethod
     def from_scenario(
@@ -70,6 +84,9 @@ class FilterModel:
             if mask is not None:
                 available[:, index] = mask
         weights = np.repeat(TraceWeights(scenario.trace_weights).of(suite.blocks), 3)
+        required = RequiredSigma(scenario.required_sigma)
+        cones = np.array([cone.axis() for cone in scenario.keep_outs]).reshape(-1, 3)
+        sun = environment.sun * environment.sunlit[:, None]
         return cls(
             suite=suite,
             step=scenario.step,
@@ -79,6 +96,10 @@ class FilterModel:
             weights=weights,
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
+            agility=_agility(scenario),
+            cones=cones,
+            sun=sun if len(cones) else np.zeros((0, 3)),
+            required_sigma=np.repeat(required.of(suite.blocks), 3) if required else None,
         )
 
     @property
@@ -92,6 +113,28 @@ class FilterModel:
         return times
 
     @property
+    def monitors(self) -> Monitors:
+        """What is watched along a run."""
+        states = () if self.required_sigma is None else np.flatnonzero(self.required_sigma < np.inf)
+        return Monitors(len(self.cones), tuple(int(state) for state in states))
+
+    def schedule(self, designs: ArrayLike) -> Schedule:
+        """What is flown of designs, shape (n, 4 m)."""
+        return schedule(designs, self.step, self.agility)
+
+    @property
     def gated(self) -> tuple[bool, ...]:
         """Which sensors are not available at every sample."""
         return tuple(bool(column.any()) for column in ~self.available.T)
+
+
+def _agility(scenario: Scenario) -> Agility | None:
+    acceleration, wheels = scenario.maneuvers.max_acceleration_deg_s2, scenario.wheels
+    torque = None if wheels is None else wheels.max_torque
+    if acceleration is None and torque is None:
+        return None
+    return Agility(
+        max_acceleration=np.inf if acceleration is None else float(np.radians(acceleration)),
+        max_torque=np.inf if torque is None else torque,
+        inertia=np.eye(3) if wheels is None else wheels.matrix(),
+    )

@@ -16,7 +16,6 @@ from scipy.linalg import block_diag, expm
 from scipy.spatial.transform import Rotation
 
 from .model import FilterModel
-from .timeline import decode, maneuver_steps
 
 Floats = NDArray[np.float64]
 
@@ -59,8 +58,8 @@ class FilterHistory:
 
 def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
     """Run the filter of equations (2) to (4) over one design, shape (4 m,)."""
-    rates, durations = (part[0] for part in decode(np.atleast_1d(design)))
-    starts, over = (part[0] for part in maneuver_steps(durations[None], model.step))
+    plan = model.schedule(np.atleast_2d(np.asarray(design, dtype=float)))
+    rates, starts, over = plan.rates[0], plan.starts[0], plan.over[0]
     attitude = attitudes(rates, starts, model.n_steps, model.step)
     H, R, seen = _measurements(model, attitude)
 

@@ -67,6 +67,11 @@ class SymbolArithmetic:
         """One where the value reaches the bound, else zero."""
         return Symbol(f"(1.0 if {_text(value)} >= {bound.text} else 0.0)")
 
+    def maximum(self, a: Symbol | float, b: Symbol | float) -> Symbol:
+        """The greater of two values."""
+        a, b = self.keep(a), self.keep(b)
+        return Symbol(f"({_text(a)} if {_text(a)} >= {_text(b)} else {_text(b)})")
+
     def store(self, slot: str, value: Symbol | float) -> None:
         self.lines.append(f"{slot} = {_text(value)}")
 

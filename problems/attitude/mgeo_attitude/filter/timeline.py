@@ -77,6 +77,123 @@ def maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
 
 
 @dataclass(frozen=True)
+class Agility:
+    """How fast body rates can change.
+
+    Attributes
+    ----------
+    max_acceleration : float
+        Greatest angular acceleration about each body axis [rad/s²]; may be infinite.
+    max_torque : float
+        Greatest torque about each body axis [N m]; may be infinite.
+    inertia : array, shape (3, 3)
+        [kg m²]
+    """
+
+    max_acceleration: float
+    max_torque: float
+    inertia: Floats
+
+    def ramp_time(self, change: Floats) -> Floats:
+        """Least time [s] for changes of the rate, shape (..., 3) [rad/s], along a straight line.
+
+        The satellite's total angular momentum is zero, so that no torque is needed but J dω/dt.
+        """
+        acceleration = np.abs(change).max(axis=-1) / self.max_acceleration
+        torque = np.abs(change @ self.inertia).max(axis=-1) / self.max_torque
+        longest: Floats = np.maximum(acceleration, torque)
+        return longest
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """n designs as stretches of constant rate on the filter's steps.
+
+    Attributes
+    ----------
+    rates : array, shape (n, k, 3)
+        Body rates [rad/s].
+    starts : array, shape (n, k)
+        First step of each stretch, ascending; one that starts with the next is not flown.
+    over : array, shape (n,)
+        Step at which the last maneuver is over; the last rate is held.
+    maneuver : array, shape (n, k)
+        Which maneuver of the design each stretch belongs to, from 0.
+    """
+
+    rates: Floats
+    starts: Ints
+    over: Ints
+    maneuver: Ints
+
+    def flown(self) -> NDArray[np.bool_]:
+        """Which stretches last a step or more, shape (n, k)."""
+        later = np.append(self.starts[:, 1:], np.full((len(self.starts), 1), NEVER), axis=1)
+        flown: NDArray[np.bool_] = (self.starts < later) & (self.starts < NEVER)
+        return flown
+
+
+#: The start of stretches that pad a schedule.
+NEVER = 2**40
+
+
+def schedule(designs: ArrayLike, step: float, agility: Agility | None = None) -> Schedule:
+    """What is flown of designs, shape (n, 4 m).
+
+    Without `agility` rates change at once, as in the paper. With it the rate moves along a
+    straight line to that of the next maneuver, from rest at first, as fast as it can; every step
+    of such a ramp is a stretch at the rate in the step's middle. A ramp counts to the maneuver it
+    leads into and is cut short where that ends first, except the last one, whose rate is held.
+
+    Raises
+    ------
+    ValueError
+        See `decode`.
+    """
+    rates, durations = decode(designs)
+    starts, over = maneuver_steps(durations, step)
+    n, m = starts.shape
+    number = np.broadcast_to(np.arange(m), (n, m))
+    if agility is None:
+        return Schedule(rates, starts, over, number)
+    ends = np.column_stack([starts[:, 1:], np.full(n, NEVER)])
+    reached = np.zeros((n, 3))
+    parts: list[tuple[Floats, Ints, Ints]] = []
+    for j in range(m):
+        change = rates[:, j] - reached
+        time = agility.ramp_time(change)
+        length = np.minimum(np.ceil(time / step).astype(np.int64), ends[:, j] - starts[:, j])
+        place = np.arange(int(length.max(initial=0)) + 1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            middle = np.clip((place + 0.5) * step / time[:, None], 0.0, 1.0)
+            end = np.clip(length * step / time, 0.0, 1.0)
+        # the stretch after the ramp is at the full rate
+        share = np.where(place < length[:, None], middle, 1.0)
+        held = starts[:, j, None] + place
+        # where the ramp is cut short, and beyond its end, nothing is left to fly
+        at = np.where(place <= length[:, None], np.minimum(held, ends[:, j, None]), -1)
+        parts.append((reached[:, None] + share[:, :, None] * change[:, None], at, place * 0 + j))
+        reached = reached + np.where(time > 0.0, end, 1.0)[:, None] * change
+        if j == m - 1:
+            over = np.maximum(over, starts[:, j] + length)
+    return _packed(parts, over)
+
+
+def _packed(parts: list[tuple[Floats, Ints, Ints]], over: Ints) -> Schedule:
+    """Stretches of all designs one after the other, those that start at -1 left out."""
+    rates = np.concatenate([part[0] for part in parts], axis=1)
+    starts = np.concatenate([part[1] for part in parts], axis=1)
+    maneuver = np.broadcast_to(np.concatenate([part[2] for part in parts]), starts.shape)
+    order = np.argsort(starts < 0, axis=1, kind="stable")[:, : int((starts >= 0).sum(1).max())]
+    starts = np.take_along_axis(starts, order, axis=1)
+    empty = starts < 0
+    rates = np.take_along_axis(rates, order[:, :, None], axis=1)
+    rates[empty] = 0.0
+    starts[empty] = NEVER
+    return Schedule(rates, starts, over, np.take_along_axis(maneuver, order, axis=1))
+
+
+@dataclass(frozen=True)
 class Flown:
     """One design as the filter flies it, until `times[-1]`: k stretches of constant rate.
 
@@ -98,11 +215,15 @@ class Flown:
     over: float
 
 
-def flown(design: ArrayLike, t_end: float, step: float) -> Flown:
-    """The maneuvers of one design, shape (4 m,), that are flown in a run of `t_end` seconds."""
-    rates, durations = (part[0] for part in decode(design))
-    starts, over = (part[0] for part in maneuver_steps(durations[None], step))
-    # of maneuvers that start at the same step only the last is flown
-    numbers = np.flatnonzero(np.append(np.diff(starts) > 0, True) & (starts * step < t_end))
-    times = np.append(starts[numbers] * step, t_end)
-    return Flown(numbers, times, rates[numbers], min(float(over) * step, t_end))
+def flown(design: ArrayLike, t_end: float, step: float, agility: Agility | None = None) -> Flown:
+    """What is flown of one design, shape (4 m,), in a run of `t_end` seconds; see `schedule`."""
+    plan = schedule(np.atleast_1d(np.asarray(design, dtype=float))[None], step, agility)
+    starts, over = plan.starts[0], plan.over[0]
+    stretches = np.flatnonzero(plan.flown()[0] & (starts * step < t_end))
+    times = np.append(starts[stretches] * step, t_end)
+    return Flown(
+        plan.maneuver[0, stretches],
+        times,
+        plan.rates[0, stretches],
+        min(float(over) * step, t_end),
+    )

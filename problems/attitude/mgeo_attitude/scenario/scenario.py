@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,20 @@ from numpy.typing import NDArray
 from ..constants import FIELD_MODEL_END, FIELD_MODEL_START
 from ..fields import InvalidValue, Validated, quantity
 from ..sensors import Gyro, Sensor
+from .limits import KeepOut, Wheels
 from .orbit import Orbit, TLEOrbit
-from .settings import Convergence, InitialUncertainty, ManeuverLimits, TraceWeights, state_blocks
+from .settings import (
+    BlockValues,
+    Convergence,
+    InitialUncertainty,
+    ManeuverLimits,
+    RequiredSigma,
+    TraceWeights,
+    state_blocks,
+)
 from .suggestions import known_names
+
+Values = TypeVar("Values", bound=BlockValues)
 
 #: An element set older than this places the satellite tens of kilometers off and more.
 MAX_TLE_AGE = timedelta(days=30)
@@ -57,6 +68,11 @@ class Scenario(Validated):
     trace_weights: Mapping[str, float] = quantity(
         TraceWeights(), doc="weight of each state block in the trace, 1 where none is given"
     )
+    required_sigma: Mapping[str, float] = quantity(
+        RequiredSigma(), doc="1-sigma that each axis of a state block must reach (filter's units)"
+    )
+    wheels: Wheels | None = quantity(None, doc="reaction wheels that turn the satellite")
+    keep_outs: tuple[KeepOut, ...] = quantity((), doc="cones that the Sun must stay out of")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -192,21 +208,25 @@ class Scenario(Validated):
             names.append(sensor.name)
 
     def _check_weights(self) -> None:
+        weights = self._checked_blocks("trace_weights", TraceWeights)
+        if not any(weights.of(state_blocks(self.gyro, self.sensors))):
+            raise InvalidValue("trace_weights", dict(weights), "expected a weight above 0")
+        self._checked_blocks("required_sigma", RequiredSigma)
+
+    def _checked_blocks(self, key: str, kind: type[Values]) -> Values:
+        """Turn a mapping into block values of this suite, or raise an error."""
         try:
-            weights = TraceWeights(self.trace_weights)
+            values = kind(getattr(self, key))
         except InvalidValue as error:
-            raise error.under("trace_weights") from None
+            raise error.under(key) from None
         blocks = state_blocks(self.gyro, self.sensors)
-        for block, weight in weights.items():
+        for block, value in values.items():
             if block not in blocks:
                 raise InvalidValue(
-                    f"trace_weights.{block}",
-                    weight,
-                    f"unknown state block{known_names(block, blocks)}",
+                    f"{key}.{block}", value, f"unknown state block{known_names(block, blocks)}"
                 )
-        if not any(weights.of(blocks)):
-            raise InvalidValue("trace_weights", dict(weights), "expected a weight above 0")
-        object.__setattr__(self, "trace_weights", weights)
+        object.__setattr__(self, key, values)
+        return values
 
 
 def _is_multiple(span: float, step: float) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
@@ -29,6 +30,13 @@ class ManeuverLimits(Validated):
     max_duration: float = quantity(
         2000.0, unit="s", low=0.0, open_low=True, doc="greatest duration of one maneuver"
     )
+    max_acceleration_deg_s2: float | None = quantity(
+        None,
+        unit="deg/s²",
+        low=0.0,
+        open_low=True,
+        doc="greatest angular acceleration per axis; without it rates change at once",
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,46 +56,64 @@ class Convergence(Validated):
     )
 
 
-class TraceWeights(Mapping[str, float]):
-    """Weight of each state block in the trace, 1 where none is given; immutable and hashable.
-
-    Parameters
-    ----------
-    weights : mapping
-        Weight, >= 0, by the name of a state block (`state_blocks`).
+class BlockValues(Mapping[str, float]):
+    """A number for some of the state's blocks (`state_blocks`); immutable and hashable.
 
     Raises
     ------
     InvalidValue, InvalidType
-        For a negative or non-finite weight, or one that is no number.
+        For a number out of range, or something that is no number.
     """
 
-    __slots__ = ("_weights",)
+    __slots__ = ("_values",)
+    _spec = Quantity()
 
-    def __init__(self, weights: Mapping[str, float] | None = None) -> None:
-        spec = Quantity(doc="weight of the block in the trace", low=0.0)
-        self._weights: dict[str, float] = {
-            block: checked(block, weight, float, spec) for block, weight in (weights or {}).items()
+    def __init__(self, values: Mapping[str, float] | None = None) -> None:
+        self._values: dict[str, float] = {
+            block: checked(block, value, float, self._spec)
+            for block, value in (values or {}).items()
         }
 
     def __getitem__(self, block: str) -> float:
-        return self._weights[block]
+        return self._values[block]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._weights)
+        return iter(self._values)
 
     def __len__(self) -> int:
-        return len(self._weights)
+        return len(self._values)
 
     def __hash__(self) -> int:
-        return hash(frozenset(self._weights.items()))
+        return hash(frozenset(self._values.items()))
 
     def __repr__(self) -> str:
-        return f"TraceWeights({self._weights})"
+        return f"{type(self).__name__}({self._values})"
+
+
+class TraceWeights(BlockValues):
+    """Weight, >= 0, of each state block in the trace, 1 where none is given."""
+
+    __slots__ = ()
+    _spec = Quantity(doc="weight of the block in the trace", low=0.0)
 
     def of(self, blocks: Iterable[str]) -> tuple[float, ...]:
         """Weights of the given blocks, in their order."""
-        return tuple(self._weights.get(block, 1.0) for block in blocks)
+        return tuple(self.get(block, 1.0) for block in blocks)
+
+
+class RequiredSigma(BlockValues):
+    """1-sigma, > 0, that a plan must reach in every axis of a state block, in the filter's unit.
+
+    Attitude and misalignments are in rad, a gyro's bias in rad/s, a Sun sensor's bias in parts of
+    the unit vector and a magnetometer's in parts of 50 µT.
+    """
+
+    __slots__ = ()
+    _spec = Quantity(doc="required 1-sigma of the block", low=0.0, open_low=True)
+
+    def of(self, blocks: Iterable[str]) -> tuple[float, ...]:
+        """Requirements of the given blocks, in their order; infinite where there is none."""
+        return tuple(self.get(block, math.inf) for block in blocks)
 
 
 def state_blocks(gyro: Gyro, sensors: Iterable[Sensor]) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from ..fields import InvalidType, InvalidValue, Validated, declared, expectation
 from ..sensors import SENSORS, Sensor
+from .limits import KeepOut, Wheels
 from .orbit import Orbit, TLEOrbit
 from .presets import PRESETS
 from .scenario import Scenario
@@ -40,7 +41,14 @@ def from_table(table: Table) -> Scenario:
     values["epoch"] = _epoch(values["epoch"])
     values["orbit"] = _orbit(values["orbit"])
     values["sensors"] = _sensors(values["sensors"])
-    values["trace_weights"] = _flat(values.get("trace_weights", {}), "trace_weights")
+    for key in ("trace_weights", "required_sigma"):
+        values[key] = _flat(values.get(key, {}), key)
+    if "wheels" in values:
+        values["wheels"] = _section(Wheels, values["wheels"], "wheels")
+    values["keep_outs"] = tuple(
+        _section(KeepOut, table, f"keep_outs[{i}]")
+        for i, table in enumerate(_list(values.get("keep_outs", ()), "keep_outs"))
+    )
     return Scenario(**values)
 
 
@@ -50,7 +58,10 @@ def _plain_fields(section: Validated) -> dict[str, Any]:
         selector = {"kind": section.kind}
     elif isinstance(section, TLEOrbit):
         selector = {"propagator": section.propagator}
-    return selector | {key: _plain(getattr(section, key)) for key in declared(type(section))}
+    values = {key: getattr(section, key) for key in declared(type(section))}
+    # TOML has no word for nothing: what is not given is left out
+    given = {key: value for key, value in values.items() if value is not None and value != ()}
+    return selector | {key: _plain(value) for key, value in given.items()}
 
 
 def _plain(value: Any) -> Any:
@@ -94,11 +105,16 @@ def _orbit(table: Any) -> Orbit | TLEOrbit:
 
 
 def _sensors(tables: Any) -> tuple[Sensor, ...]:
-    if not isinstance(tables, list | tuple):
-        raise InvalidType("sensors", tables, "expected a list of tables")
     return tuple(
-        _selected(SENSORS, table, f"sensors[{i}]", "kind") for i, table in enumerate(tables)
+        _selected(SENSORS, table, f"sensors[{i}]", "kind")
+        for i, table in enumerate(_list(tables, "sensors"))
     )
+
+
+def _list(tables: Any, key: str) -> list[Any]:
+    if not isinstance(tables, list | tuple):
+        raise InvalidType(key, tables, "expected a list of tables")
+    return list(tables)
 
 
 def _selected(

@@ -56,12 +56,12 @@ def to_toml(scenario: Scenario) -> str:
         section = getattr(scenario, key)
         if isinstance(section, Validated):
             document.add(key, _table(value, _comments(section), comments[key]))
-        elif key == "sensors":
-            sensors = tomlkit.aot()
-            for entry, sensor in zip(value, section, strict=True):
-                sensors.append(_table(entry, _comments(sensor)))
-            document.add(key, sensors)
-        elif key == "trace_weights":
+        elif key in ("sensors", "keep_outs"):
+            entries = tomlkit.aot()
+            for entry, part in zip(value, section, strict=True):
+                entries.append(_table(entry, _comments(part)))
+            document.add(key, entries)
+        elif key in ("trace_weights", "required_sigma"):
             weights = _table(value, {}, comments[key])
             blocks = ", ".join(state_blocks(scenario.gyro, scenario.sensors))
             weights.add(tomlkit.comment(f"The blocks: {blocks}"))

@@ -1,0 +1,190 @@
+"""What can be minimized, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .filter.evaluator import Evaluation
+from .filter.model import FilterModel
+from .filter.suite import Suite
+from .filter.timeline import decode
+from .scenario.suggestions import known_names
+
+if TYPE_CHECKING:
+    from .scenario import Scenario
+
+Floats = NDArray[np.float64]
+
+#: The paper's two, equation (5).
+PAPER = ("t_end", "trace")
+
+#: Begins the name of the trace over some of the state's blocks: ``trace:attitude,gyro.bias``.
+TRACE_OF = "trace:"
+
+
+@dataclass(frozen=True)
+class Objective:
+    """Something to minimize.
+
+    Attributes
+    ----------
+    label : str
+        With its unit.
+    value : function of model, designs and their evaluation
+        Values, shape (n,).
+    indicator : function of values and scenario
+        Values as indicators should see them: of order one, logarithms of what spans decades.
+    needs_covariance : bool
+        Whether the evaluation must contain the covariances at the end.
+    """
+
+    label: str
+    value: Callable[[FilterModel, Floats, Evaluation], Floats]
+    indicator: Callable[[Floats, Scenario], Floats]
+    needs_covariance: bool = False
+
+
+def objective(name: str, suite: Suite) -> Objective:
+    """The objective of this name, or of ``trace:BLOCK,BLOCK...``.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or a block is not of the suite.
+    """
+    if name.startswith(TRACE_OF):
+        return _trace_of(name.removeprefix(TRACE_OF).split(","), suite)
+    if name not in OBJECTIVES:
+        known = [*OBJECTIVES, f"{TRACE_OF}BLOCK"]
+        raise ValueError(f"unknown objective {name!r}{known_names(name, known)}")
+    return OBJECTIVES[name]
+
+
+def scaled(result: Evaluation, model: FilterModel) -> Floats:
+    """Covariances at the end in units of the initial 1-sigmas, shape (n, n_states, n_states)."""
+    matrix: Floats = result.covariance / np.outer(model.initial_sigma, model.initial_sigma)
+    return matrix
+
+
+def rate_change_deg_s(model: FilterModel, designs: Floats) -> Floats:
+    """Sum of the magnitudes of all changes of the rate, from rest at first [deg/s], shape (n,).
+
+    The impulse of thrusters that turn the satellite, and so their propellant, is proportional to
+    it for a spherical inertia.
+    """
+    rates, _ = decode(designs)
+    changes = np.diff(rates, axis=1, prepend=0.0)
+    total: Floats = np.degrees(np.linalg.norm(changes, axis=2).sum(axis=1))
+    return total
+
+
+def angle_deg(model: FilterModel, designs: Floats) -> Floats:
+    """Sum of the angles turned through in all maneuvers as commanded [deg], shape (n,)."""
+    rates, durations = decode(designs)
+    total: Floats = np.degrees((np.linalg.norm(rates, axis=2) * durations).sum(axis=1))
+    return total
+
+
+def _normalized_trace(model: FilterModel, designs: Floats, result: Evaluation) -> Floats:
+    mean: Floats = np.trace(scaled(result, model), axis1=1, axis2=2) / model.suite.n_states
+    return mean
+
+
+def _log_determinant(model: FilterModel, designs: Floats, result: Evaluation) -> Floats:
+    sign, value = np.linalg.slogdet(scaled(result, model))
+    per_state: Floats = np.where(sign > 0.0, value / np.log(10.0), np.nan) / model.suite.n_states
+    return per_state
+
+
+def _largest_eigenvalue(model: FilterModel, designs: Floats, result: Evaluation) -> Floats:
+    matrices = scaled(result, model)
+    largest = np.full(len(matrices), np.nan)
+    sound = np.isfinite(matrices).all(axis=(1, 2))
+    largest[sound] = np.linalg.eigvalsh(matrices[sound])[:, -1]
+    return largest
+
+
+def _time_to_accuracy(model: FilterModel, designs: Floats, result: Evaluation) -> Floats:
+    """The longest time of a run where the requirements are not met."""
+    longest = model.n_steps * model.step
+    time = np.where(np.isfinite(result.t_required), result.t_required, longest)
+    return np.where(np.isnan(result.trace), np.nan, time)
+
+
+def _trace_of(names: list[str], suite: Suite) -> Objective:
+    blocks = suite.blocks
+    for name in names:
+        if name not in blocks:
+            wanted = TRACE_OF + ",".join(names)
+            raise ValueError(
+                f"objective {wanted!r}: unknown block {name!r}{known_names(name, blocks)}"
+            )
+    chosen = np.repeat([block in names for block in blocks], 3)
+
+    def value(model: FilterModel, designs: Floats, result: Evaluation) -> Floats:
+        variances = np.diagonal(result.covariance, axis1=1, axis2=2)
+        total: Floats = variances[:, chosen].sum(axis=1)
+        return total
+
+    return Objective(f"trace of {', '.join(names)} [-]", value, _decades, needs_covariance=True)
+
+
+def _share_of_duration(values: Floats, scenario: Scenario) -> Floats:
+    return values / scenario.duration
+
+
+def _decades(values: Floats, scenario: Scenario) -> Floats:
+    """Five decades above 1e-6 to the interval from 0 to 1."""
+    scaled: Floats = (np.log10(values) + 6.0) / 5.0
+    return scaled
+
+
+def _share_of_fastest(values: Floats, scenario: Scenario) -> Floats:
+    limits = scenario.maneuvers
+    share: Floats = values / (2.0 * np.sqrt(3.0) * limits.max_rate_deg_s * limits.count)
+    return share
+
+
+def _share_of_longest(values: Floats, scenario: Scenario) -> Floats:
+    limits = scenario.maneuvers
+    longest = np.sqrt(3.0) * limits.max_rate_deg_s * limits.max_duration * limits.count
+    share: Floats = values / longest
+    return share
+
+
+OBJECTIVES = {
+    "t_end": Objective("t_end [s]", lambda model, X, result: result.t_end, _share_of_duration),
+    "trace": Objective("trace [-]", lambda model, X, result: result.trace, _decades),
+    "normalized_trace": Objective(
+        "mean variance relative to the initial [-]",
+        _normalized_trace,
+        _decades,
+        needs_covariance=True,
+    ),
+    "log_det": Objective(
+        "log10 of the determinant relative to the initial, per state [-]",
+        _log_determinant,
+        lambda values, scenario: (values + 6.0) / 5.0,
+        needs_covariance=True,
+    ),
+    "max_eigenvalue": Objective(
+        "largest eigenvalue relative to the initial variances [-]",
+        _largest_eigenvalue,
+        _decades,
+        needs_covariance=True,
+    ),
+    "t_required": Objective("time to required 1-sigma [s]", _time_to_accuracy, _share_of_duration),
+    "angle": Objective(
+        "angle turned [deg]", lambda model, X, result: angle_deg(model, X), _share_of_longest
+    ),
+    "rate_change": Objective(
+        "sum of rate changes [deg/s]",
+        lambda model, X, result: rate_change_deg_s(model, X),
+        _share_of_fastest,
+    ),
+}

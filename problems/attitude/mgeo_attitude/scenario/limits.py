@@ -1,0 +1,71 @@
+"""Limits of a real satellite that a plan has to keep: wheels, and cones around the Sun."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..fields import InvalidValue, Validated, quantity
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wheels(Validated):
+    """Reaction wheels along the body axes that turn the satellite, starting from rest.
+
+    The satellite's whole angular momentum is taken as zero, so that the wheels hold minus that of
+    the body, J ω, and their torque is J dω/dt: without external torques there is no other term.
+    """
+
+    inertia: tuple[float, float, float] = quantity(
+        unit="kg m²", low=0.0, open_low=True, doc="moments of inertia about body x, y and z"
+    )
+    products_of_inertia: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0), unit="kg m²", doc="entries xy, xz and yz of the inertia matrix"
+    )
+    max_torque: float | None = quantity(
+        None, unit="N m", low=0.0, open_low=True, doc="greatest torque about each axis"
+    )
+    max_momentum: float | None = quantity(
+        None, unit="N m s", low=0.0, open_low=True, doc="greatest momentum stored about each axis"
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if np.linalg.eigvalsh(self.matrix())[0] <= 0.0:
+            raise InvalidValue(
+                "products_of_inertia",
+                self.products_of_inertia,
+                f"expected a positive definite inertia matrix with {self.inertia} on the diagonal",
+            )
+
+    def matrix(self) -> NDArray[np.float64]:
+        """J, shape (3, 3) [kg m²]."""
+        xy, xz, yz = self.products_of_inertia
+        off = np.array([[0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0]])
+        matrix: NDArray[np.float64] = np.diag(self.inertia) + off
+        return matrix
+
+
+@dataclass(frozen=True, kw_only=True)
+class KeepOut(Validated):
+    """A cone around a body axis, a camera's say, in which the Sun must not be while it shines."""
+
+    name: str = quantity("payload", doc="name of the cone, for people")
+    boresight: tuple[float, float, float] = quantity(doc="axis of the cone, body axes (any length)")
+    half_angle_deg: float = quantity(
+        unit="deg", low=0.0, high=90.0, open_low=True, open_high=True, doc="half-angle of the cone"
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not any(self.boresight):
+            raise InvalidValue("boresight", self.boresight, "expected a direction, not zero")
+
+    def axis(self) -> tuple[float, float, float]:
+        """Unit vector of the boresight."""
+        length = math.hypot(*self.boresight)
+        x, y, z = (component / length for component in self.boresight)
+        return (x, y, z)

@@ -1,0 +1,83 @@
+"""Rates that change as fast as the satellite can, in steps of the filter."""
+
+import numpy as np
+import pytest
+from mgeo_attitude.filter.timeline import Agility, flown, schedule
+
+STEP = 1.0
+SLOW = Agility(np.radians(0.02), np.inf, np.eye(3))
+TURN = [0.4, 0.0, -0.2, 100.0, -0.1, 0.0, 0.0, 60.0]
+
+
+def rates_deg_s(plan, n_steps, row=0):
+    """Rate about each axis at every step [deg/s], from the stretches."""
+    rates = np.zeros((n_steps, 3))
+    flying = plan.flown()[row]
+    for rate, start in zip(plan.rates[row, flying], plan.starts[row, flying], strict=True):
+        rates[start:] = np.degrees(rate)
+    return rates
+
+
+def test_without_limits_a_maneuver_is_one_stretch():
+    plan = schedule([TURN], STEP)
+    assert plan.starts.tolist() == [[0, 100]]
+    assert plan.maneuver.tolist() == [[0, 1]]
+    assert plan.over.tolist() == [160]
+
+
+def test_rates_follow_the_trapezoid():
+    """From rest to 0.4 deg/s at 0.02 deg/s² takes 20 s; then -0.5 deg/s take 25 s."""
+    rates = rates_deg_s(schedule([TURN], STEP, SLOW), 200)
+    middle = np.arange(200) + 0.5
+    expected_x = np.interp(middle, [0.0, 20.0, 100.0, 125.0], [0.0, 0.4, 0.4, -0.1])
+    expected_z = np.interp(middle, [0.0, 20.0, 100.0, 125.0], [0.0, -0.2, -0.2, 0.0])
+    np.testing.assert_allclose(rates[:, 0], expected_x, atol=1e-14)
+    np.testing.assert_allclose(rates[:, 2], expected_z, atol=1e-14)
+    assert np.abs(np.diff(rates, axis=0)).max() <= 0.02 * STEP + 1e-12
+
+
+def test_the_angle_turned_is_that_of_the_trapezoid():
+    rates = rates_deg_s(schedule([TURN], STEP, SLOW), 100)
+    assert rates[:, 0].sum() * STEP == pytest.approx(0.4 * (100.0 - 20.0 / 2.0))
+
+
+def test_a_ramp_that_is_cut_short_goes_on_from_the_rate_it_reached():
+    short = [1.0, 0.0, 0.0, 10.0, 0.0, 0.0, 0.0, 100.0]  # 1 deg/s would take 50 s
+    rates = rates_deg_s(schedule([short], STEP, SLOW), 60)[:, 0]
+    expected = np.interp(np.arange(60) + 0.5, [0.0, 10.0, 20.0], [0.0, 0.2, 0.0])
+    np.testing.assert_allclose(rates, expected, atol=1e-14)
+
+
+def test_the_last_rate_is_reached_and_held():
+    plan = schedule([[1.0, 0.0, 0.0, 10.0]], STEP, SLOW)
+    assert plan.over.tolist() == [50]
+    np.testing.assert_allclose(rates_deg_s(plan, 80)[50:, 0], 1.0)
+
+
+def test_torque_limits_the_ramp_of_a_heavy_axis():
+    """0.01 N m turn 2 kg m² at 0.005 rad/s²: 0.1 rad/s take 20 s."""
+    weak = Agility(np.inf, 0.01, np.diag([1.0, 2.0, 1.0]))
+    assert weak.ramp_time(np.array([0.0, 0.1, 0.0])) == pytest.approx(20.0)
+    assert weak.ramp_time(np.array([0.1, 0.0, 0.0])) == pytest.approx(10.0)
+    tilted = Agility(np.inf, 0.01, np.array([[1.0, 0.5, 0.0], [0.5, 2.0, 0.0], [0.0, 0.0, 1.0]]))
+    assert tilted.ramp_time(np.array([0.1, 0.1, 0.0])) == pytest.approx(25.0)
+
+
+def test_designs_of_a_batch_do_not_depend_on_each_other():
+    rng = np.random.default_rng(0)
+    X = rng.uniform(-1.0, 1.0, (20, 12))
+    X[:, 3::4] = rng.uniform(0.0, 150.0, (20, 3)) * (rng.random((20, 3)) > 0.2)
+    together = schedule(X, STEP, SLOW)
+    for row, x in enumerate(X):
+        alone = schedule([x], STEP, SLOW)
+        np.testing.assert_array_equal(rates_deg_s(together, 900, row), rates_deg_s(alone, 900))
+        assert together.over[row] == alone.over[0]
+        assert np.all(np.diff(together.starts[row]) >= 0)
+
+
+def test_flown_names_the_maneuver_of_every_stretch():
+    flight = flown(TURN, 130.0, STEP, SLOW)
+    assert flight.times[0] == 0.0
+    assert flight.times[-1] == 130.0
+    assert flight.numbers[flight.times[:-1] < 100.0].tolist() == [0] * 21
+    assert flight.numbers[flight.times[:-1] >= 100.0].tolist() == [1] * 26
