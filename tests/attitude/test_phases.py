@@ -1,6 +1,8 @@
 """Phases of a plan, by hand."""
 
+import numpy as np
 import pytest
+from mgeo_attitude.filter.timeline import Agility
 from mgeo_attitude.phases import HELD, phases
 
 
@@ -40,3 +42,21 @@ def test_what_is_not_flown_leaves_its_number_out():
 def test_rates_are_those_of_the_design_to_the_last_bit():
     ((*_, rates), *_) = seen([0.75, -0.7, 0.1, 10.0], 20.0)
     assert rates == (0.75, -0.7, 0.1)
+
+
+def test_ramps_are_phases_of_their_own():
+    """0.02 deg/s²: 20 s from rest to 0.4 deg/s, then 25 s down, cut short at 10 s."""
+    agile = Agility(np.radians(0.02), np.inf, np.eye(3))
+    design = [0.4, 0.0, 0.0, 100.0, -0.1, 0.0, 0.0, 10.0, 0.495, 0.0, 0.0, 50.0]
+    found = phases(design, 200.0, 1.0, agile)
+    assert [(p.label, p.start, p.end) for p in found] == [
+        ("ramp to maneuver 1", 0.0, 20.0),
+        ("maneuver 1", 20.0, 100.0),
+        ("ramp to maneuver 2", 100.0, 110.0),
+        ("ramp to maneuver 3", 110.0, 125.0),
+        ("maneuver 3", 125.0, 160.0),
+        (HELD, 160.0, 200.0),
+    ]
+    assert found[0].rates_deg_s == pytest.approx((0.2, 0.0, 0.0))
+    assert found[0].swept_deg == pytest.approx(0.2 * 20.0)
+    assert found[2].rates_deg_s == pytest.approx((0.3, 0.0, 0.0))  # from 0.4 to 0.2 deg/s

@@ -7,6 +7,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
+from ..filter.model import agility
 from ..filter.timeline import flown
 from ..scenario import Scenario
 from .solutions import Solutions
@@ -34,7 +35,7 @@ def maneuvers_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
         ],
     )
     for row, (x, (t_end, _)) in enumerate(zip(solutions.X, solutions.F, strict=True), 1):
-        times, rates, over = timeline(x, t_end, scenario.step)
+        times, rates, over = timeline(x, t_end, scenario)
         for axis, name in enumerate("xyz"):
             figure.add_scatter(
                 x=times,
@@ -63,7 +64,7 @@ def maneuvers_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
     return figure
 
 
-def timeline(x: Floats, t_end: float, step: float) -> tuple[Floats, Floats, float]:
+def timeline(x: Floats, t_end: float, scenario: Scenario) -> tuple[Floats, Floats, float]:
     """A plan as the filter flies it.
 
     Returns
@@ -75,6 +76,6 @@ def timeline(x: Floats, t_end: float, step: float) -> tuple[Floats, Floats, floa
     over : float
         End of the last maneuver, or t_end if that comes first [s].
     """
-    flight = flown(x, t_end, step)
+    flight = flown(x, t_end, scenario.step, agility(scenario))
     held = np.degrees(flight.rates)
     return flight.times, np.vstack([held, held[-1:]]), flight.over

@@ -96,7 +96,7 @@ class FilterModel:
             weights=weights,
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
-            agility=_agility(scenario),
+            agility=agility(scenario),
             cones=cones,
             sun=sun if len(cones) else np.zeros((0, 3)),
             required_sigma=np.repeat(required.of(suite.blocks), 3) if required else None,
@@ -128,7 +128,8 @@ class FilterModel:
         return tuple(bool(column.any()) for column in ~self.available.T)
 
 
-def _agility(scenario: Scenario) -> Agility | None:
+def agility(scenario: Scenario) -> Agility | None:
+    """How fast the scenario's satellite changes its rate; None where it does at once."""
     acceleration, wheels = scenario.maneuvers.max_acceleration_deg_s2, scenario.wheels
     torque = None if wheels is None else wheels.max_torque
     if acceleration is None and torque is None:

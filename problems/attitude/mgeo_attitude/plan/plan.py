@@ -101,7 +101,7 @@ class ManeuverPlan(Validated):
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """Maneuvers flown, then the time for which the last rate is held."""
-        return phases(self.design, self.t_end, self.scenario.step)
+        return phases(self.design, self.t_end, self.scenario.step, self.problem.model.agility)
 
     def steps(self, times: ArrayLike) -> NDArray[np.int64]:
         """Filter steps of times [s] that are on one."""

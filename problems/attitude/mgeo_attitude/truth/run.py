@@ -101,7 +101,7 @@ class Flight:
     @cached_property
     def _tables(self) -> tuple[object, ...]:
         model, suite, n = self.model, self.model.suite, self.n_steps
-        plan = flown(self.design, n * model.step, model.step)
+        plan = flown(self.design, n * model.step, model.step, model.agility)
         starts = np.rint(plan.times[:-1] / model.step).astype(np.int64)
         density = suite.diffusion()
         steps = [discretize(suite.dynamics_matrix(w), density, model.step) for w in plan.rates]
