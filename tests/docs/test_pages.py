@@ -1,0 +1,146 @@
+"""What the pages of docs/ show works as it stands there."""
+
+import importlib
+import re
+import shlex
+import shutil
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.cli.app import app as attitude
+from mgeo_attitude.objectives import OBJECTIVES
+from typer.testing import CliRunner
+
+from mgeo.cli.app import app as mgeo
+from mgeo.plugins import load_problem
+
+DOCS = Path(__file__).parents[2] / "docs"
+APPS = {"mgeo": mgeo, "mgeo-attitude": attitude}
+
+
+def page(name):
+    return (DOCS / name).read_text(encoding="utf-8")
+
+
+def blocks(name, language):
+    return re.findall(rf"```{language}\n(.*?)```", page(name), re.DOTALL)
+
+
+def run(command, *more, codes=(0,)):
+    program, *arguments = shlex.split(command)
+    done = CliRunner().invoke(APPS[program], [*arguments, *more])
+    assert done.exit_code in codes, command + done.output + done.stderr
+    return done.output
+
+
+@pytest.fixture
+def cantilever(tmp_path, monkeypatch):
+    """The example plugin, installed: its module and its entry point as the page has them."""
+    code, test = blocks("plugins.md", "python") + blocks("plugins.md", "py")
+    (tmp_path / "cantilever.py").write_text(code, encoding="utf-8")
+    (entry,) = tomllib.loads(blocks("plugins.md", "toml")[0])["project"]["entry-points"].items()
+    group, names = entry
+    info = tmp_path / "cantilever-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: cantilever\nVersion: 1.0\n")
+    points = "".join(f"{name} = {value}\n" for name, value in names.items())
+    (info / "entry_points.txt").write_text(f"[{group}]\n{points}")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    importlib.invalidate_caches()
+    yield test
+    sys.modules.pop("cantilever", None)
+
+
+def test_the_example_plugin_passes_its_own_test(cantilever):
+    names = {}
+    exec(cantilever, names)
+    names["test_contract"]()
+
+
+def test_the_example_plugin_is_right(cantilever):
+    """Euler and Bernoulli: 4 F L³ / (E b h³), and the bending stress 6 F L / (b h²)."""
+    out = load_problem("cantilever").evaluate(np.array([[0.05, 0.1]]), return_as_dictionary=True)
+    inertia = 0.05 * 0.1**3 / 12.0
+    np.testing.assert_allclose(out["F"], [[7850 * 0.005, 1000.0 / (3.0 * 2.1e11 * inertia)]])
+    np.testing.assert_allclose(out["G"], [[1000.0 * 0.05 / inertia / 2.5e8 - 1.0]])
+
+
+def test_the_commands_work_on_the_example_plugin(cantilever):
+    listing, *solving = blocks("plugins.md", "sh")[0].splitlines()
+    assert "cantilever" in run(listing)
+    for command in solving:
+        run(command, "--evaluations", "600", "--quiet")
+    assert Path("runs/cantilever-mgeo-real-seed1/front.csv").is_file()
+    assert Path("runs/cantilever-nsga2-seed1/front.html").is_file()
+
+
+def test_the_file_of_limits_is_read_and_keeps_what_the_page_says():
+    table = tomllib.loads((DOCS / "scenarios" / "limits.toml").read_text(encoding="utf-8"))
+    problem = AttitudeManeuverProblem.from_options(table)
+    assert problem.constraint_names == ("wheel momentum", "Sun off camera", "required 1-sigma")
+    for name in problem.constraint_names:
+        assert f"`{name.replace('camera', 'NAME')}`" in page("limits.md")
+    limits = problem.scenario
+    assert limits.maneuvers.max_acceleration_deg_s2 == 0.05
+    assert limits.wheels.max_torque == 1e-4
+    assert dict(limits.required_sigma) == {"attitude": 0.003, "gyro.bias": 1e-5}
+    assert (limits.gyro, limits.sensors) == (
+        Scenario.cubesat_6u().gyro,
+        Scenario.cubesat_6u().sensors,
+    )
+
+
+def test_every_objective_is_on_the_page():
+    rows = re.findall(r"^\| (.*?) \|", page("limits.md").partition("## Objectives")[2], re.M)
+    named = {name for row in rows for name in re.findall(r"`(.*?)`", row)}
+    assert named == {*OBJECTIVES, "trace:BLOCK,BLOCK..."}
+
+
+def test_the_scenario_of_getting_started_is_read():
+    (text,) = blocks("start-attitude.md", "toml")
+    scenario = Scenario.from_toml(text)
+    assert scenario.maneuvers.max_rate_deg_s == 0.5
+    assert scenario.sensors == Scenario.cubesat_6u().sensors
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["start-research.md", "limits.md"])
+def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    names = {"__name__": "page"}
+    for code in blocks(name, "python"):
+        exec(code, names)
+    if name == "start-research.md":
+        assert (tmp_path / "anytime.html").stat().st_size > 1000
+        assert (names["measured"] < 1.0).all(axis=1).any()
+
+
+@pytest.mark.slow
+def test_the_way_to_a_plan(tmp_path, monkeypatch):
+    """Getting started: save a preset, solve it, show, export, verify; all of them short."""
+    monkeypatch.chdir(tmp_path)
+    (code,) = blocks("start-attitude.md", "python")
+    exec(code, {})
+    assert Scenario.from_toml(tmp_path / "mine.toml") == Scenario.cubesat_6u()
+    install, way = blocks("start-attitude.md", "sh")
+    assert install.startswith("python3 -m venv")
+    solve, show, export, verify = way.splitlines()
+    run(solve, "--evaluations", "720", "--quiet")
+    run(show)
+    run(export)
+    run(verify, "--runs", "4", codes=(0, 1))
+    assert {path.name for path in tmp_path.iterdir()} >= {"plan.html", "plan.json", "plan.aem"}
+
+
+@pytest.mark.slow
+def test_the_command_with_limits(tmp_path, monkeypatch):
+    shutil.copytree(DOCS / "scenarios", tmp_path / "docs" / "scenarios")
+    monkeypatch.chdir(tmp_path)
+    (command,) = blocks("limits.md", "sh")
+    run(command.strip(), "--evaluations", "720", "--quiet")
+    assert (tmp_path / "runs" / "limits" / "front.csv").is_file()

@@ -1,0 +1,168 @@
+"""The site: built without a warning, complete, and shown by a browser without a network."""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import mgeo_attitude
+import pytest
+from sphinx.util.inventory import InventoryFile
+
+import mgeo
+import mgeo.studies
+import mgeo.testing
+
+ROOT = Path(__file__).parents[2]
+SOURCES = (ROOT / "mgeo", ROOT / "problems" / "attitude" / "mgeo_attitude")
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+
+#: Numbers of equations by label; code and pages cite them as numbers.
+NUMBERS = {
+    "state": 1,
+    "model": 2,
+    "predict": 3,
+    "update": 4,
+    "objectives": 5,
+    "converged": 6,
+    "discretization": 7,
+    "cholesky": 8,
+    "step": 9,
+    "rank": 10,
+    "indicators": 11,
+    "ramp": 12,
+    "criterion": 13,
+}
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    out = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
+    done = subprocess.run(
+        [*command, "-d", str(out / "doctrees"), str(ROOT / "docs"), str(out / "html")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return out / "html"
+
+
+@pytest.fixture(scope="module")
+def browser():
+    found = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if found is None:
+        pytest.skip(f"no browser to look at the pages: none of {', '.join(BROWSERS)} is installed")
+    return found
+
+
+def shown(browser, path, profile):
+    """The page's elements after its scripts have run, without any network."""
+    command = [
+        browser,
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+        "--no-first-run",
+        "--proxy-server=127.0.0.1:9",  # where nobody listens
+        f"--user-data-dir={profile}",
+        "--virtual-time-budget=8000",
+        "--dump-dom",
+        path.as_uri(),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
+    return done.stdout
+
+
+def test_every_page_is_there(site):
+    pages = {path.relative_to(ROOT / "docs") for path in (ROOT / "docs").rglob("*.md")}
+    assert len(pages) > 10
+    for path in pages:
+        assert (site / path).with_suffix(".html").is_file(), path
+
+
+def test_nothing_is_loaded_from_elsewhere(site):
+    """Scripts, styles and images are the site's own, and exist."""
+    tags = re.compile(r"<(?:script|link|img|iframe|source)\b[^>]*?\b(?:src|href)=\"([^\"#?]*)")
+    loaded = 0
+    for path in site.rglob("*.html"):
+        for target in tags.findall(path.read_text(encoding="utf-8")):
+            assert not re.match(r"(\w+:)?//", target), f"{path.name} loads {target}"
+            if not target.startswith("data:"):
+                assert (path.parent / target).exists(), f"{path.name} loads {target}"
+                loaded += 1
+    assert loaded > 100
+    for path in (site / "_static").rglob("*.css"):
+        assert not re.search(r"(url\(|@import)\s*[\"']?(https?:)?//", path.read_text("utf-8")), path
+
+
+def test_links_between_pages_lead_somewhere(site):
+    links = 0
+    for path in site.rglob("*.html"):
+        for target in re.findall(r"<a\b[^>]*?\bhref=\"([^\"]+)\"", path.read_text("utf-8")):
+            if re.match(r"\w+:", target):
+                continue
+            name, _, anchor = target.partition("#")
+            page = (path.parent / name) if name else path
+            assert page.is_file(), f"{path.name} links to {target}"
+            if anchor:
+                assert f'id="{anchor}"' in page.read_text("utf-8"), f"{path.name}: {target}"
+            links += 1
+    assert links > 500
+
+
+def test_no_page_is_heavy_and_none_tells_where_it_was_built(site):
+    for path in site.rglob("*.html"):
+        text = path.read_text(encoding="utf-8")
+        assert len(text) < 6_000_000, path
+        assert str(ROOT) not in text, path
+
+
+def test_equations_have_the_numbers_that_are_cited(site):
+    text = (site / "theory.html").read_text(encoding="utf-8")
+    found = re.findall(r'id="equation-([\w-]+)"[^>]*>\s*<span class="eqno">\((\d+)\)', text)
+    assert {label: int(number) for label, number in found} == NUMBERS
+    cited = set()
+    for path in [*(p for source in SOURCES for p in source.rglob("*.py")),
+                 *(ROOT / "docs").rglob("*.md")]:  # fmt: skip
+        for numbers in re.findall(
+            r"[Ee]quations? (\(\d+\)(?:(?:,| and| to) \(\d+\))*)", path.read_text("utf-8")
+        ):
+            cited |= {int(number) for number in re.findall(r"\d+", numbers)}
+    assert {2, 3, 4, 5} <= cited <= set(NUMBERS.values())
+
+
+def test_the_reference_has_every_public_name(site):
+    with (site / "objects.inv").open("rb") as file:
+        inventory = InventoryFile.load(file, "", lambda base, target: target)
+    documented = {name for domain, names in inventory.items() if domain.startswith("py:")
+                  for name in names}  # fmt: skip
+    for module in (mgeo, mgeo.studies, mgeo.testing, mgeo_attitude):
+        public = {name for name in module.__all__ if not name.startswith("__")}
+        missing = {
+            name
+            for name in public
+            if not any(full.rpartition(".")[2] == name for full in documented)
+        }
+        assert not missing, f"{module.__name__}: {missing}"
+
+
+def test_a_browser_shows_index_and_equations(site, browser, tmp_path):
+    assert "Getting started" in shown(browser, site / "index.html", tmp_path)
+    assert shown(browser, site / "theory.html", tmp_path).count("<math") >= len(NUMBERS)
+
+
+def test_a_browser_draws_the_interactive_figure(site, browser, tmp_path):
+    """Plotly replaces the empty box by a drawing with one trace per front."""
+    before = (site / "limits.html").read_text(encoding="utf-8")
+    after = shown(browser, site / "limits.html", tmp_path)
+    assert "main-svg" not in before.partition("<body")[2]
+    assert "main-svg" in after
+    assert len(re.findall(r'<g class="trace scatter', after)) == 2
