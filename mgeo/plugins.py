@@ -5,6 +5,24 @@ A plugin is a distribution with an entry point in the group ``mgeo.problems`` th
 
     [project.entry-points."mgeo.problems"]
     attitude = "mgeo_attitude:AttitudeManeuverProblem"
+
+Besides what pymoo asks of it a problem may have (see `mgeo.testing.check_problem`):
+
+``var_names``, ``obj_names``, ``constraint_names``
+    What variables, objectives and inequality constraints are called, with units.
+``from_options(options)``, ``options()``
+    How it is built from a table, and the table that builds it again.
+``indicator_space(F)``
+    Objectives on comparable scales, with (1, ..., 1) as reference point.
+``describe(X)``, ``front_summary(F)``
+    Solutions as a table, one row each, and a front as a dict.
+``figures(X)``
+    Plotly figures of a set of solutions by name; ``front`` is the picture of the front. Where its
+    points have the numbers of their rows as ``customdata``, a report lets one choose them there.
+``solution_figures(X)``
+    For each row a dict of small plotly figures of that solution alone, under the same names, which
+    a report shows when it is chosen. What they have in common is stored once, and floats as
+    float32: some hundred numbers each keep the report of 300 solutions below 8 MB.
 """
 
 from __future__ import annotations

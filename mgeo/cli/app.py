@@ -184,6 +184,25 @@ def resume(
 
 
 @app.command()
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the run.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="File to write [default: DIR/report.html].")
+    ] = None,
+    quiet: Quiet = False,
+    debug: Debug = False,
+) -> None:
+    """Write one HTML file about a run, to be attached to a review.
+
+    It shows what was run, the front and the plan of each of its points, and opens without a
+    network.
+    """
+    from mgeo.cli.report import run
+
+    run(folder, out=out, quiet=quiet, debug=debug)
+
+
+@app.command()
 def problems(debug: Debug = False) -> None:
     """List the installed problems."""
     from mgeo.cli.problems import list_problems

@@ -96,6 +96,7 @@ def _three(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]
             z=F[:, 2],
             mode="markers",
             marker=_MARKER_3D,
+            customdata=np.arange(len(texts)),
             hovertext=texts,
             hoverinfo="text",
         )
@@ -106,7 +107,15 @@ def _three(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]
 
 
 def _points(x: NDArray[np.generic], y: NDArray[np.float64], texts: list[str]) -> go.Scatter:
-    return go.Scatter(x=x, y=y, mode="markers", marker=_MARKER, hovertext=texts, hoverinfo="text")
+    return go.Scatter(
+        x=x,
+        y=y,
+        mode="markers",
+        marker=_MARKER,
+        customdata=np.arange(len(texts)),
+        hovertext=texts,
+        hoverinfo="text",
+    )
 
 
 def axis(name: str, values: NDArray[np.float64]) -> dict[str, object]:

@@ -142,6 +142,8 @@ def _check_presentation(problem: Problem, X: FloatArray, F: FloatArray) -> None:
         )
     if hasattr(problem, "figures"):
         _check_figures(problem, X)
+    if hasattr(problem, "solution_figures"):
+        _check_solution_figures(problem, X)
 
 
 def _check_describe(problem: Problem, X: FloatArray) -> None:
@@ -167,6 +169,22 @@ def _check_figures(problem: Problem, X: FloatArray) -> None:
     )
     for name, figure in figures.items():
         require(isinstance(figure, BaseFigure), f"figures(X)[{name!r}] is no plotly Figure")
+
+
+def _check_solution_figures(problem: Problem, X: FloatArray) -> None:
+    from plotly.basedatatypes import BaseFigure
+
+    given = X.copy()
+    with no_error("solution_figures(X)"):
+        rows = list(problem.solution_figures(given))
+    require_equal(given, X, "solution_figures(X) must not modify X")
+    require(len(rows) == len(X), f"solution_figures(X) has {len(rows)} entries: expected {len(X)}")
+    for i, figures in enumerate(rows):
+        require(
+            isinstance(figures, dict)
+            and all(isinstance(figure, BaseFigure) for figure in figures.values()),
+            f"solution_figures(X)[{i}]: expected a dict of plotly Figures",
+        )
 
 
 def _check_options(problem: Problem, X: FloatArray, values: Mapping[str, FloatArray]) -> None:

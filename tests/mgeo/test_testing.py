@@ -49,6 +49,9 @@ class Good(Problem):
     def figures(self, X):
         return {"front": go.Figure()}
 
+    def solution_figures(self, X):
+        return [{"bar": go.Figure()} for _ in X]
+
 
 class FromOptions(Good):
     @classmethod
@@ -199,6 +202,16 @@ class SummaryAsList(Good):
         return [1.0]
 
 
+class OneForAll(Good):
+    def solution_figures(self, X):
+        return [{"bar": go.Figure()}]
+
+
+class NoDicts(Good):
+    def solution_figures(self, X):
+        return [go.Figure() for _ in X]
+
+
 class NoFront(Good):
     def figures(self, X):
         return {"other": go.Figure()}
@@ -255,6 +268,8 @@ BROKEN = [
     (DescribeMutates(), r"describe\(X\) must not modify X"),
     (SummaryOfArrays(), r"front_summary\(F\).*not JSON serializable"),
     (SummaryAsList(), r"front_summary\(F\) = \[1.0\]: expected a dict"),
+    (OneForAll(), r"solution_figures\(X\) has 1 entries: expected 10"),
+    (NoDicts(), r"solution_figures\(X\)\[0\]: expected a dict of plotly Figures"),
     (NoFront(), r"figures\(X\): expected a dict with 'front'"),
     (NoFigure(), r"figures\(X\)\['front'\] is no plotly Figure"),
     (OptionsWithTuple(), "comes back from JSON as"),

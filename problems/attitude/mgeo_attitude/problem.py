@@ -187,6 +187,11 @@ class AttitudeManeuverProblem(Problem):
         """Interactive figures of a set of solutions; ``front`` is the picture of the front."""
         return figures.figures(self, np.atleast_2d(np.asarray(X, dtype=float)))
 
+    def solution_figures(self, X: ArrayLike) -> list[dict[str, go.Figure]]:
+        """For each solution its own small figures: rates, directions of Sun and field, errors."""
+        designs = np.atleast_2d(np.asarray(X, dtype=float))
+        return list(figures.solution_figures(self, designs))
+
 
 def _checked(objectives: Sequence[str]) -> tuple[str, ...]:
     names = tuple(objectives)

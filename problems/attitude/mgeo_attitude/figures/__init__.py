@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike
 from .convergence import convergence_figure
 from .front import front_figure
 from .maneuvers import maneuvers_figure
+from .single import solution_figures
 from .solutions import Solutions
 
 if TYPE_CHECKING:
     from ..problem import AttitudeManeuverProblem
 
-__all__ = ["figures"]
+__all__ = ["figures", "solution_figures"]
 
 
 def figures(problem: AttitudeManeuverProblem, X: ArrayLike) -> dict[str, go.Figure]:

@@ -100,7 +100,7 @@ def evaluate(
         jobs.snapshot,
         np.empty(((jobs.snapshot >= 0).sum(), snapshot)),
         np.ascontiguousarray(plan.rates),
-        plan.starts,
+        np.ascontiguousarray(plan.starts),
         plan.over,
         np.ascontiguousarray([rest, *(matrix - rest for matrix in unit)]),
         suite.diffusion(),

@@ -1,0 +1,266 @@
+"use strict";
+const data = JSON.parse(document.getElementById("data").textContent);
+const byId = (id) => document.getElementById(id);
+const config = { responsive: true, displaylogo: false };
+const dark = matchMedia("(prefers-color-scheme: dark)");
+let chosen = null;
+
+// Figures ------------------------------------------------------------------------------------
+
+/** A tree with the values of one solution in place of its holes. */
+function filled(tree, values) {
+  if (Array.isArray(tree)) return tree.map((entry) => filled(entry, values));
+  if (tree === null || typeof tree !== "object") return tree;
+  if ("$differs" in tree) return structuredClone(values[tree.$differs]);
+  return Object.fromEntries(Object.entries(tree).map(([k, v]) => [k, filled(v, values)]));
+}
+
+/** The layout in the colors of the page. */
+function themed(layout, narrow) {
+  const style = getComputedStyle(document.documentElement);
+  const color = (name) => style.getPropertyValue("--" + name).trim();
+  const axis = { gridcolor: color("rule"), zerolinecolor: color("rule"), linecolor: color("soft") };
+  axis.automargin = true;
+  const result = structuredClone(layout);
+  result.paper_bgcolor = result.plot_bgcolor = "rgba(0,0,0,0)";
+  result.font = { ...result.font, color: color("ink") };
+  const tip = { color: color("ink") };
+  result.hoverlabel = { ...result.hoverlabel, bgcolor: color("panel"), font: tip };
+  result.legend = { ...result.legend, bgcolor: "rgba(0,0,0,0)", bordercolor: color("rule") };
+  result.modebar = { bgcolor: "rgba(0,0,0,0)", color: color("soft"), activecolor: color("accent") };
+  result.xaxis = result.xaxis || {};
+  result.yaxis = result.yaxis || {};
+  for (const key of Object.keys(result)) {
+    if (/^[xy]axis\d*$/.test(key)) Object.assign(result[key], axis);
+    if (/^scene\d*$/.test(key)) {
+      for (const name of ["xaxis", "yaxis", "zaxis"]) {
+        result[key][name] = { ...result[key][name], ...axis, backgroundcolor: color("panel") };
+      }
+    }
+  }
+  for (const note of result.annotations || []) note.font = { ...note.font, color: color("soft") };
+  if (narrow) result.font.size = 11;
+  return result;
+}
+
+function draw(node, figure, bar = true) {
+  const layout = themed(figure.layout, node.clientWidth < 500);
+  const options = bar ? config : { ...config, displayModeBar: false };
+  return Plotly.react(node, structuredClone(figure.data), layout, options);
+}
+
+// Front --------------------------------------------------------------------------------------
+
+/** The trace and position of a solution on the front. */
+function located(row) {
+  for (const trace of data.front.data) {
+    const index = (trace.customdata || []).indexOf(row);
+    if (index >= 0) return { trace, index };
+  }
+  return null;
+}
+
+function drawFront() {
+  if (!data.front) {
+    byId("front").textContent = "More than three objectives: choose from the list or the table.";
+    return;
+  }
+  const found = located(chosen);
+  const mark = [];
+  if (found) {
+    const { trace, index } = found;
+    const ring = { symbol: "circle-open", size: 18, line: { width: 3 } };
+    ring.color = getComputedStyle(document.documentElement).getPropertyValue("--accent").trim();
+    const point = { type: trace.type, mode: "markers", marker: ring, hoverinfo: "skip" };
+    for (const key of ["x", "y", "z"]) if (trace[key]) point[key] = [trace[key][index]];
+    for (const key of ["xaxis", "yaxis", "scene"]) if (trace[key]) point[key] = trace[key];
+    mark.push({ ...point, showlegend: false });
+  }
+  const node = byId("front");
+  const narrow = node.clientWidth < 500;
+  const layout = structuredClone(data.front.layout);
+  layout.height = narrow ? 420 : 560;
+  layout.uirevision = "front"; // a click does not undo a zoom
+  layout.clickmode = "event";
+  if (narrow) {
+    layout.margin = { ...layout.margin, l: 60, r: 10 };
+    delete layout.title;
+    layout.legend = { ...layout.legend, orientation: "h", x: 0, xanchor: "left", y: -0.25, yanchor: "top" };
+  }
+  return draw(node, { data: [...data.front.data, ...mark], layout }).then(() => {
+    node.removeAllListeners("plotly_click");
+    node.on("plotly_click", (event) => {
+      const row = event.points.map((point) => point.customdata).find(Number.isInteger);
+      if (row !== undefined) choose(row);
+    });
+  });
+}
+
+// One solution -------------------------------------------------------------------------------
+
+const shown = (value) => (typeof value === "number" ? String(Number(value.toPrecision(5))) : String(value));
+
+function cell(row, kind, text) {
+  const node = row.appendChild(document.createElement(kind));
+  node.textContent = text;
+  return node;
+}
+
+function fillDescribed(row) {
+  const body = byId("described");
+  body.replaceChildren();
+  data.described.columns.forEach((name, j) => {
+    const line = body.insertRow();
+    cell(line, "th", name).scope = "row";
+    cell(line, "td", shown(data.described.rows[row][j]));
+  });
+}
+
+function fillLimits(row) {
+  const body = byId("limits");
+  body.replaceChildren();
+  data.limits.names.forEach((name, j) => {
+    const line = body.insertRow();
+    const value = data.limits.values[row][j];
+    cell(line, "th", name).scope = "row";
+    const kept = value !== null && value <= 0;
+    const node = cell(line, "td", kept ? `kept, margin ${shown(-value)}` : `exceeded by ${shown(value)}`);
+    if (!kept) node.className = "exceeded";
+  });
+  const [low, high] = data.bounds;
+  low.forEach((least, j) => {
+    const line = body.insertRow();
+    const value = data.table.rows[row][j];
+    cell(line, "th", data.table.columns[j]).scope = "row";
+    const node = cell(line, "td", `${shown(value)} within ${shown(least)} to ${shown(high[j])} `);
+    const meter = node.appendChild(document.createElement("meter"));
+    Object.assign(meter, { min: least, max: high[j], value });
+  });
+}
+
+function drawFigures(row) {
+  const values = data.plans.values[row];
+  const none = values === undefined;
+  byId("unplanned").hidden = !none || !Object.keys(data.plans.values).length;
+  const figures = none ? {} : filled(data.plans.common, values);
+  const box = byId("figures");
+  const names = Object.keys(figures);
+  while (box.children.length > names.length) box.lastChild.remove();
+  while (box.children.length < names.length) box.appendChild(document.createElement("div"));
+  return Promise.all(names.map((name, i) => draw(box.children[i], figures[name], false)));
+}
+
+async function choose(row) {
+  if (!(row in data.table.rows)) return;
+  chosen = row;
+  const label = data.labels[row];
+  byId("chosen").textContent = `Solution ${row}` + (label ? ` (${label})` : "");
+  byId("solution").value = String(row);
+  history.replaceState(null, "", `#solution=${row}`);
+  for (const card of document.querySelectorAll("[data-row]")) {
+    card.classList.toggle("chosen", Number(card.dataset.row) === row);
+  }
+  fillDescribed(row);
+  fillLimits(row);
+  await Promise.all([drawFront(), drawFigures(row)]);
+  document.body.dataset.shown = String(chosen);
+}
+
+const step = (by) => choose(Math.min(Math.max(chosen + by, 0), data.table.rows.length - 1));
+
+// Table --------------------------------------------------------------------------------------
+
+const MOST_ROWS = 1000;
+let order = null;
+let sorted = { column: null, sign: 1 };
+
+function fillTable() {
+  const body = byId("table").tBodies[0];
+  body.replaceChildren();
+  for (const row of order.slice(0, MOST_ROWS)) {
+    const line = body.insertRow();
+    line.dataset.row = row;
+    line.classList.toggle("chosen", row === chosen);
+    cell(line, "td", String(row));
+    for (const j of columns()) cell(line, "td", shown(data.table.rows[row][j]));
+  }
+  const rest = order.length > MOST_ROWS ? `, of which ${MOST_ROWS} are shown` : "";
+  byId("shown").textContent = `${order.length} solutions${rest}; click on a heading to sort`;
+}
+
+/** Objectives first, then variables. */
+function columns() {
+  const n = data.table.columns.length;
+  const first = n - data.objectives;
+  return Array.from({ length: n }, (_, j) => (j + first) % n);
+}
+
+function sortBy(column, heading) {
+  sorted = { column, sign: sorted.column === column ? -sorted.sign : 1 };
+  const key = (row) => (column < 0 ? row : data.table.rows[row][column]);
+  order.sort((a, b) => sorted.sign * (key(a) - key(b)));
+  for (const other of heading.parentNode.cells) other.removeAttribute("aria-sort");
+  heading.setAttribute("aria-sort", sorted.sign > 0 ? "ascending" : "descending");
+  fillTable();
+}
+
+function makeTable() {
+  order = data.table.rows.map((_, row) => row);
+  const head = byId("table").tHead.insertRow();
+  for (const j of [-1, ...columns()]) {
+    const heading = cell(head, "th", j < 0 ? "solution" : data.table.columns[j]);
+    heading.tabIndex = 0;
+    heading.addEventListener("click", () => sortBy(j, heading));
+    heading.addEventListener("keydown", (event) => event.key === "Enter" && sortBy(j, heading));
+  }
+  fillTable();
+}
+
+function download() {
+  const quoted = (text) => (/[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+  const lines = [data.table.columns.map(quoted), ...order.map((row) => data.table.rows[row])];
+  const text = lines.map((line) => line.join(",") + "\n").join("");
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
+  link.download = "front.csv";
+  link.click();
+  URL.revokeObjectURL(link.href);
+}
+
+// Start --------------------------------------------------------------------------------------
+
+function redraw() {
+  if (data.history) draw(byId("history"), data.history);
+  if (data.table) return choose(chosen);
+}
+
+function asked() {
+  const match = /^#solution=(\d+)$/.exec(location.hash);
+  return match && Number(match[1]) in data.table.rows ? Number(match[1]) : data.first;
+}
+
+if (data.table) {
+  const select = byId("solution");
+  data.table.rows.forEach((_, row) => {
+    const label = data.labels[row];
+    select.add(new Option(String(row) + (label ? ` (${label})` : ""), String(row)));
+  });
+  select.addEventListener("change", () => choose(Number(select.value)));
+  byId("previous").addEventListener("click", () => step(-1));
+  byId("next").addEventListener("click", () => step(1));
+  byId("download").addEventListener("click", download);
+  addEventListener("hashchange", () => choose(asked()));
+  addEventListener("keydown", (event) => {
+    if (event.target.closest("input, select, textarea") || event.altKey || event.ctrlKey) return;
+    if (event.key === "ArrowLeft") step(-1);
+    if (event.key === "ArrowRight") step(1);
+  });
+  document.addEventListener("click", (event) => {
+    const target = event.target.closest && event.target.closest("[data-row]");
+    if (target) choose(Number(target.dataset.row));
+  });
+  makeTable();
+  chosen = asked();
+}
+dark.addEventListener("change", redraw);
+redraw();

@@ -1,0 +1,150 @@
+"""One HTML file from a run folder; it loads nothing, and runs nothing that the folder brings."""
+
+from __future__ import annotations
+
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+
+import pandas as pd
+from plotly.offline import get_plotlyjs
+from pymoo.core.problem import Problem
+
+from mgeo.plugins import load_problem
+from mgeo.recorder import read_record
+from mgeo.report import summary
+from mgeo.report.encode import Json, figure_json, script_json
+from mgeo.report.history import history_figure, hypervolume_history
+from mgeo.report.solutions import (
+    cells,
+    described,
+    front_json,
+    limits_json,
+    planned_rows,
+    plans_json,
+)
+from mgeo.runs.folder import Run, front_table, read_run
+from mgeo.runs.highlights import Highlight, highlights
+from mgeo.runs.keep import RECORD_FOLDER
+
+#: Tables of simulated flights or the like that a plugin's tools leave in a run folder.
+VERIFICATION = "verification*.csv"
+
+_NO_RECORD = (
+    "The run kept no record of its evaluations (<code>mgeo solve --record</code> does), so how its "
+    "hypervolume grew is not known."
+)
+_NO_VERIFICATION = (
+    "There is no Monte Carlo result: no file <code>verification*.csv</code> in the run folder."
+)
+# nothing from the network, whatever a string of the run might look like; plotly's three-dimensional
+# figures compile functions
+_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
+    "img-src data: blob:; base-uri 'none'; form-action 'none'"
+)
+
+
+def report_html(folder: Path | str) -> str:
+    """The report of a run folder.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder holds no run.
+    ValueError, TypeError
+        If a file in it is damaged, or the problem refuses the options in it.
+    """
+    folder = Path(folder)
+    run = read_run(folder)
+    problem = load_problem(run.recipe.problem, run.recipe.options)
+    _check_same_problem(problem, run)
+    outcome = run.outcome
+    chosen = highlights(problem, outcome.F, outcome.objectives)
+    history = _history(folder, problem, run)
+    sections = [
+        _section("What was run", summary.facts(run, folder)),
+        _section("Knee and extremes", summary.cards(chosen, outcome.objectives, outcome.F), "cards")
+        if chosen
+        else _section("Front", "<p>No feasible solution was found.</p>"),
+        _asset("plans.html") if chosen else "",
+        _section("Hypervolume", "<div id=history></div>" if history else f"<p>{_NO_RECORD}</p>"),
+        _section("Monte Carlo", _verification(folder)),
+        _asset("table.html") if chosen else "",
+    ]
+    return _document(run, "\n".join(sections), _data(problem, run, chosen, history))
+
+
+def _check_same_problem(problem: Problem, run: Run) -> None:
+    counts = len(run.outcome.variables), len(run.outcome.objectives)
+    if counts != (problem.n_var, problem.n_obj):
+        raise ValueError(
+            f"the front has {counts[0]} variables and {counts[1]} objectives: expected "
+            f"{problem.n_var} and {problem.n_obj}, as the installed problem "
+            f"{run.recipe.problem!r} has with these options"
+        )
+
+
+def _data(problem: Problem, run: Run, chosen: list[Highlight], history: Json) -> Json:
+    outcome = run.outcome
+    if not len(outcome.X):
+        return {"history": history, "table": None}
+    known = described(problem, outcome)
+    rows = planned_rows(chosen, len(outcome.X))
+    front = front_table(outcome)
+    return {
+        "table": {"columns": list(front.columns), "rows": front.to_numpy().tolist()},
+        "objectives": len(outcome.objectives),
+        "described": {"columns": [str(name) for name in known.columns], "rows": cells(known)},
+        "bounds": [problem.xl.tolist(), problem.xu.tolist()],
+        "limits": limits_json(problem, outcome.X),
+        "labels": {str(highlight.row): highlight.label for highlight in chosen},
+        "first": next((h.row for h in chosen if h.label == "knee"), chosen[0].row),
+        "front": front_json(problem, outcome, summary.title(run)),
+        "plans": plans_json(problem, outcome.X, rows),
+        "history": history,
+    }
+
+
+def _history(folder: Path, problem: Problem, run: Run) -> Json:
+    try:
+        record = read_record(folder / RECORD_FOLDER)
+    except FileNotFoundError:
+        return None
+    found = hypervolume_history(problem, run.outcome, record)
+    return None if found is None else figure_json(history_figure(*found))
+
+
+def _verification(folder: Path) -> str:
+    parts = []
+    for path in sorted(folder.glob(VERIFICATION)):
+        try:
+            frame = pd.read_csv(path)
+        except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+            raise ValueError(f"{path}: {error}") from error
+        parts.append(f"<h3>{escape(path.stem)}</h3>{summary.table(frame)}")
+    return "".join(parts) or f"<p>{_NO_VERIFICATION}</p>"
+
+
+def _section(heading: str, body: str, kind: str = "") -> str:
+    inner = f'<div class="{kind}">{body}</div>' if kind else body
+    return f"<section><h2>{heading}</h2>{inner}</section>"
+
+
+def _asset(name: str) -> str:
+    return files("mgeo.report").joinpath("assets", name).read_text(encoding="utf-8")
+
+
+def _document(run: Run, body: str, data: Json) -> str:
+    title = escape(summary.title(run))
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        '<meta name="color-scheme" content="light dark">\n'
+        f"<title>{title}</title>\n<style>{_asset('report.css')}</style>\n"
+        f"<script>{get_plotlyjs()}</script>\n</head>\n<body>\n"
+        f"<header><h1>{title}</h1><p>{escape(summary.lead(run))}</p></header>\n<main>\n{body}\n"
+        f'</main>\n<script type="application/json" id="data">{script_json(data)}</script>\n'
+        f"<script>{_asset('report.js')}</script>\n</body>\n</html>\n"
+    )

@@ -1,0 +1,73 @@
+"""Hypervolume of what a recorded run had found, against its evaluations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+from pymoo.core.problem import Problem
+
+from mgeo.dominance import nondominated
+from mgeo.runs.hypervolume import HypervolumeMeter
+from mgeo.runs.solve import Outcome
+
+_SAMPLES = 60
+
+
+def hypervolume_history(
+    problem: Problem, outcome: Outcome, record: pd.DataFrame
+) -> tuple[NDArray[np.int64], NDArray[np.float64]] | None:
+    """Evaluations and the hypervolume of all that was found until then, shapes (k,).
+
+    It is measured as the run's own: in the problem's indicator space, or in the range that the
+    whole run saw. None where a run has no hypervolume, or nothing feasible was found.
+
+    Parameters
+    ----------
+    record
+        What `mgeo.read_record` reads, with the objectives and constraints.
+    """
+    if outcome.hypervolume is None or record.empty:
+        return None
+    meter = HypervolumeMeter(problem)
+    if outcome.hypervolume.space == "seen":
+        meter.seen = (list(outcome.hypervolume.ideal), list(outcome.hypervolume.nadir))
+    F = record[list(outcome.objectives)].to_numpy(float).copy()
+    F[~_feasible(problem, record)] = np.nan
+    ends = np.unique(np.geomspace(1, len(F), _SAMPLES).astype(np.int64))
+    front, volumes, done = F[:0], [], 0
+    for end in ends:
+        candidates = np.vstack([front, F[done:end]])
+        front, done = candidates[nondominated(candidates)], end
+        found = meter(front)
+        volumes.append(0.0 if found is None else found.value)
+    return ends, np.array(volumes)
+
+
+def history_figure(evaluations: NDArray[np.int64], volumes: NDArray[np.float64]) -> go.Figure:
+    """Hypervolume against evaluations."""
+    figure = go.Figure(
+        go.Scatter(
+            x=evaluations,
+            y=volumes,
+            mode="lines",
+            line={"shape": "hv", "color": "#0072B2", "width": 2.5},
+            hovertemplate="%{x:,d} evaluations: %{y:.4f}<extra></extra>",
+        )
+    )
+    figure.update_xaxes(title="evaluations", type="log", dtick=1)
+    figure.update_yaxes(title="hypervolume", rangemode="tozero")
+    return figure.update_layout(margin={"l": 70, "r": 20, "t": 20, "b": 55}, height=340)
+
+
+def _feasible(problem: Problem, record: pd.DataFrame) -> NDArray[np.bool_]:
+    limits = [f"g{j + 1}" for j in range(problem.n_ieq_constr)]
+    equal = [f"h{j + 1}" for j in range(problem.n_eq_constr)]
+    kept: NDArray[np.bool_] = ~record["failed"].to_numpy(bool)
+    kept &= (record[limits].to_numpy(float) <= 0.0).all(axis=1)
+    kept &= (np.abs(record[equal].to_numpy(float)) <= _TOLERANCE).all(axis=1)
+    return kept
+
+
+_TOLERANCE = 1e-4  # pymoo's, of an equality

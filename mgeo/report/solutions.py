@@ -1,0 +1,122 @@
+"""The solutions of a front as the report shows them: values, limits and figures of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+from pymoo.core.problem import Problem
+
+from mgeo.figures.front import front_figure
+from mgeo.report.encode import Json, decoded, figure_json, shared
+from mgeo.runs.highlights import Highlight
+from mgeo.runs.solve import Outcome
+
+#: Solutions whose figures go into a report, so that its size stays bounded.
+MOST_PLANS = 300
+
+
+def planned_rows(chosen: Sequence[Highlight], n: int, most: int = MOST_PLANS) -> NDArray[np.int64]:
+    """Rows that get figures of their own: all, or the highlights and others spread over the front.
+
+    Ascending; the front is ordered by its first objective.
+    """
+    if n <= most:
+        return np.arange(n)
+    rows = [highlight.row for highlight in chosen][:most]
+    spread = np.linspace(0, n - 1, most - len(rows)).round().astype(np.int64)
+    return np.unique(np.concatenate([np.array(rows, dtype=np.int64), spread]))
+
+
+def front_json(problem: Problem, outcome: Outcome, title: str) -> Json:
+    """The picture of the front, whose points carry their row as ``customdata``; None if none can.
+
+    It is the plugin's own where its points do so, see `mgeo.plugins`.
+    """
+    n = len(outcome.X)
+    figure = None
+    if hasattr(problem, "figures"):
+        figure = problem.figures(outcome.X).get("front")
+        if figure is not None and not _numbered(figure, n):
+            figure = None
+    if figure is None:
+        if len(outcome.objectives) > 3:
+            return None
+        figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
+    # the page looks points up: as lists
+    tree: Json = decoded(figure_json(figure))
+    return tree
+
+
+def plans_json(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]) -> Json:
+    """Figures of single solutions: what all have in common, and each one's own values.
+
+    Raises
+    ------
+    ValueError
+        If the problem's `solution_figures` returns another number of entries.
+    """
+    if not hasattr(problem, "solution_figures") or not len(rows):
+        return {"common": {}, "values": {}}
+    drawn = list(problem.solution_figures(X[rows]))
+    if len(drawn) != len(rows):
+        raise ValueError(f"solution_figures(X) of {len(rows)} rows has {len(drawn)} entries")
+    trees = [
+        {str(name): figure_json(figure) for name, figure in figures.items()} for figures in drawn
+    ]
+    common, values = shared(trees)
+    return {"common": common, "values": dict(zip(map(str, rows), values, strict=True))}
+
+
+def described(problem: Problem, outcome: Outcome) -> pd.DataFrame:
+    """Each solution in the problem's own terms, or else its objectives."""
+    if hasattr(problem, "describe") and len(outcome.X):
+        table: pd.DataFrame = problem.describe(outcome.X)
+        return table
+    return pd.DataFrame(outcome.F, columns=list(outcome.objectives))
+
+
+def limits_json(problem: Problem, X: NDArray[np.float64]) -> Json:
+    """Constraints of each solution: names, and values that are at most 0 where a limit is kept."""
+    count = problem.n_ieq_constr
+    if not count or not len(X):
+        return {"names": [], "values": []}
+    G = problem.evaluate(X, return_values_of=["G"])
+    names = getattr(problem, "constraint_names", None) or [f"g{j + 1}" for j in range(count)]
+    return {"names": [str(name) for name in names], "values": rounded(np.asarray(G))}
+
+
+def rounded(values: NDArray[np.float64], digits: int = 6) -> Json:
+    """Nested lists of numbers with so many digits, None for what is not finite."""
+    return [
+        [float(f"{v:.{digits}g}") if np.isfinite(v) else None for v in row]
+        for row in values.tolist()
+    ]
+
+
+def cells(table: pd.DataFrame) -> Json:
+    """Rows of a table as JSON: numbers stay numbers, all else is text."""
+    return [[_cell(value) for value in row] for row in table.itertuples(index=False, name=None)]
+
+
+def _cell(value: Any) -> Json:
+    if isinstance(value, bool | str):
+        return str(value)
+    if isinstance(value, int | float | np.number):
+        number = float(value)
+        return float(f"{number:.7g}") if np.isfinite(number) else str(number)
+    return str(value)
+
+
+def _numbered(figure: go.Figure, n: int) -> bool:
+    """Whether points of the figure say which row of n they are."""
+    found = [getattr(trace, "customdata", None) for trace in figure.data]
+    columns = [np.asarray(data) for data in found if data is not None and len(data)]
+    return bool(columns) and all(
+        column.ndim == 1 and column.dtype.kind in "iu" and 0 <= column.min() <= column.max() < n
+        for column in columns
+    )

@@ -1,0 +1,93 @@
+"""Figures of single plans, against the problem's own numbers and the reference filter."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.figures.sphere import OUTLINE, graticule, projected
+from mgeo_attitude.plan import ManeuverPlan
+
+
+@pytest.fixture(scope="module")
+def short():
+    return AttitudeManeuverProblem(dataclasses.replace(Scenario.paper(), duration=2400.0))
+
+
+def test_curves_are_those_of_the_reference_filter(short, X):
+    plan = ManeuverPlan.from_design(short, X[0])
+    (figures,) = short.solution_figures(X[:1])
+    history = plan.history
+    trace = figures["trace"].data[0]
+    steps = plan.steps(trace.x)
+    assert (steps[0], trace.x[-1]) == (0, plan.t_end)
+    np.testing.assert_allclose(trace.y, history.trace[steps], rtol=1e-6)
+    accuracy = plan.accuracy()
+    for name in ("attitude", "gyro bias", "mag bias"):
+        for line in figures[name].data:
+            final = accuracy.loc[f"{name} {line.name}"]
+            np.testing.assert_allclose(line.y[-1], final["after"], rtol=1e-6)
+            assert figures[name].layout.yaxis.title.text in (final["unit"], "")
+
+
+def test_rates_step_where_the_plan_says(short, X):
+    plan = ManeuverPlan.from_design(short, X[0])
+    (figures,) = short.solution_figures(X[:1])
+    timeline = plan.timeline()
+    for axis, line in zip("xyz", figures["rates"].data[:3], strict=True):
+        held = line.y[np.searchsorted(line.x, timeline["start [s]"], side="right") - 1]
+        np.testing.assert_allclose(held, timeline[f"rate {axis} [deg/s]"], atol=1e-12)
+
+
+def test_directions_are_the_environment_seen_from_the_body(short, X):
+    plan = ManeuverPlan.from_design(short, X[0])
+    (figures,) = short.solution_figures(X[:1])
+    field = next(trace for trace in figures["directions"].data if trace.name == "field")
+    body = np.einsum(
+        "kij,kj->ki", plan.history.attitude, short.environment.field[: len(plan.history.times)]
+    )
+    for index, step in ((0, 0), (-1, -1)):
+        across, up = projected(body[[step]])
+        np.testing.assert_allclose([field.x[index], field.y[index]], [across[0], up[0]], atol=1)
+
+
+def test_the_shadow_of_the_earth_is_shaded_and_the_sun_is_not_drawn_in_it(X):
+    scenario = dataclasses.replace(Scenario.paper(), duration=4000.0, eclipse=True)
+    problem = AttitudeManeuverProblem(scenario)
+    (figures,) = problem.solution_figures(X[:1])
+    environment = problem.environment
+    shaded = np.zeros(len(environment.times), dtype=bool)
+    for shape in figures["rates"].layout.shapes:
+        shaded |= (environment.times >= shape.x0) & (environment.times < shape.x1)
+    dark = ~environment.sunlit
+    assert 0 < dark[:-1].sum() < len(dark) - 1
+    np.testing.assert_array_equal(shaded[:-1], dark[:-1])  # the last has no stretch after it
+    traces = {trace.name: trace for trace in figures["directions"].data}
+    flown = dark[: int(figures["trace"].data[0].x[-1]) + 1]
+    share = len(traces["Sun"].x) / len(traces["field"].x)
+    assert share == pytest.approx(1.0 - flown.mean(), abs=0.02)
+
+
+def test_the_map_has_equal_areas_and_its_axes_where_they_belong():
+    across, up = projected(np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 5], [np.nan, 0, 0]]))
+    assert (across[0], up[0], up[1], across[2]) == (0, 0, 0, 0)
+    assert across[1] > 0
+    assert up[2] == 5000
+    vectors = np.random.default_rng(1).normal(size=(40_000, 3))
+    across, up = projected(vectors)
+    inner = (across / 5000.0) ** 2 + (up / 2500.0) ** 2 < 1.0  # a quarter of the ellipse
+    assert inner.mean() == pytest.approx(0.25, abs=0.01)
+    assert (np.abs(across) <= OUTLINE[0]).all()
+    assert len(graticule()) == 2
+
+
+def test_figures_of_a_front_are_small(short, X):
+    sizes = [
+        sum(
+            np.size(trace.x) + np.size(trace.y)
+            for figure in figures.values()
+            for trace in figure.data
+        )
+        for figures in short.solution_figures(X[:3])
+    ]
+    assert max(sizes) < 4000

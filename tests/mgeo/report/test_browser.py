@@ -1,0 +1,80 @@
+"""The report in headless Chromium: no console errors, and choosing a point changes the plan."""
+
+import re
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+
+from mgeo.report import report_html
+from mgeo.runs import read_run
+
+# plotly takes the point below the pointer when it was moved there a moment ago
+_CLICK = """<script>
+addEventListener("load", () => setTimeout(() => {
+  const front = document.getElementById("front");
+  const points = front.querySelectorAll(".scatterlayer .trace .point");
+  const at = points[POINT].getBoundingClientRect();
+  const target = front.querySelector(".nsewdrag");
+  const place = { bubbles: true, clientX: at.x + at.width / 2, clientY: at.y + at.height / 2 };
+  target.dispatchEvent(new MouseEvent("mousemove", place));
+  setTimeout(() => {
+    target.dispatchEvent(new MouseEvent("mousedown", place));
+    target.dispatchEvent(new MouseEvent("mouseup", place));
+  }, 300);
+}, 1500));
+</script></body>"""
+
+
+@pytest.fixture
+def folder(solved, monkeypatch):
+    """A run of a problem that draws each solution as a bar of its own height."""
+    from stand_in import Cantilever
+
+    def bars(self, X):
+        axis = {"range": [0, 0.05]}
+        return [{"bar": go.Figure(go.Bar(x=["diameter"], y=[x[0]])).update_yaxes(axis)} for x in X]
+
+    monkeypatch.setattr(Cantilever, "solution_figures", bars, raising=False)
+    monkeypatch.delattr(Cantilever, "figures")  # mgeo's own picture of the front
+    return solved("--record")
+
+
+def shown(dom):
+    """Solution, its diameter as the limits show it, and the drawn bar."""
+    row = int(re.search(r'data-shown="(\d+)"', dom)[1])
+    diameter = re.search(r"<th scope=\"row\">diameter \[m\]</th><td>([\d.e-]+) within", dom)[1]
+    figures = dom.split('id="figures"')[1]
+    bar = re.search(r'class="point"><path d="([^"]+)"', figures)[1]
+    return row, float(diameter), bar
+
+
+def test_it_renders_and_another_choice_shows_another_plan(folder, browser):
+    html = report_html(folder)
+    X = read_run(folder).outcome.X
+    seen = {}
+    for fragment in ("#solution=0", "#solution=5"):
+        dom, messages = browser(html, fragment)
+        assert messages == []
+        row, diameter, bar = shown(dom)
+        assert fragment == f"#solution={row}"
+        np.testing.assert_allclose(diameter, X[row, 0], rtol=1e-4)
+        seen[row] = bar
+    assert seen[0] != seen[5]
+    assert dom.count('class="main-svg"') >= 6  # front, history and figure of the solution
+
+
+def test_a_click_on_the_front_shows_that_plan(folder, browser):
+    html = report_html(folder)
+    n = len(read_run(folder).outcome.X)
+    row = n // 2
+    dom, messages = browser(html.replace("</body>", _CLICK.replace("POINT", str(row))))
+    assert messages == []
+    found, diameter, _ = shown(dom)
+    assert found == row
+    np.testing.assert_allclose(diameter, read_run(folder).outcome.X[row, 0], rtol=1e-4)
+
+
+def test_an_error_on_the_page_would_be_seen(report, browser):
+    broken = report.replace("</body>", "<script>missing()</script></body>")
+    assert any("missing" in message for message in browser(broken)[1])

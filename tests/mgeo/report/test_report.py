@@ -1,0 +1,147 @@
+"""The report as text: complete, self-contained, and nothing in it that a file brought along."""
+
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pandas as pd
+import plotly.graph_objects as go
+import pytest
+from typer.testing import CliRunner
+
+from mgeo.cli.app import app
+from mgeo.report import report_html
+from mgeo.report.history import hypervolume_history
+from mgeo.report.solutions import planned_rows
+from mgeo.runs import Highlight, read_run
+
+EVIL = "</script><script>alert('x')</script><img src=x onerror=alert(1)>"
+
+
+class Tags(HTMLParser):
+    """Counts tags, collects what a browser would load, and reads the data of the page."""
+
+    def __init__(self, html):
+        super().__init__()
+        self.count, self.loading, self.data, self._reading = {}, [], "", False
+        self.feed(html)
+
+    def handle_starttag(self, tag, attrs):
+        self.count[tag] = self.count.get(tag, 0) + 1
+        self.loading += [(tag, v) for name, v in attrs if name in ("src", "href", "srcset")]
+        self.loading += [(tag, name) for name, _ in attrs if name.startswith("on")]
+        self._reading = ("id", "data") in attrs
+
+    def handle_data(self, text):
+        if self._reading:
+            self.data += text
+
+    def handle_endtag(self, tag):
+        self._reading = False
+
+
+def mgeo(*arguments):
+    return CliRunner().invoke(app, list(map(str, arguments)))
+
+
+def test_the_command_writes_into_the_folder_or_elsewhere(solved, tmp_path):
+    folder = solved()
+    done = mgeo("report", folder)
+    assert done.exit_code == 0, done.output
+    assert "written:" in done.stdout
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    assert text == report_html(folder)  # the same run gives the same report
+    other = tmp_path / "elsewhere.html"
+    quiet = mgeo("report", folder, "--out", other, "-q")
+    assert (quiet.exit_code, quiet.stdout, other.read_text(encoding="utf-8")) == (0, "", text)
+
+
+def test_a_folder_without_a_run_is_one_line(tmp_path):
+    done = mgeo("report", tmp_path)
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert re.fullmatch(r"Error: .* holds no run: there is no run.json\n", done.stderr)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_it_loads_nothing_and_has_all_solutions(solved):
+    folder = solved()
+    tags = Tags(report_html(folder))
+    assert tags.loading == []
+    assert tags.count["script"] == 3  # plotly.js, data, the page's own
+    data = json.loads(tags.data)
+    run = read_run(folder)
+    np.testing.assert_array_equal(
+        np.array(data["table"]["rows"]), np.hstack([run.outcome.X, run.outcome.F])
+    )
+    rows = np.concatenate([t.get("customdata", []) for t in data["front"]["data"]])
+    assert sorted(rows) == list(range(len(run.outcome.X)))
+
+
+def test_hostile_strings_stay_text(solved, monkeypatch):
+    folder = solved()
+    from stand_in import Cantilever
+
+    monkeypatch.setattr(Cantilever, "var_names", (f"d {EVIL}", "l"))
+    monkeypatch.setattr(
+        Cantilever, "describe", lambda self, X: pd.DataFrame({EVIL: [EVIL] * len(X)})
+    )
+    monkeypatch.setattr(
+        Cantilever,
+        "solution_figures",
+        lambda self, X: [{EVIL: go.Figure(layout_title_text=EVIL)} for _ in X],
+        raising=False,
+    )
+    monkeypatch.setattr(Cantilever, "from_options", classmethod(lambda cls, options: cls()))
+    run_file, front = folder / "run.json", folder / "front.csv"
+    told = json.loads(run_file.read_text())
+    told["variables"][0] = told["objectives"][0] = f"d {EVIL}"
+    told["objectives"][0] += "2"
+    told["recipe"]["options"] = {EVIL: EVIL}
+    told["recipe"]["algorithm"] = EVIL
+    told["recipe"]["parameters"] = {EVIL: EVIL}
+    told["failures"] = {EVIL: 3}
+    told["versions"] = {EVIL: EVIL}
+    run_file.write_text(json.dumps(told))
+    lines = pd.read_csv(front)
+    lines.columns = [*told["variables"], *told["objectives"]]
+    lines.to_csv(front, index=False)
+    (folder / "verification.csv").write_text(f'"{EVIL}",b\n"{EVIL}",1.5\n')
+    html = report_html(folder)
+    tags = Tags(html)
+    assert tags.loading == []
+    assert (tags.count["script"], tags.count.get("img", 0)) == (3, 0)
+    assert html.count("alert(") > 10  # they are there, as text
+    assert EVIL in json.loads(tags.data)["described"]["columns"]
+
+
+def test_the_history_of_a_recorded_run_ends_with_its_hypervolume(solved):
+    from mgeo import read_record
+    from mgeo.plugins import load_problem
+
+    folder = solved("--record")
+    run = read_run(folder)
+    record = read_record(folder / "evaluations")
+    evaluations, volumes = hypervolume_history(load_problem("cantilever"), run.outcome, record)
+    assert (evaluations[0], evaluations[-1]) == (1, run.outcome.evaluations)
+    assert (np.diff(volumes) >= -1e-12).all()
+    assert volumes[-1] == pytest.approx(run.outcome.hypervolume.value, rel=1e-9)
+    assert "kept no record" not in report_html(folder)
+    assert "kept no record" in report_html(solved(name="other"))
+
+
+def test_a_run_of_another_problem_is_refused(solved):
+    folder = solved()
+    told = json.loads((folder / "run.json").read_text())
+    told["recipe"] |= {"problem": "zdt1", "options": {}}
+    (folder / "run.json").write_text(json.dumps(told))
+    done = mgeo("report", folder)
+    assert done.exit_code == 2
+    assert "the front has 2 variables and 2 objectives: expected 30 and 2" in done.stderr
+
+
+def test_a_large_front_keeps_the_highlights_and_a_bounded_number_of_plans():
+    rows = planned_rows([Highlight(7, "knee"), Highlight(49_999, "best")], 50_000)
+    assert len(rows) <= 300
+    assert {0, 7, 49_999} <= set(rows.tolist())
+    assert planned_rows([], 300).tolist() == list(range(300))
