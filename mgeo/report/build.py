@@ -6,7 +6,6 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 
-import pandas as pd
 from plotly.offline import get_plotlyjs
 from pymoo.core.problem import Problem
 
@@ -16,26 +15,20 @@ from mgeo.report import summary
 from mgeo.report.encode import Json, figure_json, script_json
 from mgeo.report.history import history_figure, hypervolume_history
 from mgeo.report.solutions import (
-    cells,
     described,
     front_json,
     limits_json,
     planned_rows,
     plans_json,
 )
+from mgeo.report.verification import verification
 from mgeo.runs.folder import Run, front_table, read_run
 from mgeo.runs.highlights import Highlight, highlights
 from mgeo.runs.keep import RECORD_FOLDER
 
-#: Tables of simulated flights or the like that a plugin's tools leave in a run folder.
-VERIFICATION = "verification*.csv"
-
 _NO_RECORD = (
     "The run kept no record of its evaluations (<code>mgeo solve --record</code> does), so how its "
     "hypervolume grew is not known."
-)
-_NO_VERIFICATION = (
-    "There is no Monte Carlo result: no file <code>verification*.csv</code> in the run folder."
 )
 # nothing from the network, whatever a string of the run might look like; plotly's three-dimensional
 # figures compile functions
@@ -69,7 +62,7 @@ def report_html(folder: Path | str) -> str:
         else _section("Front", "<p>No feasible solution was found.</p>"),
         _asset("plans.html") if chosen else "",
         _section("Hypervolume", "<div id=history></div>" if history else f"<p>{_NO_RECORD}</p>"),
-        _section("Monte Carlo", _verification(folder)),
+        _section("Monte Carlo", verification(folder)),
         _asset("table.html") if chosen else "",
     ]
     return _document(run, "\n".join(sections), _data(problem, run, chosen, history))
@@ -89,15 +82,15 @@ def _data(problem: Problem, run: Run, chosen: list[Highlight], history: Json) ->
     outcome = run.outcome
     if not len(outcome.X):
         return {"history": history, "table": None}
-    known = described(problem, outcome)
     rows = planned_rows(chosen, len(outcome.X))
     front = front_table(outcome)
     return {
         "table": {"columns": list(front.columns), "rows": front.to_numpy().tolist()},
         "objectives": len(outcome.objectives),
-        "described": {"columns": [str(name) for name in known.columns], "rows": cells(known)},
+        "planned": rows.tolist(),
+        "described": described(problem, outcome, rows),
         "bounds": [problem.xl.tolist(), problem.xu.tolist()],
-        "limits": limits_json(problem, outcome.X),
+        "limits": limits_json(problem, outcome.X, rows),
         "labels": {str(highlight.row): highlight.label for highlight in chosen},
         "first": next((h.row for h in chosen if h.label == "knee"), chosen[0].row),
         "front": front_json(problem, outcome, summary.title(run)),
@@ -113,17 +106,6 @@ def _history(folder: Path, problem: Problem, run: Run) -> Json:
         return None
     found = hypervolume_history(problem, run.outcome, record)
     return None if found is None else figure_json(history_figure(*found))
-
-
-def _verification(folder: Path) -> str:
-    parts = []
-    for path in sorted(folder.glob(VERIFICATION)):
-        try:
-            frame = pd.read_csv(path)
-        except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-            raise ValueError(f"{path}: {error}") from error
-        parts.append(f"<h3>{escape(path.stem)}</h3>{summary.table(frame)}")
-    return "".join(parts) or f"<p>{_NO_VERIFICATION}</p>"
 
 
 def _section(heading: str, body: str, kind: str = "") -> str:

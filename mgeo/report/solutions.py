@@ -19,6 +19,9 @@ from mgeo.runs.solve import Outcome
 #: Solutions whose figures go into a report, so that its size stays bounded.
 MOST_PLANS = 300
 
+#: Points up to which each has its variables in its hover text, and the plugin draws the front.
+_MOST_TEXTS = 2000
+
 
 def planned_rows(chosen: Sequence[Highlight], n: int, most: int = MOST_PLANS) -> NDArray[np.int64]:
     """Rows that get figures of their own: all, or the highlights and others spread over the front.
@@ -39,7 +42,7 @@ def front_json(problem: Problem, outcome: Outcome, title: str) -> Json:
     """
     n = len(outcome.X)
     figure = None
-    if hasattr(problem, "figures"):
+    if hasattr(problem, "figures") and n <= _MOST_TEXTS:
         figure = problem.figures(outcome.X).get("front")
         if figure is not None and not _numbered(figure, n):
             figure = None
@@ -47,6 +50,9 @@ def front_json(problem: Problem, outcome: Outcome, title: str) -> Json:
         if len(outcome.objectives) > 3:
             return None
         figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
+        if n > _MOST_TEXTS:
+            numbered = {"customdata": np.arange(n), "hovertext": None, "hoverinfo": "all"}
+            figure.update_traces(numbered, selector={"mode": "markers"})
     # the page looks points up: as lists
     tree: Json = decoded(figure_json(figure))
     return tree
@@ -69,25 +75,30 @@ def plans_json(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]
         {str(name): figure_json(figure) for name, figure in figures.items()} for figures in drawn
     ]
     common, values = shared(trees)
-    return {"common": common, "values": dict(zip(map(str, rows), values, strict=True))}
+    return {"common": common, "values": _by_row(values, rows)}
 
 
-def described(problem: Problem, outcome: Outcome) -> pd.DataFrame:
-    """Each solution in the problem's own terms, or else its objectives."""
-    if hasattr(problem, "describe") and len(outcome.X):
-        table: pd.DataFrame = problem.describe(outcome.X)
-        return table
-    return pd.DataFrame(outcome.F, columns=list(outcome.objectives))
+def described(problem: Problem, outcome: Outcome, rows: NDArray[np.int64]) -> Json:
+    """Solutions in the problem's own terms, or else their objectives."""
+    if hasattr(problem, "describe"):
+        table = problem.describe(outcome.X[rows])
+    else:
+        table = pd.DataFrame(outcome.F[rows], columns=list(outcome.objectives))
+    return {"columns": [str(name) for name in table.columns], "rows": _by_row(cells(table), rows)}
 
 
-def limits_json(problem: Problem, X: NDArray[np.float64]) -> Json:
+def limits_json(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]) -> Json:
     """Constraints of each solution: names, and values that are at most 0 where a limit is kept."""
     count = problem.n_ieq_constr
-    if not count or not len(X):
-        return {"names": [], "values": []}
-    G = problem.evaluate(X, return_values_of=["G"])
+    if not count:
+        return {"names": [], "rows": {}}
+    G = problem.evaluate(X[rows], return_values_of=["G"])
     names = getattr(problem, "constraint_names", None) or [f"g{j + 1}" for j in range(count)]
-    return {"names": [str(name) for name in names], "values": rounded(np.asarray(G))}
+    return {"names": [str(name) for name in names], "rows": _by_row(rounded(np.asarray(G)), rows)}
+
+
+def _by_row(values: Sequence[Json], rows: NDArray[np.int64]) -> dict[str, Json]:
+    return dict(zip(map(str, rows.tolist()), values, strict=True))
 
 
 def rounded(values: NDArray[np.float64], digits: int = 6) -> Json:

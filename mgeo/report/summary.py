@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from mgeo.runs.folder import Run
 from mgeo.runs.highlights import Highlight
@@ -79,12 +78,11 @@ def cards(chosen: Sequence[Highlight], objectives: Sequence[str], F: np.ndarray)
     )
 
 
-def table(frame: pd.DataFrame) -> str:
+def table(columns: Sequence[Any], rows: Sequence[Sequence[Any]]) -> str:
     """A small table."""
-    head = "".join(f"<th>{escape(str(name))}</th>" for name in frame.columns)
+    head = "".join(f"<th>{escape(str(name))}</th>" for name in columns)
     body = "".join(
-        f"<tr>{''.join(f'<td>{escape(_shown(value))}</td>' for value in row)}</tr>"
-        for row in frame.itertuples(index=False, name=None)
+        f"<tr>{''.join(f'<td>{escape(_shown(value))}</td>' for value in row)}</tr>" for row in rows
     )
     return (
         f"<div class=wide><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"

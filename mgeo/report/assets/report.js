@@ -109,19 +109,22 @@ function cell(row, kind, text) {
 function fillDescribed(row) {
   const body = byId("described");
   body.replaceChildren();
-  data.described.columns.forEach((name, j) => {
+  const values = data.described.rows[row];
+  const names = values ? data.described.columns : [];
+  names.forEach((name, j) => {
     const line = body.insertRow();
     cell(line, "th", name).scope = "row";
-    cell(line, "td", shown(data.described.rows[row][j]));
+    cell(line, "td", shown(values[j]));
   });
 }
 
 function fillLimits(row) {
   const body = byId("limits");
   body.replaceChildren();
-  data.limits.names.forEach((name, j) => {
+  const known = data.limits.rows[row];
+  (known ? data.limits.names : []).forEach((name, j) => {
     const line = body.insertRow();
-    const value = data.limits.values[row][j];
+    const value = known[j];
     cell(line, "th", name).scope = "row";
     const kept = value !== null && value <= 0;
     const node = cell(line, "td", kept ? `kept, margin ${shown(-value)}` : `exceeded by ${shown(value)}`);
@@ -141,7 +144,7 @@ function fillLimits(row) {
 function drawFigures(row) {
   const values = data.plans.values[row];
   const none = values === undefined;
-  byId("unplanned").hidden = !none || !Object.keys(data.plans.values).length;
+  byId("unplanned").hidden = data.planned.includes(row);
   const figures = none ? {} : filled(data.plans.common, values);
   const box = byId("figures");
   const names = Object.keys(figures);
@@ -241,7 +244,7 @@ function asked() {
 
 if (data.table) {
   const select = byId("solution");
-  data.table.rows.forEach((_, row) => {
+  data.planned.forEach((row) => {
     const label = data.labels[row];
     select.add(new Option(String(row) + (label ? ` (${label})` : ""), String(row)));
   });

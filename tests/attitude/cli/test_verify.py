@@ -6,6 +6,8 @@ import pytest
 from mgeo_attitude.cli import verify as command
 from mgeo_attitude.plan.verification import verify
 
+from mgeo.report.verification import verification
+
 
 def test_a_plan_of_a_run(run, folder, front):
     found = verify(front.plan("best"), n_runs=10, seed=2)
@@ -14,6 +16,18 @@ def test_a_plan_of_a_run(run, folder, front):
     assert f"NEES per state {found.nees:.3f}" in text
     assert f"{found.table.loc['gyro bias y', 'rms']:.4g}" in text
     assert "10 simulated flights" in text
+
+
+def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path):
+    found = verify(front.plan("best"), n_runs=3, seed=2)
+    file = tmp_path / "verification-best.json"
+    arguments = ("verify", folder, "--pick", "best", "--runs", "3", "--seed", "2", "--json", file)
+    run(*arguments, code=0 if found.achieved else 1)
+    html = verification(tmp_path)
+    assert f"NEES per state {found.nees:.3f}" in html
+    assert html.count("<tr>") == 1 + len(found.table)
+    assert f"<td>{found.table.loc['gyro bias y', 'rms']:.5g}</td>" in html
+    assert "exists" in run(*arguments, code=2).stderr
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,9 @@ addEventListener("load", () => setTimeout(() => {
 </script></body>"""
 
 
+pytestmark = pytest.mark.slow
+
+
 @pytest.fixture
 def folder(solved, monkeypatch):
     """A run of a problem that draws each solution as a bar of its own height."""
@@ -78,3 +81,25 @@ def test_a_click_on_the_front_shows_that_plan(folder, browser):
 def test_an_error_on_the_page_would_be_seen(report, browser):
     broken = report.replace("</body>", "<script>missing()</script></body>")
     assert any("missing" in message for message in browser(broken)[1])
+
+
+_PHONE = "<style>html { width: 400px }</style></head>"
+_MEASURE = """<script>
+addEventListener("load", () => setTimeout(() => {
+  const outside = [...document.body.querySelectorAll("*")].filter((node) =>
+    !node.closest(".wide, details, svg") && node.getBoundingClientRect().right > 400.5);
+  document.body.dataset.outside = outside.map((node) => node.outerHTML.slice(0, 80)).join(" | ");
+  const text = document.querySelector("#front .xtitle") || document.querySelector("#front text");
+  document.body.dataset.text = getComputedStyle(text).fill;
+}, 3000));
+</script></body>"""
+
+
+@pytest.mark.parametrize(("theme", "ink"), [(1, "rgb(34, 34, 34)"), (0, "rgb(230, 232, 235)")])
+def test_it_fits_a_phone_and_follows_the_theme(folder, browser, theme, ink):
+    html = report_html(folder).replace("</head>", _PHONE).replace("</body>", _MEASURE)
+    scheme = f"--blink-settings=preferredColorScheme={theme}"
+    dom, messages = browser(html, "", 400, scheme)
+    assert messages == []
+    assert 'data-outside=""' in dom
+    assert f'data-text="{ink}"' in dom

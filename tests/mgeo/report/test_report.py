@@ -3,6 +3,7 @@
 import json
 import re
 from html.parser import HTMLParser
+from importlib.resources import files
 
 import numpy as np
 import pandas as pd
@@ -106,7 +107,9 @@ def test_hostile_strings_stay_text(solved, monkeypatch):
     lines = pd.read_csv(front)
     lines.columns = [*told["variables"], *told["objectives"]]
     lines.to_csv(front, index=False)
-    (folder / "verification.csv").write_text(f'"{EVIL}",b\n"{EVIL}",1.5\n')
+    table = {"columns": [EVIL, "b"], "rows": [[EVIL, 1.5]]}
+    told = {"title": EVIL, "verdict": EVIL, **table}
+    (folder / "verification.json").write_text(json.dumps(told))
     html = report_html(folder)
     tags = Tags(html)
     assert tags.loading == []
@@ -145,3 +148,67 @@ def test_a_large_front_keeps_the_highlights_and_a_bounded_number_of_plans():
     assert len(rows) <= 300
     assert {0, 7, 49_999} <= set(rows.tolist())
     assert planned_rows([], 300).tolist() == list(range(300))
+
+
+def test_simulated_flights_are_shown_where_there_are_some(solved):
+    folder = solved()
+    assert "no file <code>verification" in report_html(folder)
+    table = {"columns": ["state", "ratio"], "rows": [["a", 1.25], ["b", 2]]}
+    file = folder / "verification-knee.json"
+    file.write_text(json.dumps({"title": "9 flights", "verdict": "achieved", **table}))
+    html = report_html(folder)
+    assert "<h3>9 flights</h3>" in html
+    assert "<tr><td>a</td><td>1.25</td></tr><tr><td>b</td><td>2</td></tr>" in html
+    table["rows"][1] = ["b"]
+    for text in (json.dumps({"title": "x", "verdict": "y", **table}), "{", "[]"):
+        file.write_text(text)
+        done = mgeo("report", folder)
+        assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
+        assert "verification-knee.json" in done.stderr
+
+
+def test_a_large_front_has_every_solution_and_few_details(solved):
+    import dataclasses
+
+    from mgeo.runs import write_run
+
+    folder = solved()
+    run = read_run(folder)
+    X = np.random.default_rng(2).uniform([0.01, 0.2], [0.05, 1.0], (3000, 2))
+    F = np.column_stack([X[:, 0], 1.0 / X[:, 0]])
+    order = np.argsort(F[:, 0])
+    outcome = dataclasses.replace(run.outcome, X=X[order], F=F[order])
+    write_run(folder, dataclasses.replace(run, outcome=outcome), overwrite=True)
+    data = json.loads(Tags(report_html(folder)).data)
+    assert len(data["table"]["rows"]) == 3000
+    assert len(data["planned"]) <= 300
+    assert set(data["described"]["rows"]) == set(map(str, data["planned"]))
+    points = data["front"]["data"][-1]
+    assert points["customdata"] == list(range(3000))
+    assert "hovertext" not in points or points["hovertext"] is None
+
+
+def test_colors_of_both_themes_can_be_read():
+    css = files("mgeo.report").joinpath("assets", "report.css").read_text(encoding="utf-8")
+    themes = [
+        dict(re.findall(r"--(\w+): (#\w+)", part))
+        for part in re.findall(r":root \{.*?\}", css, re.S)
+    ]
+    assert len(themes) == 2
+    for colors in themes:
+        for text in ("ink", "soft", "accent", "bad"):
+            for ground in ("paper", "panel"):
+                assert contrast(colors[text], colors[ground]) >= 4.5, (text, ground)
+
+
+def contrast(one, other):
+    """Contrast ratio of WCAG 2.1 (section 1.4.3), from 1 to 21."""
+
+    def luminance(color):
+        digits = color[1:] if len(color) == 7 else "".join(2 * c for c in color[1:])
+        parts = np.array([int(digits[i : i + 2], 16) for i in (0, 2, 4)]) / 255.0
+        linear = np.where(parts <= 0.03928, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+        return linear @ [0.2126, 0.7152, 0.0722]
+
+    bright, faint = sorted([luminance(one), luminance(other)], reverse=True)
+    return (bright + 0.05) / (faint + 0.05)

@@ -99,17 +99,29 @@ def verify(
     time: Time = None,
     runs: Annotated[int, typer.Option(min=2, help="Flights to simulate.")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="Seed of their errors.")] = 1,
+    json: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Also write the result; `mgeo report` shows RUN/verification*.json.",
+        ),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an existing file.")
+    ] = False,
     debug: Debug = False,
 ) -> None:
     """Fly a plan many times in simulation; exit with 1 if it does not achieve what it promises.
 
     The truth is nonlinear, the errors are drawn from the scenario, the filter feeds them back.
     """
+    from .files import checked_targets
     from .source import load_plan
     from .verify import print_verification
 
     with one_line_errors(debug):
-        achieved = print_verification(load_plan(source, pick, time), runs, seed)
+        checked_targets([json] if json else [], overwrite)
+        achieved = print_verification(load_plan(source, pick, time), runs, seed, json)
     raise typer.Exit(0 if achieved else NOT_ACHIEVED)
 
 

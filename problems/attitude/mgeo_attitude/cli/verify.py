@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 from rich.text import Text
 
+from ..files import write_text
 from ..plan import ManeuverPlan
 from ..plan.verification import Verification, verify
 from .tables import console, printed
 
 
-def print_verification(plan: ManeuverPlan, n_runs: int, seed: int) -> bool:
-    """Fly a plan, print how it went, and return whether it achieves what it promises."""
+def print_verification(
+    plan: ManeuverPlan, n_runs: int, seed: int, file: Path | None = None
+) -> bool:
+    """Fly a plan, print how it went, and return whether it achieves what it promises.
+
+    With `file` the result is also written there, as `mgeo.report.verification` reads it.
+    """
     found = verify(plan, n_runs, seed)
+    if file is not None:
+        write_text(file, _document(plan, found, seed))
     out = console()
     title = f"{n_runs} simulated flights, errors after {plan.t_end:.6g} s"
     printed(out, title, found.table)
@@ -20,6 +31,21 @@ def print_verification(plan: ManeuverPlan, n_runs: int, seed: int) -> bool:
     out.print(Text(f"\nNEES per state {found.nees:.3f}; expected {low:.3f} to {high:.3f}"))
     out.print(Text(_verdict(found), style="bold"))
     return found.achieved
+
+
+def _document(plan: ManeuverPlan, found: Verification, seed: int) -> str:
+    table = found.table.reset_index()
+    low, high = found.nees_bounds
+    document = {
+        "title": f"{found.n_runs} simulated flights of the plan with t_end {plan.t_end:.6g} s and "
+        f"trace {plan.trace:.5g}, seed {seed}",
+        "verdict": f"{_verdict(found)}; NEES per state {found.nees:.3f}, expected {low:.3f} to "
+        f"{high:.3f}; by chance no ratio exceeds {found.greatest_ratio:.3f}",
+        "columns": [str(name) for name in table.columns],
+        "rows": table.to_numpy(object).tolist(),
+        "design": list(plan.design),
+    }
+    return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def _verdict(found: Verification) -> str:
