@@ -28,6 +28,7 @@ default_role = "code"  # single backquotes in docstrings
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # signatures stay short; docstrings give types, shapes and units
 autodoc_preserve_defaults = True
+python_use_unqualified_type_names = True
 napoleon_use_rtype = False
 napoleon_use_ivar = True
 

@@ -1,11 +1,14 @@
-"""Docstrings of `mgeo` as numpydoc has them, so that Sphinx reads a parameter's meaning as such.
+"""What the reference says beyond the docstrings as they stand.
 
-They say ``name : meaning`` in a line or more; numpydoc would take the meaning for a type.
+Those of `mgeo` say ``name : meaning``, where numpydoc would take the meaning for a type. The
+settings of `mgeo_attitude` declare their fields with meaning, unit and range: these are shown.
 """
 
+import dataclasses
 import re
 from typing import Any
 
+from mgeo_attitude.fields import Validated, declared
 from sphinx.application import Sphinx
 
 _SECTION = re.compile(r"(Parameters|Returns|Raises|Attributes|Yields)$")
@@ -31,11 +34,38 @@ def numpydoc(lines: list[str]) -> list[str]:
     return found
 
 
+def fields(cls: type[Validated]) -> list[str]:
+    """A section on the fields of a settings class."""
+    found = ["", "Parameters", "----------"]
+    defaults = {field.name: field.default for field in dataclasses.fields(cls)}  # type: ignore
+    for name, (_, spec) in declared(cls).items():
+        allowed = " or ".join(map(repr, spec.choices)) or spec.range_text()
+        found.append(f"{name} : {allowed}" if allowed else name)
+        default = defaults[name]
+        given = isinstance(default, str | float | int | tuple | None)
+        found.append(f"    {spec.doc}" + (f"; default {default!r}" if given else ""))
+    return found
+
+
 def process(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
     if name.partition(".")[0] == "mgeo":
         lines[:] = numpydoc(lines)
+    if _is_settings(obj):
+        lines += fields(obj)
+
+
+def signature(
+    app: Sphinx, what: str, name: str, obj: Any, options: Any, given: str, returned: str
+) -> tuple[str, str] | None:
+    """None shown for settings: their fields follow with their defaults."""
+    return ("", "") if _is_settings(obj) else None
+
+
+def _is_settings(obj: Any) -> bool:
+    return isinstance(obj, type) and issubclass(obj, Validated) and dataclasses.is_dataclass(obj)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("autodoc-process-docstring", process, priority=400)  # before napoleon, at 500
+    app.connect("autodoc-process-signature", signature)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

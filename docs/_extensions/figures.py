@@ -11,7 +11,7 @@ _FRONTS = Path(__file__).parents[1] / "fronts"
 #: Files that figures are drawn from; a page is built again when one of them changes.
 SOURCES = (Path(__file__), *sorted(_FRONTS.glob("*.csv")))
 
-_NAMES = {"free": "as in the paper: no limits but the rates'", "limits": "scenarios/limits.toml"}
+_NAMES = {"free": "cubesat_6u", "limits": "with limits.toml"}
 _COLORS = {"free": "#1f5fa8", "limits": "#c8501e"}
 
 
@@ -32,12 +32,12 @@ def limits() -> go.Figure:
             hovertemplate="%{x:.0f} s, trace %{y:.3g}<br>%{text}<extra></extra>",
         )
     figure.update_xaxes(title="time to converge t_end [s]")
-    figure.update_yaxes(title="trace [-]", type="log", exponentformat="power")
+    figure.update_yaxes(title="trace [-]", type="log", dtick=1, exponentformat="power")
     figure.update_layout(
         template="plotly_white",
         height=460,
         margin={"l": 60, "r": 20, "t": 20, "b": 50},
-        legend={"orientation": "h", "y": 1.02, "yanchor": "bottom"},
+        legend={"x": 1.0, "xanchor": "right", "y": 1.0},
     )
     return figure
 

@@ -33,9 +33,9 @@ def rank(f: FloatArray, violation: FloatArray, ties: FloatArray) -> IntArray:
 def pick(uniform: FloatArray, n: int | IntArray, tau: float | FloatArray) -> IntArray:
     """Position in a ranking of `n`, drawn with probability proportional to k^-tau.
 
-    The inverse of the cumulative distribution at one uniform draw. It is the law of drawing a
-    rank uniformly and accepting it with probability k^-tau until one is accepted, which is how
-    GEO is usually written (de Sousa et al. 2003).
+    Equation (10) of docs/theory.md. The inverse of the cumulative distribution at one uniform
+    draw. It is the law of drawing a rank uniformly and accepting it with probability k^-tau until
+    one is accepted, which is how GEO is usually written (de Sousa et al. 2003).
 
     Parameters
     ----------

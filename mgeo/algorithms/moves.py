@@ -37,7 +37,8 @@ def perturb(
 ) -> FloatArray:
     """New value of every variable, clipped to its bounds.
 
-    x + sigma scale(x) N(0, 1) (Mainenti-Lopes, Souza & de Sousa 2012).
+    x + sigma scale(x) N(0, 1) (Mainenti-Lopes, Souza & de Sousa 2012); equation (9) of
+    docs/theory.md.
 
     Parameters
     ----------

@@ -152,7 +152,8 @@ class AttitudeManeuverProblem(Problem):
     def indicator_space(self, F: ArrayLike) -> Floats:
         """Objectives as indicators see them, such as t_end / duration and (log10 trace + 6) / 5.
 
-        With the paper's preset the reference point (1, 1) holds every solution worth having.
+        For these two it is equation (11). With the paper's preset the reference point (1, 1) holds
+        every solution worth having.
 
         Parameters
         ----------
