@@ -15,6 +15,7 @@ from mgeo_attitude.cli.app import app as attitude
 from mgeo_attitude.objectives import OBJECTIVES
 from typer.testing import CliRunner
 
+from mgeo import plugins
 from mgeo.cli.app import app as mgeo
 from mgeo.plugins import load_problem
 
@@ -79,6 +80,13 @@ def test_the_commands_work_on_the_example_plugin(cantilever):
     assert Path("runs/cantilever-nsga2-seed1/front.html").is_file()
 
 
+def test_every_optional_part_of_a_problem_is_on_the_page():
+    parts = re.findall(r"``(\w+(?:\(\w+\))?)``", plugins.__doc__.partition("may have")[2])
+    assert "solution_figures(X)" in parts
+    page_names = set(re.findall(r"`([^`]*)`", page("plugins.md").partition("## Optional")[2]))
+    assert {part for part in parts if part not in ("front", "customdata")} <= page_names
+
+
 def test_the_file_of_limits_is_read_and_keeps_what_the_page_says():
     table = tomllib.loads((DOCS / "scenarios" / "limits.toml").read_text(encoding="utf-8"))
     problem = AttitudeManeuverProblem.from_options(table)
@@ -129,11 +137,13 @@ def test_the_way_to_a_plan(tmp_path, monkeypatch):
     assert Scenario.from_toml(tmp_path / "mine.toml") == Scenario.cubesat_6u()
     install, way = blocks("start-attitude.md", "sh")
     assert install.startswith("python3 -m venv")
-    solve, show, export, verify = way.splitlines()
+    solve, report, show, export, verify = way.splitlines()
     run(solve, "--evaluations", "720", "--quiet")
+    run(report)
     run(show)
     run(export)
     run(verify, "--runs", "4", codes=(0, 1))
+    assert (tmp_path / "runs" / "mine" / "report.html").is_file()
     assert {path.name for path in tmp_path.iterdir()} >= {"plan.html", "plan.json", "plan.aem"}
 
 

@@ -11,6 +11,7 @@ import pytest
 from sphinx.util.inventory import InventoryFile
 
 import mgeo
+import mgeo.report
 import mgeo.studies
 import mgeo.testing
 
@@ -144,7 +145,7 @@ def test_the_reference_has_every_public_name(site):
         inventory = InventoryFile.load(file, "", lambda base, target: target)
     documented = {name for domain, names in inventory.items() if domain.startswith("py:")
                   for name in names}  # fmt: skip
-    for module in (mgeo, mgeo.studies, mgeo.testing, mgeo_attitude):
+    for module in (mgeo, mgeo.report, mgeo.studies, mgeo.testing, mgeo_attitude):
         public = {name for name in module.__all__ if not name.startswith("__")}
         missing = {
             name
