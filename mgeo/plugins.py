@@ -17,8 +17,9 @@ Besides what pymoo asks of it a problem may have (see `mgeo.testing.check_proble
 ``describe(X)``, ``front_summary(F)``
     Solutions as a table, one row each, and a front as a dict.
 ``figures(X)``
-    Plotly figures of a set of solutions by name; ``front`` is the picture of the front. Where its
-    points have the numbers of their rows as ``customdata``, a report lets one choose them there.
+    Plotly figures of a set of solutions by name; ``front``, if it is there, is the picture of the
+    front, in place of mgeo's own. Where its points have the numbers of their rows as
+    ``customdata``, a report lets one choose them there.
 ``solution_figures(X)``
     For each row a dict of small plotly figures of that solution alone, under the same names, which
     a report shows when it is chosen. What they have in common is stored once, and floats as

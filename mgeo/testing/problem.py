@@ -164,9 +164,7 @@ def _check_figures(problem: Problem, X: FloatArray) -> None:
     with no_error("figures(X)"):
         figures = problem.figures(given)
     require_equal(given, X, "figures(X) must not modify X")
-    require(
-        isinstance(figures, dict) and "front" in figures, "figures(X): expected a dict with 'front'"
-    )
+    require(isinstance(figures, dict), f"figures(X) is a {type(figures).__name__}: no dict")
     for name, figure in figures.items():
         require(isinstance(figure, BaseFigure), f"figures(X)[{name!r}] is no plotly Figure")
 

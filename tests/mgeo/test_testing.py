@@ -212,9 +212,9 @@ class NoDicts(Good):
         return [go.Figure() for _ in X]
 
 
-class NoFront(Good):
+class FiguresAsList(Good):
     def figures(self, X):
-        return {"other": go.Figure()}
+        return [go.Figure()]
 
 
 class NoFigure(Good):
@@ -270,7 +270,7 @@ BROKEN = [
     (SummaryAsList(), r"front_summary\(F\) = \[1.0\]: expected a dict"),
     (OneForAll(), r"solution_figures\(X\) has 1 entries: expected 10"),
     (NoDicts(), r"solution_figures\(X\)\[0\]: expected a dict of plotly Figures"),
-    (NoFront(), r"figures\(X\): expected a dict with 'front'"),
+    (FiguresAsList(), r"figures\(X\) is a list: no dict"),
     (NoFigure(), r"figures\(X\)\['front'\] is no plotly Figure"),
     (OptionsWithTuple(), "comes back from JSON as"),
     (OptionsOfAnother(), r"has other options\(\)"),

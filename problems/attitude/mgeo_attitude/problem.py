@@ -185,7 +185,7 @@ class AttitudeManeuverProblem(Problem):
         return describe.front_summary(self.scenario, np.atleast_2d(np.asarray(F, dtype=float)))
 
     def figures(self, X: ArrayLike) -> dict[str, go.Figure]:
-        """Interactive figures of a set of solutions; ``front`` is the picture of the front."""
+        """Interactive figures of a set of solutions; ``front`` for the paper's objectives."""
         return figures.figures(self, np.atleast_2d(np.asarray(X, dtype=float)))
 
     def solution_figures(self, X: ArrayLike) -> list[dict[str, go.Figure]]:

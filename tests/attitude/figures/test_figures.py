@@ -1,10 +1,12 @@
 """The set of figures as a whole."""
 
+import dataclasses
 import json
 
 import numpy as np
 import plotly.graph_objects as go
 import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
 
 
 @pytest.mark.parametrize("n", [1, 7, 300])
@@ -30,3 +32,10 @@ def test_chosen_few_are_the_same_in_both_close_looks(problem, X, F):
 def test_nothing_to_show_is_refused(problem, shape):
     with pytest.raises(ValueError, match=r"X of shape \(\d, \d+\): expected"):
         problem.figures(np.zeros(shape))
+
+
+def test_other_objectives_than_the_papers_have_no_picture_of_its_front(X):
+    scenario = dataclasses.replace(Scenario.paper(), duration=2400.0)
+    three = AttitudeManeuverProblem(scenario, objectives=["t_end", "trace", "angle"])
+    assert set(three.figures(X[:10])) == {"maneuvers", "convergence"}
+    assert len(three.solution_figures(X[:2])) == 2

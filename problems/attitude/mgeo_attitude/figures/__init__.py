@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
+from ..objectives import PAPER, objective
 from .convergence import convergence_figure
 from .front import front_figure
 from .maneuvers import maneuvers_figure
@@ -23,6 +25,7 @@ def figures(problem: AttitudeManeuverProblem, X: ArrayLike) -> dict[str, go.Figu
     """Figures ``front``, ``maneuvers`` and ``convergence``; the latter two of up to six solutions.
 
     Solutions are numbered by their row in `X`. Those whose covariance broke down are left out.
+    There is no ``front`` of a problem with other objectives than the paper's: it shows these.
 
     Parameters
     ----------
@@ -34,9 +37,16 @@ def figures(problem: AttitudeManeuverProblem, X: ArrayLike) -> dict[str, go.Figu
         If `X` has another number of columns, or no design with finite objectives.
     """
     solutions = Solutions.evaluated(problem, X)
-    few = solutions.chosen(problem.indicator_space(solutions.F))
-    return {
-        "front": front_figure(problem.scenario, solutions),
+    paper = [objective(name, problem.model.suite) for name in PAPER]
+    scaled = [
+        entry.indicator(column, problem.scenario)
+        for entry, column in zip(paper, solutions.F.T, strict=True)
+    ]
+    few = solutions.chosen(np.column_stack(scaled))
+    front = {}
+    if problem.objectives == PAPER:
+        front["front"] = front_figure(problem.scenario, solutions)
+    return front | {
         "maneuvers": maneuvers_figure(problem.scenario, few),
         "convergence": convergence_figure(problem, few),
     }
