@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.figures.polyline import corners
 from mgeo_attitude.figures.sphere import OUTLINE, graticule, projected
 from mgeo_attitude.plan import ManeuverPlan
 
@@ -91,3 +92,25 @@ def test_figures_of_a_front_are_small(short, X):
         for figures in short.solution_figures(X[:3])
     ]
     assert max(sizes) < 4000
+
+
+def test_few_samples_draw_the_curves(short, X):
+    plan = ManeuverPlan.from_design(short, X[0])
+    (figures,) = short.solution_figures(X[:1])
+    for name, exact in (("trace", plan.history.trace), ("attitude", None)):
+        line = figures[name].data[0]
+        if exact is None:
+            factor = line.y[0] / plan.history.sigma[0, 0]
+            exact = plan.history.sigma[:, 0] * factor
+        drawn = np.interp(plan.history.times, line.x, np.log10(line.y))
+        off = np.abs(drawn - np.log10(exact)) / np.ptp(np.log10(exact))
+        assert off.max() < 0.06
+        assert len(line.x) == 48
+
+
+def test_corners_of_a_polyline_are_found():
+    x = np.arange(101.0)
+    curves = np.column_stack([np.interp(x, [0, 20, 100], [0, 5, 5]), np.abs(x - 70.0), 0.0 * x])
+    assert corners(x, curves, 4).tolist() == [0, 20, 70, 100]
+    assert len(corners(x, np.sin(x)[:, None], 30)) == 30
+    assert corners(np.array([1.0]), np.ones((1, 2)), 9).tolist() == [0]

@@ -86,11 +86,8 @@ def curves(problem: AttitudeManeuverProblem, solutions: Solutions) -> list[tuple
     return lines
 
 
-def sample_steps(last: int, count: int = _SAMPLES) -> NDArray[np.int64]:
-    """Steps from 0 to `last`, both included, at which a curve is drawn.
-
-    `count` of them evenly, and as many again more densely at the start.
-    """
-    even = np.linspace(0, last, count)
-    dense_at_start = np.geomspace(1, last, count)
+def sample_steps(last: int) -> NDArray[np.int64]:
+    """Steps from 0 to `last`, both included, at which a curve is drawn."""
+    even = np.linspace(0, last, _SAMPLES)
+    dense_at_start = np.geomspace(1, last, _SAMPLES)
     return np.unique(np.rint(np.concatenate([even, dense_at_start])).astype(np.int64))

@@ -14,6 +14,7 @@ from ..filter.evaluator import evaluate
 from ..filter.reference import attitudes
 from .convergence import sample_steps
 from .maneuvers import timeline
+from .polyline import corners
 from .sphere import OUTLINE, graticule, projected
 from .style import COLORS, DASHES, GRAY
 
@@ -22,8 +23,10 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-#: Samples of each curve, half of them dense at its start, and of each path on the body sphere.
-_SAMPLES, _DIRECTIONS = 24, 200
+#: Samples of each curve, and of each path on the body sphere.
+_SAMPLES, _DIRECTIONS = 48, 200
+#: Ratio of largest to smallest value from which only powers of ten are labeled.
+_WIDE = 1e3
 #: Floats that the histories of one chunk of designs may take: 64 MB.
 _CHUNK_FLOATS = 2**23
 _SHADOW = "rgba(128,128,128,0.22)"
@@ -80,14 +83,15 @@ def _errors(
 ) -> dict[str, dict[str, Any]]:
     """Trace, and one figure for each 3-vector of the state with a line for each axis."""
     model = problem.model
-    steps = sample_steps(round(t_end / model.step), _SAMPLES)
-    times: Floats = steps.astype(np.float64) * model.step
-    history = variances[steps]
-    sigma: Floats = np.sqrt(history)
+    steps = sample_steps(round(t_end / model.step))
+    trace, sigma = variances[steps] @ model.weights, np.sqrt(variances[steps])
+    rows = corners(steps.astype(np.float64), np.log10(np.column_stack([trace, sigma])), _SAMPLES)
+    times: Floats = steps[rows].astype(np.float64) * model.step
+    trace, sigma = trace[rows], sigma[rows]
     figures = {
         "trace": {
-            "data": [_line(times, history @ model.weights, 0, name="trace", showlegend=False)],
-            "layout": _layout("Trace of the covariance", _log_axis("-")),
+            "data": [_line(times, trace, 0, name="trace", showlegend=False)],
+            "layout": _layout("Trace of the covariance", _log_axis("-", trace)),
         }
     }
     for b, block in enumerate(block_units(model.suite)):
@@ -97,7 +101,10 @@ def _errors(
 
 def _block(block: BlockUnit, times: Floats, sigma: Floats) -> dict[str, Any]:
     lines = [_line(times, sigma[:, axis], axis) for axis in range(3)]
-    return {"data": lines, "layout": _layout(f"{block.label}, 1-sigma", _log_axis(block.unit))}
+    return {
+        "data": lines,
+        "layout": _layout(f"{block.label}, 1-sigma", _log_axis(block.unit, sigma)),
+    }
 
 
 def _directions(problem: AttitudeManeuverProblem, x: Floats, t_end: float) -> dict[str, Any]:
@@ -163,9 +170,13 @@ def _time_axis(t_end: float) -> dict[str, Any]:
     return {"title": {"text": "time [s]"}, "range": [0.0, float(t_end)], "tickformat": "d"}
 
 
-def _log_axis(unit: str) -> dict[str, Any]:
-    title = {"text": unit if unit != "-" else ""}
-    return {"title": title, "type": "log", "exponentformat": "power", "nticks": 6}
+def _log_axis(unit: str, values: Floats) -> dict[str, Any]:
+    return {
+        "title": {"text": unit if unit != "-" else ""},
+        "type": "log",
+        "exponentformat": "power",
+        "dtick": "D2" if np.max(values) < _WIDE * np.min(values) else 1,
+    }
 
 
 def _shadow(problem: AttitudeManeuverProblem) -> list[dict[str, Any]]:
