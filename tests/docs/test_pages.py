@@ -148,9 +148,18 @@ def test_the_way_to_a_plan(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_command_with_limits(tmp_path, monkeypatch):
-    shutil.copytree(DOCS / "scenarios", tmp_path / "docs" / "scenarios")
+@pytest.mark.parametrize("objectives", [["t_end", "trace"], ["log_det", "angle", "t_end"]])
+def test_the_command_with_limits(objectives, tmp_path, monkeypatch):
+    """The page's file as it is, and with other objectives: every tool takes the run."""
     monkeypatch.chdir(tmp_path)
+    shutil.copytree(DOCS / "scenarios", "docs/scenarios")
+    file = Path("docs/scenarios/limits.toml")
+    line = 'objectives = ["t_end", "trace"]'
+    text = file.read_text(encoding="utf-8")
+    assert line in text
+    file.write_text(text.replace(line, f"objectives = {objectives}"), encoding="utf-8")
     (command,) = blocks("limits.md", "sh")
-    run(command.strip(), "--evaluations", "720", "--quiet")
-    assert (tmp_path / "runs" / "limits" / "front.csv").is_file()
+    run(command.strip(), "--evaluations", "1440", "--quiet")
+    assert Path("runs/limits/front.html").is_file()
+    run("mgeo report runs/limits")
+    assert "ramp to maneuver 1" in run("mgeo-attitude show runs/limits --pick best")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -63,6 +63,23 @@ def objective(name: str, suite: Suite) -> Objective:
         known = [*OBJECTIVES, f"{TRACE_OF}BLOCK"]
         raise ValueError(f"unknown objective {name!r}{known_names(name, known)}")
     return OBJECTIVES[name]
+
+
+def indicators(names: Sequence[str], F: Floats, scenario: Scenario) -> Floats:
+    """Values of objectives, shape (n, n_obj), as indicators should see them; same shape.
+
+    Parameters
+    ----------
+    names : sequence of str
+        One for each column.
+    """
+    suite = Suite(scenario.gyro, scenario.sensors)
+    return np.column_stack(
+        [
+            objective(name, suite).indicator(column, scenario)
+            for name, column in zip(names, F.T, strict=True)
+        ]
+    )
 
 
 def scaled(result: Evaluation, model: FilterModel) -> Floats:

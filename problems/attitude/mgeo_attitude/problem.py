@@ -20,7 +20,7 @@ from .filter.evaluator import Evaluation, evaluate
 from .filter.model import FilterModel
 from .filter.suite import Suite
 from .filter.timeline import VARIABLES_PER_MANEUVER
-from .objectives import PAPER, Objective, objective
+from .objectives import PAPER, Objective, indicators, objective
 from .scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -163,13 +163,8 @@ class AttitudeManeuverProblem(Problem):
         -------
         array, shape (n, n_obj)
         """
-        columns = np.atleast_2d(np.asarray(F, dtype=float)).T
-        return np.column_stack(
-            [
-                entry.indicator(column, self.scenario)
-                for entry, column in zip(self._objectives(), columns, strict=True)
-            ]
-        )
+        values = np.atleast_2d(np.asarray(F, dtype=float))
+        return indicators(self.objectives, values, self.scenario)
 
     def describe(self, X: ArrayLike) -> pd.DataFrame:
         """Each solution, one row, in an engineer's terms."""

@@ -42,6 +42,41 @@ def test_it_is_read_as_it_was_written(run, written):
     assert len(front.F) > 5  # enough for picks to differ
 
 
+def test_picks_where_others_than_the_paper_s_were_minimized(tmp_path):
+    """Fastest and best are still those of t_end and trace; the file's values are still checked."""
+    scenario = dataclasses.replace(Scenario.paper(), duration=2400.0)
+    problem = AttitudeManeuverProblem(scenario, objectives=("log_det", "t_end", "angle"))
+    run = small_run(problem)
+    write_run(tmp_path / "run", run)
+    front = read_front(tmp_path / "run")
+    assert front.problem.objectives == problem.objectives
+    np.testing.assert_array_equal(front.F, run.outcome.F)
+    paper = AttitudeManeuverProblem(scenario).evaluate(front.X, return_values_of=["F"])
+    fastest, best, knee = (front.plan(choice) for choice in ("fastest", "best", "knee"))
+    assert fastest.t_end == paper[:, 0].min() == front.F[:, 1].min()
+    assert best.trace == pytest.approx(paper[:, 1].min(), rel=1e-9)
+    assert fastest.t_end <= knee.t_end <= best.t_end
+    table = (tmp_path / "run" / "front.csv").read_text()
+    row = front.row("fastest")
+    value = repr(float(front.F[row, 0]))
+    assert value in table
+    (tmp_path / "run" / "front.csv").write_text(table.replace(value, repr(float(value) * 1.01)))
+    with pytest.raises(ValueError, match="log10 of the determinant"):
+        read_front(tmp_path / "run").plan("fastest")
+
+
+@pytest.mark.parametrize(
+    ("objectives", "message"),
+    [("trace", "expected a list of names"), (["tracce"], "did you mean 'trace'")],
+)
+def test_bad_objectives_are_named(folder, objectives, message):
+    data = json.loads((folder / "run.json").read_text())
+    data["recipe"]["options"]["objectives"] = objectives
+    (folder / "run.json").write_text(json.dumps(data))
+    with pytest.raises(ValueError, match=message):
+        read_front(folder)
+
+
 def test_picks(run, written):
     front = read_front(written)
     F = run.outcome.F

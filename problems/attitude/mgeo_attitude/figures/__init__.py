@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
-from ..objectives import PAPER, objective
+from ..objectives import PAPER, indicators
 from .convergence import convergence_figure
 from .front import front_figure
 from .maneuvers import maneuvers_figure
@@ -37,12 +36,7 @@ def figures(problem: AttitudeManeuverProblem, X: ArrayLike) -> dict[str, go.Figu
         If `X` has another number of columns, or no design with finite objectives.
     """
     solutions = Solutions.evaluated(problem, X)
-    paper = [objective(name, problem.model.suite) for name in PAPER]
-    scaled = [
-        entry.indicator(column, problem.scenario)
-        for entry, column in zip(paper, solutions.F.T, strict=True)
-    ]
-    few = solutions.chosen(np.column_stack(scaled))
+    few = solutions.chosen(indicators(PAPER, solutions.F, problem.scenario))
     front = {}
     if problem.objectives == PAPER:
         front["front"] = front_figure(problem.scenario, solutions)

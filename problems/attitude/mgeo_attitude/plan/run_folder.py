@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 from ..describe import nondominated
 from ..fields import InvalidValue
 from ..figures.solutions import knee
+from ..filter.evaluator import evaluate
+from ..objectives import PAPER, indicators
 from ..problem import AttitudeManeuverProblem
 from .plan import ManeuverPlan
 from .reading import (
@@ -51,8 +53,8 @@ class Front:
     path : Path
         Of ``front.csv``.
     problem : AttitudeManeuverProblem
-    X, F : arrays, shapes (n, n_var) and (n, 2)
-        n >= 1 designs, and t_end [s] and trace as the file has them.
+    X, F : arrays, shapes (n, n_var) and (n, n_obj)
+        n >= 1 designs, and the problem's objectives as the file has them.
     """
 
     path: Path
@@ -78,9 +80,11 @@ class Front:
         row = self.row(choice)
         with errors_of(self.path):
             plan = ManeuverPlan.from_design(self.problem, self.X[row])
-            for name, value, found in zip(
-                self.problem.obj_names, self.F[row], (plan.t_end, plan.trace), strict=True
-            ):
+            if self.problem.objectives == PAPER:
+                values = (plan.t_end, plan.trace)
+            else:
+                values = tuple(self.problem.evaluate(self.X[row], return_values_of=["F"]).tolist())
+            for name, value, found in zip(self.problem.obj_names, self.F[row], values, strict=True):
                 if not math.isclose(value, found, rel_tol=TOLERANCE):
                     raise InvalidValue(
                         f"row {row + 1}, {name}",
@@ -91,16 +95,24 @@ class Front:
 
     def row(self, choice: Choice | float) -> int:
         """Row, from 0, of the solution that `plan` picks."""
-        rows = nondominated(self.F)
-        front = self.F[rows]
+        times_and_traces = self._times_and_traces()
+        rows = nondominated(times_and_traces)
+        front = times_and_traces[rows]
         if isinstance(choice, str):
             if choice not in CHOICES:
                 raise ValueError(f"choice = {choice!r}: expected one of {', '.join(CHOICES)}")
-            bend = knee(self.problem.indicator_space(front))
+            bend = knee(indicators(PAPER, front, self.problem.scenario))
             return int(rows[{"knee": bend, "fastest": 0, "best": -1}[choice]])
         if not math.isfinite(choice):
             raise ValueError(f"choice = {choice!r}: expected a finite number of seconds")
         return int(rows[np.argmin(np.abs(front[:, 0] - choice))])
+
+    def _times_and_traces(self) -> Floats:
+        """t_end [s] and trace of each solution, shape (n, 2), whatever was minimized."""
+        if self.problem.objectives == PAPER:
+            return self.F
+        result = evaluate(self.problem.model, self.X, self.problem.threads)
+        return np.column_stack([result.t_end, result.trace])
 
 
 def read_front(folder: str | os.PathLike[str]) -> Front:
@@ -134,8 +146,12 @@ def _problem(data: Any) -> AttitudeManeuverProblem:
         raise InvalidValue("recipe.problem", name, f"expected {_PROBLEM!r}")
     if not isinstance(options, dict):
         raise InvalidValue("recipe.options", options, "expected an object")
+    table = dict(options)
+    names = table.pop("objectives", list(PAPER))
+    if not isinstance(names, list):
+        raise InvalidValue("recipe.options.objectives", names, "expected a list of names")
     try:
-        return AttitudeManeuverProblem(parse_scenario(options))
+        return AttitudeManeuverProblem(parse_scenario(table), objectives=names)
     except InvalidValue as error:
         raise error.under("recipe.options") from None
 
