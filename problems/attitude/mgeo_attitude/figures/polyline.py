@@ -9,18 +9,21 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+#: Of the extent of a curve: closer than this a line is the curve.
+_EXACT = 0.002
+
 
 def corners(x: Floats, curves: Floats, count: int) -> NDArray[np.int64]:
     """Rows at which straight lines between them come closest to curves, ascending.
 
     From the first and last row on, the row farthest from the lines so far is added (as Douglas and
-    Peucker 1973 do) until there are `count`; of all curves the worst one decides, each measured by
-    its own extent.
+    Peucker 1973 do) until there are `count` or the lines are exact; of all curves the worst one
+    decides, each measured by its own extent.
 
     Parameters
     ----------
     x : array, shape (k,)
-        Increasing.
+        Not decreasing, no value more than twice.
     curves : array, shape (k, m)
     """
     extent = np.ptp(curves, axis=0)
@@ -39,7 +42,9 @@ def corners(x: Floats, curves: Floats, count: int) -> NDArray[np.int64]:
 
     push(0, len(x) - 1)
     while waiting and len(chosen) < count:
-        _, middle, low, high = heapq.heappop(waiting)
+        error, middle, low, high = heapq.heappop(waiting)
+        if -error <= _EXACT:
+            break
         chosen.add(middle)
         push(low, middle)
         push(middle, high)

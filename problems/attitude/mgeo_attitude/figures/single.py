@@ -68,7 +68,10 @@ def solution_figures(problem: AttitudeManeuverProblem, X: Floats) -> Iterator[di
 def _rates(problem: AttitudeManeuverProblem, x: Floats, t_end: float) -> dict[str, Any]:
     times, rates, _ = timeline(x, t_end, problem.scenario)
     limit = problem.scenario.maneuvers.max_rate_deg_s
-    lines = [_line(times, rates[:, i], i, shape="hv") for i in range(3)]
+    # steps as lines up and down, so that the many small ones of a ramp become one
+    times, rates = np.repeat(times, 2)[1:], np.repeat(rates, 2, axis=0)[:-1]
+    rows = corners(times, rates, _SAMPLES)
+    lines = [_line(times[rows], rates[rows, i], i) for i in range(3)]
     for sign in (-1.0, 1.0):
         ends = np.array([0.0, problem.scenario.duration])
         bound = _line(ends, np.full(2, sign * limit), 0, name="limit")
@@ -141,16 +144,14 @@ def _directions(problem: AttitudeManeuverProblem, x: Floats, t_end: float) -> di
     return {"data": traces, "layout": layout}
 
 
-def _line(
-    times: Floats, values: Floats, index: int, shape: str = "linear", **more: Any
-) -> dict[str, Any]:
+def _line(times: Floats, values: Floats, index: int, **more: Any) -> dict[str, Any]:
     return {
         "type": "scatter",
         "name": "xyz"[index],
         "x": times,
         "y": values,
         "mode": "lines",
-        "line": {"color": COLORS[index], "dash": DASHES[index], "width": 2, "shape": shape},
+        "line": {"color": COLORS[index], "dash": DASHES[index], "width": 2},
         "hovertemplate": "%{x:.6g} s: %{y:.4g}",
         **more,
     }
