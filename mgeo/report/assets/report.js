@@ -98,7 +98,13 @@ function drawFront() {
 
 // One solution -------------------------------------------------------------------------------
 
-const shown = (value) => (typeof value === "number" ? String(Number(value.toPrecision(5))) : String(value));
+function shown(value) {
+  if (typeof value !== "number") return String(value);
+  const size = Math.abs(value);
+  const plain = size === 0 || (size >= 1e-3 && size < 1e6);
+  const [digits, power] = plain ? [value.toPrecision(5)] : value.toExponential(4).split("e");
+  return String(Number(digits)) + (power ? "e" + Number(power) : "");
+}
 
 function cell(row, kind, text) {
   const node = row.appendChild(document.createElement(kind));
