@@ -33,16 +33,16 @@ class BitStrings(ExtremalOptimization, ABC):
 
     def __init__(
         self,
+        tau: float | str = 3.0,
+        n_runs: int = 30,
+        bits: int | Sequence[int] = 16,
+        coding: str = "plain",
         *,
-        tau: float | str,
-        n_runs: int,
-        bits: int | Sequence[int],
-        coding: str,
-        restart: str,
-        patience: int,
-        sampling: Sampling | ArrayLike | None,
-        archive_size: int | None,
-        options: dict[str, Any],
+        restart: str = "never",
+        patience: int = 50,
+        sampling: Sampling | ArrayLike | None = None,
+        archive_size: int | None = None,
+        **options: Any,
     ) -> None:
         super().__init__(
             tau=tau,

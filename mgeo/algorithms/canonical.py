@@ -1,11 +1,6 @@
 """MGEO canonical: extremal optimization that flips one bit of the whole string at a time."""
 
-from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
-from numpy.typing import ArrayLike
-from pymoo.core.sampling import Sampling
 
 from mgeo.algorithms.acceptance import IntArray
 from mgeo.algorithms.bit_strings import BitStrings
@@ -45,31 +40,6 @@ class MGEOCanonical(BitStrings):
     optimization", AIAA Journal 41 (2003) 1808-1818 (GEO). R. L. Galski, doctoral thesis,
     INPE-14795-TDI/1238 (2006) (M-GEO), as implemented in MGEO.jl, whose codes are plain.
     """
-
-    def __init__(
-        self,
-        tau: float | str = 3.0,
-        n_runs: int = 30,
-        bits: int | Sequence[int] = 16,
-        coding: str = "plain",
-        *,
-        restart: str = "never",
-        patience: int = 50,
-        sampling: Sampling | ArrayLike | None = None,
-        archive_size: int | None = None,
-        **options: Any,
-    ) -> None:
-        super().__init__(
-            tau=tau,
-            n_runs=n_runs,
-            bits=bits,
-            coding=coding,
-            restart=restart,
-            patience=patience,
-            sampling=sampling,
-            archive_size=archive_size,
-            options=options,
-        )
 
     def _layout(self) -> IntArray:
         return np.arange(self.code.length, dtype=np.intp)[None, :]

@@ -1,10 +1,6 @@
 """MGEO_real: extremal optimization that perturbs one real variable at a time."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import ArrayLike
-from pymoo.core.sampling import Sampling
 
 from mgeo.algorithms.acceptance import IntArray
 from mgeo.algorithms.real_steps import RealSteps
@@ -46,31 +42,6 @@ class MGEOReal(RealSteps):
     rigid-flexible satellite using multi-objective generalized extremal optimization with real
     codification", Shock and Vibration 19 (2012) 947-956. Public implementation: MGEO.jl.
     """
-
-    def __init__(
-        self,
-        sigma: float | ArrayLike = 1.0,
-        tau: float | str = 3.0,
-        n_runs: int = 30,
-        perturbation: str = "absolute",
-        *,
-        restart: str = "never",
-        patience: int = 50,
-        sampling: Sampling | ArrayLike | None = None,
-        archive_size: int | None = None,
-        **options: Any,
-    ) -> None:
-        super().__init__(
-            sigma=sigma,
-            tau=tau,
-            n_runs=n_runs,
-            perturbation=perturbation,
-            restart=restart,
-            patience=patience,
-            sampling=sampling,
-            archive_size=archive_size,
-            options=options,
-        )
 
     def _layout(self) -> IntArray:
         return np.arange(self.problem.n_var, dtype=np.intp)[None, :]

@@ -93,7 +93,7 @@ class MGEOReal2(RealSteps):
             patience=patience,
             sampling=sampling,
             archive_size=archive_size,
-            options=options,
+            **options,
         )
         self.n_steps = integer("n_steps", n_steps, low=2)
         self.divisor = number("divisor", divisor, above=0)

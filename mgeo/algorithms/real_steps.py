@@ -29,16 +29,16 @@ class RealSteps(ExtremalOptimization, ABC):
 
     def __init__(
         self,
+        sigma: float | ArrayLike = 1.0,
+        tau: float | str = 3.0,
+        n_runs: int = 30,
+        perturbation: str = "absolute",
         *,
-        sigma: float | ArrayLike,
-        tau: float | str,
-        n_runs: int,
-        perturbation: str,
-        restart: str,
-        patience: int,
-        sampling: Sampling | ArrayLike | None,
-        archive_size: int | None,
-        options: dict[str, Any],
+        restart: str = "never",
+        patience: int = 50,
+        sampling: Sampling | ArrayLike | None = None,
+        archive_size: int | None = None,
+        **options: Any,
     ) -> None:
         super().__init__(
             tau=tau,

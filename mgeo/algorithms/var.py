@@ -1,11 +1,6 @@
 """MGEO var: extremal optimization that flips one bit of every variable at a time."""
 
-from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
-from numpy.typing import ArrayLike
-from pymoo.core.sampling import Sampling
 
 from mgeo.algorithms.acceptance import IntArray
 from mgeo.algorithms.bit_strings import BitStrings
@@ -51,31 +46,6 @@ class MGEOVar(BitStrings):
     """
 
     _evaluates_walkers = True
-
-    def __init__(
-        self,
-        tau: float | str = 3.0,
-        n_runs: int = 30,
-        bits: int | Sequence[int] = 16,
-        coding: str = "plain",
-        *,
-        restart: str = "never",
-        patience: int = 50,
-        sampling: Sampling | ArrayLike | None = None,
-        archive_size: int | None = None,
-        **options: Any,
-    ) -> None:
-        super().__init__(
-            tau=tau,
-            n_runs=n_runs,
-            bits=bits,
-            coding=coding,
-            restart=restart,
-            patience=patience,
-            sampling=sampling,
-            archive_size=archive_size,
-            options=options,
-        )
 
     def _layout(self) -> IntArray:
         if np.any(self.code.bits == 1):
