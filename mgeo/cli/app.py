@@ -227,7 +227,7 @@ def study(
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster to run on.")
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
+    quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
     """Compare algorithms as a file says, and write tables and figures.

@@ -24,6 +24,7 @@ from mgeo.runs.hypervolume import Hypervolume
 from mgeo.runs.keep import CHECKPOINT_FILE
 from mgeo.runs.recipe import Recipe
 from mgeo.runs.solve import Outcome
+from mgeo.tables import read_texts, to_csv
 
 FORMAT = 1
 RUN_FILE, FRONT_FILE, FIGURE_FILE = "run.json", "front.csv", "front.html"
@@ -71,9 +72,8 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
         If the folder is in use (see `prepare_folder`) or cannot be written.
     """
     folder = prepare_folder(folder, overwrite=overwrite)
-    table = front_table(run.outcome).to_csv(index=False, na_rep="nan", lineterminator="\n")
     text = json.dumps(_to_dict(run), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-    write_files(folder, {FRONT_FILE: table.encode(), RUN_FILE: text.encode()})
+    write_files(folder, {FRONT_FILE: to_csv(front_table(run.outcome)), RUN_FILE: text.encode()})
     (folder / FIGURE_FILE).unlink(missing_ok=True)
 
 
@@ -150,8 +150,7 @@ def _to_dict(run: Run) -> dict[str, Any]:
 
 
 def _read_front(path: Path) -> pd.DataFrame:
-    # as text first: pandas' own parsing of floats is, or was in some versions, off by an ulp
-    text = pd.read_csv(path, dtype=str, keep_default_na=False)
+    text = read_texts(path)
     return pd.DataFrame(text.to_numpy(object).astype(float), columns=text.columns)
 
 

@@ -6,11 +6,13 @@ import io
 import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mgeo.dominance import FloatArray, nondominated
+from mgeo.files import from_npz
 
 _INTEGERS = ("n_eval", "evaluations", "failed")
 
@@ -74,8 +76,8 @@ class Record:
             If it is something else.
         """
         try:
-            with np.load(io.BytesIO(content), allow_pickle=False) as data:
-                values = {name: data[name] for name in cls.__dataclass_fields__}
+            data = from_npz(content)
+            values: dict[str, Any] = {name: data[name] for name in cls.__dataclass_fields__}
         except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
             raise ValueError(f"not the record of a run: {error}") from error
         for name in _INTEGERS:

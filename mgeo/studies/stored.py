@@ -14,6 +14,7 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Case
 from mgeo.studies.record import Record
 from mgeo.studies.space import IndicatorSpace
+from mgeo.tables import read_texts, to_csv
 
 TABLE, FINAL, RUNS, FRONTS = "table.csv", "final.csv", "runs.csv", "fronts.csv"
 PROVENANCE = "provenance.json"
@@ -34,10 +35,7 @@ def stored_tables(comparison: Comparison) -> dict[str, bytes]:
         RUNS: comparison.runs,
         FRONTS: pd.concat(fronts)[order],
     }
-    return {
-        name: table.to_csv(index=False, na_rep="nan", lineterminator="\n").encode()
-        for name, table in tables.items()
-    }
+    return {name: to_csv(table) for name, table in tables.items()}
 
 
 def read_comparison(folder: Path | str) -> Comparison:
@@ -81,8 +79,7 @@ def read_comparison(folder: Path | str) -> Comparison:
 
 
 def _read(path: Path) -> pd.DataFrame:
-    # as text first: pandas' own parsing of floats is, or was in some versions, off by an ulp
-    text = pd.read_csv(path, dtype=str, keep_default_na=False)
+    text = read_texts(path)
     return pd.DataFrame({name: _typed(text[name]) for name in text.columns})
 
 
