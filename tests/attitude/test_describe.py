@@ -62,9 +62,9 @@ def test_maneuvers_are_readable(table):
     assert maneuver_texts(np.array([0.1, 0.2, -0.3, 10.0])) == ["+0.100 / +0.200 / -0.300 for 10.0"]
 
 
-def test_chunks_do_not_show(problem, table, monkeypatch):
-    monkeypatch.setattr(module, "_CHUNK_FLOATS", 1)
-    pd.testing.assert_frame_equal(problem.describe(X), table)
+def test_a_row_does_not_depend_on_the_others(problem, table):
+    alone = pd.concat([problem.describe(x[None]) for x in X], ignore_index=True)
+    pd.testing.assert_frame_equal(alone, table)
 
 
 def test_no_solutions_give_the_columns_alone(problem, table):

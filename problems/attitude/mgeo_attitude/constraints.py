@@ -57,7 +57,7 @@ def wheel_momentum(plan: Schedule, inertia: Floats) -> Floats:
 
 def _wheel_momentum(inertia: Floats, limit: float) -> Constraint:
     def value(model: FilterModel, designs: Floats, result: Evaluation) -> Floats:
-        return wheel_momentum(model.schedule(designs), inertia) / limit - 1.0
+        return wheel_momentum(result.plan, inertia) / limit - 1.0
 
     return Constraint("wheel momentum", value)
 

@@ -88,7 +88,7 @@ def scaled(result: Evaluation, model: FilterModel) -> Floats:
     return matrix
 
 
-def rate_change_deg_s(model: FilterModel, designs: Floats) -> Floats:
+def rate_change_deg_s(designs: Floats) -> Floats:
     """Sum of the magnitudes of all changes of the rate, from rest at first [deg/s], shape (n,).
 
     The impulse of thrusters that turn the satellite, and so their propellant, is proportional to
@@ -100,7 +100,7 @@ def rate_change_deg_s(model: FilterModel, designs: Floats) -> Floats:
     return total
 
 
-def angle_deg(model: FilterModel, designs: Floats) -> Floats:
+def angle_deg(designs: Floats) -> Floats:
     """Sum of the angles turned through in all maneuvers as commanded [deg], shape (n,)."""
     rates, durations = decode(designs)
     total: Floats = np.degrees((np.linalg.norm(rates, axis=2) * durations).sum(axis=1))
@@ -157,8 +157,8 @@ def _share_of_duration(values: Floats, scenario: Scenario) -> Floats:
 
 def _decades(values: Floats, scenario: Scenario) -> Floats:
     """Five decades above 1e-6 to the interval from 0 to 1."""
-    scaled: Floats = (np.log10(values) + 6.0) / 5.0
-    return scaled
+    share: Floats = (np.log10(values) + 6.0) / 5.0
+    return share
 
 
 def _share_of_fastest(values: Floats, scenario: Scenario) -> Floats:
@@ -197,11 +197,11 @@ OBJECTIVES = {
     ),
     "t_required": Objective("time to required 1-sigma [s]", _time_to_accuracy, _share_of_duration),
     "angle": Objective(
-        "angle turned [deg]", lambda model, X, result: angle_deg(model, X), _share_of_longest
+        "angle turned [deg]", lambda model, X, result: angle_deg(X), _share_of_longest
     ),
     "rate_change": Objective(
         "sum of rate changes [deg/s]",
-        lambda model, X, result: rate_change_deg_s(model, X),
+        lambda model, X, result: rate_change_deg_s(X),
         _share_of_fastest,
     ),
 }

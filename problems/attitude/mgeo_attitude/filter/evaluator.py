@@ -15,6 +15,7 @@ from .codegen import step_constants
 from .jobs import separate, shared
 from .kernel import load_kernel
 from .model import FilterModel
+from .timeline import Schedule
 
 Floats = NDArray[np.float64]
 
@@ -38,6 +39,8 @@ class Evaluation:
     t_required : array, shape (n,)
         Time when all required 1-sigmas were met for the first time [s]; infinite if they were not
         until `t_end`, or there are none.
+    plan : Schedule
+        What is flown.
 
     A covariance that lost positivity gives NaN in `t_end` and `trace`.
     """
@@ -48,6 +51,7 @@ class Evaluation:
     covariance: Floats
     sun_angle: Floats
     t_required: Floats
+    plan: Schedule
 
 
 def evaluate(
@@ -84,10 +88,7 @@ def evaluate(
     watched = np.empty((n, monitors.total))
     final = np.empty((n if covariance else 0, kernel.ATTITUDE))
     start = _monitors_at_start(model)
-    required = () if model.required_sigma is None else model.required_sigma[list(monitors.states)]
-    references = model.references.reshape(len(model.references), -1)
-    if monitors.n_cones:
-        references = np.hstack([references, model.sun])
+    required = model.required_sigma[list(monitors.states)]
     # covariance, attitude, monitors and the trace over the last window
     snapshot = kernel.ROTATION + model.window_steps + 1
     arguments: tuple[Any, ...] = (
@@ -104,7 +105,7 @@ def evaluate(
         plan.over,
         np.ascontiguousarray([rest, *(matrix - rest for matrix in unit)]),
         suite.diffusion(),
-        np.ascontiguousarray(references),
+        model.reference_table,
         np.ascontiguousarray(model.available[:, model.gated], dtype=float),
         model.initial_sigma**2,
         start,
@@ -145,15 +146,12 @@ def evaluate(
         steps = watched[reached, -1] + start[-2]  # none where met at time zero
         t_required[reached] = model.step * steps
     full = _symmetric(final[jobs.twin] if covariance else final, suite.n_states)
-    return Evaluation(t_end, trace, record, full, np.arccos(cosine), t_required)
+    return Evaluation(t_end, trace, record, full, np.arccos(cosine), t_required, plan)
 
 
 def _monitors_at_start(model: FilterModel) -> Floats:
     sun = model.sun[0] if len(model.sun) else np.zeros(3)
-    required = np.full(model.suite.n_states, np.inf)
-    if model.required_sigma is not None:
-        required = model.required_sigma
-    return model.monitors.start(model.cones, sun, model.initial_sigma, required)
+    return model.monitors.start(model.cones, sun, model.initial_sigma, model.required_sigma)
 
 
 def _symmetric(triangles: Floats, n: int) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,7 +48,7 @@ class FilterModel:
         Body axes that must stay off the Sun, unit vectors.
     sun : array, shape (n_steps + 1, 3) or (0, 3)
         Direction to the Sun where it shines, else zero, GCRS; empty if no axis is watched.
-    required_sigma : array, shape (n_states,), optional
+    required_sigma : array, shape (n_states,)
         1-sigma that a plan must reach; infinite for a state without requirement.
     """
 
@@ -59,10 +60,10 @@ class FilterModel:
     weights: Floats
     window_steps: int
     relative_decrease: float
-    agility: Agility | None = None
-    cones: Floats = dataclasses.field(default_factory=lambda: np.zeros((0, 3)))
-    sun: Floats = dataclasses.field(default_factory=lambda: np.zeros((0, 3)))
-    required_sigma: Floats | None = None
+    agility: Agility | None
+    cones: Floats
+    sun: Floats
+    required_sigma: Floats
 
     @classmethod
     def from_scenario(
@@ -99,7 +100,7 @@ class FilterModel:
             agility=agility(scenario),
             cones=cones,
             sun=sun if len(cones) else np.zeros((0, 3)),
-            required_sigma=np.repeat(required.of(suite.blocks), 3) if required else None,
+            required_sigma=np.repeat(required.of(suite.blocks), 3),
         )
 
     @property
@@ -115,8 +116,14 @@ class FilterModel:
     @property
     def monitors(self) -> Monitors:
         """What is watched along a run."""
-        states = () if self.required_sigma is None else np.flatnonzero(self.required_sigma < np.inf)
+        states = np.flatnonzero(self.required_sigma < np.inf)
         return Monitors(len(self.cones), tuple(int(state) for state in states))
+
+    @cached_property
+    def reference_table(self) -> Floats:
+        """The references and, if an axis is watched, the Sun, side by side at every sample."""
+        flat = self.references.reshape(len(self.references), -1)
+        return np.hstack([flat, self.sun]) if len(self.cones) else np.ascontiguousarray(flat)
 
     def schedule(self, designs: ArrayLike) -> Schedule:
         """What is flown of designs, shape (n, 4 m)."""
