@@ -1,7 +1,6 @@
 """The site: built without a warning, complete, and shown by a browser without a network."""
 
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -15,9 +14,10 @@ import mgeo.report
 import mgeo.studies
 import mgeo.testing
 
+from ..browser import find_browser
+
 ROOT = Path(__file__).parents[2]
 SOURCES = (ROOT / "mgeo", ROOT / "problems" / "attitude" / "mgeo_attitude")
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 #: Numbers of equations by label; code and pages cite them as numbers.
 NUMBERS = {
@@ -55,10 +55,7 @@ def site(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def browser():
-    found = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if found is None:
-        pytest.skip(f"no browser to look at the pages: none of {', '.join(BROWSERS)} is installed")
-    return found
+    return find_browser()
 
 
 def shown(browser, path, profile):

@@ -1,7 +1,6 @@
 """Run folders of the stand-in problem, and a browser."""
 
 import re
-import shutil
 import subprocess
 
 import pytest
@@ -9,6 +8,8 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 from mgeo.report import report_html
+
+from ...browser import find_browser
 
 
 @pytest.fixture
@@ -28,10 +29,7 @@ def solved(stand_in, tmp_path):
 @pytest.fixture
 def browser(tmp_path):
     """Opens HTML text in headless Chromium: the document afterwards, and console messages."""
-    found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("chrome")
-    found = found or shutil.which("google-chrome")
-    if found is None:
-        pytest.skip("no Chromium is installed: the page is not looked at in a browser")
+    found = find_browser()
 
     def show(html, fragment="", width=1200, *flags):
         path = tmp_path / "page.html"
