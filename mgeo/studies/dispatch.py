@@ -22,23 +22,28 @@ def run_all(tasks: Mapping[Key, Task], n_jobs: int | None) -> Iterator[tuple[Key
     of others end with it. So what was under way at that moment is made again one by one, and the
     run with which a process dies once more is a failure; the rest goes on as before.
     """
-    parallel = joblib.Parallel(n_jobs=n_jobs, return_as="generator_unordered", batch_size=1)
     waiting = dict(tasks)
     while waiting:
         try:
-            for key, result in parallel(_calls(waiting)):
+            for key, result in _parallel(n_jobs)(_calls(waiting)):
                 del waiting[key]
                 yield key, result
         except _deaths():
             # joblib hands out in order, and at most twice as many ahead as there are processes
             under_way = list(waiting)[: 3 * joblib.effective_n_jobs(n_jobs)]
             for key in under_way:
-                yield key, _alone(parallel, key, waiting.pop(key))
+                yield key, _alone(key, waiting.pop(key), n_jobs)
 
 
-def _alone(parallel: joblib.Parallel, key: Key, task: Task) -> Result:
+def _parallel(n_jobs: int | None) -> joblib.Parallel:
+    # a new one for every call: after an error one keeps calls handed out but not begun, and would
+    # make them together with those of its next call
+    return joblib.Parallel(n_jobs=n_jobs, return_as="generator_unordered", batch_size=1)
+
+
+def _alone(key: Key, task: Task, n_jobs: int | None) -> Result:
     try:
-        ((_, result),) = parallel(_calls({key: task}))
+        ((_, result),) = _parallel(n_jobs)(_calls({key: task}))
     except _deaths() as error:
         return Failure(f"its process died: {type(error).__name__}", str(error))
     return result  # type: ignore[no-any-return]
