@@ -12,6 +12,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _BLOCK = 1 << 18  # comparisons at once: a block of booleans that stays in a core's cache
+_SAMPLE, _LONG = 16, 4096  # of a front longer than this, each 16th row is compared first
 
 
 def nondominated(F: FloatArray) -> BoolArray:
@@ -43,13 +44,18 @@ def uncovered(F: FloatArray, front: FloatArray) -> BoolArray:
     Returns
     -------
     (n,) mask. With two objectives the second descends along the front, so a binary search finds
-    the only row that needs comparing, O(n log m); otherwise all n x m pairs are compared.
+    the only row that needs comparing, O(n log m). Otherwise all n x m pairs are compared, but for
+    rows that a sample of a long front covers: during a search these are most.
     """
     if F.shape[1] == 2 and len(front):
         not_right = np.searchsorted(front[:, 0], F[:, 0], side="right")
         free: BoolArray = (front[:, 1].take(not_right - 1) > F[:, 1]) | (not_right == 0)
         return free
-    return ~_covered(np.ascontiguousarray(F.T), np.ascontiguousarray(front.T))
+    if len(front) <= _LONG:
+        return ~_covered(_rows(F), _rows(front))
+    free = ~_covered(_rows(F), _rows(front[::_SAMPLE]))
+    free[free] = ~_covered(_rows(F[free]), _rows(front))
+    return free
 
 
 def covered_rows(front: FloatArray, F: FloatArray) -> NDArray[np.intp]:
@@ -71,6 +77,10 @@ def covered_rows(front: FloatArray, F: FloatArray) -> NDArray[np.intp]:
     last = len(front) - np.searchsorted(front[::-1, 1], F[:, 1], side="left")
     runs = [np.arange(begin, end) for begin, end in zip(first, last, strict=True) if begin < end]
     return np.unique(np.concatenate(runs)) if runs else np.empty(0, dtype=np.intp)
+
+
+def _rows(F: FloatArray) -> FloatArray:
+    return np.ascontiguousarray(F.T)
 
 
 def _covered(F: FloatArray, front: FloatArray) -> BoolArray:

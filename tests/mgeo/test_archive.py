@@ -105,9 +105,11 @@ def test_archive_of_many_batches_agrees_with_pymoo(n_obj, seed):
     assert np.all(np.diff(archive.F[:, 0]) >= 0)
 
 
+@pytest.mark.parametrize("long", [0, 4096], ids=["sample first", "all at once"])
 @pytest.mark.parametrize("n_obj", [1, 2, 3, 4])
-def test_uncovered_in_several_blocks_agrees_with_all_pairs(n_obj, monkeypatch):
+def test_uncovered_in_several_blocks_agrees_with_all_pairs(n_obj, long, monkeypatch):
     monkeypatch.setattr("mgeo.dominance._BLOCK", 64)
+    monkeypatch.setattr("mgeo.dominance._LONG", long)
     rng = np.random.default_rng(n_obj)
     front = rng.integers(0, 9, (50, n_obj)).astype(float)
     front = front[nondominated(front)]
