@@ -42,7 +42,8 @@ def read_comparison(folder: Path | str) -> Comparison:
     """A comparison from the folder into which `run_study` wrote it; nothing is run.
 
     Its tables, tests and figures are those of the original. Its records hold the final fronts
-    and nothing else, and its space no reference front.
+    and nothing else, and its space no reference front. Where ``fronts.csv`` has not been kept,
+    it has no records and no figures of fronts.
 
     Raises
     ------
@@ -69,12 +70,15 @@ def read_comparison(folder: Path | str) -> Comparison:
     problem = case.build()
     transform = getattr(problem, "indicator_space", None) if origin == "problem" else None
     space = IndicatorSpace(ideal, nadir, point, np.empty((0, problem.n_obj)), origin, transform)
-    table, runs, fronts = (_read(folder / name) for name in (TABLE, RUNS, FRONTS))
-    records = {
-        (str(row["algorithm"]), int(row["seed"])): _record(row, fronts, n_eval)
-        for row in runs.to_dict("records")
-        if row["status"] == "finished"
-    }
+    table, runs = (_read(folder / name) for name in (TABLE, RUNS))
+    records = {}
+    if (folder / FRONTS).is_file():
+        fronts = _read(folder / FRONTS)
+        records = {
+            (str(row["algorithm"]), int(row["seed"])): _record(row, fronts, n_eval)
+            for row in runs.to_dict("records")
+            if row["status"] == "finished"
+        }
     return Comparison(problem, algorithms, n_eval, table, runs, records, space)
 
 

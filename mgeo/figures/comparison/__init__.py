@@ -36,13 +36,15 @@ def comparison_figures(comparison: Comparison) -> dict[str, go.Figure]:
     """All that can be drawn: anytime, boxes, ranks, fronts, each, attainment, difference.
 
     Ranks need two algorithms and two seeds that all finished, fronts at most three objectives,
-    fronts one by one and attainment two. The difference is that of the best algorithm and each of
-    the `RIVALS` next ones.
+    fronts one by one and attainment two, and all of these the fronts. The difference is that of
+    the best algorithm and each of the `RIVALS` next ones.
     """
     figures = {"anytime": anytime_figure(comparison), "boxes": boxes_figure(comparison)}
     ranked = comparison.tests().friedman
     if ranked is not None:
         figures["ranks"] = ranks_figure(ranked, comparison.algorithms, "seeds")
+    if not comparison.records:
+        return figures
     if comparison.problem.n_obj <= 3:
         figures["fronts"] = fronts_figure(comparison)
     if comparison.problem.n_obj == 2:

@@ -125,7 +125,7 @@ def test_the_published_studies_can_be_built(name):
     if name != "benchmarks":
         pytest.importorskip("mgeo_attitude")
     study = read_study(STUDIES / f"{name}.toml")
-    counts = {"table3": (1, 6), "tuning": (1, 60), "comparison": (2, 12), "benchmarks": (21, 12)}
+    counts = {"table3": (1, 6), "tuning": (1, 36), "comparison": (2, 13), "benchmarks": (21, 13)}
     assert (len(study.cases), len(study.contenders)) == counts[name]
     for case in study.cases[:: max(1, len(study.cases) // 3)]:
         problem = case.build()

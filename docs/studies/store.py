@@ -1,0 +1,94 @@
+"""Keeps what a study found beside its page, small enough for a repository.
+
+    python docs/studies/store.py studies/table3
+    python docs/studies/store.py studies/tuning --no-fronts
+
+Of the folder that ``mgeo study`` wrote, what `mgeo.studies.read_comparison` needs goes into
+``docs/studies/data/NAME``, a folder each below it where there are several problems: numbers to six
+digits, the front of each algorithm's median run whole, those of its other runs thinned.
+"""
+
+import argparse
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+
+from mgeo.crowding import thin
+from mgeo.files import write_files
+from mgeo.studies import Comparison, read_comparison
+from mgeo.studies.stored import FRONTS, PROVENANCE, RUNS, TABLE
+
+DATA = Path(__file__).parent / "data"
+DIGITS = 6
+POINTS = 40  # of a front that is not the median one
+
+
+def store(source: Path, target: Path, fronts: bool = True) -> list[Path]:
+    """Write the small form of every comparison in `source`; the folders written.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is none.
+    """
+    found = sorted(path.parent for path in source.glob(f"**/{PROVENANCE}"))
+    if not found:
+        raise FileNotFoundError(f"{source} holds no comparison: there is no {PROVENANCE}")
+    written = []
+    for folder in found:
+        contents = small_tables(read_comparison(folder), fronts)
+        data = json.loads((folder / PROVENANCE).read_text(encoding="utf-8"))
+        data["kept"] = {"digits": DIGITS, "points_of_other_fronts": POINTS if fronts else 0}
+        contents[PROVENANCE] = (json.dumps(data, indent=2) + "\n").encode()
+        place = target / folder.relative_to(source)
+        place.mkdir(parents=True, exist_ok=True)
+        write_files(place, contents)
+        written.append(place)
+    return written
+
+
+def small_tables(comparison: Comparison, fronts: bool = True) -> dict[str, bytes]:
+    """The tables of a comparison, by file."""
+    contents = {TABLE: _csv(comparison.table), RUNS: _csv(comparison.runs)}
+    if fronts:
+        contents[FRONTS] = _csv(_fronts(comparison))
+    return contents
+
+
+def _fronts(comparison: Comparison) -> pd.DataFrame:
+    rounded = comparison.table.map(lambda v: float(_text(v)) if isinstance(v, float) else v)
+    median = {n: replace(comparison, table=rounded).median_seed(n) for n in comparison.algorithms}
+    tables = []
+    for (name, seed), record in comparison.records.items():
+        F = record.front_F
+        if seed != median[name]:
+            F = F[thin(F, POINTS)]
+        front = pd.DataFrame(F, columns=list(comparison.objectives))
+        front.insert(0, "algorithm", name)
+        front.insert(1, "seed", seed)
+        tables.append(front)
+    return pd.concat(tables)
+
+
+def _csv(table: pd.DataFrame) -> bytes:
+    text: str = table.to_csv(index=False, na_rep="nan", lineterminator="\n", float_format=_text)
+    return text.encode()
+
+
+def _text(value: float) -> str:
+    return f"{value:.{DIGITS}g}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Keep the results of a study beside its page.")
+    parser.add_argument("folder", type=Path, help="what `mgeo study` wrote: studies/NAME")
+    parser.add_argument("--no-fronts", action="store_true", help="keep tables only")
+    given = parser.parse_args()
+    for place in store(given.folder, DATA / given.folder.name, not given.no_fronts):
+        print(place)
+
+
+if __name__ == "__main__":
+    main()

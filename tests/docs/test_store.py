@@ -1,0 +1,74 @@
+"""`docs/studies/store.py` keeps what a study found, small."""
+
+import json
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from mgeo.studies import read_comparison, run_study
+from mgeo.studies.file import parse_study
+
+STUDIES = Path(__file__).parents[2] / "docs" / "studies"
+POINTS = 5
+
+STUDY = """
+title = "two"
+evaluations = 300
+seeds = 3
+grid = 2
+[[problems]]
+name = ["pymoo:zdt1", "pymoo:zdt2"]
+[[algorithms]]
+name = ["nsga2", "random"]
+label = "{name}"
+population = 20
+"""
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("results")
+    return folder, run_study(parse_study(STUDY, folder), folder, progress=False)
+
+
+@pytest.fixture
+def store():
+    function = runpy.run_path(str(STUDIES / "store.py"))["store"]
+    function.__globals__["POINTS"] = POINTS
+    return function
+
+
+def test_what_is_kept_reads_back_to_six_digits(results, store, tmp_path):
+    source, found = results
+    assert {path.name for path in store(source, tmp_path)} == set(found)
+    for label, comparison in found.items():
+        kept = read_comparison(tmp_path / label)
+        assert kept.algorithms == comparison.algorithms
+        pd.testing.assert_frame_equal(kept.table, comparison.table, check_exact=False, rtol=5e-6)
+        for (name, seed), record in comparison.records.items():
+            F = kept.records[name, seed].front_F
+            near = np.isclose(F[:, None], record.front_F[None], rtol=5e-6, atol=1e-12).all(axis=2)
+            assert near.any(axis=1).all()
+            whole = seed == kept.median_seed(name)
+            assert len(F) == len(record.front_F) if whole else len(F) <= POINTS
+        data = json.loads((tmp_path / label / "provenance.json").read_text())
+        assert (data["evaluations"], data["seeds"]) == (300, [1, 2, 3])
+        assert data["kept"] == {"digits": 6, "points_of_other_fronts": POINTS}
+
+
+def test_without_fronts_there_are_tables_and_tests(results, store, tmp_path):
+    source, found = results
+    store(source, tmp_path, fronts=False)
+    assert not list(tmp_path.rglob("fronts.csv"))
+    kept = read_comparison(tmp_path / "zdt1")
+    assert kept.records == {}
+    assert set(kept.figures()) == {"anytime", "boxes", "ranks"}
+    pd.testing.assert_frame_equal(kept.tests().pairs, found["zdt1"].tests().pairs)
+
+
+def test_a_folder_without_results_is_refused(store, tmp_path):
+    with pytest.raises(FileNotFoundError, match="holds no comparison"):
+        store(tmp_path / "studies", tmp_path)
