@@ -6,6 +6,12 @@ A plugin is a distribution with an entry point in the group ``mgeo.problems`` th
     [project.entry-points."mgeo.problems"]
     attitude = "mgeo_attitude:AttitudeManeuverProblem"
 
+It may name presets, ``options = {"preset": NAME}``, for completion on the command line. They are
+read without importing anything, from the name alone, and are therefore entry points, too::
+
+    [project.entry-points."mgeo.presets"]
+    "attitude.paper" = "mgeo_attitude.scenario.presets:paper"
+
 Besides what pymoo asks of it a problem may have (see `mgeo.testing.check_problem`):
 
 ``var_names``, ``obj_names``, ``constraint_names``
@@ -39,6 +45,7 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 GROUP = "mgeo.problems"
+PRESETS = "mgeo.presets"
 
 
 class PluginError(ValueError):
@@ -104,6 +111,13 @@ def find_plugin(name: str) -> Plugin:
             f"the problem name {name!r} is claimed by {owners}: uninstall all but one"
         )
     return matches[0]
+
+
+def preset_names(name: str) -> list[str]:
+    """Presets that plugins declare for the problem of this name, sorted."""
+    prefix = f"{name}."
+    names = {entry.name for entry in entry_points(group=PRESETS)}
+    return sorted(full.removeprefix(prefix) for full in names if full.startswith(prefix))
 
 
 def load_problem(name: str, options: Mapping[str, Any] | None = None) -> Problem:

@@ -1,26 +1,29 @@
-"""Commands and flags; each command imports what it needs only when it is run."""
+"""The commands; each imports what it needs only when it is run."""
 
 from __future__ import annotations
 
+import os
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from mgeo.cli.errors import one_line_errors
+from mgeo.cli import options
+from mgeo.cli.errors import Commands, ExitCode, bad_input
+from mgeo.cli.examples import epilog
+from mgeo.cli.output import Output
 
 app = typer.Typer(
     name="mgeo",
+    cls=Commands,
     help="Multiobjective generalized extremal optimization of installed problems.",
+    epilog="\n".join(["\b", "Exit codes:", *(f"{c.value:5}  {c.meaning}" for c in ExitCode)]),
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
+    context_settings={"help_option_names": ["--help", "-h"]},
 )
-
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
-Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 
 
 def main() -> None:
@@ -42,87 +45,39 @@ def _root(
             "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
         ),
     ] = False,
+    no_color: Annotated[
+        bool, typer.Option("--no-color", help="No colors, as with NO_COLOR in the environment.")
+    ] = False,
 ) -> None:
-    pass
+    if no_color:
+        os.environ["NO_COLOR"] = "1"
 
 
-@app.command()
+@app.command(epilog=epilog("solve"))
 def solve(
-    problem: Annotated[str, typer.Argument(help="Name of a problem (see `mgeo problems`).")],
-    scenario: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE.toml|PRESET", help="Options of the problem: a file, or a preset's name."
-        ),
-    ] = None,
-    algorithm: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help="mgeo-real, mgeo-real2, mgeo-canonical, mgeo-var, mgeo-directed, or one of "
-            "pymoo's: nsga2, nsga3, u-nsga3, spea2, sms-emoa, age-moea2, moead, ctaea, gde3, "
-            "nsde, mopso-cd, cmopso, rvea, random.",
-        ),
-    ] = "mgeo-real",
-    sigma: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NUMBER[,NUMBER...]",
-            help="mgeo-real, -real2: standard deviation of the perturbation, one or one per "
-            "variable [default: 1.0].",
-        ),
-    ] = None,
-    tau: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NUMBER|a-geo1|a-geo2",
-            help="mgeo-...: exponent of the ranking, or a rule by which it adapts [default: 3.0].",
-        ),
-    ] = None,
-    runs: Annotated[
-        int | None, typer.Option(help="mgeo-...: independent walkers [default: 30].")
-    ] = None,
-    perturbation: Annotated[
-        str | None,
-        typer.Option(
-            metavar="absolute|relative|range",
-            help="mgeo-real, -real2: what sigma is a multiple of: 1, the variable, its range "
-            "[default: absolute].",
-        ),
-    ] = None,
-    population: Annotated[
-        int | None, typer.Option(help="pymoo's algorithms: population size [default: 100].")
-    ] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="Any other parameter of the algorithm, such as bits=12 or restart=archive; may be "
-            "given several times.",
-        ),
-    ] = None,
-    evaluations: Annotated[
-        int | None,
-        typer.Option(
-            min=1, help="Budget [default: 5000 generations of one candidate per variable]."
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of all randomness.")] = 1,
+    problem: options.Problem,
+    scenario: options.Scenario = None,
+    algorithm: options.Algorithm = "mgeo-real",
+    sigma: options.Sigma = None,
+    tau: options.Tau = None,
+    runs: options.Walkers = None,
+    perturbation: options.Perturbation = None,
+    population: options.Population = None,
+    settings: options.Settings = None,
+    evaluations: options.Budget = None,
+    seed: options.Seed = 1,
     out: Annotated[
         Path | None,
         typer.Option(
             metavar="DIR", help="Folder to write [default: runs/PROBLEM-ALGORITHM-seedSEED]."
         ),
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the run in an existing folder.")
-    ] = False,
-    record: Annotated[
-        bool, typer.Option("--record", help="Keep every evaluation, in the folder's evaluations/.")
-    ] = False,
-    quiet: Quiet = False,
-    debug: Debug = False,
+    overwrite: options.Overwrite = False,
+    record: options.Record = False,
+    dry_run: options.DryRun = False,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    debug: options.Debug = False,
 ) -> None:
     """Search the Pareto front of a problem and write it to a folder.
 
@@ -133,7 +88,7 @@ def solve(
     from mgeo.cli.parameters import parse_numbers, parse_settings, parse_value
     from mgeo.cli.solve import Request, run
 
-    with one_line_errors(debug):
+    with bad_input():
         given = {
             "sigma": parse_numbers("--sigma", sigma) if sigma is not None else None,
             "tau": parse_value(tau) if tau is not None else None,
@@ -142,25 +97,24 @@ def solve(
             "population": population,
             **parse_settings(settings or []),
         }
-        request = Request(
-            problem=problem,
-            scenario=scenario,
-            algorithm=algorithm,
-            parameters={key: value for key, value in given.items() if value is not None},
-            evaluations=evaluations,
-            seed=seed,
-            out=out or Path("runs", f"{problem}-{algorithm}-seed{seed}"),
-            overwrite=overwrite,
-            record=record,
-            quiet=quiet,
-            debug=debug,
-        )
-    raise typer.Exit(run(request))
+    request = Request(
+        problem=problem,
+        scenario=scenario,
+        algorithm=algorithm,
+        parameters={key: value for key, value in given.items() if value is not None},
+        evaluations=evaluations,
+        seed=seed,
+        out=out or Path("runs", f"{problem}-{algorithm}-seed{seed}"),
+        overwrite=overwrite,
+        record=record,
+        dry_run=dry_run,
+    )
+    raise typer.Exit(run(request, Output(quiet, json)))
 
 
-@app.command()
+@app.command(epilog=epilog("resume"))
 def resume(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the run.")],
+    folder: options.Unfinished,
     evaluations: Annotated[
         int | None,
         typer.Option(min=1, help="New budget, counted from the beginning of the run."),
@@ -168,8 +122,9 @@ def resume(
     generations: Annotated[
         int | None, typer.Option(min=1, help="New budget, in generations from the beginning.")
     ] = None,
-    quiet: Quiet = False,
-    debug: Debug = False,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    debug: options.Debug = False,
 ) -> None:
     """Go on with a run that was interrupted or killed, or make a finished one longer.
 
@@ -178,19 +133,18 @@ def resume(
     """
     from mgeo.cli.resume import run
 
-    raise typer.Exit(
-        run(folder, evaluations=evaluations, generations=generations, quiet=quiet, debug=debug)
-    )
+    raise typer.Exit(run(folder, evaluations, generations, Output(quiet, json)))
 
 
-@app.command()
+@app.command(epilog=epilog("report"))
 def report(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the run.")],
+    folder: options.Finished,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="File to write [default: DIR/report.html].")
     ] = None,
-    quiet: Quiet = False,
-    debug: Debug = False,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    debug: options.Debug = False,
 ) -> None:
     """Write one HTML file about a run, to be attached to a review.
 
@@ -199,21 +153,20 @@ def report(
     """
     from mgeo.cli.report import run
 
-    run(folder, out=out, quiet=quiet, debug=debug)
+    run(folder, out, Output(quiet, json))
 
 
-@app.command()
-def problems(debug: Debug = False) -> None:
+@app.command(epilog=epilog("problems"))
+def problems(json: options.Json = False, debug: options.Debug = False) -> None:
     """List the installed problems."""
     from mgeo.cli.problems import list_problems
 
-    with one_line_errors(debug):
-        list_problems()
+    list_problems(Output(json=json))
 
 
-@app.command()
+@app.command(epilog=epilog("study"))
 def study(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A study as TOML.")],
+    file: options.StudyFile,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder to write [default: studies/FILE].")
     ] = None,
@@ -227,8 +180,10 @@ def study(
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster to run on.")
     ] = None,
-    quiet: Quiet = False,
-    debug: Debug = False,
+    dry_run: options.DryRun = False,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    debug: options.Debug = False,
 ) -> None:
     """Compare algorithms as a file says, and write tables and figures.
 
@@ -237,4 +192,5 @@ def study(
     """
     from mgeo.cli.study import Request, run
 
-    raise typer.Exit(run(Request(file, out, evaluations, seeds, jobs, cluster, quiet, debug)))
+    request = Request(file, out, evaluations, seeds, jobs, cluster, dry_run)
+    raise typer.Exit(run(request, Output(quiet, json)))

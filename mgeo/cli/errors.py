@@ -1,29 +1,129 @@
-"""Bad input becomes one line on stderr and exit code 2."""
+"""How commands end: their exit codes, and errors as one line on stderr."""
 
 from __future__ import annotations
 
+import sys
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from enum import IntEnum
+from pathlib import Path
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
-BAD_INPUT = 2
+#: What typer raises for a command line that cannot be understood; where it is kept has changed.
+UsageError: type[Exception] = typer.BadParameter.__mro__[1]
+
+_DEBUG = "mgeo.debug"
+
+
+class ExitCode(IntEnum):
+    """Exit codes of every command."""
+
+    DONE = 0, "done"
+    ERROR = 1, "an error in mgeo or in a problem, which --debug shows with its traceback"
+    BAD_INPUT = 2, "bad input: arguments, files, options, no room on the disk; nothing is damaged"
+    INCOMPLETE = 3, "done, but runs of a study failed"
+    INTERRUPTED = 130, "Ctrl-C; what was found is kept"
+    TERMINATED = 143, "SIGTERM; what was found is kept"
+
+    meaning: str
+
+    def __new__(cls, code: int, meaning: str) -> ExitCode:
+        member = int.__new__(cls, code)
+        member._value_ = code
+        member.meaning = meaning
+        return member
+
+
+class Refused(Exception):
+    """Something a user can put right; the error itself is its cause."""
 
 
 @contextmanager
-def one_line_errors(
-    debug: bool, kinds: tuple[type[Exception], ...] = (ValueError, TypeError, OSError)
+def bad_input(
+    kinds: tuple[type[Exception], ...] = (ValueError, TypeError, OSError),
 ) -> Iterator[None]:
-    """Report what a user can put right without a traceback, unless `debug`.
+    """For code that reads and checks input or writes files: its errors are the user's.
 
-    For code that reads and checks input or writes files. Errors of other kinds are bugs, here or
-    in a plugin, and keep their traceback.
+    Errors of other kinds, and elsewhere, are bugs: here or in a plugin.
+
+    Raises
+    ------
+    Refused
+        In place of an error of these kinds.
     """
     try:
         yield
+    except BrokenPipeError:  # nobody reads stdout any more
+        raise
     except kinds as error:
-        if debug:
-            raise
-        message = " ".join(str(error).split()) or type(error).__name__
-        typer.echo(f"Error: {message}", err=True)
-        raise typer.Exit(BAD_INPUT) from error
+        raise Refused(_one_line(error)) from error
+
+
+class Commands(TyperGroup):
+    """Commands of which every error is one line, and an exit code."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the options before the command's name; without any words, show the help."""
+        if not args:
+            return super().parse_args(ctx, args)
+        with _ended(ctx):
+            return super().parse_args(ctx, args)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Read the command's own words and do it."""
+        with _ended(ctx):
+            return super().invoke(ctx)
+
+
+def remember_debug(ctx: typer.Context, wanted: bool) -> bool:
+    """Callback of the flag --debug, which a command has, for the group that ends it."""
+    ctx.meta[_DEBUG] = wanted
+    return wanted
+
+
+@contextmanager
+def _ended(ctx: Any) -> Iterator[None]:
+    try:
+        yield
+        sys.stdout.flush()
+    except (typer.Exit, typer.Abort, BrokenPipeError):
+        raise
+    except UsageError as error:
+        at = getattr(error, "ctx", None) or ctx
+        help_of = f"see {at.command_path} --help"
+        message = error.format_message()  # type: ignore[attr-defined]
+        raise _end(
+            f"{' '.join(message.split()).rstrip('.')} ({help_of})", ExitCode.BAD_INPUT
+        ) from error
+    except Refused as error:
+        _show_traceback(ctx, error.__cause__)
+        raise _end(str(error), ExitCode.BAD_INPUT) from error
+    except KeyboardInterrupt as error:
+        raise _end("interrupted", ExitCode.INTERRUPTED) from error
+    except Exception as error:  # a bug, here or in a plugin
+        _show_traceback(ctx, error)
+        line = f"{type(error).__name__}: {_one_line(error)} ({_place(error)}; see --debug)"
+        raise _end(line, ExitCode.ERROR) from error
+
+
+def _end(message: str, code: ExitCode) -> typer.Exit:
+    typer.echo(f"Error: {message}", err=True)
+    return typer.Exit(code)
+
+
+def _show_traceback(ctx: Any, error: BaseException | None) -> None:
+    if ctx.meta.get(_DEBUG):
+        traceback.print_exception(error)
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def _place(error: Exception) -> str:
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{Path(last.filename).name}, line {last.lineno}"

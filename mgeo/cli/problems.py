@@ -2,39 +2,45 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from rich.table import Table
 from rich.text import Text
 
-from mgeo.cli.consoles import console
-from mgeo.plugins import Plugin, installed_plugins, load_problem
-from mgeo.runs.names import column_names
+from mgeo.cli.output import Output
+from mgeo.plugins import Plugin, installed_plugins, load_problem, preset_names
+from mgeo.runs.names import problem_size
 
 
-def list_problems() -> None:
+def list_problems(output: Output) -> None:
     """Print one row per installed problem; why one does not load comes below."""
-    plugins = installed_plugins()
-    out = console()
-    if not plugins:
-        out.print(Text("no problem is installed; the first to try: pip install mgeo-attitude"))
+    found = [_described(plugin) for plugin in installed_plugins()]
+    output.result({"problems": found})
+    if not found:
+        output.print("no problem is installed; the first to try: pip install mgeo-attitude")
         return
     table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 3, 0, 0))
     for title in ("name", "distribution", "variables", "objectives"):
         table.add_column(title)
-    errors = []
-    for plugin in plugins:
-        error, *contents = _contents(plugin)
-        cells = [plugin.name, f"{plugin.distribution} {plugin.version}", *contents]
+    for one in found:
+        cells = [one["name"], f"{one['distribution']} {one['version']}"]
+        if one["error"] is None:
+            cells += [str(len(one["variables"])), ", ".join(one["objectives"])]
+        else:
+            cells += ["-", "does not load"]
         table.add_row(*map(Text, cells))
-        errors += [error] if error else []
-    out.print(table)
-    for error in errors:
-        out.print(Text(f"Error: {error}", style="red"), soft_wrap=True)
+    errors = [f"Error: {one['name']}: {one['error']}" for one in found if one["error"] is not None]
+    output.print(table, *(Text(error, style="red") for error in errors))
 
 
-def _contents(plugin: Plugin) -> tuple[str, str, str]:
-    """Error (or nothing), number of variables, objectives."""
+def _described(plugin: Plugin) -> dict[str, Any]:
+    known: dict[str, Any] = {
+        "name": plugin.name,
+        "distribution": plugin.distribution,
+        "version": plugin.version,
+        "presets": preset_names(plugin.name),
+    }
     try:
-        variables, objectives = column_names(load_problem(plugin.name))
+        return known | problem_size(load_problem(plugin.name)) | {"error": None}
     except Exception as error:  # foreign code: one broken plugin must not hide the others
-        return f"{plugin.name}: {error}", "-", "does not load"
-    return "", f"{len(variables)}", ", ".join(objectives)
+        return known | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rich.text import Text
-
-from mgeo.cli.consoles import console
-from mgeo.cli.errors import one_line_errors
+from mgeo.cli.errors import bad_input
+from mgeo.cli.output import Output
 from mgeo.files import write_file
 from mgeo.report import report_html
 
 REPORT_FILE = "report.html"
 
 
-def run(folder: Path, *, out: Path | None, quiet: bool, debug: bool) -> None:
+def run(folder: Path, out: Path | None, output: Output) -> None:
     """Write the report of a run folder, into it unless `out` is given."""
     path = out or folder / REPORT_FILE
-    with one_line_errors(debug):
+    with bad_input():
         html = report_html(folder).encode()
         write_file(path, html)
-    if not quiet:
-        console().print(Text(f"written: {path} ({len(html) / 1e6:.1f} MB)"), soft_wrap=True)
+    output.print(f"written: {path} ({len(html) / 1e6:.1f} MB)")
+    output.result({"folder": str(folder), "file": str(path), "bytes": len(html)})

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mgeo.cli.errors import one_line_errors
+from mgeo.cli.dry_run import describe_run
+from mgeo.cli.errors import ExitCode, bad_input
+from mgeo.cli.output import Output
 from mgeo.cli.parameters import flag
 from mgeo.cli.running import run_to_folder
-from mgeo.runs import Keeper, prepare, prepare_folder
+from mgeo.runs import Keeper, check_folder, prepare, prepare_folder
 from mgeo.runs.algorithms import complete_parameters
 from mgeo.runs.scenario import read_scenario
 
@@ -28,13 +30,12 @@ class Request:
     out: Path
     overwrite: bool
     record: bool
-    quiet: bool
-    debug: bool
+    dry_run: bool
 
 
-def run(request: Request) -> int:
+def run(request: Request, output: Output) -> int:
     """Do it; the exit code, as of `run_to_folder`."""
-    with one_line_errors(request.debug):
+    with bad_input():
         check_flags(request.algorithm, request.parameters)
         prepared = prepare(
             request.problem,
@@ -45,8 +46,13 @@ def run(request: Request) -> int:
             seed=request.seed,
         )
         keeper = Keeper(request.out, prepared.recipe, prepared.algorithm, record=request.record)
-        prepare_folder(request.out, overwrite=request.overwrite)
-    return run_to_folder(prepared, keeper, quiet=request.quiet, debug=request.debug)
+        check_folder(request.out, overwrite=request.overwrite)
+        if not request.dry_run:
+            prepare_folder(request.out, overwrite=request.overwrite)
+    if request.dry_run:
+        describe_run(prepared, keeper, output)
+        return ExitCode.DONE
+    return run_to_folder(prepared, keeper, output)
 
 
 def check_flags(algorithm: str, parameters: Mapping[str, Any]) -> None:

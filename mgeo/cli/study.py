@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import sys
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import joblib
-import typer
 from rich.text import Text
 
-from mgeo.cli.consoles import console
-from mgeo.cli.errors import one_line_errors
+from mgeo.cli.dry_run import describe_study
+from mgeo.cli.errors import ExitCode, bad_input
+from mgeo.cli.output import Output
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Study, read_study
+from mgeo.studies.outline import outline
 from mgeo.studies.study import REPORT, run_study
 from mgeo.studies.verdict import verdict
-
-FAILED = 1
-INTERRUPTED = 130  # as a shell reports Ctrl-C
 
 
 @dataclass(frozen=True)
@@ -32,28 +30,28 @@ class Request:
     seeds: int | None
     jobs: int
     cluster: str | None
-    quiet: bool
-    debug: bool
+    dry_run: bool
 
 
-def run(request: Request) -> int:
-    """Do it; the exit code: 1 if runs failed, 130 if it was interrupted."""
-    with one_line_errors(request.debug):
+def run(request: Request, output: Output) -> int:
+    """Do it; the exit code tells if runs failed, or it was interrupted."""
+    with bad_input(), ExitStack() as stack:
         study = read_study(request.file).reduced(request.evaluations, request.seeds)
         out = request.out or Path("studies", request.file.stem)
+        n_jobs = _where(request, stack)
+        if request.dry_run:
+            describe_study(outline(study, out, n_jobs=n_jobs), out, output)
+            return ExitCode.DONE
         try:
-            with ExitStack() as stack:
-                n_jobs = _where(request, stack)
-                comparisons = run_study(study, out, n_jobs=n_jobs, progress=not request.quiet)
+            comparisons = run_study(study, out, n_jobs=n_jobs, progress=not output.quiet)
         except KeyboardInterrupt:
-            typer.echo(f"interrupted; the same command goes on with what is in {out}", err=True)
-            return INTERRUPTED
-    if not request.quiet:
-        _print_results(study, comparisons, out)
-    failed = sum(int((c.runs["status"] == "failed").sum()) for c in comparisons.values())
+            output.note(f"interrupted; the same command goes on with what is in {out}")
+            return ExitCode.INTERRUPTED
+    _print_results(study, comparisons, out, output)
+    failed = sum(_count(comparison, "failed") for comparison in comparisons.values())
     if failed:
-        typer.echo(f"{failed} runs failed; the same command makes them again", err=True)
-    return FAILED if failed else 0
+        output.note(f"{failed} runs failed; the same command makes them again")
+    return ExitCode.INCOMPLETE if failed else ExitCode.DONE
 
 
 def _where(request: Request, stack: ExitStack) -> int | None:
@@ -69,14 +67,43 @@ def _where(request: Request, stack: ExitStack) -> int | None:
     return None
 
 
-def _print_results(study: Study, comparisons: dict[str, Comparison], out: Path) -> None:
-    shown = console()
+def _print_results(
+    study: Study, comparisons: dict[str, Comparison], out: Path, output: Output
+) -> None:
     for label, comparison in comparisons.items():
-        shown.print(Text(f"\n{label}", style="bold"))
         titles = {indicator.name: indicator.title for indicator in comparison.indicators}
         table = comparison.overview().rename(columns=titles)
-        shown.print(Text(table.to_string()), soft_wrap=True)
-        for sentence in verdict(comparison):
-            shown.print(Text(sentence), soft_wrap=True)
-    shown.print(Text(f"\nwritten: {out / REPORT}"), soft_wrap=True)
-    sys.stdout.flush()
+        output.print(Text(f"\n{label}", style="bold"), table.to_string(), *verdict(comparison))
+    output.print(f"\nwritten: {out / REPORT}")
+    output.result(
+        {
+            "title": study.title,
+            "folder": str(out),
+            "report": str(out / REPORT),
+            "evaluations": study.evaluations,
+            "seeds": list(study.seeds),
+            "problems": {label: _document(each) for label, each in comparisons.items()},
+        }
+    )
+
+
+def _document(comparison: Comparison) -> dict[str, Any]:
+    summary = comparison.summary()
+    names = [name for name in dict.fromkeys(summary.columns.get_level_values(0)) if name != "runs"]
+    return {
+        "runs_finished": _count(comparison, "finished"),
+        "runs_failed": _count(comparison, "failed"),
+        "best_first": comparison.order(),
+        "algorithms": {
+            label: {
+                name: {key: float(value) for key, value in summary.loc[label, name].items()}
+                for name in names
+            }
+            for label in comparison.algorithms
+        },
+        "verdict": verdict(comparison),
+    }
+
+
+def _count(comparison: Comparison, status: str) -> int:
+    return int((comparison.runs["status"] == status).sum())

@@ -8,15 +8,18 @@
     read_run("runs/one").recipe.prepare().solve()  # the same front
 """
 
+from mgeo.runs.estimate import Estimate, estimate
 from mgeo.runs.folder import (
     FIGURE_FILE,
     FRONT_FILE,
     RUN_FILE,
     Run,
+    check_folder,
     front_table,
     installed_versions,
     prepare_folder,
     read_run,
+    run_document,
     write_figure,
     write_run,
 )
@@ -33,6 +36,7 @@ __all__ = [
     "FRONT_FILE",
     "RECORD_FOLDER",
     "RUN_FILE",
+    "Estimate",
     "Highlight",
     "Hypervolume",
     "Keeper",
@@ -42,6 +46,8 @@ __all__ = [
     "ResumedRun",
     "Run",
     "State",
+    "check_folder",
+    "estimate",
     "front_table",
     "highlights",
     "installed_versions",
@@ -49,6 +55,7 @@ __all__ = [
     "prepare_folder",
     "read_run",
     "resume_run",
+    "run_document",
     "solve",
     "write_figure",
     "write_run",

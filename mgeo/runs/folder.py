@@ -39,25 +39,37 @@ class Run:
     versions: Mapping[str, str]
 
 
+def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
+    """Refuse a folder that a run could not be written into; nothing is made.
+
+    Raises
+    ------
+    FileExistsError
+        If there is something in it and `overwrite` is not set, or it is a file.
+    """
+    folder = Path(folder)
+    if folder.exists() and not folder.is_dir():
+        raise FileExistsError(f"{folder} is a file: expected a folder to write the run into")
+    if not overwrite and folder.exists() and any(folder.iterdir()):
+        raise FileExistsError(
+            f"{folder} is not empty: choose another folder or allow --overwrite"
+            + (f", or go on with mgeo resume {folder}" if _unfinished(folder) else "")
+        )
+    return folder
+
+
 def prepare_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
     """Make the folder of a run to come, before time is spent on the run.
 
     Raises
     ------
     FileExistsError
-        If there is something in it and `overwrite` is not set.
+        As `check_folder`.
     OSError
         If it cannot be made.
     """
-    folder = Path(folder)
-    if folder.exists() and not folder.is_dir():
-        raise FileExistsError(f"{folder} is a file: expected a folder to write the run into")
+    folder = check_folder(folder, overwrite=overwrite)
     folder.mkdir(parents=True, exist_ok=True)
-    if not overwrite and any(folder.iterdir()):
-        raise FileExistsError(
-            f"{folder} is not empty: choose another folder or allow --overwrite"
-            + (f", or go on with mgeo resume {folder}" if _unfinished(folder) else "")
-        )
     return folder
 
 
@@ -72,7 +84,7 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
         If the folder is in use (see `prepare_folder`) or cannot be written.
     """
     folder = prepare_folder(folder, overwrite=overwrite)
-    text = json.dumps(_to_dict(run), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    text = json.dumps(run_document(run), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     write_files(folder, {FRONT_FILE: to_csv(front_table(run.outcome)), RUN_FILE: text.encode()})
     (folder / FIGURE_FILE).unlink(missing_ok=True)
 
@@ -127,11 +139,8 @@ def installed_versions(problem: str) -> dict[str, str]:
     }
 
 
-def _unfinished(folder: Path) -> bool:
-    return (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
-
-
-def _to_dict(run: Run) -> dict[str, Any]:
+def run_document(run: Run) -> dict[str, Any]:
+    """What ``run.json`` says of a run, as JSON values."""
     outcome = run.outcome
     return {
         "format": FORMAT,
@@ -147,6 +156,10 @@ def _to_dict(run: Run) -> dict[str, Any]:
         "wall_time_s": outcome.wall_time,
         "versions": dict(run.versions),
     }
+
+
+def _unfinished(folder: Path) -> bool:
+    return (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
 
 
 def _read_front(path: Path) -> pd.DataFrame:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mgeo.designs import variable_names
 
@@ -27,6 +27,22 @@ def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
     if both:
         raise ValueError(f"{min(both)!r} names both a variable and an objective")
     return variables, objectives
+
+
+def problem_size(problem: Problem) -> dict[str, Any]:
+    """Names of variables and objectives, and the number of constraints, as JSON values.
+
+    Raises
+    ------
+    ValueError
+        As `column_names`.
+    """
+    variables, objectives = column_names(problem)
+    return {
+        "variables": list(variables),
+        "objectives": list(objectives),
+        "constraints": int(problem.n_ieq_constr + problem.n_eq_constr),
+    }
 
 
 def _names(

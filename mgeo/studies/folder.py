@@ -19,7 +19,6 @@ class RunFolder:
 
     def __init__(self, folder: Path | str) -> None:
         self.folder = Path(folder)
-        self.folder.mkdir(parents=True, exist_ok=True)
 
     def path(self, task: Task) -> Path:
         """Where the run of this task is kept."""
@@ -46,4 +45,5 @@ class RunFolder:
 
     def write(self, path: Path, record: Record) -> None:
         """Keep a run."""
+        self.folder.mkdir(parents=True, exist_ok=True)
         write_file(path, record.to_bytes())

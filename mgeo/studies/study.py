@@ -7,7 +7,7 @@ import platform
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -21,6 +21,10 @@ from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.statistics import Friedman, friedman
 from mgeo.studies.stored import PROVENANCE, stored_tables
 from mgeo.studies.tables import markdown
+
+if TYPE_CHECKING:
+    from pymoo.core.algorithm import Algorithm
+    from pymoo.core.problem import Problem
 
 RECORDS = "runs"  # folder of the finished runs
 REPORT = "report.html"
@@ -49,9 +53,7 @@ def run_study(
         If all runs of a problem failed, or none found a feasible solution; the others are done.
     """
     folder = Path(folder)
-    # All of them first: what cannot be built should not be found after hours.
-    problems = [case.build() for case in study.cases]
-    algorithms = [{c.label: c.build(problem) for c in study.contenders} for problem in problems]
+    problems, algorithms = build(study)
     comparisons: dict[str, Comparison] = {}
     without: list[str] = []
     for case, problem, contenders in zip(study.cases, problems, algorithms, strict=True):
@@ -89,6 +91,20 @@ def run_study(
     if without:
         raise NothingToCompareError("; ".join(without))
     return comparisons
+
+
+def build(study: Study) -> tuple[list[Problem], list[dict[str, Algorithm]]]:
+    """The problem of each case, and the algorithms for it by their labels.
+
+    All of them, before any is used: what cannot be built should not be found after hours.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If one cannot be built.
+    """
+    problems = [case.build() for case in study.cases]
+    return problems, [{c.label: c.build(p) for c in study.contenders} for p in problems]
 
 
 def over_problems(study: Study, comparisons: dict[str, Comparison]) -> Friedman | None:

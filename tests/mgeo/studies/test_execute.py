@@ -162,7 +162,8 @@ def test_a_run_that_fails_is_reported_and_the_rest_completes(tmp_path, capsys):
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == "ZDT1: 8 runs, 0 of them found on disk"
     assert lines[-1] == "8/8  bad, seed 4: failed: ArithmeticError: seed 4 is even"
-    assert len(lines) == 9
+    assert sum("failed" in line for line in lines) == 2
+    assert len(lines) < 9  # runs that finish within a second of a line have none of their own
 
 
 @pytest.mark.slow

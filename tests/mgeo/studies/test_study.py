@@ -206,7 +206,7 @@ def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
 
     monkeypatch.setattr("mgeo.studies.dispatch.run", failing)
     done = mgeo("mine.toml", "--jobs", 1, "--evaluations", 60)
-    assert done.exit_code == 1
+    assert done.exit_code == 3
     assert "4 runs failed; the same command makes them again" in done.stderr
 
 

@@ -1,0 +1,34 @@
+"""Examples of commands, for their help and for the tests that read them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+EXAMPLES: Mapping[str, tuple[str, ...]] = {
+    "solve": (
+        "mgeo solve attitude",
+        "mgeo solve attitude --scenario cubesat_6u --algorithm nsga2 --population 50",
+        "mgeo solve attitude --scenario mine.toml --evaluations 20000 --out runs/mine --dry-run",
+        "mgeo solve attitude --algorithm mgeo-canonical --set bits=12 --set restart=archive",
+        "mgeo solve attitude --seed 2 --json | jq .hypervolume.value",
+    ),
+    "resume": (
+        "mgeo resume runs/attitude-mgeo-real-seed1",
+        "mgeo resume runs/attitude-mgeo-real-seed1 --evaluations 120000",
+    ),
+    "report": (
+        "mgeo report runs/attitude-mgeo-real-seed1",
+        "mgeo report runs/attitude-mgeo-real-seed1 --out review.html",
+    ),
+    "problems": ("mgeo problems", "mgeo problems --json | jq -r .problems[].name"),
+    "study": (
+        "mgeo study table3.toml --seeds 3 --evaluations 3600",
+        "mgeo study table3.toml --dry-run",
+        "mgeo study table3.toml --cluster tcp://HOST:8786",
+    ),
+}
+
+
+def epilog(command: str) -> str:
+    """The end of a command's help."""
+    return "\n".join(["\b", "Examples:", *(f"  {line}" for line in EXAMPLES[command])])

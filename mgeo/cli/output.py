@@ -1,0 +1,61 @@
+"""What commands print: for people, or one JSON document for scripts."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import typer
+from rich.console import RenderableType
+from rich.text import Text
+
+from mgeo.consoles import console
+
+
+@dataclass(frozen=True)
+class Output:
+    """What goes to stdout, and whether progress is shown on stderr.
+
+    Attributes
+    ----------
+    quiet : nothing but errors (and the document, if that is asked for).
+    json : nothing on stdout but one document.
+    """
+
+    quiet: bool = False
+    json: bool = False
+
+    @property
+    def for_people(self) -> bool:
+        """Whether `print` prints."""
+        return not (self.quiet or self.json)
+
+    def print(self, *shown: str | RenderableType) -> None:
+        """Show people something, each on lines of its own; text is not cut at the margin."""
+        if not self.for_people:
+            return
+        out = console()
+        for each in shown:
+            text = Text(each) if isinstance(each, str) else each
+            out.print(text, soft_wrap=isinstance(text, Text))
+
+    def note(self, text: str) -> None:
+        """Tell something beside the result, on stderr."""
+        typer.echo(text, err=True)
+
+    def result(self, document: Mapping[str, Any]) -> None:
+        """Give scripts what the command found; numbers that JSON does not have become null."""
+        if self.json:
+            text = json.dumps(_plain(document), indent=2, allow_nan=False, ensure_ascii=False)
+            typer.echo(text)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,28 @@
+"""Consoles that write control characters to a terminal only."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from rich.console import Console
+
+_WIDTH_OF_A_FILE = 160  # rich would cut what is wider than 80
+
+
+def console(*, stderr: bool = False) -> Console:
+    """A console on stdout or stderr. It has no colors if NO_COLOR is set, or on a dumb terminal."""
+    terminal = is_terminal(stderr=stderr)
+    return Console(
+        stderr=stderr, force_terminal=terminal, width=None if terminal else _WIDTH_OF_A_FILE
+    )
+
+
+def is_terminal(*, stderr: bool = False) -> bool:
+    """Whether somebody sits at it.
+
+    That is asked of the stream: rich also believes environment variables, and one that asks for
+    colors would put control characters into a pipe. A service that runs builds (it sets CI) may
+    offer a terminal, but keeps a log of what is written to it.
+    """
+    return (sys.stderr if stderr else sys.stdout).isatty() and not os.environ.get("CI")
