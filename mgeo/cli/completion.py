@@ -32,7 +32,9 @@ def problems(incomplete: str) -> list[str]:
 
 def scenarios(ctx: typer.Context, incomplete: str) -> list[str]:
     """Presets of the problem that was named, and files."""
-    presets = preset_names(str(ctx.params.get("problem")))
+    # an option without its value makes typer leave the arguments unread
+    words = [str(ctx.params.get("problem")), *ctx.args]
+    presets = [preset for word in words for preset in preset_names(word)]
     return [*among(presets)(incomplete), *toml_files(incomplete)]
 
 

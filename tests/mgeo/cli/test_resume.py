@@ -10,25 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from mgeo import read_record
-from mgeo.cli.app import app
 from mgeo.runs import CHECKPOINT_FILE, read_run
 
-pytestmark = pytest.mark.usefixtures("stand_in")
 SHORT = ["--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
-
-
-@pytest.fixture
-def mgeo(tmp_path, monkeypatch):
-    """Runs the command in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-
-    def invoke(*arguments):
-        return CliRunner().invoke(app, list(map(str, arguments)))
-
-    return invoke
 
 
 def solve(mgeo, folder, evaluations, *more):

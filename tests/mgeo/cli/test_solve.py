@@ -1,31 +1,16 @@
 import json
 import re
-import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from mgeo.cli.app import app
 from mgeo.cli.options import FAMILY, PYMOO
 from mgeo.cli.parameters import parse_numbers
 from mgeo.runs import read_run
 from mgeo.runs.algorithms import ALGORITHMS
 
-pytestmark = pytest.mark.usefixtures("stand_in")
 SHORT = ["--evaluations", "400", "--runs", "4", "--sigma", "0.05"]
-
-
-@pytest.fixture
-def mgeo(tmp_path, monkeypatch):
-    """Runs the command in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-
-    def invoke(*arguments):
-        return CliRunner().invoke(app, list(map(str, arguments)), prog_name="mgeo")
-
-    return invoke
 
 
 def test_a_run_is_written_and_can_be_made_again(mgeo):
@@ -297,11 +282,3 @@ def test_bad_settings_are_refused(mgeo, settings, message):
     refused = mgeo("solve", "cantilever", *flags)
     assert refused.exit_code == 2
     assert re.search(message, refused.stderr.replace("\n", " "))
-
-
-def test_version_and_help(mgeo):
-    project = Path(__file__).parents[3] / "pyproject.toml"
-    version = tomllib.loads(project.read_text())["project"]["version"]
-    assert mgeo("--version").stdout == f"mgeo {version}\n"
-    text = mgeo("solve", "--help").stdout
-    assert "--perturbation" in text

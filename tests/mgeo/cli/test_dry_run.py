@@ -1,0 +1,64 @@
+"""``--dry-run`` writes nothing, and tells what would happen."""
+
+import json
+import re
+import time
+from pathlib import Path
+
+import pytest
+
+from .test_json import STUDY
+
+SLOW = ["solve", "slow-cantilever", "--runs", "4", "--evaluations", "800"]
+
+
+def test_a_run_is_described_and_nothing_is_written(mgeo):
+    Path("four.toml").write_text("n_obj = 4\nn_var = 6\n")
+    done = mgeo("solve", "cantilever", "--evaluations", 4000, "--record", "--dry-run")
+    assert done.exit_code == 0, done.output
+    for line in (
+        r"size +2 variables, 2 objectives \(mass \[kg\], deflection \[m\]\), 0 constraints",
+        r"budget +4,000 evaluations",
+        r"folder +runs/cantilever-mgeo-real-seed1",
+        r"files +front.csv, run.json, front.html, run.checkpoint, evaluations/",
+        r"time +about [\d.:e-]+( s)?, an estimate from [\d,]+ evaluations",
+    ):
+        assert re.search(rf"^{line} *$", done.stdout, re.MULTILINE), line
+    arguments = ("solve", "dtlz2", "--scenario", "four.toml", "--algorithm", "nsga3")
+    found = json.loads(mgeo(*arguments, "--evaluations", 300, "--dry-run", "--json").stdout)
+    assert found["files"] == ["front.csv", "run.json"]
+    assert (len(found["objectives"]), found["recipe"]["algorithm"]) == (4, "nsga3")
+    assert [path.name for path in Path().iterdir()] == ["four.toml"]
+
+
+def test_the_time_is_that_of_a_run(mgeo):
+    """100 generations of 20 ms: one second of them is made, the others are not."""
+    began = time.monotonic()
+    found = json.loads(mgeo(*SLOW, "--dry-run", "--json").stdout)
+    took = time.monotonic() - began
+    assert found["timed_evaluations"] < 800
+    assert found["expected_time_s"] > 2.0
+    assert took < 0.9 * found["expected_time_s"] + 1
+
+
+def test_what_would_be_refused_is_refused(mgeo):
+    Path("a").mkdir()
+    Path("a/mine").touch()
+    refused = mgeo("solve", "cantilever", "--out", "a", "--dry-run")
+    assert refused.exit_code == 2
+    assert "a is not empty" in refused.stderr
+    assert mgeo("solve", "cantilevr", "--dry-run").exit_code == 2
+
+
+@pytest.mark.slow
+def test_a_study(mgeo):
+    Path("one.toml").write_text(STUDY)
+    first = mgeo("study", "one.toml", "--jobs", 1, "--dry-run")
+    assert first.exit_code == 0, first.output
+    assert "4 runs of 60 evaluations; 0 of them found, 4 to make" in first.stdout
+    assert [path.name for path in Path().iterdir()] == ["one.toml"]
+    mgeo("study", "one.toml", "--jobs", 1, "--seeds", 1, "--quiet")
+    found = json.loads(mgeo("study", "one.toml", "--jobs", 2, "--dry-run", "--json").stdout)
+    assert (found["runs"], found["runs_found"], found["processes"]) == (4, 2, 2)
+    assert found["problems"]["cantilever"]["objectives"] == ["mass [kg]", "deflection [m]"]
+    assert 0 < found["expected_time_s"] < 60

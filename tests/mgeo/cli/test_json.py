@@ -1,0 +1,85 @@
+"""One JSON document on stdout, everything else on stderr."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from mgeo.runs import read_run
+
+SHORT = ["--runs", "4", "--sigma", "0.05"]
+STUDY = """
+title = "One"
+evaluations = 60
+seeds = 2
+[[problems]]
+name = "cantilever"
+[[algorithms]]
+name = ["nsga2", "random"]
+population = 10
+"""
+
+
+def document(done, code=0):
+    assert done.exit_code == code, done.output
+    return json.loads(done.stdout)
+
+
+def test_solve_and_resume(mgeo):
+    done = mgeo("solve", "cantilever", *SHORT, "--evaluations", 80, "--out", "a", "--json")
+    found = document(done)
+    assert found == json.loads(Path("a/run.json").read_text()) | {
+        "folder": "a",
+        "files": ["front.csv", "run.json", "front.html", "run.checkpoint"],
+        "checkpoint_error": None,
+    }
+    assert found["hypervolume"]["value"] == read_run("a").outcome.hypervolume.value
+    assert "100%  80 of 80 evaluations" in done.stderr
+    longer = mgeo("resume", "a", "--evaluations", 160, "--json", "--quiet")
+    assert (document(longer)["evaluations"], longer.stderr) == (160, "")
+
+
+def test_report(mgeo):
+    mgeo("solve", "cantilever", *SHORT, "--evaluations", 80, "--out", "a")
+    found = document(mgeo("report", "a", "--json"))
+    size = Path("a/report.html").stat().st_size
+    assert found == {"folder": "a", "file": "a/report.html", "bytes": size}
+
+
+def test_problems(mgeo):
+    found = {each["name"]: each for each in document(mgeo("problems", "--json"))["problems"]}
+    assert found["cantilever"] == {
+        "name": "cantilever",
+        "distribution": "stand-in",
+        "version": "1.2.3",
+        "presets": ["heavy", "light"],
+        "variables": ["diameter [m]", "length [m]"],
+        "objectives": ["mass [kg]", "deflection [m]"],
+        "constraints": 0,
+        "error": None,
+    }
+    assert found["bnh"]["constraints"] == 2
+    assert "No module named 'stand_in_of_nothing'" in found["no-module"]["error"]
+
+
+def test_study(mgeo):
+    Path("one.toml").write_text(STUDY)
+    found = document(mgeo("study", "one.toml", "--jobs", 1, "--json"))
+    assert (found["folder"], found["seeds"]) == ("studies/one", [1, 2])
+    one = found["problems"]["cantilever"]
+    assert (one["runs_finished"], one["runs_failed"]) == (4, 0)
+    volumes = {label: each["hypervolume"]["mean"] for label, each in one["algorithms"].items()}
+    assert one["best_first"] == sorted(volumes, key=volumes.get, reverse=True)
+    assert "is the best" in one["verdict"][0]
+
+
+@pytest.mark.parametrize("command", [["solve", "zdt9"], ["resume", "a"], ["report", "a"]])
+def test_an_error_is_no_document(mgeo, command):
+    done = mgeo(*command, "--json")
+    assert (done.exit_code, done.stdout) == (2, "")
+
+
+def test_what_json_cannot_say_is_null(mgeo):
+    Path("one.toml").write_text(STUDY)
+    found = document(mgeo("study", "one.toml", "--jobs", 1, "--seeds", 1, "--json", "-q"))
+    assert found["problems"]["cantilever"]["algorithms"]["nsga2"]["hypervolume"]["sd"] is None
