@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -138,7 +139,10 @@ def study(folder: Path, runs: int) -> Leftovers:
         check=True,
     )
     deadline = time.monotonic() + _GRACE
-    while (processes := _processes(mark)) and time.monotonic() < deadline:
+    while time.monotonic() < deadline:
+        processes, shared = _processes(mark), _orphans(_shared_memory() - before)
+        if not processes and not shared:
+            break
         time.sleep(0.1)
     return Leftovers(
         runs=len(list((folder / "runs").glob("*.npz"))),
@@ -147,7 +151,7 @@ def study(folder: Path, runs: int) -> Leftovers:
             *(path.name for path in (folder / "runs").iterdir() if path.suffix != ".npz"),
             *(path.name for path in temporary.rglob("*")),
         ),
-        shared_memory=tuple(sorted(_shared_memory() - before)),
+        shared_memory=tuple(shared),
     )
 
 
@@ -171,16 +175,30 @@ def _shared_memory() -> set[str]:
     return {entry.name for entry in Path("/dev/shm").iterdir()}
 
 
+def _orphans(names: set[str]) -> list[str]:
+    """Those of no living process, by a number in the name or by use: others may run studies."""
+    living = {entry for entry in Path("/proc").iterdir() if entry.name.isdigit()}
+    numbers = {entry.name for entry in living}
+    names = {name for name in names if not numbers & set(re.findall(r"\d+", name))}
+    used = "".join(_text(entry / "maps") for entry in living) if names else ""
+    return sorted(name for name in names if f"/dev/shm/{name}\n" not in used)
+
+
 def _processes(mark: str) -> list[str]:
     """Command lines of the processes with this in their environment."""
-    found = []
-    for entry in Path("/proc").iterdir():
-        try:
-            if entry.name.isdigit() and mark in (entry / "environ").read_text().split("\0"):
-                found.append((entry / "cmdline").read_text().replace("\0", " "))
-        except OSError:  # it has ended, or belongs to somebody else
-            continue
-    return found
+    marked = [
+        entry
+        for entry in Path("/proc").iterdir()
+        if entry.name.isdigit() and mark in _text(entry / "environ").split("\0")
+    ]
+    return [_text(entry / "cmdline").replace("\0", " ") for entry in marked]
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(errors="replace")
+    except OSError:  # the process has ended, or belongs to somebody else
+        return ""
 
 
 def main() -> None:
