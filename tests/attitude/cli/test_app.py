@@ -1,11 +1,21 @@
 """The command as a process, and its help."""
 
+import json
+import re
+import shlex
 import subprocess
 import sys
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+import typer
+from mgeo_attitude.cli.app import app
+from mgeo_attitude.cli.errors import EXIT_CODES
+from mgeo_attitude.cli.examples import EXAMPLES
+
+ROOT = Path(__file__).parents[3]
+GROUP = typer.main.get_command(app)
 
 
 @pytest.mark.slow
@@ -33,9 +43,59 @@ def test_help_names_the_commands(run):
 
 
 def test_the_script_is_declared():
-    text = (Path(__file__).parents[3] / "problems/attitude/pyproject.toml").read_text()
+    text = (ROOT / "problems/attitude/pyproject.toml").read_text()
     assert 'mgeo-attitude = "mgeo_attitude.cli:main"' in text
 
 
 def test_tracebacks_on_demand(run, tmp_path):
-    assert isinstance(run("show", tmp_path, "--debug", code=1).exception, FileNotFoundError)
+    done = run("show", tmp_path, "--debug", code=2)
+    assert "Traceback (most recent call last)" in done.stderr
+    assert done.stderr.splitlines()[-1].startswith("Error: ")
+
+
+def test_a_bug_is_one_line_with_another_exit_code(run, folder, monkeypatch):
+    def fail(*arguments):
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr("mgeo_attitude.cli.show.print_plan", fail)
+    done = run("show", folder, code=1)
+    assert re.fullmatch(
+        r"Error: ZeroDivisionError: division by zero \(test_app.py, line \d+; see --debug\)\n",
+        done.stderr,
+    )
+
+
+@pytest.mark.parametrize("command", GROUP.commands)
+def test_every_command_has_examples_that_can_be_typed(run, command):
+    lines = run(command, "--help").stdout.splitlines()
+    for example in EXAMPLES[command]:
+        assert f"    {example}" in lines
+        program, name, *arguments = shlex.split(example.partition("|")[0])
+        assert (program, name) == ("mgeo-attitude", command)
+        with GROUP.commands[command].make_context(command, arguments):
+            pass
+
+
+def test_every_exit_code_is_in_the_help(run):
+    text = " ".join(run("--help").stdout.split())
+    for code, meaning in EXIT_CODES.items():
+        assert f"{code} {meaning}" in text
+
+
+@pytest.mark.parametrize("arguments", [["--nonsense"], ["sho"], ["show"], ["show", "a", "--nope"]])
+def test_usage_errors_are_one_line(run, arguments):
+    done = run(*arguments, code=2)
+    assert re.fullmatch(r"Error: .*see .* --help\)\n", done.stderr)
+
+
+def test_plans_and_files_as_json(run, folder, front, tmp_path):
+    plan = front.plan("best")
+    found = json.loads(run("show", folder, "--pick", "best", "--json").stdout)
+    page = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    (row,) = re.findall(r"^\| `mgeo-attitude show` \| (.*) \|$", page, re.MULTILINE)
+    assert list(found) == re.findall(r"`(\w+)`", row)
+    assert (found["t_end_s"], found["trace"]) == (plan.t_end, plan.trace)
+    assert len(found["timeline"]) == len(plan.phases)
+    assert len(found["least_observable"]) == 5
+    file = tmp_path / "plan.json"
+    assert json.loads(run("export", folder, file, "--json").stdout) == {"files": [str(file)]}

@@ -1,9 +1,9 @@
 """``mgeo-attitude verify``: what is printed, and the exit code that scripts go by."""
 
 import dataclasses
+import json
 
 import pytest
-from mgeo_attitude.cli import verify as command
 from mgeo_attitude.plan.verification import verify
 
 from mgeo.report.verification import verification
@@ -12,7 +12,7 @@ from mgeo.report.verification import verification
 def test_a_plan_of_a_run(run, folder, front):
     found = verify(front.plan("best"), n_runs=10, seed=2)
     arguments = ("verify", folder, "--pick", "best", "--runs", "10", "--seed", "2")
-    text = run(*arguments, code=0 if found.achieved else 1).stdout
+    text = run(*arguments, code=0 if found.achieved else 3).stdout
     assert f"NEES per state {found.nees:.3f}" in text
     assert f"{found.table.loc['gyro bias y', 'rms']:.4g}" in text
     assert "10 simulated flights" in text
@@ -21,8 +21,10 @@ def test_a_plan_of_a_run(run, folder, front):
 def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path):
     found = verify(front.plan("best"), n_runs=3, seed=2)
     file = tmp_path / "verification-best.json"
-    arguments = ("verify", folder, "--pick", "best", "--runs", "3", "--seed", "2", "--json", file)
-    run(*arguments, code=0 if found.achieved else 1)
+    arguments = ("verify", folder, "--pick", "best", "--runs", "3", "--seed", "2", "--out", file)
+    run(*arguments, code=0 if found.achieved else 3)
+    printed = run(*arguments[:-2], "--json", code=0 if found.achieved else 3).stdout
+    assert json.loads(printed) == json.loads(file.read_text())
     html = verification(tmp_path)
     assert f"NEES per state {found.nees:.3f}" in html
     assert html.count("<tr>") == 1 + len(found.table)
@@ -35,14 +37,15 @@ def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path)
     [
         ({"nees": 1.0}, 0, "achieved"),
         ({"nees": 0.5}, 0, "achieved; the filter is less sure than it might be"),
-        ({"nees": 2.0}, 1, "not achieved: the filter is surer than its errors allow"),
-        ({"nees": 1.0, "greatest_ratio": 0.0}, 1, "not achieved: worse than promised in attitude"),
+        ({"nees": 2.0}, 3, "not achieved: the filter is surer than its errors allow"),
+        ({"nees": 1.0, "greatest_ratio": 0.0}, 3, "not achieved: worse than promised in attitude"),
     ],
 )
 def test_verdicts(run, folder, front, monkeypatch, changes, code, verdict):
     made = verify(front.plan("fastest"), n_runs=2)
     fixed = {"greatest_ratio": 1e9, "nees_bounds": (0.9, 1.1), **changes}
-    monkeypatch.setattr(command, "verify", lambda *_: dataclasses.replace(made, **fixed))
+    made = dataclasses.replace(made, **fixed)
+    monkeypatch.setattr("mgeo_attitude.plan.verification.verify", lambda *_: made)
     text = run("verify", folder, "--pick", "fastest", code=code).stdout
     assert text.splitlines()[-1].startswith(verdict)
 

@@ -8,19 +8,21 @@ from typing import Annotated
 
 import typer
 
-from .errors import one_line_errors
+from .errors import EXIT_CODES, NOT_ACHIEVED, Commands, remember_debug
+from .examples import epilog
 
 app = typer.Typer(
     name="mgeo-attitude",
+    cls=Commands,
     help="Calibration maneuvers: pick a plan from a front, look at it, verify it, export it.",
     no_args_is_help=True,
-    add_completion=False,
+    epilog="\n".join(
+        ["\b", "Exit codes:", *(f"{code:5}  {text}" for code, text in EXIT_CODES.items())]
+    ),
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
+    context_settings={"help_option_names": ["--help", "-h"]},
 )
-
-#: Exit code of `verify` for a plan that promises too much; bad input is `errors.BAD_INPUT`.
-NOT_ACHIEVED = 1
 
 Source = Annotated[
     Path, typer.Argument(metavar="RUN|PLAN.json", help="Folder of `mgeo solve`, or a plan's file.")
@@ -31,13 +33,22 @@ Pick = Annotated[
         metavar="knee|fastest|best",
         help="Solution of the run: the bend of its front, its least t_end, its least trace "
         "[default: knee].",
+        autocompletion=lambda incomplete: [
+            name for name in ("knee", "fastest", "best") if name.startswith(incomplete)
+        ],
     ),
 ]
 Time = Annotated[
     float | None,
     typer.Option(metavar="SECONDS", help="Solution of the run whose t_end is nearest to this."),
 ]
-Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print the result as one JSON document, for scripts.")
+]
+Debug = Annotated[
+    bool,
+    typer.Option("--debug", callback=remember_debug, help="Show the traceback of an error."),
+]
 
 
 def main() -> None:
@@ -63,7 +74,7 @@ def _root(
     pass
 
 
-@app.command()
+@app.command(epilog=epilog("show"))
 def show(
     source: Source,
     pick: Pick = None,
@@ -74,32 +85,36 @@ def show(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an existing file.")
     ] = False,
+    json: Json = False,
     debug: Debug = False,
 ) -> None:
     """Print a plan: its timeline, what it teaches the filter, and what simpler plans would.
 
     The comparison is after the plan's own time, with maneuvers as long as the plan's in all.
     """
+    from .documents import plan_document, print_document
     from .files import checked_targets
     from .show import print_plan, write_figures
     from .source import load_plan
 
-    with one_line_errors(debug):
-        checked_targets([html] if html else [], overwrite)
-        plan = load_plan(source, pick, time)
+    checked_targets([html] if html else [], overwrite)
+    plan = load_plan(source, pick, time)
+    if json:
+        print_document(plan_document(plan))
+    else:
         print_plan(plan)
-        if html:
-            write_figures(plan, html)
+    if html:
+        write_figures(plan, html)
 
 
-@app.command()
-def verify(
+@app.command("verify", epilog=epilog("verify"))
+def verify_plan(
     source: Source,
     pick: Pick = None,
     time: Time = None,
     runs: Annotated[int, typer.Option(min=2, help="Flights to simulate.")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="Seed of their errors.")] = 1,
-    json: Annotated[
+    out: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
@@ -109,23 +124,33 @@ def verify(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an existing file.")
     ] = False,
+    json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Fly a plan many times in simulation; exit with 1 if it does not achieve what it promises.
+    """Fly a plan many times in simulation; exit with 3 if it does not achieve what it promises.
 
     The truth is nonlinear, the errors are drawn from the scenario, the filter feeds them back.
     """
+    from ..plan.verification import verify
+    from .documents import print_document
     from .files import checked_targets
     from .source import load_plan
-    from .verify import print_verification
+    from .verify import print_verification, verification_document, write_document
 
-    with one_line_errors(debug):
-        checked_targets([json] if json else [], overwrite)
-        achieved = print_verification(load_plan(source, pick, time), runs, seed, json)
-    raise typer.Exit(0 if achieved else NOT_ACHIEVED)
+    checked_targets([out] if out else [], overwrite)
+    plan = load_plan(source, pick, time)
+    found = verify(plan, runs, seed)
+    document = verification_document(plan, found, seed)
+    if out:
+        write_document(document, out)
+    if json:
+        print_document(document)
+    else:
+        print_verification(plan, found)
+    raise typer.Exit(0 if found.achieved else NOT_ACHIEVED)
 
 
-@app.command()
+@app.command(epilog=epilog("export"))
 def export(
     source: Source,
     files: Annotated[
@@ -154,23 +179,27 @@ def export(
         float, typer.Option(metavar="SECONDS", help="AEM: greatest time between attitudes.")
     ] = 1.0,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
+    json: Json = False,
     debug: Debug = False,
 ) -> None:
     """Write a plan to files, each as a whole or not at all."""
+    from .documents import print_document
     from .files import checked_targets, contents, write_all
     from .source import load_plan
 
-    with one_line_errors(debug):
-        checked_targets(files, overwrite, known_only=True)
-        plan = load_plan(source, pick, time)
-        texts = contents(
-            plan,
-            files,
-            object_name=object_name,
-            object_id=object_id,
-            originator=originator,
-            version=aem_version,
-            spacing=spacing,
-        )
-        for path in write_all(texts):
+    checked_targets(files, overwrite, known_only=True)
+    plan = load_plan(source, pick, time)
+    texts = contents(
+        plan,
+        files,
+        object_name=object_name,
+        object_id=object_id,
+        originator=originator,
+        version=aem_version,
+        spacing=spacing,
+    )
+    for path in write_all(texts):
+        if not json:
             typer.echo(f"wrote {path}")
+    if json:
+        print_document({"files": [str(path) for path in texts]})

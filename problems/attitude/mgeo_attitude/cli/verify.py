@@ -3,40 +3,40 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from rich.text import Text
 
 from ..files import write_text
 from ..plan import ManeuverPlan
-from ..plan.verification import Verification, verify
+from ..plan.verification import Verification
 from .tables import console, printed
 
 
-def print_verification(
-    plan: ManeuverPlan, n_runs: int, seed: int, file: Path | None = None
-) -> bool:
-    """Fly a plan, print how it went, and return whether it achieves what it promises.
+def write_document(document: Mapping[str, Any], file: Path) -> None:
+    """Write a result as `mgeo.report.verification` reads it."""
+    text = json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False)
+    write_text(file, f"{text}\n")
 
-    With `file` the result is also written there, as `mgeo.report.verification` reads it.
-    """
-    found = verify(plan, n_runs, seed)
-    if file is not None:
-        write_text(file, _document(plan, found, seed))
+
+def print_verification(plan: ManeuverPlan, found: Verification) -> None:
+    """Print how simulated flights of a plan went."""
     out = console()
-    title = f"{n_runs} simulated flights, errors after {plan.t_end:.6g} s"
+    title = f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s"
     printed(out, title, found.table)
     out.print(f"by chance no ratio exceeds {found.greatest_ratio:.3f}", style="dim")
     low, high = found.nees_bounds
     out.print(Text(f"\nNEES per state {found.nees:.3f}; expected {low:.3f} to {high:.3f}"))
     out.print(Text(_verdict(found), style="bold"))
-    return found.achieved
 
 
-def _document(plan: ManeuverPlan, found: Verification, seed: int) -> str:
+def verification_document(plan: ManeuverPlan, found: Verification, seed: int) -> dict[str, Any]:
+    """The result as JSON values."""
     table = found.table.reset_index()
     low, high = found.nees_bounds
-    document = {
+    return {
         "title": f"{found.n_runs} simulated flights of the plan with t_end {plan.t_end:.6g} s and "
         f"trace {plan.trace:.5g}, seed {seed}",
         "verdict": f"{_verdict(found)}; NEES per state {found.nees:.3f}, expected {low:.3f} to "
@@ -44,8 +44,8 @@ def _document(plan: ManeuverPlan, found: Verification, seed: int) -> str:
         "columns": [str(name) for name in table.columns],
         "rows": table.to_numpy(object).tolist(),
         "design": list(plan.design),
+        "achieved": bool(found.achieved),
     }
-    return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def _verdict(found: Verification) -> str:
