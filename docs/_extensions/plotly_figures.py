@@ -13,7 +13,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 LIBRARY = "_static/plotly.min.js"
-_CONFIG = {"responsive": True, "displaylogo": False}
+_CONFIG = {"responsive": True, "displaylogo": False, "showSendToCloud": False}
 
 
 class PlotlyFigure(SphinxDirective):

@@ -17,7 +17,7 @@ th:first-child, td:first-child { text-align: left }
 .note { color: #555 } .error { color: #a00 }
 pre { background: #f5f6f8; padding: 1rem; overflow-x: auto; font-size: 13px }
 """
-_CONFIG = {"responsive": True, "displaylogo": False}
+_CONFIG = {"responsive": True, "displaylogo": False, "showSendToCloud": False}
 
 
 def page(figure: go.Figure, title: str) -> str:

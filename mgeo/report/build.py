@@ -128,5 +128,5 @@ def _document(run: Run, body: str, data: Json) -> str:
         f"<script>{get_plotlyjs()}</script>\n</head>\n<body>\n"
         f"<header><h1>{title}</h1><p>{escape(summary.lead(run))}</p></header>\n<main>\n{body}\n"
         f'</main>\n<script type="application/json" id="data">{script_json(data)}</script>\n'
-        f"<script>{_asset('report.js')}</script>\n</body>\n</html>\n"
+        f"<script>{_asset('motion.js')}{_asset('report.js')}</script>\n</body>\n</html>\n"
     )

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
 from mgeo.figures.front import front_figure
+from mgeo.figures.motion import check_motion
 from mgeo.report.encode import Json, decoded, figure_json, shared
 from mgeo.runs.highlights import Highlight
 from mgeo.runs.solve import Outcome
@@ -64,13 +65,16 @@ def plans_json(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]
     Raises
     ------
     ValueError
-        If the problem's `solution_figures` returns another number of entries.
+        If the problem's `solution_figures` returns another number of entries, or a figure moves
+        in no way that the page knows.
     """
     if not hasattr(problem, "solution_figures") or not len(rows):
         return {"common": {}, "values": {}}
     drawn = list(problem.solution_figures(X[rows]))
     if len(drawn) != len(rows):
         raise ValueError(f"solution_figures(X) of {len(rows)} rows has {len(drawn)} entries")
+    for figure in (figure for figures in drawn for figure in figures.values()):
+        check_motion(figure)
     trees = [
         {str(name): figure_json(figure) for name, figure in figures.items()} for figures in drawn
     ]

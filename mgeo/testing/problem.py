@@ -172,6 +172,8 @@ def _check_figures(problem: Problem, X: FloatArray) -> None:
 def _check_solution_figures(problem: Problem, X: FloatArray) -> None:
     from plotly.basedatatypes import BaseFigure
 
+    from mgeo.figures.motion import check_motion
+
     given = X.copy()
     with no_error("solution_figures(X)"):
         rows = list(problem.solution_figures(given))
@@ -183,6 +185,9 @@ def _check_solution_figures(problem: Problem, X: FloatArray) -> None:
             and all(isinstance(figure, BaseFigure) for figure in figures.values()),
             f"solution_figures(X)[{i}]: expected a dict of plotly Figures",
         )
+        for name, figure in figures.items():
+            with no_error(f"solution_figures(X)[{i}][{name!r}], a figure that moves or does not"):
+                check_motion(figure)
 
 
 def _check_options(problem: Problem, X: FloatArray, values: Mapping[str, FloatArray]) -> None:

@@ -1,7 +1,6 @@
-"use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
 const byId = (id) => document.getElementById(id);
-const config = { responsive: true, displaylogo: false };
+const config = { responsive: true, displaylogo: false, showSendToCloud: false };
 const dark = matchMedia("(prefers-color-scheme: dark)");
 let chosen = null;
 
@@ -43,10 +42,40 @@ function themed(layout, narrow) {
   return result;
 }
 
+/** Relative luminance of WCAG 2.1. */
+function luminance(rgb) {
+  const linear = rgb.map((v) => (v <= 10 ? v / 3294 : ((v / 255 + 0.055) / 1.055) ** 2.4));
+  return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2];
+}
+
+/** A color that stands out from the page: mixed with that of the text as far as it must be. */
+function readable(color) {
+  const style = getComputedStyle(document.documentElement);
+  const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
+  const [ink, paper] = ["--ink", "--paper"].map((name) => rgb(style.getPropertyValue(name).trim()));
+  const contrast = (one) => {
+    const [a, b] = [luminance(one), luminance(paper)];
+    return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  };
+  let mixed = rgb(color);
+  for (let i = 0; i < 10 && contrast(mixed) < (dark.matches ? 4.5 : 3); i++) {
+    mixed = mixed.map((value, j) => Math.round(0.9 * value + 0.1 * ink[j]));
+  }
+  return `rgb(${mixed})`;
+}
+
+function recolored(tree) {
+  if (Array.isArray(tree)) return tree.map(recolored);
+  if (tree === null || typeof tree !== "object") return tree;
+  const fit = (key, value) =>
+    key === "color" && /^#[0-9a-f]{6}$/i.test(value) ? readable(value) : recolored(value);
+  return Object.fromEntries(Object.entries(tree).map(([k, v]) => [k, fit(k, v)]));
+}
+
 function draw(node, figure, bar = true) {
   const layout = themed(figure.layout, node.clientWidth < 500);
   const options = bar ? config : { ...config, displayModeBar: false };
-  return Plotly.react(node, structuredClone(figure.data), layout, options);
+  return Plotly.react(node, recolored(figure.data), layout, options);
 }
 
 // Front --------------------------------------------------------------------------------------
@@ -83,7 +112,7 @@ function drawFront() {
   layout.uirevision = "front"; // a click does not undo a zoom
   layout.clickmode = "event";
   if (narrow) {
-    layout.margin = { ...layout.margin, l: 60, r: 10 };
+    layout.margin = { ...layout.margin, l: 60, r: 10, t: layout.xaxis2 ? 95 : 50 }; // room for an upper axis
     delete layout.title;
     layout.legend = { ...layout.legend, orientation: "h", x: 0, xanchor: "left", y: -0.25, yanchor: "top" };
   }
@@ -147,6 +176,20 @@ function fillLimits(row) {
   });
 }
 
+// three-dimensional pictures are drawn once they come into view, so that the page opens at once
+const seen = new IntersectionObserver(
+  (entries) => entries.filter((entry) => entry.isIntersecting).forEach(({ target }) => play(target)),
+  { rootMargin: "200px" },
+);
+
+async function play(box) {
+  seen.unobserve(box);
+  const figure = box.moving;
+  await draw(box.firstChild, figure, false);
+  if (box.moving !== figure) return; // another solution was chosen meanwhile
+  box.replaceChildren(box.firstChild, player(box.firstChild, figure));
+}
+
 function drawFigures(row) {
   const values = data.plans.values[row];
   const none = values === undefined;
@@ -155,8 +198,20 @@ function drawFigures(row) {
   const box = byId("figures");
   const names = Object.keys(figures);
   while (box.children.length > names.length) box.lastChild.remove();
-  while (box.children.length < names.length) box.appendChild(document.createElement("div"));
-  return Promise.all(names.map((name, i) => draw(box.children[i], figures[name], false)));
+  while (box.children.length < names.length) {
+    box.appendChild(document.createElement("div")).appendChild(document.createElement("div"));
+  }
+  return Promise.all(names.map((name, i) => {
+    const place = box.children[i];
+    const figure = figures[name];
+    place.classList.toggle("moving", "motion" in (figure.layout.meta || {}));
+    place.moving = (figure.layout.meta || {}).motion ? figure : null;
+    place.replaceChildren(place.firstChild); // without another figure's controls
+    seen.unobserve(place);
+    if (!place.moving) return draw(place.firstChild, figure, false);
+    place.firstChild.style.minHeight = `${figure.layout.height || 400}px`;
+    seen.observe(place);
+  }));
 }
 
 async function choose(row) {

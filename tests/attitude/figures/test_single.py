@@ -86,7 +86,8 @@ def test_figures_of_a_front_are_small(short, X):
     sizes = [
         sum(
             np.size(trace.x) + np.size(trace.y)
-            for figure in figures.values()
+            for name, figure in figures.items()
+            if name != "motion"  # only its turns differ from plan to plan
             for trace in figure.data
         )
         for figures in short.solution_figures(X[:3])

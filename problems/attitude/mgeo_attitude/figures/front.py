@@ -55,7 +55,8 @@ def front_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
         f"scenario {scenario.name}; points on the front: {summary}; hover over one for its plan",
     )
     figure.update_layout(
-        legend={"x": 0.99, "xanchor": "right", "y": 0.98, "yanchor": "top"},
+        # above the plot, where neither points nor the mark of the period can be
+        legend={"orientation": "h", "x": 1, "xanchor": "right", "y": 1.07, "yanchor": "bottom"},
         legend_title_text="converged in",
         hovermode="closest",
         margin_t=135,  # room for the upper axis

@@ -7,7 +7,7 @@ from html import escape
 
 import plotly.graph_objects as go
 
-_CONFIG = {"responsive": True, "displaylogo": False}
+_CONFIG = {"responsive": True, "displaylogo": False, "showSendToCloud": False}
 
 
 def page(figures: Sequence[go.Figure], title: str) -> str:

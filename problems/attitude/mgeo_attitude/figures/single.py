@@ -14,9 +14,10 @@ from ..filter.evaluator import evaluate
 from ..filter.reference import attitudes
 from .convergence import sample_steps
 from .maneuvers import timeline
+from .motion import directions, motion
 from .polyline import corners
 from .sphere import OUTLINE, graticule, projected
-from .style import COLORS, DASHES, GRAY
+from .style import COLORS, DASHES, GRAY, title
 
 if TYPE_CHECKING:
     from ..problem import AttitudeManeuverProblem
@@ -33,7 +34,7 @@ _SHADOW = "rgba(128,128,128,0.22)"
 
 
 def solution_figures(problem: AttitudeManeuverProblem, X: Floats) -> Iterator[dict[str, go.Figure]]:
-    """For each design, shape (n, n_var): rates, directions of Sun and field, trace and 1-sigmas.
+    """For each design, shape (n, n_var): rates, directions of Sun and field, attitude, 1-sigmas.
 
     Times in the Earth's shadow are shaded. A design whose covariance broke down has no figures.
 
@@ -45,6 +46,8 @@ def solution_figures(problem: AttitudeManeuverProblem, X: Floats) -> Iterator[di
     designs = checked_designs(problem, X)
     model = problem.model
     shadow = _shadow(problem)
+    shades = [_shade(*interval) for interval in shadow]
+    inertial = directions(problem.environment)
     size = max(1, _CHUNK_FLOATS // ((model.n_steps + 1) * model.suite.n_states))
     for start in range(0, len(designs), size):
         chunk = np.ascontiguousarray(designs[start : start + size])
@@ -53,15 +56,21 @@ def solution_figures(problem: AttitudeManeuverProblem, X: Floats) -> Iterator[di
             if not np.isfinite(t_end):
                 yield {}
                 continue
-            figures = {
+            plan = model.schedule(x)
+            body = attitudes(plan.rates[0], plan.starts[0], model.n_steps, model.step)
+            against_time = {
                 "rates": _rates(problem, x, t_end),
-                "directions": _directions(problem, x, t_end),
                 **_errors(problem, t_end, variances),
             }
-            for name, figure in figures.items():
-                if name != "directions":
-                    figure["layout"]["shapes"] = shadow
-                    figure["layout"]["xaxis"] = _time_axis(t_end)
+            for figure in against_time.values():
+                figure["layout"]["shapes"] = shades
+                figure["layout"]["xaxis"] = _time_axis(t_end)
+            figures = {
+                "rates": against_time.pop("rates"),
+                "motion": motion(problem, x, t_end, body, inertial, shadow),
+                "directions": _directions(problem, body, t_end),
+                **against_time,
+            }
             yield {name: go.Figure(figure, _validate=False) for name, figure in figures.items()}
 
 
@@ -110,12 +119,10 @@ def _block(block: BlockUnit, times: Floats, sigma: Floats) -> dict[str, Any]:
     }
 
 
-def _directions(problem: AttitudeManeuverProblem, x: Floats, t_end: float) -> dict[str, Any]:
+def _directions(problem: AttitudeManeuverProblem, body: Floats, t_end: float) -> dict[str, Any]:
     """Where Sun and field stand as seen from the body, at even times: an equal-area map."""
-    model, environment = problem.model, problem.environment
-    plan = model.schedule(x)
-    body = attitudes(plan.rates[0], plan.starts[0], model.n_steps, model.step)
-    last = round(t_end / model.step)
+    environment = problem.environment
+    last = round(t_end / problem.model.step)
     steps = np.rint(np.linspace(0, last, min(_DIRECTIONS, last + 1))).astype(np.int64)
     traces: list[dict[str, Any]] = [*graticule()]
     vectors = {"Sun": environment.sun, "field": environment.field}
@@ -157,9 +164,9 @@ def _line(times: Floats, values: Floats, index: int, **more: Any) -> dict[str, A
     }
 
 
-def _layout(title: str, axis: dict[str, Any]) -> dict[str, Any]:
+def _layout(text: str, axis: dict[str, Any]) -> dict[str, Any]:
     return {
-        "title": {"text": title, "x": 0.02, "y": 0.97, "yanchor": "top", "font": {"size": 15}},
+        "title": title(text),
         "height": 300,
         "margin": {"l": 65, "r": 10, "t": 55, "b": 45},
         "legend": {"orientation": "h", "x": 1, "xanchor": "right", "y": 1.02, "yanchor": "bottom"},
@@ -180,25 +187,27 @@ def _log_axis(unit: str, values: Floats) -> dict[str, Any]:
     }
 
 
-def _shadow(problem: AttitudeManeuverProblem) -> list[dict[str, Any]]:
-    """Shapes over the times in the Earth's shadow, the same for all plans."""
+def _shadow(problem: AttitudeManeuverProblem) -> list[tuple[float, float]]:
+    """Starts and ends [s] of the times in the Earth's shadow, the same for all plans."""
     if not problem.scenario.eclipse:
         return []
     times, dark = problem.environment.times, ~problem.environment.sunlit
     edges = np.diff(np.concatenate([[False], dark, [False]]).astype(np.int8))
     ends = np.append(times, times[-1])
-    return [
-        {
-            "type": "rect",
-            "xref": "x",
-            "yref": "paper",
-            "x0": float(ends[first]),
-            "x1": float(ends[last]),
-            "y0": 0,
-            "y1": 1,
-            "fillcolor": _SHADOW,
-            "line": {"width": 0},
-            "layer": "below",
-        }
-        for first, last in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True)
-    ]
+    starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    return [(float(ends[a]), float(ends[b])) for a, b in zip(starts, stops, strict=True)]
+
+
+def _shade(start: float, end: float) -> dict[str, Any]:
+    return {
+        "type": "rect",
+        "xref": "x",
+        "yref": "paper",
+        "x0": start,
+        "x1": end,
+        "y0": 0,
+        "y1": 1,
+        "fillcolor": _SHADOW,
+        "line": {"width": 0},
+        "layer": "below",
+    }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import plotly.graph_objects as go
 
 #: Colors that people with any color vision can tell apart: Okabe & Ito (2008), without the yellow,
@@ -40,3 +42,17 @@ def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
     figure.update_xaxes(**axis, ticks="outside")
     figure.update_yaxes(**axis, ticks="outside")
     return figure
+
+
+def title(text: str) -> dict[str, Any]:
+    """The title of one of many small figures."""
+    return {
+        "text": text,
+        "x": 0.02,
+        "xanchor": "left",
+        "y": 1.0,
+        "yref": "container",
+        "yanchor": "top",
+        "pad": {"t": 9},
+        "font": {"size": 15},
+    }

@@ -1,0 +1,89 @@
+"""Figures that move: three-dimensional traces that turn about the origin as time goes by.
+
+A page computes every picture from a few turns, so that a moving figure costs as little as a still
+one, and starts only when it is told to. In ``layout.meta["motion"]`` of the plotly figure stand
+
+``end``
+    Its last time [s]; the first is 0.
+``turns``
+    By name, each a dict of ``times``, ascending from 0, k + 1 of them [s], and ``x``, ``y``, ``z``,
+    k each: the rotation vector [deg] from one time to the next, about the axes of what turns,
+    which is how a body at constant rates moves. A turn may be several revolutions. Beyond the last
+    time nothing moves.
+``phases``
+    A list of dicts ``name``, ``from``, ``to`` [s] and, if it is to be seen on the time line,
+    ``shaded``: what is told beside the time while it lasts. May be left out.
+
+A trace of type ``scatter3d`` or ``mesh3d`` turns if its ``meta["turn"]`` names one of the turns,
+from where it is drawn, and is faint during the phase that ``meta["faint"]`` names.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from plotly.basedatatypes import BaseFigure
+
+_TYPES = ("scatter3d", "mesh3d")
+
+
+def check_motion(figure: BaseFigure) -> None:
+    """Refuse a motion of another form than above; a figure without one is still.
+
+    Raises
+    ------
+    ValueError
+        Naming the part that is not as it should be.
+    """
+    meta = figure.layout.meta
+    motion = meta.get("motion") if isinstance(meta, Mapping) else None
+    turns: Mapping[str, Any] = {}
+    if motion is not None:
+        _require(isinstance(motion, Mapping), "motion", "a dict", motion)
+        _require(_time(motion.get("end")), "motion: end", "a time in seconds", motion.get("end"))
+        turns = motion.get("turns")
+        _require(isinstance(turns, Mapping), "motion: turns", "a dict", turns)
+        for name, turn in turns.items():
+            _require(_well_formed(turn), f"motion: turns[{name!r}]", _TURN, turn)
+        for phase in motion.get("phases", ()):
+            known = isinstance(phase, Mapping) and isinstance(phase.get("name"), str)
+            known = known and _time(phase.get("from")) and _time(phase.get("to"))
+            _require(known, "motion: phases", "dicts of name, from and to", phase)
+    for trace in figure.data:
+        own = trace.meta if isinstance(trace.meta, Mapping) else {}
+        if "turn" in own:
+            _require(own["turn"] in turns, "turn of a trace", f"one of {list(turns)}", own["turn"])
+            _require(trace.type in _TYPES, "turning trace", " or ".join(_TYPES), trace.type)
+
+
+_TURN = "times that ascend from 0 and x, y, z of one number less, all finite"
+
+
+def _require(kept: bool, name: str, expected: str, found: Any) -> None:
+    if not kept:
+        raise ValueError(f"{name} = {found!r}: expected {expected}")
+
+
+def _time(value: Any) -> bool:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return number and math.isfinite(value) and value >= 0.0
+
+
+def _well_formed(turn: Any) -> bool:
+    if not isinstance(turn, Mapping) or not {"times", "x", "y", "z"} <= turn.keys():
+        return False
+    try:
+        times, *vector = (np.asarray(turn[key], dtype=float) for key in ("times", "x", "y", "z"))
+    except (TypeError, ValueError):
+        return False
+    return (
+        times.ndim == 1
+        and times.size > 1
+        and times[0] == 0.0
+        and bool((np.diff(times) > 0.0).all())
+        and all(part.shape == (times.size - 1,) for part in vector)
+        and all(np.isfinite(part).all() for part in (times, *vector))
+    )

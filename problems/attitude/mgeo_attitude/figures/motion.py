@@ -1,0 +1,254 @@
+"""The attitude of one plan in space, as a figure that turns.
+
+The figure itself shows the start. How its traces turn stands in ``layout.meta["motion"]`` and in
+their ``meta``, in the form that `mgeo.plugins` tells, so that a page can play it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ..environment import Environment
+from ..filter.model import agility
+from ..filter.timeline import Flown, flown
+from .style import COLORS, GRAY, title
+
+if TYPE_CHECKING:
+    from ..problem import AttitudeManeuverProblem
+
+Floats = NDArray[np.float64]
+
+SHADOW = "Earth's shadow"
+
+#: Stretches of a ramp become one turn as long as that is smaller [rad].
+_SMALL_TURN = np.radians(10.0)
+#: Turns of the Sun's and the field's direction over the whole run.
+_DIRECTION_TURNS = 400
+#: Half the edges of the drawn body along x, y and z.
+_HALF = (0.2, 0.32, 0.12)
+
+
+def turns_of_body(flight: Flown, body: Floats, step: float) -> dict[str, Floats]:
+    """Turns of the body between times, about its own axes.
+
+    At every time the attitude is exactly the filter's; between them rates are constant, as they
+    are outside of ramps.
+
+    Parameters
+    ----------
+    flight : Flown
+    body : array, shape (n_steps + 1, 3, 3)
+        GCRS to body at every step, see `filter.reference.attitudes`.
+    step : float
+        [s]
+
+    Returns
+    -------
+    dict
+        ``times`` [s], shape (k + 1,), and the turn from each to the next as rotation vectors
+        ``x``, ``y``, ``z`` [deg], shape (k,) each.
+    """
+    turns = flight.rates * np.diff(flight.times)[:, None]
+    firsts, total = [0], 0.0
+    for i, size in enumerate(np.linalg.norm(turns, axis=1).tolist()):
+        if i > firsts[-1] and total + size > _SMALL_TURN:
+            firsts.append(i)
+            total = 0.0
+        total += size
+    edges = np.array([*firsts, len(turns)])
+    times = flight.times[edges]
+    at = body[np.rint(times / step).astype(np.int64)]
+    merged = Rotation.from_matrix(at[:-1] @ at[1:].transpose(0, 2, 1)).as_rotvec()
+    alone = np.diff(edges) == 1  # may be several revolutions
+    merged[alone] = turns[edges[:-1][alone]]
+    return _turns(times, merged)
+
+
+def turns_of_direction(times: Floats, vectors: Floats) -> dict[str, Floats]:
+    """Least turns that lead from each direction, shape (k + 1, 3), to the next, as `turns_of_body`.
+
+    About the axes of the arrow itself, which stand as the inertial ones at first.
+    """
+    unit = vectors / np.linalg.norm(vectors, axis=1)[:, None]
+    normal = np.cross(unit[:-1], unit[1:])
+    sine = np.linalg.norm(normal, axis=1)
+    angle = np.arctan2(sine, np.einsum("ki,ki->k", unit[:-1], unit[1:]))
+    inertial = normal * (angle / np.where(sine > 0.0, sine, 1.0))[:, None]
+    own, reached = np.empty_like(inertial), Rotation.identity()
+    for i, turn in enumerate(inertial):
+        own[i] = reached.inv().apply(turn)
+        reached = Rotation.from_rotvec(turn) * reached
+    return _turns(times, own)
+
+
+def directions(environment: Environment) -> dict[str, dict[str, Floats]]:
+    """Turns of the directions of Sun and field in inertial axes over the whole run."""
+    last = len(environment.times) - 1
+    steps = np.unique(np.rint(np.linspace(0, last, _DIRECTION_TURNS + 1)).astype(np.int64))
+    times = environment.times[steps]
+    vectors = {"Sun": environment.sun, "field": environment.field}
+    return {name: turns_of_direction(times, inertial[steps]) for name, inertial in vectors.items()}
+
+
+def motion(
+    problem: AttitudeManeuverProblem,
+    x: Floats,
+    t_end: float,
+    body: Floats,
+    inertial: dict[str, dict[str, Floats]],
+    shadow: Sequence[tuple[float, float]],
+) -> dict[str, Any]:
+    """Traces and layout: the body with its axes, Sun and field against the inertial axes.
+
+    Parameters
+    ----------
+    x : array, shape (n_var,)
+        The design.
+    t_end : float
+        End of its flight [s].
+    body : array, shape (n_steps + 1, 3, 3)
+        GCRS to body at every step.
+    inertial : dict
+        What `directions` gives.
+    shadow : sequence of pairs
+        Starts and ends [s] of the times without Sun.
+    """
+    environment, step = problem.environment, problem.model.step
+    flight = flown(x, t_end, step, agility(problem.scenario))
+    turns = {"body": turns_of_body(flight, body, step), **inertial}
+    shades = [{"name": SHADOW, "from": a, "to": b, "shaded": True} for a, b in shadow]
+    sun, field = environment.sun[0], environment.field[0]
+    return {
+        "data": [
+            *_sphere(),
+            _arrow("Sun", sun, COLORS[4]) | {"meta": {"turn": "Sun", "faint": SHADOW}},
+            _arrow("field", field, COLORS[5]) | {"meta": {"turn": "field"}},
+            *(trace | {"meta": {"turn": "body"}} for trace in (*_box(), *_axes())),
+        ],
+        "layout": {
+            "title": title("Attitude in space"),
+            "scene": {
+                **dict.fromkeys(("xaxis", "yaxis", "zaxis"), _HIDDEN),
+                "aspectmode": "manual",
+                "aspectratio": dict.fromkeys("xyz", 1.75),
+                "camera": {
+                    "eye": {"x": 1.05, "y": 0.75, "z": 0.5},
+                    "projection": {"type": "orthographic"},
+                },
+                "dragmode": "orbit",
+            },
+            "height": 520,
+            "margin": {"l": 0, "r": 0, "t": 40, "b": 0},
+            "showlegend": False,
+            "meta": {
+                "motion": {
+                    "end": float(t_end),
+                    "turns": turns,
+                    "phases": [*_maneuvers(flight), *shades],
+                }
+            },
+        },
+    }
+
+
+_HIDDEN = {"visible": False, "range": [-1.2, 1.2]}
+
+
+def _turns(times: Floats, vectors: Floats) -> dict[str, Floats]:
+    x, y, z = np.degrees(vectors).T
+    return {"times": times, "x": x, "y": y, "z": z}
+
+
+def _maneuvers(flight: Flown) -> list[dict[str, Any]]:
+    """When each maneuver is flown, its ramp included, and that the last rate is held then."""
+    times, end = flight.times, float(flight.times[-1])
+    phases = []
+    for number in np.unique(flight.numbers).tolist():
+        stretches = np.flatnonzero(flight.numbers == number)
+        last = min(float(times[stretches[-1] + 1]), flight.over)
+        start = float(times[stretches[0]])
+        phases.append({"name": f"maneuver {number + 1}", "from": start, "to": last})
+    if flight.over < end:
+        phases.append({"name": "last rate held", "from": flight.over, "to": end})
+    return phases
+
+
+def _sphere() -> list[dict[str, Any]]:
+    """Three great circles and the inertial axes, which stand still."""
+    around = np.radians(np.linspace(0.0, 360.0, 61))
+    ring = np.column_stack([np.cos(around), np.sin(around), 0.0 * around])
+    gap = np.full((1, 3), np.nan)
+    circles = np.vstack([ring, gap, np.roll(ring, 1, axis=1), gap, np.roll(ring, 2, axis=1)])
+    line = {"color": GRAY, "width": 2}
+    tips = 1.1 * np.eye(3)
+    return [
+        _points(circles) | {"mode": "lines", "line": line, "opacity": 0.45},
+        _points(tips)
+        | {"mode": "text", "text": ["X", "Y", "Z"], "textfont": {"color": GRAY, "size": 13}},
+    ]
+
+
+def _arrow(name: str, vector: Floats, color: str) -> dict[str, Any]:
+    tip = vector / np.linalg.norm(vector)
+    return _points(np.vstack([0.0 * tip, tip])) | {
+        "name": name,
+        "mode": "lines+markers+text",
+        "line": {"color": color, "width": 5},
+        "marker": {"color": color, "size": [0, 7], "line": {"width": 0}},
+        "text": ["", name],
+        "textposition": "top center",
+        "textfont": {"color": color, "size": 15},
+    }
+
+
+def _axes() -> list[dict[str, Any]]:
+    axes = []
+    for index, name in enumerate("xyz"):
+        tip = 0.78 * np.eye(3)[index]
+        axes.append(
+            _points(np.vstack([0.0 * tip, tip]))
+            | {
+                "mode": "lines+text",
+                "line": {"color": COLORS[index], "width": 7},
+                "text": ["", name],
+                "textposition": "top center",
+                "textfont": {"color": COLORS[index], "size": 17},
+            }
+        )
+    return axes
+
+
+def _box() -> list[dict[str, Any]]:
+    """A plain body: its faces and its edges."""
+    signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float)
+    corners = signs * _HALF
+    # two triangles a face, over corners whose number is 4 i + 2 j + k
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [(a, b, c) for a, b, c, d in quads] + [(a, c, d) for a, b, c, d in quads]
+    i, j, k = (list(column) for column in zip(*triangles, strict=True))
+    edges = [corners[[*quad, quad[0]]] for quad in quads[:2]]
+    sides = [corners[[n, n + 4]] for n in range(4)]
+    gap = np.full((1, 3), np.nan)
+    path = np.vstack([part for line in (*edges, *sides) for part in (line, gap)])
+    return [
+        _points(corners)
+        | {"type": "mesh3d", "i": i, "j": j, "k": k, "color": "#9aa7b4", "flatshading": True},
+        _points(path) | {"mode": "lines", "line": {"color": "#4a5560", "width": 3}},
+    ]
+
+
+def _points(points: Floats) -> dict[str, Any]:
+    x, y, z = points.T
+    return {
+        "type": "scatter3d",
+        "x": x,
+        "y": y,
+        "z": z,
+        "hoverinfo": "skip",
+        "showlegend": False,
+    }
