@@ -29,8 +29,8 @@ Besides what pymoo asks of it a problem may have (see `mgeo.testing.check_proble
 ``solution_figures(X)``
     For each row a dict of small plotly figures of that solution alone, under the same names, which
     a report shows when it is chosen. What they have in common is stored once, and floats as
-    float32: some hundred numbers each keep the report of 300 solutions below 8 MB. Three-dimensional
-    ones may move, see `mgeo.figures.motion`.
+    float32: some hundred numbers each keep the report of 300 solutions below 8 MB. Those in
+    three dimensions may move, see `mgeo.figures.motion`.
 """
 
 from __future__ import annotations

@@ -1,5 +1,6 @@
 """A run as one HTML file to attach to a review: what was run, the front, and each of its plans."""
 
 from mgeo.report.build import report_html
+from mgeo.report.static import StaticExportError, static_figures
 
-__all__ = ["report_html"]
+__all__ = ["StaticExportError", "report_html", "static_figures"]

@@ -9,22 +9,21 @@ from pathlib import Path
 from plotly.offline import get_plotlyjs
 from pymoo.core.problem import Problem
 
-from mgeo.plugins import load_problem
-from mgeo.recorder import read_record
 from mgeo.report import summary
 from mgeo.report.encode import Json, figure_json, script_json
-from mgeo.report.history import history_figure, hypervolume_history
+from mgeo.report.history import recorded_history
+from mgeo.report.reading import run_and_problem
 from mgeo.report.solutions import (
     described,
     front_json,
+    front_picture,
     limits_json,
     planned_rows,
     plans_json,
 )
 from mgeo.report.verification import verification
-from mgeo.runs.folder import Run, front_table, read_run
+from mgeo.runs.folder import Run, front_table
 from mgeo.runs.highlights import Highlight, highlights
-from mgeo.runs.keep import RECORD_FOLDER
 
 _NO_RECORD = (
     "The run kept no record of its evaluations (<code>mgeo solve --record</code> does), so how its "
@@ -49,12 +48,11 @@ def report_html(folder: Path | str) -> str:
         If a file in it is damaged, or the problem refuses the options in it.
     """
     folder = Path(folder)
-    run = read_run(folder)
-    problem = load_problem(run.recipe.problem, run.recipe.options)
-    _check_same_problem(problem, run)
+    run, problem = run_and_problem(folder)
     outcome = run.outcome
     chosen = highlights(problem, outcome.F, outcome.objectives)
-    history = _history(folder, problem, run)
+    recorded = recorded_history(folder, problem, run.outcome)
+    history = None if recorded is None else figure_json(recorded)
     sections = [
         _section("What was run", summary.facts(run, folder)),
         _section("Knee and extremes", summary.cards(chosen, outcome.objectives, outcome.F), "cards")
@@ -66,16 +64,6 @@ def report_html(folder: Path | str) -> str:
         _asset("table.html") if chosen else "",
     ]
     return _document(run, "\n".join(sections), _data(problem, run, chosen, history))
-
-
-def _check_same_problem(problem: Problem, run: Run) -> None:
-    counts = len(run.outcome.variables), len(run.outcome.objectives)
-    if counts != (problem.n_var, problem.n_obj):
-        raise ValueError(
-            f"the front has {counts[0]} variables and {counts[1]} objectives: expected "
-            f"{problem.n_var} and {problem.n_obj}, as the installed problem "
-            f"{run.recipe.problem!r} has with these options"
-        )
 
 
 def _data(problem: Problem, run: Run, chosen: list[Highlight], history: Json) -> Json:
@@ -93,19 +81,10 @@ def _data(problem: Problem, run: Run, chosen: list[Highlight], history: Json) ->
         "limits": limits_json(problem, outcome.X, rows),
         "labels": {str(highlight.row): highlight.label for highlight in chosen},
         "first": next((h.row for h in chosen if h.label == "knee"), chosen[0].row),
-        "front": front_json(problem, outcome, summary.title(run)),
+        "front": front_json(front_picture(problem, outcome, summary.title(run))),
         "plans": plans_json(problem, outcome.X, rows),
         "history": history,
     }
-
-
-def _history(folder: Path, problem: Problem, run: Run) -> Json:
-    try:
-        record = read_record(folder / RECORD_FOLDER)
-    except FileNotFoundError:
-        return None
-    found = hypervolume_history(problem, run.outcome, record)
-    return None if found is None else figure_json(history_figure(*found))
 
 
 def _section(heading: str, body: str, kind: str = "") -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
@@ -9,10 +11,28 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
 from mgeo.dominance import nondominated
+from mgeo.recorder import read_record
 from mgeo.runs.hypervolume import HypervolumeMeter
+from mgeo.runs.keep import RECORD_FOLDER
 from mgeo.runs.solve import Outcome
 
 _SAMPLES = 60
+
+
+def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Figure | None:
+    """Hypervolume against evaluations; None of a run that kept no record, or has no hypervolume.
+
+    Raises
+    ------
+    ValueError
+        If the record is damaged.
+    """
+    try:
+        record = read_record(folder / RECORD_FOLDER)
+    except FileNotFoundError:
+        return None
+    found = hypervolume_history(problem, outcome, record)
+    return None if found is None else history_figure(*found)
 
 
 def hypervolume_history(

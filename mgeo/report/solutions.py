@@ -36,7 +36,7 @@ def planned_rows(chosen: Sequence[Highlight], n: int, most: int = MOST_PLANS) ->
     return np.unique(np.concatenate([np.array(rows, dtype=np.int64), spread]))
 
 
-def front_json(problem: Problem, outcome: Outcome, title: str) -> Json:
+def front_picture(problem: Problem, outcome: Outcome, title: str) -> go.Figure | None:
     """The picture of the front, whose points carry their row as ``customdata``; None if none can.
 
     It is the plugin's own where its points do so, see `mgeo.plugins`.
@@ -54,9 +54,12 @@ def front_json(problem: Problem, outcome: Outcome, title: str) -> Json:
         if n > _MOST_TEXTS:
             numbered = {"customdata": np.arange(n), "hovertext": None, "hoverinfo": "all"}
             figure.update_traces(numbered, selector={"mode": "markers"})
-    # the page looks points up: as lists
-    tree: Json = decoded(figure_json(figure))
-    return tree
+    return figure
+
+
+def front_json(figure: go.Figure | None) -> Json:
+    """The picture of the front for the page, which looks points up: as lists."""
+    return None if figure is None else decoded(figure_json(figure))
 
 
 def plans_json(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]) -> Json:

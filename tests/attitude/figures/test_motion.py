@@ -1,6 +1,7 @@
 """The turning figure of a plan, against the attitude of the reference filter."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -96,7 +97,7 @@ def test_phases_are_the_plan_and_the_shadow(X):
     flown = [phase for phase in motion["phases"] if phase["name"] != SHADOW]
     timeline = plan.timeline()
     np.testing.assert_allclose([phase["from"] for phase in flown[:3]], timeline["start [s]"][:3])
-    assert all(a["to"] == b["from"] for a, b in zip(flown[:-1], flown[1:], strict=True))
+    assert all(a["to"] == b["from"] for a, b in itertools.pairwise(flown))
     assert flown[-1]["to"] == plan.t_end
     environment = problem.environment
     dark = np.zeros(len(environment.times), dtype=bool)

@@ -1,0 +1,111 @@
+"""The figures of a report as files: PNG for slides, PDF for papers."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import re
+from collections.abc import Callable, Container, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import plotly.graph_objects as go
+
+from mgeo.report import summary
+from mgeo.report.history import recorded_history
+from mgeo.report.reading import run_and_problem
+from mgeo.report.solutions import front_picture
+from mgeo.runs.highlights import highlights
+
+#: Width and height [px] of figures that have no size of their own.
+_SIZE = (900, 560)
+_WIDTH_OF_SOLUTION = 640
+_INK = "#222222"
+_PIXELS = 2  # of a PNG for each of these
+
+
+class StaticExportError(RuntimeError):
+    """Figures cannot be drawn on this machine; the message says what it lacks."""
+
+
+def static_figures(folder: Path | str, formats: Sequence[str]) -> dict[str, bytes]:
+    """Files of the figures of a run, by name.
+
+    They are the front, the hypervolume of a recorded run and, of the knee and the best solution
+    of each objective, what the problem's `solution_figures` draws; figures that move are left to
+    the page.
+
+    Parameters
+    ----------
+    formats
+        Of "png" and "pdf".
+
+    Raises
+    ------
+    StaticExportError
+        If kaleido or a browser is missing, or the browser does not start.
+    FileNotFoundError, ValueError, TypeError
+        See `mgeo.report.report_html`.
+    """
+    try:
+        import kaleido
+    except ImportError as error:
+        raise StaticExportError("PNG and PDF need kaleido: pip install 'mgeo[png]'") from error
+    if not hasattr(kaleido, "Kaleido"):
+        raise StaticExportError("PNG and PDF need kaleido 1 or newer: pip install 'mgeo[png]'")
+    pictures = _pictures(Path(folder))
+    return asyncio.run(_drawn(pictures, formats, kaleido.Kaleido))
+
+
+def _pictures(folder: Path) -> dict[str, go.Figure]:
+    run, problem = run_and_problem(folder)
+    outcome = run.outcome
+    found: dict[str, go.Figure | None] = {}
+    if len(outcome.X):
+        found["front"] = front_picture(problem, outcome, summary.title(run))
+    found["hypervolume"] = recorded_history(folder, problem, outcome)
+    chosen = highlights(problem, outcome.F, outcome.objectives)
+    told = [highlight for highlight in chosen if highlight.label != "between"]
+    if told and hasattr(problem, "solution_figures"):
+        drawn = problem.solution_figures(outcome.X[[highlight.row for highlight in told]])
+        for highlight, figures in zip(told, drawn, strict=True):
+            for name, figure in figures.items():
+                if "motion" not in (figure.layout.meta or {}):
+                    found[_file_name(found, highlight.label, str(name))] = figure
+    return {name: _sized(figure) for name, figure in found.items() if figure is not None}
+
+
+def _file_name(taken: Container[str], *parts: str) -> str:
+    """Words in lower case joined by dashes, whatever characters the parts have."""
+    words = [word for part in parts for word in re.findall(r"[a-z0-9_]+", part.lower())]
+    name = "-".join(words) or "figure"
+    numbered = (f"{name}-{number}" for number in itertools.count(2))
+    return next(chosen for chosen in itertools.chain([name], numbered) if chosen not in taken)
+
+
+def _sized(figure: go.Figure) -> go.Figure:
+    width, height = _SIZE if figure.layout.height is None else (_WIDTH_OF_SOLUTION, None)
+    still = go.Figure(figure).update_layout(template="plotly_white", font_color=_INK)
+    return still.update_layout(width=width, height=height or figure.layout.height)
+
+
+async def _drawn(
+    pictures: Mapping[str, go.Figure], formats: Sequence[str], renderer: Callable[..., Any]
+) -> dict[str, bytes]:
+    try:
+        browser = renderer(mathjax=False)  # nothing from the network
+        await browser.open()
+    except RuntimeError as error:  # what choreographer's errors about browsers have in common
+        raise StaticExportError(
+            "PNG and PDF need Chrome or Chromium, and none was found that starts: install one, run "
+            "kaleido_get_chrome, or set BROWSER_PATH to one"
+        ) from error
+    files = {}
+    try:
+        for name, figure in pictures.items():
+            for kind in formats:
+                options = {"format": kind, "scale": _PIXELS if kind == "png" else 1}
+                files[f"{name}.{kind}"] = await browser.calc_fig(figure, opts=options)
+    finally:
+        await browser.close()
+    return files
