@@ -142,6 +142,12 @@ def report(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="File to write [default: DIR/report.html].")
     ] = None,
+    png: Annotated[
+        bool, typer.Option("--png", help="Also write the figures as PNG, into figures beside FILE.")
+    ] = False,
+    pdf: Annotated[
+        bool, typer.Option("--pdf", help="Also write the figures as PDF, into figures beside FILE.")
+    ] = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
     debug: options.Debug = False,
@@ -149,11 +155,17 @@ def report(
     """Write one HTML file about a run, to be attached to a review.
 
     It shows what was run, the front and the plan of each of its points, and opens without a
-    network.
+    network. Pictures are of the front, the hypervolume, and the knee and the best solutions; they
+    need kaleido (pip install 'mgeo[png]') and Chrome or Chromium.
     """
     from mgeo.cli.report import run
 
-    run(folder, out, Output(quiet, json))
+    run(
+        folder,
+        out,
+        [kind for kind, wanted in (("png", png), ("pdf", pdf)) if wanted],
+        Output(quiet, json),
+    )
 
 
 @app.command(epilog=epilog("problems"))

@@ -19,6 +19,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "report": (
         "mgeo report runs/attitude-mgeo-real-seed1",
         "mgeo report runs/attitude-mgeo-real-seed1 --out review.html",
+        "mgeo report runs/attitude-mgeo-real-seed1 --png --pdf",
     ),
     "problems": ("mgeo problems", "mgeo problems --json | jq -r .problems[].name"),
     "study": (

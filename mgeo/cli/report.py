@@ -1,22 +1,42 @@
-"""``mgeo report``: one HTML file about a run."""
+"""``mgeo report``: one HTML file about a run, and its figures as pictures."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from mgeo.cli.errors import bad_input
 from mgeo.cli.output import Output
-from mgeo.files import write_file
-from mgeo.report import report_html
+from mgeo.files import write_file, write_files
+from mgeo.report import StaticExportError, report_html, static_figures
 
 REPORT_FILE = "report.html"
+FIGURES_FOLDER = "figures"
 
 
-def run(folder: Path, out: Path | None, output: Output) -> None:
-    """Write the report of a run folder, into it unless `out` is given."""
+def run(folder: Path, out: Path | None, formats: Sequence[str], output: Output) -> None:
+    """Write the report of a run folder, into it unless `out` is given, and pictures beside it.
+
+    Nothing is written before all of it is made.
+
+    Parameters
+    ----------
+    formats
+        Of the pictures: "png", "pdf", both or none.
+    """
     path = out or folder / REPORT_FILE
-    with bad_input():
+    figures = path.parent / FIGURES_FOLDER
+    with bad_input((ValueError, TypeError, OSError, StaticExportError)):
         html = report_html(folder).encode()
+        pictures = static_figures(folder, formats) if formats else {}
+        if pictures:
+            figures.mkdir(exist_ok=True)
+            write_files(figures, pictures)
         write_file(path, html)
     output.print(f"written: {path} ({len(html) / 1e6:.1f} MB)")
-    output.result({"folder": str(folder), "file": str(path), "bytes": len(html)})
+    if pictures:
+        output.print(f"written: {figures} ({len(pictures)} files)")
+    written = [str(figures / name) for name in pictures]
+    output.result(
+        {"folder": str(folder), "file": str(path), "bytes": len(html), "figures": written}
+    )
