@@ -1,16 +1,19 @@
 """The report of a run of this problem: a plan for every point, within its size."""
 
+import asyncio
 import dataclasses
 
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.plan import ManeuverPlan
 
 from mgeo.report import report_html
 from mgeo.report.encode import script_json
 from mgeo.report.solutions import plans_json
 from mgeo.runs import write_run
 
+from ..devtools import opened
 from .small_run import small_run
 
 _PLOTLY = 4.9e6  # bytes of plotly.js
@@ -41,3 +44,41 @@ def test_each_point_of_the_front_has_its_plan(tmp_path):
     for title in ("Body rates", "Sun and field seen from the body", "gyro bias, 1-sigma"):
         assert html.count(title) == 1  # what all plans have in common is there once
     assert html.count("</script>") == 3
+
+
+_AXES = """[...document.querySelector(".moving .js-plotly-plot").data].slice(-3)
+  .map((axis) => ["x", "y", "z"].map((key) => axis[key][1]))"""
+
+
+@pytest.mark.slow
+def test_the_body_on_the_page_stands_as_in_the_filter(tmp_path):
+    scenario = Scenario.cubesat_6u()
+    maneuvers = dataclasses.replace(scenario.maneuvers, max_acceleration_deg_s2=0.02)
+    problem = AttitudeManeuverProblem(
+        dataclasses.replace(scenario, duration=2400.0, maneuvers=maneuvers)
+    )
+    run = small_run(problem)
+    write_run(tmp_path / "run", run)
+    path = tmp_path / "report.html"
+    path.write_text(report_html(tmp_path / "run"), encoding="utf-8")
+
+    async def look():
+        async with opened(path, prefers_color_scheme="dark") as page:
+            await page.evaluate("document.querySelector('.moving').scrollIntoView()")
+            await page.until("document.querySelector('.player') !== null")
+            row = int(await page.evaluate("document.body.dataset.shown"))
+            plan = ManeuverPlan.from_design(problem, run.outcome.X[row])
+            for time in (0.0, plan.t_end / 3, plan.t_end):
+                step = round(time / problem.model.step)
+                await page.set(".player input", step * problem.model.step)
+                await asyncio.sleep(1.0)
+                axes = np.array(await page.evaluate(_AXES))  # body x, y, z in inertial axes
+                exact = plan.history.attitude[step]
+                unit = axes / np.linalg.norm(axes, axis=1)[:, None]
+                # between the turns of a ramp up to a degree, see test_motion
+                np.testing.assert_allclose(
+                    unit, exact, atol=0.02 if 0 < time < plan.t_end else 1e-5
+                )
+            assert page.errors == []
+
+    asyncio.run(look())

@@ -40,6 +40,23 @@ def test_rates_step_where_the_plan_says(short, X):
         np.testing.assert_allclose(held, timeline[f"rate {axis} [deg/s]"], atol=1e-12)
 
 
+def test_a_ramp_is_a_straight_line(X):
+    scenario = Scenario.paper()
+    maneuvers = dataclasses.replace(scenario.maneuvers, max_acceleration_deg_s2=0.02)
+    problem = AttitudeManeuverProblem(dataclasses.replace(scenario, maneuvers=maneuvers))
+    (figures,) = problem.solution_figures(X[:1])
+    plan = problem.model.schedule(X[:1])
+    flown = plan.flown()[0]
+    starts, rates = plan.starts[0, flown], np.degrees(plan.rates[0, flown])
+    for axis in range(3):
+        line = figures["rates"].data[axis]
+        assert len(line.x) < 12
+        middle = (starts + 0.5) * problem.model.step
+        before = middle < line.x[-1]
+        seen = np.interp(middle[before], line.x, line.y)
+        np.testing.assert_allclose(seen, rates[before, axis], atol=0.002 * np.ptp(line.y) + 1e-6)
+
+
 def test_directions_are_the_environment_seen_from_the_body(short, X):
     plan = ManeuverPlan.from_design(short, X[0])
     (figures,) = short.solution_figures(X[:1])

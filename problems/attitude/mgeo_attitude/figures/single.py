@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..describe import BlockUnit, block_units, checked_designs
 from ..filter.evaluator import evaluate
+from ..filter.model import agility
 from ..filter.reference import attitudes
 from .convergence import sample_steps
 from .maneuvers import timeline
@@ -77,8 +78,8 @@ def solution_figures(problem: AttitudeManeuverProblem, X: Floats) -> Iterator[di
 def _rates(problem: AttitudeManeuverProblem, x: Floats, t_end: float) -> dict[str, Any]:
     times, rates, _ = timeline(x, t_end, problem.scenario)
     limit = problem.scenario.maneuvers.max_rate_deg_s
-    # steps as lines up and down, so that the many small ones of a ramp become one
-    times, rates = np.repeat(times, 2)[1:], np.repeat(rates, 2, axis=0)[:-1]
+    ramp_step = 0.0 if agility(problem.scenario) is None else problem.model.step
+    times, rates = _drawn(times, rates[:-1], ramp_step)
     rows = corners(times, rates, _SAMPLES)
     lines = [_line(times[rows], rates[rows, i], i) for i in range(3)]
     for sign in (-1.0, 1.0):
@@ -88,6 +89,20 @@ def _rates(problem: AttitudeManeuverProblem, x: Floats, t_end: float) -> dict[st
         lines.append(bound | {"showlegend": False, "hoverinfo": "skip"})
     axis = {"title": {"text": "deg/s"}, "range": [-1.15 * limit, 1.15 * limit]}
     return {"data": lines, "layout": _layout("Body rates", axis)}
+
+
+def _drawn(times: Floats, rates: Floats, ramp_step: float) -> tuple[Floats, Floats]:
+    """Stretches of constant rate between `times` as a line: level, then up or down.
+
+    Those of a ramp, `ramp_step` [s] long, are drawn as the straight line through their middles.
+    """
+    starts, ends = times[:-1], times[1:]
+    in_ramp = ends - starts < 1.5 * ramp_step
+    middles = 0.5 * (starts + ends)
+    pairs = np.column_stack([np.where(in_ramp, middles, starts), np.where(in_ramp, np.nan, ends)])
+    line = pairs.ravel()
+    kept = ~np.isnan(line)
+    return line[kept], np.repeat(rates, 2, axis=0)[kept]
 
 
 def _errors(

@@ -1,0 +1,68 @@
+"""A page in a browser that runs in real time and can be asked: for what moves."""
+
+import asyncio
+import json
+from contextlib import asynccontextmanager
+
+import pytest
+
+from .browser import find_browser
+
+_PATIENCE = 30.0  # seconds, on a busy machine
+
+
+class Page:
+    """A page of a browser."""
+
+    def __init__(self, tab):
+        self._tab = tab
+        self.errors = []
+
+    async def evaluate(self, expression):
+        """Value of a JavaScript expression, waiting for a promise."""
+        params = {"expression": expression, "awaitPromise": True, "returnByValue": True}
+        answer = (await self._tab.send_command("Runtime.evaluate", params))["result"]
+        assert "exceptionDetails" not in answer, answer["exceptionDetails"]
+        return answer["result"].get("value")
+
+    async def until(self, condition):
+        """Wait until a JavaScript expression holds, and give its value."""
+        async with asyncio.timeout(_PATIENCE):
+            while not (value := await self.evaluate(condition)):
+                await asyncio.sleep(0.1)
+        return value
+
+    async def set(self, selector, value):
+        """Move a slider."""
+        found = f"document.querySelector({json.dumps(selector)})"
+        event = f"{found}.dispatchEvent(new Event('input'))"
+        await self.evaluate(f"{found}.value = {value}; {event}")
+
+
+@asynccontextmanager
+async def opened(path, **features):
+    """A page with media features such as ``prefers_color_scheme="dark"``; its errors are kept."""
+    choreographer = pytest.importorskip("choreographer")
+    browser = choreographer.Browser(path=find_browser())
+    await browser.open()
+    try:
+        tab = await browser.create_tab("about:blank")
+        page = Page(tab)
+
+        async def keep(event):
+            found = event["params"]
+            told = found.get("entry", found)
+            if told.get("level", told.get("type", "error")) == "error":
+                page.errors.append(found)
+
+        for name in ("Runtime.exceptionThrown", "Runtime.consoleAPICalled", "Log.entryAdded"):
+            tab.subscribe(name, keep, repeating=True)
+        for domain in ("Page", "Runtime", "Log"):
+            await tab.send_command(f"{domain}.enable")
+        named = [{"name": k.replace("_", "-"), "value": v} for k, v in features.items()]
+        await tab.send_command("Emulation.setEmulatedMedia", {"features": named})
+        await tab.send_command("Page.navigate", {"url": f"file://{path}"})
+        await page.until("document.body && document.body.dataset.shown")
+        yield page
+    finally:
+        await browser.close()

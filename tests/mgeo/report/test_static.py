@@ -1,0 +1,91 @@
+"""Pictures of a run's figures, and what is said where they cannot be drawn."""
+
+import struct
+import sys
+import types
+
+import plotly.graph_objects as go
+import pytest
+from typer.testing import CliRunner
+
+from mgeo.cli.app import app
+
+from ...browser import find_browser
+
+
+def report(*arguments):
+    return CliRunner().invoke(app, ["report", *map(str, arguments)])
+
+
+@pytest.fixture
+def folder(solved, monkeypatch):
+    """A recorded run of a problem with a still and a moving figure of each solution."""
+    from stand_in import Cantilever
+
+    def figures(self, X):
+        still = go.Figure(go.Bar(x=["diameter"], y=[1.0]), {"height": 300})
+        moving = go.Figure(go.Scatter3d(x=[1.0], y=[0.0], z=[0.0], meta={"turn": "a"}))
+        turn = {"times": [0.0, 1.0], "x": [9.0], "y": [0.0], "z": [0.0]}
+        moving.update_layout(meta={"motion": {"end": 1.0, "turns": {"a": turn}}})
+        return [{"../Bar!": still, "bar": still, "moving": moving} for _ in X]
+
+    monkeypatch.setattr(Cantilever, "solution_figures", figures, raising=False)
+    return solved("--record")
+
+
+def refused(folder, done):
+    """The one line of a command that has written nothing."""
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert not (folder / "report.html").exists()
+    assert not (folder / "figures").exists()
+    assert done.stderr.count("\n") == 1
+    return done.stderr
+
+
+@pytest.mark.parametrize("installed", [None, types.ModuleType("kaleido")])
+def test_without_kaleido_it_says_what_to_install(folder, monkeypatch, installed):
+    monkeypatch.setitem(sys.modules, "kaleido", installed)
+    assert "pip install 'mgeo[png]'" in refused(folder, report(folder, "--png"))
+    assert report(folder).exit_code == 0  # the page needs none
+
+
+@pytest.mark.parametrize("path", ["/nowhere/chrome", "/bin/false"])
+def test_without_a_browser_it_says_so(folder, monkeypatch, path):
+    pytest.importorskip("kaleido")
+    monkeypatch.setenv("BROWSER_PATH", path)
+    message = refused(folder, report(folder, "--pdf"))
+    assert message.startswith("Error: PNG and PDF need Chrome or Chromium, and none was found")
+
+
+@pytest.mark.slow
+def test_pictures_are_written_beside_the_report(folder, tmp_path):
+    pytest.importorskip("kaleido")
+    find_browser()
+    out = tmp_path / "review" / "of-a-run.html"
+    out.parent.mkdir()
+    done = report(folder, "--png", "--pdf", "--out", out)
+    assert done.exit_code == 0, done.output
+    written = {path.name: path.read_bytes() for path in (out.parent / "figures").iterdir()}
+    stems = {name.removesuffix(".png") for name in written if name.endswith(".png")}
+    assert {name.removesuffix(".pdf") for name in written} - {f"{s}.png" for s in stems} == stems
+    assert {"front", "hypervolume", "knee-bar", "knee-bar-2"} < stems
+    assert not any("moving" in stem for stem in stems)
+    for name, content in written.items():
+        if name.endswith(".pdf"):
+            assert content.startswith(b"%PDF-1.")
+            assert content.rstrip().endswith(b"%%EOF")
+        else:
+            assert content.startswith(b"\x89PNG\r\n\x1a\n")
+    assert struct.unpack(">II", written["front.png"][16:24]) == (1800, 1120)
+    assert struct.unpack(">II", written["knee-bar.png"][16:24]) == (1280, 600)
+    assert f"written: {out.parent / 'figures'} ({len(written)} files)" in done.stdout
+    assert not (folder / "figures").exists()
+
+
+def test_a_folder_that_cannot_be_made_leaves_no_report(folder, monkeypatch):
+    (folder / "figures").write_text("a file in the way")
+    monkeypatch.setattr("mgeo.cli.report.static_figures", lambda *_: {"front.png": b"drawn"})
+    done = report(folder, "--png")
+    assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
+    assert not (folder / "report.html").exists()
+    assert (folder / "figures").read_text() == "a file in the way"
