@@ -201,7 +201,7 @@ def _arrow(name: str, vector: Floats, color: str) -> dict[str, Any]:
         "line": {"color": color, "width": 5},
         "marker": {"color": color, "size": [0, 7], "line": {"width": 0}},
         "text": ["", name],
-        "textposition": "top center",
+        "textposition": "bottom center",
         "textfont": {"color": color, "size": 15},
     }
 
