@@ -1,4 +1,7 @@
-"""How the site is built: ``sphinx-build -W docs docs/_build``. Nothing in it needs a network."""
+"""How the site is built: ``sphinx-build -W docs docs/_build``. Nothing in it needs a network.
+
+The notebooks of ``../notebooks`` are pages of it, through the link ``docs/notebooks``.
+"""
 
 import sys
 from importlib.metadata import version as installed
@@ -11,15 +14,24 @@ author = "mgeo developers"
 release = version = installed("mgeo")
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
     "docstrings",
     "mathml",
     "plotly_figures",
+    "study_data",
 ]
-exclude_patterns = ["_build", "_extensions", "_static"]
+exclude_patterns = ["_build", "_extensions", "_static", "jupyter_execute"]
+
+# Notebooks and pages with code are run whenever they are read: a cache by their text would not
+# notice that the data they show have changed. MGEO_NOTEBOOK_SMALL makes the notebooks short.
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 600
+nb_merge_streams = True
+nb_render_markdown_format = "myst"
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3

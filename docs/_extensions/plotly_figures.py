@@ -1,19 +1,41 @@
-"""The directive ``plotly``: an interactive figure, with the library served by the site itself.
+"""Interactive figures, drawn by one copy of plotly's library that the site itself serves.
 
-Its argument names a function of `figures.py`, beside this file, that returns a plotly figure.
+The directive ``plotly`` draws where it stands what a function of `figures.py`, beside this file,
+returns. A notebook's figures come as JSON (``PLOTLY_RENDERER``) and are drawn alike: `Output` is
+found by MyST-NB through the entry point in the folder ``plotly_figures-1.0.dist-info``.
 """
 
+import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import figures
 from docutils import nodes
+from plotly.io import to_html
 from plotly.offline import get_plotlyjs
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 LIBRARY = "_static/plotly.min.js"
+MIME = "application/vnd.plotly.v1+json"
 _CONFIG = {"responsive": True, "displaylogo": False, "showSendToCloud": False}
+
+
+def box(figure: Any, name: str, docname: str) -> nodes.raw:
+    """A figure, or the dictionary of one, on the page `docname`; its name is unique there."""
+    text = to_html(
+        figure,
+        full_html=False,
+        include_plotlyjs=False,
+        config=_CONFIG,
+        div_id=f"figure-{name}",  # plotly would draw a random one
+        validate=False,
+    )
+    # Here and not by `add_js_file`: the theme would load it after the figure wants it.
+    library = "../" * docname.count("/") + LIBRARY
+    script = f'<script src="{library}"></script>'
+    return nodes.raw("", f'<div class="plotly-box">{script}{text}</div>', format="html")
 
 
 class PlotlyFigure(SphinxDirective):
@@ -25,16 +47,20 @@ class PlotlyFigure(SphinxDirective):
         (name,) = self.arguments
         for source in figures.SOURCES:
             self.env.note_dependency(str(source))
-        text = figures.FIGURES[name]().to_html(
-            full_html=False,
-            include_plotlyjs=False,
-            config=_CONFIG,
-            div_id=f"figure-{name}",  # plotly would draw a random one
-        )
-        # Here and not by `add_js_file`: the theme would load it after the figure wants it.
-        library = "../" * self.env.docname.count("/") + LIBRARY
-        script = f'<script src="{library}"></script>'
-        return [nodes.raw("", f'<div class="plotly-box">{script}{text}</div>', format="html")]
+        return [box(figures.FIGURES[name](), name, self.env.docname)]
+
+
+class Output:
+    """A figure that a notebook shows."""
+
+    mime_priority_overrides: ClassVar[Sequence[tuple[str, str, int | None]]] = [("*", MIME, 1)]
+
+    @staticmethod
+    def handle_mime(renderer: Any, data: Any, inline: bool) -> list[nodes.Element] | None:
+        if inline or data.mime_type != MIME:
+            return None
+        env = renderer.renderer.sphinx_env
+        return [box(data.content, f"{data.cell_index}-{data.output_index}", env.docname)]
 
 
 def write_library(app: Sphinx, error: Exception | None) -> None:
@@ -43,6 +69,7 @@ def write_library(app: Sphinx, error: Exception | None) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
+    os.environ["PLOTLY_RENDERER"] = "plotly_mimetype"  # for the kernels
     app.add_directive("plotly", PlotlyFigure)
     app.connect("build-finished", write_library)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,5 +1,7 @@
 """The site: built without a warning, complete, and shown by a browser without a network."""
 
+import json
+import os
 import re
 import subprocess
 import sys
@@ -13,6 +15,7 @@ import mgeo
 import mgeo.report
 import mgeo.studies
 import mgeo.testing
+from mgeo.studies import read_study
 
 from ..browser import find_browser
 
@@ -48,6 +51,7 @@ def site(tmp_path_factory):
         capture_output=True,
         text=True,
         check=False,
+        env=os.environ | {"MGEO_NOTEBOOK_SMALL": "1"},
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return out / "html"
@@ -82,6 +86,9 @@ def shown(browser, path, profile):
 def test_every_page_is_there(site):
     pages = {path.relative_to(ROOT / "docs") for path in (ROOT / "docs").rglob("*.md")}
     assert len(pages) > 10
+    notebooks = {path.relative_to(ROOT) for path in (ROOT / "notebooks").glob("*.ipynb")}
+    assert len(notebooks) == 5
+    pages |= notebooks
     for path in pages:
         assert (site / path).with_suffix(".html").is_file(), path
 
@@ -164,3 +171,35 @@ def test_a_browser_draws_the_interactive_figure(site, browser, tmp_path):
     assert "main-svg" not in before.partition("<body")[2]
     assert "main-svg" in after
     assert len(re.findall(r'<g class="trace scatter', after)) == 2
+
+
+@pytest.mark.parametrize(
+    ("page", "figures", "tables"),
+    [
+        ("notebooks/1_first_run", 3, 3),
+        ("notebooks/3_comparing_algorithms", 3, 2),
+        ("studies/table3", 3, 2),
+        ("studies/tuning", 1, 2),
+        ("studies/comparison", 7, 4),
+        ("studies/benchmarks", 1, 3),
+    ],
+)
+def test_a_browser_draws_what_code_on_a_page_shows(site, browser, tmp_path, page, figures, tables):
+    after = shown(browser, site / f"{page}.html", tmp_path)
+    assert after.count('<div class="plotly-box">') == figures
+    drawn = re.findall(r'<div id="figure-[\d-]+" class="plotly-graph-div js-plotly-plot"', after)
+    assert len(drawn) == figures
+    assert after.count("<table") == tables
+
+
+def test_the_pages_of_studies_say_how_much_of_them_is_shown(site):
+    for path in (ROOT / "docs" / "studies").glob("*.toml"):
+        study = read_study(path)
+        made = json.loads(
+            next((path.parent / "data" / path.stem).rglob("provenance.json")).read_text()
+        )
+        text = (site / "studies" / f"{path.stem}.html").read_text(encoding="utf-8")
+        size = (made["evaluations"], len(made["seeds"]))
+        assert f"{size[0]:,} evaluations, {size[1]} seeds</strong>" in text
+        reduced = size != (study.evaluations, len(study.seeds))
+        assert ("Nothing follows from these numbers" in text) == reduced

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mgeo.studies import read_comparison, run_study
+from mgeo.studies import read_comparison, read_study, run_study
 from mgeo.studies.file import parse_study
 
 STUDIES = Path(__file__).parents[2] / "docs" / "studies"
@@ -72,3 +72,20 @@ def test_without_fronts_there_are_tables_and_tests(results, store, tmp_path):
 def test_a_folder_without_results_is_refused(store, tmp_path):
     with pytest.raises(FileNotFoundError, match="holds no comparison"):
         store(tmp_path / "studies", tmp_path)
+
+
+@pytest.mark.parametrize("path", sorted(STUDIES.glob("*.toml")), ids=lambda path: path.stem)
+def test_results_are_kept_of_every_study(path):
+    """Of all its problems and algorithms; their size is what the provenance says."""
+    study = read_study(path)
+    folders = sorted(p.parent for p in (STUDIES / "data" / path.stem).rglob("provenance.json"))
+    assert len(folders) == len(study.cases)
+    for folder in folders:
+        data = json.loads((folder / "provenance.json").read_text(encoding="utf-8"))
+        assert list(data["algorithms"]) == [contender.label for contender in study.contenders]
+        runs = pd.read_csv(folder / "runs.csv")
+        assert (runs["status"] == "finished").sum() == data["runs_finished"]
+        assert len(runs) == len(data["seeds"]) * len(data["algorithms"])
+        table = pd.read_csv(folder / "table.csv")
+        assert table["evaluations"].max() == data["evaluations"]
+        assert sum(file.stat().st_size for file in folder.iterdir()) < 2_000_000

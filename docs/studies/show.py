@@ -1,0 +1,87 @@
+"""What the pages of the studies share: the results kept beside them, and a word on their size."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import pandas as pd
+from IPython.display import Markdown
+
+from mgeo.studies import Comparison, Study, read_comparison, read_study
+from mgeo.studies.report import folder_name
+from mgeo.studies.stored import PROVENANCE
+from mgeo.studies.tables import markdown
+
+HERE = Path(__file__).parent
+
+
+def load(name: str) -> tuple[Study, dict[str, Comparison]]:
+    """A study and what is kept of it, by problem."""
+    study = read_study(HERE / f"{name}.toml")
+    return study, {label: read_comparison(place) for label, place in _places(name, study).items()}
+
+
+def size(name: str) -> Markdown:
+    """How much of a study is kept, and by what it was made."""
+    study = read_study(HERE / f"{name}.toml")
+    made = [
+        json.loads((place / PROVENANCE).read_text(encoding="utf-8"))
+        for place in _places(name, study).values()
+    ]
+    first = made[0]
+    evaluations, seeds = first["evaluations"], len(first["seeds"])
+    versions = ", ".join(f"{package} {v}" for package, v in first["versions"].items())
+    failed = sum(data["runs_failed"] for data in made)
+    text = (
+        f"Shown here: **{evaluations:,} evaluations, {seeds} seeds**, "
+        f"{sum(data['runs_finished'] for data in made):,} runs"
+        + (f" and {failed} that failed" if failed else "")
+        + f"; {max(data['written'] for data in made)[:10]}, with {versions}."
+    )
+    if (evaluations, seeds) != (study.evaluations, len(study.seeds)):
+        text += (
+            "\n\n```{warning}\nThat is a trial of the page, not the study, which has "
+            f"{study.evaluations:,} evaluations and {len(study.seeds)} seeds. Nothing follows "
+            "from these numbers.\n```"
+        )
+    return Markdown(text)
+
+
+def table(values: pd.DataFrame) -> Markdown:
+    """A table as the page's own."""
+    return Markdown(markdown(values))
+
+
+def best_against(comparison: Comparison) -> pd.DataFrame:
+    """The best algorithm, by the first indicator, against every other one, in their order."""
+    best, *others = comparison.order()
+    pairs = comparison.tests().pairs
+    pairs = pairs[(pairs[["a", "b"]] == best).any(axis=1)]
+    second = pairs["b"] == best  # there A counts for the other one
+    rows = pd.DataFrame(
+        {
+            "other": pairs["a"].where(second, pairs["b"]),
+            "A": pairs["A"].where(~second, 1.0 - pairs["A"]).map("{:.3f}".format),
+            "p (Holm)": pairs["p_holm"].map("{:.2g}".format),
+        }
+    )
+    return rows.set_index("other").loc[others].rename_axis(f"{best} against")
+
+
+def means(found: Mapping[str, Comparison], suite: str) -> pd.DataFrame:
+    """Mean hypervolume, algorithms by problems of a suite, the best of each in bold."""
+    columns = {}
+    for label, comparison in found.items():
+        if label.startswith(suite):
+            values = comparison.summary()[("hypervolume", "mean")]
+            texts = values.map("{:.3f}".format)
+            columns[label] = texts.where(values < values.max(), "**" + texts + "**")
+    return pd.DataFrame(columns).rename_axis("algorithm")
+
+
+def _places(name: str, study: Study) -> dict[str, Path]:
+    """Folder of each problem's results."""
+    data = HERE / "data" / name
+    if len(study.cases) == 1:
+        return {study.cases[0].label: data}
+    return {case.label: data / folder_name(case.label) for case in study.cases}
