@@ -50,5 +50,5 @@ def swept_figure(runs: pd.DataFrame) -> go.Figure:
         template="plotly_white",
         coloraxis={"colorscale": "Viridis", "colorbar": {"title": "hypervolume"}},
         height=400,
-        margin={"l": 60, "r": 20, "t": 40, "b": 50},
+        margin={"l": 60, "r": 20, "t": 70, "b": 50},
     )
