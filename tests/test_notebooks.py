@@ -38,11 +38,8 @@ def test_it_is_committed_without_outputs(path):
     notebook = read(path)
     nbformat.validate(notebook)
     assert nbformat.writes(notebook, indent=1).rstrip("\n") + "\n" == text
-    assert set(notebook.metadata) == {"kernelspec", "language_info"}
+    assert set(notebook.metadata) <= {"kernelspec", "language_info"}
     assert set(notebook.metadata.language_info) == {"name"}
-    assert [cell.id for cell in notebook.cells] == [
-        f"cell-{i:02d}" for i in range(1, len(notebook.cells) + 1)
-    ]
     for cell in notebook.cells:
         assert not cell.metadata
         if cell.cell_type == "code":
