@@ -25,8 +25,9 @@ from pymoo.core.problem import Problem
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.parameters import integer, number
 from mgeo.algorithms.state import SavedState, capture, restore
-from mgeo.files import from_npz, remove_leftovers, to_npz, write_file
+from mgeo.files import remove_leftovers, to_npz, write_file
 from mgeo.problem_identity import difference, identity
+from mgeo.reading import entry, errors_of, from_npz, parse_json, read_file
 from mgeo.recorder import Recorder
 
 FORMAT = 1
@@ -185,10 +186,8 @@ def resume(
             RuntimeWarning,
             stacklevel=2,
         )
-    try:
+    with errors_of(path):
         return restore(contents.state, problem, termination=termination, **options)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
 
 
 def read_notes(path: Path | str) -> Mapping[str, Any]:
@@ -223,22 +222,26 @@ def read(path: Path | str) -> Contents:
     FileNotFoundError : if there is no such file.
     ValueError : if it is no whole checkpoint of this version.
     """
-    head, _, body = Path(path).read_bytes().partition(b"\n")
+    head, _, body = read_file(path).partition(b"\n")
     words = head.removeprefix(_MAGIC).split()
     if not head.startswith(_MAGIC) or len(words) != 2:
         raise ValueError(f"{path} is no checkpoint of mgeo, or its beginning is damaged")
     if words[0] != str(FORMAT).encode():
         raise ValueError(
-            f"{path} has format {words[0].decode(errors='replace')}: this version of mgeo reads "
-            f"format {FORMAT}"
+            f"{path} has format {words[0].decode(errors='replace')!r:.40}: this version of mgeo "
+            f"reads format {FORMAT}"
         )
     if hashlib.sha256(body).hexdigest().encode() != words[1]:
         raise ValueError(f"{path} is damaged: it is cut short, or its content was changed")
-    arrays = from_npz(body)
-    data = json.loads(arrays.pop("json").tobytes())
-    return Contents(
-        SavedState(arrays, data["state"]), data["problem"], data["notes"], data["versions"]
-    )
+    with errors_of(path):
+        arrays = from_npz(body)
+        if "json" not in arrays:
+            raise ValueError("json is missing")
+        data = parse_json(arrays.pop("json").tobytes().decode("utf-8"))
+        state, problem, notes = (entry(data, key, dict) for key in ("state", "problem", "notes"))
+        return Contents(
+            SavedState(arrays, state), problem, notes, entry(data, "versions", dict[str, str])
+        )
 
 
 def _versions() -> dict[str, str]:

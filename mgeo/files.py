@@ -6,6 +6,7 @@ import io
 import os
 import re
 import secrets
+import stat
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -36,10 +37,12 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
     Raises
     ------
     OSError
-        If one cannot be written.
+        If one cannot be written, or its name is that of a folder, a pipe or a device.
     """
     folder = Path(folder)
     staged: dict[Path, Path] = {}
+    for name in contents:
+        _check_replaceable(folder / name)
     try:
         for name, content in contents.items():
             temporary = folder / f".{name}.{secrets.token_hex(4)}.tmp"
@@ -63,18 +66,6 @@ def to_npz(arrays: Mapping[str, NDArray[Any]]) -> bytes:
     return content.getvalue()
 
 
-def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
-    """The arrays in it; nothing is unpickled.
-
-    Raises
-    ------
-    ValueError
-        If there is anything but numbers in it.
-    """
-    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-        return dict(archive)
-
-
 def remove_leftovers(path: Path | str) -> None:
     """Remove what processes that were killed while they wrote this file have left beside it.
 
@@ -85,6 +76,16 @@ def remove_leftovers(path: Path | str) -> None:
     for entry in path.parent.iterdir():
         if pattern.fullmatch(entry.name):
             entry.unlink(missing_ok=True)
+
+
+def _check_replaceable(path: Path) -> None:
+    # taking the name of a device, /dev/null say, would spoil it for everybody
+    with suppress(FileNotFoundError):
+        kind = stat.S_IFMT(path.lstat().st_mode)
+        if kind == stat.S_IFDIR:
+            raise IsADirectoryError(f"{path} is a folder: expected a file, or none yet")
+        if kind not in (stat.S_IFREG, stat.S_IFLNK):
+            raise FileExistsError(f"{path} is a pipe or a device: expected a file, or none yet")
 
 
 def _write_through(path: Path, content: bytes) -> None:

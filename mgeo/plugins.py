@@ -37,10 +37,13 @@ from __future__ import annotations
 
 import difflib
 import inspect
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
+from numbers import Integral
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -137,7 +140,7 @@ def load_problem(name: str, options: Mapping[str, Any] | None = None) -> Problem
     cls = find_plugin(name).load()
     given = dict(options or {})
     if hasattr(cls, "from_options"):
-        return cls.from_options(given) if given else cls()
+        return _built(name, (lambda: cls.from_options(given)) if given else cls)
     accepted = _constructor_keywords(cls)
     unknown = [key for key in given if key not in accepted]
     if unknown:
@@ -145,7 +148,45 @@ def load_problem(name: str, options: Mapping[str, Any] | None = None) -> Problem
             f"unknown option {unknown[0]!r} of problem {name!r}: "
             f"expected {' or '.join(sorted(accepted)) or 'no options'}"
         )
-    return cls(**given)
+    return _built(name, lambda: cls(**given))
+
+
+def _built(name: str, build: Callable[[], Any]) -> Problem:
+    """What a plugin builds, if it is a problem that can be searched."""
+    from pymoo.core.problem import Problem
+
+    try:
+        problem = build()
+    except (ValueError, TypeError, OSError):  # the plugin's own words on an option
+        raise
+    except Exception as error:  # whatever foreign code raises
+        raise PluginError(
+            f"problem {name!r} cannot be built: {type(error).__name__}: {error}"
+        ) from error
+    if not isinstance(problem, Problem):
+        raise PluginError(f"problem {name!r} is built as {problem!r:.80}: expected a pymoo Problem")
+    for key, least in (("n_var", 1), ("n_obj", 1), ("n_ieq_constr", 0), ("n_eq_constr", 0)):
+        count = getattr(problem, key)
+        if isinstance(count, bool) or not isinstance(count, Integral) or count < least:
+            raise PluginError(
+                f"{key} of problem {name!r} = {count!r:.80}: expected an integer >= {least}"
+            )
+    if getattr(problem, "vars", None) is not None:
+        return problem  # whose bounds are in its variables
+    for key in ("xl", "xu"):
+        bound = getattr(problem, key)
+        if bound is not None and not _is_bound(bound, problem.n_var):
+            raise PluginError(
+                f"{key} of problem {name!r} = {bound!r:.80}: expected {problem.n_var} numbers"
+            )
+    if problem.xl is not None and problem.xu is not None and (problem.xl > problem.xu).any():
+        raise PluginError(f"problem {name!r}: expected xl <= xu, not {problem.xl} and {problem.xu}")
+    return problem
+
+
+def _is_bound(bound: Any, n_var: int) -> bool:
+    values = np.asarray(bound)
+    return values.shape == (n_var,) and values.dtype.kind in "biuf" and not np.isnan(values).any()
 
 
 def _plugin(entry_point: EntryPoint) -> Plugin:

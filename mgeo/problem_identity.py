@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 from pymoo.core.problem import Problem
 
+from mgeo import contract
+
 
 def identity(problem: Problem) -> dict[str, Any]:
     """Class, sizes, bounds and, if the problem has them, ``options()``; JSON values."""
     declared = getattr(problem, "vars", None)
-    options = problem.options() if hasattr(problem, "options") else None
+    options = contract.options(problem)
     data = {
         "class": type(problem).__name__,
         "n_var": problem.n_var,

@@ -193,7 +193,9 @@ def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.
     for _ in range(_ATTEMPTS):
         index = _index_of(folder)
         try:
-            parts = [_table(read_chunk(folder, chunk), index, columns) for chunk in index.chunks]
+            parts = [
+                _table(read_chunk(folder, index, chunk), index, columns) for chunk in index.chunks
+            ]
         except FileNotFoundError as error:
             missing = error  # replaced by the run meanwhile: the new index tells by which
             continue

@@ -10,15 +10,16 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 from numpy.typing import NDArray
 
-from mgeo.files import from_npz, remove_leftovers, to_npz, write_file
+from mgeo.files import remove_leftovers, to_npz, write_file
+from mgeo.reading import entry, errors_of, from_npz, read_file, read_json
 
 FORMAT = 1
 INDEX = "index.json"
@@ -62,19 +63,18 @@ def read_index(folder: Path) -> Index | None:
     """
     path = folder / INDEX
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = read_json(path)
     except FileNotFoundError:
         return None
-    except ValueError as error:
-        raise ValueError(f"{path} is damaged: {error}") from error
-    found = data.get("format") if isinstance(data, Mapping) else None
-    if found != FORMAT:
-        raise ValueError(f"{path}: format = {found!r}: this version of mgeo reads {FORMAT}")
-    try:
-        chunks = tuple(Chunk(**chunk) for chunk in data["chunks"])
-        return Index(data["variables"], data["objectives"], chunks)
-    except (KeyError, TypeError) as error:
-        raise ValueError(f"{path} is damaged: {error}") from error
+    with errors_of(path):
+        found = entry(data, "format", int)
+        if found != FORMAT:
+            raise ValueError(f"format = {found!r}: this version of mgeo reads {FORMAT}")
+        X, F = (entry(data, key, list[str]) for key in ("variables", "objectives"))
+        if len({*X, *F}) < len(X) + len(F):
+            raise ValueError("variables and objectives: expected different names")
+        tables = enumerate(entry(data, "chunks", list))
+        return Index(X, F, tuple(_chunk(table, f"chunks[{i}].") for i, table in tables))
 
 
 def write_index(folder: Path, index: Index) -> None:
@@ -118,7 +118,7 @@ def write_chunk(folder: Path, start: int, rows: Rows) -> Chunk:
     return Chunk(file, n, first, last, hashlib.sha256(content).hexdigest())
 
 
-def read_chunk(folder: Path, chunk: Chunk) -> Rows:
+def read_chunk(folder: Path, index: Index, chunk: Chunk) -> Rows:
     """The rows of a chunk.
 
     Raises
@@ -126,10 +126,27 @@ def read_chunk(folder: Path, chunk: Chunk) -> Rows:
     FileNotFoundError : if it is not there (any more).
     ValueError : if it is damaged.
     """
-    content = (folder / chunk.file).read_bytes()
-    if not _CHUNK.fullmatch(chunk.file) or hashlib.sha256(content).hexdigest() != chunk.sha256:
-        raise ValueError(f"{folder / chunk.file} is damaged: it is not what the index says")
-    return from_npz(content)
+    path = folder / chunk.file
+    content = read_file(path)
+    if hashlib.sha256(content).hexdigest() != chunk.sha256:
+        raise ValueError(f"{path} is damaged: it is not what the index says")
+    with errors_of(path):
+        rows = from_npz(content)
+        widths = {"X": len(index.variables), "F": len(index.objectives)}
+        for name in COLUMNS:
+            shape = rows[name].shape if name in rows else ()
+            columns = () if name not in "XFGH" else (widths.get(name, shape[-1] if shape else 0),)
+            if shape != (chunk.rows, *columns):
+                raise ValueError(f"{name} of shape {shape}: expected {(chunk.rows, *columns)}")
+        return rows
+
+
+def _chunk(table: Any, where: str) -> Chunk:
+    values = {f.name: entry(table, f.name, int, where) for f in fields(Chunk) if f.type == "int"}
+    file, sha256 = (entry(table, key, str, where) for key in ("file", "sha256"))
+    if not _CHUNK.fullmatch(file):  # no other file, wherever it may be
+        raise ValueError(f"{where}file = {file!r}: expected rows-FROM-TO.npz")
+    return Chunk(file, **values, sha256=sha256)
 
 
 def cut(folder: Path, index: Index, generation: int) -> tuple[Index, Rows | None]:
@@ -138,6 +155,6 @@ def cut(folder: Path, index: Index, generation: int) -> tuple[Index, Rows | None
     broken = [chunk for chunk in index.chunks if chunk.first < generation <= chunk.last]
     if not broken:
         return replace(index, chunks=whole), None
-    rows = read_chunk(folder, broken[0])
+    rows = read_chunk(folder, index, broken[0])
     kept = rows["generation"] < generation
     return replace(index, chunks=whole), {name: column[kept] for name, column in rows.items()}

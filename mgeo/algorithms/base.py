@@ -23,6 +23,7 @@ from mgeo.dominance import FloatArray
 from mgeo.evaluation import TolerantEvaluator
 
 EXECUTIONS = 5000  # generations of all walkers together, unless a termination is given
+MOST_RUNS = 100_000  # each has its own random stream, of some kilobytes
 RESTARTS = ("never", "random", "archive")
 
 
@@ -87,7 +88,7 @@ class ExtremalOptimization(Walkers, Algorithm):
         options.setdefault("evaluator", TolerantEvaluator())
         super().__init__(**options)
         self.tau = greediness("tau", tau, adaptive.RULES)
-        self.n_runs = integer("n_runs", n_runs, low=1)
+        self.n_runs = integer("n_runs", n_runs, low=1, high=MOST_RUNS)
         self.restart = choice("restart", restart, RESTARTS)
         self.patience = integer("patience", patience, low=1)
         self.sampling = sampling

@@ -11,19 +11,23 @@ import numpy as np
 from mgeo.dominance import FloatArray
 
 
-def integer(name: str, value: Any, *, low: int) -> int:
-    """An int of at least `low`.
+def integer(name: str, value: Any, *, low: int, high: int | None = None) -> int:
+    """An int of at least `low` and, if that is given, at most `high`.
 
     Raises
     ------
     TypeError : for anything but an integer (bool included).
-    ValueError : if too small.
+    ValueError : if out of range.
     """
+    expected = f"an integer of at least {low}"
+    if high is not None:
+        expected = f"an integer from {low} to {high:,}"
     if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
-        raise TypeError(f"{name} = {value!r}: expected an integer of at least {low}")
-    if value < low:
-        raise ValueError(f"{name} = {value!r}: expected an integer of at least {low}")
-    return int(value)
+        raise TypeError(f"{name} = {value!r}: expected {expected}")
+    converted = int(value)
+    if converted < low or (high is not None and converted > high):
+        raise ValueError(f"{name} = {value!r}: expected {expected}")
+    return converted
 
 
 def number(name: str, value: Any, *, above: float = -math.inf, low: float = -math.inf) -> float:
@@ -37,7 +41,10 @@ def number(name: str, value: Any, *, above: float = -math.inf, low: float = -mat
     expected = f"a finite number {f'> {above:g}' if above > -math.inf else f'>= {low:g}'}"
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
         raise TypeError(f"{name} = {value!r}: expected {expected}")
-    converted = float(value)
+    try:
+        converted = float(value)
+    except OverflowError:  # an integer that no float can hold
+        converted = math.inf
     if not (math.isfinite(converted) and converted > above and converted >= low):
         raise ValueError(f"{name} = {value!r}: expected {expected}")
     return converted

@@ -24,9 +24,10 @@ from pymoo.termination.max_time import TimeBasedTermination
 from pymoo.util.misc import termination_from_tuple
 
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.algorithms.variables import Variables
+from mgeo.algorithms.parameters import integer
 from mgeo.designs import as_numbers
 from mgeo.evaluation import TolerantEvaluator
+from mgeo.reading import entry
 
 _START_ONLY = ("sampling",)  # parameters that say where to begin: not needed to go on
 _VALUES = ("X", "F", "G", "H", "CV", "n_gen")
@@ -117,27 +118,32 @@ def restore(saved: SavedState, problem: Problem, **options: Any) -> ExtremalOpti
         is missing or does not fit.
     """
     data, arrays = saved.data, saved.arrays
-    try:
-        algorithm = _find(data["class"])(**data["parameters"])
-        if (termination := options.pop("termination", None)) is None:
-            termination = _termination(data["termination"])
-        options = {"return_least_infeasible": data["return_least_infeasible"], **options}
-        algorithm.setup(problem, termination=termination, **options)
-        algorithm.random_state = _stream(data["random_state"])
-        algorithm.streams = [_stream(state) for state in data["streams"]]
-        for key in algorithm._state_arrays:
-            setattr(algorithm, key, arrays[f"own_{key}"].copy())
-        front = algorithm.front
-        front.individuals = _population("front", arrays, algorithm.variables)
-        front.F = front.individuals.get("F").reshape(-1, problem.n_obj)
-        front.violation = float(arrays["front_violation"])
-        front.n_rejected = int(arrays["front_n_rejected"])
-        algorithm.pop = _population("pop", arrays, algorithm.variables)
-        algorithm.n_generations = data["generations"]
-        _count_on(algorithm.evaluator, data["evaluations"])
-        algorithm.start_time = time.time() - data["elapsed_s"]
-    except KeyError as error:
-        raise ValueError(f"{error.args[0]} is missing from the saved state") from error
+    algorithm = _find(entry(data, "class", str))(**entry(data, "parameters", dict))
+    if (termination := options.pop("termination", None)) is None:
+        termination = _termination(data.get("termination"))
+    least = entry(data, "return_least_infeasible", bool)
+    options = {"return_least_infeasible": least, **options}
+    algorithm.setup(problem, termination=termination, **options)
+    algorithm.random_state = _stream(entry(data, "random_state", dict))
+    states = entry(data, "streams", list)
+    if len(states) != len(algorithm.streams):
+        raise ValueError(f"{len(states)} streams: expected {len(algorithm.streams)}")
+    algorithm.streams = [_stream(state) for state in states]
+    for key in algorithm._state_arrays:
+        fresh = getattr(algorithm, key)
+        setattr(algorithm, key, _array(arrays, f"own_{key}", fresh.shape).copy())
+    if not np.isfinite(algorithm.walkers).all():
+        raise ValueError("own_walkers: expected finite numbers")
+    front = algorithm.front
+    front.individuals = _population("front", arrays, algorithm)
+    front.F = front.individuals.get("F").reshape(-1, problem.n_obj)
+    front.violation = float(_array(arrays, "front_violation", ()))
+    front.n_rejected = int(_array(arrays, "front_n_rejected", ()))
+    algorithm.pop = _population("pop", arrays, algorithm)
+    algorithm.n_generations = integer("generations", entry(data, "generations", int), low=0)
+    _count_on(algorithm.evaluator, entry(data, "evaluations", dict))
+    # a clock that was put back meanwhile must not make a run of less than no time
+    algorithm.start_time = time.time() - max(0.0, entry(data, "elapsed_s", float))
     if algorithm.n_generations:
         algorithm.is_initialized = True
         algorithm.off = algorithm.pop
@@ -163,6 +169,10 @@ def _counts(evaluator: Evaluator) -> dict[str, Any]:
 
 
 def _count_on(evaluator: Evaluator, counts: Mapping[str, Any]) -> None:
+    entry(counts, "n_eval", int, "evaluations.")
+    for key, kind in (("n_failed", int), ("n_in_a_row", int), ("causes", dict[str, int])):
+        if key in counts:
+            entry(counts, key, kind, "evaluations.")
     if isinstance(evaluator, TolerantEvaluator):
         evaluator.count_on(counts)
     else:
@@ -210,6 +220,8 @@ def _termination(budget: list[Any] | None) -> tuple[str, Any]:
         raise ValueError(
             "termination = None: the one of the saved run could not be kept; expected a new one"
         )
+    if not (isinstance(budget, list) and len(budget) == 2 and budget[0] in _BUDGETS):
+        raise ValueError(f"termination = {budget!r:.80}: expected one of {', '.join(_BUDGETS)}")
     name, limit = budget
     return name, limit
 
@@ -223,9 +235,22 @@ def _stream_state(stream: np.random.Generator) -> dict[str, Any]:
 
 
 def _stream(state: Mapping[str, Any]) -> np.random.Generator:
-    bits = _GENERATORS[state["bits"]["bit_generator"]](np.random.SeedSequence(**state["seed"]))
-    bits.state = state["bits"]
+    try:
+        bits = _GENERATORS[state["bits"]["bit_generator"]](np.random.SeedSequence(**state["seed"]))
+        bits.state = state["bits"]
+    except Exception as error:  # of many kinds: NumPy does not check what it is given
+        raise ValueError(f"no state of a random stream: {type(error).__name__}: {error}") from error
     return np.random.Generator(bits)
+
+
+def _array(
+    arrays: Mapping[str, NDArray[Any]], name: str, shape: tuple[int, ...] | None = None
+) -> NDArray[Any]:
+    if name not in arrays:
+        raise ValueError(f"{name} is missing from the saved state")
+    if shape is not None and arrays[name].shape != shape:
+        raise ValueError(f"{name} of shape {arrays[name].shape}: expected {shape}")
+    return arrays[name]
 
 
 def _population_arrays(
@@ -239,9 +264,19 @@ def _population_arrays(
 
 
 def _population(
-    prefix: str, arrays: Mapping[str, NDArray[Any]], variables: Variables
+    prefix: str, arrays: Mapping[str, NDArray[Any]], algorithm: ExtremalOptimization
 ) -> Population:
     given = {key: arrays[f"{prefix}_{key}"] for key in _VALUES if f"{prefix}_{key}" in arrays}
+    problem, variables = algorithm.problem, algorithm.variables
+    if given:
+        n = len(np.atleast_1d(_array(arrays, f"{prefix}_X")))
+        widths = {"X": problem.n_var, "F": problem.n_obj, "G": problem.n_ieq_constr,
+                  "H": problem.n_eq_constr, "CV": 1}  # fmt: skip
+        for key in {*widths, *given}:
+            shape = (n, widths[key]) if key in widths else (n,)
+            _array(arrays, f"{prefix}_{key}", shape)
+        if prefix == "front" and not np.isfinite(given["F"]).all():
+            raise ValueError("front_F: expected finite numbers")
     if given and variables.names is not None:
         given["X"] = variables.designs(given["X"])
     population: Population = Population.new(**given)

@@ -7,6 +7,7 @@ from typing import Any
 
 from pymoo.core.problem import Problem
 
+from mgeo import contract
 from mgeo.cli.displays import clock, run_display
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.output import Output
@@ -99,9 +100,7 @@ def can_draw(problem: Problem) -> bool:
 def _front_page(run: PreparedRun | ResumedRun, outcome: Outcome) -> str | None:
     """The plugin's picture of the front or else ours, None where neither can draw it."""
     title = run_title(run.recipe)
-    figure = None
-    if hasattr(run.problem, "figures") and len(outcome.X):
-        figure = run.problem.figures(outcome.X).get("front")
+    figure = contract.front_figure(run.problem, outcome.X) if len(outcome.X) else None
     if figure is None and len(outcome.objectives) <= DRAWN_OBJECTIVES:
         figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
     return None if figure is None else page(figure, title)

@@ -7,6 +7,7 @@ from pymoo.core.problem import Problem
 from rich.table import Table
 from rich.text import Text
 
+from mgeo import contract
 from mgeo.runs import Outcome, front_table, highlights
 
 
@@ -17,9 +18,8 @@ def solutions_table(problem: Problem, outcome: Outcome) -> Table:
     """
     chosen = highlights(problem, outcome.F, outcome.objectives)
     rows = [highlight.row for highlight in chosen]
-    if hasattr(problem, "describe"):
-        described = problem.describe(outcome.X[rows])
-    else:
+    described = contract.describe(problem, outcome.X[rows])
+    if described is None:
         described = front_table(outcome).iloc[rows][[*outcome.objectives, *outcome.variables]]
     table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 2, 0, 0))
     table.add_column("")

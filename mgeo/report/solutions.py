@@ -11,6 +11,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
+from mgeo import contract
 from mgeo.figures.front import front_figure
 from mgeo.figures.motion import check_motion
 from mgeo.report.encode import Json, decoded, figure_json, shared
@@ -43,8 +44,8 @@ def front_picture(problem: Problem, outcome: Outcome, title: str) -> go.Figure |
     """
     n = len(outcome.X)
     figure = None
-    if hasattr(problem, "figures") and n <= _MOST_TEXTS:
-        figure = problem.figures(outcome.X).get("front")
+    if n <= _MOST_TEXTS:
+        figure = contract.front_figure(problem, outcome.X)
         if figure is not None and not _numbered(figure, n):
             figure = None
     if figure is None:
@@ -71,25 +72,20 @@ def plans_json(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]
         If the problem's `solution_figures` returns another number of entries, or a figure moves
         in no way that the page knows.
     """
-    if not hasattr(problem, "solution_figures") or not len(rows):
+    drawn = contract.solution_figures(problem, X[rows])
+    if not drawn:
         return {"common": {}, "values": {}}
-    drawn = list(problem.solution_figures(X[rows]))
-    if len(drawn) != len(rows):
-        raise ValueError(f"solution_figures(X) of {len(rows)} rows has {len(drawn)} entries")
     for figure in (figure for figures in drawn for figure in figures.values()):
         check_motion(figure)
-    trees = [
-        {str(name): figure_json(figure) for name, figure in figures.items()} for figures in drawn
-    ]
+    trees = [{name: figure_json(figure) for name, figure in figures.items()} for figures in drawn]
     common, values = shared(trees)
     return {"common": common, "values": _by_row(values, rows)}
 
 
 def described(problem: Problem, outcome: Outcome, rows: NDArray[np.int64]) -> Json:
     """Solutions in the problem's own terms, or else their objectives."""
-    if hasattr(problem, "describe"):
-        table = problem.describe(outcome.X[rows])
-    else:
+    table = contract.describe(problem, outcome.X[rows])
+    if table is None:
         table = pd.DataFrame(outcome.F[rows], columns=list(outcome.objectives))
     return {"columns": [str(name) for name in table.columns], "rows": _by_row(cells(table), rows)}
 

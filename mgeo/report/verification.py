@@ -6,11 +6,11 @@ table as ``columns``, a list of strings, and ``rows``, lists of as many numbers 
 
 from __future__ import annotations
 
-import json
 from html import escape
 from pathlib import Path
 from typing import Any
 
+from mgeo.reading import read_json
 from mgeo.report import summary
 
 PATTERN = "verification*.json"
@@ -30,10 +30,7 @@ def verification(folder: Path) -> str:
 
 
 def _one(path: Path) -> str:
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+    found = read_json(path)
     if not _well_formed(found):
         raise ValueError(
             f"{path}: expected an object with strings title and verdict, a list of strings columns "

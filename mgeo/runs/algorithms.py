@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.base import EXECUTIONS
+from mgeo.algorithms.parameters import integer
 
 if TYPE_CHECKING:
     import numpy as np
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 DEFAULT = "mgeo-real"
+_MOST_POPULATION = 100_000
 
 
 def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
@@ -108,10 +110,7 @@ def _random(cls: Any, parameters: Mapping[str, Any], problem: Problem) -> Algori
 
 
 def _population(parameters: Mapping[str, Any]) -> int:
-    population = parameters["population"]
-    if isinstance(population, bool) or not isinstance(population, int) or population < 4:
-        raise ValueError(f"population = {population!r}: expected an integer >= 4")
-    return population
+    return integer("population", parameters["population"], low=4, high=_MOST_POPULATION)
 
 
 def _directions(population: int, problem: Problem) -> NDArray[np.float64]:

@@ -14,16 +14,18 @@ from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
+import numpy as np
 import pandas as pd
 
 from mgeo.files import write_file, write_files
 from mgeo.plugins import find_plugin
-from mgeo.runs.hypervolume import Hypervolume
+from mgeo.reading import entry, errors_of, read_json
+from mgeo.runs.hypervolume import Hypervolume, Space
 from mgeo.runs.keep import CHECKPOINT_FILE
 from mgeo.runs.recipe import Recipe
-from mgeo.runs.solve import Outcome
+from mgeo.runs.solve import Outcome, Status
 from mgeo.tables import read_texts, to_csv
 
 FORMAT = 1
@@ -106,16 +108,14 @@ def read_run(folder: Path | str) -> Run:
     """
     folder = Path(folder)
     path = folder / RUN_FILE
-    if not path.is_file():
+    if not path.exists():
         raise FileNotFoundError(f"{folder} holds no run: there is no {RUN_FILE}")
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+    data = read_json(path)
+    with errors_of(path):
         _check_format(data)
-        return _from_dict(data, _read_front(folder / FRONT_FILE))
-    except KeyError as error:
-        raise ValueError(f"{path}: {error.args[0]} is missing") from error
-    except (ValueError, TypeError) as error:
-        raise ValueError(f"{path}: {error}") from error
+    front = _read_front(folder / FRONT_FILE)
+    with errors_of(path):
+        return _from_dict(data, front)
 
 
 def front_table(outcome: Outcome) -> pd.DataFrame:
@@ -164,41 +164,60 @@ def _unfinished(folder: Path) -> bool:
 
 def _read_front(path: Path) -> pd.DataFrame:
     text = read_texts(path)
-    return pd.DataFrame(text.to_numpy(object).astype(float), columns=text.columns)
+    with errors_of(path):
+        values = text.to_numpy(object).astype(float)
+        if not np.isfinite(values).all():
+            row, column = np.argwhere(~np.isfinite(values))[0]
+            found = text.iloc[row, column]
+            raise ValueError(f"row {row + 1}, {text.columns[column]} = {found!r:.40}: expected a "
+                             "finite number")  # fmt: skip
+    return pd.DataFrame(values, columns=text.columns)
 
 
 def _check_format(data: Any) -> None:
-    found = data.get("format") if isinstance(data, dict) else None
+    found = entry(data, "format", int)
     if found != FORMAT:
         raise ValueError(f"format = {found!r}: this version of mgeo reads format {FORMAT}")
 
 
 def _from_dict(data: Mapping[str, Any], front: pd.DataFrame) -> Run:
-    variables, objectives = tuple(data["variables"]), tuple(data["objectives"])
-    if tuple(front.columns) != variables + objectives or len(front) != data["solutions"]:
+    variables, objectives = (
+        tuple(entry(data, key, list[str])) for key in ("variables", "objectives")
+    )
+    solutions = entry(data, "solutions", int)
+    if tuple(front.columns) != variables + objectives or len(front) != solutions:
         raise ValueError(
             f"{FRONT_FILE} has {len(front)} rows and the columns {list(front.columns)}: expected "
-            f"{data['solutions']} rows and {[*variables, *objectives]}"
+            f"{solutions} rows and {[*variables, *objectives]}"
         )
-    if data["status"] not in ("finished", "interrupted"):
-        raise ValueError(f"status = {data['status']!r}: expected 'finished' or 'interrupted'")
+    status = entry(data, "status", str)
+    if status not in get_args(Status):
+        raise ValueError(f"status = {status!r}: expected one of {', '.join(get_args(Status))}")
     outcome = Outcome(
         X=front[list(variables)].to_numpy(float),
         F=front[list(objectives)].to_numpy(float),
         variables=variables,
         objectives=objectives,
-        status=data["status"],
-        evaluations=data["evaluations"],
-        hypervolume=_hypervolume(data["hypervolume"]),
-        started=datetime.fromisoformat(data["started"]),
-        wall_time=data["wall_time_s"],
-        failures=data.get("failures", {}),
+        status=status,
+        evaluations=entry(data, "evaluations", int),
+        hypervolume=_hypervolume(data, len(objectives)),
+        started=datetime.fromisoformat(entry(data, "started", str)),
+        wall_time=entry(data, "wall_time_s", float),
+        failures=entry(data, "failures", dict[str, int]) if "failures" in data else {},
     )
-    return Run(Recipe.from_dict(data["recipe"]), outcome, data["versions"])
+    recipe = Recipe.from_dict(entry(data, "recipe", dict))
+    return Run(recipe, outcome, entry(data, "versions", dict[str, str]))
 
 
-def _hypervolume(data: Mapping[str, Any] | None) -> Hypervolume | None:
-    if data is None:
+def _hypervolume(data: Mapping[str, Any], n_obj: int) -> Hypervolume | None:
+    if data.get("hypervolume", 0) is None:
         return None
-    ideal, nadir = tuple(data["ideal"]), tuple(data["nadir"])
-    return Hypervolume(data["value"], data["space"], ideal, nadir)
+    table, where = entry(data, "hypervolume", dict), "hypervolume."
+    space = entry(table, "space", str, where)
+    ideal, nadir = (tuple(entry(table, key, list[float], where)) for key in ("ideal", "nadir"))
+    if space not in get_args(Space) or {len(ideal), len(nadir)} - {0, n_obj}:
+        raise ValueError(
+            f"hypervolume of space {space!r:.40}, ideal {ideal} and nadir {nadir}: expected "
+            f"{' or '.join(get_args(Space))}, and {n_obj} numbers each"
+        )
+    return Hypervolume(entry(table, "value", float, where), space, ideal, nadir)

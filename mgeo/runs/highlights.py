@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mgeo.contract import indicator_space
 from mgeo.runs.hypervolume import scaled
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def highlights(problem: Problem, F: ArrayLike, names: tuple[str, ...]) -> list[H
     front = np.asarray(F, dtype=float)
     if not len(front):
         return []
-    space = getattr(problem, "indicator_space", None)
+    space = indicator_space(problem)
     points = space(front) if space else scaled(front, front.min(axis=0), front.max(axis=0))
     labels: dict[int, list[str]] = {}
     for row, name in zip(extremes(points), names, strict=True):

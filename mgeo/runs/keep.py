@@ -66,6 +66,7 @@ class Keeper:
         self._checkpoint: Checkpoint | None = None
         self._recorder: Recorder | None = None
         self._algorithm = algorithm
+        self._began = False  # here, and not in a run before that is resumed
 
     @property
     def path(self) -> Path:
@@ -87,7 +88,7 @@ class Keeper:
     def begin(self, algorithm: Algorithm, state: State) -> None:
         """Take charge of a run that is set up or resumed; what another one kept here goes."""
         self._algorithm = algorithm
-        begins = (algorithm.n_iter or 1) == 1
+        begins = self._began = (algorithm.n_iter or 1) == 1
         kept: list[Any] = []
         if self.record:
             self._recorder = Recorder(self.folder / RECORD_FOLDER, overwrite=begins)
@@ -118,6 +119,9 @@ class Keeper:
             self._checkpoint.write(algorithm)
 
     def drop_if_useless(self) -> None:
-        """Remove a checkpoint without which nothing is lost."""
-        if not self.can_go_on:
+        """Remove a checkpoint of this run without which nothing is lost.
+
+        One from before stays: of a run that could not even be resumed it is all there is.
+        """
+        if self._began and not self.can_go_on:
             self.path.unlink(missing_ok=True)

@@ -53,7 +53,13 @@ def _names(
     declared: tuple[str, ...] | None = None,
 ) -> tuple[str, ...]:
     default = declared or [f"{letter}{i + 1}" for i in range(count)]
-    names = tuple(map(str, getattr(problem, attribute, None) or default))
+    given = getattr(problem, attribute, None)
+    try:
+        names = tuple(map(str, default if given is None else given))
+    except TypeError as error:
+        raise ValueError(
+            f"{attribute} of {type(problem).__name__} = {given!r:.80}: {error}"
+        ) from error
     if len(set(names)) != count or len(names) != count:
         raise ValueError(
             f"{attribute} of {type(problem).__name__} = {list(names)}: "

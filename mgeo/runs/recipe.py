@@ -7,7 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from mgeo import contract
 from mgeo.plugins import load_problem
+from mgeo.reading import entry
 from mgeo.runs.algorithms import (
     DEFAULT,
     build_algorithm,
@@ -22,13 +24,13 @@ if TYPE_CHECKING:
 
     from mgeo.runs.keep import Keeper
 
-_KINDS: Mapping[str, tuple[type, str]] = {
-    "problem": (str, "a string"),
-    "options": (dict, "a table"),
-    "algorithm": (str, "a string"),
-    "parameters": (dict, "a table"),
-    "evaluations": (int, "an integer"),
-    "seed": (int, "an integer"),
+_KINDS: Mapping[str, type] = {
+    "problem": str,
+    "options": dict,
+    "algorithm": str,
+    "parameters": dict,
+    "evaluations": int,
+    "seed": int,
 }
 
 
@@ -72,11 +74,8 @@ class Recipe:
         ValueError, TypeError
             Naming the key that is missing, unknown or of the wrong type.
         """
-        for key, (kind, expected) in _KINDS.items():
-            if key not in data:
-                raise ValueError(f"{key} is missing: expected {expected}")
-            if not isinstance(data[key], kind) or isinstance(data[key], bool):
-                raise TypeError(f"{key} = {data[key]!r}: expected {expected}")
+        for key, kind in _KINDS.items():
+            entry(data, key, kind)
         unknown = set(data) - set(_KINDS)
         if unknown:
             raise ValueError(f"{min(unknown)} is unknown: expected {', '.join(_KINDS)}")
@@ -123,7 +122,8 @@ def prepare(
     complete = complete_parameters(algorithm, parameters or {})
     built = load_problem(problem, options)
     optimizer = build_algorithm(algorithm, complete, built)
-    effective = built.options() if hasattr(built, "options") else dict(options or {})
+    own = contract.options(built)
+    effective = dict(options or {}) if own is None else own
     if evaluations is None:
         evaluations = default_evaluations(optimizer, built)
     recipe = Recipe(problem, effective, algorithm, complete, evaluations, seed)

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 from mgeo.algorithms.state import end_at
 from mgeo.checkpoint import read_notes, resume
 from mgeo.plugins import load_problem
+from mgeo.reading import entry, errors_of
 from mgeo.runs.folder import RUN_FILE, read_run
 from mgeo.runs.keep import CHECKPOINT_FILE, Keeper
 from mgeo.runs.recipe import Recipe
-from mgeo.runs.solve import Outcome, State, follow
+from mgeo.runs.solve import Outcome, State, check_notes, follow
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -63,8 +64,12 @@ def resume_run(
     if not path.is_file():
         raise FileNotFoundError(f"{folder} cannot be resumed: {_reason(folder)}")
     notes = read_notes(path)
-    recipe = Recipe.from_dict(notes["recipe"])
+    with errors_of(path):
+        recipe = Recipe.from_dict(entry(notes, "recipe", dict))
+        entry(notes, "record", bool)
     problem = load_problem(recipe.problem, recipe.options)
+    with errors_of(path):
+        check_notes(notes, problem)
     algorithm = resume(path, problem, ("n_eval", recipe.evaluations))
     algorithm.evaluator.warn = False  # the outcome tells
     budget, made = recipe.evaluations, algorithm.evaluator.n_eval

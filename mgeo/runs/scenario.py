@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
+
+from mgeo.reading import errors_of, parse_toml, read_text
 
 
 def read_scenario(text: str | None, folder: Path | str = "") -> dict[str, Any]:
@@ -27,8 +28,6 @@ def read_scenario(text: str | None, folder: Path | str = "") -> dict[str, Any]:
     path = Path(folder) / path
     if not path.is_file():
         raise FileNotFoundError(f"there is no scenario file {path}")
-    try:
-        with path.open("rb") as file:
-            return tomllib.load(file)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path} is no valid TOML: {error}") from error
+    text = read_text(path)
+    with errors_of(path):
+        return parse_toml(text)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from mgeo.designs import as_numbers
 from mgeo.evaluation import TolerantEvaluator
+from mgeo.reading import entry
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
 from mgeo.runs.names import column_names
 from mgeo.runs.seeding import seed_archives
@@ -122,6 +123,23 @@ class State:
         """Take over what the algorithm has after a whole step."""
         self._front = self._algorithm.opt
         self.evaluations = self._algorithm.evaluator.n_eval
+
+
+def check_notes(notes: Mapping[str, Any], problem: Problem) -> None:
+    """Whether they are what `State.notes` makes.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Naming what is not.
+    """
+    datetime.fromisoformat(entry(notes, "started", str))
+    entry(notes, "wall_time_s", float)
+    seen = entry(notes, "seen", list)
+    values = [value for side in seen if isinstance(side, list) for value in side]
+    kinds = all(isinstance(value, int | float) and value == value for value in values)
+    if [len(side) for side in seen if isinstance(side, list)] != [problem.n_obj] * 2 or not kinds:
+        raise ValueError(f"seen = {seen!r:.80}: expected 2 x {problem.n_obj} numbers")
 
 
 def solve(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import tomllib
+import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.parameters import integer
 from mgeo.plugins import load_problem
+from mgeo.reading import entry, errors_of, parse_toml, read_text
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.runs.scenario import read_scenario
 from mgeo.studies.execute import GRID_POINTS
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
 PYMOO = "pymoo:"  # before the name of one of pymoo's test problems
 _KEYS = ("title", "about", "evaluations", "seeds", "grid", "problems", "algorithms", "published")
+_MOST = 100_000  # runs of a kind: more are a slip
 _PROBLEM_KEYS = ("name", "scenario", "options")
 
 
@@ -105,7 +108,7 @@ class Study:
         if evaluations is not None:
             changes["evaluations"] = integer("evaluations", evaluations, low=1)
         if seeds is not None:
-            count = integer("seeds", seeds, low=1)
+            count = integer("seeds", seeds, low=1, high=_MOST)
             more = range(max(self.seeds) + 1, max(self.seeds) + 1 + count)
             changes["seeds"] = (*self.seeds, *more)[:count]
         return replace(self, **changes)
@@ -122,15 +125,11 @@ def read_study(path: Path | str) -> Study:
         If it is no valid study; the message names the file and the key.
     """
     path = Path(path)
-    if not path.is_file():
+    if not path.exists():
         raise FileNotFoundError(f"there is no study file {path}")
-    try:
-        text = path.read_text(encoding="utf-8")
+    text = read_text(path)
+    with errors_of(path):
         return parse_study(text, path.parent)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path} is no valid TOML: {error}") from error
-    except (ValueError, TypeError) as error:
-        raise type(error)(f"{path}: {error}") from error
 
 
 def parse_study(text: str, folder: Path) -> Study:
@@ -141,7 +140,7 @@ def parse_study(text: str, folder: Path) -> Study:
     ValueError, TypeError
         As `read_study`, without the name of the file.
     """
-    data = tomllib.loads(text)
+    data = parse_toml(text)
     _refuse_unknown(data, _KEYS, "")
     for key in ("title", "evaluations", "seeds", "problems", "algorithms"):
         if key not in data:
@@ -160,7 +159,7 @@ def parse_study(text: str, folder: Path) -> Study:
         about=_string(data, "about") if "about" in data else "",
         evaluations=integer("evaluations", data["evaluations"], low=1),
         seeds=_seeds(data["seeds"]),
-        grid=integer("grid", data.get("grid", GRID_POINTS), low=1),
+        grid=integer("grid", data.get("grid", GRID_POINTS), low=1, high=_MOST),
         cases=tuple(cases),
         contenders=tuple(contenders),
         published=_published(data["published"]) if "published" in data else None,
@@ -181,9 +180,12 @@ def _cases(table: Mapping[str, Any], index: int, folder: Path) -> Iterator[Case]
         if not isinstance(name, str):
             raise TypeError(f"{where}name = {name!r}: expected a string, or a list of strings")
         if "scenario" not in table:
-            yield Case(name.removeprefix(PYMOO), name, table.get("options", {}))
+            options = entry(table, "options", dict, where) if "options" in table else {}
+            yield Case(name.removeprefix(PYMOO), name, options)
         else:
             for scenario in _listed(table["scenario"]):
+                if not isinstance(scenario, str):
+                    raise TypeError(f"{where}scenario = {scenario!r:.80}: expected a string")
                 yield Case(f"{name} {Path(scenario).stem}", name, read_scenario(scenario, folder))
 
 
@@ -193,9 +195,14 @@ def _contenders(table: Mapping[str, Any], index: int) -> Iterator[Contender]:
     if "name" not in table:
         raise ValueError(f"{where}name is missing")
     given = {key: value for key, value in table.items() if key not in ("name", "label")}
+    count = math.prod(len(_listed(value)) for value in given.values())
+    if count > _MOST:
+        raise ValueError(f"{where[:-1]} stands for {count} algorithms: expected at most {_MOST}")
     for name in _listed(table["name"]):
+        if not isinstance(name, str):
+            raise TypeError(f"{where}name = {name!r:.80}: expected a string, or a list of strings")
         try:
-            complete_parameters(str(name), given)
+            complete_parameters(name, given)
         except ValueError as error:
             raise ValueError(f"{where}name: {error}") from error
         for values in product(*map(_listed, given.values())):
@@ -213,19 +220,24 @@ def _label(
     if "label" not in table:
         swept = [f"{key} = {chosen[key]}" for key in given if isinstance(given[key], list)]
         return ", ".join([name, *swept])
-    try:
-        return str(table["label"]).format(name=name, **chosen)
-    except (KeyError, IndexError, ValueError) as error:
+    values = {"name": name, **chosen}
+    text = entry(table, "label", str, where)
+    # not str.format, which looks into objects: {name.__class__}, {name:>999999999}
+    parts = re.split(r"\{(\w+)\}", text)
+    if any("{" in part or "}" in part for part in parts[::2]) or set(parts[1::2]) - set(values):
         raise ValueError(
-            f"{where}label = {table['label']!r}: expected text in which braces hold only "
-            f"{', '.join(['name', *chosen])}"
-        ) from error
+            f"{where}label = {text!r:.80}: expected text in which braces hold only "
+            f"{', '.join(values)}"
+        )
+    parts[1::2] = (str(values[key]) for key in parts[1::2])
+    return "".join(parts)
 
 
 def _published(table: Any) -> Published:
     if not isinstance(table, dict) or set(table) != {"source", "table"}:
         raise ValueError("published: expected the keys source and table")
-    return Published(_string(table, "source"), table["table"])
+    rows = entry(table, "table", dict[str, dict[str, float]], "published.")
+    return Published(_string(table, "source"), rows)
 
 
 def _check_published(study: Study) -> None:
@@ -240,7 +252,7 @@ def _check_published(study: Study) -> None:
 
 def _seeds(value: Any) -> tuple[int, ...]:
     if not isinstance(value, list):
-        return tuple(range(1, integer("seeds", value, low=1) + 1))
+        return tuple(range(1, integer("seeds", value, low=1, high=_MOST) + 1))
     seeds = tuple(integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(value))
     if not seeds or len(set(seeds)) < len(seeds):
         raise ValueError(f"seeds = {value}: expected one or more different ones")

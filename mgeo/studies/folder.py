@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from mgeo.files import write_file
+from mgeo.reading import read_file
 from mgeo.studies.fingerprint import fingerprint
 from mgeo.studies.record import Record
 from mgeo.studies.run import Task
@@ -35,7 +36,7 @@ class RunFolder:
             If the file is damaged.
         """
         try:
-            content = path.read_bytes()
+            content = read_file(path)
         except FileNotFoundError:
             return None
         try:

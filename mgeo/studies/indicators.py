@@ -10,6 +10,7 @@ import moocore
 import numpy as np
 from pymoo.indicators.hv import HV
 
+from mgeo.contract import front_summary
 from mgeo.dominance import FloatArray
 from mgeo.runs.hypervolume import MAX_OBJECTIVES
 
@@ -76,14 +77,12 @@ def trace(
     problem's optional ``front_summary(F)`` makes of the front in the problem's own objectives.
     """
     indicators = applicable(problem.n_obj)
-    summary = getattr(problem, "front_summary", None)
     rows = []
     for evaluations, F in zip(grid, record.fronts(grid), strict=True):
         points = space(F)
         row: dict[str, Any] = {"evaluations": int(evaluations)}
         row |= {indicator.name: indicator.value(points, space) for indicator in indicators}
         row["points"] = len(F)
-        if summary is not None:
-            row |= summary(F)
+        row |= front_summary(problem, F)
         rows.append(row)
     return rows

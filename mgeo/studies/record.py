@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import io
-import zipfile
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,9 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mgeo.dominance import FloatArray, nondominated
-from mgeo.files import from_npz
+from mgeo.reading import from_npz
 
-_INTEGERS = ("n_eval", "evaluations", "failed")
+_ARRAYS = {  # kinds of entries, and dimensions
+    "numbers": ("iu", 1),
+    "F": ("f", 2),
+    "front": ("iu", 1),
+    "X": ("f", 2),
+    "n_eval": ("iu", 0),
+    "evaluations": ("iu", 0),
+    "failed": ("iu", 0),
+    "wall_time": ("f", 0),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +85,30 @@ class Record:
             If it is something else.
         """
         try:
-            data = from_npz(content)
-            values: dict[str, Any] = {name: data[name] for name in cls.__dataclass_fields__}
-        except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
+            return cls(**_checked(from_npz(content)))
+        except ValueError as error:
             raise ValueError(f"not the record of a run: {error}") from error
-        for name in _INTEGERS:
-            values[name] = int(values[name])
-        return cls(**{**values, "wall_time": float(values["wall_time"])})
+
+
+def _checked(data: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+    """The attributes of a record, from arrays that anybody may have written."""
+    for name, (kinds, ndim) in _ARRAYS.items():
+        if name not in data:
+            raise ValueError(f"{name} is missing")
+        if data[name].dtype.kind not in kinds or data[name].ndim != ndim:
+            raise ValueError(f"{name} is an array {data[name].shape} of {data[name].dtype}")
+    values = {key: data[key] if ndim else data[key].item() for key, (_, ndim) in _ARRAYS.items()}
+    numbers, F, front = (values[name] for name in ("numbers", "F", "front"))
+    n_eval = values["n_eval"]
+    for expected, kept in {
+        "one of numbers for each row of F": len(numbers) == len(F),
+        "one row of X for each of front": len(values["X"]) == len(front),
+        "finite numbers": np.isfinite(F).all() and np.isfinite(values["X"]).all(),
+        "front within F": np.isin(front, np.arange(len(F))).all(),
+        "numbers ascending from 1 to n_eval": (np.diff([1, *numbers, n_eval]) >= 0).all(),
+        "counts": values["evaluations"] >= n_eval >= max(1, values["failed"]) >= 0
+        and 0.0 <= values["wall_time"] < math.inf,
+    }.items():
+        if not kept:
+            raise ValueError(f"expected {expected}")
+    return values

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mgeo import contract
 from mgeo.crowding import thin
 from mgeo.dominance import FloatArray, nondominated
 from mgeo.runs.hypervolume import scaled
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 BEYOND_NADIR = 1.1  # reference point where the union of fronts spans 0 to 1
 REFERENCE_SIZE = 500  # points of the reference front
+
+Origin = Literal["problem", "union", "given"]
 
 
 class NothingToCompareError(ValueError):
@@ -42,7 +45,7 @@ class IndicatorSpace:
     nadir: FloatArray
     reference_point: FloatArray
     reference_front: FloatArray
-    origin: Literal["problem", "union", "given"]
+    origin: Origin
     transform: Callable[[FloatArray], FloatArray] | None = None
 
     def __call__(self, F: FloatArray) -> FloatArray:
@@ -101,10 +104,10 @@ def indicator_space(
     best = everything[nondominated(everything)]
     if not len(best):
         raise NothingToCompareError("no run found a feasible solution")
-    transform = getattr(problem, "indicator_space", None)
+    transform = contract.indicator_space(problem)
     ideal, nadir = np.zeros(n_obj), np.ones(n_obj)
     reference_point = np.ones(n_obj)
-    origin: Literal["problem", "union", "given"] = "problem"
+    origin: Origin = "problem"
     if bounds is not None:
         origin, transform = "given", None
         ideal, nadir = (np.broadcast_to(np.asarray(b, dtype=float), (n_obj,)) for b in bounds)

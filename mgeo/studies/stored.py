@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
+from mgeo import contract
+from mgeo.algorithms.parameters import integer
+from mgeo.reading import entry, errors_of, read_json
+from mgeo.runs.names import column_names
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Case
+from mgeo.studies.indicators import applicable
 from mgeo.studies.record import Record
-from mgeo.studies.space import IndicatorSpace
+from mgeo.studies.space import IndicatorSpace, Origin
 from mgeo.tables import read_texts, to_csv
 
 TABLE, FINAL, RUNS, FRONTS = "table.csv", "final.csv", "runs.csv", "fronts.csv"
@@ -56,24 +61,31 @@ def read_comparison(folder: Path | str) -> Comparison:
     path = folder / PROVENANCE
     if not path.is_file():
         raise FileNotFoundError(f"{folder} holds no comparison: there is no {PROVENANCE}")
-    data = json.loads(path.read_text(encoding="utf-8"))
-    try:
-        case = Case("", data["problem"]["name"], data["problem"]["options"])
-        algorithms, n_eval = tuple(data["algorithms"]), int(data["evaluations"])
-        stated = data["space"]
+    data = read_json(path)
+    with errors_of(path):
+        name = entry(entry(data, "problem", dict), "name", str, "problem.")
+        case = Case("", name, entry(data["problem"], "options", dict, "problem."))
+        algorithms = tuple(entry(data, "algorithms", dict))
+        n_eval = integer("evaluations", entry(data, "evaluations", int), low=1)
+        stated = entry(data, "space", dict)
+        origin = entry(stated, "origin", str, "space.")
+        if origin not in get_args(Origin):
+            raise ValueError(
+                f"space.origin = {origin!r:.80}: expected {', '.join(get_args(Origin))}"
+            )
+        problem = case.build()
         ideal, nadir, point = (
-            np.array(stated[key]) for key in ("ideal", "nadir", "reference_point")
+            _point(stated, key, problem.n_obj) for key in ("ideal", "nadir", "reference_point")
         )
-        origin = stated["origin"]
-    except KeyError as error:
-        raise ValueError(f"{path}: {error.args[0]} is missing") from error
-    problem = case.build()
-    transform = getattr(problem, "indicator_space", None) if origin == "problem" else None
+    transform = contract.indicator_space(problem) if origin == "problem" else None
     space = IndicatorSpace(ideal, nadir, point, np.empty((0, problem.n_obj)), origin, transform)
-    table, runs = (_read(folder / name) for name in (TABLE, RUNS))
+    indicators = [indicator.name for indicator in applicable(problem.n_obj)]
+    counts = ["wall_time", "failed_evaluations"]
+    table = _read(folder / TABLE, algorithms, ["evaluations", "points", *indicators])
+    runs = _read(folder / RUNS, algorithms, counts, ["status", "error"])
     records = {}
-    if (folder / FRONTS).is_file():
-        fronts = _read(folder / FRONTS)
+    if (folder / FRONTS).exists():
+        fronts = _read(folder / FRONTS, algorithms, column_names(problem)[1])
         records = {
             (str(row["algorithm"]), int(row["seed"])): _record(row, fronts, n_eval)
             for row in runs.to_dict("records")
@@ -82,9 +94,32 @@ def read_comparison(folder: Path | str) -> Comparison:
     return Comparison(problem, algorithms, n_eval, table, runs, records, space)
 
 
-def _read(path: Path) -> pd.DataFrame:
+def _point(stated: Mapping[str, Any], key: str, n_obj: int) -> NDArray[np.float64]:
+    values = entry(stated, key, list[float], "space.")
+    if len(values) != n_obj:
+        raise ValueError(f"space.{key} = {values!r:.80}: expected {n_obj} numbers")
+    return np.array(values, dtype=float)
+
+
+def _read(
+    path: Path, algorithms: Sequence[str], numbers: Sequence[str], texts: Sequence[str] = ()
+) -> pd.DataFrame:
+    """A table of runs, with columns of numbers, others of texts, and perhaps more."""
     text = read_texts(path)
-    return pd.DataFrame({name: _typed(text[name]) for name in text.columns})
+    with errors_of(path):
+        for name in ("algorithm", "seed", *numbers, *texts):
+            if name not in text.columns:
+                raise ValueError(f"there is no column {name!r}")
+        as_text = {"algorithm", *texts}
+        table = pd.DataFrame(
+            {name: text[name] if name in as_text else _typed(text[name]) for name in text.columns}
+        )
+        for name in ("seed", *numbers):
+            if table[name].dtype.kind not in ("i" if name == "seed" else "if"):
+                raise ValueError(f"column {name}: expected numbers")
+        for name in set(table["algorithm"]) - set(algorithms):
+            raise ValueError(f"algorithm {name!r:.80}: expected one of {', '.join(algorithms)}")
+    return table
 
 
 def _typed(column: pd.Series[str]) -> pd.Series[Any]:

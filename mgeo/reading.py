@@ -1,0 +1,184 @@
+"""Reading of files that somebody else may have written: bounded, plain data, clear errors."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import stat
+import sys
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, get_args, get_origin
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Far more than any file of ours holds, and less than memory does.
+MOST_BYTES = 2**30
+
+_EXPECTED: Mapping[Any, str] = {
+    str: "a string",
+    int: "an integer",
+    float: "a finite number",
+    bool: "true or false",
+    dict: "a table",
+    list: "a list",
+}
+
+
+@contextmanager
+def errors_of(path: Path | str) -> Iterator[None]:
+    """Put the file's name before the message of any ValueError, and make one of a TypeError."""
+    try:
+        yield
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def read_file(path: Path | str, most: int = MOST_BYTES) -> bytes:
+    """Content of a regular file.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    ValueError
+        If it is a folder, a pipe or a device, which might never end, or larger than `most` bytes.
+    """
+    # without waiting for somebody who writes into a pipe
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _BINARY)
+    with open(descriptor, "rb") as file:
+        status = os.fstat(descriptor)
+        if not stat.S_ISREG(status.st_mode):
+            raise ValueError(f"{path} is a folder, a pipe or a device: expected a file")
+        if status.st_size > most:
+            raise ValueError(f"{path} has {status.st_size} bytes: expected at most {most}")
+        return file.read(most)
+
+
+def read_text(path: Path | str, most: int = MOST_BYTES) -> str:
+    """Content of a file in UTF-8.
+
+    Raises
+    ------
+    OSError, ValueError
+        As `read_file`, or if it is no UTF-8.
+    """
+    content = read_file(path, most)
+    with errors_of(path):
+        return content.decode("utf-8")
+
+
+def read_json(path: Path | str) -> Any:
+    """Data of a JSON file.
+
+    Raises
+    ------
+    OSError, ValueError
+        As `read_text`, or if it is no JSON.
+    """
+    text = read_text(path)
+    with errors_of(path):
+        return parse_json(text)
+
+
+def parse_json(text: str) -> Any:
+    """Data of JSON.
+
+    Raises
+    ------
+    ValueError
+        If it is none, or nested too deeply.
+    """
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Tables of TOML.
+
+    Raises
+    ------
+    ValueError
+        If it is none, or nested too deeply.
+    """
+    try:
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise ValueError(f"no valid TOML: {error}") from None
+
+
+def entry(table: Any, key: str, kind: Any, where: str = "") -> Any:
+    """An entry of a table that was read, which is of the kind expected.
+
+    Parameters
+    ----------
+    kind
+        str, int, float (finite; also an int), bool, list, dict, or of these ``list[str]``,
+        ``dict[str, int]``, and so on.
+    where
+        What the table is called in messages, such as ``"recipe."``.
+
+    Raises
+    ------
+    ValueError
+        If it is missing.
+    TypeError
+        If it is of another kind.
+    """
+    if not isinstance(table, Mapping):
+        raise TypeError(f"{where.rstrip('.') or 'the content'} = {table!r:.80}: expected a table")
+    if key not in table:
+        raise ValueError(f"{where}{key} is missing: expected {_expected(kind)}")
+    if not _is(table[key], kind):
+        raise TypeError(f"{where}{key} = {table[key]!r:.80}: expected {_expected(kind)}")
+    return table[key]
+
+
+def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
+    """The arrays of numbers in an .npz archive; nothing is unpickled.
+
+    Raises
+    ------
+    ValueError
+        If it is no such archive, or there is anything else in it.
+    """
+    try:
+        archive: Any = np.load(io.BytesIO(content), allow_pickle=False)
+        if isinstance(archive, np.ndarray):
+            raise ValueError("there is one array alone")
+        if sum(member.file_size for member in archive.zip.infolist()) > MOST_BYTES:
+            raise ValueError(f"more than {MOST_BYTES} bytes are in it")
+        arrays = dict(archive)
+    except Exception as error:  # of many kinds: those of zip files, of compression, of memory
+        raise ValueError(f"no archive of arrays: {type(error).__name__}: {error}") from error
+    for name, array in arrays.items():
+        if not isinstance(array, np.ndarray) or array.dtype.kind not in "biuf":
+            raise ValueError(f"no archive of arrays: {name!r} is no array of numbers")
+    return arrays
+
+
+def _is(value: Any, kind: Any) -> bool:
+    base = get_origin(kind) or kind
+    if base is float:
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        return number and abs(value) <= sys.float_info.max
+    if not isinstance(value, base) or (base is int and isinstance(value, bool)):
+        return False
+    entries = value.values() if base is dict else value if base is list else ()
+    return all(_is(each, get_args(kind)[-1]) for each in entries) if get_args(kind) else True
+
+
+def _expected(kind: Any) -> str:
+    base = get_origin(kind)
+    if base is None:
+        return _EXPECTED[kind]
+    return f"{_EXPECTED[base]}, each entry {_expected(get_args(kind)[-1])}"
+
+
+_BINARY = getattr(os, "O_BINARY", 0)
