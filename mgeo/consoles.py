@@ -6,6 +6,7 @@ import os
 import sys
 
 from rich.console import Console
+from rich.text import Text
 
 _WIDTH_OF_A_FILE = 160  # rich would cut what is wider than 80
 
@@ -16,6 +17,19 @@ def console(*, stderr: bool = False) -> Console:
     return Console(
         stderr=stderr, force_terminal=terminal, width=None if terminal else _WIDTH_OF_A_FILE
     )
+
+
+def printable(text: str) -> str:
+    """The text with its control characters written out.
+
+    A file, or a folder's name, must not be able to command the terminal it is shown on.
+    """
+    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
+
+
+def plain(text: object, style: str = "") -> Text:
+    """Text for a console, with its control characters written out."""
+    return Text(printable(str(text)), style=style)
 
 
 def is_terminal(*, stderr: bool = False) -> bool:

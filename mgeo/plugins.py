@@ -43,8 +43,6 @@ from importlib.metadata import EntryPoint, entry_points
 from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
@@ -171,8 +169,13 @@ def _built(name: str, build: Callable[[], Any]) -> Problem:
             raise PluginError(
                 f"{key} of problem {name!r} = {count!r:.80}: expected an integer >= {least}"
             )
+    _check_sizes(name, problem)
+    return problem
+
+
+def _check_sizes(name: str, problem: Problem) -> None:
     if getattr(problem, "vars", None) is not None:
-        return problem  # whose bounds are in its variables
+        return  # its bounds are in its variables
     for key in ("xl", "xu"):
         bound = getattr(problem, key)
         if bound is not None and not _is_bound(bound, problem.n_var):
@@ -181,10 +184,11 @@ def _built(name: str, build: Callable[[], Any]) -> Problem:
             )
     if problem.xl is not None and problem.xu is not None and (problem.xl > problem.xu).any():
         raise PluginError(f"problem {name!r}: expected xl <= xu, not {problem.xl} and {problem.xu}")
-    return problem
 
 
 def _is_bound(bound: Any, n_var: int) -> bool:
+    import numpy as np
+
     values = np.asarray(bound)
     return values.shape == (n_var,) and values.dtype.kind in "biuf" and not np.isnan(values).any()
 

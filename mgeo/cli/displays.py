@@ -10,10 +10,10 @@ from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.table import Table
-from rich.text import Text
 
 from mgeo.cli.progress import Display, Snapshot
 from mgeo.cli.signals import StopRequest
+from mgeo.consoles import plain
 
 _STOPPING = "stopping after this generation; Ctrl-C again to stop at once"
 
@@ -46,7 +46,7 @@ class PlainDisplay:
         self._print("  ".join(fields))
 
     def _print(self, line: str) -> None:
-        self._console.print(Text(line), soft_wrap=True)
+        self._console.print(plain(line), soft_wrap=True)
 
 
 class LiveDisplay:
@@ -66,14 +66,14 @@ class LiveDisplay:
 
     def __rich__(self) -> RenderableType:
         snapshot = self._snapshot
-        lines: list[RenderableType] = [Text(self._title, style="bold")]
+        lines: list[RenderableType] = [plain(self._title, style="bold")]
         if snapshot is None:
-            lines.append(Text(f"first generation  {clock(time.monotonic() - self._start)}"))
+            lines.append(plain(f"first generation  {clock(time.monotonic() - self._start)}"))
         else:
             since = 0.0 if snapshot.last else time.monotonic() - self._taken
             lines += [_bar(snapshot), _table(_times(snapshot, since) + _quantities(snapshot))]
         if self._request and not (snapshot and snapshot.last):
-            lines.append(Text(_STOPPING, style="yellow"))
+            lines.append(plain(_STOPPING, style="yellow"))
         return Group(*lines)
 
 
@@ -109,12 +109,12 @@ def _quantities(snapshot: Snapshot) -> list[tuple[str, str]]:
 def _bar(snapshot: Snapshot) -> RenderableType:
     row = Table.grid(padding=(0, 2))
     done = min(snapshot.evaluations, snapshot.budget)
-    row.add_row(ProgressBar(snapshot.budget, done, width=40), Text(_evaluations(snapshot)))
+    row.add_row(ProgressBar(snapshot.budget, done, width=40), plain(_evaluations(snapshot)))
     return row
 
 
 def _table(fields: list[tuple[str, str]]) -> RenderableType:
     table = Table.grid(padding=(0, 2))
     for name, value in fields:
-        table.add_row(Text(name, style="dim"), Text(value))
+        table.add_row(plain(name, style="dim"), plain(value))
     return table

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from rich.table import Table
-from rich.text import Text
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.displays import clock
 from mgeo.cli.output import Output
 from mgeo.cli.running import can_draw, run_title
+from mgeo.consoles import plain
 from mgeo.runs import (
     CHECKPOINT_FILE,
     FIGURE_FILE,
@@ -115,5 +115,5 @@ def _time(seconds: float, timed: int) -> str:
 def _table(rows: Mapping[str, str]) -> Table:
     table = Table.grid(padding=(0, 2))
     for name, text in rows.items():
-        table.add_row(Text(name, style="dim"), Text(text))
+        table.add_row(plain(name, style="dim"), plain(text))
     return table

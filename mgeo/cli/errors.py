@@ -13,10 +13,13 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from mgeo.consoles import printable
+
 #: What typer raises for a command line that cannot be understood; where it is kept has changed.
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 _DEBUG = "mgeo.debug"
+_LONGEST = 600  # characters of a message
 
 
 class ExitCode(IntEnum):
@@ -24,7 +27,11 @@ class ExitCode(IntEnum):
 
     DONE = 0, "done"
     ERROR = 1, "an error in mgeo or in a problem, which --debug shows with its traceback"
-    BAD_INPUT = 2, "bad input: arguments, files, options, no room on the disk; nothing is damaged"
+    BAD_INPUT = (
+        2,
+        "bad input: arguments, files, options, a problem that does not keep its contract, no room "
+        "on the disk; nothing is damaged",
+    )
     INCOMPLETE = 3, "done, but runs of a study failed"
     INTERRUPTED = 130, "Ctrl-C; what was found is kept"
     TERMINATED = 143, "SIGTERM; what was found is kept"
@@ -95,23 +102,26 @@ def _ended(ctx: Any) -> Iterator[None]:
     except UsageError as error:
         at = getattr(error, "ctx", None) or ctx
         help_of = f"see {at.command_path} --help"
-        message = error.format_message()  # type: ignore[attr-defined]
-        raise _end(
-            f"{' '.join(message.split()).rstrip('.')} ({help_of})", ExitCode.BAD_INPUT
-        ) from error
+        message = _short(error.format_message())  # type: ignore[attr-defined]
+        raise _end(f"{message.rstrip('.')} ({help_of})", ExitCode.BAD_INPUT) from error
     except Refused as error:
         _show_traceback(ctx, error.__cause__)
         raise _end(str(error), ExitCode.BAD_INPUT) from error
     except KeyboardInterrupt as error:
         raise _end("interrupted", ExitCode.INTERRUPTED) from error
     except Exception as error:  # a bug, here or in a plugin
+        from mgeo.evaluation import EvaluationError
+        from mgeo.plugins import PluginError
+
         _show_traceback(ctx, error)
+        if isinstance(error, PluginError | EvaluationError):
+            raise _end(_one_line(error), ExitCode.BAD_INPUT) from error
         line = f"{type(error).__name__}: {_one_line(error)} ({_place(error)}; see --debug)"
         raise _end(line, ExitCode.ERROR) from error
 
 
 def _end(message: str, code: ExitCode) -> typer.Exit:
-    typer.echo(f"Error: {message}", err=True)
+    typer.echo(f"Error: {printable(message)}", err=True)
     return typer.Exit(code)
 
 
@@ -121,7 +131,16 @@ def _show_traceback(ctx: Any, error: BaseException | None) -> None:
 
 
 def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
+    return _short(str(error)) or type(error).__name__
+
+
+def _short(message: str) -> str:
+    """On one line, which a person can read: a value that was quoted may be a whole file."""
+    line = " ".join(message.split())
+    half = _LONGEST // 2
+    return line if len(line) <= _LONGEST else f"{line[:half]} ... {line[-half:]}"
+        line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"
+    )
 
 
 def _place(error: Exception) -> str:

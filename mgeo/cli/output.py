@@ -12,7 +12,7 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-from mgeo.consoles import console
+from mgeo.consoles import console, plain, printable
 
 
 @dataclass(frozen=True)
@@ -39,17 +39,17 @@ class Output:
             return
         out = console()
         for each in shown:
-            text = Text(each) if isinstance(each, str) else each
+            text = plain(each) if isinstance(each, str) else each
             out.print(text, soft_wrap=isinstance(text, Text))
 
     def note(self, text: str) -> None:
         """Tell something beside the result, on stderr."""
-        typer.echo(text, err=True)
+        typer.echo(printable(text), err=True)
 
     def result(self, document: Mapping[str, Any]) -> None:
         """Give scripts what the command found; numbers that JSON does not have become null."""
         if self.json:
-            text = json.dumps(_plain(document), indent=2, allow_nan=False, ensure_ascii=False)
+            text = json.dumps(_plain(document), indent=2, allow_nan=False)
             typer.echo(text)
 
 

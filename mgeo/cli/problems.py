@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from rich.table import Table
-from rich.text import Text
 
 from mgeo.cli.output import Output
+from mgeo.consoles import plain
 from mgeo.plugins import Plugin, installed_plugins, load_problem, preset_names
 from mgeo.runs.names import problem_size
 
@@ -28,9 +28,9 @@ def list_problems(output: Output) -> None:
             cells += [str(len(one["variables"])), ", ".join(one["objectives"])]
         else:
             cells += ["-", "does not load"]
-        table.add_row(*map(Text, cells))
+        table.add_row(*map(plain, cells))
     errors = [f"Error: {one['name']}: {one['error']}" for one in found if one["error"] is not None]
-    output.print(table, *(Text(error, style="red") for error in errors))
+    output.print(table, *(plain(error, style="red") for error in errors))
 
 
 def _described(plugin: Plugin) -> dict[str, Any]:

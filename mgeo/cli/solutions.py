@@ -5,9 +5,9 @@ from __future__ import annotations
 import pandas as pd
 from pymoo.core.problem import Problem
 from rich.table import Table
-from rich.text import Text
 
 from mgeo import contract
+from mgeo.consoles import plain
 from mgeo.runs import Outcome, front_table, highlights
 
 
@@ -24,9 +24,9 @@ def solutions_table(problem: Problem, outcome: Outcome) -> Table:
     table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 2, 0, 0))
     table.add_column("")
     for highlight in chosen:
-        table.add_column(Text(highlight.label), justify="right")
+        table.add_column(plain(highlight.label), justify="right")
     for name in described.columns:
-        table.add_row(Text(str(name)), *(Text(_shown(value)) for value in described[name]))
+        table.add_row(plain(str(name)), *(plain(_shown(value)) for value in described[name]))
     return table
 
 

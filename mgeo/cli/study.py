@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import joblib
-from rich.text import Text
 
 from mgeo.cli.dry_run import describe_study
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.output import Output
+from mgeo.consoles import plain
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Study, read_study
 from mgeo.studies.outline import outline
@@ -73,7 +73,7 @@ def _print_results(
     for label, comparison in comparisons.items():
         titles = {indicator.name: indicator.title for indicator in comparison.indicators}
         table = comparison.overview().rename(columns=titles)
-        output.print(Text(f"\n{label}", style="bold"), table.to_string(), *verdict(comparison))
+        output.print(plain(f"\n{label}", style="bold"), table.to_string(), *verdict(comparison))
     output.print(f"\nwritten: {out / REPORT}")
     output.result(
         {

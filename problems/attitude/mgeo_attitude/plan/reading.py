@@ -6,7 +6,9 @@ import csv
 import io
 import json
 import math
+import os
 import re
+import stat
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -45,9 +47,12 @@ def read_text(path: Path) -> str:
     OSError
         If it cannot be read.
     ValueError
-        If it is no UTF-8, or larger than `MOST_BYTES`.
+        If it is no regular file, no UTF-8, or larger than `MOST_BYTES`.
     """
-    with path.open("rb") as file:
+    # without waiting for somebody who writes into a pipe
+    with open(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise ValueError("a folder, a pipe or a device: expected a file")
         content = file.read(MOST_BYTES + 1)
     if len(content) > MOST_BYTES:
         raise ValueError(f"larger than {MOST_BYTES} bytes: no file of ours")

@@ -127,7 +127,7 @@ def read_front(folder: str | os.PathLike[str]) -> Front:
     """
     folder = Path(folder)
     run, front = folder / RUN_FILE, folder / FRONT_FILE
-    if not run.is_file():
+    if not run.exists():
         raise FileNotFoundError(f"{folder} holds no run: there is no {RUN_FILE}")
     with errors_of(run):
         problem = _problem(parse_json(read_text(run)))
