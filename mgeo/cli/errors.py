@@ -139,8 +139,6 @@ def _short(message: str) -> str:
     line = " ".join(message.split())
     half = _LONGEST // 2
     return line if len(line) <= _LONGEST else f"{line[:half]} ... {line[-half:]}"
-        line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"
-    )
 
 
 def _place(error: Exception) -> str:
