@@ -228,7 +228,7 @@ def read(path: Path | str) -> Contents:
         raise ValueError(f"{path} is no checkpoint of mgeo, or its beginning is damaged")
     if words[0] != str(FORMAT).encode():
         raise ValueError(
-            f"{path} has format {words[0].decode(errors='replace')!r:.40}: this version of mgeo "
+            f"{path} has format {words[0].decode(errors='replace'):.40}: this version of mgeo "
             f"reads format {FORMAT}"
         )
     if hashlib.sha256(body).hexdigest().encode() != words[1]:

@@ -109,9 +109,8 @@ def _ask(problem: Problem, name: str, *arguments: Any) -> Any:
         given = getattr(problem, name)(*arguments)
         return list(given) if isinstance(given, Iterator) else given
     except Exception as error:  # whatever a problem raises: foreign code
-        raise PluginError(
-            f"{name} of problem {type(problem).__name__} raised {type(error).__name__}: {error}"
-        ) from error
+        raised = f"{type(error).__name__}: {error}".removesuffix(": ")
+        raise PluginError(f"{name} of problem {type(problem).__name__} raised {raised}") from error
 
 
 def _figure(problem: Problem, name: str, given: Any) -> go.Figure:

@@ -69,7 +69,7 @@ def read_index(folder: Path) -> Index | None:
     with errors_of(path):
         found = entry(data, "format", int)
         if found != FORMAT:
-            raise ValueError(f"format = {found!r}: this version of mgeo reads {FORMAT}")
+            raise ValueError(f"format = {found!r}: this version of mgeo reads format {FORMAT}")
         X, F = (entry(data, key, list[str]) for key in ("variables", "objectives"))
         if len({*X, *F}) < len(X) + len(F):
             raise ValueError("variables and objectives: expected different names")

@@ -39,4 +39,4 @@ def read_texts(path: Path) -> pd.DataFrame:
         for i, row in enumerate(rows, 1):
             if len(row) != len(header):
                 raise ValueError(f"row {i} has {len(row)} values: expected {len(header)}")
-        return pd.DataFrame(rows, columns=header, dtype=object)
+        return pd.DataFrame(rows, columns=header).astype(str)

@@ -23,6 +23,11 @@ NASTY: list[Any] = [
 ]  # fmt: skip
 
 
+def nasty(box: Box) -> Any:
+    """A value where another one belongs."""
+    return copy.deepcopy(box.pick(NASTY))
+
+
 def spoiled_bytes(box: Box, content: bytes) -> bytes:
     """Cut, flipped, doubled, emptied, ..."""
     changes = {
@@ -57,10 +62,10 @@ def spoiled_tree(box: Box, tree: Any) -> Any:
     for _ in range(1 if box.chance(0.8) else 3):
         paths = list(_paths(spoiled))
         if not paths:
-            return box.pick(NASTY)
+            return nasty(box)
         parent, key = box.pick(paths)
         changes: dict[str, Callable[[], Any]] = {
-            "something else": lambda p=parent, k=key: p.__setitem__(k, box.pick(NASTY)),
+            "something else": lambda p=parent, k=key: p.__setitem__(k, nasty(box)),
             "removed": lambda p=parent, k=key: p.__delitem__(k),
             "in a list": lambda p=parent, k=key: p.__setitem__(k, [p[k]]),
             "as text": lambda p=parent, k=key: p.__setitem__(k, str(p[k])),

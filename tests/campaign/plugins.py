@@ -15,7 +15,7 @@ from mgeo.plugins import GROUP
 
 from . import faulty
 from .harness import Attempt, Box, kind
-from .mutations import ESCAPES, NASTY
+from .mutations import ESCAPES, nasty
 
 WRITES = ("work/made/*",)
 
@@ -73,7 +73,7 @@ def _drawn(box: Box) -> tuple[str, Any]:
     special = _SPECIAL[name]
     part = box.pick(_RAISED) if not special or box.chance(0.35) else box.pick(special)
     if special and box.chance(0.15):
-        part = box.pick(NASTY)
+        part = nasty(box)
     box.note(f"{name} is {part!r:.200}")
     return name, part
 

@@ -227,10 +227,13 @@ def test_damage_is_noticed(tmp_path):
     index = tmp_path / "index.json"
     text = index.read_text()
     for bad, message in (
-        (text[:-9], "is damaged"),
-        (text.replace('"format": 1', '"format": 7'), "format = 7: this version of mgeo reads 1"),
-        ("[]", "format = None"),
-        (json.dumps({"format": 1}), "is damaged: 'chunks'"),
+        (text[:-9], "index.json: Expecting"),
+        (
+            text.replace('"format": 1', '"format": 7'),
+            "format = 7: this version of mgeo reads format 1",
+        ),
+        ("[]", r"the content = \[\]: expected a table"),
+        (json.dumps({"format": 1}), "variables is missing"),
     ):
         index.write_text(bad)
         with pytest.raises(ValueError, match=message):

@@ -138,7 +138,7 @@ def test_errors_in_every_candidate_leave_what_was_made(mgeo, monkeypatch):
 
     monkeypatch.setattr("stand_in.Cantilever._evaluate", fail)
     done = mgeo("solve", "cantilever", *SHORT, "--evaluations", 400, "--out", "a")
-    assert done.exit_code == 1
+    assert done.exit_code == 2
     assert "the first with ValueError: no license" in done.stderr
     assert "To go on once that is put right: mgeo resume a" in done.stderr
     monkeypatch.setattr("stand_in.Cantilever._evaluate", sound)

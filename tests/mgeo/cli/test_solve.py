@@ -175,15 +175,14 @@ def test_a_failing_problem_is_one_line_and_leaves_no_folder(mgeo, monkeypatch):
 
     monkeypatch.setattr("stand_in.Cantilever._evaluate", fail)
     failed = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--quiet")
-    assert failed.exit_code == 1
+    assert failed.exit_code == 2
     assert re.fullmatch(
-        r"Error: EvaluationError: .*candidates failed, the first with ValueError: singular matrix.*"
-        r" \(evaluation\w*\.py, line \d+; see --debug\)\n",
+        r"Error: .*candidates failed, the first with ValueError: singular matrix.*\n",
         failed.stderr,
     )
     assert not Path("a").exists()
     failed = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--debug")
-    assert failed.exit_code == 1
+    assert failed.exit_code == 2
     assert ", in fail\n" in failed.stderr
 
 
@@ -217,11 +216,8 @@ def test_a_figure_that_fails_does_not_cost_the_run(mgeo, monkeypatch):
 
     monkeypatch.setattr("stand_in.Cantilever.figures", fail)
     failed = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--quiet")
-    assert failed.exit_code == 1
-    assert re.match(
-        r"Error: ZeroDivisionError: ZeroDivisionError \(test_solve.py, line \d+; see --debug\)$",
-        failed.stderr,
-    )
+    assert failed.exit_code == 2
+    assert failed.stderr == "Error: figures of problem Cantilever raised ZeroDivisionError\n"
     assert read_run("a").outcome.evaluations == 400
 
 

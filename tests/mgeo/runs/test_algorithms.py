@@ -56,7 +56,7 @@ def test_names_parameters_and_values_are_checked():
     with pytest.raises(ValueError, match=r"'nsga2' has no parameter 'tau': expected population"):
         complete_parameters("nsga2", {"tau": 1})
     for population in (3, 4.5, True, "20"):
-        with pytest.raises(ValueError, match=r"population = .*expected an integer >= 4"):
+        with pytest.raises((ValueError, TypeError), match="expected an integer from 4 to 100,000"):
             build_algorithm("nsga2", {"population": population}, ZDT1())
     with pytest.raises(ValueError, match="tau = -1"):
         build_algorithm("mgeo-real", {"tau": -1}, ZDT1())

@@ -76,16 +76,26 @@ def test_the_versions_are_those_installed(run):
 
 def test_special_numbers_and_an_empty_front_survive(run, tmp_path):
     X = np.array([[0.1 + 0.2, -0.0], [5e-324, 1.7976931348623157e308]])
-    F = np.array([[np.inf, 1.0], [np.nan, 1e22]])
+    F = np.array([[-1e-300, 1.0], [1 / 3, 1e22]])
     odd = Run(run.recipe, replace(run.outcome, X=X, F=F), run.versions)
     write_run(tmp_path / "odd", odd)
     read = read_run(tmp_path / "odd").outcome
     assert read.X.tobytes() == X.tobytes()
-    assert np.array_equal(read.F, F, equal_nan=True)
+    assert read.F.tobytes() == F.tobytes()
     none = replace(run.outcome, X=X[:0], F=F[:0], hypervolume=None)
     write_run(tmp_path / "none", Run(run.recipe, none, run.versions))
     read = read_run(tmp_path / "none").outcome
     assert (read.X.shape, read.F.shape, read.hypervolume) == ((0, 2), (0, 2), None)
+
+
+def test_a_front_of_other_than_finite_numbers_is_refused(run, tmp_path):
+    F = run.outcome.F.copy()
+    F[1, 0] = np.nan
+    write_run(tmp_path, Run(run.recipe, replace(run.outcome, F=F), run.versions))
+    with pytest.raises(
+        ValueError, match=r"front\.csv: row 2, mass \[kg\] = 'nan': expected a finite"
+    ):
+        read_run(tmp_path)
 
 
 def test_a_folder_in_use_is_refused_unless_told(run, tmp_path):
