@@ -45,7 +45,7 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
         _check_replaceable(folder / name)
     try:
         for name, content in contents.items():
-            temporary = folder / f".{name}.{secrets.token_hex(4)}.tmp"
+            temporary = folder / f".{name}.{secrets.token_hex(8)}.tmp"
             staged[temporary] = folder / name
             _write_through(temporary, content)
         for temporary, path in staged.items():
@@ -99,7 +99,12 @@ def _write_through(path: Path, content: bytes) -> None:
 def _sync_folder(folder: Path) -> None:
     if os.name == "nt":  # Windows cannot open a folder, and its renames are durable
         return
-    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        descriptor = os.open(folder, os.O_RDONLY)
+    except (
+        PermissionError
+    ):  # it may be written but not read: the files have their names all the same
+        return
     try:
         os.fsync(descriptor)
     finally:

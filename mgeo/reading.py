@@ -29,13 +29,17 @@ _EXPECTED: Mapping[Any, str] = {
 }
 
 
+class FileError(ValueError):
+    """A file that does not hold what it should; the message says which, what and where."""
+
+
 @contextmanager
 def errors_of(path: Path | str) -> Iterator[None]:
-    """Put the file's name before the message of any ValueError, and make one of a TypeError."""
+    """Make a `FileError` of any ValueError or TypeError: with the file's name before it."""
     try:
         yield
     except (ValueError, TypeError) as error:
-        raise ValueError(f"{path}: {error}") from error
+        raise FileError(f"{path}: {error}") from error
 
 
 def read_file(path: Path | str, most: int = MOST_BYTES) -> bytes:
@@ -45,7 +49,7 @@ def read_file(path: Path | str, most: int = MOST_BYTES) -> bytes:
     ------
     OSError
         If it cannot be read.
-    ValueError
+    FileError
         If it is a folder, a pipe or a device, which might never end, or larger than `most` bytes.
     """
     # without waiting for somebody who writes into a pipe
@@ -53,9 +57,9 @@ def read_file(path: Path | str, most: int = MOST_BYTES) -> bytes:
     with open(descriptor, "rb") as file:
         status = os.fstat(descriptor)
         if not stat.S_ISREG(status.st_mode):
-            raise ValueError(f"{path} is a folder, a pipe or a device: expected a file")
+            raise FileError(f"{path} is a folder, a pipe or a device: expected a file")
         if status.st_size > most:
-            raise ValueError(f"{path} has {status.st_size} bytes: expected at most {most}")
+            raise FileError(f"{path} has {status.st_size} bytes: expected at most {most}")
         return file.read(most)
 
 
@@ -64,7 +68,7 @@ def read_text(path: Path | str, most: int = MOST_BYTES) -> str:
 
     Raises
     ------
-    OSError, ValueError
+    OSError, FileError
         As `read_file`, or if it is no UTF-8.
     """
     content = read_file(path, most)
@@ -77,7 +81,7 @@ def read_json(path: Path | str) -> Any:
 
     Raises
     ------
-    OSError, ValueError
+    OSError, FileError
         As `read_text`, or if it is no JSON.
     """
     text = read_text(path)

@@ -16,6 +16,7 @@ from pymoo.core.problem import Problem
 
 from mgeo.algorithms.parameters import integer, number
 from mgeo.designs import as_numbers
+from mgeo.reading import FileError
 from mgeo.recorder_files import (
     COLUMNS,
     Index,
@@ -146,7 +147,7 @@ class Recorder(Callback):
         found = read_index(self.folder)
         if generation == 1:
             if found is not None and not self.overwrite:
-                raise ValueError(
+                raise FileError(
                     f"{self.folder} holds a record of {found.rows} evaluations: choose another "
                     "folder, or overwrite=True"
                 )
@@ -154,18 +155,18 @@ class Recorder(Callback):
             found = fresh
         remove_partial_files(self.folder)
         if found is None:
-            raise ValueError(
+            raise FileError(
                 f"{self.folder} holds no record: expected that of the generations before "
                 f"{generation}"
             )
         if replace(found, chunks=()) != fresh:
-            raise ValueError(f"{self.folder} holds the record of another problem")
+            raise FileError(f"{self.folder} holds the record of another problem")
         index, rest = cut(self.folder, found, generation)
         parts = [] if rest is None else [rest]
         ends = [chunk.last for chunk in index.chunks]
         ends += [int(part["generation"][-1]) for part in parts]
         if max(ends, default=0) != generation - 1:
-            raise ValueError(
+            raise FileError(
                 f"{self.folder} ends with generation {max(ends, default=0)}: expected the "
                 f"generations before {generation}"
             )
@@ -203,7 +204,7 @@ def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.
             return pd.concat(parts, ignore_index=True)
         names = ["generation", *index.variables, *index.objectives, "failed"]
         return pd.DataFrame(columns=names if columns is None else list(columns))
-    raise ValueError(f"{folder} is damaged: {missing}")
+    raise FileError(f"{folder} is damaged: {missing}")
 
 
 def _index_of(folder: Path) -> Index:

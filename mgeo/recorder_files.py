@@ -19,7 +19,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from mgeo.files import remove_leftovers, to_npz, write_file
-from mgeo.reading import entry, errors_of, from_npz, read_file, read_json
+from mgeo.reading import FileError, entry, errors_of, from_npz, read_file, read_json
 
 FORMAT = 1
 INDEX = "index.json"
@@ -102,7 +102,7 @@ def remove_partial_files(folder: Path) -> None:
     """Remove what a process that was killed while it wrote here has left."""
     for name in {
         INDEX,
-        *(re.sub(r"^\.|\.[0-9a-f]{8}\.tmp$", "", p.name) for p in folder.iterdir()),
+        *(re.sub(r"^\.|\.[0-9a-f]{16}\.tmp$", "", p.name) for p in folder.iterdir()),
     }:
         if name == INDEX or _CHUNK.fullmatch(name):
             remove_leftovers(folder / name)
@@ -129,7 +129,7 @@ def read_chunk(folder: Path, index: Index, chunk: Chunk) -> Rows:
     path = folder / chunk.file
     content = read_file(path)
     if hashlib.sha256(content).hexdigest() != chunk.sha256:
-        raise ValueError(f"{path} is damaged: it is not what the index says")
+        raise FileError(f"{path} is damaged: it is not what the index says")
     with errors_of(path):
         rows = from_npz(content)
         widths = {"X": len(index.variables), "F": len(index.objectives)}

@@ -112,9 +112,10 @@ def _ended(ctx: Any) -> Iterator[None]:
     except Exception as error:  # a bug, here or in a plugin
         from mgeo.evaluation import EvaluationError
         from mgeo.plugins import PluginError
+        from mgeo.reading import FileError
 
         _show_traceback(ctx, error)
-        if isinstance(error, PluginError | EvaluationError):
+        if isinstance(error, PluginError | EvaluationError | FileError):
             raise _end(_one_line(error), ExitCode.BAD_INPUT) from error
         line = f"{type(error).__name__}: {_one_line(error)} ({_place(error)}; see --debug)"
         raise _end(line, ExitCode.ERROR) from error

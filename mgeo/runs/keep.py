@@ -76,9 +76,14 @@ class Keeper:
     @property
     def can_go_on(self) -> bool:
         """Whether there is a checkpoint, and evaluations that would be lost without it."""
+        return self._checkpoint is not None and bool(self._checkpoint.generation) and self._made > 0
+
+    @property
+    def _made(self) -> int:
+        """Evaluations that did not fail."""
         evaluator = self._algorithm.evaluator
         made: int = evaluator.n_eval - getattr(evaluator, "n_failed", 0)
-        return self._checkpoint is not None and bool(self._checkpoint.generation) and made > 0
+        return made
 
     @property
     def error(self) -> OSError | None:
@@ -119,9 +124,11 @@ class Keeper:
             self._checkpoint.write(algorithm)
 
     def drop_if_useless(self) -> None:
-        """Remove a checkpoint of this run without which nothing is lost.
+        """Remove a checkpoint and a record of this run without which nothing is lost.
 
-        One from before stays: of a run that could not even be resumed it is all there is.
+        A checkpoint from before stays: of a run that could not even be resumed it is all there is.
         """
         if self._began and not self.can_go_on:
             self.path.unlink(missing_ok=True)
+        if self._began and self._recorder is not None and not self._made:
+            remove_record(self.folder / RECORD_FOLDER)

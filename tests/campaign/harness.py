@@ -29,6 +29,9 @@ MEMORY = 2**31  # bytes more than the process has: a case must not bring down th
 LONGEST = 1000  # characters of a message that a person reads
 BAD_INPUT = 2
 
+# in memory where there is such a place: most of the time of a case is that of its folder
+PLACE = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+
 APPS = {"mgeo": mgeo_app, "mgeo-attitude": attitude_app}
 
 
@@ -114,7 +117,7 @@ def run_case(number: int, only: str | None = None, keep: bool = False) -> Result
     weights = np.array([weight for weight, _ in KINDS.values()])
     drawn = list(KINDS)[int(rng.choice(len(KINDS), p=weights / weights.sum()))]
     name = only or drawn
-    root = Path(tempfile.mkdtemp(prefix=f"campaign-{number}-"))
+    root = Path(tempfile.mkdtemp(prefix=f"campaign-{number}-", dir=PLACE))
     box = Box(root, rng)
     before = Path.cwd()
     try:

@@ -17,7 +17,8 @@ ESCAPES = "\x1b]0;owned\x07\x1b[2J\x1b[31m"
 NASTY: list[Any] = [
     None, True, False, 0, -1, 1, 2.5, 1e308, -1e308, 10**30, -(10**30), 2**63, float("nan"),
     float("inf"), -float("inf"), "", " ", "x", "5", "nan", ESCAPES, "two\nlines", "../../x",
-    "/etc/passwd", "a\x00b", "\u2028", "<script>alert(1)</script>", "\ud800", "é" * 300, "x" * 20_000,
+    "/etc/passwd", "a\x00b", "\u2028", "<script>alert(1)</script>", "\ud800", "é" * 300,
+    "x" * 20_000,
     [], {}, [[]], [None], {"": None}, [1, 2, 3], [0.5] * 12, ["a", "a"], {"a": {"b": {"c": 1}}},
     list(range(1000)),
 ]  # fmt: skip

@@ -16,9 +16,11 @@ from mgeo.runs import read_run, resume_run
 
 from .harness import Attempt, Box, kind
 from .mutations import ESCAPES
+from .run_folders import RESUME_WRITES
 from .templates import put
 
 NOBODY = 65534
+SHORT = ["--runs", "2", "--evaluations", "8", "-q"]
 
 _NAMES = [
     "none", "none/deeper", "", ".", "..", "a\x00b", "x" * 250, "x" * 300, "x/" * 2500, "two\nlines",
@@ -45,7 +47,7 @@ def strange_path(box: Box) -> Attempt:
     """Where a command is told to read or write."""
     _furnish(box)
     name = box.pick(_NAMES)
-    run = ["--runs", "2", "--evaluations", "8", "-q"]
+    run = SHORT
     suffix = box.pick([".json", ".csv", ".aem", ""])
     if box.chance(0.3):
         put(box, "plans")
@@ -97,7 +99,10 @@ def strange_entry(box: Box) -> Attempt:
         ["mgeo", "resume", "run", "-q", "--evaluations", "180"],
         ["mgeo-attitude", "export", "run", "plan.csv"],
     ]
-    return Attempt(box.pick(actions), writes=("work/run/*", "work/plan.csv"), around=big)
+    action = box.pick(actions)
+    # a run that is longer is kept, also if its picture cannot be
+    progress = RESUME_WRITES if action[1] == "resume" else ()
+    return Attempt(action, writes=("work/run/*", "work/plan.csv"), around=big, progress=progress)
 
 
 @contextlib.contextmanager
@@ -142,9 +147,9 @@ def no_permission(box: Box) -> Attempt:
     actions = [
         ["mgeo", "report", "run", "-q"],
         ["mgeo", "resume", "run", "-q", "--evaluations", "180"],
-        ["mgeo", "solve", "cantilever", "--out", "run", "--runs", "2", "--evaluations", "8", "-q"],
-        ["mgeo", "solve", "cantilever", "--out", "run/below", "--runs", "2", "--evaluations", "8", "-q"],
-    ]  # fmt: skip
+        ["mgeo", "solve", "cantilever", *SHORT, "--out", "run"],
+        ["mgeo", "solve", "cantilever", *SHORT, "--out", "run/below"],
+    ]
     around = _unprivileged(path, mode)
     return Attempt(box.pick(actions), writes=("work/run/*",), around=around,
                    progress=("work/run/run.checkpoint",))  # fmt: skip
@@ -204,7 +209,8 @@ def clock_going_back(box: Box) -> Attempt:
     put(box, "run")
     action = box.pick([
         ["mgeo", "resume", "run", "--evaluations", "180"],
-        ["mgeo", "solve", "cantilever", "--out", "made", "--runs", "2", "--evaluations", "24", "--record"],
+        ["mgeo", "solve", "cantilever", "--out", "made", "--record", "--runs", "2",
+         "--evaluations", "24"],
     ])  # fmt: skip
 
     def sound(ran: object) -> None:
@@ -232,6 +238,6 @@ def two_commands(box: Box) -> Attempt:
     folder = put(box, "run")
     action = box.pick([
         ["mgeo", "resume", "run", "--evaluations", "180", "-q"],
-        ["mgeo", "solve", "zdt1", "--out", "run", "--overwrite", "--runs", "2", "--evaluations", "8"],
+        ["mgeo", "solve", "zdt1", "--out", "run", "--overwrite", *SHORT],
     ])  # fmt: skip
     return Attempt(action, ("run is in use",), around=_in_use(folder), codes=())

@@ -5,16 +5,19 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator
 from importlib.metadata import EntryPoint
+from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
+from typer.testing import CliRunner
 
 from mgeo.plugins import GROUP
+from mgeo.runs import read_run
 
 from . import faulty
-from .harness import Attempt, Box, kind
+from .harness import APPS, Attempt, Box, kind
 from .mutations import ESCAPES, nasty
 
 WRITES = ("work/made/*",)
@@ -25,7 +28,8 @@ _SPECIAL: dict[str, list[Any]] = {
     "n_ieq_constr": [-1, "1", None, 1, 2.5],
     "xl": [np.nan, [np.nan, 0], [4, 4], [-np.inf, 0], [0], [0, 0, 0], "low", [[-1, -1]], None, 10],
     "xu": [np.nan, [np.nan, 0], [-4, -4], [np.inf, 0], [0], [0, 0, 0], "high", [[1, 1]], None],
-    "var_names": [["a"], ["a", "a"], 5, None, "xy", ["a [s]", "b"], [ESCAPES, "y"], [1, 2], [[], {}]],
+    "var_names": [["a"], ["a", "a"], 5, None, "xy", ["a [s]", "b"], [ESCAPES, "y"], [1, 2],
+                  [[], {}]],
     "obj_names": [["a"], ["a", "a"], 5, None, "ab", ["x [m]", "b"], [ESCAPES, "b"], [1, 2]],
     "F": [None, 5.0, np.zeros(3), "x", lambda F: F[:, :1], lambda F: F.T, lambda F: F[:-1],
           lambda F: np.full_like(F, np.nan), lambda F: np.where(F > 4, np.nan, F),
@@ -39,9 +43,10 @@ _SPECIAL: dict[str, list[Any]] = {
     "describe": [None, {}, pd.DataFrame(), pd.DataFrame({"x": []}), pd.DataFrame({"x": [1]}), "x",
                  pd.DataFrame({ESCAPES: ["\x1b[31m"] * 3}), [1, 2, 3]],
     "front_summary": [None, [], "x", {"points": ESCAPES}, {1: 2}],
-    "figures": [None, [], {}, {"front": None}, {"front": 5}, {"front": "<script>alert(1)</script>"}],
+    "figures": [None, [], {}, {"front": None}, {"front": 5}, {"front": "<script>"}],
     "solution_figures": [None, [], [{}], 5, [None], "x"],
-    "options": [None, 5, [], {"a": np.zeros(2)}, {"a": float("nan")}, {"a": object()}, {1: 2}, "x"],
+    "options": [None, 5, [], {"a": np.zeros(2)}, {"a": float("nan")}, {"a": object()}, {1: 2},
+                "x"],
     "from_options": [None, 5, lambda: None, lambda: 5, lambda: object()],
     "construction": [],
 }  # fmt: skip
@@ -49,7 +54,8 @@ _SPECIAL: dict[str, list[Any]] = {
 _RAISED = [
     ValueError("no license"), TypeError("two\nlines"), KeyError("key"), ZeroDivisionError(),
     RuntimeError(ESCAPES), AttributeError("x"), IndexError(), MemoryError(), RecursionError("deep"),
-    AssertionError(), np.linalg.LinAlgError("singular"), ImportError("no module"), OSError(28, "full"),
+    AssertionError(), np.linalg.LinAlgError("singular"), ImportError("no module"),
+    OSError(28, "full"),
     StopIteration(), UnicodeDecodeError("utf-8", b"x", 0, 1, "bad"), NotImplementedError(),
 ]  # fmt: skip
 
@@ -86,7 +92,15 @@ def plugin_solved(box: Box) -> Attempt:
     more = ["--record"] if box.chance(0.3) and algorithm != "moead" else []
     return Attempt(
         ["mgeo", "solve", "faulty", "--algorithm", algorithm, *size, "--evaluations", "8", *more,
-         "--out", "made"], writes=WRITES, around=around)  # fmt: skip
+         "--out", "made"],
+        writes=WRITES, progress=WRITES, around=around, always=_usable,
+    )  # fmt: skip
+
+
+def _usable() -> None:
+    """A run is not lost because its picture cannot be drawn."""
+    if Path("made/run.json").exists():
+        assert read_run("made").outcome.evaluations >= 8
 
 
 @kind(weight=1)
@@ -97,14 +111,9 @@ def plugin_listed(box: Box) -> Attempt:
 @kind(weight=0.5)
 def plugin_reported(box: Box) -> Attempt:
     """A sound run, of a plugin that is another one meanwhile."""
-    from typer.testing import CliRunner
-
-    from .harness import APPS
-
     with spoiled_plugin("none", None):
-        done = CliRunner().invoke(
-            APPS["mgeo"], ["solve", "faulty", "--runs", "2", "--evaluations", "8", "--out", "made", "-q"]
-        )  # fmt: skip
+        solve = ["solve", "faulty", "--runs", "2", "--evaluations", "8", "--out", "made", "-q"]
+        done = CliRunner().invoke(APPS["mgeo"], solve)
     assert done.exit_code == 0, done.output
     return Attempt(["mgeo", "report", "made", "-q"], writes=("work/made/report.html",),
                    around=spoiled_plugin(*_drawn(box)))  # fmt: skip
@@ -112,8 +121,6 @@ def plugin_reported(box: Box) -> Attempt:
 
 @kind(weight=0.3)
 def plugin_studied(box: Box) -> Attempt:
-    from pathlib import Path
-
     Path("s.toml").write_text(
         'title = "t"\nevaluations = 8\nseeds = 1\ngrid = 2\n[[problems]]\nname = "faulty"\n'
         '[[algorithms]]\nname = "mgeo-real"\nn_runs = 2\n'

@@ -153,7 +153,7 @@ def study_record_used(box: Box) -> Attempt:
                     "--jobs", "1", "-q"], (path.name,), writes=("work/study/out/*",))  # fmt: skip
 
 
-@kind(weight=4)
+@kind(weight=1)
 def plan_read(box: Box) -> Attempt:
     path = put(box, "plans") / "plan.json"
     spoil_json(box, path)

@@ -13,7 +13,8 @@ def write_text(path: Path, text: str) -> None:
     Raises
     ------
     OSError
-        If it cannot be written, or is there and no regular file; what was there before is then unchanged.
+        If it cannot be written, or is there and no regular file; what was there before is then
+        unchanged.
     """
     if path.exists() and not path.is_file():  # the name of a device must not be taken over
         raise FileExistsError(f"{path} is a folder, a pipe or a device: expected a file")

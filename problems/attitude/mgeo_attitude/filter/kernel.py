@@ -110,13 +110,37 @@ def _stored(folder: Path, name: str, source: str) -> Path:
     """Path of the module in a folder that only this user can write to."""
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     if hasattr(os, "getuid"):
-        status = folder.stat()
-        if status.st_uid != os.getuid() or status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
-            raise PermissionError(f"{folder} belongs to, or can be written by, somebody else")
+        check_private(folder)
     path = folder / f"{name}.py"
     if not path.exists() or path.read_text(encoding="utf-8") != source:
         write_text(path, source)
     return path
+
+
+def check_private(folder: Path) -> None:
+    """Refuse a folder that somebody else can write into, or put another one in the place of.
+
+    What is in it is executed, and numba unpickles its own files there.
+
+    Raises
+    ------
+    PermissionError
+        Naming the folder, the one above it or below it that is not this user's alone.
+    """
+    real = folder.resolve()
+    for inside in (real, real / "__pycache__"):
+        if inside.exists() or inside.is_symlink():
+            status = inside.lstat()
+            shared = status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+            if status.st_uid != os.getuid() or shared or not stat.S_ISDIR(status.st_mode):
+                raise PermissionError(f"{inside} belongs to, or can be written by, somebody else")
+    for above in real.parents:
+        status = above.stat()
+        # many systems give each user a group of his own, which may write into his folders
+        others = stat.S_IWOTH if status.st_gid == os.getgid() else stat.S_IWOTH | stat.S_IWGRP
+        shared = status.st_mode & others and not status.st_mode & stat.S_ISVTX
+        if status.st_uid not in (os.getuid(), 0) or shared:
+            raise PermissionError(f"{above} belongs to, or can be written by, somebody else")
 
 
 def _imported(name: str, path: Path) -> ModuleType:

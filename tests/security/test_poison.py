@@ -1,0 +1,108 @@
+"""Files that would run something if they were unpickled or evaluated."""
+
+import hashlib
+import io
+import json
+import pickle
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mgeo_attitude.cli.app import app as attitude_app
+from typer.testing import CliRunner
+
+from mgeo import read_record
+from mgeo.cli.app import app
+from mgeo.studies.folder import RunFolder
+
+
+class Poison:
+    """Makes a file when it is unpickled."""
+
+    def __init__(self, marker):
+        self.marker = marker
+
+    def __reduce__(self):
+        return Path.touch, (self.marker,)
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    """A run folder, with checkpoint and record, in the current folder."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "mgeo" / "stand_in"))
+    monkeypatch.chdir(tmp_path)
+    command = ["solve", "cantilever", "--runs", "2", "--evaluations", "40", "--record", "-q"]
+    assert CliRunner().invoke(app, [*command, "--out", "run"]).exit_code == 0
+    return Path("run")
+
+
+@pytest.fixture
+def poison(tmp_path):
+    """A pickle, and archives of arrays that hold it; the marker that it would make."""
+    marker = tmp_path / "owned"
+    array = np.empty(1, dtype=object)
+    array[0] = Poison(marker)
+    npy = io.BytesIO()
+    np.save(npy, array, allow_pickle=True)
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w") as members:
+        for name in ("json", "X", "F", "G", "H", "generation", "failed", "numbers", "own_walkers"):
+            members.writestr(f"{name}.npy", npy.getvalue())
+    return marker, [pickle.dumps(Poison(marker)), npy.getvalue(), archive.getvalue()]
+
+
+def test_the_poison_works(poison):
+    marker, (content, *_) = poison
+    pickle.loads(content)
+    assert marker.exists()
+
+
+def test_a_poisoned_run_folder_runs_nothing(run, poison):
+    marker, contents = poison
+    files = [path for path in run.rglob("*") if path.is_file()] + [run / "verification.json"]
+    sound = {path: path.read_bytes() for path in files if path.exists()}
+    index = json.loads((run / "evaluations" / "index.json").read_text())
+    for path in files:
+        for content in contents:
+            if path.name == "run.checkpoint":  # whole, as far as its first line tells
+                digest = hashlib.sha256(content).hexdigest()
+                content = f"mgeo checkpoint 1 {digest}\n".encode() + content
+            if path.suffix == ".npz":
+                index["chunks"][0]["sha256"] = hashlib.sha256(content).hexdigest()
+                (run / "evaluations" / "index.json").write_text(json.dumps(index))
+            path.write_bytes(content)
+            for command in (["report", "run"], ["resume", "run", "--evaluations", "44"]):
+                CliRunner().invoke(app, [*command, "-q"])
+            CliRunner().invoke(attitude_app, ["show", "run"])
+            if path.suffix == ".npz":
+                with pytest.raises(ValueError, match="no archive of arrays"):
+                    read_record(run / "evaluations")
+            assert not marker.exists(), path
+            (run / "verification.json").unlink(missing_ok=True)
+            for each, before in sound.items():
+                each.write_bytes(before)
+
+
+def test_a_poisoned_run_of_a_study_runs_nothing(tmp_path, poison):
+    marker, contents = poison
+    for content in contents:
+        path = tmp_path / "a.npz"
+        path.write_bytes(content)
+        with pytest.raises(ValueError, match=r"a\.npz: not the record of a run"):
+            RunFolder(tmp_path).read(path)
+    assert not marker.exists()
+
+
+@pytest.mark.parametrize(
+    "label", ["{name.__class__}", "{sigma.__init__}", "{name:>999999999}", "{0}"]
+)
+def test_a_label_of_a_study_looks_into_nothing(tmp_path, label):
+    path = tmp_path / "s.toml"
+    path.write_text(
+        f'title = "t"\nevaluations = 8\nseeds = 1\n[[problems]]\nname = "pymoo:zdt1"\n'
+        f'[[algorithms]]\nname = "mgeo-real"\nsigma = 1.0\nlabel = "{label}"\n'
+    )
+    done = CliRunner().invoke(app, ["study", str(path), "-q"])
+    assert done.exit_code == 2
+    assert "braces hold only name, sigma" in done.stderr

@@ -1,0 +1,65 @@
+"""Names that somebody has put a link at before we write there."""
+
+import os
+import re
+
+import mgeo_attitude.files
+import pytest
+
+import mgeo.files
+
+WRITERS = [
+    (mgeo.files, lambda path: mgeo.files.write_file(path, b"new")),
+    (mgeo_attitude.files, lambda path: mgeo_attitude.files.write_text(path, "new")),
+]
+
+
+@pytest.mark.parametrize(("module", "write"), WRITERS)
+def test_a_link_at_a_guessed_name_is_not_written_through(tmp_path, monkeypatch, module, write):
+    precious = tmp_path / "precious"
+    precious.write_text("old")
+    monkeypatch.setattr(module.secrets, "token_hex", lambda n: "0" * 2 * n)
+    write(tmp_path / "a")
+    used = []
+    monkeypatch.setattr(os, "replace", lambda source, target: used.append(source))
+    write(tmp_path / "a")
+    guessed = tmp_path / os.path.basename(used[0])
+    guessed.unlink(missing_ok=True)
+    guessed.symlink_to(precious)
+    with pytest.raises(FileExistsError):
+        write(tmp_path / "a")
+    assert precious.read_text() == "old"
+
+
+@pytest.mark.parametrize(("module", "write"), WRITERS)
+def test_a_link_at_the_name_itself_is_replaced_and_not_followed(tmp_path, module, write):
+    precious = tmp_path / "precious"
+    precious.write_text("old")
+    (tmp_path / "a").symlink_to(precious)
+    write(tmp_path / "a")
+    assert precious.read_text() == "old"
+    assert (tmp_path / "a").read_text() == "new"
+    assert not (tmp_path / "a").is_symlink()
+
+
+@pytest.mark.parametrize(("module", "write"), WRITERS)
+def test_names_cannot_be_guessed(tmp_path, monkeypatch, module, write):
+    used, replace = [], os.replace
+
+    def watched(source, target):
+        used.append(os.path.basename(source))
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", watched)
+    for _ in range(20):
+        write(tmp_path / "a")
+    assert len(set(used)) == 20
+    assert all(re.fullmatch(r"\.a\.[0-9a-f]{16}\.tmp", name) for name in used)
+
+
+@pytest.mark.parametrize(("module", "write"), WRITERS)
+def test_a_pipe_is_no_place_to_write(tmp_path, module, write):
+    os.mkfifo(tmp_path / "a")
+    with pytest.raises(FileExistsError, match="a pipe or a device"):
+        write(tmp_path / "a")
+    assert (tmp_path / "a").is_fifo()
