@@ -27,6 +27,7 @@ def campaign(numbers: Iterable[int], only: str | None = None, every: float = 10.
         refused[result.kind] += result.refused
         if result.failures:
             failed.append(result)
+            _tell(result, only)
         if time.monotonic() - shown > every:
             shown = time.monotonic()
             total = sum(made.values())
@@ -58,11 +59,13 @@ def main() -> int:
         print(*(result.failures or ["as it should be"]), sep="\n")
         return int(bool(result.failures))
     failed = campaign(range(given.first, given.first + given.cases), given.kind)
-    for result in failed:
-        more = f" --kind '{given.kind}'" if given.kind else ""
-        print(f"\npython -m tests.campaign --case {result.number}{more}   ({result.kind})")
-        print("  " + result.failures[0].strip()[-1200:].replace("\n", "\n  "))
     return int(bool(failed))
+
+
+def _tell(result: Result, only: str | None) -> None:
+    more = f" --kind '{only}'" if only else ""
+    print(f"\npython -m tests.campaign --case {result.number}{more}   ({result.kind})")
+    print("  " + result.failures[0].strip()[-1200:].replace("\n", "\n  "), flush=True)
 
 
 if __name__ == "__main__":
