@@ -67,8 +67,7 @@ def resume_run(
     with errors_of(path):
         recipe = Recipe.from_dict(entry(notes, "recipe", dict))
         entry(notes, "record", bool)
-    problem = load_problem(recipe.problem, recipe.options)
-    with errors_of(path):
+        problem = load_problem(recipe.problem, recipe.options)
         check_notes(notes, problem)
     algorithm = resume(path, problem, ("n_eval", recipe.evaluations))
     algorithm.evaluator.warn = False  # the outcome tells

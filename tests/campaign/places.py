@@ -66,7 +66,7 @@ def strange_path(box: Box) -> Attempt:
         ["mgeo-attitude", "show", "plans/plan.json", "--html", name],
     ]
     # a run is put into a new place or an empty folder; nothing that is there may change
-    return Attempt(box.pick(actions), creates=("work/*",), codes=(0, 1))
+    return Attempt(box.pick(actions), creates=("work/*", "*.html", "*.csv"), codes=(0, 1))
 
 
 @kind(weight=4)
@@ -183,10 +183,9 @@ def disk_full(box: Box) -> Attempt:
         if (folder / "run.checkpoint").exists():
             resume_run(folder)
 
-    progress = ("work/run/run.checkpoint", "work/run/evaluations/*", "work/made/run.checkpoint",
-                "work/made/evaluations/*")  # fmt: skip
-    return Attempt(action, writes=("work/run/*", "work/made/*"), around=_disk_of(size),
-                   progress=progress if action[1] != "report" else (), always=usable)  # fmt: skip
+    written = ("work/run/*", "work/made/*")
+    return Attempt(action, writes=written, around=_disk_of(size),
+                   progress=written if action[1] != "report" else (), always=usable)  # fmt: skip
 
 
 @contextlib.contextmanager
