@@ -27,6 +27,8 @@ def run(folder: Path, out: Path | None, formats: Sequence[str], output: Output) 
     path = out or folder / REPORT_FILE
     figures = path.parent / FIGURES_FOLDER
     with bad_input((ValueError, TypeError, OSError, StaticExportError)):
+        if path.suffix != ".html":  # an existing report is replaced, but nothing else
+            raise ValueError(f"--out {path}: expected a name that ends in .html")
         html = report_html(folder).encode()
         pictures = static_figures(folder, formats) if formats else {}
         if pictures:

@@ -9,12 +9,6 @@ from pathlib import Path
 from plotly.offline import get_plotlyjs
 from pymoo.core.problem import Problem
 
-<<<<<<< HEAD
-=======
-from mgeo.plugins import load_problem
-from mgeo.reading import errors_of
-from mgeo.recorder import read_record
->>>>>>> bec642d (Name the file whose options a problem refuses)
 from mgeo.report import summary
 from mgeo.report.encode import Json, figure_json, script_json
 from mgeo.report.history import recorded_history
@@ -28,11 +22,7 @@ from mgeo.report.solutions import (
     plans_json,
 )
 from mgeo.report.verification import verification
-<<<<<<< HEAD
 from mgeo.runs.folder import Run, front_table
-=======
-from mgeo.runs.folder import RUN_FILE, Run, front_table, read_run
->>>>>>> bec642d (Name the file whose options a problem refuses)
 from mgeo.runs.highlights import Highlight, highlights
 
 _NO_RECORD = (
@@ -58,14 +48,7 @@ def report_html(folder: Path | str) -> str:
         If a file in it is damaged, or the problem refuses the options in it.
     """
     folder = Path(folder)
-<<<<<<< HEAD
     run, problem = run_and_problem(folder)
-=======
-    run = read_run(folder)
-    with errors_of(folder / RUN_FILE):
-        problem = load_problem(run.recipe.problem, run.recipe.options)
-        _check_same_problem(problem, run)
->>>>>>> bec642d (Name the file whose options a problem refuses)
     outcome = run.outcome
     chosen = highlights(problem, outcome.F, outcome.objectives)
     recorded = recorded_history(folder, problem, run.outcome)

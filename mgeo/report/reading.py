@@ -7,7 +7,8 @@ from pathlib import Path
 from pymoo.core.problem import Problem
 
 from mgeo.plugins import load_problem
-from mgeo.runs.folder import Run, read_run
+from mgeo.reading import errors_of
+from mgeo.runs.folder import RUN_FILE, Run, read_run
 
 
 def run_and_problem(folder: Path) -> tuple[Run, Problem]:
@@ -22,12 +23,13 @@ def run_and_problem(folder: Path) -> tuple[Run, Problem]:
         or objectives.
     """
     run = read_run(folder)
-    problem = load_problem(run.recipe.problem, run.recipe.options)
-    counts = len(run.outcome.variables), len(run.outcome.objectives)
-    if counts != (problem.n_var, problem.n_obj):
-        raise ValueError(
-            f"the front has {counts[0]} variables and {counts[1]} objectives: expected "
-            f"{problem.n_var} and {problem.n_obj}, as the installed problem "
-            f"{run.recipe.problem!r} has with these options"
-        )
+    with errors_of(folder / RUN_FILE):
+        problem = load_problem(run.recipe.problem, run.recipe.options)
+        counts = len(run.outcome.variables), len(run.outcome.objectives)
+        if counts != (problem.n_var, problem.n_obj):
+            raise ValueError(
+                f"the front has {counts[0]} variables and {counts[1]} objectives: expected "
+                f"{problem.n_var} and {problem.n_obj}, as the installed problem "
+                f"{run.recipe.problem!r} has with these options"
+            )
     return run, problem

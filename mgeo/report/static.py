@@ -11,6 +11,7 @@ from typing import Any
 
 import plotly.graph_objects as go
 
+from mgeo import contract
 from mgeo.report import summary
 from mgeo.report.history import recorded_history
 from mgeo.report.reading import run_and_problem
@@ -66,12 +67,11 @@ def _pictures(folder: Path) -> dict[str, go.Figure]:
     found["hypervolume"] = recorded_history(folder, problem, outcome)
     chosen = highlights(problem, outcome.F, outcome.objectives)
     told = [highlight for highlight in chosen if highlight.label != "between"]
-    if told and hasattr(problem, "solution_figures"):
-        drawn = problem.solution_figures(outcome.X[[highlight.row for highlight in told]])
-        for highlight, figures in zip(told, drawn, strict=True):
-            for name, figure in figures.items():
-                if "motion" not in (figure.layout.meta or {}):
-                    found[_file_name(found, highlight.label, str(name))] = figure
+    drawn = contract.solution_figures(problem, outcome.X[[highlight.row for highlight in told]])
+    for highlight, figures in zip(told, drawn, strict=bool(drawn)):
+        for name, figure in figures.items():
+            if "motion" not in (figure.layout.meta or {}):
+                found[_file_name(found, highlight.label, name)] = figure
     return {name: _sized(figure) for name, figure in found.items() if figure is not None}
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from mgeo.designs import variable_names
+from mgeo.plugins import PluginError
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -25,7 +26,7 @@ def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
     objectives = _names(problem, "obj_names", "f", problem.n_obj)
     both = set(variables) & set(objectives)
     if both:
-        raise ValueError(f"{min(both)!r} names both a variable and an objective")
+        raise PluginError(f"{min(both)!r} names both a variable and an objective")
     return variables, objectives
 
 
@@ -57,11 +58,11 @@ def _names(
     try:
         names = tuple(map(str, default if given is None else given))
     except TypeError as error:
-        raise ValueError(
-            f"{attribute} of {type(problem).__name__} = {given!r:.80}: {error}"
+        raise PluginError(
+            f"{attribute} of {type(problem).__name__} = {given!r:.80}: expected {count} names"
         ) from error
     if len(set(names)) != count or len(names) != count:
-        raise ValueError(
+        raise PluginError(
             f"{attribute} of {type(problem).__name__} = {list(names)}: "
             f"expected {count} different names"
         )

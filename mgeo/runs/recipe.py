@@ -16,6 +16,7 @@ from mgeo.runs.algorithms import (
     complete_parameters,
     default_evaluations,
 )
+from mgeo.runs.names import column_names
 from mgeo.runs.solve import Outcome, State, set_up, solve
 
 if TYPE_CHECKING:
@@ -131,7 +132,8 @@ def prepare(
 
 
 def _checked(run: PreparedRun) -> PreparedRun:
-    # what the algorithm refuses only once it knows the problem is refused here, not in `solve`
+    # what is refused only once problem and algorithm are known is refused here, not in `solve`
+    column_names(run.problem)
     set_up(run.problem, run.algorithm, run.recipe.evaluations, run.recipe.seed)
     return run
 

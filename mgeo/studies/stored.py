@@ -23,6 +23,7 @@ from mgeo.tables import read_texts, to_csv
 
 TABLE, FINAL, RUNS, FRONTS = "table.csv", "final.csv", "runs.csv", "fronts.csv"
 PROVENANCE = "provenance.json"
+_INTEGERS = ("seed", "failed_evaluations", "evaluations", "points")
 
 
 def stored_tables(comparison: Comparison) -> dict[str, bytes]:
@@ -115,7 +116,7 @@ def _read(
             {name: text[name] if name in as_text else _typed(text[name]) for name in text.columns}
         )
         for name in ("seed", *numbers):
-            if table[name].dtype.kind not in ("i" if name == "seed" else "if"):
+            if table[name].dtype.kind not in ("i" if name in _INTEGERS else "if"):
                 raise ValueError(f"column {name}: expected numbers")
         for name in set(table["algorithm"]) - set(algorithms):
             raise ValueError(f"algorithm {name!r:.80}: expected one of {', '.join(algorithms)}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import itertools
 import os
 import resource
 import shutil
@@ -66,7 +67,7 @@ def strange_path(box: Box) -> Attempt:
         ["mgeo-attitude", "show", "plans/plan.json", "--html", name],
     ]
     # a run is put into a new place or an empty folder; nothing that is there may change
-    return Attempt(box.pick(actions), creates=("work/*", "*.html", "*.csv"), codes=(0, 1))
+    return Attempt(box.pick(actions), creates=("*",), codes=(0, 3))
 
 
 @kind(weight=4)
@@ -190,16 +191,10 @@ def disk_full(box: Box) -> Attempt:
 
 @contextlib.contextmanager
 def _clock_going_back(box: Box) -> Iterator[None]:
-    real = {name: getattr(time, name) for name in ("time", "monotonic", "perf_counter")}
+    real = time.time
     jumps = box.rng.choice([0.0, 1.0, 3600.0, 1e9], size=1000) * box.rng.random(1000)
-    calls = iter(range(10**9))
-
-    def back(name: str) -> float:
-        return float(real[name]() - jumps[next(calls) % len(jumps)])
-
-    with contextlib.ExitStack() as stack:
-        for name in real:
-            stack.enter_context(patch.object(time, name, lambda name=name: back(name)))
+    calls = itertools.count()
+    with patch.object(time, "time", lambda: real() - jumps[next(calls) % len(jumps)]):
         yield
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from .errors import EXIT_CODES, NOT_ACHIEVED, Commands, remember_debug
+from .errors import EXIT_CODES, NOT_ACHIEVED, Commands, printable, remember_debug
 from .examples import epilog
 
 app = typer.Typer(
@@ -200,6 +200,6 @@ def export(
     )
     for path in write_all(texts):
         if not json:
-            typer.echo(f"wrote {path}")
+            typer.echo(f"wrote {printable(str(path))}")
     if json:
         print_document({"files": [str(path) for path in texts]})

@@ -27,6 +27,7 @@ EXIT_CODES = {
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 _DEBUG = "mgeo_attitude.debug"
+_LONGEST = 600  # characters of a message
 _USERS = (ValueError, TypeError, OSError, ImportError)  # what a user can put right
 
 
@@ -78,5 +79,15 @@ def _ended(ctx: Any) -> Iterator[None]:
 
 
 def _end(message: str, code: int) -> typer.Exit:
-    typer.echo(f"Error: {message}", err=True)
+    if len(message) > _LONGEST:  # a value that was quoted may be a whole file
+        message = f"{message[: _LONGEST // 2]} ... {message[-_LONGEST // 2 :]}"
+    typer.echo(f"Error: {printable(message)}", err=True)
     return typer.Exit(code)
+
+
+def printable(text: str) -> str:
+    """The text with its control characters written out.
+
+    A file, or a folder's name, must not be able to command the terminal it is shown on.
+    """
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
