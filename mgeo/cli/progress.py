@@ -62,8 +62,9 @@ class Reporter:
             self._request.settle()
         if self._display is None or (now < self._next and not last):
             return
+        work = time.process_time()  # not the clock's: others may keep us waiting
         self._display.show(self._snapshot(state, last))
-        cost = time.monotonic() - now
+        cost = time.process_time() - work
         self._next = now + max(self._display.interval, cost / _MAX_SHARE)
 
     def _snapshot(self, state: State, last: bool) -> Snapshot:

@@ -64,7 +64,8 @@ def test_a_display_is_updated_no_more_often_than_it_wants_but_always_at_the_end(
 
 def test_a_costly_snapshot_is_taken_less_often(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr("mgeo.cli.progress.time.monotonic", lambda: now[0])
+    for clock_of in ("monotonic", "process_time"):
+        monkeypatch.setattr(f"mgeo.cli.progress.time.{clock_of}", lambda: now[0])
     recorder = Recorder(interval=0.25)
     recorder.show = lambda snapshot: (recorder.shown.append(now[0]), now.__setitem__(0, now[0] + 1))
     reporter = Reporter(recorder, StopRequest())
