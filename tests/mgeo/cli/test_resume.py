@@ -13,6 +13,7 @@ import pytest
 
 from mgeo import read_record
 from mgeo.runs import CHECKPOINT_FILE, read_run
+from mgeo.runs.sole_use import sole_use
 
 SHORT = ["--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
 
@@ -116,6 +117,17 @@ def test_bad_input_is_one_line_and_changes_nothing(mgeo, arguments, message):
     assert re.match(rf"Error: .*{message}", refused.stderr), refused.stderr
     assert refused.stderr.count("\n") == 1
     assert {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()} == before
+
+
+def test_a_folder_that_somebody_works_in_is_left_alone(mgeo):
+    solve(mgeo, "a", 160)
+    before = {path: path.read_bytes() for path in Path("a").iterdir()}
+    with sole_use(Path("a")):
+        for command in (["resume", "a"], ["solve", "cantilever", "--overwrite", "--out", "a"]):
+            refused = mgeo(*command)
+            assert (refused.exit_code, refused.stdout) == (2, "")
+            assert refused.stderr == "Error: a is in use: another process is running there\n"
+    assert {path: path.read_bytes() for path in Path("a").iterdir()} == before
 
 
 def test_another_algorithm_leaves_no_checkpoint_of_the_run_before(mgeo):
