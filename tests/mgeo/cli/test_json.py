@@ -43,7 +43,7 @@ def test_report(mgeo):
     mgeo("solve", "cantilever", *SHORT, "--evaluations", 80, "--out", "a")
     found = document(mgeo("report", "a", "--json"))
     size = Path("a/report.html").stat().st_size
-    assert found == {"folder": "a", "file": "a/report.html", "bytes": size}
+    assert found == {"folder": "a", "file": "a/report.html", "bytes": size, "figures": []}
 
 
 def test_problems(mgeo):
