@@ -133,7 +133,7 @@ def study(folder: Path, runs: int) -> Leftovers:
     before = _shared_memory()
     mark = f"{_MARK}={folder}"
     subprocess.run(
-        [sys.executable, "-m", __name__, "study", folder / "runs", str(runs)],
+        [sys.executable, "-m", f"{__package__}.load", "study", folder / "runs", str(runs)],
         env={**os.environ, _MARK: str(folder), "TMPDIR": str(temporary)},
         cwd=Path(__file__).parents[2],
         check=True,
