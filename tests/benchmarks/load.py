@@ -202,12 +202,17 @@ def _text(path: Path) -> str:
 
 
 def main() -> None:
-    """Measure, and write the document."""
+    """Measure, and write what was found."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         points = run(folder, EVALUATIONS)
         (folder / "study").mkdir()
         left = study(folder / "study", RUNS)
+    write(points, left)
+
+
+def write(points: list[Point], left: Leftovers) -> None:
+    """Write all points as CSV, and the tables into the document."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(field.name for field in fields(Point))
