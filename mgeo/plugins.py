@@ -155,9 +155,9 @@ def _built(name: str, build: Callable[[], Any]) -> Problem:
 
     try:
         problem = build()
-    except (ValueError, TypeError, OSError):  # the plugin's own words on an option
-        raise
     except Exception as error:  # whatever foreign code raises
+        if isinstance(error, ValueError | TypeError | OSError) and type(error) is not TypeError:
+            raise  # the plugin's own words on an option; a bare TypeError is mostly Python's
         raise PluginError(
             f"problem {name!r} cannot be built: {type(error).__name__}: {error}"
         ) from error

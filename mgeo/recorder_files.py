@@ -136,6 +136,9 @@ def read_chunk(folder: Path, index: Index, chunk: Chunk) -> Rows:
         for name in COLUMNS:
             shape = rows[name].shape if name in rows else ()
             columns = () if name not in "XFGH" else (widths.get(name, shape[-1] if shape else 0),)
+            kinds = {"generation": "iu", "failed": "b"}.get(name, "biuf")
+            if name in rows and rows[name].dtype.kind not in kinds:
+                raise ValueError(f"{name} holds entries of {rows[name].dtype}")
             if shape != (chunk.rows, *columns):
                 raise ValueError(f"{name} of shape {shape}: expected {(chunk.rows, *columns)}")
         return rows

@@ -6,13 +6,15 @@ import argparse
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from . import kinds
 from .harness import Result, run_case
 
 
-def campaign(numbers: Iterable[int], only: str | None = None, every: float = 10.0) -> list[Result]:
+def campaign(
+    numbers: Iterable[int], among: Sequence[str] = (), every: float = 10.0
+) -> list[Result]:
     """Make the cases, with a line of progress now and then; those that went wrong."""
     made: Counter[str] = Counter()
     refused: Counter[str] = Counter()
@@ -21,13 +23,13 @@ def campaign(numbers: Iterable[int], only: str | None = None, every: float = 10.
     shown = began = time.monotonic()
     for number in numbers:
         start = time.process_time()
-        result = run_case(number, only)
+        result = run_case(number, among)
         spent[result.kind] += time.process_time() - start
         made[result.kind] += 1
         refused[result.kind] += result.refused
         if result.failures:
             failed.append(result)
-            _tell(result, only)
+            _tell(result, among)
         if time.monotonic() - shown > every:
             shown = time.monotonic()
             total = sum(made.values())
@@ -50,20 +52,22 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="number of the first")
     parser.add_argument("--case", type=int, help="only this one, with all it did")
     parser.add_argument("--kind", choices=kinds.KINDS, help="only of this kind")
+    parser.add_argument("--cheap", action="store_true", help="only of those that run no command")
     parser.add_argument("--keep", action="store_true", help="with --case: keep its folder")
     given = parser.parse_args()
+    among = (given.kind,) if given.kind else kinds.CHEAP if given.cheap else ()
     if given.case is not None:
-        result = run_case(given.case, given.kind, given.keep)
+        result = run_case(given.case, among, given.keep)
         print(f"case {result.number}: {result.kind}", *result.log, sep="\n  ")
         print("refused with" if result.refused else "said", repr(result.said))
         print(*(result.failures or ["as it should be"]), sep="\n")
         return int(bool(result.failures))
-    failed = campaign(range(given.first, given.first + given.cases), given.kind)
+    failed = campaign(range(given.first, given.first + given.cases), among)
     return int(bool(failed))
 
 
-def _tell(result: Result, only: str | None) -> None:
-    more = f" --kind '{only}'" if only else ""
+def _tell(result: Result, among: Sequence[str]) -> None:
+    more = " --cheap" if tuple(among) == kinds.CHEAP else "".join(f" --kind '{k}'" for k in among)
     print(f"\npython -m tests.campaign --case {result.number}{more}   ({result.kind})")
     print("  " + result.failures[0].strip()[-1200:].replace("\n", "\n  "), flush=True)
 

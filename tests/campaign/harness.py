@@ -111,12 +111,12 @@ def kind(weight: float) -> Callable[[Maker], Maker]:
     return register
 
 
-def run_case(number: int, only: str | None = None, keep: bool = False) -> Result:
-    """Make a case and judge it."""
+def run_case(number: int, among: Sequence[str] = (), keep: bool = False) -> Result:
+    """Make a case and judge it; it is of one of some kinds, if any are given."""
     rng = np.random.default_rng([SEED, number])
-    weights = np.array([weight for weight, _ in KINDS.values()])
-    drawn = list(KINDS)[int(rng.choice(len(KINDS), p=weights / weights.sum()))]
-    name = only or drawn
+    names = list(among) or list(KINDS)
+    weights = np.array([KINDS[name][0] for name in names])
+    name = names[int(rng.choice(len(names), p=weights / weights.sum()))]
     root = Path(tempfile.mkdtemp(prefix=f"campaign-{number}-", dir=PLACE))
     box = Box(root, rng)
     before = Path.cwd()

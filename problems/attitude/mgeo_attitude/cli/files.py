@@ -30,7 +30,7 @@ def checked_targets(paths: Sequence[Path], overwrite: bool, known_only: bool = F
             raise ValueError(f"{path} is named twice")
         if path.is_dir():
             raise IsADirectoryError(f"{path} is a folder: expected a file")
-        if path.exists() and not overwrite:
+        if (path.exists() or path.is_symlink()) and not overwrite:
             raise FileExistsError(f"{path} exists: choose another name or allow --overwrite")
         if not path.parent.is_dir():
             raise FileNotFoundError(f"there is no folder {path.parent}")
