@@ -180,7 +180,7 @@ def _check_sizes(name: str, problem: Problem) -> None:
         bound = getattr(problem, key)
         if bound is not None and not _is_bound(bound, problem.n_var):
             raise PluginError(
-                f"{key} of problem {name!r} = {bound!r:.80}: expected {problem.n_var} numbers"
+                f"{key} of problem {name!r} = {bound!r:.80}: expected {problem.n_var} finite numbers"
             )
     if problem.xl is not None and problem.xu is not None and (problem.xl > problem.xu).any():
         raise PluginError(f"problem {name!r}: expected xl <= xu, not {problem.xl} and {problem.xu}")
@@ -190,7 +190,9 @@ def _is_bound(bound: Any, n_var: int) -> bool:
     import numpy as np
 
     values = np.asarray(bound)
-    return values.shape == (n_var,) and values.dtype.kind in "biuf" and not np.isnan(values).any()
+    return (
+        values.shape == (n_var,) and values.dtype.kind in "biuf" and bool(np.isfinite(values).all())
+    )
 
 
 def _plugin(entry_point: EntryPoint) -> Plugin:

@@ -229,7 +229,6 @@ class MGEODirected(ExtremalOptimization):
 
 
 def _pair(name: str, value: Sequence[float]) -> list[tuple[int, float]]:
-    pair = list(enumerate(value))
-    if len(pair) != 2:
+    if np.shape(value) != (2,):
         raise ValueError(f"{name} = {value!r}: expected two numbers")
-    return pair
+    return list(enumerate(value))

@@ -49,6 +49,8 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     """
     if not isinstance(name, str):
         raise TypeError(f"algorithm = {name!r:.80}: expected a string")
+    if not isinstance(parameters, Mapping):
+        raise TypeError(f"parameters = {parameters!r:.80}: expected a table")
     if name not in ALGORITHMS:
         close = difflib.get_close_matches(name, ALGORITHMS, n=1)
         suggestion = f"; did you mean {close[0]!r}?" if close else ""

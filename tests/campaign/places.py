@@ -153,7 +153,7 @@ def no_permission(box: Box) -> Attempt:
     ]
     around = _unprivileged(path, mode)
     return Attempt(box.pick(actions), writes=("work/run/*",), around=around,
-                   progress=("work/run/run.checkpoint",))  # fmt: skip
+                   progress=("work/run/run.checkpoint", "work/run/evaluations/*"))  # fmt: skip
 
 
 @contextlib.contextmanager

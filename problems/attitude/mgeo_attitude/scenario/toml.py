@@ -74,7 +74,7 @@ def to_toml(scenario: Scenario) -> str:
 def _parsed(origin: str, text: str) -> Scenario:
     try:
         table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # also of a number of thousands of digits
         raise ScenarioFileError(f"{origin}: not TOML: {error}") from None
     if not table:
         raise ScenarioFileError(f'{origin}: empty; the least it can say is preset = "paper"')
