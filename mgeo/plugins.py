@@ -180,7 +180,8 @@ def _check_sizes(name: str, problem: Problem) -> None:
         bound = getattr(problem, key)
         if bound is not None and not _is_bound(bound, problem.n_var):
             raise PluginError(
-                f"{key} of problem {name!r} = {bound!r:.80}: expected {problem.n_var} finite numbers"
+                f"{key} of problem {name!r} = {bound!r:.80}: expected {problem.n_var} numbers, "
+                "all of them finite"
             )
     if problem.xl is not None and problem.xu is not None and (problem.xl > problem.xu).any():
         raise PluginError(f"problem {name!r}: expected xl <= xu, not {problem.xl} and {problem.xu}")
