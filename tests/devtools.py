@@ -40,8 +40,11 @@ class Page:
 
 
 @asynccontextmanager
-async def opened(path, **features):
-    """A page with media features such as ``prefers_color_scheme="dark"``; its errors are kept."""
+async def opened(path, width=1200, **features):
+    """A page of a width, with media features such as ``prefers_color_scheme="dark"``.
+
+    Its errors are kept.
+    """
     choreographer = pytest.importorskip("choreographer")
     browser = choreographer.Browser(path=find_browser())
     await browser.open()
@@ -59,6 +62,8 @@ async def opened(path, **features):
             tab.subscribe(name, keep, repeating=True)
         for domain in ("Page", "Runtime", "Log"):
             await tab.send_command(f"{domain}.enable")
+        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600}
+        await tab.send_command("Emulation.setDeviceMetricsOverride", size)
         named = [{"name": k.replace("_", "-"), "value": v} for k, v in features.items()]
         await tab.send_command("Emulation.setEmulatedMedia", {"features": named})
         await tab.send_command("Page.navigate", {"url": f"file://{path}"})

@@ -103,6 +103,7 @@ def _three(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]
     )
     axes = zip(("xaxis", "yaxis", "zaxis"), objectives, F.T, strict=True)
     figure.update_scenes({key: axis(name, column) for key, name, column in axes})
+    figure.update_scenes(camera_eye=dict.fromkeys("xyz", 1.45))  # all of the box is in the picture
     return figure
 
 

@@ -98,6 +98,7 @@ def _asset(name: str) -> str:
 
 def _document(run: Run, body: str, data: Json) -> str:
     title = escape(summary.title(run))
+    script = "".join(_asset(f"{name}.js") for name in ("figures", "motion", "report"))
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
@@ -107,5 +108,5 @@ def _document(run: Run, body: str, data: Json) -> str:
         f"<script>{get_plotlyjs()}</script>\n</head>\n<body>\n"
         f"<header><h1>{title}</h1><p>{escape(summary.lead(run))}</p></header>\n<main>\n{body}\n"
         f'</main>\n<script type="application/json" id="data">{script_json(data)}</script>\n'
-        f"<script>{_asset('motion.js')}{_asset('report.js')}</script>\n</body>\n</html>\n"
+        f"<script>{script}</script>\n</body>\n</html>\n"
     )

@@ -51,7 +51,7 @@ _AXES = """[...document.querySelector(".moving .js-plotly-plot").data].slice(-3)
 
 
 @pytest.mark.slow
-def test_the_body_on_the_page_stands_as_in_the_filter(tmp_path):
+def test_on_a_phone_the_body_stands_as_in_the_filter(tmp_path):
     scenario = Scenario.cubesat_6u()
     maneuvers = dataclasses.replace(scenario.maneuvers, max_acceleration_deg_s2=0.02)
     problem = AttitudeManeuverProblem(
@@ -63,7 +63,7 @@ def test_the_body_on_the_page_stands_as_in_the_filter(tmp_path):
     path.write_text(report_html(tmp_path / "run"), encoding="utf-8")
 
     async def look():
-        async with opened(path, prefers_color_scheme="dark") as page:
+        async with opened(path, 390, prefers_color_scheme="dark") as page:
             await page.evaluate("document.querySelector('.moving').scrollIntoView()")
             await page.until("document.querySelector('.player') !== null")
             row = int(await page.evaluate("document.body.dataset.shown"))
@@ -79,6 +79,7 @@ def test_the_body_on_the_page_stands_as_in_the_filter(tmp_path):
                 np.testing.assert_allclose(
                     unit, exact, atol=0.02 if 0 < time < plan.t_end else 1e-5
                 )
+            assert await page.evaluate("document.documentElement.scrollWidth") == 390
             assert page.errors == []
 
     asyncio.run(look())

@@ -1,4 +1,3 @@
-"use strict";
 // Figures that move, in the form that mgeo/figures/motion.py tells ---------------------------------
 
 /** Values of an array of numbers, which may be encoded. */
