@@ -4,6 +4,7 @@ import asyncio
 import json
 from contextlib import asynccontextmanager
 
+import numpy as np
 import pytest
 
 from .browser import find_browser
@@ -31,6 +32,15 @@ class Page:
             while not (value := await self.evaluate(condition)):
                 await asyncio.sleep(0.1)
         return value
+
+    async def close(self, expression, expected, atol):
+        """Wait until numbers are what they should be; fails if they never are."""
+        for _ in range(int(_PATIENCE / 0.1)):
+            if np.allclose(await self.evaluate(expression), expected, rtol=0.0, atol=atol):
+                return
+            await asyncio.sleep(0.1)
+        found = await self.evaluate(expression)
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=atol)
 
     async def set(self, selector, value):
         """Move a slider."""

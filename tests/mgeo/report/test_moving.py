@@ -17,6 +17,7 @@ _TIP = "(({ x, y, z, opacity }) => [x[1], y[1], z[1], opacity])(PLOT.data[0])".r
 )
 _TOLD = 'document.querySelector(".player output").textContent'
 _BUTTON = 'document.querySelector(".player button")'
+_SPEED = 'document.querySelector(".player select")'
 _TIME = 'Number(document.querySelector(".player input").value)'
 
 
@@ -63,17 +64,16 @@ async def look(path):
             await page.set(".player input", time)
             named = " · dusk" if time == 50 else ""
             assert await page.evaluate(_TOLD) == f"{time:.0f} s{named}"
-            await asyncio.sleep(0.5)
-            np.testing.assert_allclose(await page.evaluate(_TIP), expected, atol=1e-5)
+            await page.close(_TIP, expected, 1e-5)
 
-        await page.evaluate(f"{_BUTTON}.click()")  # at its end: again from the start
+        await page.evaluate(f"{_SPEED}.value = 10; {_BUTTON}.click()")  # from the start again
         await page.until(f"{_TIME} > 0 && {_TIME} < 150")
         assert await page.evaluate(f"{_BUTTON}.textContent") == "Pause"
         await page.evaluate(f"{_BUTTON}.click()")
         stopped = await page.evaluate(_TIME)
         await asyncio.sleep(0.5)
         assert await page.evaluate(_TIME) == stopped > 0
-        await page.evaluate(f"{_BUTTON}.click()")
+        await page.evaluate(f"{_SPEED}.value = 200; {_BUTTON}.click()")
         await page.until(f"{_TIME} === 200")
         assert await page.evaluate(f"{_BUTTON}.textContent") == "Play"
 
