@@ -136,6 +136,8 @@ def load_problem(name: str, options: Mapping[str, Any] | None = None) -> Problem
         If the problem refuses an option.
     """
     cls = find_plugin(name).load()
+    if not isinstance(options, Mapping | None):
+        raise TypeError(f"options of {name!r} = {options!r:.80}: expected a table")
     given = dict(options or {})
     if hasattr(cls, "from_options"):
         return _built(name, (lambda: cls.from_options(given)) if given else cls)
