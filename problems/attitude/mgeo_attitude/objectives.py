@@ -108,6 +108,7 @@ def angle_deg(designs: Floats) -> Floats:
 
 
 def _normalized_trace(model: FilterModel, designs: Floats, result: Evaluation) -> Floats:
+    """This and the next two are those of equation (13)."""
     mean: Floats = np.trace(scaled(result, model), axis1=1, axis2=2) / model.suite.n_states
     return mean
 

@@ -78,9 +78,7 @@ def test_generated_step_is_one_filter_step(name):
         W[at.attitude : at.rotation, lane] = C.ravel()
         W[at.rotation : at.F, lane] = dC.ravel()
         W[at.F : at.Q, lane] = [F[i, j] for i, j in at.transition]
-        W[at.Q : at.reference, lane] = Q[np.tril_indices(m)]
-        W[at.reference : at.gate, lane] = references.ravel()
-        W[at.gate, lane] = gate
+        W[at.Q : at.trace, lane] = Q[np.tril_indices(m)]
 
         full = block_diag(F, np.eye(n - m))
         P = full @ P @ full.T + block_diag(Q, np.zeros((n - m, n - m)))
@@ -91,11 +89,12 @@ def test_generated_step_is_one_filter_step(name):
                 continue
             H, R = suite.measurement_matrix(sensor, v), np.diag(np.square(sensor.noise()))
             P = P - P @ H.T @ np.linalg.solve(R + H @ P @ H.T, H @ P)
-        expected.append((P, dC @ C, weights @ np.diag(P)))
-    for lane, (P, C, trace) in enumerate(expected):
+        expected.append((P, dC @ C, weights @ np.diag(P), [*references.ravel(), gate]))
+    for lane, (P, C, trace, row) in enumerate(expected):
         values = W[:, lane].copy()
         for text in parts.values():
-            exec(text, {"sqrt": sqrt, "W": values, "C": step_constants(suite, weights)})
+            constants = step_constants(suite, weights)
+            exec(text, {"sqrt": sqrt, "W": values, "C": constants, "R": row})
         scale = np.abs(P).max()
         np.testing.assert_allclose(
             values[: at.attitude], P[np.tril_indices(n)], rtol=0, atol=1e-9 * scale

@@ -33,10 +33,11 @@ def step_parts(
     Every part consists of assignments to names and to values ``W[k]`` of the candidate, see
     `layout.py`. `CHECK`, which is no part of the step, finds the covariance's last pivot.
 
-    ``C[k]`` is what all candidates share: three noise variances and, with a field of view,
-    boresight and cosine of the half-angle for each sensor in turn; the axes and requirements of
-    the monitors; then the trace weight of every state. The compiler's time grows faster than a
-    function: hence several parts.
+    ``R[k]`` is what the orbit gives at the step: the reference of each sensor, the Sun if monitors
+    need it, and whether each gated sensor is available. ``C[k]`` is what all candidates share:
+    three noise variances and, with a field of view, boresight and cosine of the half-angle for each
+    sensor in turn; the axes and requirements of the monitors; then the trace weight of every state.
+    The compiler's time grows faster than a function: hence several parts.
     """
     at = layout(suite, gated, monitors)
     n = suite.n_states
@@ -48,6 +49,9 @@ def step_parts(
 
     def slots(first: int, count: int) -> list[Symbol]:
         return [Symbol(slot(first + k)) for k in range(count)]
+
+    def row(first: int, count: int) -> list[Symbol]:
+        return [Symbol(f"R[{first + k}]") for k in range(count)]
 
     def constants(count: int) -> list[Symbol]:
         nonlocal n_constants
@@ -72,10 +76,10 @@ def step_parts(
     predict(triangle(ops), n, F, Q, ops)
     part("propagate", ops)
 
-    gates = iter(slots(at.gate, at.n_gates))
+    gates = iter(row(at.gate, at.n_gates))
     for index, sensor in enumerate(suite.sensors):
         ops = SymbolArithmetic()
-        r = slots(at.reference + 3 * index, 3)
+        r = row(3 * index, 3)
         v = Vec3(*(ops.keep(sum(C[3 * i + k] * r[k] for k in range(3))) for i in range(3)))
         variances = constants(3)
         gate: Symbol | float = next(gates) if gated[index] else 1.0
@@ -89,7 +93,7 @@ def step_parts(
 
     if monitors.total:
         ops = SymbolArithmetic()
-        _watch(monitors, slots, constants, at, ops)
+        _watch(monitors, slots, row(at.gate - 3, 3), constants, at, ops)
         part("watch", ops)
 
     ops, weights = SymbolArithmetic(), constants(n)
@@ -106,13 +110,14 @@ def step_parts(
 def _watch(
     monitors: Monitors,
     slots: Callable[[int, int], list[Symbol]],
+    sun: list[Symbol],
     constants: Callable[[int], list[Symbol]],
     at: Layout,
     ops: SymbolArithmetic,
 ) -> None:
     values = slots(at.monitors, monitors.total)
     if monitors.n_cones:
-        C, sun = slots(at.attitude, 9), slots(at.reference + 3 * (at.n_references - 1), 3)
+        C = slots(at.attitude, 9)
         v = [ops.keep(sum(C[3 * i + k] * sun[k] for k in range(3))) for i in range(3)]
         for value in values[: monitors.n_cones]:
             cosine = sum(a * component for a, component in zip(constants(3), v, strict=True))
@@ -155,7 +160,7 @@ def module_source(
     """Source of the whole kernel module of a suite: constants, `step`, `check` and the driver."""
     at = layout(suite, gated, monitors)
     parts = step_parts(suite, gated, monitors)
-    step = "\n".join(f"    {name}(W, C)" for name in parts if name != CHECK)
+    step = "\n".join(f"    {name}(W, C, R, rows)" for name in parts if name != CHECK)
     package = (__package__ or "").rpartition(".")[0]
     lane, driver = (_text(name, package) for name in ("lane.py", "driver.py"))
     return f'''"""Filter kernel for {at.n_states} states. Generated; do not edit."""
@@ -172,16 +177,14 @@ N_DYNAMIC = {at.n_dynamic}
 F_ENTRIES = np.array({at.transition})
 ATTITUDE, ROTATION, F_SLOT, Q_SLOT = {at.attitude}, {at.rotation}, {at.F}, {at.Q}
 MONITORS, N_MONITORS = {at.monitors}, {at.n_monitors}
-REFERENCE, N_REFERENCE = {at.reference}, {3 * at.n_references}
-GATE, N_GATES = {at.gate}, {at.n_gates}
 TRACE, PIVOT, N_SLOTS = {at.trace}, {at.pivot}, {at.total}
 
 
-{_DIVIDER.join(_compiled(name, text) for name, text in parts.items())}
+{_DIVIDER.join(_compiled(name, text, at.row) for name, text in parts.items())}
 
 
 {_DECORATOR}
-def step(W, C):
+def step(W, C, R, rows):
 {step}
 
 
@@ -197,15 +200,16 @@ def _text(name: str, package: str) -> str:
 
 _DIVIDER = "\n\n\n"
 # pointers, because arrays would compile three times slower
-_DECORATOR = '@njit("void(CPointer(float64), CPointer(float64))", nogil=True, cache=CACHE)'
+_POINTERS = ", ".join(3 * ["CPointer(float64)"] + ["CPointer(int64)"])
+_DECORATOR = f'@njit("void({_POINTERS})", nogil=True, cache=CACHE)'
 
 
-def _compiled(name: str, text: str) -> str:
+def _compiled(name: str, text: str, width: int) -> str:
     return f'''{name}_lanewise = lanewise("""
 {text}
-""", LANES)
+""", LANES, {width})
 
 
 {_DECORATOR}
-def {name}(W, C):
-    {name}_lanewise(W, C)'''
+def {name}(W, C, R, rows):
+    {name}_lanewise(W, C, R, rows)'''

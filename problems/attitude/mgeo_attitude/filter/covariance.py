@@ -77,8 +77,8 @@ def update(
 ) -> None:
     """P ← P - K H P with K = P Hᵀ (R + H P Hᵀ)⁻¹, equation (4), the three rows together.
 
-    With R + H P Hᵀ = L Lᵀ and G = P Hᵀ L⁻ᵀ this is P ← P - G Gᵀ. A `gate` of zero leaves P as it
-    is (sensor not available), one updates it.
+    With R + H P Hᵀ = L Lᵀ and G = P Hᵀ L⁻ᵀ this is P ← P - G Gᵀ, equation (8).
+    A `gate` of zero leaves P as it is (sensor not available), one updates it.
 
     Parameters
     ----------

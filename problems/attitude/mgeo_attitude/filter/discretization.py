@@ -21,7 +21,7 @@ _TERMS = 30
 
 @njit(cache=True, error_model="numpy")
 def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
-    """F = exp(A dt) and Q = ∫ exp(A s) diag(density) exp(A s)ᵀ ds over one step.
+    """F = exp(A dt) and Q = ∫ exp(A s) diag(density) exp(A s)ᵀ ds over one step, equation (7).
 
     Taylor series of both (Q' = A Q + Q Aᵀ + diag(density)) on a step halved until the series
     converges fast, then doubled: F ← F F, Q ← Q + F Q Fᵀ. The same integral as Van Loan's (IEEE

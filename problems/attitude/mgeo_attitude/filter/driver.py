@@ -11,15 +11,11 @@ if TYPE_CHECKING:  # above this text in the generated module, see codegen.py
     from .lane import (
         ATTITUDE,
         CACHE,
-        GATE,
         LANES,
         MONITORS,
-        N_GATES,
         N_MONITORS,
-        N_REFERENCE,
         N_STATES,
         PIVOT,
-        REFERENCE,
         TRACE,
         converged,
         load_maneuver,
@@ -31,10 +27,10 @@ if TYPE_CHECKING:  # above this text in the generated module, see codegen.py
         workspace,
     )
 
-    def step(W: Any, C: Any) -> None:
+    def step(W: Any, C: Any, R: Any, rows: Any) -> None:
         """One filter step of all lanes, in place."""
 
-    def check(W: Any, C: Any) -> None:
+    def check(W: Any, C: Any, R: Any, rows: Any) -> None:
         """Last pivot of the covariance of all lanes."""
 
 
@@ -62,8 +58,8 @@ def parent_is_done(done, parent):
 @njit(
     "void(int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], int64[::1],"
     "float64[:,::1], float64[:,:,::1], int64[:,::1], int64[::1], float64[:,:,::1], float64[::1],"
-    "float64[:,::1], float64[:,::1], float64[::1], float64[::1], float64[::1], int64, float64,"
-    "float64, int64[::1], float64[::1], float64[:,::1], float64[:,::1], float64[:,:,::1], int64)",
+    "float64[:,::1], float64[::1], float64[::1], float64[::1], int64, float64, float64,"
+    "int64[::1], float64[::1], float64[:,::1], float64[:,::1], float64[:,:,::1], int64)",
     error_model="numpy",
     nogil=True,
     cache=CACHE,
@@ -82,8 +78,7 @@ def run(
     over,
     dynamics,
     density,
-    references,
-    gates,
+    table,
     variances,
     monitors,
     C,
@@ -122,7 +117,7 @@ def run(
         A at rest, and what a unit rate about each axis adds to it.
     density : array, shape (n_dynamic,)
         Process-noise density.
-    references, gates : arrays, shapes (n_steps + 1, 3 n_sensors) and (n_steps + 1, n_gates)
+    table : array, shape (n_steps + 1, n_values)
         Reference vectors in GCRS and availabilities (one or zero) of the sensors.
     variances, monitors : arrays, shapes (n_states,) and (n_monitors,)
         Variances and monitors at time zero.
@@ -142,9 +137,9 @@ def run(
     lanes
         LANES, as a variable: loops over a constant would be unrolled, and compile twice as long.
     """
-    n_jobs, n_maneuvers, last_step = len(designs), starts.shape[1], len(references) - 1
+    n_jobs, n_maneuvers, last_step = len(designs), starts.shape[1], len(table) - 1
     W, recent = workspace(), ring(window)
-    mask = len(recent) - 1
+    mask, now = len(recent) - 1, 0  # the row of `recent` for the present step of every lane
     job = np.empty(LANES, dtype=np.int64)
     clock = np.zeros(LANES, dtype=np.int64)
     maneuver = np.zeros(LANES, dtype=np.int64)
@@ -153,7 +148,7 @@ def run(
     test_from = np.full(LANES, NEVER)
     active = 0
     for lane in range(lanes):
-        reset(W, lane, variances, monitors, C, recent)
+        reset(W, lane, variances, monitors, C, recent, now)
         job[lane] = take(queue, n_jobs)
         active += job[lane] >= 0
     while active > 0:
@@ -174,10 +169,10 @@ def run(
                 clock[lane] = k
                 test_from[lane] = max(over[i], window)
                 if parent < 0:
-                    reset(W, lane, variances, monitors, C, recent)
+                    reset(W, lane, variances, monitors, C, recent, now)
                     healthy[lane] = True
                 else:
-                    restore(W, lane, recent, k, window, snapshots[slots[parent]])
+                    restore(W, lane, recent, now, min(window, k) + 1, snapshots[slots[parent]])
                     healthy[lane] = done[parent] == 1
             m = maneuver[lane]
             while m < n_maneuvers and starts[i, m] <= k:
@@ -198,19 +193,14 @@ def run(
         ended = False
         while n_steps > 0 and not ended:
             n_steps -= 1
+            now = (now + 1) & mask
             for lane in range(lanes):
-                k = clock[lane] + 1
-                for j in range(N_REFERENCE):
-                    W[(REFERENCE + j) * LANES + lane] = references[k, j]
-                for j in range(N_GATES):
-                    W[(GATE + j) * LANES + lane] = gates[k, j]
-            step(W.ctypes, C.ctypes)
+                clock[lane] += running[lane]
+            step(W.ctypes, C.ctypes, table.ctypes, clock.ctypes)
             for lane in range(lanes):
-                k = clock[lane] + running[lane]
-                clock[lane] = k
-                recent[k & mask, lane] = W[TRACE * LANES + lane]
-                if k >= test_from[lane]:
-                    ended |= converged(recent, lane, k, window, decrease)
+                recent[now, lane] = W[TRACE * LANES + lane]
+                tested = clock[lane] >= test_from[lane]
+                ended |= tested & converged(recent, lane, now, window, decrease)
             if len(record) > 0:
                 for lane in range(lanes):
                     if running[lane]:
@@ -224,20 +214,20 @@ def run(
                 continue
             this, k = job[lane], clock[lane]
             at_end = k == last_step or (
-                k >= test_from[lane] and converged(recent, lane, k, window, decrease)
+                k >= test_from[lane] and converged(recent, lane, now, window, decrease)
             )
             if at_end or k % CHECK_PERIOD == 0:
                 if not checked:
-                    check(W.ctypes, C.ctypes)
+                    check(W.ctypes, C.ctypes, table.ctypes, clock.ctypes)
                     checked = True
                 healthy[lane] &= W[PIVOT * LANES + lane] > 0.0
             if k == ends[this]:
-                save(W, lane, recent, k, window, snapshots[slots[this]])
+                save(W, lane, recent, now, min(window, k) + 1, snapshots[slots[this]])
                 store_release(done, this, 1 if healthy[lane] else 2)
             elif at_end:
                 i = designs[this]
                 end_step[i] = k
-                trace[i] = recent[k & mask, lane] if healthy[lane] else np.nan
+                trace[i] = recent[now, lane] if healthy[lane] else np.nan
                 for j in range(N_MONITORS):
                     watched[i, j] = W[(MONITORS + j) * LANES + lane]
                 if len(final) > 0:

@@ -19,10 +19,6 @@ if TYPE_CHECKING:  # defined above this text in the generated module, see codege
     N_MONITORS: int
     F_SLOT: int
     Q_SLOT: int
-    REFERENCE: int
-    N_REFERENCE: int
-    GATE: int
-    N_GATES: int
     TRACE: int
     PIVOT: int
     N_SLOTS: int
@@ -39,7 +35,7 @@ def workspace():
 
 @njit(cache=CACHE)
 def ring(window):
-    """Room for the trace of all lanes over a window: step k is in row k modulo a power of two.
+    """Room for the trace of all lanes over a window; a power of two, so that rows are found fast.
 
     The whole history would not stay in the second-level cache.
     """
@@ -55,7 +51,7 @@ def variance_slot(i):
 
 
 @njit(cache=CACHE, error_model="numpy")
-def reset(W, lane, variances, monitors, C, recent):
+def reset(W, lane, variances, monitors, C, recent, now):
     """Put a lane at time zero: initial covariance, body axes along GCRS."""
     for k in range(N_SLOTS):
         W[k * LANES + lane] = 0.0
@@ -67,7 +63,7 @@ def reset(W, lane, variances, monitors, C, recent):
         W[(ATTITUDE + 4 * i) * LANES + lane] = 1.0
     for i in range(N_MONITORS):
         W[(MONITORS + i) * LANES + lane] = monitors[i]
-    recent[0, lane] = total
+    recent[now, lane] = total
 
 
 @njit(cache=CACHE, error_model="numpy")
@@ -87,26 +83,25 @@ def load_maneuver(W, lane, omega, dynamics, density, dt):
 
 
 @njit(cache=CACHE)
-def save(W, lane, recent, k, window, snapshot):
-    """Store a lane's covariance, attitude, monitors and last window of the trace, at step k."""
+def save(W, lane, recent, now, n, snapshot):
+    """Store a lane's covariance, attitude, monitors and the last n values of its trace."""
     for j in range(ROTATION):
         snapshot[j] = W[j * LANES + lane]
-    for j in range(min(window, k) + 1):
-        snapshot[ROTATION + j] = recent[(k - j) % len(recent), lane]
+    for j in range(n):
+        snapshot[ROTATION + j] = recent[(now - j) % len(recent), lane]
 
 
 @njit(cache=CACHE)
-def restore(W, lane, recent, k, window, snapshot):
+def restore(W, lane, recent, now, n, snapshot):
     """Inverse of `save`."""
     for j in range(ROTATION):
         W[j * LANES + lane] = snapshot[j]
-    for j in range(min(window, k) + 1):
-        recent[(k - j) % len(recent), lane] = snapshot[ROTATION + j]
+    for j in range(n):
+        recent[(now - j) % len(recent), lane] = snapshot[ROTATION + j]
 
 
 @njit(cache=CACHE)
-def converged(recent, lane, k, window, decrease):
-    """Whether the trace fell by less than the least relative decrease, or is NaN."""
-    mask = len(recent) - 1
-    before = recent[(k - window) & mask, lane]
-    return not (before - recent[k & mask, lane] >= decrease * before)
+def converged(recent, lane, now, window, decrease):
+    """Whether the trace fell by less than the least decrease, equation (6), or is NaN."""
+    before = recent[(now - window) & (len(recent) - 1), lane]
+    return not (before - recent[now, lane] >= decrease * before)

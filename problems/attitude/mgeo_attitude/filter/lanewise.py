@@ -21,18 +21,21 @@ _FLAGS = ("nsz", "arcp", "contract")
 _OPERATORS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 
 
-def lanewise(text: str, lanes: int) -> Any:
-    """A function ``f(W, C)`` for compiled code that runs `text` for all lanes at once.
+def lanewise(text: str, lanes: int, width: int = 0) -> Any:
+    """A function ``f(W, C, R, rows)`` for compiled code that runs `text` for all lanes at once.
 
-    W and C are pointers to float64: value k of a lane is ``W[k * lanes + lane]``, and C is shared
-    by all lanes.
+    W, C and R are pointers to float64, `rows` to int64. In the text ``W[k]`` is a lane's
+    ``W[k * lanes + lane]``, ``C[k]`` is the same for all lanes, and ``R[k]`` is a value of the
+    lane's row in a table: ``R[rows[lane] * width + k]``.
 
     Parameters
     ----------
     text : str
-        Assignments to names or ``W[k]`` of expressions of names, ``W[k]``, ``C[k]``, numbers,
-        ``+ - * /``, ``sqrt(x)`` and ``1.0 if x >= y else 0.0``.
+        Assignments to names or ``W[k]`` of expressions of names, ``W[k]``, ``C[k]``, ``R[k]``,
+        numbers, ``+ - * /``, ``sqrt(x)`` and ``1.0 if x >= y else 0.0``.
     lanes : int
+    width : int
+        Values in a row of R.
 
     Raises
     ------
@@ -41,14 +44,19 @@ def lanewise(text: str, lanes: int) -> Any:
     """
 
     @intrinsic
-    def function(typing_context: Any, W: Any, C: Any) -> Any:
+    def function(typing_context: Any, W: Any, C: Any, R: Any, rows: Any) -> Any:
         def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            writer = _Writer(builder, lanes, *args)
+            writer = _Writer(builder, lanes, width, *args)
+            # What does not fit the registers goes to the stack: there too a vector across two
+            # cache lines takes twice as long.
+            attributes = builder.function.attributes
+            attributes.add("nounwind")  # llvmlite does not write the next one alone
+            attributes.alignstack = 8 * lanes
             for line in ast.parse(text).body:
                 writer.assign(line)
             return context.get_dummy_value()
 
-        return types.void(W, C), codegen
+        return types.void(W, C, R, rows), codegen
 
     return function
 
@@ -56,8 +64,9 @@ def lanewise(text: str, lanes: int) -> Any:
 class _Writer:
     """Writes one instruction for every operation, in the order of the text."""
 
-    def __init__(self, builder: ir.IRBuilder, lanes: int, W: ir.Value, C: ir.Value) -> None:
-        self.builder, self.lanes, self.W, self.C = builder, lanes, W, C
+    def __init__(self, builder: ir.IRBuilder, lanes: int, width: int, *pointers: ir.Value) -> None:
+        self.builder, self.lanes, self.width = builder, lanes, width
+        self.W, self.C, self.R, self.rows = pointers
         self.vector = ir.VectorType(ir.DoubleType(), lanes)
         self.values: dict[str, ir.Value] = {}
 
@@ -91,6 +100,8 @@ class _Writer:
                 return builder.load(self.slot(k), align=8)
             case ast.Subscript(ast.Name("C"), ast.Constant(int(k))):
                 return self.shared(k)
+            case ast.Subscript(ast.Name("R"), ast.Constant(int(k))) if k < self.width:
+                return self.own_row(k)
         raise ValueError(f"{ast.unparse(node)}: expected straight-line arithmetic")
 
     def root(self, value: ir.Value) -> ir.Value:
@@ -113,3 +124,15 @@ class _Writer:
         first = builder.insert_element(undefined, number, ir.Constant(index, 0))
         zeros = ir.Constant(ir.VectorType(index, self.lanes), [0] * self.lanes)
         return builder.shuffle_vector(first, undefined, zeros)
+
+    def own_row(self, k: int) -> ir.Value:
+        """Value k of each lane's row of R."""
+        builder, index = self.builder, ir.IntType(64)
+        vector = ir.Constant(self.vector, ir.Undefined)
+        for lane in range(self.lanes):
+            row = builder.load(builder.gep(self.rows, [ir.Constant(index, lane)]))
+            first = builder.mul(row, ir.Constant(index, self.width))
+            place = builder.add(first, ir.Constant(index, k))
+            number = builder.load(builder.gep(self.R, [place]))
+            vector = builder.insert_element(vector, number, ir.Constant(ir.IntType(32), lane))
+        return vector

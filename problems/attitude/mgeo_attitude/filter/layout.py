@@ -14,7 +14,10 @@ NO_MONITORS = Monitors()
 
 @dataclass(frozen=True)
 class Layout:
-    """Numbers of the workspace's values: the first value of each kind, then the total."""
+    """Numbers of the workspace's values: the first value of each kind, then the total.
+
+    What the orbit gives at a step, references and gates, lies in a row of a table of its own.
+    """
 
     n_states: int
     #: Entries of the transition matrix that can differ from the identity's, by (row, column).
@@ -45,16 +48,8 @@ class Layout:
         return self.F + len(self.transition)
 
     @property
-    def reference(self) -> int:
-        return self.Q + self.n_dynamic * (self.n_dynamic + 1) // 2
-
-    @property
-    def gate(self) -> int:
-        return self.reference + 3 * self.n_references
-
-    @property
     def trace(self) -> int:
-        return self.gate + self.n_gates
+        return self.Q + self.n_dynamic * (self.n_dynamic + 1) // 2
 
     @property
     def pivot(self) -> int:
@@ -63,6 +58,15 @@ class Layout:
     @property
     def total(self) -> int:
         return self.pivot + 1
+
+    @property
+    def gate(self) -> int:
+        """First gate in a row of references and gates."""
+        return 3 * self.n_references
+
+    @property
+    def row(self) -> int:
+        return self.gate + self.n_gates
 
 
 def layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS) -> Layout:

@@ -120,10 +120,15 @@ class FilterModel:
         return Monitors(len(self.cones), tuple(int(state) for state in states))
 
     @cached_property
-    def reference_table(self) -> Floats:
-        """The references and, if an axis is watched, the Sun, side by side at every sample."""
-        flat = self.references.reshape(len(self.references), -1)
-        return np.hstack([flat, self.sun]) if len(self.cones) else np.ascontiguousarray(flat)
+    def table(self) -> Floats:
+        """What a filter step needs of the orbit, side by side at every sample.
+
+        The references; if an axis is watched, the Sun; and whether each gated sensor is available.
+        """
+        parts = [self.references.reshape(len(self.references), -1)]
+        if len(self.cones):
+            parts.append(self.sun)
+        return np.hstack([*parts, self.available[:, self.gated]])
 
     def schedule(self, designs: ArrayLike) -> Schedule:
         """What is flown of designs, shape (n, 4 m)."""

@@ -81,6 +81,7 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
         sigma.append(np.sqrt(np.diag(kf.P)))
         before = k - model.window_steps
         if k >= over and before >= 0:
+            # equation (6) of docs/theory.md
             converged = bool(trace[before] - trace[k] < model.relative_decrease * trace[before])
             if converged:
                 break

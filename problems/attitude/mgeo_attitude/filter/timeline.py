@@ -95,9 +95,10 @@ class Agility:
     inertia: Floats
 
     def ramp_time(self, change: Floats) -> Floats:
-        """Least time [s] for changes of the rate, shape (..., 3) [rad/s], along a straight line.
+        """Least time [s] for changes of the rate, shape (..., 3) [rad/s], equation (12).
 
-        The satellite's total angular momentum is zero, so that no torque is needed but J dω/dt.
+        The rate changes along a straight line. The satellite's total angular momentum is zero, so
+        that no torque is needed but J dω/dt.
         """
         acceleration = np.abs(change).max(axis=-1) / self.max_acceleration
         torque = np.abs(change @ self.inertia).max(axis=-1) / self.max_torque
