@@ -16,11 +16,12 @@ from pymoo.core.problem import Problem
 from . import describe, figures
 from .constraints import Constraint, constraints
 from .environment import Environment
-from .filter.evaluator import Evaluation, evaluate
+from .filter.evaluator import evaluate
 from .filter.model import FilterModel
 from .filter.suite import Suite
-from .filter.timeline import VARIABLES_PER_MANEUVER
+from .filter.timeline import VARIABLES_PER_MANEUVER, decode
 from .objectives import PAPER, Objective, indicators, objective
+from .repeats import Repeats
 from .scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -81,6 +82,7 @@ class AttitudeManeuverProblem(Problem):
         self.scenario = scenario
         self.threads = threads
         self.objectives = _checked(objectives)
+        self._repeats = Repeats()
         if "t_required" in self.objectives and not scenario.required_sigma:
             raise ValueError("objective 't_required': the scenario has no required_sigma")
         self.obj_names = tuple(entry.label for entry in self._objectives())
@@ -117,22 +119,22 @@ class AttitudeManeuverProblem(Problem):
         return FilterModel.from_scenario(self.scenario, self.environment)
 
     def _evaluate(self, X: Floats, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        objectives, limits = self._objectives(), constraints(self.scenario)
-        covariance = any(o.needs_covariance for o in objectives)
-        covariance |= any(c.needs_covariance for c in limits)
+        designs = np.asarray(X, dtype=float)
+        decode(designs)  # tells of a bad design by its place among all of them
+        values = self._repeats.complete(designs, self._run)
+        out["F"], out["G"] = np.split(values, [self.n_obj], axis=1)
+
+    def _run(self, X: Floats) -> Floats:
+        """Objectives and constraints, side by side, shape (n, n_obj + n_ieq_constr)."""
+        entries: list[Objective | Constraint]
+        entries = [*self._objectives(), *constraints(self.scenario)]
+        covariance = any(entry.needs_covariance for entry in entries)
         result = evaluate(self.model, X, self.threads, covariance=covariance)
-        out["F"] = self._columns(objectives, X, result)
-        if limits:
-            out["G"] = self._columns(limits, X, result)
+        return np.column_stack([entry.value(self.model, X, result) for entry in entries])
 
     def _objectives(self) -> list[Objective]:
         suite = Suite(self.scenario.gyro, self.scenario.sensors)
         return [objective(name, suite) for name in self.objectives]
-
-    def _columns(
-        self, entries: Sequence[Objective] | Sequence[Constraint], X: Floats, result: Evaluation
-    ) -> Floats:
-        return np.column_stack([entry.value(self.model, X, result) for entry in entries])
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> AttitudeManeuverProblem:

@@ -1,0 +1,72 @@
+"""Designs of the batch before are looked up, not run."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, problem
+from mgeo_attitude.repeats import Repeats
+from mgeo_attitude.scenario import Wheels
+
+
+def test_only_what_the_batch_before_had_not_is_run():
+    runs = []
+
+    def run(designs):
+        runs.append(designs[:, 0].tolist())
+        return designs * 10.0
+
+    repeats = Repeats()
+    for batch, ran in [
+        ([1, 2, 3], [1, 2, 3]),
+        ([3, 4, 1], [4]),
+        ([2, 4], [2]),  # 2 was in the batch before the last
+        ([4, 2], []),
+        ([], []),
+        ([4], [4]),
+    ]:
+        designs = np.array(batch, dtype=float).reshape(-1, 1)
+        np.testing.assert_array_equal(repeats.complete(designs, run), 10.0 * designs)
+        assert runs.pop() == ran
+
+
+def test_a_failed_run_leaves_nothing_behind():
+    repeats, designs = Repeats(), np.ones((2, 1))
+
+    def fail(designs):
+        raise ValueError("no result")
+
+    with pytest.raises(ValueError, match="no result"):
+        repeats.complete(designs, fail)
+    np.testing.assert_array_equal(repeats.complete(designs, np.copy), designs)
+
+
+def test_values_of_a_problem_with_limits_do_not_depend_on_what_was_run_before(monkeypatch):
+    counts = []
+    evaluate = problem.evaluate
+
+    def counted(model, X, *args, **kwargs):
+        counts.append(len(X))
+        return evaluate(model, X, *args, **kwargs)
+
+    monkeypatch.setattr(problem, "evaluate", counted)
+    wheels = Wheels(inertia=(0.02, 0.03, 0.04), max_momentum=5e-4)
+    scenario = dataclasses.replace(Scenario.paper(), wheels=wheels)
+    one, other = (AttitudeManeuverProblem(scenario) for _ in range(2))
+    X = np.random.default_rng(0).uniform(one.xl, one.xu, (6, 12))
+    one.evaluate(X[:4])
+    values = one.evaluate(X[::-1], return_as_dictionary=True)
+    alone = other.evaluate(X[::-1], return_as_dictionary=True)
+    assert counts == [4, 2, 6]
+    np.testing.assert_array_equal(values["F"], alone["F"])
+    np.testing.assert_array_equal(values["G"], alone["G"])
+    assert values["G"].shape == (6, 1)
+
+
+def test_a_bad_design_is_named_by_its_place_among_all():
+    one = AttitudeManeuverProblem()
+    X = np.tile(0.5 * one.xu, (3, 1))
+    one.evaluate(X[:1])
+    X[2, 3] = -1.0
+    with pytest.raises(ValueError, match="design 2 = "):
+        one.evaluate(X)
