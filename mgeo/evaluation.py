@@ -107,7 +107,8 @@ class TolerantEvaluator(Evaluator):
             for name in values.keys() & {"F", "G", "H"}:
                 self._penalize(name, values[name], failed)
         for name, value in values.items():
-            pop.set(name, value)
+            if value.size:  # an individual has no values of a kind to begin with
+                pop.set(name, value)
         if failures:
             pop[failed].set("failed", True)
         for individual in pop:

@@ -21,6 +21,7 @@ from mgeo.archive import ParetoArchive
 from mgeo.display import ArchiveOutput
 from mgeo.dominance import FloatArray
 from mgeo.evaluation import TolerantEvaluator
+from mgeo.individuals import individuals
 
 EXECUTIONS = 5000  # generations of all walkers together, unless a termination is given
 MOST_RUNS = 100_000  # each has its own random stream, of some kilobytes
@@ -149,7 +150,7 @@ class ExtremalOptimization(Walkers, Algorithm):
 
     def _infill(self) -> Population:
         self._asked = self.variables.designs(self._candidates())
-        return Population.new("X", self._asked)
+        return individuals(self._asked)
 
     def _advance(self, infills: Any = None, **kwargs: Any) -> None:
         F, violation = self._told(infills)
