@@ -14,8 +14,8 @@ CASES = [(name, i) for name in ("paper", "star tracker") for i in range(2)]
 
 
 def plain(suite):
-    """The generated functions as plain Python, without the driver."""
-    functions = module_source(suite, cache=False).partition('"""One run of truth')[0]
+    """The generated functions as plain Python, without what calls them."""
+    functions = module_source(suite, cache=False).partition('"""What corrects an estimate')[0]
     source = functions.replace("from numba import njit", "njit = lambda **_: lambda f: f")
     namespace = {}
     exec(source, namespace)

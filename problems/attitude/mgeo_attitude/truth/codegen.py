@@ -1,8 +1,8 @@
 """Generates what a simulation needs of a sensor suite, from what its sensors and gyro declare.
 
 Straight-line functions over flat arrays, one for each sensor: what it measures, and the innovation
-with its first and second derivatives in the errors of the estimate. The driver that calls them is
-the text of `driver.py`, appended as it stands.
+with its first and second derivatives in the errors of the estimate. What calls them is the text of
+`correction.py` and `driver.py`, appended as it stands.
 
 The error of an estimate is attitude, gyro and sensor states in the order of the suite. That of the
 attitude and of a state that is a rotation is a rotation itself: C = R(-θ) Ĉ for the matrix from
@@ -64,8 +64,7 @@ def module_source(suite: Suite, cache: bool) -> str:
     parts += [_dispatch(len(locals_), "innovation", "y, v, C, x, r, H, B")]
     parts += [_gyro(suite, "gyro_measured", Gyro.measured)]
     parts += [_gyro(suite, "gyro_corrected", Gyro.corrected)]
-    driver = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
-    package = (__package__ or "").rpartition(".")[0]
+    correction, driver = _text("correction.py"), _text("driver.py")
     functions = "\n\n\n".join(parts)
     rotations = rotation_blocks(suite)
     n_local = max(len(local.states) for local in locals_)
@@ -91,7 +90,15 @@ CURVED = np.array({[_padded(local.curved, n_curved) for local in locals_]}, dtyp
 {functions}
 
 
-{driver.replace("from ..", f"from {package}.").replace("from .", f"from {__package__}.")}'''
+{correction}
+
+{driver}'''
+
+
+def _text(name: str) -> str:
+    text = resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+    package = (__package__ or "").rpartition(".")[0]
+    return text.replace("from ..", f"from {package}.").replace("from .", f"from {__package__}.")
 
 
 def _innovation(suite: Suite, index: int, sensor: Sensor) -> tuple[str, Local]:
