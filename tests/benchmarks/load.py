@@ -32,7 +32,7 @@ from mgeo import Checkpoint, MGEOReal
 from mgeo.files import write_files
 from mgeo.runs import Keeper, Recipe, State, solve
 
-from .table import _markdown, _processor, with_tables
+from .table import markdown, processor, with_tables
 
 EVALUATIONS, POINTS = 1_000_000, 20
 RUNS = 1_000
@@ -239,8 +239,8 @@ def tables(points: list[Point], left: Leftovers) -> str:
     python = ".".join(map(str, sys.version_info[:3]))
     return "\n\n".join(
         [
-            f"{_processor()}, Python {python}, {datetime.now(UTC):%Y-%m-%d}.",
-            _markdown(head, rows),
+            f"{processor()}, Python {python}, {datetime.now(UTC):%Y-%m-%d}.",
+            markdown(head, rows),
             f"Study: {left.runs:,} runs kept; processes left {len(left.processes)}, other files "
             f"{len(left.files)}, shared memory and semaphores {len(left.shared_memory)}.",
         ]

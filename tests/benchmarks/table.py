@@ -78,7 +78,7 @@ def circumstances(rounds: int, undisturbed: bool) -> str:
         else " Other programs were running, so speed-ups by the clock are left out."
     )
     return (
-        f"{_processor()} ({llvmlite.binding.get_host_cpu_name()}, {_vector_extension()}), "
+        f"{processor()} ({llvmlite.binding.get_host_cpu_name()}, {_vector_extension()}), "
         f"{lanes()} lanes, {platform.system()}, Python {platform.python_version()}, {versions}; "
         f"{datetime.now(UTC):%Y-%m-%d}; best of {rounds} rounds.{busy}"
     )
@@ -95,7 +95,7 @@ def step_table(measured: Comparison[str]) -> str:
         )
         for name, it in measured.speeds.items()
     ]
-    return _markdown(
+    return markdown(
         ("one step, 18 states", "ns", "times faster than filterpy", "of the multiply-add peak"),
         rows,
     )
@@ -109,7 +109,7 @@ def batch_table(measured: Comparison[tuple[str, int]]) -> str:
         gain = f"{one.wall / it.wall:.2f}" if told else "-"
         rows.append((batch, threads, f"{it.processor:,.0f}", gain))
     head = ("designs", "threads", "ns per step and thread", "speed-up by the clock")
-    return _markdown(head, rows)
+    return markdown(head, rows)
 
 
 def growth_table(measured: Comparison[tuple[str, int, str]]) -> str:
@@ -145,19 +145,19 @@ def growth_table(measured: Comparison[tuple[str, int, str]]) -> str:
         "ratio",
         "of peak",
     )
-    return _markdown(head, rows)
+    return markdown(head, rows)
 
 
 def _paper() -> Count:
     return count_step(cases.model(cases.PAPER))
 
 
-def _markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+def markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     rule = ["---", *["---:"] * (len(head) - 1)]
     return "\n".join(f"| {' | '.join(map(str, row))} |" for row in (head, rule, *rows))
 
 
-def _processor() -> str:
+def processor() -> str:
     """The processor's name, where the operating system tells it."""
     information = Path("/proc/cpuinfo")
     if information.exists():

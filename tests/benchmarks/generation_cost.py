@@ -1,0 +1,145 @@
+"""What a generation costs outside the problem, beside pymoo's NSGA-II with the same offspring.
+
+    python -m tests.benchmarks.generation_cost
+
+measures all cases on an idle machine, for a few minutes, and writes the table of
+docs/bookkeeping.md. Processor time rather than the clock's: the figure is about work, not about who
+else works.
+"""
+
+from __future__ import annotations
+
+import itertools
+import platform
+import statistics
+import sys
+import time
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.algorithm import Algorithm
+from pymoo.core.population import Population
+from pymoo.core.problem import Problem
+from pymoo.core.termination import NoTermination
+
+from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
+
+from .table import markdown, processor, with_tables
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "bookkeeping.md"
+N_VAR = 12
+GENERATIONS = 40
+
+#: Evaluations a walker and generation, and the member with so many walkers.
+MEMBERS: dict[str, tuple[int, Callable[[int], Any]]] = {
+    "real": (12, lambda n: MGEOReal(0.1, n_runs=n)),
+    "real, a-geo2": (12, lambda n: MGEOReal(0.1, "a-geo2", n)),
+    "real, restarts": (12, lambda n: MGEOReal(0.1, n_runs=n, restart="archive", patience=2)),
+    "real2": (25, lambda n: MGEOReal2(0.1, n_runs=n, n_steps=2)),
+    "canonical": (12, lambda n: MGEOCanonical(n_runs=n, bits=1)),
+    "var": (25, lambda n: MGEOVar(n_runs=n, bits=2, coding="gray")),
+    "directed": (12, lambda n: MGEODirected(n_runs=n)),
+}
+OFFSPRING = (12, 120, 360)
+FRONTS = (100, 1000, 10_000)
+OBJECTIVES = (2, 3)
+
+
+class Cost(NamedTuple):
+    """Milliseconds a generation, and how long the front was before and after."""
+
+    ours: float
+    theirs: float
+    before: int
+    after: int
+
+    @property
+    def ratio(self) -> float:
+        return self.ours / self.theirs
+
+
+class Shells(Problem):
+    """Spherical fronts, one inside the other; it keeps account of its own time."""
+
+    def __init__(self, n_obj: int) -> None:
+        super().__init__(n_var=N_VAR, n_obj=n_obj, xl=0.0, xu=1.0)
+        self.seconds = 0.0
+
+    def _evaluate(self, X, out, *args, **kwargs):  # type: ignore[no-untyped-def]
+        start = time.process_time()
+        out["F"] = on_sphere(X[:, : self.n_obj] + 1e-3)
+        out["F"] *= 1 + 0.02 * X[:, self.n_obj :].mean(axis=1, keepdims=True)
+        self.seconds += time.process_time() - start
+
+
+def on_sphere(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    lengths: NDArray[np.float64] = np.linalg.norm(directions, axis=1, keepdims=True)
+    return directions / lengths
+
+
+def cost(member: str, offspring: int, front: int, n_obj: int) -> Cost:
+    """One case: a member and NSGA-II take turns, so that what disturbs them disturbs both alike."""
+    each, build = MEMBERS[member]
+    n_runs = max(1, offspring // each)
+    nsga2 = NSGA2(pop_size=n_runs * each)
+    ours = build(n_runs)
+    for algorithm in (nsga2, ours):
+        algorithm.setup(Shells(n_obj), termination=NoTermination(), seed=1)
+    directions = np.abs(np.random.default_rng(0).standard_normal((front, n_obj)))
+    F = 1.008 * on_sphere(directions + 1e-3)  # few candidates of a walk get below this shell
+    ours.front.add(F, Population.new("X", np.full((front, N_VAR), 0.5), "F", F))
+    before = len(ours.front)
+    theirs, milliseconds = _milliseconds(nsga2, ours)
+    return Cost(milliseconds, theirs, before, len(ours.front))
+
+
+def _milliseconds(*algorithms: Algorithm) -> list[float]:
+    """Median over generations of each, without the problem's share."""
+    costs: list[list[float]] = [[] for _ in algorithms]
+    for _ in range(GENERATIONS):
+        for algorithm, each in zip(algorithms, costs, strict=True):
+            spent, start = algorithm.problem.seconds, time.process_time()
+            algorithm.next()
+            each.append(time.process_time() - start - (algorithm.problem.seconds - spent))
+    return [1e3 * statistics.median(each) for each in costs]
+
+
+def table(costs: Mapping[tuple[str, int, int, int], Cost]) -> str:
+    """The least and greatest ratio of each member by offspring, as Markdown."""
+    rows = []
+    for member in MEMBERS:
+        cells = []
+        for offspring in OFFSPRING:
+            ratios = [c.ratio for key, c in costs.items() if key[:2] == (member, offspring)]
+            cells.append(f"{min(ratios):.2f} to {max(ratios):.2f}")
+        rows.append((member, *cells))
+    theirs = []
+    for offspring in OFFSPRING:
+        times = [c.theirs for key, c in costs.items() if key[1] == offspring]
+        theirs.append(f"{min(times):.1f} to {max(times):.1f} ms")
+    rows.append(("NSGA-II", *theirs))
+    head = ("member", *(f"{offspring} offspring" for offspring in OFFSPRING))
+    return markdown(head, rows)
+
+
+def main() -> None:
+    """Measure, and write the document."""
+    keys = list(itertools.product(MEMBERS, OFFSPRING, FRONTS, OBJECTIVES))
+    costs = {key: cost(*key) for key in keys}
+    where = (
+        f"{processor()}, Python {platform.python_version()}, numpy {version('numpy')}, pymoo "
+        f"{version('pymoo')}; {datetime.now(UTC):%Y-%m-%d}; median of {GENERATIONS} generations."
+    )
+    tables = f"{where}\n\n{table(costs)}"
+    sys.stdout.write(f"{tables}\n")
+    DOCUMENT.write_text(with_tables(DOCUMENT.read_text(encoding="utf-8"), tables), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
