@@ -176,6 +176,7 @@ def test_sharing_prefixes_does_not_change_monitored_runs(limited):
     batch = np.repeat(X[:2], 12, axis=0)
     batch[np.arange(24), np.tile(np.arange(12), 2)] *= 0.9
     together = evaluated(problem, batch)
+    evaluated(problem, X[2:3])  # which now is the batch before
     alone = [evaluated(problem, x[None]) for x in batch]
     np.testing.assert_array_equal(together["F"], np.vstack([out["F"] for out in alone]))
     np.testing.assert_array_equal(together["G"], np.vstack([out["G"] for out in alone]))

@@ -1,6 +1,8 @@
 """Designs of the batch before are looked up, not run."""
 
 import dataclasses
+import pickle
+from copy import deepcopy
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ def test_only_what_the_batch_before_had_not_is_run():
     runs = []
 
     def run(designs):
-        runs.append(designs[:, 0].tolist())
+        runs.extend(designs[:, 0].tolist())
         return designs * 10.0
 
     repeats = Repeats()
@@ -27,7 +29,16 @@ def test_only_what_the_batch_before_had_not_is_run():
     ]:
         designs = np.array(batch, dtype=float).reshape(-1, 1)
         np.testing.assert_array_equal(repeats.complete(designs, run), 10.0 * designs)
-        assert runs.pop() == ran
+        assert runs == ran
+        runs.clear()
+
+
+def test_a_copy_knows_nothing():
+    repeats, designs = Repeats(), np.ones((2, 1))
+    repeats.complete(designs, np.copy)
+    np.testing.assert_array_equal(repeats.complete(designs, np.zeros_like), designs)
+    for copy in (pickle.loads(pickle.dumps(repeats)), deepcopy(repeats)):
+        np.testing.assert_array_equal(copy.complete(designs, np.zeros_like), 0.0 * designs)
 
 
 def test_a_failed_run_leaves_nothing_behind():

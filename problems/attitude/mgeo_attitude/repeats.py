@@ -21,6 +21,9 @@ class Repeats:
 
     _values: dict[bytes, Floats] = field(default_factory=dict)
 
+    def __reduce__(self) -> tuple[type[Repeats], tuple[()]]:
+        return Repeats, ()  # a copy, in another process or a history, knows nothing yet
+
     def complete(self, designs: Floats, run: Callable[[Floats], Floats]) -> Floats:
         """Values of designs, shape (n, n_values).
 
@@ -33,10 +36,13 @@ class Repeats:
         """
         keys = [design.tobytes() for design in designs]
         new = np.array([key not in self._values for key in keys], dtype=bool)
-        found = run(designs[new])
-        values = np.empty((len(designs), found.shape[1]))
-        values[new] = found
-        for i in np.flatnonzero(~new):
-            values[i] = self._values[keys[i]]
+        if new.any() or not keys:
+            found = run(designs[new])
+            values = np.empty((len(designs), found.shape[1]))
+            values[new] = found
+            for i in np.flatnonzero(~new):
+                values[i] = self._values[keys[i]]
+        else:
+            values = np.array([self._values[key] for key in keys])
         self._values = dict(zip(keys, values, strict=True))
         return values
