@@ -169,7 +169,7 @@ def _counts(evaluator: Evaluator) -> dict[str, Any]:
 
 
 def _count_on(evaluator: Evaluator, counts: Mapping[str, Any]) -> None:
-    entry(counts, "n_eval", int, "evaluations.")
+    integer("evaluations.n_eval", entry(counts, "n_eval", int, "evaluations."), low=0)
     for key, kind in (("n_failed", int), ("n_in_a_row", int), ("causes", dict[str, int])):
         if key in counts:
             entry(counts, key, kind, "evaluations.")
