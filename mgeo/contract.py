@@ -33,8 +33,8 @@ def indicator_space(problem: Problem) -> Callable[[ArrayLike], Floats] | None:
             points = np.asarray(given, dtype=float)
         except (TypeError, ValueError) as error:
             raise _unexpected(problem, "indicator_space(F)", given, "numbers") from error
-        if points.shape != np.shape(F) or np.isnan(points).any():
-            expected = f"numbers of shape {np.shape(F)}"
+        if points.shape != np.shape(F) or not np.isfinite(points).all():
+            expected = f"finite numbers of shape {np.shape(F)}"
             raise _unexpected(problem, "indicator_space(F)", given, expected)
         return points
 

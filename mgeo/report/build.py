@@ -6,6 +6,7 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 
+import numpy as np
 from plotly.offline import get_plotlyjs
 from pymoo.core.problem import Problem
 
@@ -77,7 +78,7 @@ def _data(problem: Problem, run: Run, chosen: list[Highlight], history: Json) ->
         "objectives": len(outcome.objectives),
         "planned": rows.tolist(),
         "described": described(problem, outcome, rows),
-        "bounds": [problem.xl.tolist(), problem.xu.tolist()],
+        "bounds": _bounds(problem),
         "limits": limits_json(problem, outcome.X, rows),
         "labels": {str(highlight.row): highlight.label for highlight in chosen},
         "first": next((h.row for h in chosen if h.label == "knee"), chosen[0].row),
@@ -85,6 +86,13 @@ def _data(problem: Problem, run: Run, chosen: list[Highlight], history: Json) ->
         "plans": plans_json(problem, outcome.X, rows),
         "history": history,
     }
+
+
+def _bounds(problem: Problem) -> Json:
+    """Lower and upper bounds, empty where the problem has none for each variable."""
+    bounds = problem.xl, problem.xu
+    known = all(isinstance(bound, np.ndarray) and bound.dtype.kind in "biuf" for bound in bounds)
+    return [bound.tolist() for bound in bounds] if known else [[], []]
 
 
 def _section(heading: str, body: str, kind: str = "") -> str:

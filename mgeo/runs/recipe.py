@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from mgeo import contract
+from mgeo.algorithms.parameters import integer
 from mgeo.plugins import load_problem
 from mgeo.reading import entry
 from mgeo.runs.algorithms import (
@@ -80,6 +81,8 @@ class Recipe:
         unknown = set(data) - set(_KINDS)
         if unknown:
             raise ValueError(f"{min(unknown)} is unknown: expected {', '.join(_KINDS)}")
+        integer("evaluations", data["evaluations"], low=1)
+        integer("seed", data["seed"], low=0)
         return cls(**data)
 
 

@@ -128,7 +128,7 @@ def _typed(column: pd.Series[str]) -> pd.Series[Any]:
     for kind in ("int64", "float64"):
         try:
             return column.astype(object).astype(kind)
-        except ValueError:
+        except (ValueError, OverflowError):
             continue
     return column
 

@@ -55,7 +55,7 @@ def solve_arguments(box: Box) -> Attempt:
 def other_arguments(box: Box) -> Attempt:
     folder = put(box, "run")
     put(box, "plans")
-    value = box.pick(TEXTS)
+    value = box.pick([text for text in TEXTS if not text.startswith("9")])  # as a budget it is good
     plan = "plans/plan.json"
     return Attempt(
         box.pick([

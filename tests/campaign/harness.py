@@ -225,7 +225,7 @@ def _faults(said: str, mentions: Sequence[str]) -> list[str]:
     faults = []
     if said.startswith("Error: "):
         text = said.removeprefix("Error: ")
-        if len(text) < 8 or (text.startswith(("'", '"')) and ":" not in text):
+        if len(text) < 8 or (text[0] in "'\"" and text.strip("'\"").isidentifier()):
             faults.append(f"no cause is given: {said!r}")
         if mentions and not any(mention in text for mention in mentions):
             faults.append(f"none of {list(mentions)} is named: {said[:LONGEST]!r}")
