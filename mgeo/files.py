@@ -72,7 +72,7 @@ def remove_leftovers(path: Path | str) -> None:
     Only for a file that nobody else is writing at the time.
     """
     path = Path(path)
-    pattern = re.compile(rf"\.{re.escape(path.name)}\.[0-9a-f]{{8}}\.tmp")
+    pattern = re.compile(rf"\.{re.escape(path.name)}\.[0-9a-f]{{16}}\.tmp")
     for entry in path.parent.iterdir():
         if pattern.fullmatch(entry.name):
             entry.unlink(missing_ok=True)

@@ -8,6 +8,7 @@ import resource
 import shutil
 import signal
 import stat
+import sys
 import tempfile
 import traceback
 import warnings
@@ -32,6 +33,7 @@ BAD_INPUT = 2
 # in memory where there is such a place: most of the time of a case is that of its folder
 PLACE = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 
+STAND_IN = str(Path(__file__).parent.parent / "mgeo" / "stand_in")
 APPS = {"mgeo": mgeo_app, "mgeo-attitude": attitude_app}
 
 
@@ -111,6 +113,16 @@ def kind(weight: float) -> Callable[[Maker], Maker]:
     return register
 
 
+@contextlib.contextmanager
+def _stand_in() -> Iterator[None]:
+    """Make the problems of the tests' stand-in plugin known to this process meanwhile."""
+    sys.path.insert(0, STAND_IN)
+    try:
+        yield
+    finally:
+        sys.path.remove(STAND_IN)
+
+
 def run_case(number: int, among: Sequence[str] = (), keep: bool = False) -> Result:
     """Make a case and judge it; it is of one of some kinds, if any are given."""
     rng = np.random.default_rng([SEED, number])
@@ -126,8 +138,9 @@ def run_case(number: int, among: Sequence[str] = (), keep: bool = False) -> Resu
         (box.elsewhere / "precious.txt").write_text("do not touch\n")
         root.chmod(0o711)
         os.chdir(box.work)
-        attempt = KINDS[name][1](box)
-        return _judged(number, name, box, attempt)
+        with _stand_in():
+            attempt = KINDS[name][1](box)
+            return _judged(number, name, box, attempt)
     finally:
         os.chdir(before)
         if keep:

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import importlib
 import itertools
 import os
+import pkgutil
 import resource
 import shutil
 import time
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from unittest.mock import patch
 
+import mgeo
 from mgeo.runs import read_run, resume_run
 
 from .harness import Attempt, Box, kind
@@ -118,12 +122,21 @@ def _huge(path: Path) -> Iterator[None]:
                 os.truncate(path, 0)
 
 
+@cache
+def _load_all() -> None:
+    """Import every module of mgeo, which others than the superuser need not be able to read."""
+    for module in pkgutil.walk_packages(mgeo.__path__, "mgeo."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
+
+
 @contextlib.contextmanager
 def _unprivileged(path: Path, mode: int) -> Iterator[None]:
     """Without the rights of the superuser, and with `mode` on a path."""
     superuser = os.geteuid() == 0
     before = path.stat().st_mode
     if superuser:
+        _load_all()
         for entry in [Path(), *Path().rglob("*")]:
             os.chown(entry, NOBODY, NOBODY, follow_symlinks=False)
     path.chmod(mode)

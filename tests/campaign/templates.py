@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import sys
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -12,8 +11,6 @@ from pathlib import Path
 from typer.testing import CliRunner
 
 from .harness import APPS, Box, snapshot
-
-STAND_IN = Path(__file__).parent.parent / "mgeo" / "stand_in"
 
 SCENARIO = """\
 preset = "paper"
@@ -61,16 +58,9 @@ _COMMANDS = {
 }  # fmt: skip
 
 
-def install() -> None:
-    """Make the problems of the tests' stand-in plugin known to this process."""
-    if str(STAND_IN) not in sys.path:
-        sys.path.insert(0, str(STAND_IN))
-
-
 @cache
 def contents(name: str) -> dict[str, object]:
     """Files of a template: "run", "begun", "attitude" (run folders), "study" or "plans"."""
-    install()
     before = os.getcwd()
     with tempfile.TemporaryDirectory() as place:
         os.chdir(place)

@@ -22,7 +22,7 @@ PROBLEM = ZDT1(n_var=3)
         ({"tau": -0.5}, ValueError, "tau = -0.5: expected a finite number >= 0"),
         ({"tau": np.inf}, ValueError, "tau = inf"),
         ({"tau": None}, TypeError, "tau = None"),
-        ({"n_runs": 0}, ValueError, "n_runs = 0: expected an integer of at least 1"),
+        ({"n_runs": 0}, ValueError, "n_runs = 0: expected an integer from 1 to 100,000"),
         ({"n_runs": 30.0}, TypeError, "n_runs = 30.0"),
         ({"n_runs": True}, TypeError, "n_runs = True"),
         ({"perturbation": "relativ"}, ValueError, "'relativ'.*did you mean 'relative'"),
