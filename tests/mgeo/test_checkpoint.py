@@ -154,11 +154,11 @@ def test_what_cannot_be_written_leaves_the_one_before_and_the_run_goes_on(tmp_pa
 
 def test_leftovers_of_a_killed_writer_are_removed(tmp_path):
     path = tmp_path / "run.checkpoint"
-    (tmp_path / ".run.checkpoint.0123abcd.tmp").write_bytes(b"half")
-    (tmp_path / ".other.checkpoint.0123abcd.tmp").write_bytes(b"half")
+    (tmp_path / ".run.checkpoint.0123456789abcdef.tmp").write_bytes(b"half")
+    (tmp_path / ".other.checkpoint.0123456789abcdef.tmp").write_bytes(b"half")
     solve(n_gen=1, callback=Checkpoint(path))
     assert {p.name for p in tmp_path.iterdir()} == {
-        path.name, ".other.checkpoint.0123abcd.tmp",
+        path.name, ".other.checkpoint.0123456789abcdef.tmp",
     }  # fmt: skip
 
 
