@@ -16,7 +16,7 @@ from mgeo.cli.signals import StopRequest, stop_requests
 from mgeo.cli.solutions import solutions_table
 from mgeo.consoles import console
 from mgeo.evaluation import EvaluationError
-from mgeo.figures import front_figure, page
+from mgeo.figures import MOST_OBJECTIVES, front_figure, page
 from mgeo.runs import (
     CHECKPOINT_FILE,
     FIGURE_FILE,
@@ -36,7 +36,6 @@ from mgeo.runs import (
 )
 from mgeo.runs.sole_use import sole_use
 
-DRAWN_OBJECTIVES = 3
 _CAUSES = 3  # of failed evaluations are shown
 
 
@@ -94,14 +93,14 @@ def run_title(recipe: Recipe) -> str:
 
 def can_draw(problem: Problem) -> bool:
     """Whether there will be a picture of a front that is not empty."""
-    return hasattr(problem, "figures") or problem.n_obj <= DRAWN_OBJECTIVES
+    return hasattr(problem, "figures") or problem.n_obj <= MOST_OBJECTIVES
 
 
 def _front_page(run: PreparedRun | ResumedRun, outcome: Outcome) -> str | None:
     """The plugin's picture of the front or else ours, None where neither can draw it."""
     title = run_title(run.recipe)
     figure = contract.front_figure(run.problem, outcome.X) if len(outcome.X) else None
-    if figure is None and len(outcome.objectives) <= DRAWN_OBJECTIVES:
+    if figure is None and len(outcome.objectives) <= MOST_OBJECTIVES:
         figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
     return None if figure is None else page(figure, title)
 

@@ -6,6 +6,9 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+#: More objectives cannot be drawn as points.
+MOST_OBJECTIVES = 3
+
 _LOG_FROM = 20.0  # ratio of the values from which an axis may be logarithmic
 _MARKER = {"size": 7, "color": "#1f5fa8", "line": {"width": 0.5, "color": "white"}}
 _MARKER_3D = {"size": 4, "color": "#1f5fa8"}
@@ -36,8 +39,10 @@ def front_figure(
     ValueError
         If there are more than three objectives.
     """
-    if len(objectives) > 3:
-        raise ValueError(f"{len(objectives)} objectives: expected at most 3 to draw the front")
+    if len(objectives) > MOST_OBJECTIVES:
+        raise ValueError(
+            f"{len(objectives)} objectives: expected at most {MOST_OBJECTIVES} to draw the front"
+        )
     draw = (_one, _two, _three)[len(objectives) - 1]
     figure = draw(F, objectives, hover_texts(X, F, variables, objectives))
     figure.update_layout(

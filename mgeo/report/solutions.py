@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
 from mgeo import contract
-from mgeo.figures.front import front_figure
+from mgeo.figures.front import MOST_OBJECTIVES, front_figure
 from mgeo.figures.motion import check_motion
 from mgeo.report.encode import Json, decoded, figure_json, shared
 from mgeo.runs.highlights import Highlight
@@ -49,7 +49,7 @@ def front_picture(problem: Problem, outcome: Outcome, title: str) -> go.Figure |
         if figure is not None and not _numbered(figure, n):
             figure = None
     if figure is None:
-        if len(outcome.objectives) > 3:
+        if len(outcome.objectives) > MOST_OBJECTIVES:
             return None
         figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
         if n > _MOST_TEXTS:
