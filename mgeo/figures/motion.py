@@ -30,6 +30,12 @@ from plotly.basedatatypes import BaseFigure
 _TYPES = ("scatter3d", "mesh3d")
 
 
+def motion_of(figure: BaseFigure) -> Any:
+    """What makes the figure move, as it stands there; None if it is still."""
+    meta = figure.layout.meta
+    return meta.get("motion") if isinstance(meta, Mapping) else None
+
+
 def check_motion(figure: BaseFigure) -> None:
     """Refuse a motion of another form than above; a figure without one is still.
 
@@ -38,8 +44,7 @@ def check_motion(figure: BaseFigure) -> None:
     ValueError
         Naming the part that is not as it should be.
     """
-    meta = figure.layout.meta
-    motion = meta.get("motion") if isinstance(meta, Mapping) else None
+    motion = motion_of(figure)
     turns: Mapping[str, Any] = {}
     if motion is not None:
         _require(isinstance(motion, Mapping), "motion", "a dict", motion)

@@ -12,6 +12,7 @@ from typing import Any
 import plotly.graph_objects as go
 
 from mgeo import contract
+from mgeo.figures.motion import motion_of
 from mgeo.report import summary
 from mgeo.report.history import recorded_history
 from mgeo.report.reading import run_and_problem
@@ -70,7 +71,7 @@ def _pictures(folder: Path) -> dict[str, go.Figure]:
     drawn = contract.solution_figures(problem, outcome.X[[highlight.row for highlight in told]])
     for highlight, figures in zip(told, drawn, strict=bool(drawn)):
         for name, figure in figures.items():
-            if "motion" not in (figure.layout.meta or {}):
+            if motion_of(figure) is None:
                 found[_file_name(found, highlight.label, name)] = figure
     return {name: _sized(figure) for name, figure in found.items() if figure is not None}
 
