@@ -31,18 +31,15 @@ class Repeats:
         ----------
         designs : array, shape (n, n_var)
         run : function
-            Gives the values, shape (k, n_values), of k designs that are not known. They may depend
-            on nothing else.
+            Gives the values, shape (k, n_values), of the k designs that are not known, which may be
+            none. They may depend on nothing else.
         """
         keys = [design.tobytes() for design in designs]
         new = np.array([key not in self._values for key in keys], dtype=bool)
-        if new.any() or not keys:
-            found = run(designs[new])
-            values = np.empty((len(designs), found.shape[1]))
-            values[new] = found
-            for i in np.flatnonzero(~new):
-                values[i] = self._values[keys[i]]
-        else:
-            values = np.array([self._values[key] for key in keys])
+        found = run(designs[new])
+        values = np.empty((len(designs), found.shape[1]))
+        values[new] = found
+        for i in np.flatnonzero(~new):
+            values[i] = self._values[keys[i]]
         self._values = dict(zip(keys, values, strict=True))
         return values

@@ -185,7 +185,8 @@ def _packed(parts: list[tuple[Floats, Ints, Ints]], over: Ints) -> Schedule:
     rates = np.concatenate([part[0] for part in parts], axis=1)
     starts = np.concatenate([part[1] for part in parts], axis=1)
     maneuver = np.broadcast_to(np.concatenate([part[2] for part in parts]), starts.shape)
-    order = np.argsort(starts < 0, axis=1, kind="stable")[:, : int((starts >= 0).sum(1).max())]
+    most = int((starts >= 0).sum(1).max(initial=1))  # each design has one at least
+    order = np.argsort(starts < 0, axis=1, kind="stable")[:, :most]
     starts = np.take_along_axis(starts, order, axis=1)
     empty = starts < 0
     rates = np.take_along_axis(rates, order[:, :, None], axis=1)
