@@ -6,28 +6,11 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, Magnetometer, Scenario, Sensor, evaluate
+from mgeo_attitude import FilterModel, Magnetometer, Sensor, evaluate
 from mgeo_attitude.filter.evaluator import available_threads
-from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.vector import cross
 
 from .agreement import assert_agrees, designs, special_designs
-
-
-@pytest.fixture(scope="module")
-def paper():
-    return FilterModel.from_scenario(Scenario.paper())
-
-
-@pytest.fixture(scope="module")
-def short():
-    """A tenth of the paper's run, with a coarser step, for tests of many kinds."""
-    return dataclasses.replace(
-        Scenario.paper(),
-        duration=1200.0,
-        step=2.0,
-        convergence=Convergence(window=60.0, relative_decrease=0.05),
-    )
 
 
 def test_special_designs_agree(paper):
