@@ -20,7 +20,7 @@ def test_all_formats(run, folder, front, tmp_path):
 
 
 def test_from_a_plan_and_in_the_first_version(run, folder, tmp_path):
-    run("export", folder, tmp_path / "plan.json")
+    assert run("export", folder, tmp_path / "plan.json", "-q").stdout == ""
     run(
         *("export", tmp_path / "plan.json", tmp_path / "one.aem", "--aem-version", "1.0"),
         *("--object-name", "SAT", "--object-id", "2021-015A", "--spacing", "10"),

@@ -25,6 +25,8 @@ def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path)
     run(*arguments, code=0 if found.achieved else 3)
     printed = run(*arguments[:-2], "--json", code=0 if found.achieved else 3).stdout
     assert json.loads(printed) == json.loads(file.read_text())
+    quiet = run(*arguments[:-2], "--quiet", code=0 if found.achieved else 3)
+    assert quiet.stdout + quiet.stderr == ""
     html = verification(tmp_path)
     assert f"NEES per state {found.nees:.3f}" in html
     assert html.count("<tr>") == 1 + len(found.table)

@@ -45,6 +45,7 @@ Time = Annotated[
 Json = Annotated[
     bool, typer.Option("--json", help="Print the result as one JSON document, for scripts.")
 ]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
 Debug = Annotated[
     bool,
     typer.Option("--debug", callback=remember_debug, help="Show the traceback of an error."),
@@ -124,6 +125,7 @@ def verify_plan(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an existing file.")
     ] = False,
+    quiet: Quiet = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -145,7 +147,7 @@ def verify_plan(
         write_document(document, out)
     if json:
         print_document(document)
-    else:
+    elif not quiet:
         print_verification(plan, found)
     raise typer.Exit(0 if found.achieved else NOT_ACHIEVED)
 
@@ -179,6 +181,7 @@ def export(
         float, typer.Option(metavar="SECONDS", help="AEM: greatest time between attitudes.")
     ] = 1.0,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
+    quiet: Quiet = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -199,7 +202,7 @@ def export(
         spacing=spacing,
     )
     for path in write_all(texts):
-        if not json:
+        if not (quiet or json):
             typer.echo(f"wrote {printable(str(path))}")
     if json:
         print_document({"files": [str(path) for path in texts]})
