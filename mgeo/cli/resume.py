@@ -23,4 +23,4 @@ def run(folder: Path, evaluations: int | None, generations: int | None, output: 
             output.note(f"Note: {warning.message}")
         record = resumed.notes["record"]
         keeper = Keeper(folder, resumed.recipe, resumed.algorithm, record=record)
-    return run_to_folder(resumed, keeper, output)
+    return run_to_folder(resumed, keeper, output, overwrite=True)

@@ -29,6 +29,7 @@ from mgeo.runs import (
     Recipe,
     ResumedRun,
     Run,
+    check_folder,
     installed_versions,
     run_document,
     write_figure,
@@ -39,8 +40,12 @@ from mgeo.runs.sole_use import sole_use
 _CAUSES = 3  # of failed evaluations are shown
 
 
-def run_to_folder(run: PreparedRun | ResumedRun, keeper: Keeper, output: Output) -> int:
+def run_to_folder(
+    run: PreparedRun | ResumedRun, keeper: Keeper, output: Output, *, overwrite: bool
+) -> int:
     """Run it to its end, write what it found into the keeper's folder; the exit code.
+
+    Without `overwrite` there may be nothing in the folder.
 
     0 if the budget was used, 128 + the number of the signal that stopped the run.
     """
@@ -49,6 +54,8 @@ def run_to_folder(run: PreparedRun | ResumedRun, keeper: Keeper, output: Output)
     with ExitStack() as stack, stop_requests() as stop:
         with bad_input():
             stack.enter_context(sole_use(folder))
+            # another run may have ended there since somebody looked
+            check_folder(folder, overwrite=overwrite)
         try:
             # of errors while it runs only those of writing are the user's to put right
             with bad_input((OSError,)):

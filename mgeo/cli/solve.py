@@ -52,7 +52,7 @@ def run(request: Request, output: Output) -> int:
     if request.dry_run:
         describe_run(prepared, keeper, output)
         return ExitCode.DONE
-    return run_to_folder(prepared, keeper, output)
+    return run_to_folder(prepared, keeper, output, overwrite=request.overwrite)
 
 
 def check_flags(algorithm: str, parameters: Mapping[str, Any]) -> None:

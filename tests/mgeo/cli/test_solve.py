@@ -1,14 +1,17 @@
 import json
 import re
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from mgeo.cli import running
 from mgeo.cli.options import FAMILY, PYMOO
 from mgeo.cli.parameters import parse_numbers
 from mgeo.runs import read_run
 from mgeo.runs.algorithms import ALGORITHMS
+from mgeo.runs.sole_use import sole_use
 
 SHORT = ["--evaluations", "400", "--runs", "4", "--sigma", "0.05"]
 
@@ -278,3 +281,21 @@ def test_bad_settings_are_refused(mgeo, settings, message):
     refused = mgeo("solve", "cantilever", *flags)
     assert refused.exit_code == 2
     assert re.search(message, refused.stderr.replace("\n", " "))
+
+
+def test_a_run_that_ended_meanwhile_is_kept(mgeo, monkeypatch):
+    """Another run gets the empty folder first, and ends before this one has a hold of it."""
+
+    @contextmanager
+    def late(folder):
+        with sole_use(folder):
+            (folder / "run.json").write_text("another")
+            yield
+
+    monkeypatch.setattr(running, "sole_use", late)
+    refused = mgeo("solve", "cantilever", *SHORT, "--out", "a")
+    assert refused.exit_code == 2
+    assert refused.stderr.startswith("Error: a is not empty: choose another folder")
+    assert [(path.name, path.read_text()) for path in Path("a").iterdir()] == [
+        ("run.json", "another")
+    ]
