@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter.timeline import decode, flown, maneuver_steps
+from mgeo_attitude.filter.timeline import NEVER, decode, flown, maneuver_steps
 
 
 def test_decode_gives_radians_and_seconds():
@@ -34,6 +34,7 @@ def test_bad_designs_are_named(design, message):
         ([1.5, 1.5, 0.1], 1.0, [0, 2, 3], 4),
         ([10.0, 20.0, 5.0], 5.0, [0, 2, 6], 7),
         ([2000.0, 2000.0, 2000.0], 1.0, [0, 2000, 4000], 6000),
+        ([5.0, 1e300, 1e300], 1.0, [0, 5, NEVER], NEVER),
     ],
 )
 def test_maneuvers_begin_at_the_first_step_at_or_after_their_start(durations, step, starts, over):

@@ -49,6 +49,11 @@ def test_times_are_multiples_of_the_step() -> None:
         ({"step": 0.0}, "step = 0.0: expected a number > 0 s"),
         ({"duration": -1.0}, "duration = -1.0: expected a number > 0 s"),
         ({"duration": 11984.5}, "duration = 11984.5: expected a multiple of step = 1.0 s"),
+        ({"step": 0.01}, "duration = 11984.0: expected at most 1000000 times step = 0.01 s"),
+        (
+            {"step": 0.02, "convergence": Convergence(window=2000.02)},
+            "convergence.window = 2000.02: expected at most 100000 times step = 0.02 s",
+        ),
         ({"duration": 299.0}, "convergence.window = 300.0: expected at most duration = 299.0 s"),
         ({"name": " "}, "name = ' ': expected printable characters on one line"),
         ({"name": "a\nb"}, "name = 'a\\nb': expected printable characters on one line"),
@@ -92,7 +97,7 @@ def test_values_that_do_not_fit_together(changes: dict[str, Any], message: str) 
     [
         (InitialUncertainty, "attitude_deg", 0.0, "a number in (0, 180] deg"),
         (InitialUncertainty, "attitude_deg", 180.5, "a number in (0, 180] deg"),
-        (ManeuverLimits, "count", 0, "an integer >= 1"),
+        (ManeuverLimits, "count", 0, "an integer in [1, 100]"),
         (ManeuverLimits, "max_rate_deg_s", 0.0, "a number > 0 deg/s"),
         (ManeuverLimits, "max_duration", 0.0, "a number > 0 s"),
         (Convergence, "window", 0.0, "a number > 0 s"),

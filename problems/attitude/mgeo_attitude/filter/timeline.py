@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+#: A step that no run reaches: the start of what is never flown.
+NEVER = 2**40
+
 #: Variables of one maneuver: three rates and a duration.
 VARIABLES_PER_MANEUVER = 4
 
@@ -71,7 +74,8 @@ def maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
     starts : array, shape (n, m)
     over : array, shape (n,)
     """
-    ends = np.ceil(np.cumsum(durations, axis=1) / step).astype(np.int64)
+    times = np.cumsum(durations, axis=1) / step
+    ends = np.ceil(np.minimum(times, NEVER)).astype(np.int64)
     starts = np.hstack([np.zeros((len(ends), 1), dtype=np.int64), ends[:, :-1]])
     return starts, ends[:, -1].copy()
 
@@ -132,10 +136,6 @@ class Schedule:
         later = np.append(self.starts[:, 1:], np.full((len(self.starts), 1), NEVER), axis=1)
         flown: NDArray[np.bool_] = (self.starts < later) & (self.starts < NEVER)
         return flown
-
-
-#: The start of stretches that pad a schedule.
-NEVER = 2**40
 
 
 def schedule(designs: ArrayLike, step: float, agility: Agility | None = None) -> Schedule:

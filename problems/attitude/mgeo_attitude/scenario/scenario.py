@@ -34,7 +34,9 @@ Values = TypeVar("Values", bound=BlockValues)
 #: An element set older than this places the satellite tens of kilometers off and more.
 MAX_TLE_AGE = timedelta(days=30)
 
-_MAX_COUNT = 2**31  # steps beyond this are a slip, and any remainder would be within rounding
+_MAX_COUNT = 2**31  # with more steps than this any remainder would be within rounding
+# What is kept of each step would fill the memory: of the run, once; of the window, for each design.
+_MAX_STEPS = {"duration": 1_000_000, "convergence.window": 100_000}
 _MULTIPLE_TOLERANCE = 1e-9  # relative; decimal steps such as 0.1 s are not exact in binary
 
 
@@ -164,6 +166,10 @@ class Scenario(Validated):
         ):
             if not _is_multiple(span, self.step):
                 raise InvalidValue(key, span, f"expected a multiple of step = {self.step!r} s")
+            if round(span / self.step) > _MAX_STEPS[key]:
+                raise InvalidValue(
+                    key, span, f"expected at most {_MAX_STEPS[key]} times step = {self.step!r} s"
+                )
         if self.convergence.window > self.duration:
             raise InvalidValue(
                 "convergence.window",

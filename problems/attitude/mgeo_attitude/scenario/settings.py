@@ -23,7 +23,7 @@ class InitialUncertainty(Validated):
 class ManeuverLimits(Validated):
     """Bounds of the design vector."""
 
-    count: int = quantity(3, low=1, doc="number of constant-rate maneuvers")
+    count: int = quantity(3, low=1, high=100, doc="number of constant-rate maneuvers")
     max_rate_deg_s: float = quantity(
         1.0, unit="deg/s", low=0.0, open_low=True, doc="greatest body rate per axis"
     )
