@@ -8,6 +8,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from pymoo.core.problem import Problem
+
+from mgeo import contract
 
 _CACHES = {"cache", "data"}  # pymoo's: filled while an object is used, and nothing depends on it
 
@@ -18,6 +21,11 @@ def fingerprint(*parts: Any) -> str:
     Of an object count its class and attributes, except those that are computed from others: a
     problem's cached properties and pymoo's caches. A problem with ``options()`` is its class and
     these options. What is no data (a function, a connection) counts by its name or type.
+
+    Raises
+    ------
+    PluginError
+        If a problem's ``options()`` fails, or gives no dict.
     """
     text = json.dumps([_plain(part, ()) for part in parts], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
@@ -49,8 +57,8 @@ def _plain(value: Any, inside: tuple[int, ...]) -> Any:
 def _object(value: Any, inside: tuple[int, ...]) -> list[Any]:
     cls = type(value)
     name = f"{cls.__module__}.{cls.__qualname__}"
-    if hasattr(value, "options") and callable(value.options):
-        return [name, _plain(value.options(), inside)]
+    if isinstance(value, Problem) and hasattr(value, "options"):
+        return [name, _plain(contract.options(value), inside)]
     if isinstance(value, np.random.Generator):
         return [name, _plain(value.bit_generator.state, inside)]
     attributes = {

@@ -9,6 +9,7 @@ from pymoo.operators.crossover.sbx import SBX
 from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEOReal
+from mgeo.plugins import PluginError
 from mgeo.studies.fingerprint import fingerprint
 
 
@@ -52,6 +53,15 @@ def test_a_problem_with_options_is_its_class_and_options():
     assert fingerprint(problem) == before
     assert fingerprint(attitude.AttitudeManeuverProblem(threads=2)) == before
     assert fingerprint(attitude.AttitudeManeuverProblem(n_maneuvers=2)) != before
+
+
+def test_options_that_fail_are_the_plugins_fault():
+    class Broken(ZDT1):
+        def options(self):
+            raise ImportError("no module")
+
+    with pytest.raises(PluginError, match=r"options of problem .*Broken raised ImportError"):
+        fingerprint(Broken())
 
 
 def test_another_process_comes_to_the_same():
