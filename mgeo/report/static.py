@@ -6,6 +6,7 @@ import asyncio
 import itertools
 import re
 from collections.abc import Callable, Container, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ _SIZE = (900, 560)
 _WIDTH_OF_SOLUTION = 640
 _INK = "#222222"
 _PIXELS = 2  # of a PNG for each of these
+_PATIENCE = 60.0  # seconds for a browser to open, or to close
 
 
 class StaticExportError(RuntimeError):
@@ -93,10 +95,14 @@ def _sized(figure: go.Figure) -> go.Figure:
 async def _drawn(
     pictures: Mapping[str, go.Figure], formats: Sequence[str], renderer: Callable[..., Any]
 ) -> dict[str, bytes]:
+    browser = None
     try:
         browser = renderer(mathjax=False)  # nothing from the network
-        await browser.open()
-    except RuntimeError as error:  # what choreographer's errors about browsers have in common
+        await asyncio.wait_for(browser.open(), _PATIENCE)
+    except (RuntimeError, TimeoutError) as error:  # choreographer's have the first in common
+        if browser is not None:
+            with suppress(Exception):  # a thread of it would keep this process from ending
+                await asyncio.wait_for(browser.close(), _PATIENCE)
         raise StaticExportError(
             "PNG and PDF need Chrome or Chromium, and none was found that starts: install one, run "
             "kaleido_get_chrome, or set BROWSER_PATH to one"

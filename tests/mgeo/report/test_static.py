@@ -2,6 +2,7 @@
 
 import struct
 import sys
+import threading
 import types
 
 import plotly.graph_objects as go
@@ -49,12 +50,17 @@ def test_without_kaleido_it_says_what_to_install(folder, monkeypatch, installed)
     assert report(folder).exit_code == 0  # the page needs none
 
 
-@pytest.mark.parametrize("path", ["/nowhere/chrome", "/bin/false"])
-def test_without_a_browser_it_says_so(folder, monkeypatch, path):
+@pytest.mark.parametrize("path", ["/nowhere/chrome", "/bin/false", "silent"])
+def test_without_a_browser_it_says_so(folder, tmp_path, monkeypatch, path):
     pytest.importorskip("kaleido")
-    monkeypatch.setenv("BROWSER_PATH", path)
+    silent = tmp_path / "silent"
+    silent.write_text("#!/bin/sh\nexec sleep 1000\n")
+    silent.chmod(0o755)
+    monkeypatch.setattr("mgeo.report.static._PATIENCE", 2.0)
+    monkeypatch.setenv("BROWSER_PATH", str(silent) if path == "silent" else path)
     message = refused(folder, report(folder, "--pdf"))
     assert message.startswith("Error: PNG and PDF need Chrome or Chromium, and none was found")
+    assert [each for each in threading.enumerate() if not each.daemon] == [threading.main_thread()]
 
 
 @pytest.mark.slow
