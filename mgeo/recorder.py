@@ -195,7 +195,8 @@ def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.
         index = _index_of(folder)
         try:
             parts = [
-                _table(read_chunk(folder, index, chunk), index, columns) for chunk in index.chunks
+                _table(folder, read_chunk(folder, index, chunk), index, columns)
+                for chunk in index.chunks
             ]
         except FileNotFoundError as error:
             missing = error  # replaced by the run meanwhile: the new index tells by which
@@ -214,7 +215,7 @@ def _index_of(folder: Path) -> Index:
     return index
 
 
-def _table(rows: Rows, index: Index, columns: Sequence[str] | None) -> pd.DataFrame:
+def _table(folder: Path, rows: Rows, index: Index, columns: Sequence[str] | None) -> pd.DataFrame:
     import pandas as pd
 
     values = {"generation": rows["generation"]}
@@ -226,7 +227,9 @@ def _table(rows: Rows, index: Index, columns: Sequence[str] | None) -> pd.DataFr
     if columns is not None:
         unknown = [name for name in columns if name not in values]
         if unknown:
-            raise ValueError(f"column {unknown[0]!r}: expected one of {', '.join(values)}")
+            raise ValueError(
+                f"{folder} has no column {unknown[0]!r}: expected one of {', '.join(values)}"
+            )
         values = {name: values[name] for name in columns}
     return pd.DataFrame(values)
 

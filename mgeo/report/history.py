@@ -25,10 +25,11 @@ def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Fig
     Raises
     ------
     ValueError
-        If the record is damaged.
+        If the record is damaged, or of another run.
     """
     try:
-        record = read_record(folder / RECORD_FOLDER)
+        columns = [*outcome.objectives, *_constraints(problem, "g"), *_constraints(problem, "h")]
+        record = read_record(folder / RECORD_FOLDER, [*columns, "failed"])
     except FileNotFoundError:
         return None
     found = hypervolume_history(problem, outcome, record)
@@ -52,7 +53,7 @@ def hypervolume_history(
         return None
     meter = HypervolumeMeter(problem)
     if outcome.hypervolume.space == "seen":
-        meter.seen = (list(outcome.hypervolume.ideal), list(outcome.hypervolume.nadir))
+        meter.seen = [list(outcome.hypervolume.ideal), list(outcome.hypervolume.nadir)]
     F = record[list(outcome.objectives)].to_numpy(float).copy()
     F[~_feasible(problem, record)] = np.nan
     ends = np.unique(np.geomspace(1, len(F), _SAMPLES).astype(np.int64))
@@ -82,12 +83,16 @@ def history_figure(evaluations: NDArray[np.int64], volumes: NDArray[np.float64])
 
 
 def _feasible(problem: Problem, record: pd.DataFrame) -> NDArray[np.bool_]:
-    limits = [f"g{j + 1}" for j in range(problem.n_ieq_constr)]
-    equal = [f"h{j + 1}" for j in range(problem.n_eq_constr)]
+    limits, equal = (_constraints(problem, kind) for kind in "gh")
     kept: NDArray[np.bool_] = ~record["failed"].to_numpy(bool)
     kept &= (record[limits].to_numpy(float) <= 0.0).all(axis=1)
     kept &= (np.abs(record[equal].to_numpy(float)) <= _TOLERANCE).all(axis=1)
     return kept
+
+
+def _constraints(problem: Problem, kind: str) -> list[str]:
+    n = {"g": problem.n_ieq_constr, "h": problem.n_eq_constr}[kind]
+    return [f"{kind}{j + 1}" for j in range(n)]
 
 
 _TOLERANCE = 1e-4  # pymoo's, of an equality

@@ -108,7 +108,9 @@ def test_columns_may_be_chosen(tmp_path):
     table = read_record(tmp_path, ["mass [kg]", "../c"])
     assert list(table) == ["mass [kg]", "../c"]
     assert table.equals(read_record(tmp_path)[["mass [kg]", "../c"]])
-    with pytest.raises(ValueError, match=r"column 'mass': expected one of generation, width \[m\]"):
+    with pytest.raises(
+        ValueError, match=r"has no column 'mass': expected one of generation, width \[m\]"
+    ):
         read_record(tmp_path, ["mass"])
 
 
