@@ -140,7 +140,7 @@ def load_problem(name: str, options: Mapping[str, Any] | None = None) -> Problem
         raise TypeError(f"options of {name!r} = {options!r:.80}: expected a table")
     given = dict(options or {})
     if hasattr(cls, "from_options"):
-        return _built(name, (lambda: cls.from_options(given)) if given else cls)
+        return built(name, (lambda: cls.from_options(given)) if given else cls)
     accepted = _constructor_keywords(cls)
     unknown = [key for key in given if key not in accepted]
     if unknown:
@@ -148,11 +148,19 @@ def load_problem(name: str, options: Mapping[str, Any] | None = None) -> Problem
             f"unknown option {unknown[0]!r} of problem {name!r}: "
             f"expected {' or '.join(sorted(accepted)) or 'no options'}"
         )
-    return _built(name, lambda: cls(**given))
+    return built(name, lambda: cls(**given))
 
 
-def _built(name: str, build: Callable[[], Any]) -> Problem:
-    """What a plugin builds, if it is a problem that can be searched."""
+def built(name: str, build: Callable[[], Any]) -> Problem:
+    """What `build` makes for this name, if it is a problem that can be searched.
+
+    Raises
+    ------
+    PluginError
+        If it is not, or `build` fails by an error of its code.
+    ValueError, OSError
+        Of `build`, in its own words.
+    """
     from pymoo.core.problem import Problem
 
     try:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.parameters import integer
-from mgeo.plugins import load_problem
+from mgeo.plugins import built, load_problem
 from mgeo.reading import entry, errors_of, parse_toml, read_text
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.runs.scenario import read_scenario
@@ -49,7 +49,7 @@ class Case:
 
         name = self.name.removeprefix(PYMOO)
         try:
-            return get_problem(name, **self.options)
+            return built(self.name, lambda: get_problem(name, **self.options))
         except Exception as error:  # pymoo raises bare ones for names it does not know
             given = dict(self.options)
             raise ValueError(f"pymoo has no problem {name!r} with {given}: {error}") from error

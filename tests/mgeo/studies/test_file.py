@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from mgeo.studies.file import parse_study, read_study
+from mgeo.studies.file import Case, parse_study, read_study
 
 STUDIES = Path(__file__).parents[3] / "docs" / "studies"
 SMALL = """
@@ -118,6 +118,11 @@ def test_a_problem_that_pymoo_does_not_have_is_named():
     (case,) = parsed(SMALL.replace("zdt1", "zdt99")).cases
     with pytest.raises(ValueError, match="pymoo has no problem 'zdt99'"):
         case.build()
+
+
+def test_a_problem_of_pymoo_that_cannot_be_searched_is_named():
+    with pytest.raises(ValueError, match=r"'dtlz2' with .*: n_obj of problem .* = 2.5: expected"):
+        Case("", "pymoo:dtlz2", {"n_obj": 2.5}).build()
 
 
 @pytest.mark.parametrize("name", ["table3", "tuning", "comparison", "benchmarks"])
