@@ -209,7 +209,7 @@ def pack(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
         "notes": dict(notes),
         "state": dict(state.data),
     }
-    text = np.frombuffer(json.dumps(data).encode(), dtype=np.uint8)
+    text = np.frombuffer(json.dumps(data, allow_nan=False).encode(), dtype=np.uint8)
     body = to_npz({"json": text, **state.arrays})
     return _MAGIC + f" {FORMAT} {hashlib.sha256(body).hexdigest()}\n".encode() + body
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import os
 import stat
 import sys
@@ -89,8 +90,15 @@ def read_json(path: Path | str) -> Any:
         return parse_json(text)
 
 
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text:.40} is no finite number")
+    return value
+
+
 def parse_json(text: str) -> Any:
-    """Data of JSON.
+    """Data of strict JSON, whose numbers are finite.
 
     Raises
     ------
@@ -98,7 +106,7 @@ def parse_json(text: str) -> Any:
         If it is none, or nested too deeply.
     """
     try:
-        return json.loads(text)
+        return json.loads(text, parse_constant=_finite, parse_float=_finite)
     except RecursionError:
         raise ValueError("nested too deeply") from None
 

@@ -80,7 +80,7 @@ def read_index(folder: Path) -> Index | None:
 def write_index(folder: Path, index: Index) -> None:
     """Replace the index, then remove chunks that it does not name."""
     data = {"format": FORMAT, **asdict(index)}
-    write_file(folder / INDEX, json.dumps(data, indent=1).encode())
+    write_file(folder / INDEX, json.dumps(data, indent=1, allow_nan=False).encode())
     named = {chunk.file for chunk in index.chunks}
     for path in folder.iterdir():
         if _CHUNK.fullmatch(path.name) and path.name not in named:

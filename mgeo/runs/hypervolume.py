@@ -47,13 +47,15 @@ class HypervolumeMeter:
         self._nadir = np.full(self._n_obj, -np.inf)
 
     @property
-    def seen(self) -> tuple[list[float], list[float]]:
-        """Least and greatest value of each objective seen; infinite before there is any."""
-        return self._ideal.tolist(), self._nadir.tolist()
+    def seen(self) -> list[list[float]]:
+        """Least values of the objectives seen, and greatest; empty before there are any."""
+        known = np.isfinite(self._ideal).all()
+        return [self._ideal.tolist(), self._nadir.tolist()] if known else []
 
     @seen.setter
-    def seen(self, seen: tuple[list[float], list[float]]) -> None:
-        self._ideal, self._nadir = (np.array(values, dtype=float) for values in seen)
+    def seen(self, seen: list[list[float]]) -> None:
+        if seen:
+            self._ideal, self._nadir = (np.array(values, dtype=float) for values in seen)
 
     def see(self, population: Population) -> None:
         """Take evaluated solutions into the range seen (the finite, feasible ones)."""

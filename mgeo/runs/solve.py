@@ -136,9 +136,8 @@ def check_notes(notes: Mapping[str, Any], problem: Problem) -> None:
     datetime.fromisoformat(entry(notes, "started", str))
     entry(notes, "wall_time_s", float)
     seen = entry(notes, "seen", list)
-    values = [value for side in seen if isinstance(side, list) for value in side]
-    kinds = all(isinstance(value, int | float) and value == value for value in values)
-    if [len(side) for side in seen if isinstance(side, list)] != [problem.n_obj] * 2 or not kinds:
+    sizes = [len(entry({"seen": side}, "seen", list[float])) for side in seen]
+    if seen and sizes != [problem.n_obj] * 2:
         raise ValueError(f"seen = {seen!r:.80}: expected 2 x {problem.n_obj} numbers")
 
 

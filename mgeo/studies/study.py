@@ -136,7 +136,9 @@ def _contents(study: Study, case: Case, comparison: Comparison) -> dict[str, byt
     texts["summary.md"] = markdown(comparison.overview().rename(columns=titles))
     texts["summary.tex"] = comparison.to_latex()
     texts[REPORT] = case_page(study, case.label, comparison)
-    texts[PROVENANCE] = json.dumps(_provenance(study, case, comparison), indent=2) + "\n"
+    texts[PROVENANCE] = (
+        json.dumps(_provenance(study, case, comparison), indent=2, allow_nan=False) + "\n"
+    )
     return stored_tables(comparison) | {name: text.encode() for name, text in texts.items()}
 
 

@@ -1,0 +1,18 @@
+import pytest
+
+from mgeo.reading import FileError, read_json
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999", "-1e999"])
+def test_numbers_of_json_are_finite(number, tmp_path):
+    path = tmp_path / "a.json"
+    path.write_text(f'{{"a": [1, {number}]}}')
+    with pytest.raises(FileError, match=f"{number} is no finite number") as caught:
+        read_json(path)
+    assert str(caught.value).startswith(str(path))
+
+
+def test_other_numbers_of_json_are_read_exactly(tmp_path):
+    path = tmp_path / "a.json"
+    path.write_text("[1, 0.1, -2.5e-300, 12345678901234567890]")
+    assert read_json(path) == [1, 0.1, -2.5e-300, 12345678901234567890]
