@@ -6,6 +6,7 @@ import io
 import json
 import math
 import os
+import re
 import stat
 import sys
 import tomllib
@@ -28,6 +29,9 @@ _EXPECTED: Mapping[Any, str] = {
     dict: "a table",
     list: "a list",
 }
+
+
+_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 
 
 class FileError(ValueError):
@@ -98,7 +102,7 @@ def _finite(text: str) -> float:
 
 
 def parse_json(text: str) -> Any:
-    """Data of strict JSON, whose numbers are finite.
+    """Data of strict JSON: its numbers are finite, and its strings can be written again.
 
     Raises
     ------
@@ -106,7 +110,10 @@ def parse_json(text: str) -> Any:
         If it is none, or nested too deeply.
     """
     try:
-        return json.loads(text, parse_constant=_finite, parse_float=_finite)
+        data = json.loads(text, parse_constant=_finite, parse_float=_finite)
+        if _SURROGATE.search(text):  # half a character, unless the other half follows
+            json.dumps(data, ensure_ascii=False).encode()
+        return data
     except RecursionError:
         raise ValueError("nested too deeply") from None
 

@@ -12,6 +12,16 @@ def test_numbers_of_json_are_finite(number, tmp_path):
     assert str(caught.value).startswith(str(path))
 
 
+def test_half_a_character_is_no_text(tmp_path):
+    path = tmp_path / "a.json"
+    path.write_text('{"a": "\\ud83d\\ude80 \\uD83D"}')
+    with pytest.raises(FileError, match="surrogates not allowed") as caught:
+        read_json(path)
+    assert str(caught.value).startswith(str(path))
+    path.write_text('{"a": "\\ud83d\\ude80"}')
+    assert read_json(path) == {"a": "\N{ROCKET}"}
+
+
 def test_other_numbers_of_json_are_read_exactly(tmp_path):
     path = tmp_path / "a.json"
     path.write_text("[1, 0.1, -2.5e-300, 12345678901234567890]")
