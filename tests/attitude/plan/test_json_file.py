@@ -71,7 +71,7 @@ def edited(text, change):
         ),
         (
             lambda t: t["scenario"].update(duration=2e6, step=1.0),
-            r"scenario\.duration = 2.*steps",
+            r"scenario\.duration = 2000000\.0: expected at most 1000000 times step = 1\.0 s",
         ),
         (lambda t: t["scenario"].update(orbits=1), "orbits"),
         (lambda t: t["predicted"].update({"t_end [s]": 1.0}), r"predicted\.t_end \[s\] = 1\.0"),

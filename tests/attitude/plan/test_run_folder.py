@@ -147,7 +147,7 @@ def edit(folder, change):
         ),
         (
             lambda d: d["recipe"]["options"]["maneuvers"].update(count=10**8),
-            r"recipe\.options\.maneuvers\.count = 100000000: expected at most 1000",
+            r"recipe\.options\.maneuvers\.count = 100000000: expected an integer in \[1, 100\]",
         ),
     ],
 )

@@ -13,8 +13,9 @@ from typing import Any
 
 from ..fields import InvalidValue
 from ..files import write_text
+from ..scenario import Scenario
 from .plan import ManeuverPlan
-from .reading import check_same, checked_keys, errors_of, parse_json, parse_scenario, read_text
+from .reading import check_same, checked_keys, errors_of, parse_json, read_text
 
 FORMAT = "mgeo-attitude-plan"
 VERSION = 1
@@ -55,7 +56,7 @@ def from_json(text: str) -> ManeuverPlan:
     _check_format(table)
     checked_keys("", table, _KEYS)
     try:
-        scenario = parse_scenario(table["scenario"])
+        scenario = Scenario.from_dict(table["scenario"])
     except InvalidValue as error:
         raise error.under("scenario") from None
     plan = ManeuverPlan(scenario, tuple(table["design"]))

@@ -15,14 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from ..fields import InvalidType, InvalidValue
-from ..scenario import Scenario
 
 #: A front of 10,000 plans, or a plan of 100 maneuvers, is far smaller.
 MOST_BYTES = 64 * 2**20
-
-#: Maneuvers and filter steps (11 days at 1 s) beyond which a file asks for more than memory holds.
-MOST_MANEUVERS = 1000
-MOST_STEPS = 1_000_000
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 
@@ -103,24 +98,6 @@ def parse_number(key: str, text: str) -> float:
     if not math.isfinite(number):
         raise InvalidValue(key, text, "expected a finite number")
     return number
-
-
-def parse_scenario(table: Any) -> Scenario:
-    """A scenario from nested tables, of a size that can be computed.
-
-    Raises
-    ------
-    InvalidValue, InvalidType
-        (ValueError, TypeError) See `Scenario.from_dict`.
-    """
-    scenario = Scenario.from_dict(table)
-    if scenario.maneuvers.count > MOST_MANEUVERS:
-        expected = f"expected at most {MOST_MANEUVERS}"
-        raise InvalidValue("maneuvers.count", scenario.maneuvers.count, expected)
-    if scenario.n_steps > MOST_STEPS:
-        expected = f"expected at most {MOST_STEPS} steps of {scenario.step!r} s"
-        raise InvalidValue("duration", scenario.duration, expected)
-    return scenario
 
 
 def checked_keys(key: str, table: Any, expected: Mapping[str, type | tuple[type, ...]]) -> Any:

@@ -22,6 +22,7 @@ from ..figures.solutions import knee
 from ..filter.evaluator import evaluate
 from ..objectives import PAPER, indicators
 from ..problem import AttitudeManeuverProblem
+from ..scenario import Scenario
 from .plan import ManeuverPlan
 from .reading import (
     TOLERANCE,
@@ -29,7 +30,6 @@ from .reading import (
     parse_csv,
     parse_json,
     parse_number,
-    parse_scenario,
     read_text,
 )
 
@@ -151,7 +151,7 @@ def _problem(data: Any) -> AttitudeManeuverProblem:
     if not isinstance(names, list):
         raise InvalidValue("recipe.options.objectives", names, "expected a list of names")
     try:
-        return AttitudeManeuverProblem(parse_scenario(table), objectives=names)
+        return AttitudeManeuverProblem(Scenario.from_dict(table), objectives=names)
     except InvalidValue as error:
         raise error.under("recipe.options") from None
 
