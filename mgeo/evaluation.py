@@ -12,6 +12,7 @@ from pymoo.core.evaluator import Evaluator
 from mgeo.algorithms.parameters import integer
 from mgeo.dominance import BoolArray, FloatArray
 from mgeo.evaluation_attempts import Failure, attempt
+from mgeo.individuals import own, values_of
 
 if TYPE_CHECKING:
     from pymoo.core.population import Population
@@ -99,20 +100,21 @@ class TolerantEvaluator(Evaluator):
     def _eval(
         self, problem: Problem, pop: Population, evaluate_values_of: list[str], **kwargs: Any
     ) -> None:
-        values, failures = attempt(problem, pop.get("X"), evaluate_values_of, kwargs)
+        values, failures = attempt(problem, values_of(pop, "X"), evaluate_values_of, kwargs)
         self._count(failures, len(pop))
         failed = np.zeros(len(pop), dtype=np.bool_)
         failed[list(failures)] = True
         if not getattr(kwargs.get("algorithm"), "takes_nan", False):
             for name in values.keys() & {"F", "G", "H"}:
                 self._penalize(name, values[name], failed)
-        for name, value in values.items():
-            if value.size:  # an individual has no values of a kind to begin with
-                pop.set(name, value)
+        # an individual has no values of a kind to begin with
+        given = {name: value for name, value in values.items() if value.size}
+        for i, individual in enumerate(pop.tolist()):
+            for name, value in given.items():
+                individual.set(name, own(value[i]))
+            individual.evaluated.update(values)
         if failures:
             pop[failed].set("failed", True)
-        for individual in pop:
-            individual.evaluated.update(values)
 
     def _count(self, failures: dict[int, Failure], n: int) -> None:
         self.n_failed += len(failures)

@@ -1,4 +1,4 @@
-"""Design vectors as a pymoo population, at half the cost of `Population.new`."""
+"""Populations of pymoo, made and read at a fraction of what their own methods cost."""
 
 from typing import Any
 
@@ -17,9 +17,18 @@ def individuals(X: NDArray[Any]) -> Population:
     a batch does not keep the batch.
     """
     blank = vars(Individual())
-    population = np.empty(len(X), dtype=object).view(Population)
+    made = np.empty(len(X), dtype=object)
     for i, design in enumerate(X):
-        individual = population[i] = Individual.__new__(Individual)
-        own = design.copy() if isinstance(design, np.ndarray) else design
-        vars(individual).update(blank, _X=own, data={}, evaluated=set())
-    return population
+        individual = made[i] = Individual.__new__(Individual)
+        individual.__dict__ = {**blank, "_X": own(design), "data": {}, "evaluated": set()}
+    return made.view(Population)
+
+
+def own(value: Any) -> Any:
+    """A copy of a row of an array, which would keep the whole array; anything else as it is."""
+    return value.copy() if isinstance(value, np.ndarray) else value
+
+
+def values_of(population: Population, name: str) -> NDArray[Any]:
+    """What `Population.get` gives for an attribute of individuals, such as "X" or "F"."""
+    return np.array([getattr(individual, name) for individual in population.tolist()])

@@ -21,7 +21,7 @@ from mgeo.archive import ParetoArchive
 from mgeo.display import ArchiveOutput
 from mgeo.dominance import FloatArray
 from mgeo.evaluation import TolerantEvaluator
-from mgeo.individuals import individuals
+from mgeo.individuals import individuals, values_of
 
 EXECUTIONS = 5000  # generations of all walkers together, unless a termination is given
 MOST_RUNS = 100_000  # each has its own random stream, of some kilobytes
@@ -178,7 +178,7 @@ class ExtremalOptimization(Walkers, Algorithm):
                 f"tell(infills={'...' if infills is not None else None}): expected the "
                 "candidates of the ask() before, once"
             )
-        X, F = infills.get("X", "F")
+        X, F = values_of(infills, "X"), values_of(infills, "F")
         if not np.array_equal(X, self._asked):
             raise ValueError(
                 f"tell: expected the {len(self._asked)} candidates asked for, unchanged and in "

@@ -79,7 +79,6 @@ def evaluate(
     suite, n = model.suite, len(plan.rates)
     monitors = model.monitors
     kernel = load_kernel(suite, model.gated, monitors)
-    rest, *unit = (suite.dynamics_matrix(omega) for omega in np.vstack([np.zeros(3), np.eye(3)]))
     # A history is recorded step by step, so every design is then run by itself from the start.
     jobs = separate(n) if history else shared(plan.rates, plan.starts, plan.over, model.n_steps)
     record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)
@@ -103,7 +102,7 @@ def evaluate(
         np.ascontiguousarray(plan.rates),
         np.ascontiguousarray(plan.starts),
         plan.over,
-        np.ascontiguousarray([rest, *(matrix - rest for matrix in unit)]),
+        model.dynamics,
         suite.diffusion(),
         model.table,
         model.initial_sigma**2,
@@ -119,14 +118,13 @@ def evaluate(
         record,
         kernel.LANES,
     )
-    workers = max(1, min(threads or available_threads(), len(jobs.design)))
-    if workers == 1:
+    others = min(threads or available_threads(), len(jobs.design)) - 1
+    with ThreadPoolExecutor(max(others, 1)) as pool:  # it makes no thread before it needs one
+        futures = [pool.submit(kernel.run, *arguments) for _ in range(others)]
         kernel.run(*arguments)
-    else:
-        with ThreadPoolExecutor(workers) as pool:
-            for future in [pool.submit(kernel.run, *arguments) for _ in range(workers)]:
-                future.result()
-    t_end, trace = model.times[end_step[jobs.twin]], trace[jobs.twin]
+    for future in futures:
+        future.result()
+    t_end, trace = model.step * end_step[jobs.twin].astype(float), trace[jobs.twin]
     lost = np.isnan(trace)
     if lost.any():
         first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(lost)]

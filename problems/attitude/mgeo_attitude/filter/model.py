@@ -130,6 +130,12 @@ class FilterModel:
             parts.append(self.sun)
         return np.hstack([*parts, self.available[:, self.gated]])
 
+    @cached_property
+    def dynamics(self) -> Floats:
+        """A at rest, and what a unit rate about each axis adds, shape (4, n_dynamic, n_dynamic)."""
+        rest, *unit = map(self.suite.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
+        return np.array([rest, *(matrix - rest for matrix in unit)])
+
     def schedule(self, designs: ArrayLike) -> Schedule:
         """What is flown of designs, shape (n, 4 m)."""
         return schedule(designs, self.step, self.agility)
