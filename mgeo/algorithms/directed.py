@@ -10,10 +10,13 @@ from pymoo.core.sampling import Sampling
 
 from mgeo.algorithms.acceptance import IntArray, pick, rank
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.algorithms.directions import distance, fan
-from mgeo.algorithms.parameters import fraction, integer, number
+from mgeo.algorithms.directions import distance, drawn, extent, fan
+from mgeo.algorithms.joint_steps import joint_steps
+from mgeo.algorithms.parameters import fraction, integer, number, pair
 from mgeo.algorithms.variables import Variables
 from mgeo.dominance import BoolArray, FloatArray
+
+_PROGRESS = 1e-3  # of the front's extent: what a walker's best must come nearer by, to count
 
 
 class MGEODirected(ExtremalOptimization):
@@ -33,6 +36,8 @@ class MGEODirected(ExtremalOptimization):
       The company are the points of the archive and the best points of the walkers.
     - A walker now and then goes back to its own best point, and more rarely to the archived
       point that is nearest to its direction.
+    - A walker that gets no further begins anew: at a random point if it heads for an end, where
+      local optima are many; otherwise in another direction, from the archive's nearest point.
 
     Walkers are therefore not independent: a walker's path depends on the others. All numbers but
     the starting points come from the algorithm's one random stream. A generation costs
@@ -45,14 +50,16 @@ class MGEODirected(ExtremalOptimization):
     n_runs : number of walkers.
     ends : share of the walkers that head for an end of the front, in [0, 1].
     difference : share of the candidates made by differences, in [0, 1].
-    coupling : probabilities that a candidate changes also each of the other variables: made by
-        normal steps, and made by differences.
+    coupling : mean probabilities that a candidate changes also each of the other variables: made
+        by normal steps, and made by differences. Each candidate draws its own (`joint_steps`).
     widths : smallest and largest standard deviation of normal steps, as a fraction of the width
         of the bounds; each candidate's is log-uniform between them.
     recall : probability a generation that a walker goes back to its own best point.
     adopt : probabilities a generation that a walker goes to the archive's nearest point instead:
         of those between the ends, and of those that head for an end. The latter had better be
         rare: an end may have many local optima, and each walker its own.
+    renew : numbers of generations without progress after which a walker begins anew, >= 1: of
+        those between the ends, and of those that head for an end.
     max_candidates : largest number of candidates of a walker; with more variables than that, so
         many of them are drawn at random each generation.
     sampling : starting points: (n_runs, n_var) array, population or pymoo `Sampling`; None for
@@ -64,9 +71,11 @@ class MGEODirected(ExtremalOptimization):
     Attributes
     ----------
     directions : (n_runs, n_obj) weights of the walkers' objectives.
-    memory : (n_runs, n_var) the best point of each walker.
+    memory : (n_runs, n_var) the best point of each walker since it began.
     memory_F, memory_violation : its objectives, (n_runs, n_obj), and constraint violation,
         (n_runs,), infinite while there is none.
+    marked_F : (n_runs, n_obj) objectives of the best point at its last progress, likewise.
+    idle : (n_runs,) generations since then.
 
     Raises
     ------
@@ -74,7 +83,8 @@ class MGEODirected(ExtremalOptimization):
     """
 
     _state_arrays = (
-        *ExtremalOptimization._state_arrays, "memory", "memory_F", "memory_violation",
+        *ExtremalOptimization._state_arrays,
+        "directions", "memory", "memory_F", "memory_violation", "marked_F",
     )  # fmt: skip
 
     def __init__(
@@ -83,10 +93,11 @@ class MGEODirected(ExtremalOptimization):
         n_runs: int = 8,
         ends: float = 0.4,
         difference: float = 0.5,
-        coupling: Sequence[float] = (0.1, 0.5),
+        coupling: Sequence[float] = (0.25, 0.5),
         widths: Sequence[float] = (1e-3, 1.0),
         recall: float = 0.3,
         adopt: Sequence[float] = (0.2, 0.02),
+        renew: Sequence[int] = (4, 50),
         max_candidates: int = 12,
         *,
         sampling: Sampling | ArrayLike | None = None,
@@ -102,19 +113,21 @@ class MGEODirected(ExtremalOptimization):
         )
         self.ends = fraction("ends", ends)
         self.difference = fraction("difference", difference)
-        self.coupling = [fraction(f"coupling[{i}]", p) for i, p in _pair("coupling", coupling)]
-        self.widths = [number(f"widths[{i}]", w, above=0) for i, w in _pair("widths", widths)]
+        self.coupling = [fraction(f"coupling[{i}]", p) for i, p in pair("coupling", coupling)]
+        self.widths = [number(f"widths[{i}]", w, above=0) for i, w in pair("widths", widths)]
         if self.widths[0] > self.widths[1]:
             raise ValueError(f"widths = {widths!r}: expected the smaller one first")
         self.recall = fraction("recall", recall)
-        self.adopt = [fraction(f"adopt[{i}]", p) for i, p in _pair("adopt", adopt)]
+        self.adopt = [fraction(f"adopt[{i}]", p) for i, p in pair("adopt", adopt)]
         if self.recall + max(self.adopt) > 1:
             raise ValueError(f"recall = {recall!r}, adopt = {adopt!r}: expected sums of at most 1")
+        self.renew = [integer(f"renew[{i}]", n, low=1) for i, n in pair("renew", renew)]
         self.max_candidates = integer("max_candidates", max_candidates, low=1)
         self.directions: FloatArray
         self.memory: FloatArray
         self.memory_F: FloatArray
         self.memory_violation: FloatArray
+        self.marked_F: FloatArray
         self._known: tuple[FloatArray, FloatArray]
 
     def _variables(self, problem: Problem) -> Variables:
@@ -127,36 +140,35 @@ class MGEODirected(ExtremalOptimization):
         return starts
 
     def _place(self, n_obj: int, starts: FloatArray | None) -> None:
+        n = self.n_runs
+        self.directions = fan(n, n_obj, self.ends)
+        self.memory = np.empty((n, len(self.variables.kinds)))
+        self.memory_F, self.marked_F = np.empty((n, n_obj)), np.empty((n, n_obj))
+        self.memory_violation = np.empty(n)
         super()._place(n_obj, starts)
-        self.directions = fan(self.n_runs, n_obj, self.ends)
-        self.memory = self.walkers.copy()
-        self.memory_F = np.full((self.n_runs, n_obj), np.inf)
-        self.memory_violation = np.full(self.n_runs, np.inf)
+
+    def _forget(self, rows: IntArray) -> None:
+        super()._forget(rows)
+        self.memory[rows] = self.walkers[rows]
+        self.memory_F[rows] = self.marked_F[rows] = np.inf
+        self.memory_violation[rows] = np.inf
 
     def _layout(self) -> IntArray:
         return np.arange(len(self.variables.kinds), dtype=np.intp)[None, :]
 
     def _propose(self) -> FloatArray:
         """(n_runs, n_candidates, n_var) whole points, each of which changes its own variable."""
-        rng, xl, xu = self.random_state, self.variables.xl, self.variables.xu
+        xl, xu = self.variables.xl, self.variables.xu
         own = np.broadcast_to(np.arange(len(xl)), (self.n_runs, len(xl)))
         if len(xl) > self.max_candidates:
-            own = rng.permuted(own, axis=1)[:, : self.max_candidates]
-        shape = *own.shape, len(xl)
-        width = np.exp(rng.uniform(*np.log(self.widths), own.shape))[..., None]
-        step = width * (xu - xl) * rng.standard_normal(shape)
-        coupling = np.full(own.shape, self.coupling[0])
-        if len(self.front):
-            learns = rng.random(own.shape) < self.difference
-            between = self._company(own.shape) - self._company(own.shape)
-            step = np.where(learns[..., None], rng.random(own.shape)[..., None] * between, step)
-            coupling[learns] = self.coupling[1]
-        changed = rng.random(shape) < coupling[..., None]
-        np.put_along_axis(changed, own[..., None], True, axis=2)
-        points = self.walkers[:, None, :] + np.where(changed, step, 0.0)
-        return np.asarray(np.clip(points, xl, xu))
+            own = self.random_state.permuted(own, axis=1)[:, : self.max_candidates]
+        company = self._company if len(self.front) else None
+        steps = joint_steps(
+            own, xu - xl, self.widths, self.coupling, self.difference, company, self.random_state
+        )
+        return np.asarray(np.clip(self.walkers[:, None, :] + steps, xl, xu))
 
-    def _company(self, shape: tuple[int, int]) -> FloatArray:
+    def _company(self, shape: tuple[int, ...]) -> FloatArray:
         """(..., n_var) points drawn for one half from the archive, for the other from memories."""
         rng = self.random_state
         archived = self.front.individuals[rng.integers(len(self.front), size=shape).ravel()]
@@ -171,7 +183,7 @@ class MGEODirected(ExtremalOptimization):
     def _accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
         F = F.reshape(self.n_runs, -1, F.shape[1])
         violation = np.where(np.isfinite(F).all(axis=2), violation.reshape(F.shape[:2]), np.inf)
-        self._known = self._extent()
+        self._known = extent(self.front.F)
         merit = self._distance(F, self.directions[:, None])
         rng, n = self.random_state, F.shape[1]
         ranking = rank(merit, violation, rng.random(merit.shape))
@@ -181,6 +193,7 @@ class MGEODirected(ExtremalOptimization):
         self._remember_best(F, violation, merit, ranking[:, 0])
         self.walkers = self._values[np.arange(self.n_runs), accepted]
         self._go_back()
+        self._renew()
         return np.zeros(self.n_runs, dtype=np.bool_)
 
     def _remember_best(
@@ -200,35 +213,48 @@ class MGEODirected(ExtremalOptimization):
         chance = self.random_state.random(self.n_runs)
         recalls = (chance < self.recall) & np.isfinite(self.memory_violation)
         self.walkers[recalls] = self.memory[recalls]
-        adopt = np.where(self.directions.max(axis=1) < 1, *self.adopt)
+        adopt = np.where(self._between(), *self.adopt)
         adopts = np.flatnonzero((chance >= self.recall) & (chance < self.recall + adopt))
-        if not len(self.front) or not len(adopts):
-            return
-        far = self._distance(self.front.F, self.directions[adopts][:, None])
+        if len(adopts) and len(self.front):
+            self._go_to_front(adopts)
+
+    def _go_to_front(self, rows: IntArray) -> None:
+        """Put walkers on the archive's points nearest to their directions."""
+        far = self._distance(self.front.F, self.directions[rows][:, None])
         nearest = far.argmin(axis=1)
         points = self.variables.values(self.front.individuals[nearest].get("X"))
-        self.walkers[adopts] = self.memory[adopts] = points
-        self.memory_F[adopts] = self.front.F[nearest]
-        self.memory_violation[adopts] = self.front.violation
+        self.walkers[rows] = self.memory[rows] = points
+        self.memory_F[rows] = self.front.F[nearest]
+        self.memory_violation[rows] = self.front.violation
+
+    def _renew(self) -> None:
+        """Count who gets no further; let those begin anew who did not for long enough."""
+        far, before = (self._distance(F, self.directions) for F in (self.memory_F, self.marked_F))
+        feasible = self.memory_violation == 0
+        ideal, nadir = self._known
+        least = _PROGRESS if (ideal < nadir).all() else 0.0  # one objective has no extent
+        nearer = feasible & ~(far >= before - least)  # true where nothing is marked yet
+        self.marked_F[nearer] = self.memory_F[nearer]
+        self.idle = np.where(nearer, 0, self.idle + 1)
+        between = self._between()
+        stuck = self.idle >= np.where(between, *self.renew)
+        if len(rows := np.flatnonzero(stuck & between)) and len(self.front):
+            self.directions[rows] = drawn(len(rows), self.directions.shape[1], self.random_state)
+            self._go_to_front(rows)
+            self.marked_F[rows] = self.memory_F[rows]
+            self.idle[rows] = 0
+        if len(rows := np.flatnonzero(stuck & ~between)):
+            self._begin_anew(rows, None)
+
+    def _between(self) -> BoolArray:
+        """(n_runs,) which walkers head for several objectives at once."""
+        return np.asarray(self.directions.max(axis=1) < 1)
 
     def _distance(self, F: FloatArray, directions: FloatArray) -> FloatArray:
         return distance(F, directions, *self._known)
-
-    def _extent(self) -> tuple[FloatArray, FloatArray]:
-        """(n_obj,) least and largest objectives of the archive; 0 and 1 while it is empty."""
-        columns = self.front.F.T  # numpy is slow at reducing a long array along its first axis
-        if not len(self.front):
-            return np.zeros(len(columns)), np.ones(len(columns))
-        return np.array([f.min() for f in columns]), np.array([f.max() for f in columns])
 
     def _decode(self, points: FloatArray) -> FloatArray:
         return points
 
     def _encode(self, values: FloatArray) -> FloatArray:
         return values
-
-
-def _pair(name: str, value: Sequence[float]) -> list[tuple[int, float]]:
-    if np.shape(value) != (2,):
-        raise ValueError(f"{name} = {value!r}: expected two numbers")
-    return list(enumerate(value))

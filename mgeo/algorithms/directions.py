@@ -29,10 +29,19 @@ def fan(n: int, n_obj: int, ends: float) -> FloatArray:
     for k in range(n_obj - 1):
         step = np.sqrt(_PRIMES[(k - 1) % len(_PRIMES)]) if k else 1.0 / max(between, 1)
         cuts[:, k] = step * (np.arange(between) + 0.5) % 1.0
-    cuts.sort(axis=1)
-    edges = np.hstack([np.zeros((between, 1)), cuts, np.ones((between, 1))])
-    weights[single:] = np.diff(edges, axis=1)
+    weights[single:] = _spacings(cuts)
     return weights
+
+
+def drawn(n: int, n_obj: int, rng: np.random.Generator) -> FloatArray:
+    """(n, n_obj) weights drawn uniformly among those >= 0 that sum to 1."""
+    return _spacings(rng.random((n, n_obj - 1)))
+
+
+def _spacings(cuts: FloatArray) -> FloatArray:
+    """(n, k + 1) lengths of the pieces into which (n, k) points cut the unit interval."""
+    edges = np.zeros((len(cuts), 1))
+    return np.diff(np.hstack([edges, np.sort(cuts, axis=1), edges + 1.0]), axis=1)
 
 
 _PRIMES = (2.0, 3.0, 5.0, 7.0, 11.0, 13.0)
@@ -58,3 +67,11 @@ def distance(
     scaled = np.where(finite[..., None], F - ideal, 0.0) / np.where(extent > 0, extent, 1.0)
     result = (weights * scaled).max(axis=-1) + _SUM * scaled.sum(axis=-1)
     return np.asarray(np.where(finite, result, np.nan))
+
+
+def extent(F: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(n_obj,) least and largest objectives of a front, (n, n_obj); 0 and 1 if it is empty."""
+    columns = F.T  # numpy is slow at reducing a long array along its first axis
+    if not len(F):
+        return np.zeros(len(columns)), np.ones(len(columns))
+    return np.array([f.min() for f in columns]), np.array([f.max() for f in columns])

@@ -104,3 +104,15 @@ def refuse_unknown(given: Iterable[str], known: Collection[str], where: str) -> 
 def _did_you_mean(value: Any, known: Collection[str]) -> str:
     close = difflib.get_close_matches(str(value), known, n=1)
     return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def pair(name: str, value: Any) -> list[tuple[int, Any]]:
+    """The two entries of `value`, each with its index.
+
+    Raises
+    ------
+    ValueError : if it has not two entries.
+    """
+    if np.shape(value) != (2,):
+        raise ValueError(f"{name} = {value!r}: expected two numbers")
+    return list(enumerate(value))

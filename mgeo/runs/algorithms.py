@@ -148,8 +148,9 @@ _BITS = {"tau": 3.0, "n_runs": 30, "bits": 16, "coding": "plain"}
 _RESTARTS = {"restart": "never", "patience": 50}
 
 _DIRECTED = {
-    "tau": 3.0, "n_runs": 8, "ends": 0.4, "difference": 0.5, "coupling": (0.1, 0.5),
-    "widths": (0.001, 1.0), "recall": 0.3, "adopt": (0.2, 0.02), "max_candidates": 12,
+    "tau": 3.0, "n_runs": 8, "ends": 0.4, "difference": 0.5, "coupling": (0.25, 0.5),
+    "widths": (0.001, 1.0), "recall": 0.3, "adopt": (0.2, 0.02), "renew": (4, 50),
+    "max_candidates": 12,
 }  # fmt: skip
 
 # Runs of CMOPSO repeat with a seed because `mgeo.runs.solve.set_up` sees to it; RVEA is ours,

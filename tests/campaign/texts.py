@@ -186,8 +186,9 @@ def recipe_made(box: Box) -> Attempt:
         "evaluations": 8,
         "seed": 1,
     }
-    name = box.pick(["sigma", "tau", "n_runs", "perturbation", "population", "bits", "ends",
-                     "coupling", "widths", "restart", "patience", "max_candidates"])  # fmt: skip
+    name = box.pick(["sigma", "tau", "n_runs", "perturbation", "population", "bits",
+                     "ends", "coupling", "widths", "renew", "restart", "patience",
+                     "max_candidates"])  # fmt: skip
     made["parameters"] = {name: 1}
     tree = spoiled_tree(box, made)
     if not isinstance(tree, dict) or not isinstance(tree.get("problem"), str):

@@ -18,14 +18,20 @@ from .spaces import INDICATOR, RAW
 from .tables import FOLDER, OURS, RIVALS
 
 SEEDS = 20
+PARTS = ("directed", "rivals", "ablation", "renewal", "elsewhere")
 
 # What each part of the variant is worth: each changed alone.
 CHANGES = (
-    "", "ends=0.0", "difference=0.0", "coupling=(0.0,0.0)", "coupling=(0.0,0.5)",
+    "", "ends=0.0", "difference=0.0", "coupling=(0.0,0.0)", "coupling=(0.1,0.5)",
+    "coupling=(0.5,0.5)",
     "widths=(1.0,1.0)", "widths=(0.01,1.0)", "recall=0.0", "recall=0.7", "adopt=(0.0,0.0)",
     "adopt=(0.2,0.2)", "tau=1.5", "tau=6.0", "n_runs=5", "n_runs=15", "max_candidates=6",
 )  # fmt: skip
 ABLATION_SEEDS, ABLATION_EVALUATIONS = 6, 20_000
+
+# What beginning anew is worth, which takes long runs to see: nobody, those between, at the ends.
+RENEWALS = ("renew=(1000000,1000000)", "renew=(4,1000000)", "renew=(1000000,50)")
+RENEWAL_SEEDS = 10
 
 ELSEWHERE = (
     "zdt1", "zdt2", "zdt3", "zdt4", "zdt6", "dtlz1", "dtlz2", "dtlz7", "wfg1", "wfg4", "wfg9",
@@ -61,6 +67,9 @@ def wanted() -> Iterator[Wanted]:
         for change in CHANGES:
             text = f"{OURS}:{change}" if change else OURS
             yield Wanted("ablation", "attitude", text, RAW, ABLATION_EVALUATIONS, (seed,))
+    for seed in range(1, RENEWAL_SEEDS + 1):
+        for change in RENEWALS:
+            yield Wanted("renewal", "attitude", f"{OURS}:{change}", RAW, 60_000, (seed,))
     for algorithm in (OURS, *ELSEWHERE_RIVALS):
         for problem in ELSEWHERE:
             seeds = tuple(range(1, ELSEWHERE_SEEDS + 1))
@@ -70,7 +79,7 @@ def wanted() -> Iterator[Wanted]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=float("inf"), help="begin no run after")
-    parser.add_argument("--part", choices=("directed", "rivals", "ablation", "elsewhere"))
+    parser.add_argument("--part", choices=PARTS)
     given = parser.parse_args()
     begin = time.monotonic()
     for runs in wanted():

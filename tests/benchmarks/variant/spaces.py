@@ -54,8 +54,7 @@ class Scale:
         self._to_space = getattr(problem, "indicator_space", None)
         self.reference = 1.0
         if self._to_space is None:
-            seven = problem.name() == "DTLZ7"
-            front = dtlz7_front() if seven else problem.pareto_front()
+            front = true_front(problem)
             ideal, nadir = front.min(axis=0), front.max(axis=0)
             self._to_space = lambda F: (F - ideal) / (nadir - ideal)
             self.reference = 1.1
@@ -65,6 +64,15 @@ class Scale:
         front = F[nondominated(F)]
         points = self._to_space(front)
         return float(hypervolume(points, ref=[self.reference] * points.shape[1])), len(front)
+
+
+def true_front(problem: Problem) -> Floats:
+    """At least the ends of a test problem's true front."""
+    if problem.name() == "DTLZ7":
+        return dtlz7_front()
+    if problem.name().startswith("WFG"):  # pymoo draws some of these at random, without a seed
+        return np.diag(2.0 * np.arange(1, problem.n_obj + 1))  # 2 m (Huband et al. 2006)
+    return problem.pareto_front()
 
 
 def dtlz7_front() -> Floats:

@@ -134,9 +134,9 @@ def main() -> None:
     attitude = pd.concat([read("rivals.csv"), read("directed.csv")])
     tables = {"bar": markdown(bar(attitude))}
     tables |= {f"against {n}": markdown(against(attitude, n)) for n in BUDGETS}
-    for name in ("ablation", "elsewhere"):
-        make = {"ablation": ablation, "elsewhere": elsewhere}[name]
-        tables[name] = markdown(make(read(f"{name}.csv")))
+    tables["ablation"] = markdown(ablation(read("ablation.csv")))
+    tables["renewal"] = markdown(ablation(pd.concat([read("renewal.csv"), read("directed.csv")])))
+    tables["elsewhere"] = markdown(elsewhere(read("elsewhere.csv")))
     path = FOLDER / "README.md"
     path.write_text(fill(path.read_text(encoding="utf-8"), tables), encoding="utf-8")
     print("\n\n".join(f"{name}\n{table}" for name, table in tables.items()))

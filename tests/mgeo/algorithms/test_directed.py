@@ -9,12 +9,14 @@ from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
 
 from mgeo import MGEODirected
-from mgeo.algorithms.directions import distance, fan
+from mgeo.algorithms.directions import distance, drawn, fan
+from mgeo.algorithms.joint_steps import joint_steps
 from mgeo.testing import check_algorithm
 
 from .problems import Fixed, Rosenbrock
 
-STILL = {"recall": 0.0, "adopt": (0.0, 0.0)}
+NEVER = 10**9
+STILL = {"recall": 0.0, "adopt": (0.0, 0.0), "renew": (NEVER, NEVER)}
 
 
 def begun(algorithm, problem, generations=1, seed=5):
@@ -61,6 +63,16 @@ def test_directions_fill_the_simplex(n_obj):
     assert weights.var(axis=0) == pytest.approx(np.full(n_obj, variance), abs=0.01)
 
 
+@pytest.mark.parametrize("n_obj", [1, 2, 4])
+def test_drawn_directions_are_uniform_on_the_simplex(n_obj):
+    weights = drawn(20_000, n_obj, np.random.default_rng(1))
+    assert (weights >= 0).all()
+    assert weights.sum(axis=1) == pytest.approx(np.ones(20_000))
+    variance = (n_obj - 1) / (n_obj**2 * (n_obj + 1))
+    assert weights.mean(axis=0) == pytest.approx(np.full(n_obj, 1 / n_obj), abs=0.01)
+    assert weights.var(axis=0) == pytest.approx(np.full(n_obj, variance), abs=0.01)
+
+
 def test_distance_is_the_largest_weighted_objective_of_the_scaled_space():
     F = np.array([[2.0, 30.0], [3.0, 10.0], [np.nan, 1.0]])
     found = distance(F, np.array([0.25, 0.75]), np.array([1.0, 10.0]), np.array([5.0, 50.0]))
@@ -97,6 +109,30 @@ def test_a_candidate_changes_its_own_variable_and_others_as_often_as_said():
     assert others.mean() == pytest.approx(0.2, abs=0.02)
 
 
+@pytest.mark.parametrize("mean", [0.0, 0.2, 0.5, 1.0])
+def test_each_step_draws_how_many_variables_it_changes(mean):
+    own = np.tile(np.arange(11), 4000)
+    rng = np.random.default_rng(2)
+    steps = joint_steps(own, np.ones(11), (0.1, 0.1), (mean, 0.9), 0.5, None, rng)
+    others = np.count_nonzero(steps, axis=1) - 1
+    assert (steps[np.arange(len(own)), own] != 0).all()
+    assert others.mean() / 10 == pytest.approx(mean, abs=0.01)
+    if 0 < mean < 1:  # beta-binomial with alpha = mean / (1 - mean), beta = 1
+        alpha = mean / (1 - mean)
+        variance = 10 * alpha * (alpha + 11) / ((alpha + 1) ** 2 * (alpha + 2))
+        assert others.var() == pytest.approx(variance, rel=0.05)
+
+
+def test_normal_steps_are_as_wide_as_said():
+    rng = np.random.default_rng(3)
+    own, extent = np.tile([0, 1], 20_000), np.array([1.0, 50.0])
+    steps = joint_steps(own, extent, (0.01, 1.0), (0.0, 0.0), 0.0, None, rng)
+    sizes = np.abs(steps[np.arange(len(own)), own]) / extent[own]
+    # a log-uniform width times |N(0, 1)|, whose mean logarithm is -(gamma + ln 2) / 2
+    expected = 0.5 * np.log(0.01) - (np.euler_gamma + np.log(2)) / 2
+    assert np.log(sizes).mean() == pytest.approx(expected, abs=0.03)
+
+
 def test_of_many_variables_each_has_its_turn():
     run = begun(MGEODirected(n_runs=40, coupling=(0.0, 0.0), max_candidates=3), ZDT1(n_var=9), 0)
     X, walkers = candidates(run)
@@ -113,10 +149,13 @@ def test_differences_lie_between_points_of_the_company():
     company = np.vstack([run.front.individuals.get("X"), run.memory])
     between = (company[:, None] - company[None]).reshape(-1, 3)
     X, walkers = candidates(run)
+    assert ((X > 0) & (X < 1)).any(axis=2).mean() > 0.5
     for start, points in zip(walkers, X, strict=True):
         for point in points:
             step = point - start
             inside = (point > 0) & (point < 1)  # others were clipped
+            if not inside.any():
+                continue
             share = np.linalg.norm(step[inside]) / np.maximum(
                 np.linalg.norm(between[:, inside], axis=1), 1e-300
             )
@@ -172,6 +211,45 @@ def test_walkers_go_back_to_their_memory_or_to_the_archive():
     assert not (run.walkers[~between][:, None] == archived).all(axis=2).all()
 
 
+def test_a_walker_without_progress_begins_anew():
+    still = Fixed([0.5, 0.5])  # no candidate is ever better than another
+    options = {**STILL, "renew": (3, 5)}
+    run = begun(MGEODirected(n_runs=5, ends=0.4, **options), still, 3)
+    between = np.array([False, False, True, True, True])
+    first, memory = fan(5, 2, 0.4), run.memory.copy()
+    assert np.array_equal(run.directions, first)
+    assert run.idle.tolist() == [2, 2, 2, 2, 2]
+    run.next()
+    assert run.idle.tolist() == [3, 3, 0, 0, 0]
+    assert (run.directions[between] != first[between]).all()
+    assert np.array_equal(run.directions[~between], first[~between])
+    archived = run.front.individuals.get("X")
+    assert (run.walkers[between][:, None] == archived).all(axis=2).any(axis=1).all()
+    assert np.array_equal(run.memory[~between], memory[~between])
+    run.next()
+    run.next()
+    assert run.idle[~between].tolist() == [0, 0]
+    assert np.array_equal(run.directions[~between], first[~between])
+    assert not (run.memory[~between] == memory[~between]).any()
+    assert np.isinf(run.memory_F[~between]).all()
+    assert np.isinf(run.memory_violation[~between]).all()
+
+
+def test_a_walker_that_makes_progress_does_not_begin_anew():
+    run = begun(MGEODirected(n_runs=1, renew=(1, 2), recall=1.0, adopt=(0, 0)), Rosenbrock(3), 0)
+    best, begun_anew = np.inf, 0
+    for _ in range(60):
+        before = run.memory_F[0, 0]
+        run.next()
+        if np.isinf(run.memory_F[0, 0]):
+            begun_anew += 1
+        else:
+            assert run.memory_F[0, 0] <= before
+        best = min(best, before)
+    assert run.front.F[0, 0] == pytest.approx(min(best, run.memory_F[0, 0]))
+    assert begun_anew > 5
+
+
 def test_a_run_does_not_depend_on_its_termination():
     short = begun(MGEODirected(n_runs=4), BNH(), 12)
     longer = minimize(BNH(), MGEODirected(n_runs=4), ("n_gen", 12), seed=5)
@@ -207,6 +285,7 @@ def test_one_objective_is_minimized():
         ({"widths": (0.0, 1.0)}, r"widths\[0\] = 0.0: expected a finite number > 0"),
         ({"widths": (1.0, 0.1)}, "widths = .*: expected the smaller one first"),
         ({"recall": 0.9, "adopt": (0.2, 0.0)}, "expected sums of at most 1"),
+        ({"renew": (0, 5)}, r"renew\[0\] = 0: expected an integer of at least 1"),
         ({"max_candidates": 0}, "max_candidates = 0: expected an integer of at least 1"),
     ],
 )

@@ -1,0 +1,56 @@
+"""Steps of several variables at once: normal ones, and fractions of differences."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from mgeo.algorithms.acceptance import IntArray
+from mgeo.dominance import FloatArray
+
+Company = Callable[[tuple[int, ...]], FloatArray]
+
+
+def joint_steps(
+    own: IntArray,
+    extent: FloatArray,
+    widths: Sequence[float],
+    coupling: Sequence[float],
+    difference: float,
+    company: Company | None,
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Steps that change each its own variable, and others with some probability.
+
+    Parameters
+    ----------
+    own : (...) the variable of each step.
+    extent : (n_var,) width of the bounds.
+    widths : smallest and largest standard deviation of a normal step, as a fraction of `extent`;
+        that of each step is log-uniform between them.
+    coupling : mean probability that another variable changes: of normal steps, and of
+        differences. Each step has its own, u^(1/mean - 1) with u uniform in [0, 1): some steps
+        change hardly any other variable, some nearly all, whatever the problem may need.
+    difference : share of the steps that are a fraction, uniform in [0, 1), of the difference
+        between two points (differential evolution's move; Storn & Price 1997).
+    company : gives as many points, (..., n_var), as it is asked for; None for normal steps only.
+    rng : stream of random numbers.
+
+    Returns
+    -------
+    (..., n_var) steps, zero where a variable stays.
+    """
+    shape = *own.shape, len(extent)
+    least, largest = np.log(widths)
+    width = np.exp(rng.uniform(least, largest, own.shape))[..., None]
+    step = width * extent * rng.standard_normal(shape)
+    mean = np.full(own.shape, coupling[0])
+    if company is not None:
+        learns = rng.random(own.shape) < difference
+        between = company(own.shape) - company(own.shape)
+        step = np.where(learns[..., None], rng.random(own.shape)[..., None] * between, step)
+        mean[learns] = coupling[1]
+    with np.errstate(divide="ignore"):  # of a mean of zero, for which every probability is zero
+        chance = rng.random(own.shape) ** (1.0 / mean - 1.0)
+    changed = rng.random(shape) < chance[..., None]
+    np.put_along_axis(changed, own[..., None], True, axis=-1)
+    return np.where(changed, step, 0.0)
