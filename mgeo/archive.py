@@ -1,5 +1,7 @@
 """The set of the best points found: exact, in a fixed order, cheap to extend."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.population import Population
@@ -92,11 +94,10 @@ class ParetoArchive:
     def _insert(self, F: FloatArray, individuals: NDArray[np.object_]) -> None:
         order = np.argsort(F[:, 0], kind="stable")
         F, individuals = F[order], individuals[order]
-        kept = np.delete(np.arange(len(self.F)), covered_rows(self.F, F))
-        places = np.searchsorted(self.F[:, 0].take(kept), F[:, 0], side="right")
-        rows = np.insert(kept, places, len(self.F) + np.arange(len(F)))
-        self.F = np.concatenate([self.F, F]).take(rows, axis=0)
-        self.individuals = _gather(self.individuals, individuals, rows).view(Population)
+        places = np.searchsorted(self.F[:, 0], F[:, 0], side="right")
+        pairs = (self.F, F), (self.individuals, individuals)
+        self.F, known = _replace(covered_rows(self.F, F), places, *pairs)
+        self.individuals = known.view(Population)
         if self.max_size is not None and len(self.F) > self.max_size:
             self._keep(np.flatnonzero(thin(self.F, self.max_size)))
 
@@ -114,25 +115,39 @@ class ParetoArchive:
                 raise ValueError(f"{name} of shape {np.shape(array)}: expected ({len(F)},)")
 
 
-_PIECES = 100  # up to so many, copying whole pieces is faster than taking row by row
+_MOST_PIECES = 100  # up to so many, copying whole pieces is faster than taking row by row
 
 
-def _gather(
-    old: NDArray[np.object_], new: NDArray[np.object_], rows: NDArray[np.intp]
-) -> NDArray[np.object_]:
-    """The rows of `old` followed by `new`: as `take`, but objects are costly to take.
+def _replace(
+    removed: NDArray[np.intp], places: NDArray[np.intp], *pairs: tuple[NDArray[Any], NDArray[Any]]
+) -> list[NDArray[Any]]:
+    """Remove rows, and insert others: as `np.delete` and `np.insert`, but faster for few.
 
-    A long front changes in a few places only, so the runs of rows between them are copied whole.
+    A long front changes in a few places only; what lies between them is copied as a whole.
+
+    Parameters
+    ----------
+    removed : rows to remove.
+    places : (k,) ascending: before which row each new one goes.
+    pairs : arrays of n rows each, and k new rows for them.
+
+    Returns
+    -------
+    The changed arrays.
     """
-    n = len(old)
-    breaks = (np.flatnonzero(np.diff(rows) != 1) + 1).tolist()
-    if len(breaks) > _PIECES:
-        return np.concatenate([old, new]).take(rows)
-    pieces = []
-    for begin, end in zip([0, *breaks], [*breaks, len(rows)], strict=True):
-        first, last = rows[begin], rows[end - 1] + 1
-        if first < n:
-            pieces.append(old[first : min(last, n)])
-        if last > n:  # a run may go on from the last old row to the first new one
-            pieces.append(new[max(first, n) - n : last - n])
-    return np.concatenate(pieces)
+    n = len(pairs[0][0])
+    if len(removed) + len(places) > _MOST_PIECES:
+        kept = np.delete(np.arange(n), removed)
+        rows = np.insert(kept, np.searchsorted(kept, places), n + np.arange(len(places)))
+        return [np.concatenate(pair).take(rows, axis=0) for pair in pairs]
+    changes = [(place, new) for new, place in enumerate(places.tolist())]
+    changes += [(row, len(places)) for row in removed.tolist()]  # after what goes before the row
+    pieces: list[list[NDArray[Any]]] = [[] for _ in pairs]
+    begin = 0
+    for row, new in sorted(changes):
+        for piece, (old, fresh) in zip(pieces, pairs, strict=True):
+            piece += [old[begin:row], fresh[new : new + 1]]
+        begin = row + (new == len(places))
+    return [
+        np.concatenate([*piece, old[begin:]]) for piece, (old, _) in zip(pieces, pairs, strict=True)
+    ]

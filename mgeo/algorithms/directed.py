@@ -162,19 +162,26 @@ class MGEODirected(ExtremalOptimization):
         own = np.broadcast_to(np.arange(len(xl)), (self.n_runs, len(xl)))
         if len(xl) > self.max_candidates:
             own = self.random_state.permuted(own, axis=1)[:, : self.max_candidates]
-        company = self._company if len(self.front) else None
+        differences = self._differences if len(self.front) else None
         steps = joint_steps(
-            own, xu - xl, self.widths, self.coupling, self.difference, company, self.random_state
-        )
+            own, xu - xl, self.widths, self.coupling, self.difference, differences,
+            self.random_state,
+        )  # fmt: skip
         return np.asarray(np.clip(self.walkers[:, None, :] + steps, xl, xu))
 
-    def _company(self, shape: tuple[int, ...]) -> FloatArray:
-        """(..., n_var) points drawn for one half from the archive, for the other from memories."""
-        rng = self.random_state
-        archived = self.front.individuals[rng.integers(len(self.front), size=shape).ravel()]
-        points = self.variables.values(archived.get("X")).reshape(*shape, -1)
-        remembered = self.memory[rng.integers(self.n_runs, size=shape)]
-        return np.where(rng.random(shape)[..., None] < 0.5, points, remembered)
+    def _differences(self, shape: tuple[int, ...]) -> FloatArray:
+        """(..., n_var) differences of two points, each from the archive or a walker's memory."""
+        rng, n = self.random_state, len(self.front)
+        draws = [
+            (rng.integers(n, size=shape), rng.integers(self.n_runs, size=shape), rng.random(shape))
+            for _ in range(2)
+        ]
+        archived, remembered, coin = (np.stack(each) for each in zip(*draws, strict=True))
+        known = self.variables.values(self.front.individuals[archived.ravel()].get("X"))
+        first, second = np.where(
+            coin[..., None] < 0.5, known.reshape(*coin.shape, -1), self.memory[remembered]
+        )
+        return np.asarray(first - second)
 
     def _candidates(self) -> FloatArray:
         self._values = self._propose()

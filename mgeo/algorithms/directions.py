@@ -62,11 +62,17 @@ def distance(
     -------
     (...) the largest weighted objective, and a little of the sum of all; NaN where not finite.
     """
-    extent = nadir - ideal
-    finite = np.asarray(np.isfinite(F).all(axis=-1))
-    scaled = np.where(finite[..., None], F - ideal, 0.0) / np.where(extent > 0, extent, 1.0)
-    result = (weights * scaled).max(axis=-1) + _SUM * scaled.sum(axis=-1)
-    return np.asarray(np.where(finite, result, np.nan))
+    finite = np.isfinite(F)
+    known = bool(finite.all())
+    given = F if known else np.where(finite, F, ideal)
+    largest = total = np.float64(0.0)
+    for k, (low, width) in enumerate(zip(ideal.tolist(), (nadir - ideal).tolist(), strict=True)):
+        # column by column: numpy is slow at all that runs along a short last axis
+        scaled = (given[..., k] - low) / (width if width > 0 else 1.0)
+        weighted = weights[..., k] * scaled
+        largest, total = np.maximum(largest, weighted) if k else weighted, total + scaled
+    result = largest + _SUM * total
+    return np.asarray(result if known else np.where(finite.all(axis=-1), result, np.nan))
 
 
 def extent(F: FloatArray) -> tuple[FloatArray, FloatArray]:

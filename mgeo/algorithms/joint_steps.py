@@ -7,7 +7,7 @@ import numpy as np
 from mgeo.algorithms.acceptance import IntArray
 from mgeo.dominance import FloatArray
 
-Company = Callable[[tuple[int, ...]], FloatArray]
+Differences = Callable[[tuple[int, ...]], FloatArray]
 
 
 def joint_steps(
@@ -16,7 +16,7 @@ def joint_steps(
     widths: Sequence[float],
     coupling: Sequence[float],
     difference: float,
-    company: Company | None,
+    differences: Differences | None,
     rng: np.random.Generator,
 ) -> FloatArray:
     """Steps that change each its own variable, and others with some probability.
@@ -32,7 +32,7 @@ def joint_steps(
         change hardly any other variable, some nearly all, whatever the problem may need.
     difference : share of the steps that are a fraction, uniform in [0, 1), of the difference
         between two points (differential evolution's move; Storn & Price 1997).
-    company : gives as many points, (..., n_var), as it is asked for; None for normal steps only.
+    differences : gives as many, (..., n_var), as it is asked for; None for normal steps only.
     rng : stream of random numbers.
 
     Returns
@@ -44,9 +44,9 @@ def joint_steps(
     width = np.exp(rng.uniform(least, largest, own.shape))[..., None]
     step = width * extent * rng.standard_normal(shape)
     mean = np.full(own.shape, coupling[0])
-    if company is not None:
+    if differences is not None:
         learns = rng.random(own.shape) < difference
-        between = company(own.shape) - company(own.shape)
+        between = differences(own.shape)
         step = np.where(learns[..., None], rng.random(own.shape)[..., None] * between, step)
         mean[learns] = coupling[1]
     with np.errstate(divide="ignore"):  # of a mean of zero, for which every probability is zero

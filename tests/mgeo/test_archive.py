@@ -85,7 +85,7 @@ def test_the_archive_is_the_same_however_its_rows_are_moved(pieces, monkeypatch)
     expected = ParetoArchive(2)
     for F in batches:
         expected.add(F, Population.new("F", F))
-    monkeypatch.setattr("mgeo.archive._PIECES", pieces)
+    monkeypatch.setattr("mgeo.archive._MOST_PIECES", pieces)
     archive = ParetoArchive(2)
     for F in batches:
         archive.add(F, Population.new("F", F))
