@@ -18,6 +18,8 @@ from .spaces import INDICATOR, RAW
 from .tables import FOLDER, OURS, RIVALS
 
 SEEDS = 20
+MORE_SEEDS = 40  # of ours and of the rival nearest to it, which 20 do not tell apart for certain
+NEAREST = ("nsga2", RAW)
 PARTS = ("directed", "rivals", "ablation", "renewal", "elsewhere")
 
 # What each part of the variant is worth: each changed alone.
@@ -61,6 +63,9 @@ def wanted() -> Iterator[Wanted]:
             if rival != "moead":
                 for space in (RAW, INDICATOR):
                     yield Wanted("rivals", "attitude", rival, space, 60_000, (seed,))
+    for seed in range(SEEDS + 1, MORE_SEEDS + 1):
+        yield Wanted("directed", "attitude", OURS, RAW, 60_000, (seed,))
+        yield Wanted("rivals", "attitude", *NEAREST, 60_000, (seed,))
     for space in (RAW, INDICATOR):  # side by side, see `record.runs`
         yield Wanted("rivals", "attitude", "moead", space, 60_000, together)
     for seed in range(1, ABLATION_SEEDS + 1):
