@@ -31,9 +31,12 @@ CHANGES = (
 )  # fmt: skip
 ABLATION_SEEDS, ABLATION_EVALUATIONS = 6, 20_000
 
-# What beginning anew is worth, which takes long runs to see: nobody, those between, at the ends.
-RENEWALS = ("renew=(1000000,1000000)", "renew=(4,1000000)", "renew=(1000000,50)")
-RENEWAL_SEEDS = 10
+# What beginning anew and the coupling are worth, which takes long runs and many seeds to see.
+RENEWALS = (
+    "", "renew=(1000000,1000000)", "renew=(4,1000000)", "renew=(1000000,50)", "renew=(50,50)",
+    "coupling=(0.1,0.5)", "coupling=(0.4,0.6)",
+)  # fmt: skip
+RENEWAL_SEEDS = 16
 
 ELSEWHERE = (
     "zdt1", "zdt2", "zdt3", "zdt4", "zdt6", "dtlz1", "dtlz2", "dtlz7", "wfg1", "wfg4", "wfg9",
@@ -54,6 +57,11 @@ class Wanted:
     seeds: tuple[int, ...]
 
 
+def variant(change: str) -> str:
+    """Ours with a parameter changed, or as shipped."""
+    return f"{OURS}:{change}" if change else OURS
+
+
 def wanted() -> Iterator[Wanted]:
     """All runs, in the order in which they are made."""
     together = tuple(range(1, SEEDS + 1))
@@ -70,11 +78,12 @@ def wanted() -> Iterator[Wanted]:
         yield Wanted("rivals", "attitude", "moead", space, 60_000, together)
     for seed in range(1, ABLATION_SEEDS + 1):
         for change in CHANGES:
-            text = f"{OURS}:{change}" if change else OURS
-            yield Wanted("ablation", "attitude", text, RAW, ABLATION_EVALUATIONS, (seed,))
+            yield Wanted(
+                "ablation", "attitude", variant(change), RAW, ABLATION_EVALUATIONS, (seed,)
+            )
     for seed in range(1, RENEWAL_SEEDS + 1):
-        for change in RENEWALS:
-            yield Wanted("renewal", "attitude", f"{OURS}:{change}", RAW, 60_000, (seed,))
+        for text in (*(variant(change) for change in RENEWALS), "nsga2"):
+            yield Wanted("renewal", "attitude-coarse", text, RAW, 60_000, (seed,))
     for algorithm in (OURS, *ELSEWHERE_RIVALS):
         for problem in ELSEWHERE:
             seeds = tuple(range(1, ELSEWHERE_SEEDS + 1))

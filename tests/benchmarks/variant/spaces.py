@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from moocore import hypervolume
 from numpy.typing import NDArray
@@ -84,11 +86,15 @@ def dtlz7_front() -> Floats:
 
 
 def problem_by_name(name: str) -> Problem:
-    """ "attitude" (the paper's preset, one thread), or a test problem of pymoo."""
-    if name == "attitude":
-        from mgeo_attitude import AttitudeManeuverProblem
+    """One on one thread of the paper's preset, or a test problem of pymoo.
 
-        return AttitudeManeuverProblem(threads=1)
+    "attitude" is the preset itself, "attitude-coarse" has steps of 4 s: four times as fast.
+    """
+    if name in ("attitude", "attitude-coarse"):
+        from mgeo_attitude import AttitudeManeuverProblem, Scenario
+
+        step = 4.0 if name == "attitude-coarse" else 1.0
+        return AttitudeManeuverProblem(replace(Scenario.paper(), step=step), threads=1)
     if name.startswith("wfg"):
         return get_problem(name, n_var=24, n_obj=2)
     if name.startswith("dtlz"):
