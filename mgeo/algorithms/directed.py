@@ -197,24 +197,27 @@ class MGEODirected(ExtremalOptimization):
         accepted = ranking[
             np.arange(self.n_runs), pick(rng.random(self.n_runs), n, float(self.tau))
         ]
-        self._remember_best(F, violation, merit, ranking[:, 0])
+        less = self._remember_best(F, violation, merit, ranking[:, 0])
         self.walkers = self._values[np.arange(self.n_runs), accepted]
         self._go_back()
-        self._renew()
+        self._renew(less)
         return np.zeros(self.n_runs, dtype=np.bool_)
 
     def _remember_best(
         self, F: FloatArray, violation: FloatArray, merit: FloatArray, best: IntArray
-    ) -> None:
+    ) -> BoolArray:
+        """Keep the best points; tells whose constraint violation is less than ever."""
         one = np.arange(self.n_runs), best
         known = self._distance(self.memory_F, self.directions)
-        better = (violation[one] < self.memory_violation) | (
+        less = violation[one] < self.memory_violation
+        better = less | (
             (violation[one] == 0) & (self.memory_violation == 0) & (merit[one] < known)
         )
         rows = np.flatnonzero(better)
         self.memory[rows] = self._values[one][rows]
         self.memory_F[rows] = F[one][rows]
         self.memory_violation[rows] = violation[one][rows]
+        return np.asarray(less)
 
     def _go_back(self) -> None:
         chance = self.random_state.random(self.n_runs)
@@ -234,7 +237,7 @@ class MGEODirected(ExtremalOptimization):
         self.memory_F[rows] = self.front.F[nearest]
         self.memory_violation[rows] = self.front.violation
 
-    def _renew(self) -> None:
+    def _renew(self, less: BoolArray) -> None:
         """Count who gets no further; let those begin anew who did not for long enough."""
         far, before = (self._distance(F, self.directions) for F in (self.memory_F, self.marked_F))
         feasible = self.memory_violation == 0
@@ -242,7 +245,7 @@ class MGEODirected(ExtremalOptimization):
         least = _PROGRESS if (ideal < nadir).all() else 0.0  # one objective has no extent
         nearer = feasible & ~(far >= before - least)  # true where nothing is marked yet
         self.marked_F[nearer] = self.memory_F[nearer]
-        self.idle = np.where(nearer, 0, self.idle + 1)
+        self.idle = np.where(nearer | less, 0, self.idle + 1)
         between = self._between()
         stuck = self.idle >= np.where(between, *self.renew)
         if len(rows := np.flatnonzero(stuck & between)) and len(self.front):

@@ -4,6 +4,7 @@ import copy
 
 import numpy as np
 import pytest
+from pymoo.core.problem import Problem
 from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
@@ -233,6 +234,28 @@ def test_a_walker_without_progress_begins_anew():
     assert not (run.memory[~between] == memory[~between]).any()
     assert np.isinf(run.memory_F[~between]).all()
     assert np.isinf(run.memory_violation[~between]).all()
+
+
+class Creep(Problem):
+    """Feasible nowhere: the violation is the distance from a far corner."""
+
+    def __init__(self):
+        super().__init__(n_var=3, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = X[:, :2]
+        out["G"] = 4.0 - X.sum(axis=1)
+
+
+def test_less_violation_is_progress():
+    run = begun(MGEODirected(n_runs=4, ends=1.0, renew=(1, 1), recall=1.0, adopt=(0, 0)), Creep())
+    for _ in range(30):
+        before = run.memory_violation.copy()
+        run.next()
+        less = run.memory_violation < before
+        assert (run.idle == 0).all()  # progress, or begun anew
+        assert (less | np.isinf(run.memory_violation)).all()
+    assert np.isinf(run.memory_violation).any()
 
 
 def test_a_walker_that_makes_progress_does_not_begin_anew():
