@@ -29,7 +29,7 @@ class MGEODirected(ExtremalOptimization):
     - A walker has a direction of the objective space and ranks by the distance along it
       (weighted Tchebycheff, scaled by the front that the run has found so far) in place of an
       objective drawn at random. Some walkers head for the ends of the front, that is for one
-      objective alone; the others are spread evenly between the ends.
+      objective alone; the others are spread evenly between the ends, at first.
     - A candidate changes its variable, and others with some probability: either by normal steps,
       as wide as the bounds down to a thousandth of that, or by a fraction of the difference
       between two points of the company (differential evolution's move; Storn & Price 1997).
@@ -40,7 +40,7 @@ class MGEODirected(ExtremalOptimization):
       local optima are many; otherwise in another direction, from the archive's nearest point.
 
     Walkers are therefore not independent: a walker's path depends on the others. All numbers but
-    the starting points come from the algorithm's one random stream. A generation costs
+    random points to begin at come from the algorithm's one random stream. A generation costs
     n_runs x min(n_var, max_candidates) evaluations; nothing depends on the termination. With one
     objective all walkers minimize it.
 
