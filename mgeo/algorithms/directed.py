@@ -113,15 +113,15 @@ class MGEODirected(ExtremalOptimization):
         )
         self.ends = fraction("ends", ends)
         self.difference = fraction("difference", difference)
-        self.coupling = [fraction(f"coupling[{i}]", p) for i, p in pair("coupling", coupling)]
-        self.widths = [number(f"widths[{i}]", w, above=0) for i, w in pair("widths", widths)]
+        self.coupling = pair("coupling", coupling, fraction)
+        self.widths = pair("widths", widths, number, above=0)
         if self.widths[0] > self.widths[1]:
             raise ValueError(f"widths = {widths!r}: expected the smaller one first")
         self.recall = fraction("recall", recall)
-        self.adopt = [fraction(f"adopt[{i}]", p) for i, p in pair("adopt", adopt)]
+        self.adopt = pair("adopt", adopt, fraction)
         if self.recall + max(self.adopt) > 1:
             raise ValueError(f"recall = {recall!r}, adopt = {adopt!r}: expected sums of at most 1")
-        self.renew = [integer(f"renew[{i}]", n, low=1) for i, n in pair("renew", renew)]
+        self.renew = pair("renew", renew, integer, low=1)
         self.max_candidates = integer("max_candidates", max_candidates, low=1)
         self.directions: FloatArray
         self.memory: FloatArray

@@ -2,13 +2,15 @@
 
 import difflib
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from numbers import Integral, Real
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from mgeo.dominance import FloatArray
+
+T = TypeVar("T")
 
 
 def integer(name: str, value: Any, *, low: int, high: int | None = None) -> int:
@@ -101,18 +103,19 @@ def refuse_unknown(given: Iterable[str], known: Collection[str], where: str) -> 
             )
 
 
-def _did_you_mean(value: Any, known: Collection[str]) -> str:
-    close = difflib.get_close_matches(str(value), known, n=1)
-    return f"; did you mean {close[0]!r}?" if close else ""
-
-
-def pair(name: str, value: Any) -> list[tuple[int, Any]]:
-    """The two entries of `value`, each with its index.
+def pair(name: str, value: Any, check: Callable[..., T], **limits: float) -> list[T]:
+    """Two entries, each converted and checked by one of the functions above.
 
     Raises
     ------
-    ValueError : if it has not two entries.
+    TypeError : what `check` raises, for `name[0]` or `name[1]`.
+    ValueError : likewise, and for anything but two entries.
     """
     if np.shape(value) != (2,):
         raise ValueError(f"{name} = {value!r}: expected two numbers")
-    return list(enumerate(value))
+    return [check(f"{name}[{i}]", entry, **limits) for i, entry in enumerate(value)]
+
+
+def _did_you_mean(value: Any, known: Collection[str]) -> str:
+    close = difflib.get_close_matches(str(value), known, n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""

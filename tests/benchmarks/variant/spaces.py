@@ -86,9 +86,9 @@ def dtlz7_front() -> Floats:
 
 
 def problem_by_name(name: str) -> Problem:
-    """One on one thread of the paper's preset, or a test problem of pymoo.
+    """A test problem of pymoo, or the attitude problem on one thread.
 
-    "attitude" is the preset itself, "attitude-coarse" has steps of 4 s: four times as fast.
+    "attitude" is the paper's preset; "attitude-coarse" has steps of 4 s and is four times as fast.
     """
     if name in ("attitude", "attitude-coarse"):
         from mgeo_attitude import AttitudeManeuverProblem, Scenario
