@@ -151,9 +151,15 @@ class Comparison:
             raise ValueError(f"indicator = {name!r}: expected one of {', '.join(known)}")
         return known[name or next(iter(known))]
 
-    def order(self) -> list[str]:
-        """Algorithms with a front, the one with the best mean of the first indicator first."""
-        final, chosen = self.final(), self.indicator()
+    def order(self, indicator: str | None = None) -> list[str]:
+        """Algorithms with a front, the one with the best mean of the indicator first.
+
+        Raises
+        ------
+        ValueError
+            If the indicator is unknown.
+        """
+        final, chosen = self.final(), self.indicator(indicator)
         final = final[final["points"] > 0].assign(value=chosen.better(final[chosen.name]))
         means = final.groupby("algorithm", sort=False)["value"].mean()
         return [str(name) for name in means.sort_values(ascending=False, kind="stable").index]

@@ -15,29 +15,55 @@ _LEVEL = 0.05
 
 def verdict(comparison: Comparison) -> list[str]:
     """Which algorithm is best by the first indicator, from which it cannot be told apart, and
-    whether the number of points on a front says the same.
+    whether the other indicators and the number of points on a front say the same.
     """
     order = comparison.order()
     if len(order) < 2:
         return []
-    best, *others = order
+    best, second = order[:2]
     title = comparison.indicator().title
-    overview = comparison.overview()
-    tests = comparison.tests()
-    pairs = tests.pairs[(tests.pairs[["a", "b"]] == best).any(axis=1)]
-    alike = pairs[pairs["p_holm"] >= _LEVEL]
-    rivals = [b if a == best else a for a, b in zip(alike["a"], alike["b"], strict=True)]
-    values = overview[comparison.indicator().name].tolist()
-    first, second = (values[comparison.algorithms.index(name)] for name in order[:2])
-    sentences = [f"By {title}, {best} is the best: {first}, then {others[0]}: {second}."]
-    if len(rivals) == len(others):
+    rivals = _not_told_apart(comparison, best)
+    if len(rivals) == len(order) - 1:
         found = "The runs do not tell it apart from any other"
     elif rivals:
         found = f"The runs do not tell it apart from {', '.join(rivals)}"
     else:
         found = "It differs from every other"
-    sentences.append(f"{found} (Mann-Whitney with Holm's correction, 5 %).")
-    return [*sentences, *_points(comparison, order)]
+    return [
+        f"By {title}, {best} is the best: {_value(comparison, best)}, "
+        f"then {second}: {_value(comparison, second)}.",
+        f"{found} (Mann-Whitney with Holm's correction, {100 * _LEVEL:g} %).",
+        *_other_indicators(comparison, best),
+        *_points(comparison, order),
+    ]
+
+
+def _not_told_apart(comparison: Comparison, name: str, indicator: str | None = None) -> list[str]:
+    pairs = comparison.tests(indicator).pairs
+    alike = pairs[(pairs[["a", "b"]] == name).any(axis=1) & (pairs["p_holm"] >= _LEVEL)]
+    return [b if a == name else a for a, b in zip(alike["a"], alike["b"], strict=True)]
+
+
+def _value(comparison: Comparison, name: str, indicator: str | None = None) -> str:
+    return str(comparison.overview().loc[name, comparison.indicator(indicator).name])
+
+
+def _other_indicators(comparison: Comparison, best: str) -> list[str]:
+    sentences = []
+    for indicator in comparison.indicators[1:]:
+        order = comparison.order(indicator.name)
+        first = order[0]
+        if first == best:
+            sentences.append(f"By {indicator.title}, {best} is the best, too.")
+            continue
+        alike = first in _not_told_apart(comparison, best, indicator.name)
+        sentences.append(
+            f"By {indicator.title}, {first} is the best: "
+            f"{_value(comparison, first, indicator.name)}, and {best} number "
+            f"{order.index(best) + 1}: {_value(comparison, best, indicator.name)}; "
+            f"the runs {'do not tell' if alike else 'tell'} these two apart."
+        )
+    return sentences
 
 
 def _points(comparison: Comparison, order: list[str]) -> list[str]:

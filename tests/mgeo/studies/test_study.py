@@ -138,9 +138,38 @@ def test_the_verdict_names_the_best_its_rivals_and_what_points_say():
     assert verdict(made) == [
         "By hypervolume, A_1 is the best: 0.60 ± 0.10, then C: 0.45 ± 0.23.",
         "The runs do not tell it apart from any other (Mann-Whitney with Holm's correction, 5 %).",
+        "By IGD+, A_1 is the best, too.",
+        "By additive epsilon, A_1 is the best, too.",
         "The most points are on the fronts of B: 99 on average. By hypervolume it is number 3 of "
         "3: points say how finely a front was traced, not how far it reaches.",
     ]
+
+
+def test_the_verdict_says_where_other_indicators_disagree():
+    made = comparison()
+    values = {"A_1": (0.7, 0.3, 0.2), "B": (0.1, 0.1, 0.3), "C": (0.2, 0.5, 0.21)}
+    rows = [
+        {"algorithm": name, "seed": seed, "evaluations": 100, "points": 9}
+        | dict(
+            zip(("hypervolume", "igd_plus", "epsilon"), np.add(v, 0.005 * (seed - 1)), strict=True)
+        )
+        for name, v in values.items()
+        for seed in range(1, 9)
+    ]
+    found = verdict(Comparison(**{**vars(made), "table": pd.DataFrame(rows)}))
+    assert found[2:4] == [
+        "By IGD+, B is the best: 0.117 ± 0.012, and A_1 number 2: 0.317 ± 0.012; the runs tell "
+        "these two apart.",
+        "By additive epsilon, A_1 is the best, too.",
+    ]
+    table = pd.DataFrame(rows)
+    chosen = table["algorithm"] == "A_1"
+    table.loc[chosen, "epsilon"] += 0.011  # behind C by a little
+    found = verdict(Comparison(**{**vars(made), "table": table}))
+    assert found[3] == (
+        "By additive epsilon, C is the best: 0.227 ± 0.012, and A_1 number 2: 0.229 ± 0.012; "
+        "the runs do not tell these two apart."
+    )
 
 
 def test_the_verdict_tells_rivals_from_others():
