@@ -12,6 +12,7 @@ _COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#4
 _DASHES = ("solid", "6px,3px", "2px,2px")
 _SYMBOLS = ("circle", "diamond", "square", "cross", "triangle-up", "x", "star")
 _GRID = "#e3e6ea"
+_HEIGHT = 560  # px
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,10 @@ def row_height(rows: int) -> int:
 
 
 def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
-    """`figure` with its title, and what all figures have in common."""
+    """`figure` with its title, room for its legend, and what all figures have in common."""
+    shown = [t for t in figure.data if t.visible is not False and t.showlegend is not False]
     figure.update_layout(
+        height=max(_HEIGHT, row_height(len(shown))),
         template="plotly_white",
         title={
             "text": f"{title}<br><span style='font-size: 13px'>{subtitle}</span>",
@@ -58,7 +61,12 @@ def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
         },
         font={"size": 14, "color": "#222222"},
         hoverlabel={"align": "left", "bgcolor": "white", "font": {"color": "#222222"}},
-        legend={"bgcolor": "rgba(255,255,255,0.8)", "bordercolor": _GRID, "borderwidth": 1},
+        legend={
+            "bgcolor": "rgba(255,255,255,0.8)",
+            "bordercolor": _GRID,
+            "borderwidth": 1,
+            "tracegroupgap": 0,  # a curve and its band are a group: no room between groups
+        },
         margin={"l": 90, "r": 40, "t": 105, "b": 70},
     )
     lines = {"gridcolor": _GRID, "linecolor": "#767676", "showline": True, "zeroline": False}

@@ -1,4 +1,5 @@
 import numpy as np
+import pandas as pd
 import pytest
 from pymoo.problems.many import DTLZ2
 
@@ -172,3 +173,14 @@ def test_three_objectives_are_drawn_in_space_and_more_are_refused():
 
 def test_21_algorithms_look_different():
     assert len(set(looks(tuple(map(str, range(21)))).values())) == 21
+
+
+def test_a_figure_has_room_for_its_legend():
+    """22 px a row at its size of text, between margins of 175 px."""
+    made = comparison()
+    names = tuple(f"algorithm {i}" for i in range(30))
+    few = made.table[made.table["algorithm"] == "A_1"]
+    table = pd.concat([few.assign(algorithm=name) for name in names])
+    many = Comparison(**{**vars(made), "table": table, "algorithms": names})
+    assert anytime_figure(many).layout.height >= 175 + 22 * len(names)
+    assert anytime_figure(made).layout.height == difference_figure(made).layout.height == 560
