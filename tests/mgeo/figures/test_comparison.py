@@ -183,4 +183,8 @@ def test_a_figure_has_room_for_its_legend():
     table = pd.concat([few.assign(algorithm=name) for name in names])
     many = Comparison(**{**vars(made), "table": table, "algorithms": names})
     assert anytime_figure(many).layout.height >= 175 + 22 * len(names)
-    assert anytime_figure(made).layout.height == difference_figure(made).layout.height == 560
+    assert (
+        anytime_figure(made).layout.height
+        == difference_figure(made, "A_1", ["C"]).layout.height
+        == 560
+    )
