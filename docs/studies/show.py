@@ -48,8 +48,8 @@ def size(name: str) -> Markdown:
 
 
 def table(values: pd.DataFrame) -> Markdown:
-    """A table as the page's own."""
-    return Markdown(markdown(values))
+    """A table as the page's own, with no break within mean ± standard deviation."""
+    return Markdown(markdown(values).replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"))
 
 
 def best_against(comparison: Comparison) -> pd.DataFrame:

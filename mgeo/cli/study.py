@@ -71,8 +71,7 @@ def _print_results(
     study: Study, comparisons: dict[str, Comparison], out: Path, output: Output
 ) -> None:
     for label, comparison in comparisons.items():
-        titles = {indicator.name: indicator.title for indicator in comparison.indicators}
-        table = comparison.overview().rename(columns=titles)
+        table = comparison.overview()
         output.print(plain(f"\n{label}", style="bold"), table.to_string(), *verdict(comparison))
     output.print(f"\nwritten: {out / REPORT}")
     output.result(

@@ -113,13 +113,17 @@ class Comparison:
         return Tests(chosen.name, pairwise(samples), ranked)
 
     def overview(self) -> pd.DataFrame:
-        """Per algorithm, as text: mean ± sd of every column of the table, and the runs."""
+        """Per algorithm, as text: mean ± sd of every column of the table, and the runs.
+
+        Columns of indicators have their titles as names.
+        """
         summary = self.summary()
         columns: dict[str, Any] = {"runs": [str(int(n)) for n in summary[("runs", "")].fillna(0)]}
         for name in dict.fromkeys(summary.columns.get_level_values(0).drop("runs")):
             mean, sd = summary[(name, "mean")], summary[(name, "sd")]
             columns[name] = [_shown(m, s) for m, s in zip(mean, sd, strict=True)]
-        return pd.DataFrame(columns, index=summary.index)
+        titles = {indicator.name: indicator.title for indicator in self.indicators}
+        return pd.DataFrame(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:
         """The `overview` as a booktabs table, the best mean of each indicator in bold."""
@@ -128,9 +132,8 @@ class Comparison:
         for indicator in self.indicators:
             means = indicator.better(summary[(indicator.name, "mean")])
             if means.notna().any():
-                bold.add((means.idxmax(), indicator.name))
-        titles = {i.name: i.title for i in self.indicators}
-        return latex(self.overview(), bold, titles)
+                bold.add((means.idxmax(), indicator.title))
+        return latex(self.overview(), bold)
 
     def figures(self) -> dict[str, go.Figure]:
         """All figures that the number of objectives, algorithms and runs allows, by name."""

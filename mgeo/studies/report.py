@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 def case_page(study: Study, label: str, comparison: Comparison) -> str:
     """Everything about one problem: verdict, tables, figures, and how it was measured."""
-    titles = {indicator.name: indicator.title for indicator in comparison.indicators}
-    overview = comparison.overview().rename(columns=titles)
     parts: list[Any] = [f"<h1>{escape(study.title)}</h1>", *_paragraphs(study.about)]
     parts.append(
         f'<p class="note">{escape(label)}; {comparison.n_eval:,} evaluations, '
@@ -31,7 +29,7 @@ def case_page(study: Study, label: str, comparison: Comparison) -> str:
     if study.published is not None:
         parts.append(f"<h2>Beside {escape(study.published.source)}</h2>")
         parts.append(html_table(beside(comparison, study.published)))
-    parts += ["<h2>All measures</h2>", html_table(overview), *_failures(comparison)]
+    parts += ["<h2>All measures</h2>", html_table(comparison.overview()), *_failures(comparison)]
     parts += ["<h2>Figures</h2>", *comparison.figures().values()]
     pairs = comparison.tests().pairs
     if len(pairs):
@@ -62,7 +60,7 @@ def study_page(study: Study, comparisons: Mapping[str, Comparison], ranked: Frie
 def by_problem(comparisons: Mapping[str, Comparison]) -> pd.DataFrame:
     """Mean ± sd of each problem's first indicator, problems by algorithms."""
     rows = {
-        f"{label} ({c.indicator().title})": c.overview()[c.indicator().name]
+        f"{label} ({c.indicator().title})": c.overview()[c.indicator().title]
         for label, c in comparisons.items()
     }
     return pd.DataFrame(rows).T.rename_axis("problem")

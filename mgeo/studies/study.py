@@ -125,15 +125,14 @@ def over_problems(study: Study, comparisons: dict[str, Comparison]) -> Friedman 
 
 
 def _contents(study: Study, case: Case, comparison: Comparison) -> dict[str, bytes]:
-    titles = {indicator.name: indicator.title for indicator in comparison.indicators}
     tests = pd.concat(
         [
-            comparison.tests(name).pairs.assign(indicator=name).set_index("indicator")
-            for name in titles
+            comparison.tests(i.name).pairs.assign(indicator=i.name).set_index("indicator")
+            for i in comparison.indicators
         ]
     )
     texts = {"tests.csv": tests.reset_index().to_csv(index=False, lineterminator="\n")}
-    texts["summary.md"] = markdown(comparison.overview().rename(columns=titles))
+    texts["summary.md"] = markdown(comparison.overview())
     texts["summary.tex"] = comparison.to_latex()
     texts[REPORT] = case_page(study, case.label, comparison)
     texts[PROVENANCE] = (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 
 import pandas as pd
 
@@ -28,20 +28,15 @@ def markdown(table: pd.DataFrame) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in cells)
 
 
-def latex(
-    table: pd.DataFrame,
-    bold: Collection[tuple[str, str]] = (),
-    titles: Mapping[str, str] | None = None,
-) -> str:
+def latex(table: pd.DataFrame, bold: Collection[tuple[str, str]] = ()) -> str:
     """A booktabs ``tabular`` with its index as the first column.
 
     Parameters
     ----------
     bold : (row, column) of the cells to set in bold.
-    titles : what to write over a column instead of its name.
     """
     names = [str(name) for name in table.columns]
-    header = [str(table.index.name or ""), *((titles or {}).get(name, name) for name in names)]
+    header = [str(table.index.name or ""), *names]
     lines = [rf"\begin{{tabular}}{{l{'r' * len(names)}}}", r"\toprule", _row(map(escape, header))]
     lines.append(r"\midrule")
     for index, row in zip(table.index, _rows(table), strict=True):

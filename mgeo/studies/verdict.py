@@ -45,7 +45,7 @@ def _not_told_apart(comparison: Comparison, name: str, indicator: str | None = N
 
 
 def _value(comparison: Comparison, name: str, indicator: str | None = None) -> str:
-    return str(comparison.overview().loc[name, comparison.indicator(indicator).name])
+    return str(comparison.overview().loc[name, comparison.indicator(indicator).title])
 
 
 def _other_indicators(comparison: Comparison, best: str) -> list[str]:
@@ -90,5 +90,5 @@ def beside(comparison: Comparison, published: Published) -> pd.DataFrame:
         if name in overview:
             columns[f"{name}: here"] = overview[name].tolist()
     first = comparison.indicator()
-    columns[f"{first.title}: here"] = overview[first.name].tolist()
+    columns[f"{first.title}: here"] = overview[first.title].tolist()
     return pd.DataFrame(columns, index=overview.index)
