@@ -22,6 +22,7 @@ def verdict(comparison: Comparison) -> list[str]:
         return []
     best, second = order[:2]
     title = comparison.indicator().title
+    values = comparison.overview()[title]
     rivals = _not_told_apart(comparison, best)
     if len(rivals) == len(order) - 1:
         found = "The runs do not tell it apart from any other"
@@ -30,8 +31,7 @@ def verdict(comparison: Comparison) -> list[str]:
     else:
         found = "It differs from every other"
     return [
-        f"By {title}, {best} is the best: {_value(comparison, best)}, "
-        f"then {second}: {_value(comparison, second)}.",
+        f"By {title}, {best} is the best: {values[best]}, then {second}: {values[second]}.",
         f"{found} (Mann-Whitney with Holm's correction, {100 * _LEVEL:g} %).",
         *_other_indicators(comparison, best),
         *_points(comparison, order),
@@ -44,24 +44,21 @@ def _not_told_apart(comparison: Comparison, name: str, indicator: str | None = N
     return [b if a == name else a for a, b in zip(alike["a"], alike["b"], strict=True)]
 
 
-def _value(comparison: Comparison, name: str, indicator: str | None = None) -> str:
-    return str(comparison.overview().loc[name, comparison.indicator(indicator).title])
-
-
 def _other_indicators(comparison: Comparison, best: str) -> list[str]:
     sentences = []
+    overview = comparison.overview()
     for indicator in comparison.indicators[1:]:
         order = comparison.order(indicator.name)
         first = order[0]
         if first == best:
             sentences.append(f"By {indicator.title}, {best} is the best, too.")
             continue
+        values = overview[indicator.title]
         alike = first in _not_told_apart(comparison, best, indicator.name)
         sentences.append(
-            f"By {indicator.title}, {first} is the best: "
-            f"{_value(comparison, first, indicator.name)}, and {best} number "
-            f"{order.index(best) + 1}: {_value(comparison, best, indicator.name)}; "
-            f"the runs {'do not tell' if alike else 'tell'} these two apart."
+            f"By {indicator.title}, {first} is the best: {values[first]}, and {best} number "
+            f"{order.index(best) + 1}: {values[best]}; the runs "
+            f"{'do not tell' if alike else 'tell'} these two apart."
         )
     return sentences
 
@@ -83,12 +80,13 @@ def _points(comparison: Comparison, order: list[str]) -> list[str]:
 def beside(comparison: Comparison, published: Published) -> pd.DataFrame:
     """Published values and ours (mean ± sd) side by side, and ours of the first indicator."""
     overview = comparison.overview()
+    titles = {indicator.name: indicator.title for indicator in comparison.indicators}
     columns: dict[str, list[str]] = {}
     for name in dict.fromkeys(key for row in published.table.values() for key in row):
         rows = [published.table.get(label, {}) for label in overview.index]
         columns[f"{name}: published"] = [str(row.get(name, "-")) for row in rows]
-        if name in overview:
-            columns[f"{name}: here"] = overview[name].tolist()
+        if titles.get(name, name) in overview:
+            columns[f"{name}: here"] = overview[titles.get(name, name)].tolist()
     first = comparison.indicator()
     columns[f"{first.title}: here"] = overview[first.title].tolist()
     return pd.DataFrame(columns, index=overview.index)

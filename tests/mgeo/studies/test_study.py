@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from mgeo import MGEOReal
 from mgeo.cli.app import app
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.file import parse_study, read_study
+from mgeo.studies.file import Published, parse_study, read_study
 from mgeo.studies.report import folder_name
 from mgeo.studies.run import Failure, record
 from mgeo.studies.space import NothingToCompareError
@@ -201,6 +201,12 @@ def test_published_values_stand_beside_ours():
     table = beside(comparison(), study.published)
     assert table.loc["A_1"].tolist() == ["7", "20 ± 10", "1", "0.60 ± 0.10"]
     assert table.loc["B"].tolist() == ["-", "20 ± 10", "-", "0.20 ± 0.10"]
+
+
+def test_published_indicators_are_named_as_in_the_table():
+    published = Published("x", {"A_1": {"igd_plus": 0.5}})
+    table = beside(comparison(), published)
+    assert table.loc["A_1"].tolist() == ["0.5", "0.40 ± 0.10", "0.60 ± 0.10"]
 
 
 def test_labels_become_folders():
