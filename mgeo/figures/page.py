@@ -7,6 +7,7 @@ from html import escape
 
 import plotly.graph_objects as go
 
+HEIGHT = 560  # px, of a figure that names none
 _STYLE = """
 body { margin: 2rem auto; padding: 0 1rem; max-width: 1200px;
   font: 15px/1.5 "Open Sans", verdana, arial, sans-serif; color: #222 }
@@ -40,7 +41,7 @@ def report_page(title: str, parts: Sequence[str | go.Figure]) -> str:
         if isinstance(part, str):
             written.append(part)
             continue
-        height = f"{part.layout.height or 560}px"
+        height = f"{part.layout.height or HEIGHT}px"
         written.append(_div(part, f"figure{drawn}", library=not drawn, height=height))
         drawn += 1
     return _document(title, _STYLE, "\n".join(written))

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 import plotly.graph_objects as go
 
+from mgeo.figures.page import HEIGHT
+
 # Okabe & Ito (2008), tell apart by people with any color vision; without the yellow, which is too
 # faint on white. Where there are more algorithms than colors, dashes and symbols go on.
 _COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#444444")
 _DASHES = ("solid", "6px,3px", "2px,2px")
 _SYMBOLS = ("circle", "diamond", "square", "cross", "triangle-up", "x", "star")
 _GRID = "#e3e6ea"
-_HEIGHT = 560  # px
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
     """`figure` with its title, room for its legend, and what all figures have in common."""
     shown = [t for t in figure.data if t.visible is not False and t.showlegend is not False]
     figure.update_layout(
-        height=max(_HEIGHT, row_height(len(shown))),
+        height=max(HEIGHT, row_height(len(shown))),
         template="plotly_white",
         title={
             "text": f"{title}<br><span style='font-size: 13px'>{subtitle}</span>",
