@@ -9,7 +9,7 @@ import pytest
 
 from .browser import find_browser
 
-_PATIENCE = 30.0  # seconds, on a busy machine
+_PATIENCE = 120.0  # seconds, on a busy machine
 
 
 class Page:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from pymoo.core.callback import CallbackCollection
+from pymoo.core.callback import Callback, CallbackCollection
 from pymoo.optimize import minimize
 
 from mgeo import Checkpoint, MGEOReal, Recorder, read_record, resume
@@ -24,11 +24,23 @@ SCENARIO = dataclasses.replace(Scenario.paper(), duration=4000.0)
 PROBLEM = AttitudeManeuverProblem(SCENARIO, threads=1)
 
 
-def run(folder):
+class AfterEach(Callback):
+    """Calls a function after every generation."""
+
+    def __init__(self, function):
+        super().__init__()
+        self.function = function
+
+    def update(self, algorithm):
+        self.function()
+
+
+def run(folder, *callbacks):
     """Begin, or go on if there is a checkpoint; the front as it is at the end."""
     path = folder / "run.checkpoint"
     begun = path.exists()
     callback = CallbackCollection(
+        *callbacks,
         Recorder(folder / "evaluations", every_seconds=0.0, chunk_rows=400, overwrite=not begun),
         Checkpoint(path, every_seconds=None, every_generations=1),
     )
@@ -38,29 +50,37 @@ def run(folder):
     return minimize(PROBLEM, algorithm, ("n_gen", GENERATIONS), seed=7, callback=callback)
 
 
-def killed_after(folder, delay):
-    """Whether a run could be killed so many seconds after its start."""
+def killed_after(folder, generations, delay):
+    """Whether a run could be killed so many seconds after its first so many generations.
+
+    They are counted, not timed: on a busy machine the moments are spread over the run, too.
+    """
+    told, tell = os.pipe()
     child = os.fork()
     if child == 0:
-        run(folder)
+        run(folder, AfterEach(lambda: os.write(tell, b".")))
         os._exit(0)
+    os.close(tell)
+    for _ in range(generations):
+        os.read(told, 1)
     time.sleep(delay)
     os.kill(child, signal.SIGKILL)
+    os.close(told)
     _, status = os.waitpid(child, 0)
     return os.WIFSIGNALED(status)
 
 
-def fate(folder, expected, delay):
+def fate(folder, expected, generations, delay):
     """A run that is killed and goes on, compared with one that was not killed."""
     folder.mkdir()
-    killed = killed_after(folder, delay)
+    killed = killed_after(folder, generations, delay)
     path = folder / "run.checkpoint"
-    generations = resume(path, PROBLEM).n_generations if path.exists() else 0
-    recorded = len(read_record(folder / "evaluations")) if generations else 0
+    kept = resume(path, PROBLEM).n_generations if path.exists() else 0
+    recorded = len(read_record(folder / "evaluations")) if kept else 0
     result = run(folder)
     return {
         "killed": killed,
-        "generations": generations,
+        "generations": kept,
         "recorded": recorded,
         "same front": all(
             np.array_equal(getattr(result, key), getattr(expected, key)) for key in ("X", "F")
@@ -88,15 +108,15 @@ def main(folder, seed, kills):
     run(whole)  # once without looking at the clock: it may compile
     again = folder / "again"
     again.mkdir()
-    began = time.monotonic()
-    expected = run(again)
-    duration = time.monotonic() - began
+    moments = [time.monotonic()]
+    expected = run(again, AfterEach(lambda: moments.append(time.monotonic())))
     generator = np.random.default_rng(seed)
     fates = []
     while sum(each["killed"] for each in fates) < kills and len(fates) < 3 * kills:
-        delay = generator.uniform(0.0, duration)
-        fates.append(fate(folder / str(len(fates)), expected, delay))
-    print(json.dumps({"duration": duration, "points": len(expected.F), "fates": fates}))
+        generations = int(generator.integers(GENERATIONS))
+        delay = generator.uniform(0.0, moments[generations + 1] - moments[generations])
+        fates.append(fate(folder / str(len(fates)), expected, generations, delay))
+    print(json.dumps({"points": len(expected.F), "fates": fates}))
 
 
 if __name__ == "__main__":

@@ -56,9 +56,8 @@ def interleaved(tasks: Mapping[Key, Callable[[], object]], rounds: int) -> dict[
     return best
 
 
-def used_by_others() -> float:
+def used_by_others(counters: Path = Path("/proc/stat")) -> float:
     """Processor time that other programs have used so far [s]; NaN where it is not told."""
-    counters = Path("/proc/stat")
     if not counters.exists():
         return math.nan
     user, nice, system, _, _, irq, softirq, steal, *_ = map(int, _first_line(counters)[1:])

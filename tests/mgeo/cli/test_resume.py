@@ -190,9 +190,9 @@ def wait_for(condition, process):
 
 def test_after_a_kill_the_run_goes_on_and_after_a_signal_too(mgeo, stand_in_environment, tmp_path):
     arguments = ["solve", "slow-cantilever", *SHORT, "--evaluations", 640, "--record", "--out", "a"]
-    with start(tmp_path, stand_in_environment, *arguments) as process:
+    slow = stand_in_environment | {"STAND_IN_SECONDS": "1"}  # 80 in all: it cannot end meanwhile
+    with start(tmp_path, slow, *arguments) as process:
         wait_for((tmp_path / "a" / CHECKPOINT_FILE).exists, process)
-        time.sleep(0.3)
         refused = mgeo("resume", "a")
         assert (refused.exit_code, refused.stderr) == (
             2, "Error: a is in use: another process is running there\n",
@@ -202,10 +202,10 @@ def test_after_a_kill_the_run_goes_on_and_after_a_signal_too(mgeo, stand_in_envi
     refused = mgeo(*arguments)
     assert refused.exit_code == 2
     assert "or go on with mgeo resume a" in refused.stderr
-    with start(tmp_path, stand_in_environment, "resume", "a") as process:
+    with start(tmp_path, slow, "resume", "a") as process:
         wait_for(lambda: "evaluations" in process.stderr.readline(), process)
         process.send_signal(signal.SIGINT)
-        output, errors = process.communicate(timeout=30)
+        output, errors = process.communicate(timeout=300)
     assert process.returncode == 130, errors
     assert "interrupted after" in output
     assert output.splitlines()[-1] == "to go on: mgeo resume a"

@@ -25,8 +25,8 @@ def on_a_terminal(arguments, folder, environment):
     ) as process:  # fmt: skip
         os.close(its)
         seen = b""
-        deadline = time.monotonic() + 60
-        while time.monotonic() < deadline and select.select([ours], [], [], 60)[0]:
+        deadline = time.monotonic() + 300
+        while time.monotonic() < deadline and select.select([ours], [], [], 300)[0]:
             try:
                 seen += os.read(ours, 65536)
             except OSError:  # Linux: the other end is closed

@@ -274,7 +274,7 @@ def test_a_study_that_is_interrupted_goes_on(tmp_path, stand_in_environment, sta
 
     def started(stop_at):
         process = subprocess.Popen(command, stderr=subprocess.PIPE, **settings)
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 300
         while len(files()) < stop_at:
             assert process.poll() is None
             assert time.monotonic() < deadline
@@ -283,13 +283,13 @@ def test_a_study_that_is_interrupted_goes_on(tmp_path, stand_in_environment, sta
 
     interrupted = started(2)
     interrupted.send_signal(signal.SIGINT)
-    _, errors = interrupted.communicate(timeout=60)
+    _, errors = interrupted.communicate(timeout=300)
     assert interrupted.returncode == 130
     assert "interrupted; the same command goes on with what is in studies/slow" in errors
     kept = files()
     killed = started(len(kept) + 1)
     os.kill(killed.pid, signal.SIGKILL)
-    killed.communicate(timeout=60)
+    killed.communicate(timeout=300)
     kept |= files()
     assert len(kept) < 8
     done = subprocess.run(command, capture_output=True, check=True, **settings)
