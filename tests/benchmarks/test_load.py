@@ -33,6 +33,7 @@ def with_front(points):
     return algorithm
 
 
+@pytest.mark.benchmark  # it is of time, which a busy machine can turn
 def test_a_large_front_does_not_dominate_a_generation():
     """Processor time of bare generations, by turns, with 1,000 and 50,000 points.
 
