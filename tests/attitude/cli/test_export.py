@@ -40,6 +40,21 @@ def test_nothing_is_replaced_unless_allowed(run, folder, tmp_path):
     assert path.read_text().startswith("row,phase,")
 
 
+def test_a_plan_that_violates_a_constraint_is_refused_unless_forced(run, violating, tmp_path):
+    paths = [tmp_path / f"plan{suffix}" for suffix in (".json", ".csv", ".aem")]
+    done = run("export", violating, *paths, code=2)
+    told = "wheel momentum 0.00174533 N m s, at most 0.000174533 N m s, violated by 0.00157 N m s"
+    assert done.stderr == (
+        f"Error: the plan violates 1 of its scenario's constraints ({told}): choose another plan "
+        "or allow --force\n"
+    )
+    assert list(tmp_path.iterdir()) == []
+    run("export", violating, *paths, "--force")
+    assert read_json(paths[0]) == read_json(violating)
+    assert f"# VIOLATED CONSTRAINT: {told}\nrow," in paths[1].read_text(encoding="utf-8")
+    assert f"\nCOMMENT VIOLATED CONSTRAINT: {told}\n" in paths[2].read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -15,11 +15,15 @@ from .plan import ManeuverPlan
 
 
 def to_csv(plan: ManeuverPlan) -> str:
-    """The timeline as CSV with a header."""
+    """The timeline as CSV with a header.
+
+    Lines that begin with # stand before it where the plan violates constraints, and name them.
+    """
     table = plan.timeline()
     rows = [f"{i + 1}/{len(table)}" for i in range(len(table))]
+    comments = "".join(f"# VIOLATED CONSTRAINT: {violation}\n" for violation in plan.violations())
     text: str = table.set_axis(rows, axis=0).to_csv(index_label="row", lineterminator="\n")
-    return text
+    return comments + text
 
 
 def write_csv(plan: ManeuverPlan, path: str | os.PathLike[str]) -> None:
