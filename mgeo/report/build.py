@@ -61,7 +61,7 @@ def report_html(folder: Path | str) -> str:
         else _section("Front", "<p>No feasible solution was found.</p>"),
         _asset("plans.html") if chosen else "",
         _section("Hypervolume", "<div id=history></div>" if history else f"<p>{_NO_RECORD}</p>"),
-        _section("Monte Carlo", verification(folder)),
+        _section("Monte Carlo", verification(folder, run, problem)),
         _asset("table.html") if chosen else "",
     ]
     return _document(run, "\n".join(sections), _data(problem, run, chosen, history))

@@ -1,61 +1,89 @@
 """Monte Carlo results that a problem's own tools leave in a run folder.
 
 Each is a file ``verification*.json``: an object with the strings ``title`` and ``verdict``, and a
-table as ``columns``, a list of strings, and ``rows``, lists of as many numbers or strings.
+table as ``columns``, a list of strings, and ``rows``, lists of as many numbers or strings. It says
+what it is about by the ``problem``'s name, its ``options`` and the ``design``, a list of numbers as
+in a row of ``front.csv``. One that is about no solution of the folder's front, as a front before it
+may have left, proves nothing here, and is not shown.
 """
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 from typing import Any
 
-from mgeo.reading import read_json
+from pymoo.core.problem import Problem
+
+from mgeo import contract
+from mgeo.problem_identity import difference
+from mgeo.reading import entry, errors_of, read_json
 from mgeo.report import summary
+from mgeo.runs.folder import Run
+from mgeo.runs.keep import VERIFICATION_FILES
 
-PATTERN = "verification*.json"
+_NONE = f"<p>There is none: no file <code>{VERIFICATION_FILES}</code> in the run folder.</p>"
+_LONGEST = 200  # characters of a difference, which may quote a whole list
 
-_NONE = f"<p>There is none: no file <code>{PATTERN}</code> in the run folder.</p>"
 
-
-def verification(folder: Path) -> str:
+def verification(folder: Path, run: Run, problem: Problem) -> str:
     """All results of a folder as HTML, in the order of their names; every text is escaped.
+
+    Of a result that is about no solution of the run's front a line says why it is ignored.
 
     Raises
     ------
     ValueError
         For a file of another form, naming it.
     """
-    return "".join(_one(path) for path in sorted(folder.glob(PATTERN))) or _NONE
+    options = contract.options(problem)
+    solved = {
+        "problem": run.recipe.problem,
+        # as a file gives them
+        "options": run.recipe.options if options is None else json.loads(json.dumps(options)),
+    }
+    solutions = run.outcome.X.tolist()
+    files = sorted(folder.glob(VERIFICATION_FILES))
+    return "".join(_one(path, solved, solutions) for path in files) or _NONE
 
 
-def _one(path: Path) -> str:
+def _one(path: Path, solved: Mapping[str, Any], solutions: list[list[float]]) -> str:
     found = read_json(path)
-    if not _well_formed(found):
-        raise ValueError(
-            f"{path}: expected an object with strings title and verdict, a list of strings columns "
-            "and rows of as many numbers or strings"
-        )
-    table = summary.table(found["columns"], found["rows"])
+    with errors_of(path):
+        _check_form(found)
+    reason = _why_ignored(found, solved, solutions)
+    if reason:
+        return f"<p class=note>{escape(path.name)} is ignored: {escape(reason)}</p>"
+    place = f"{path.name}, solution {solutions.index(found['design'])}"
     return (
         f"<h3>{escape(found['title'])}</h3><p><b>{escape(found['verdict'])}</b> "
-        f"<span class=note>({escape(path.name)})</span></p>{table}"
+        f"<span class=note>({escape(place)})</span></p>"
+        f"{summary.table(found['columns'], found['rows'])}"
     )
 
 
-def _well_formed(found: Any) -> bool:
-    if not isinstance(found, dict):
-        return False
-    columns, rows = found.get("columns"), found.get("rows")
-    return (
-        all(isinstance(found.get(key), str) for key in ("title", "verdict"))
-        and isinstance(columns, list)
-        and all(isinstance(name, str) for name in columns)
-        and isinstance(rows, list)
-        and all(
+def _why_ignored(
+    found: Mapping[str, Any], solved: Mapping[str, Any], solutions: list[list[float]]
+) -> str:
+    missing = [key for key in (*solved, "design") if key not in found]
+    if missing:
+        return f"it does not say what it is about, its {' and '.join(missing)}"
+    other = difference(solved, {key: found[key] for key in solved})
+    if other:
+        return f"it is about another problem, {other:.{_LONGEST}}"
+    return "" if found["design"] in solutions else "its design is no solution of this front"
+
+
+def _check_form(found: Any) -> None:
+    for key in ("title", "verdict"):
+        entry(found, key, str)
+    columns = entry(found, "columns", list[str])
+    for i, row in enumerate(entry(found, "rows", list)):
+        if not (
             isinstance(row, list)
             and len(row) == len(columns)
             and all(isinstance(cell, str | int | float) for cell in row)
-            for row in rows
-        )
-    )
+        ):
+            raise ValueError(f"rows[{i}] = {row!r:.80}: expected {len(columns)} numbers or strings")

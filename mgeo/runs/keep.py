@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 CHECKPOINT_FILE, RECORD_FOLDER = "run.checkpoint", "evaluations"
 
+#: Files in which a problem's own tools prove a solution of the front, see `mgeo.report`.
+VERIFICATION_FILES = "verification*.json"
+
 
 class Keeper:
     """Keeps one run: checkpoints, for algorithms that have them, and every evaluation if asked.
@@ -94,6 +97,9 @@ class Keeper:
         """Take charge of a run that is set up or resumed; what another one kept here goes."""
         self._algorithm = algorithm
         begins = self._began = (algorithm.n_iter or 1) == 1
+        if begins:
+            for file in self.folder.glob(VERIFICATION_FILES):
+                file.unlink(missing_ok=True)
         kept: list[Any] = []
         if self.record:
             self._recorder = Recorder(self.folder / RECORD_FOLDER, overwrite=begins)

@@ -220,6 +220,10 @@ def test_bad_objectives(objectives, error, message):
         (lambda: KeepOut(boresight=(0.0, 0.0, 0.0), half_angle_deg=10.0), "not zero"),
         (lambda: KeepOut(boresight=(1.0, 0.0, 0.0), half_angle_deg=90.0), r"in \(0, 90\) deg"),
         (
+            lambda: KeepOut(name="a\nb", boresight=(1.0, 0.0, 0.0), half_angle_deg=9.0),
+            r"name = 'a\\nb': expected printable characters on one line",
+        ),
+        (
             lambda: Wheels(inertia=(1.0, 1.0, 1.0), products_of_inertia=(2.0, 0.0, 0.0)),
             "positive definite",
         ),

@@ -92,7 +92,7 @@ def _make(name: str) -> None:
         _invoke("mgeo", "study", "study.toml", "--out", "out", "--jobs", "1", "-q")
     elif name == "plans":
         _write("attitude")
-        _invoke("mgeo-attitude", "export", "attitude", "plan.json", "plan.csv")
+        _invoke("mgeo-attitude", "export", "attitude", "plan.json")
     else:
         _invoke(*_COMMANDS[name], "--out", ".", "-q")
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import tomlkit
 from mgeo_attitude import Scenario
-from mgeo_attitude.plan import read_csv, read_json
+from mgeo_attitude.plan import read_json
 
 from mgeo.plugins import load_problem
 from mgeo.runs import prepare
@@ -158,14 +158,6 @@ def plan_read(box: Box) -> Attempt:
     path = put(box, "plans") / "plan.json"
     spoil_json(box, path)
     return Attempt(lambda: read_json(path), ("plan.json",), sound=lambda plan: plan.timeline())
-
-
-@kind(weight=10)
-def timeline_read(box: Box) -> Attempt:
-    path = put(box, "plans") / "plan.csv"
-    spoil = spoiled_table if box.chance(0.75) else spoiled_bytes
-    path.write_bytes(spoil(box, path.read_bytes()))
-    return Attempt(lambda: read_csv(path), ("plan.csv",))
 
 
 @kind(weight=0.4)

@@ -67,8 +67,15 @@ def hostile(solved, monkeypatch):  # noqa: F811
     table.to_csv(folder / "front.csv", index=False)
     index = folder / "evaluations" / "index.json"
     index.write_text(json.dumps(json.loads(index.read_text()) | names))
-    result = {"title": every, "verdict": every, "columns": HOSTILE, "rows": [HOSTILE]}
+    tie = {
+        "problem": data["recipe"]["problem"],
+        "options": data["recipe"]["options"],
+        "design": table.iloc[0, :2].tolist(),
+    }
+    result = {"title": every, "verdict": every, "columns": HOSTILE, "rows": [HOSTILE], **tie}
     (folder / "verification.json").write_text(json.dumps(result))
+    result["problem"] = every
+    (folder / "verification-of-another.json").write_text(json.dumps(result))
     monkeypatch.setattr(
         Cantilever, "describe", lambda self, X: pd.DataFrame([HOSTILE] * len(X), columns=HOSTILE)
     )
@@ -77,6 +84,8 @@ def hostile(solved, monkeypatch):  # noqa: F811
 
 def test_no_text_of_a_file_becomes_markup(hostile):
     html = report_html(hostile)
+    assert "(verification.json, solution 0)" in html
+    assert "verification-of-another.json is ignored" in html
     ours = html.split("<body>")[1]
     for text in ("<img src", "<svg onload", "<a href", "<script>document"):
         assert text not in ours, text

@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from .describe import BlockUnit, block_units
 from .filter.evaluator import Evaluation
 from .filter.model import FilterModel
+from .filter.suite import Suite
 from .filter.timeline import Schedule
+from .scenario.settings import RequiredSigma
 
 if TYPE_CHECKING:
     from .scenario import KeepOut, Scenario
@@ -20,21 +23,54 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Constraint:
-    """A limit of the scenario.
+class Limit:
+    """A number that a plan must not exceed or, with `least`, not fall below.
 
     Attributes
     ----------
     label : str
-    value : function of model, designs and their evaluation
-        Excess over the limit as a fraction of it, shape (n,); NaN for a design without result.
+    measured : function of an evaluation
+        The number of each design, shape (n,); NaN for one without result.
+    bound : float
+        The greatest, or least, that is allowed; above 0, in the unit of `measured`.
+    unit : str
+        In which it is shown, and `factor` to it.
+    """
+
+    label: str
+    measured: Callable[[Evaluation], Floats]
+    bound: float
+    unit: str
+    factor: float = 1.0
+    least: bool = False
+
+    def excess(self, result: Evaluation) -> Floats:
+        """By how much each design violates it, as a fraction of the bound, shape (n,)."""
+        share = self.measured(result) / self.bound
+        return 1.0 - share if self.least else share - 1.0
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """Limits of the scenario that are kept or violated as one.
+
+    Attributes
+    ----------
+    label : str
+    limits : tuple of Limit
+        At least one.
     needs_covariance : bool
         Whether the evaluation must contain the covariances at the end.
     """
 
     label: str
-    value: Callable[[FilterModel, Floats, Evaluation], Floats]
+    limits: tuple[Limit, ...]
     needs_covariance: bool = False
+
+    def value(self, model: FilterModel, designs: Floats, result: Evaluation) -> Floats:
+        """Greatest excess over its limits, shape (n,); NaN for a design without result."""
+        greatest: Floats = np.max([limit.excess(result) for limit in self.limits], axis=0)
+        return greatest
 
 
 def constraints(scenario: Scenario) -> list[Constraint]:
@@ -44,7 +80,7 @@ def constraints(scenario: Scenario) -> list[Constraint]:
         found.append(_wheel_momentum(scenario.wheels.matrix(), scenario.wheels.max_momentum))
     found += [_keep_out(i, cone) for i, cone in enumerate(scenario.keep_outs)]
     if scenario.required_sigma:
-        found.append(Constraint("required 1-sigma", _required_sigma, needs_covariance=True))
+        found.append(_required_sigma(scenario))
     return found
 
 
@@ -55,24 +91,44 @@ def wheel_momentum(plan: Schedule, inertia: Floats) -> Floats:
     return greatest
 
 
-def _wheel_momentum(inertia: Floats, limit: float) -> Constraint:
-    def value(model: FilterModel, designs: Floats, result: Evaluation) -> Floats:
-        return wheel_momentum(result.plan, inertia) / limit - 1.0
+def _wheel_momentum(inertia: Floats, greatest: float) -> Constraint:
+    label = "wheel momentum"
 
-    return Constraint("wheel momentum", value)
+    def measured(result: Evaluation) -> Floats:
+        return wheel_momentum(result.plan, inertia)
+
+    return Constraint(label, (Limit(label, measured, greatest, "N m s"),))
 
 
 def _keep_out(index: int, cone: KeepOut) -> Constraint:
-    half_angle = np.radians(cone.half_angle_deg)
+    label, least = f"Sun off {cone.name}", np.radians(cone.half_angle_deg)
 
-    def value(model: FilterModel, designs: Floats, result: Evaluation) -> Floats:
-        excess: Floats = 1.0 - result.sun_angle[:, index] / half_angle
-        return excess
+    def measured(result: Evaluation) -> Floats:
+        angle: Floats = result.sun_angle[:, index]
+        return angle
 
-    return Constraint(f"Sun off {cone.name}", value)
+    limit = Limit(label, measured, least, "deg", float(np.degrees(1.0)), least=True)
+    return Constraint(label, (limit,))
 
 
-def _required_sigma(model: FilterModel, designs: Floats, result: Evaluation) -> Floats:
-    sigma = np.sqrt(np.diagonal(result.covariance, axis1=1, axis2=2))
-    worst: Floats = (sigma / model.required_sigma).max(axis=1) - 1.0
-    return worst
+def _required_sigma(scenario: Scenario) -> Constraint:
+    suite = Suite(scenario.gyro, scenario.sensors)
+    required = RequiredSigma(scenario.required_sigma).of(suite.blocks)
+    limits = (
+        _required_of_block(index, greatest, unit)
+        for index, (greatest, unit) in enumerate(zip(required, block_units(suite), strict=True))
+        if greatest < np.inf
+    )
+    return Constraint("required 1-sigma", tuple(limits), needs_covariance=True)
+
+
+def _required_of_block(index: int, greatest: float, unit: BlockUnit) -> Limit:
+    """Of the worst axis of a 3-vector of the state."""
+
+    def measured(result: Evaluation) -> Floats:
+        variances = np.diagonal(result.covariance, axis1=1, axis2=2)
+        worst: Floats = np.sqrt(variances[:, 3 * index : 3 * index + 3]).max(axis=1)
+        return worst
+
+    label = f"required 1-sigma of {unit.label}"
+    return Limit(label, measured, greatest, unit.unit, unit.factor)

@@ -2,10 +2,12 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.cli.app import app
-from mgeo_attitude.plan import read_front
+from mgeo_attitude.plan import ManeuverPlan, read_front, write_json
+from mgeo_attitude.scenario import Wheels
 from typer.testing import CliRunner
 
 from mgeo.runs import write_run
@@ -24,6 +26,16 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="session")
 def front(folder):
     return read_front(folder)
+
+
+@pytest.fixture(scope="session")
+def violating(tmp_path_factory):
+    """A plan's file; its wheels would have to hold ten times what they can."""
+    wheels = Wheels(inertia=(0.1, 0.1, 0.1), max_momentum=0.1 * np.radians(0.1))
+    scenario = dataclasses.replace(Scenario.paper(), duration=600.0, wheels=wheels)
+    path = tmp_path_factory.mktemp("plans") / "violating.json"
+    write_json(ManeuverPlan(scenario, (1.0, 0.0, 0.0, 60.0) * 3), path)
+    return path
 
 
 @pytest.fixture

@@ -1,9 +1,8 @@
 """``mgeo-attitude export``: files that read back as the plan."""
 
 import brahe.ccsds
-import pandas as pd
 import pytest
-from mgeo_attitude.plan import read_csv, read_json
+from mgeo_attitude.plan import read_json, to_csv
 
 
 def test_all_formats(run, folder, front, tmp_path):
@@ -12,7 +11,7 @@ def test_all_formats(run, folder, front, tmp_path):
     assert done.stdout.splitlines() == [f"wrote {path}" for path in paths]
     plan = front.plan("best")
     assert read_json(paths[0]) == plan
-    pd.testing.assert_frame_equal(read_csv(paths[1]), plan.timeline(), check_exact=True)
+    assert paths[1].read_text(encoding="utf-8") == to_csv(plan)
     message = brahe.ccsds.AEM.from_file(str(paths[2]))
     assert message.originator == "INPE"
     assert len(message.segments) == len(plan.phases)
@@ -39,6 +38,21 @@ def test_nothing_is_replaced_unless_allowed(run, folder, tmp_path):
     assert path.read_text() == "precious"
     run("export", folder, path, "--overwrite")
     assert path.read_text().startswith("row,phase,")
+
+
+def test_a_plan_that_violates_a_constraint_is_refused_unless_forced(run, violating, tmp_path):
+    paths = [tmp_path / f"plan{suffix}" for suffix in (".json", ".csv", ".aem")]
+    done = run("export", violating, *paths, code=2)
+    told = "wheel momentum 0.00174533 N m s, at most 0.000174533 N m s, violated by 0.00157 N m s"
+    assert done.stderr == (
+        f"Error: the plan violates 1 of its scenario's constraints ({told}): choose another plan "
+        "or allow --force\n"
+    )
+    assert list(tmp_path.iterdir()) == []
+    run("export", violating, *paths, "--force")
+    assert read_json(paths[0]) == read_json(violating)
+    assert f"# VIOLATED CONSTRAINT: {told}\nrow," in paths[1].read_text(encoding="utf-8")
+    assert f"\nCOMMENT VIOLATED CONSTRAINT: {told}\n" in paths[2].read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,9 @@
 """``mgeo-attitude show``: what is printed is what the plan says."""
 
+import json
 import re
 
+import numpy as np
 import pytest
 from mgeo_attitude.plan import to_json
 
@@ -50,6 +52,18 @@ def test_a_plans_own_file_shows_the_same(run, folder, front, tmp_path):
     path = tmp_path / "plan.json"
     path.write_text(to_json(front.plan("best")), encoding="utf-8")
     assert run("show", path).stdout == run("show", folder, "--pick", "best").stdout
+
+
+def test_constraints_and_their_margins(run, violating, folder):
+    found = table(run("show", violating).stdout, "Constraints")["wheel momentum"]
+    assert found == ["N m s", "0.001745", "at most", "0.0001745", "-0.001571", "violated"]
+    (row,) = json.loads(run("show", violating, "--json").stdout)["constraints"]
+    assert row["constraint"] == "wheel momentum"
+    assert row["value"] == pytest.approx(0.1 * np.radians(1.0))
+    assert row["margin"] == pytest.approx(-0.9 * row["value"])
+    assert row["kept"] is False
+    assert "Constraints" not in run("show", folder).stdout
+    assert json.loads(run("show", folder, "--json").stdout)["constraints"] == []
 
 
 def test_figures(run, folder, tmp_path):

@@ -4,8 +4,12 @@ import dataclasses
 import json
 
 import pytest
+from mgeo_attitude import AttitudeManeuverProblem
+from mgeo_attitude.cli.verify import verification_document
+from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.verification import verify
 
+from mgeo.report.reading import run_and_problem
 from mgeo.report.verification import verification
 
 
@@ -27,11 +31,21 @@ def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path)
     assert json.loads(printed) == json.loads(file.read_text())
     quiet = run(*arguments[:-2], "--quiet", code=0 if found.achieved else 3)
     assert quiet.stdout + quiet.stderr == ""
-    html = verification(tmp_path)
+    html = verification(tmp_path, *run_and_problem(folder))
+    assert f"(verification-best.json, solution {front.row('best')})" in html
     assert f"NEES per state {found.nees:.3f}" in html
     assert html.count("<tr>") == 1 + len(found.table)
     assert f"<td>{found.table.loc['gyro bias y', 'rms']:.5g}</td>" in html
     assert "exists" in run(*arguments, code=2).stderr
+
+
+def test_the_result_says_what_it_is_about(front):
+    """Other objectives do not change what is flown; they are the run's all the same."""
+    problem = AttitudeManeuverProblem(front.problem.scenario, objectives=("trace", "angle"))
+    plan = ManeuverPlan.from_design(problem, front.X[0])
+    document = verification_document(plan, verify(plan, n_runs=2), seed=1)
+    assert (document["problem"], document["options"]) == ("attitude", problem.options())
+    assert document["design"] == front.X[0].tolist()
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,7 @@ def test_any_scenario_and_design_round_trip(scenario, count, data):
         assert from_json(to_json(plan)) == plan
 
 
-CONSEQUENCES = ("predicted", "timeline", "accuracy")
+CONSEQUENCES = ("predicted", "constraints", "timeline", "accuracy")
 
 
 def edited(text, change):
@@ -76,6 +76,7 @@ def edited(text, change):
         (lambda t: t["scenario"].update(orbits=1), "orbits"),
         (lambda t: t["predicted"].update({"t_end [s]": 1.0}), r"predicted\.t_end \[s\] = 1\.0"),
         (lambda t: t["predicted"].update(converged=1), r"predicted\.converged = 1"),
+        (lambda t: t["constraints"].append({}), r"constraints = \[\{\}\]"),
         (lambda t: t["timeline"][1].update({"rate x [deg/s]": 0.4}), r"timeline\[1\]\.rate x"),
         (lambda t: t["timeline"][0].update({"start UTC": "now"}), r"timeline\[0\]\.start UTC"),
         (lambda t: t["timeline"].pop(), r"timeline = "),

@@ -2,6 +2,7 @@
 
 import json
 import re
+from html import unescape
 from html.parser import HTMLParser
 from importlib.resources import files
 
@@ -109,8 +110,12 @@ def test_hostile_strings_stay_text(solved, monkeypatch):
     lines.to_csv(front, index=False)
     table = {"columns": [EVIL, "b"], "rows": [[EVIL, 1.5]]}
     told = {"title": EVIL, "verdict": EVIL, **table}
+    told |= about(folder, options=Cantilever().options())
     (folder / "verification.json").write_text(json.dumps(told))
+    (folder / "verification-of-another.json").write_text(json.dumps(told | {"problem": EVIL}))
     html = report_html(folder)
+    assert "(verification.json, solution 0)" in html
+    assert "verification-of-another.json is ignored" in html
     tags = Tags(html)
     assert tags.loading == []
     assert (tags.count["script"], tags.count.get("img", 0)) == (3, 0)
@@ -150,21 +155,83 @@ def test_a_large_front_keeps_the_highlights_and_a_bounded_number_of_plans():
     assert planned_rows([], 300).tolist() == list(range(300))
 
 
+def about(folder, row=0, **changes):
+    """What a verification of a solution of a run says that it is about."""
+    run = read_run(folder)
+    design = run.outcome.X[row].tolist()
+    known = {"problem": run.recipe.problem, "options": dict(run.recipe.options), "design": design}
+    return known | changes
+
+
 def test_simulated_flights_are_shown_where_there_are_some(solved):
     folder = solved()
     assert "no file <code>verification" in report_html(folder)
     table = {"columns": ["state", "ratio"], "rows": [["a", 1.25], ["b", 2]]}
     file = folder / "verification-knee.json"
-    file.write_text(json.dumps({"title": "9 flights", "verdict": "achieved", **table}))
+    told = {"title": "9 flights", "verdict": "achieved", **table, **about(folder, 3)}
+    file.write_text(json.dumps(told))
     html = report_html(folder)
     assert "<h3>9 flights</h3>" in html
+    assert "(verification-knee.json, solution 3)" in html
     assert "<tr><td>a</td><td>1.25</td></tr><tr><td>b</td><td>2</td></tr>" in html
     table["rows"][1] = ["b"]
-    for text in (json.dumps({"title": "x", "verdict": "y", **table}), "{", "[]"):
+    for text in (json.dumps(told | table), "{", "[]"):
         file.write_text(text)
         done = mgeo("report", folder)
         assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
         assert "verification-knee.json" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"design": [0.02, 0.5]}, "its design is no solution of this front"),
+        ({"design": "x"}, "its design is no solution of this front"),
+        ({"problem": "zdt1"}, "it is about another problem, problem = 'zdt1', expected"),
+        ({"options": {"load": 7.0}}, "about another problem, options.load = 7.0, expected 1000.0"),
+        ({"options": None}, "it is about another problem, options = None, expected"),
+    ],
+)
+def test_flights_of_another_front_are_not_shown(solved, changes, reason):
+    folder = solved()
+    told = {"title": "9 flights", "verdict": "achieved", "columns": ["a"], "rows": [[1]]}
+    (folder / "verification.json").write_text(json.dumps(told | about(folder, **changes)))
+    html = report_html(folder)
+    assert "9 flights" not in html
+    (line,) = re.findall(r"<p class=note>(verification.json is ignored: .*?)</p>", html)
+    assert reason in unescape(line)
+
+
+def test_flights_that_do_not_say_of_what_are_not_shown(solved):
+    folder = solved()
+    told = {"title": "9 flights", "verdict": "achieved", "columns": ["a"], "rows": [[1]]}
+    known = {key: value for key, value in about(folder).items() if key != "options"}
+    (folder / "verification.json").write_text(json.dumps(told | known))
+    html = report_html(folder)
+    assert "9 flights" not in html
+    assert "is ignored: it does not say what it is about, its options</p>" in html
+
+
+def test_flights_of_the_front_before_are_not_shown(solved):
+    """A longer run has left the solution behind; a new one removes what proved the old."""
+    folder = solved()
+    told = {"title": "9 flights", "verdict": "achieved", "columns": ["a"], "rows": [[1]]}
+    X = read_run(folder).outcome.X.tolist()
+    files = {row: folder / f"verification-{row}.json" for row in range(len(X))}
+    for row, file in files.items():
+        file.write_text(json.dumps(told | about(folder, row)))
+    assert report_html(folder).count("9 flights") == len(X)
+    assert mgeo("resume", folder, "--evaluations", 4000, "-q").exit_code == 0
+    later = read_run(folder).outcome.X.tolist()
+    stayed = [row for row in files if X[row] in later]
+    assert 0 < len(stayed) < len(X)
+    html = report_html(folder)
+    shown = re.findall(r"\(verification-(\d+).json, solution \d+\)", html)
+    ignored = re.findall(r"verification-(\d+).json is ignored", html)
+    assert sorted(map(int, shown)) == stayed
+    assert len(ignored) == len(X) - len(stayed)
+    solved("--overwrite", "--seed", "2")
+    assert not any(file.exists() for file in files.values())
 
 
 def test_a_large_front_has_every_solution_and_few_details(solved):

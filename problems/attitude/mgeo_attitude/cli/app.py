@@ -181,17 +181,27 @@ def export(
         float, typer.Option(metavar="SECONDS", help="AEM: greatest time between attitudes.")
     ] = 1.0,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
+    force: Annotated[
+        bool,
+        typer.Option(
+            "--force", help="Write a plan that violates constraints, too; its files then say so."
+        ),
+    ] = False,
     quiet: Quiet = False,
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Write a plan to files, each as a whole or not at all."""
+    """Write a plan to files, each as a whole or not at all.
+
+    A plan that violates a constraint of its scenario is refused, unless told otherwise.
+    """
     from .documents import print_document
-    from .files import checked_targets, contents, write_all
+    from .files import check_constraints, checked_targets, contents, write_all
     from .source import load_plan
 
     checked_targets(files, overwrite, known_only=True)
     plan = load_plan(source, pick, time)
+    check_constraints(plan, force)
     texts = contents(
         plan,
         files,

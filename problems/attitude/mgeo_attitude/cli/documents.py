@@ -27,6 +27,7 @@ def plan_document(plan: ManeuverPlan) -> dict[str, Any]:
         "t_end_s": plan.t_end,
         "trace": plan.trace,
         "design": list(plan.design),
+        "constraints": rows(plan.constraints()),
         "timeline": rows(plan.timeline()),
         "accuracy": rows(plan.accuracy()),
         "gains": rows(plan.gains()),

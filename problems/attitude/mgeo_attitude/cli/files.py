@@ -36,6 +36,22 @@ def checked_targets(paths: Sequence[Path], overwrite: bool, known_only: bool = F
             raise FileNotFoundError(f"there is no folder {path.parent}")
 
 
+def check_constraints(plan: ManeuverPlan, force: bool) -> None:
+    """Refuse a plan that violates a constraint, unless `force`.
+
+    Raises
+    ------
+    ValueError
+        Naming the constraints and by how much they are violated.
+    """
+    found = plan.violations()
+    if found and not force:
+        raise ValueError(
+            f"the plan violates {len(found)} of its scenario's constraints ({'; '.join(found)}): "
+            "choose another plan or allow --force"
+        )
+
+
 def contents(plan: ManeuverPlan, paths: Sequence[Path], **aem: Any) -> dict[Path, str]:
     """Text of each file by its suffix; `aem` are keywords of `aem_text`."""
     writers = {

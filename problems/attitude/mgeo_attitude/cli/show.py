@@ -20,6 +20,7 @@ def print_plan(plan: ManeuverPlan) -> None:
     """Print everything that fits a terminal."""
     out = console()
     _print_summary(out, plan)
+    _print_constraints(out, plan)
     printed(out, "Timeline", _timeline(plan).T, digits=6)
     printed(out, "Predicted 1-sigma", plan.accuracy())
     printed(out, "What each phase bought", _gains(plan).T)
@@ -45,6 +46,13 @@ def _print_summary(out: Console, plan: ManeuverPlan) -> None:
             f"trace {plan.trace:.4g}"
         )
     )
+
+
+def _print_constraints(out: Console, plan: ManeuverPlan) -> None:
+    table = plan.constraints()
+    if len(table):
+        words = table["kept"].map({True: "kept", False: "violated"})
+        printed(out, "Constraints", table.assign(kept=words))
 
 
 def _timeline(plan: ManeuverPlan) -> pd.DataFrame:

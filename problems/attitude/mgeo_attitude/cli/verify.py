@@ -11,6 +11,7 @@ from rich.text import Text
 
 from ..files import write_text
 from ..plan import ManeuverPlan
+from ..plan.run_folder import PROBLEM
 from ..plan.verification import Verification
 from .tables import console, printed
 
@@ -33,7 +34,7 @@ def print_verification(plan: ManeuverPlan, found: Verification) -> None:
 
 
 def verification_document(plan: ManeuverPlan, found: Verification, seed: int) -> dict[str, Any]:
-    """The result as JSON values."""
+    """The result as JSON values, with the problem and the design that it is about."""
     table = found.table.reset_index()
     low, high = found.nees_bounds
     return {
@@ -43,6 +44,8 @@ def verification_document(plan: ManeuverPlan, found: Verification, seed: int) ->
         f"{high:.3f}; by chance no ratio exceeds {found.greatest_ratio:.3f}",
         "columns": [str(name) for name in table.columns],
         "rows": table.to_numpy(object).tolist(),
+        "problem": PROBLEM,
+        "options": plan.problem.options(),
         "design": list(plan.design),
         "achieved": bool(found.achieved),
     }

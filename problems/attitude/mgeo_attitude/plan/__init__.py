@@ -1,7 +1,7 @@
 """A plan as an artefact: picked from a front, looked at, written, read back and flown."""
 
 from .aem import aem_text, write_aem
-from .csv_file import from_csv, read_csv, to_csv, write_csv
+from .csv_file import to_csv, write_csv
 from .json_file import from_json, read_json, to_json, write_json
 from .plan import ManeuverPlan
 from .run_folder import Front, read_front
@@ -10,9 +10,7 @@ __all__ = [
     "Front",
     "ManeuverPlan",
     "aem_text",
-    "from_csv",
     "from_json",
-    "read_csv",
     "read_front",
     "read_json",
     "to_csv",

@@ -52,6 +52,8 @@ def aem_text(
 ) -> str:
     """The attitude of a plan from its start to `t_end`.
 
+    Comments name the constraints that the plan violates.
+
     Parameters
     ----------
     object_name, object_id, originator : str
@@ -77,10 +79,10 @@ def aem_text(
     for key, value in texts.items():
         _check_text(key, value)
     (creation_date,) = utc_texts(created or datetime.now(UTC), [0.0])
-    scenario_name = plan.scenario.name.encode("ascii", "replace").decode()[:_LONGEST_VALUE]
     lines = [
         f"CCSDS_AEM_VERS = {version}",
-        f"COMMENT planned attitude, scenario {scenario_name}",
+        _comment(f"planned attitude, scenario {plan.scenario.name}"),
+        *(_comment(f"VIOLATED CONSTRAINT: {violation}") for violation in plan.violations()),
         f"CREATION_DATE = {creation_date}",
         f"ORIGINATOR = {originator}",
     ]
@@ -145,6 +147,11 @@ def _attitudes(plan: ManeuverPlan, phase: Phase, at: Floats) -> Floats:
     q = sampled_quaternions(plan.history.times[samples], plan.history.attitude[samples], at)
     rounded: Floats = q.round(_DIGITS) + 0.0  # the format knows no -0
     return rounded
+
+
+def _comment(text: str) -> str:
+    """A line of printable text, cut where the format's lines end."""
+    return f"COMMENT {text.encode('ascii', 'replace').decode()[:_LONGEST_VALUE]}"
 
 
 def _check_text(key: str, value: str) -> None:

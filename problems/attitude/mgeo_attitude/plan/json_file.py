@@ -1,7 +1,8 @@
 """Plans as JSON: what is to be flown, and what follows from it for readers without this package.
 
-``scenario`` and ``design`` are the plan. ``predicted``, ``timeline`` and ``accuracy`` follow from
-them; on reading they are computed again, and a file that says something else is refused.
+``scenario`` and ``design`` are the plan. ``predicted``, ``constraints``, ``timeline`` and
+``accuracy`` follow from them; on reading they are computed again, and a file that says something
+else is refused.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ _KEYS = {
     "scenario": dict,
     "design": list,
     "predicted": dict,
+    "constraints": list,
     "timeline": list,
     "accuracy": list,
 }
@@ -92,6 +94,8 @@ def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
             "trace [-]": plan.trace,
             "converged": plan.history.converged,
         },
+        # without margins: differences of near numbers, which other libraries round otherwise
+        "constraints": plan.constraints().drop(columns="margin").reset_index().to_dict("records"),
         "timeline": plan.timeline().to_dict("records"),
         "accuracy": plan.accuracy().reset_index().to_dict("records"),
     }

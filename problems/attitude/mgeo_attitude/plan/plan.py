@@ -17,6 +17,7 @@ from ..phases import HELD, Phase, phases
 from ..problem import AttitudeManeuverProblem
 from ..scenario import Scenario
 from .attitude import quaternions
+from .constraints import constraints_table, violations
 from .utc import utc_texts
 
 Floats = NDArray[np.float64]
@@ -27,7 +28,8 @@ class ManeuverPlan(Validated):
     """Maneuvers to be flown from the scenario's epoch until the filter has converged.
 
     Equal plans have equal scenarios and designs; all else is computed from them when first asked
-    for, with the reference filter (about a second for two orbits).
+    for, with the reference filter (about a second for two orbits). A plan may violate the
+    scenario's constraints: `violations` tells.
 
     Parameters
     ----------
@@ -39,7 +41,7 @@ class ManeuverPlan(Validated):
     ------
     InvalidValue, InvalidType
         (ValueError, TypeError) For a design of another length than the scenario's maneuvers, or a
-        value outside its limits.
+        value outside the bounds of their rates and durations.
     """
 
     scenario: Scenario = quantity(doc="what the plan is for")
@@ -144,6 +146,18 @@ class ManeuverPlan(Validated):
             },
             index=pd.Index(states.names, name="state"),
         )
+
+    def constraints(self) -> pd.DataFrame:
+        """The scenario's constraints with their margins, one row per limit.
+
+        Columns ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit``, ``margin``, and
+        whether it is ``kept``. They are computed by the optimizer's filter, not the reference.
+        """
+        return constraints_table(self.problem, self.design)
+
+    def violations(self) -> list[str]:
+        """Constraints that are not kept, each in words with its numbers; none is what one wants."""
+        return violations(self.constraints())
 
     def gains(self) -> pd.DataFrame:
         """What each phase bought; see `observability.gains`."""

@@ -41,7 +41,7 @@ FORMAT = 1
 RUN_FILE, FRONT_FILE = "run.json", "front.csv"
 
 #: Name of this problem among those of mgeo.
-_PROBLEM = "attitude"
+PROBLEM = "attitude"
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,8 +142,8 @@ def _problem(data: Any) -> AttitudeManeuverProblem:
     if version != FORMAT or isinstance(version, bool):
         raise InvalidValue("format", version, f"this package reads format {FORMAT}")
     name, options = (_entry(recipe, "recipe.", key) for key in ("problem", "options"))
-    if name != _PROBLEM:
-        raise InvalidValue("recipe.problem", name, f"expected {_PROBLEM!r}")
+    if name != PROBLEM:
+        raise InvalidValue("recipe.problem", name, f"expected {PROBLEM!r}")
     if not isinstance(options, dict):
         raise InvalidValue("recipe.options", options, "expected an object")
     table = dict(options)

@@ -61,6 +61,8 @@ class KeepOut(Validated):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if not self.name.isprintable() or not self.name.strip():
+            raise InvalidValue("name", self.name, "expected printable characters on one line")
         if not any(self.boresight):
             raise InvalidValue("boresight", self.boresight, "expected a direction, not zero")
 
