@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from ..fields import InvalidType, InvalidValue, Validated, declared, expectation
 from ..sensors import SENSORS, Sensor
 from .limits import KeepOut, Wheels
+from .objective_names import PAPER
 from .orbit import Orbit, TLEOrbit
 from .presets import PRESETS
 from .scenario import Scenario
@@ -28,7 +29,10 @@ class KeyProblem(InvalidValue):
 
 def to_table(scenario: Scenario) -> dict[str, Any]:
     """The scenario as nested dicts and lists; the epoch becomes an ISO 8601 string."""
-    return _plain_fields(scenario)
+    table = _plain_fields(scenario)
+    if scenario.objectives == PAPER:  # they go without saying
+        del table["objectives"]
+    return table
 
 
 def from_table(table: Table) -> Scenario:

@@ -13,7 +13,7 @@ from .codegen import n_readings, rotation_blocks
 #: Keys of a scenario in which a truth may differ.
 FREE = ("epoch", "eclipse", "orbit", "gyro", "sensors", "initial")
 #: Keys that say nothing of a flight.
-_LABELS = ("name",)
+_LABELS = ("name", "objectives")
 
 
 def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -> FilterModel:
