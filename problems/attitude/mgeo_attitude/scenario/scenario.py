@@ -125,6 +125,10 @@ class Scenario(Validated):
     def from_dict(table: Mapping[str, Any]) -> Scenario:
         """Inverse of `to_dict`; ``preset`` names a preset that `table` overrides key by key.
 
+        A list of sensors replaces the preset's. What one of them leaves out is that of the preset's
+        sensor of the same name and kind, or else of its only one of the kind, or else the kind's
+        default.
+
         Raises
         ------
         InvalidValue, InvalidType

@@ -91,7 +91,20 @@ def _on_preset(table: Table) -> dict[str, Any]:
     orbit = overrides.get("orbit")
     if isinstance(orbit, Mapping) and orbit.get("propagator") == TLEOrbit.propagator:
         del base["orbit"]  # elements and element sets share no key
+    sensors = overrides.get("sensors")
+    if isinstance(sensors, list | tuple):
+        overrides["sensors"] = [_on_sensor(entry, base["sensors"]) for entry in sensors]
     return _merged(base, overrides)
+
+
+def _on_sensor(table: Any, preset: list[Table]) -> Any:
+    """A sensor over the preset's one of its name and kind, or else the only one of its kind."""
+    if not isinstance(table, Mapping):
+        return table
+    name, kind = table.get("name"), table.get("kind")
+    same = [one for one in preset if one["name"] == name and kind in (None, one["kind"])]
+    same = same or [one for one in preset if one["kind"] == kind]
+    return {**same[0], **table} if len(same) == 1 else table
 
 
 def _merged(base: Table, overrides: Table) -> dict[str, Any]:
