@@ -9,7 +9,9 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, SunSensor, reference_run
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.objectives import OBJECTIVES
 from mgeo_attitude.scenario import Convergence, KeepOut, ManeuverLimits, Wheels
+from mgeo_attitude.scenario.objective_names import NAMES
 
 DURATION = 900.0
 
@@ -201,17 +203,36 @@ def test_problem_survives_pickling_and_its_options(limited):
 @pytest.mark.parametrize(
     ("objectives", "error", "message"),
     [
-        (("t_end", "tracce"), ValueError, "did you mean 'trace'"),
-        (("trace:atitude",), ValueError, "unknown block 'atitude', did you mean 'attitude'"),
-        ("trace", TypeError, "expected a list of names"),
-        ((), TypeError, "expected a list of names"),
-        (("trace", "trace"), ValueError, "each one once"),
+        (("t_end", "tracce"), ValueError, r"objectives\[1\] = 'tracce': .*did you mean 'trace'"),
+        (("trace:atitude",), ValueError, "unknown state block 'atitude', did you mean 'attitude'"),
+        (("trace:",), ValueError, "unknown state block ''"),
+        ("trace", TypeError, "objectives = 'trace': expected a list of"),
+        (("trace", 3), TypeError, r"objectives\[1\] = 3: expected a string"),
+        ((), ValueError, r"objectives = \[\]: expected at least one name"),
+        (("trace", "trace"), ValueError, r"objectives\[1\] = 'trace': expected each one once"),
         (("t_required",), ValueError, "no required_sigma"),
     ],
 )
 def test_bad_objectives(objectives, error, message):
     with pytest.raises(error, match=message):
         AttitudeManeuverProblem(objectives=objectives)
+    with pytest.raises(error, match=message):
+        Scenario.from_dict({"preset": "paper", "objectives": objectives})
+
+
+def test_objectives_of_a_scenario_are_its_problems_unless_others_are_asked_for():
+    names = ("trace:attitude,gyro.bias", "angle")
+    problem = AttitudeManeuverProblem(scenario(objectives=names))
+    assert problem.objectives == problem.scenario.objectives == names
+    assert problem.options()["objectives"] == [*names]
+    assert AttitudeManeuverProblem.from_options(problem.options()).scenario == problem.scenario
+    other = AttitudeManeuverProblem(problem.scenario, objectives=["t_end", "trace"])
+    assert other.objectives == other.scenario.objectives == ("t_end", "trace")
+    assert "objectives" not in other.options()
+
+
+def test_every_objective_has_a_name_that_a_scenario_takes():
+    assert [*OBJECTIVES] == [*NAMES]
 
 
 @pytest.mark.parametrize(

@@ -2,13 +2,14 @@
 
 import dataclasses
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
 
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, problem
 from mgeo_attitude.repeats import Repeats
-from mgeo_attitude.scenario import Wheels
+from mgeo_attitude.scenario import Convergence, Wheels
 
 
 def test_only_what_the_batch_before_had_not_is_run():
@@ -50,6 +51,45 @@ def test_a_failed_run_leaves_nothing_behind():
     with pytest.raises(ValueError, match="no result"):
         repeats.complete(designs, fail)
     np.testing.assert_array_equal(repeats.complete(designs, np.copy), designs)
+
+
+def test_a_batch_of_another_thread_in_between_takes_nothing_away():
+    repeats, known = Repeats(), np.array([[1.0], [2.0]])
+    repeats.complete(known, np.copy)
+    ran = []
+
+    def run(designs):
+        ran.extend(designs[:, 0].tolist())
+        with ThreadPoolExecutor(1) as other:
+            other.submit(repeats.complete, np.array([[9.0]]), np.copy).result()
+        return designs.copy()
+
+    for _ in range(2):
+        np.testing.assert_array_equal(repeats.complete(known, run), known)
+    assert ran == []
+    designs = np.array([[2.0], [3.0]])
+    np.testing.assert_array_equal(repeats.complete(designs, run), designs)
+    assert ran == [3.0]
+
+
+def test_threads_that_walk_through_one_problem_find_what_each_would_alone():
+    """Each thread's batches repeat half of its own before them, and all of another thread's."""
+    one = AttitudeManeuverProblem(
+        dataclasses.replace(Scenario.paper(), duration=60.0, convergence=Convergence(window=30.0))
+    )
+    designs = np.random.default_rng(0).uniform(one.xl, one.xu, (40, 12))
+    designs[:, 3::4] /= 100.0
+    expected = AttitudeManeuverProblem(one.scenario).evaluate(designs, return_values_of=["F"])
+
+    def walk(thread):
+        places = [np.arange(4 * k, 4 * k + 8) % 40 for k in range(thread, thread + 30)]
+        return [
+            np.array_equal(one.evaluate(designs[at], return_values_of=["F"]), expected[at])
+            for at in places
+        ]
+
+    with ThreadPoolExecutor(8) as pool:
+        assert all(all(same) for same in pool.map(walk, range(8)))
 
 
 def test_values_of_a_problem_with_limits_do_not_depend_on_what_was_run_before(monkeypatch):

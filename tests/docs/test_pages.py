@@ -88,8 +88,10 @@ def test_every_optional_part_of_a_problem_is_on_the_page():
 
 
 def test_the_file_of_limits_is_read_and_keeps_what_the_page_says():
-    table = tomllib.loads((DOCS / "scenarios" / "limits.toml").read_text(encoding="utf-8"))
+    path = DOCS / "scenarios" / "limits.toml"
+    table = tomllib.loads(path.read_text(encoding="utf-8"))
     problem = AttitudeManeuverProblem.from_options(table)
+    assert problem.scenario == Scenario.from_toml(path)
     assert problem.constraint_names == ("wheel momentum", "Sun off camera", "required 1-sigma")
     for name in problem.constraint_names:
         assert f"`{name.replace('camera', 'NAME')}`" in page("limits.md")

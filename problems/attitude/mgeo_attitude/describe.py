@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from .filter.evaluator import evaluate
 from .filter.suite import Suite
 from .filter.timeline import VARIABLES_PER_MANEUVER
-from .objectives import OBJECTIVES, PAPER
+from .objectives import OBJECTIVES
 from .scenario import Scenario
+from .scenario.objective_names import PAPER
 from .sensors import Magnetometer
 from .sensors.magnetometer import FIELD_UNIT_NT
 

@@ -13,18 +13,12 @@ from .filter.evaluator import Evaluation
 from .filter.model import FilterModel
 from .filter.suite import Suite
 from .filter.timeline import decode
-from .scenario.suggestions import known_names
+from .scenario.objective_names import blocks_of
 
 if TYPE_CHECKING:
     from .scenario import Scenario
 
 Floats = NDArray[np.float64]
-
-#: The paper's two, equation (5).
-PAPER = ("t_end", "trace")
-
-#: Begins the name of the trace over some of the state's blocks: ``trace:attitude,gyro.bias``.
-TRACE_OF = "trace:"
 
 
 @dataclass(frozen=True)
@@ -50,19 +44,9 @@ class Objective:
 
 
 def objective(name: str, suite: Suite) -> Objective:
-    """The objective of this name, or of ``trace:BLOCK,BLOCK...``.
-
-    Raises
-    ------
-    ValueError
-        If there is none, or a block is not of the suite.
-    """
-    if name.startswith(TRACE_OF):
-        return _trace_of(name.removeprefix(TRACE_OF).split(","), suite)
-    if name not in OBJECTIVES:
-        known = [*OBJECTIVES, f"{TRACE_OF}BLOCK"]
-        raise ValueError(f"unknown objective {name!r}{known_names(name, known)}")
-    return OBJECTIVES[name]
+    """The objective that a scenario of this suite names."""
+    blocks = blocks_of(name)
+    return _trace_of(blocks, suite) if blocks else OBJECTIVES[name]
 
 
 def indicators(names: Sequence[str], F: Floats, scenario: Scenario) -> Floats:
@@ -135,14 +119,7 @@ def _time_to_accuracy(model: FilterModel, designs: Floats, result: Evaluation) -
 
 
 def _trace_of(names: list[str], suite: Suite) -> Objective:
-    blocks = suite.blocks
-    for name in names:
-        if name not in blocks:
-            wanted = TRACE_OF + ",".join(names)
-            raise ValueError(
-                f"objective {wanted!r}: unknown block {name!r}{known_names(name, blocks)}"
-            )
-    chosen = np.repeat([block in names for block in blocks], 3)
+    chosen = np.repeat([block in names for block in suite.blocks], 3)
 
     def value(model: FilterModel, designs: Floats, result: Evaluation) -> Floats:
         variances = np.diagonal(result.covariance, axis1=1, axis2=2)

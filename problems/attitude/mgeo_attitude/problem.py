@@ -20,9 +20,10 @@ from .filter.evaluator import evaluate
 from .filter.model import FilterModel
 from .filter.suite import Suite
 from .filter.timeline import VARIABLES_PER_MANEUVER, decode
-from .objectives import PAPER, Objective, indicators, objective
+from .objectives import Objective, indicators, objective
 from .repeats import Repeats
 from .scenario import Scenario
+from .scenario.objective_names import PAPER
 
 Floats = NDArray[np.float64]
 
@@ -44,12 +45,13 @@ class AttitudeManeuverProblem(Problem):
     threads : int, optional
         Threads of one evaluation; default: the processors this process may use. The result does
         not depend on it.
-    objectives : sequence of str
-        What to minimize: "t_end" and "trace"; "normalized_trace", the mean of the variances
-        relative to the initial ones; "log_det" and "max_eigenvalue" of the covariance in units of
-        the initial 1-sigmas (D- and E-optimal); "trace:attitude,gyro.bias" for some blocks of the
-        state; "t_required", the time to the scenario's required 1-sigmas; "angle", turned through
-        in all [deg]; "rate_change", the sum of all changes of the rate [deg/s].
+    objectives : sequence of str, optional
+        What to minimize, if not the scenario's ``objectives``: "t_end" and "trace";
+        "normalized_trace", the mean of the variances relative to the initial ones; "log_det" and
+        "max_eigenvalue" of the covariance in units of the initial 1-sigmas (D- and E-optimal);
+        "trace:attitude,gyro.bias" for some blocks of the state; "t_required", the time to the
+        scenario's required 1-sigmas; "angle", turned through in all [deg]; "rate_change", the sum
+        of all changes of the rate [deg/s].
 
     Raises
     ------
@@ -66,7 +68,7 @@ class AttitudeManeuverProblem(Problem):
         scenario: Scenario | None = None,
         n_maneuvers: int | None = None,
         threads: int | None = None,
-        objectives: Sequence[str] = PAPER,
+        objectives: Sequence[str] | None = None,
     ) -> None:
         scenario = Scenario.paper() if scenario is None else scenario
         if not isinstance(scenario, Scenario):
@@ -76,15 +78,16 @@ class AttitudeManeuverProblem(Problem):
             )
         if threads is not None and (not isinstance(threads, int) or threads < 1):
             raise ValueError(f"threads = {threads!r}: expected an integer >= 1, or None")
+        changes: dict[str, Any] = {}
         if n_maneuvers is not None:
-            limits = dataclasses.replace(scenario.maneuvers, count=n_maneuvers)
-            scenario = dataclasses.replace(scenario, maneuvers=limits)
+            changes["maneuvers"] = dataclasses.replace(scenario.maneuvers, count=n_maneuvers)
+        if objectives is not None:
+            changes["objectives"] = objectives
+        scenario = dataclasses.replace(scenario, **changes)
         self.scenario = scenario
         self.threads = threads
-        self.objectives = _checked(objectives)
+        self.objectives = scenario.objectives
         self._repeats = Repeats()
-        if "t_required" in self.objectives and not scenario.required_sigma:
-            raise ValueError("objective 't_required': the scenario has no required_sigma")
         self.obj_names = tuple(entry.label for entry in self._objectives())
         self.constraint_names = tuple(entry.label for entry in constraints(scenario))
         limits = scenario.maneuvers
@@ -138,18 +141,12 @@ class AttitudeManeuverProblem(Problem):
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any]) -> AttitudeManeuverProblem:
-        """Build it from a scenario as nested dicts, see `Scenario.from_dict`; {} is the paper's.
-
-        A key ``objectives`` beside those of the scenario names what to minimize.
-        """
-        table = dict(options)
-        names = table.pop("objectives", PAPER)
-        return cls(Scenario.from_dict(table) if table else None, objectives=names)
+        """Build it from a scenario as nested dicts, see `Scenario.from_dict`; {} is the paper's."""
+        return cls(Scenario.from_dict(options) if options else None)
 
     def options(self) -> dict[str, Any]:
-        """The scenario as nested dicts of JSON's types, and objectives that are not the paper's."""
-        others = {} if self.objectives == PAPER else {"objectives": list(self.objectives)}
-        return others | self.scenario.to_dict()
+        """The scenario as nested dicts of JSON's types."""
+        return self.scenario.to_dict()
 
     def indicator_space(self, F: ArrayLike) -> Floats:
         """Objectives as indicators see them, such as t_end / duration and (log10 trace + 6) / 5.
@@ -189,12 +186,3 @@ class AttitudeManeuverProblem(Problem):
         """For each solution its own small figures: rates, directions of Sun and field, errors."""
         designs = np.atleast_2d(np.asarray(X, dtype=float))
         return list(figures.solution_figures(self, designs))
-
-
-def _checked(objectives: Sequence[str]) -> tuple[str, ...]:
-    names = tuple(objectives)
-    if isinstance(objectives, str) or not names or not all(isinstance(n, str) for n in names):
-        raise TypeError(f"objectives = {objectives!r}: expected a list of names")
-    if len(set(names)) < len(names):
-        raise ValueError(f"objectives = {objectives!r}: expected each one once")
-    return names

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-@dataclass
 class Repeats:
-    """Looks designs up among those of the batch before.
+    """Looks designs up among those of the batch before, of the same thread.
 
     A step that is clipped to a bound, or leaves a variable at it, gives a design that the optimizer
-    has just seen: in Table 3 of the paper up to one in seven is.
+    has just seen: in Table 3 of the paper up to one in seven is. Each thread has a batch of its
+    own, so that runs in several threads neither disturb one another nor lose their repeats.
     """
 
-    _values: dict[bytes, Floats] = field(default_factory=dict)
+    def __init__(self) -> None:
+        self._before = threading.local()
 
     def __reduce__(self) -> tuple[type[Repeats], tuple[()]]:
         return Repeats, ()  # a copy, in another process or a history, knows nothing yet
@@ -34,12 +35,13 @@ class Repeats:
             Gives the values, shape (k, n_values), of the k designs that are not known, which may be
             none. They may depend on nothing else.
         """
+        known: dict[bytes, Floats] = getattr(self._before, "values", {})
         keys = [design.tobytes() for design in designs]
-        new = np.array([key not in self._values for key in keys], dtype=bool)
+        new = np.array([key not in known for key in keys], dtype=bool)
         found = run(designs[new])
         values = np.empty((len(designs), found.shape[1]))
         values[new] = found
         for i in np.flatnonzero(~new):
-            values[i] = self._values[keys[i]]
-        self._values = dict(zip(keys, values, strict=True))
+            values[i] = known[keys[i]]
+        self._before.values = dict(zip(keys, values, strict=True))
         return values

@@ -15,7 +15,8 @@ import pytest
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.time_frames import instants
 from mgeo_attitude.environment.tle import sgp4_gcrs
-from mgeo_attitude.scenario import Orbit, Scenario, TLEOrbit
+from mgeo_attitude.filter import FilterModel
+from mgeo_attitude.scenario import Convergence, Orbit, Scenario, TLEOrbit
 
 EPOCH = datetime(2020, 6, 19, 21, 30, tzinfo=UTC)  # the run passes midnight
 TABLES = ("times", "position", "velocity", "sun", "field", "sunlit")
@@ -107,8 +108,45 @@ def test_tables_cannot_be_written_to_even_in_copies(environment: Environment) ->
             np.testing.assert_array_equal(table, getattr(environment, name))
             with pytest.raises(ValueError, match="read-only"):
                 table[0] = 0
+        assert copied.origin == environment.origin
     with pytest.raises(dataclasses.FrozenInstanceError):
         environment.times = np.zeros(3)  # type: ignore[misc]  # that it fails is the test
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"epoch": EPOCH + timedelta(days=1)}, r"epoch = '2020-06-19T21:30:00Z': .*'2020-06-20T"),
+        ({"duration": 6000.0}, r"duration = 12000\.0: expected the scenario's 6000\.0"),
+        ({"step": 10.0}, r"step = 20\.0: expected the scenario's 10\.0"),
+        (
+            {"orbit": dataclasses.replace(Scenario.paper().orbit, raan_deg=1.5)},
+            r"orbit\.raan_deg = 230\.297: expected the scenario's 1\.5",
+        ),
+    ],
+)
+def test_it_is_of_no_other_scenario(
+    scenario: Scenario, environment: Environment, changes: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ValueError, match=rf"^environment\.{message}"):
+        FilterModel.from_scenario(dataclasses.replace(scenario, **changes), environment)
+
+
+def test_it_is_of_every_scenario_of_the_same_orbit(
+    scenario: Scenario, environment: Environment
+) -> None:
+    other = dataclasses.replace(Scenario.cubesat_6u(), epoch=EPOCH, step=20.0, duration=12000.0)
+    assert FilterModel.from_scenario(other, environment).n_steps == scenario.n_steps
+
+
+def test_tables_of_ones_own_need_the_scenarios_times(scenario: Scenario) -> None:
+    own = Environment(**tables())
+    short = dataclasses.replace(
+        scenario, step=1.0, duration=1.0, convergence=Convergence(window=1.0)
+    )
+    assert FilterModel.from_scenario(short, own).n_steps == 1
+    with pytest.raises(ValueError, match=r"times: 2 samples from 0 to 1 s: .* 601, one every 20 s"):
+        FilterModel.from_scenario(scenario, own)
 
 
 def tables() -> dict[str, Any]:

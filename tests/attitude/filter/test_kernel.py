@@ -5,8 +5,11 @@ import stat
 import subprocess
 import sys
 import textwrap
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from mgeo_attitude.filter.kernel import load_module
 
 SCRIPT = textwrap.dedent(
     """
@@ -24,10 +27,30 @@ SCRIPT = textwrap.dedent(
     """
 )
 
+THREADS = textwrap.dedent(
+    """
+    import dataclasses
+    from concurrent.futures import ThreadPoolExecutor
+    import numpy as np
+    from mgeo_attitude import AttitudeManeuverProblem, Scenario, StarTracker
+    from mgeo_attitude.scenario import Convergence
+    scenario = dataclasses.replace(
+        Scenario.paper(), duration=100.0, sensors=(StarTracker(),),
+        convergence=Convergence(window=10.0),
+    )
+    problem = AttitudeManeuverProblem(scenario)
+    designs = np.random.default_rng(0).uniform(problem.xl, problem.xu, (8, 5, 12)) / 50.0
+    with ThreadPoolExecutor(8) as pool:
+        results = list(pool.map(problem.evaluate, designs))
+    alone = AttitudeManeuverProblem(scenario).evaluate(designs.reshape(40, 12))
+    assert np.array_equal(np.vstack(results), alone)
+    """
+)
 
-def run(cache):
+
+def run(cache, script=SCRIPT):
     return subprocess.run(
-        [sys.executable, "-c", SCRIPT],
+        [sys.executable, "-c", script],
         env={**os.environ, "MGEO_CACHE_DIR": str(cache)},
         capture_output=True,
         text=True,
@@ -60,6 +83,36 @@ def test_two_processes_that_start_at_once_do_not_trip(tmp_path):
     outputs = [process.communicate(timeout=300) for process in processes]
     assert [process.returncode for process in processes] == [0, 0], outputs
     assert outputs[0][0] == outputs[1][0]
+
+
+@pytest.mark.slow
+def test_threads_that_start_at_once_do_not_trip_whether_the_kernel_is_there_or_not(tmp_path):
+    cold = run(tmp_path / "cache", THREADS)
+    assert cold.stderr.count("compiling") == 1
+    assert run(tmp_path / "cache", THREADS).stderr == ""
+
+
+@pytest.mark.filterwarnings("ignore:kernel cache")
+@pytest.mark.parametrize("usable", [True, False])
+def test_a_module_is_executed_once_before_any_thread_gets_it(tmp_path, monkeypatch, usable):
+    """A stand-in for a kernel that takes its time; every thread asks while it is executed."""
+    cache = tmp_path / "cache"
+    if not usable:
+        cache.write_text("not a folder")
+    monkeypatch.setenv("MGEO_CACHE_DIR", str(cache))
+    started = threading.Barrier(4)
+
+    def load(_):
+        started.wait()
+        return load_module("slow", lambda keep: f"import time\ntime.sleep(0.2)\nrun = {usable}", ())
+
+    with ThreadPoolExecutor(4) as pool:
+        modules = list(pool.map(load, range(4)))
+    try:
+        assert [module.run for module in modules] == [usable] * 4
+        assert all(module is modules[0] for module in modules)
+    finally:
+        del sys.modules[modules[0].__name__]
 
 
 @pytest.mark.slow

@@ -67,7 +67,7 @@ def test_picks_where_others_than_the_paper_s_were_minimized(tmp_path):
 
 @pytest.mark.parametrize(
     ("objectives", "message"),
-    [("trace", "expected a list of names"), (["tracce"], "did you mean 'trace'")],
+    [("trace", "options.objectives = 'trace'"), (["tracce"], "did you mean 'trace'")],
 )
 def test_bad_objectives_are_named(folder, objectives, message):
     data = json.loads((folder / "run.json").read_text())

@@ -17,6 +17,7 @@ from mgeo_attitude.scenario import (
     Scenario,
     state_blocks,
 )
+from mgeo_attitude.scenario.objective_names import NAMES
 from mgeo_attitude.sensors import SENSORS, Gyro
 
 
@@ -57,6 +58,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
     )
     # attitude stays positive: all weights zero is refused
     blocks = st.sampled_from(state_blocks(gyro, sensors)[1:])
+    objectives = st.sampled_from(NAMES).filter("t_required".__ne__) | blocks.map("trace:{}".format)
     printable = st.characters(exclude_categories=("C", "Z"))
     return Scenario(
         name=draw(st.text(printable, min_size=1)),
@@ -66,6 +68,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
         duration=n_steps * step,
         step=step,
         eclipse=draw(st.booleans()),
+        objectives=draw(st.lists(objectives, min_size=1, max_size=3, unique=True)),
         orbit=draw(orbits()),
         gyro=gyro,
         sensors=sensors,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import json
 from datetime import UTC, datetime
 from typing import Any
@@ -11,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from mgeo_attitude.fields import InvalidType, InvalidValue
 from mgeo_attitude.scenario import KeyProblem, Orbit, Scenario, TLEOrbit
-from mgeo_attitude.sensors import Gyro, StarTracker
+from mgeo_attitude.sensors import Gyro, Sensor, StarTracker, SunSensor
 
 from .strategies import scenarios
 from .test_orbit import ISS_1, ISS_2
@@ -46,6 +47,34 @@ def test_overrides_change_only_what_they_name() -> None:
 def test_a_list_of_sensors_replaces_the_presets() -> None:
     scenario = Scenario.from_dict(PAPER | {"sensors": [{"kind": "star-tracker"}]})
     assert scenario.sensors == (StarTracker(),)
+
+
+def test_a_sensor_over_a_preset_takes_what_it_leaves_out_from_there() -> None:
+    sun, mag = Scenario.cubesat_6u().sensors
+
+    def read(*sensors: dict[str, Any]) -> tuple[Sensor, ...]:
+        return Scenario.from_dict({"preset": "cubesat_6u", "sensors": [*sensors]}).sensors
+
+    assert read({"kind": "sun-sensor", "name": "sun"}, {"kind": "magnetometer"}) == (sun, mag)
+    assert read({"name": "mag"}, {"name": "sun", "noise_deg": 0.3}) == (
+        mag,
+        dataclasses.replace(sun, noise_deg=0.3),
+    )
+    # a new name: the preset's only one of the kind
+    assert read(
+        {"kind": "sun-sensor", "name": "left"},
+        {"kind": "sun-sensor", "name": "right", "boresight": [1.0, 0.0, 0.0]},
+    ) == (
+        dataclasses.replace(sun, name="left"),
+        dataclasses.replace(sun, name="right", boresight=(1.0, 0.0, 0.0)),
+    )
+    # a kind that the preset has not, whatever its name
+    assert read({"kind": "star-tracker", "name": "sun"}) == (StarTracker(name="sun"),)
+
+
+def test_a_sensor_without_a_preset_takes_the_defaults_of_its_kind() -> None:
+    table = Scenario.cubesat_6u().to_dict() | {"sensors": [{"kind": "sun-sensor", "name": "sun"}]}
+    assert Scenario.from_dict(table).sensors == (SunSensor(name="sun"),)
 
 
 def test_an_element_set_replaces_the_presets_elements() -> None:

@@ -1,8 +1,11 @@
 """The generated innovation against scipy's rotations, the declared H and differences of itself."""
 
+import dataclasses
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
-from mgeo_attitude import Gyro, StarTracker
+from mgeo_attitude import Gyro, StarTracker, SunSensor
 from mgeo_attitude.truth.codegen import module_source
 from mgeo_attitude.vector import Vec3
 from scipy.spatial.transform import Rotation
@@ -13,9 +16,10 @@ from .test_rotation import as_scipy
 CASES = [(name, i) for name in ("paper", "star tracker") for i in range(2)]
 
 
-def plain(suite):
+def plain(suite, truth=None):
     """The generated functions as plain Python, without what calls them."""
-    functions = module_source(suite, cache=False).partition('"""What corrects an estimate')[0]
+    text = module_source(suite, truth or suite, cache=False)
+    functions = text.partition('"""What corrects an estimate')[0]
     source = functions.replace("from numba import njit", "njit = lambda **_: lambda f: f")
     namespace = {}
     exec(source, namespace)
@@ -110,6 +114,41 @@ def test_star_tracker_reports_a_rotation():
         tuple(Vec3(*axis) for axis in measured), tuple(Vec3(*axis) for axis in A.as_matrix().T)
     )
     np.testing.assert_allclose([*y], g, rtol=1e-13)
+
+
+@dataclass(frozen=True)
+class Squinting(SunSensor):
+    """A Sun sensor that sees everything at twice the distance from its x axis."""
+
+    def measured(self, x, v):
+        seen = super().measured(x, v)
+        return Vec3(seen.x, 2.0 * seen.y, 2.0 * seen.z)
+
+
+@dataclass(frozen=True)
+class Doubling(Gyro):
+    """A gyro that reports twice the rate."""
+
+    def measured(self, x, omega):
+        return super().measured(x, 2.0 * omega)
+
+
+def test_the_truth_reports_and_the_estimator_predicts():
+    believed = SUITES["paper"]
+    truth = dataclasses.replace(
+        believed, gyro=Doubling(), sensors=(Squinting(), *believed.sensors[1:])
+    )
+    made, x, C = plain(believed, truth), np.zeros(believed.n_states), np.eye(3)
+    v, y, r = np.array([0.3, -0.5, 0.9]), np.empty(3), np.empty(3)
+    made["measured"](0, v, C, x, y)
+    np.testing.assert_array_equal(y, [0.3, -1.0, 1.8])
+    made["innovation"](0, y, v, C, x, r, np.empty((3, 9)), np.empty((3, 9, 9)))
+    np.testing.assert_allclose(r, [0.0, -0.5, 0.9], atol=1e-15)
+    reported, corrected = np.empty(3), np.empty(3)
+    made["gyro_measured"](v, x, reported)
+    np.testing.assert_array_equal(reported, 2.0 * v)
+    made["gyro_corrected"](v, x, corrected)
+    np.testing.assert_array_equal(corrected, v)
 
 
 def test_gyro_is_corrected_by_what_it_measures():

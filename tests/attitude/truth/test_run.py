@@ -74,6 +74,35 @@ def test_attitudes_of_truth_and_dead_reckoning_are_integrated_kinematics(model):
     assert not record.updates.any()
 
 
+def test_a_bias_decays_as_it_does_in_truth_whatever_the_estimator_believes(model):
+    """Blind sensors again: each step turns the estimate by the mean of the true bias over it."""
+    steady, decaying = (
+        dataclasses.replace(
+            model,
+            suite=dataclasses.replace(
+                model.suite, gyro=dataclasses.replace(model.suite.gyro, bias_decay=decay)
+            ),
+            available=np.zeros_like(model.available),
+        )
+        for decay in (0.0, 0.1)
+    )
+    bias, draws = np.array([2e-3, -1e-3, 3e-3]), none(steady, DURATION)
+    draws.errors[3:6] = bias
+    flight = Flight(steady, PLAN, np.array([0, DURATION]), decaying)
+    record = flight.run(draws, Estimator())
+
+    np.testing.assert_allclose(record.errors[1, 3:6], np.exp(-0.1 * DURATION) * bias, rtol=1e-11)
+    times = np.arange(DURATION + 1)
+    mean = -np.diff(np.exp(-0.1 * times)) / 0.1
+    truth = estimate = Rotation.identity()
+    for t, share in zip(times[:-1], mean, strict=True):
+        truth = Rotation.from_rotvec(-body_rates(t)) * truth
+        estimate = Rotation.from_rotvec(-(body_rates(t) + share * bias)) * estimate
+    quaternion = (estimate * truth.inv()).as_quat()
+    expected = 2.0 * quaternion[:3] / quaternion[3]
+    np.testing.assert_allclose(record.errors[1, :3], expected, rtol=0, atol=1e-12)
+
+
 def test_gyro_noise_is_the_markov_process_of_equation_2():
     """Bias and its integral over a step: an independent quadrature of their joint covariance."""
     gyro = dataclasses.replace(

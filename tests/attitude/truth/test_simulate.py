@@ -3,6 +3,7 @@
 import dataclasses
 import json
 from dataclasses import dataclass
+from datetime import timedelta
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -22,7 +23,7 @@ from mgeo_attitude import (
 )
 from mgeo_attitude.filter import FilterModel
 from mgeo_attitude.rotation import rotate
-from mgeo_attitude.scenario import Convergence, InitialUncertainty
+from mgeo_attitude.scenario import Convergence, InitialUncertainty, ManeuverLimits, Wheels
 from mgeo_attitude.truth import OutsideValidity
 from mgeo_attitude.truth.jets import Jet
 from mgeo_attitude.vector import Vec3, cross
@@ -113,6 +114,95 @@ def test_a_drifting_gyro_believed_steady_is_found_out(paper):
     assert report["largest rms / predicted"].value > 2.0
 
 
+RESULTS = ("errors", "sigma", "nees", "nis", "updates", "predicted", "times")
+
+
+def test_a_truth_that_is_what_the_estimator_believes_changes_no_bit(paper):
+    scenario, _ = paper
+    alone, same = run(paper, 3), run(paper, 3, truth=dataclasses.replace(scenario, name="same"))
+    for name in RESULTS:
+        np.testing.assert_array_equal(getattr(alone, name), getattr(same, name))
+    assert alone.t_end == same.t_end
+
+
+def test_a_true_bias_that_decays_otherwise_than_believed_does_so(paper):
+    """After 10 s little is known of the bias, and what is left of it is its error."""
+    scenario, _ = paper
+    slow, fast = (
+        run(paper, 20, truth=dataclasses.replace(scenario, gyro=gyro))
+        for gyro in (dataclasses.replace(scenario.gyro, bias_decay=decay) for decay in (1e-5, 1e-1))
+    )
+    np.testing.assert_array_equal(slow.errors[:, 0], fast.errors[:, 0])
+    np.testing.assert_array_equal(slow.predicted, fast.predicted)
+    k = slow.sample(10.0)
+    np.testing.assert_allclose(fast.rms[k, 3:6], np.exp(-1.0) * slow.rms[k, 3:6], rtol=0.1)
+
+
+def test_the_truth_has_eclipses_and_fields_of_view_of_its_own():
+    """The Sun sensor reports where in truth it sees, and the estimator takes what it reports."""
+    orbit = dataclasses.replace(Scenario.paper().orbit, true_anomaly_deg=163.0)
+    scenario = short(Scenario.paper(), orbit=orbit)
+    environment = Environment.from_scenario(scenario)
+    assert 0 < environment.sunlit[1:].sum() < 600
+    dark = dataclasses.replace(scenario, eclipse=True)
+    for believed, true in ((scenario, dark), (dark, scenario)):
+        updates = run((believed, environment), 2, truth=true).updates.sum(axis=1)
+        seen = environment.sunlit[1:].sum() if true.eclipse else 600
+        np.testing.assert_array_equal(updates, [[seen, 600]] * 2)
+    sun, *others = scenario.sensors
+    narrow = dataclasses.replace(
+        scenario, sensors=(dataclasses.replace(sun, field_of_view_deg=40.0), *others)
+    )
+    seen = run((scenario, environment), 2, truth=narrow).updates
+    assert 0 < seen[:, :, 0].sum() < 600
+    np.testing.assert_array_equal(seen, run((narrow, environment), 2).updates)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"orbit": dataclasses.replace(Scenario.paper().orbit, raan_deg=240.0)},
+        {"epoch": Scenario.paper().epoch + timedelta(hours=2)},
+    ],
+)
+def test_sensors_look_at_the_sun_and_field_of_the_true_orbit(paper, changes):
+    """An estimator with the wrong field believes in vectors that no attitude has."""
+    scenario, _ = paper
+    result = run(paper, 5, truth=dataclasses.replace(scenario, **changes))
+    assert not consistency(result, since=200.0)["nees"].passed
+    right = dataclasses.replace(scenario, **changes)
+    own = simulate(right, PLAN, 5, seed=7)
+    assert consistency(own, since=200.0)["nees"].value < 2.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"duration": 700.0}, r"truth\.duration = 700\.0: expected the scenario's 600\.0"),
+        ({"step": 0.5}, r"truth\.step = 0\.5: expected the scenario's 1\.0"),
+        (
+            {"maneuvers": ManeuverLimits(max_acceleration_deg_s2=0.01)},
+            r"truth\.maneuvers\.max_acceleration_deg_s2 = 0\.01: expected the scenario's None",
+        ),
+        ({"wheels": Wheels(inertia=(1.0, 1.0, 1.0))}, r"truth\.wheels = \{'inertia'"),
+        (
+            {"convergence": Convergence(window=100.0)},
+            r"truth\.convergence\.window = 100\.0: expected the scenario's 200\.0",
+        ),
+        ({"gyro": Gyro(scale_factor=1e-3)}, "truth has the states .*scale_factor"),
+        ({"sensors": Scenario.paper().sensors[:1]}, r"truth has the sensors \['sun'\]: expected"),
+        (
+            {"sensors": (SunSensor(name="s"), *Scenario.paper().sensors[1:])},
+            r"truth has the sensors \['s', 'mag'\]: expected the scenario's \['sun', 'mag'\]",
+        ),
+    ],
+)
+def test_what_truth_and_estimator_share_is_named(paper, changes, message):
+    scenario, _ = paper
+    with pytest.raises(ValueError, match=message):
+        run(paper, 1, truth=dataclasses.replace(scenario, **changes))
+
+
 @dataclass(frozen=True)
 class Backwards(SunSensor):
     """A Sun sensor whose innovation has its derivative's sign wrong, and all else right."""
@@ -190,13 +280,18 @@ def test_a_sensor_that_does_not_say_what_it_measures_cannot_be_simulated(paper):
         ((PLAN, 0), {}, "n_runs = 0"),
         ((np.stack([PLAN, PLAN]), 1), {}, r"design of shape \(2, 12\)"),
         ((PLAN[:5], 1), {}, "expected 4 columns"),
-        ((PLAN, 1), {"truth": short(Scenario.paper(), gyro=Gyro(scale_factor=1e-3))}, "truth has"),
     ],
 )
 def test_bad_arguments_are_named(paper, arguments, options, message):
     scenario, environment = paper
     with pytest.raises(ValueError, match=message):
         simulate(scenario, *arguments, environment=environment, **options)
+
+
+def test_an_environment_of_another_scenario_is_refused(paper):
+    _, environment = paper
+    with pytest.raises(ValueError, match=r"environment\.duration = 600\.0: .* scenario's 700\.0"):
+        run((short(Scenario.paper(), 700.0), environment), 1)
 
 
 def test_scenarios_outside_the_map_are_warned_of(paper):

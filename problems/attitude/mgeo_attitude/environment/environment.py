@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scenario.orbit import TLEOrbit
+from ..scenario.same import require_same
 from .field import geomagnetic_field
 from .kepler import Elements, j2_secular, two_body
 from .shadow import lit_fraction
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
     from ..scenario import Scenario
 
 Array = NDArray[np.float64]
+
+#: Keys of a scenario that its environment follows from.
+KEYS = ("epoch", "duration", "step", "orbit")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +45,8 @@ class Environment:
         Geomagnetic field [nT].
     sunlit : array (n,) of bool
         False where the Earth covers more than half of the Sun (umbra and half the penumbra).
+    origin : Scenario, optional
+        What the tables were computed from; None for tables of one's own.
 
     Raises
     ------
@@ -57,6 +63,7 @@ class Environment:
     sun: Array
     field: Array
     sunlit: NDArray[np.bool_]
+    origin: Scenario | None = None
 
     def __post_init__(self) -> None:
         n = np.size(self.times)
@@ -101,7 +108,27 @@ class Environment:
             sun=sun_direction(position, sun),
             field=rotate(np.swapaxes(to_itrs, 1, 2), field),
             sunlit=lit_fraction(position, sun) >= 0.5,
+            origin=scenario,
         )
+
+    def require(self, scenario: Scenario) -> None:
+        """Refuse a scenario that these tables are not of.
+
+        Tables of one's own need only have its `times`.
+
+        Raises
+        ------
+        ValueError
+            Naming the first of `KEYS` that differs and both values, or the times.
+        """
+        if self.origin is not None:
+            require_same("environment", self.origin, scenario, KEYS)
+        if not np.array_equal(self.times, scenario.times):
+            times = self.times
+            raise ValueError(
+                f"environment.times: {len(times)} samples from {times[0]:g} to {times[-1]:g} s: "
+                f"expected the scenario's {scenario.n_steps + 1}, one every {scenario.step:g} s"
+            )
 
 
 def _orbit(scenario: Scenario, at: Instants) -> tuple[Array, Array]:

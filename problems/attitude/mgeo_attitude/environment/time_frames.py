@@ -6,7 +6,6 @@ Earth rotation) and no polar motion (below 1 arc second). On the ground that is 
 
 from __future__ import annotations
 
-import warnings
 from datetime import UTC, datetime
 from typing import NamedTuple
 
@@ -57,14 +56,13 @@ def instants(epoch: datetime, times: ArrayLike) -> Instants:
     utc = as_utc(epoch)
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
     day_fraction = (utc - midnight).total_seconds() / DAY
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message=".*dubious year", category=erfa.ErfaWarning)
-        leap_seconds = float(erfa.dat(utc.year, utc.month, utc.day, day_fraction))
+    # erfa.dat would warn of such years, and filters of warnings are shared by all threads
+    leap_seconds, _ = erfa.ufunc.dat(utc.year, utc.month, utc.day, day_fraction)
     ut = day_fraction + np.asarray(times, dtype=np.float64) / DAY
     return Instants(
         midnight=_MJD_ZERO + (midnight - _MJD_START).days,
         ut=ut,
-        tt=ut + (leap_seconds + erfa.TTMTAI) / DAY,
+        tt=ut + (float(leap_seconds) + erfa.TTMTAI) / DAY,
     )
 
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
-from ..objectives import PAPER, indicators
+from ..objectives import indicators
+from ..scenario.objective_names import PAPER
 from .convergence import convergence_figure
 from .front import front_figure
 from .maneuvers import maneuvers_figure

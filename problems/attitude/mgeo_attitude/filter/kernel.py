@@ -2,7 +2,8 @@
 
 The generated module lives in the user's cache folder under a hash of its text and of everything
 that goes into its compilation; numba keeps the machine code beside it. So a suite is compiled once
-per machine. Two processes that start at once both compile and write the same bytes.
+per machine. Two processes that start at once both compile and write the same bytes; threads of one
+process take turns.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import logging
 import os
 import stat
 import sys
+import threading
 import warnings
 from collections.abc import Callable, Iterable
 from functools import cache, partial
@@ -37,6 +39,9 @@ _log = logging.getLogger(__name__)
 
 #: Modules whose compiled functions the kernel calls: a change there must not find an old kernel.
 _INGREDIENTS = (atomic, discretization, lanewise)
+
+# A module is in sys.modules before it has been executed: numba looks for it there.
+_loading = threading.Lock()
 
 
 def lanes() -> int:
@@ -68,6 +73,8 @@ def load_module(
 ) -> ModuleType:
     """A generated module, from memory, the user's cache or its source.
 
+    Of threads that ask for modules at once, one loads and the others wait.
+
     Parameters
     ----------
     kind : str
@@ -79,25 +86,31 @@ def load_module(
     """
     source = source_of(True)
     name = f"{kind}_{_digest(source, ingredients)}"
-    if name in sys.modules:
+    with _loading:
+        if name not in sys.modules:
+            _load(kind, name, source, source_of)
         return sys.modules[name]
+
+
+def _load(kind: str, name: str, source: str, source_of: Callable[[bool], str]) -> None:
+    """Put a module, completely executed, into sys.modules."""
     folder = Path(os.environ.get("MGEO_CACHE_DIR") or platformdirs.user_cache_dir("mgeo"))
     try:
         path = _stored(folder / f"{kind}s", name, source)
         if not any(path.parent.glob(f"__pycache__/{name}.run-*.nbi")):
             _announce(kind)
-        return _imported(name, path)
+        _import(name, path)
+        return
     except OSError as error:
         warnings.warn(
             f"kernel cache {folder} cannot be used ({error}); compiling in memory, again in every "
             "process. Set MGEO_CACHE_DIR to a folder of your own.",
-            stacklevel=2,
+            stacklevel=3,
         )
     _announce(kind)
     module = ModuleType(name)
     exec(compile(source_of(False), name, "exec"), module.__dict__)
     sys.modules[name] = module
-    return module
 
 
 def _digest(source: str, ingredients: Iterable[ModuleType]) -> str:
@@ -143,7 +156,7 @@ def check_private(folder: Path) -> None:
             raise PermissionError(f"{above} belongs to, or can be written by, somebody else")
 
 
-def _imported(name: str, path: Path) -> ModuleType:
+def _import(name: str, path: Path) -> None:
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ImportError(f"{path}: not a module")
@@ -154,7 +167,6 @@ def _imported(name: str, path: Path) -> ModuleType:
     except BaseException:
         del sys.modules[name]
         raise
-    return module
 
 
 def _announce(kind: str) -> None:

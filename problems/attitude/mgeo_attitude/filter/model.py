@@ -69,8 +69,17 @@ class FilterModel:
     def from_scenario(
         cls, scenario: Scenario, environment: Environment | None = None
     ) -> FilterModel:
-        """Build the tables; `environment` saves computing it again."""
-        environment = environment or Environment.from_scenario(scenario)
+        """Build the tables; `environment` saves computing it again.
+
+        Raises
+        ------
+        ValueError
+            If `environment` is of another orbit, epoch, duration or step.
+        """
+        if environment is None:
+            environment = Environment.from_scenario(scenario)
+        else:
+            environment.require(scenario)
         if not scenario.eclipse:
             sunlit = np.ones_like(environment.sunlit)
             environment = dataclasses.replace(environment, sunlit=sunlit)

@@ -20,9 +20,10 @@ from ..describe import nondominated
 from ..fields import InvalidValue
 from ..figures.solutions import knee
 from ..filter.evaluator import evaluate
-from ..objectives import PAPER, indicators
+from ..objectives import indicators
 from ..problem import AttitudeManeuverProblem
 from ..scenario import Scenario
+from ..scenario.objective_names import PAPER
 from .plan import ManeuverPlan
 from .reading import (
     TOLERANCE,
@@ -146,12 +147,8 @@ def _problem(data: Any) -> AttitudeManeuverProblem:
         raise InvalidValue("recipe.problem", name, f"expected {PROBLEM!r}")
     if not isinstance(options, dict):
         raise InvalidValue("recipe.options", options, "expected an object")
-    table = dict(options)
-    names = table.pop("objectives", list(PAPER))
-    if not isinstance(names, list):
-        raise InvalidValue("recipe.options.objectives", names, "expected a list of names")
     try:
-        return AttitudeManeuverProblem(Scenario.from_dict(table), objectives=names)
+        return AttitudeManeuverProblem(Scenario.from_dict(options))
     except InvalidValue as error:
         raise error.under("recipe.options") from None
 

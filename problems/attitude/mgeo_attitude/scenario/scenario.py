@@ -17,6 +17,7 @@ from ..constants import FIELD_MODEL_END, FIELD_MODEL_START
 from ..fields import InvalidValue, Validated, quantity
 from ..sensors import Gyro, Sensor
 from .limits import KeepOut, Wheels
+from .objective_names import NAMES, PAPER, TRACE_OF, check_objectives
 from .orbit import Orbit, TLEOrbit
 from .settings import (
     BlockValues,
@@ -59,6 +60,9 @@ class Scenario(Validated):
     )
     step: float = quantity(1.0, unit="s", low=0.0, open_low=True, doc="time step of the filter")
     eclipse: bool = quantity(False, doc="whether the Earth's shadow blinds the Sun sensors")
+    objectives: tuple[str, ...] = quantity(
+        PAPER, doc=f"what to minimize, of {', '.join(NAMES)}, {TRACE_OF}BLOCK,BLOCK..."
+    )
     orbit: Orbit | TLEOrbit = quantity(
         doc="elements at the epoch, or propagator = 'sgp4' with line1 and line2"
     )
@@ -84,6 +88,8 @@ class Scenario(Validated):
         self._check_epoch()
         self._check_sensors()
         self._check_weights()
+        blocks = state_blocks(self.gyro, self.sensors)
+        check_objectives(self.objectives, blocks, bool(self.required_sigma))
 
     @property
     def n_steps(self) -> int:
@@ -118,6 +124,10 @@ class Scenario(Validated):
     @staticmethod
     def from_dict(table: Mapping[str, Any]) -> Scenario:
         """Inverse of `to_dict`; ``preset`` names a preset that `table` overrides key by key.
+
+        A list of sensors replaces the preset's. What one of them leaves out is that of the preset's
+        sensor of the same name and kind, or else of its only one of the kind, or else the kind's
+        default.
 
         Raises
         ------

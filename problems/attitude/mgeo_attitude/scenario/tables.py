@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from ..fields import InvalidType, InvalidValue, Validated, declared, expectation
 from ..sensors import SENSORS, Sensor
 from .limits import KeepOut, Wheels
+from .objective_names import PAPER
 from .orbit import Orbit, TLEOrbit
 from .presets import PRESETS
 from .scenario import Scenario
@@ -28,7 +29,10 @@ class KeyProblem(InvalidValue):
 
 def to_table(scenario: Scenario) -> dict[str, Any]:
     """The scenario as nested dicts and lists; the epoch becomes an ISO 8601 string."""
-    return _plain_fields(scenario)
+    table = _plain_fields(scenario)
+    if scenario.objectives == PAPER:  # they go without saying
+        del table["objectives"]
+    return table
 
 
 def from_table(table: Table) -> Scenario:
@@ -87,7 +91,20 @@ def _on_preset(table: Table) -> dict[str, Any]:
     orbit = overrides.get("orbit")
     if isinstance(orbit, Mapping) and orbit.get("propagator") == TLEOrbit.propagator:
         del base["orbit"]  # elements and element sets share no key
+    sensors = overrides.get("sensors")
+    if isinstance(sensors, list | tuple):
+        overrides["sensors"] = [_on_sensor(entry, base["sensors"]) for entry in sensors]
     return _merged(base, overrides)
+
+
+def _on_sensor(table: Any, preset: list[Table]) -> Any:
+    """A sensor over the preset's one of its name and kind, or else the only one of its kind."""
+    if not isinstance(table, Mapping):
+        return table
+    name, kind = table.get("name"), table.get("kind")
+    same = [one for one in preset if one["name"] == name and kind in (None, one["kind"])]
+    same = same or [one for one in preset if one["kind"] == kind]
+    return {**same[0], **table} if len(same) == 1 else table
 
 
 def _merged(base: Table, overrides: Table) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from typing import Any
 from ..filter.suite import Suite
 from ..filter.symbols import Symbol, SymbolArithmetic
 from ..rotation import Matrix, rotate
-from ..sensors import Gyro, Sensor
+from ..sensors import Sensor
 from ..vector import AXES, Vec3
 from .jets import Jet, variable
 
@@ -52,18 +52,26 @@ def rotation_blocks(suite: Suite) -> tuple[int, ...]:
     return tuple(3 * suite.blocks.index(name) for name in names)
 
 
-def module_source(suite: Suite, cache: bool) -> str:
-    """Source of the simulation's compiled module for a suite."""
+def module_source(suite: Suite, truth: Suite, cache: bool) -> str:
+    """Source of the simulation's compiled module.
+
+    Parameters
+    ----------
+    suite : Suite
+        What the estimator believes in.
+    truth : Suite
+        What reports, with the same states.
+    """
     parts, locals_ = [], []
-    for index, sensor in enumerate(suite.sensors):
-        parts.append(_measured(suite, index, sensor))
+    for index, (sensor, real) in enumerate(zip(suite.sensors, truth.sensors, strict=True)):
+        parts.append(_measured(truth, index, real))
         text, local = _innovation(suite, index, sensor)
         parts.append(text)
         locals_.append(local)
     parts += [_dispatch(len(locals_), "measured", "v, C, x, y")]
     parts += [_dispatch(len(locals_), "innovation", "y, v, C, x, r, H, B")]
-    parts += [_gyro(suite, "gyro_measured", Gyro.measured)]
-    parts += [_gyro(suite, "gyro_corrected", Gyro.corrected)]
+    parts += [_gyro(truth, "gyro_measured", truth.gyro.measured)]
+    parts += [_gyro(suite, "gyro_corrected", suite.gyro.corrected)]
     correction, driver = _text("correction.py"), _text("driver.py")
     functions = "\n\n\n".join(parts)
     rotations = rotation_blocks(suite)
@@ -78,7 +86,7 @@ CACHE = {cache}
 N_STATES = {suite.n_states}
 N_DYNAMIC = {suite.n_dynamic}
 N_SENSORS = {len(suite.sensors)}
-N_READINGS = {max(_n_readings(sensor) for sensor in suite.sensors)}
+N_READINGS = {max(n_readings(sensor) for sensor in truth.sensors)}
 ROTATIONS = np.array({rotations})
 IS_ROTATION = np.array({[3 * (i // 3) in rotations for i in range(suite.n_states)]})
 N_LOCAL = np.array({[len(local.states) for local in locals_]})
@@ -93,6 +101,14 @@ CURVED = np.array({[_padded(local.curved, n_curved) for local in locals_]}, dtyp
 {correction}
 
 {driver}'''
+
+
+def n_readings(sensor: Sensor) -> int:
+    """How many numbers the sensor reports."""
+    zero = Vec3(0.0, 0.0, 0.0)
+    x = SimpleNamespace(to_body=lambda vector: vector, **dict.fromkeys(sensor.states(), zero))
+    readings = sensor.measured(x, AXES[0])
+    return 3 if isinstance(readings, Vec3) else 3 * len(readings)
 
 
 def _text(name: str) -> str:
@@ -136,7 +152,7 @@ def _innovation(suite: Suite, index: int, sensor: Sensor) -> tuple[str, Local]:
 
     x = SimpleNamespace(to_body=to_body, **own)
     predicted = sensor.measured(x, rotate(-theta, known("v", 0)))
-    readings = [known("y", 3 * k) for k in range(_n_readings(sensor) // 3)]
+    readings = [known("y", 3 * k) for k in range(n_readings(sensor) // 3)]
     measured = readings[0] if isinstance(predicted, Vec3) else tuple(readings)
     r = list(sensor.innovation(measured, predicted))
 
@@ -177,20 +193,12 @@ def _measured(suite: Suite, index: int, sensor: Sensor) -> str:
     return _function(f"measured_{index}(v, C, x, y)", ops)
 
 
-def _n_readings(sensor: Sensor) -> int:
-    """How many numbers the sensor reports."""
-    zero = Vec3(0.0, 0.0, 0.0)
-    x = SimpleNamespace(to_body=lambda vector: vector, **dict.fromkeys(sensor.states(), zero))
-    readings = sensor.measured(x, AXES[0])
-    return 3 if isinstance(readings, Vec3) else 3 * len(readings)
-
-
-def _gyro(suite: Suite, name: str, function: Callable[[Gyro, Any, Vec3], Vec3]) -> str:
+def _gyro(suite: Suite, name: str, function: Callable[[Any, Vec3], Vec3]) -> str:
     """Text of ``name(rate, x, out)`` for `Gyro.measured` or `Gyro.corrected`."""
     ops = SymbolArithmetic()
     own = {s: _kept(_block(suite, f"gyro.{s}"), ops) for s in suite.gyro.states()}
     rate = _kept(Vec3(*(Symbol(f"rate[{k}]") for k in range(3))), ops)
-    for k, entry in enumerate(function(suite.gyro, SimpleNamespace(**own), rate)):
+    for k, entry in enumerate(function(SimpleNamespace(**own), rate)):
         ops.store(f"out[{k}]", entry)
     return _function(f"{name}(rate, x, out)", ops)
 

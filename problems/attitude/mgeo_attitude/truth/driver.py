@@ -30,9 +30,10 @@ BIAS = 3  # the gyro's bias is its first state
 
 @njit(
     "void(float64[:,::1], int64[::1], float64[:,:,::1], float64[:,:,::1], float64[:,:,::1],"
-    "float64[:,:,::1], boolean[:,::1], float64[:,::1], float64[:,::1], float64, float64[:,::1],"
-    "float64[::1], float64[::1], float64[:,::1], float64[:,:,::1], int64[::1], int64[::1],"
-    "float64[:,::1], float64[:,::1], float64[::1], float64[:,::1], int64[:,::1])",
+    "float64[:,:,::1], float64[:,:,::1], boolean[:,::1], float64[:,::1], float64[:,::1], float64,"
+    "float64[:,::1], float64[:,::1], float64[::1], float64[::1], float64[:,::1], float64[:,:,::1],"
+    "int64[::1], int64[::1], float64[:,::1], float64[:,::1], float64[::1], float64[:,::1],"
+    "int64[:,::1])",
     error_model="numpy",
     nogil=True,
     cache=CACHE,
@@ -44,11 +45,13 @@ def run(
     Q,
     plan,
     references,
+    true_references,
     available,
     view,
     R,
     dt,
     F_rest,
+    true_F_rest,
     sigma,
     true_errors,
     gyro_noise,
@@ -63,6 +66,8 @@ def run(
 ):
     """Fly one plan once: truth, measurements and the estimate from them.
 
+    What the truth is like and what the estimator believes may differ.
+
     Parameters
     ----------
     rates : array, shape (n_maneuvers, 3)
@@ -70,19 +75,22 @@ def run(
     maneuver : array, shape (n_steps,)
         Which one is flown in each step.
     F, Q : arrays, shape (n_maneuvers, n_dynamic, n_dynamic)
-        Transition and process noise of the dynamic states at the planned rates.
+        Transition and process noise of the dynamic states at the planned rates, as believed.
     plan : array, shape (n_steps + 1, 3, 3)
         Planned attitude, GCRS to body.
-    references, available : arrays, shapes (n_steps + 1, n_sensors, 3) and (n_steps + 1, n_sensors)
-        See `FilterModel`.
+    references, true_references : arrays, shape (n_steps + 1, n_sensors, 3)
+        What the sensors look at, as believed and in truth; see `FilterModel`.
+    available : array, shape (n_steps + 1, n_sensors)
+        Whether they can, in truth.
     view : array, shape (n_sensors, 4)
-        Boresight and cosine of the field of view.
+        Boresight and cosine of the true field of view.
     R : array, shape (n_sensors, 3)
-        Noise variances.
+        Noise variances, as believed.
     dt : float
         Step [s].
-    F_rest : array, shape (n_dynamic, n_dynamic)
-        Transition at rest: how the gyro's states go on, and what they turn the attitude by.
+    F_rest, true_F_rest : arrays, shape (n_dynamic, n_dynamic)
+        Transition at rest, as believed and in truth: how the gyro's states go on, and what they
+        turn the attitude by.
     sigma : array, shape (n_states,)
         Initial 1-sigma that the estimator believes.
     true_errors : array, shape (n_states,)
@@ -120,9 +128,9 @@ def run(
             # the gyro reports the mean over the step, noise and drift of the bias included
             for i in range(3, N_DYNAMIC):
                 mean[i] = true_x[i]
-                true_x[i] = F_rest[i, i] * true_x[i] + drive[i]
+                true_x[i] = true_F_rest[i, i] * true_x[i] + drive[i]
             for i in range(3):
-                mean[BIAS + i] = -(F_rest[i, BIAS + i] * mean[BIAS + i] + drive[i]) / dt
+                mean[BIAS + i] = -(true_F_rest[i, BIAS + i] * mean[BIAS + i] + drive[i]) / dt
             gyro_measured(rates[m], mean, reported)
 
             for i in range(3, N_DYNAMIC):
@@ -141,7 +149,7 @@ def run(
             predict(P, Fk, Q[m], FP)
 
             for sensor in range(N_SENSORS):
-                transform(true_C, references[k, sensor], body)
+                transform(true_C, true_references[k, sensor], body)
                 cosine = 0.0
                 for i in range(3):
                     cosine += view[sensor, i] * body[i]

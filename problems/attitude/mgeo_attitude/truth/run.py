@@ -63,11 +63,15 @@ class Flight:
     design : array, shape (4 m,)
     records : array of int
         Steps to record, increasing.
+    truth : FilterModel, optional
+        What is true, if it is not the `model` that the estimator believes in: what sensors look at
+        and when they see it, how the gyro's states go on, what sensors and gyro report.
     """
 
     model: FilterModel
     design: ArrayLike
     records: Ints
+    truth: FilterModel | None = None
 
     @property
     def n_steps(self) -> int:
@@ -83,7 +87,7 @@ class Flight:
             nis=np.zeros((n, len(suite.sensors))),
             updates=np.zeros((n, len(suite.sensors)), dtype=np.int64),
         )
-        simulator(suite).run(
+        simulator(suite, self._reality.suite).run(
             *self._tables,
             draws.errors,
             draws.gyro_noise,
@@ -98,9 +102,13 @@ class Flight:
         )
         return record
 
+    @property
+    def _reality(self) -> FilterModel:
+        return self.model if self.truth is None else self.truth
+
     @cached_property
     def _tables(self) -> tuple[object, ...]:
-        model, suite, n = self.model, self.model.suite, self.n_steps
+        model, truth, suite, n = self.model, self._reality, self.model.suite, self.n_steps
         plan = flown(self.design, n * model.step, model.step, model.agility)
         starts = np.rint(plan.times[:-1] / model.step).astype(np.int64)
         density = suite.diffusion()
@@ -112,19 +120,22 @@ class Flight:
             np.array([Q for _, Q in steps]),
             attitudes(plan.rates, starts, n, model.step),
             np.ascontiguousarray(model.references[: n + 1]),
-            np.ascontiguousarray(model.available[: n + 1]),
-            _views(suite),
+            np.ascontiguousarray(truth.references[: n + 1]),
+            np.ascontiguousarray(truth.available[: n + 1]),
+            _views(truth.suite),
             np.array([np.square(sensor.noise()) for sensor in suite.sensors]),
             model.step,
             at_rest(model)[0],
+            at_rest(truth)[0],
             model.initial_sigma,
         )
 
 
 @cache
-def simulator(suite: Suite) -> ModuleType:
-    """The compiled module of a suite; see `driver.run` for its function ``run``."""
-    return load_module("simulator", partial(module_source, suite), (algebra, discretization))
+def simulator(suite: Suite, truth: Suite) -> ModuleType:
+    """The compiled module of what is believed and what reports; its ``run`` is `driver.run`."""
+    source_of = partial(module_source, suite, truth)
+    return load_module("simulator", source_of, (algebra, discretization))
 
 
 def _views(suite: Suite) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 
@@ -15,6 +16,7 @@ from ..scenario import Scenario
 from .draws import draw, none
 from .estimator import Estimator
 from .monte_carlo import MonteCarlo
+from .other import other_truth
 from .run import Flight, Record, simulator
 from .validity import OutsideValidity, validity
 
@@ -55,7 +57,10 @@ def simulate(
         Default: the processors this process may use.
     estimator : Estimator, optional
     truth : Scenario, optional
-        Draws the truth with noise and uncertainties other than the estimator believes.
+        What is true, if it is not what the estimator believes: epoch, orbit, eclipse, gyro,
+        sensors and initial uncertainty, with field and Sun, dynamics, noise and fields of view
+        that follow from them. The estimator takes whatever a sensor reports. All else of the two
+        must be the same.
     environment : Environment, optional
         Saves computing that of the scenario again.
 
@@ -71,7 +76,8 @@ def simulate(
     Raises
     ------
     ValueError
-        For no run, several designs, a design that is no plan, or a `truth` with other states.
+        For no run, several designs, a design that is no plan, a `truth` with other states or that
+        differs in what it shares with the scenario, or an `environment` that is not the scenario's.
     NotImplementedError
         For a sensor that does not define `measured`.
     """
@@ -84,20 +90,17 @@ def simulate(
         warnings.warn(reason, OutsideValidity, stacklevel=2)
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
-    drawn = model if truth is None else FilterModel.from_scenario(truth, environment)
-    if drawn.suite.blocks != model.suite.blocks:
-        raise ValueError(
-            f"truth has the states {drawn.suite.blocks}: expected {model.suite.blocks}"
-        )
-    simulator(model.suite)  # a sensor that cannot be simulated is found out first
+    real = model if truth is None else other_truth(truth, scenario, environment)
+    simulator(model.suite, real.suite)  # a sensor that cannot be simulated is found out first
     t_end = float(evaluate(model, plan[None], threads).t_end[0])
-    flight = Flight(model, plan, _record_steps(model, t_end))
-    nominal = flight.run(none(model, flight.n_steps), Estimator.plain())
+    expected = Flight(model, plan, _record_steps(model, t_end))
+    nominal = expected.run(none(model, expected.n_steps), Estimator.plain())
 
+    flight = expected if truth is None else dataclasses.replace(expected, truth=real)
     chosen = Estimator() if estimator is None else estimator
 
     def one(generator: np.random.Generator) -> Record:
-        return flight.run(draw(drawn, flight.n_steps, generator), chosen)
+        return flight.run(draw(real, flight.n_steps, generator), chosen)
 
     generators = np.random.default_rng(seed).spawn(n_runs)
     with ThreadPoolExecutor(max(1, min(threads or available_threads(), n_runs))) as pool:

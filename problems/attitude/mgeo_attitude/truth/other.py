@@ -1,0 +1,45 @@
+"""A truth other than the estimator believes in."""
+
+from __future__ import annotations
+
+from ..environment import Environment
+from ..fields import declared
+from ..filter.model import FilterModel
+from ..filter.suite import Suite
+from ..scenario import Scenario
+from ..scenario.same import require_same
+from .codegen import n_readings, rotation_blocks
+
+#: Keys of a scenario in which a truth may differ.
+FREE = ("epoch", "eclipse", "orbit", "gyro", "sensors", "initial")
+#: Keys that say nothing of a flight.
+_LABELS = ("name", "objectives")
+
+
+def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -> FilterModel:
+    """Tables of a truth for an estimator that believes in a scenario.
+
+    Parameters
+    ----------
+    environment : Environment
+        Of `scenario`.
+
+    Raises
+    ------
+    ValueError
+        Naming a key in which they may not differ and both values, or other sensors or states.
+    """
+    shared = [key for key in declared(Scenario) if key not in (*FREE, *_LABELS)]
+    require_same("truth", truth, scenario, shared)
+    real, believed = (Suite(one.gyro, one.sensors) for one in (truth, scenario))
+    for what, found, expected in (
+        ("sensors", *([sensor.name for sensor in suite.sensors] for suite in (real, believed))),
+        ("states", real.blocks, believed.blocks),
+        ("rotations, by number of their first states,", *map(rotation_blocks, (real, believed))),
+        ("readings", *([*map(n_readings, suite.sensors)] for suite in (real, believed))),
+    ):
+        if found != expected:
+            raise ValueError(f"truth has the {what} {found}: expected the scenario's {expected}")
+    if (truth.epoch, truth.orbit) != (scenario.epoch, scenario.orbit):
+        environment = Environment.from_scenario(truth)
+    return FilterModel.from_scenario(truth, environment)
