@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from datetime import datetime
 
 import erfa
@@ -29,13 +28,14 @@ def utc_texts(epoch: datetime, times: ArrayLike) -> list[str]:
     """
     utc = as_utc(epoch)
     seconds = utc.second + 1e-6 * utc.microsecond
-    with warnings.catch_warnings():
-        # no leap seconds before 1960, none yet announced for years to come
-        warnings.filterwarnings("ignore", message=".*dubious year", category=erfa.ErfaWarning)
-        start = erfa.dtf2d("UTC", utc.year, utc.month, utc.day, utc.hour, utc.minute, seconds)
-        day, fraction = erfa.utctai(*start)
-        tai = fraction + np.atleast_1d(np.asarray(times, dtype=float)) / DAY
-        years, months, days, clock = erfa.d2dtf("UTC", DECIMALS, *erfa.taiutc(day, tai))
+    # No leap seconds before 1960, and none yet announced for years to come: erfa's own functions would
+    # warn of such years, and filters of warnings are shared by all threads. The status is that word.
+    date = utc.year, utc.month, utc.day, utc.hour, utc.minute, seconds
+    *start, _ = erfa.ufunc.dtf2d("UTC", *date)
+    day, fraction, _ = erfa.ufunc.utctai(*start)
+    tai = fraction + np.atleast_1d(np.asarray(times, dtype=float)) / DAY
+    *stop, _ = erfa.ufunc.taiutc(day, tai)
+    years, months, days, clock, _ = erfa.ufunc.d2dtf("UTC", DECIMALS, *stop)
     return [
         f"{year:04}-{month:02}-{day:02}T{c['h']:02}:{c['m']:02}:{c['s']:02}.{c['f']:0{DECIMALS}}"
         for year, month, day, c in zip(years, months, days, clock, strict=True)
