@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 from mgeo_attitude import FilterModel, Gyro, Magnetometer, Scenario, Suite, SunSensor
@@ -12,6 +13,9 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 PAPER = "paper"
+
+#: The paper's preset as it was when the experiments and the proof of consistency were recorded.
+FORMER_PAPER = Path(__file__).parents[2] / "docs" / "scenarios" / "paper-1-percent.toml"
 
 #: Suites by name, ordered by size. All fields of view are open: the scalar loop has none.
 SUITES = {

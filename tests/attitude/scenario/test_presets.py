@@ -34,7 +34,7 @@ def test_paper_leaves_open_what_reproduces_its_fronts() -> None:
     scenario = Scenario.paper()
     assert scenario.epoch == datetime(2018, 6, 5, tzinfo=UTC)
     assert scenario.eclipse is False
-    assert (scenario.convergence.window, scenario.convergence.relative_decrease) == (300.0, 0.01)
+    assert (scenario.convergence.window, scenario.convergence.relative_decrease) == (300.0, 0.05)
     assert scenario.initial.attitude_deg == 5.0
     assert dict(scenario.trace_weights) == {}
     gyro = scenario.gyro
@@ -86,7 +86,7 @@ def test_cubesat_instruments() -> None:
 
 def test_cubesat_shares_the_papers_orbit_and_limits() -> None:
     paper, cubesat = Scenario.paper(), Scenario.cubesat_6u()
-    for key in ("epoch", "duration", "step", "orbit", "maneuvers", "convergence"):
+    for key in ("epoch", "duration", "step", "orbit", "maneuvers"):
         assert getattr(cubesat, key) == getattr(paper, key)
 
 

@@ -11,6 +11,8 @@ import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem
 from numpy.typing import NDArray
 
+from .spaces import problem_by_name
+
 Floats = NDArray[np.float64]
 
 EARLY = 850.0  # s; runs that find nothing better end between 870 and 950
@@ -39,7 +41,7 @@ def main() -> None:
     parser.add_argument("--spins", type=int, default=20_000)
     parser.add_argument("--seed", type=int, default=5)
     given = parser.parse_args()
-    problem, rng = AttitudeManeuverProblem(), np.random.default_rng(given.seed)
+    problem, rng = problem_by_name("attitude"), np.random.default_rng(given.seed)
     limit = problem.scenario.maneuvers.max_rate_deg_s
     spins = rng.uniform(-limit, limit, (given.spins, 3))
     t_end = convergence(problem, spins)
