@@ -31,14 +31,16 @@ def case_page(study: Study, label: str, comparison: Comparison) -> str:
         parts.append(html_table(beside(comparison, study.published)))
     parts += ["<h2>All measures</h2>", html_table(comparison.overview()), *_failures(comparison)]
     parts += ["<h2>Figures</h2>", *comparison.figures().values()]
-    pairs = comparison.tests().pairs
-    if len(pairs):
+    tests = comparison.tests()
+    pairs, overall = tests.pairs, tests.kruskal_wallis
+    if overall is not None:
         first = comparison.indicator().title
         parts += [f"<h2>Pairs, by {first}</h2>", html_table(_readable(pairs).set_index("a"))]
         parts.append(
             '<p class="note">A: probability that a run of the first beats one of the second '
             "(Vargha and Delaney); p: Mann-Whitney, two-sided; with Holm's correction for all "
-            "pairs.</p>"
+            "pairs. That all algorithms are alike has the probability "
+            f"p = {overall.p:.2g} (Kruskal and Wallis).</p>"
         )
     parts += ["<h2>How it was measured</h2>", _space(comparison)]
     parts += ["<h2>The study</h2>", f"<pre>{escape(study.text)}</pre>"]
@@ -50,7 +52,7 @@ def study_page(study: Study, comparisons: Mapping[str, Comparison], ranked: Frie
     parts: list[Any] = [f"<h1>{escape(study.title)}</h1>", *_paragraphs(study.about)]
     if ranked is not None:
         labels = tuple(contender.label for contender in study.contenders)
-        parts.append(ranks_figure(ranked, labels, "problems"))
+        parts.append(ranks_figure(ranked, labels))
     parts += ["<h2>Problems</h2>", html_table(by_problem(comparisons))]
     links = [f'<a href="{folder_name(k)}/report.html">{escape(k)}</a>' for k in comparisons]
     parts += [f"<p>{', '.join(links)}</p>", f"<pre>{escape(study.text)}</pre>"]
