@@ -8,7 +8,7 @@ import pandas as pd
 from IPython.display import Markdown
 
 from mgeo.studies import Comparison, Study, read_comparison, read_study
-from mgeo.studies.report import folder_name
+from mgeo.studies.labels import folder_name
 from mgeo.studies.stored import PROVENANCE
 from mgeo.studies.tables import markdown
 from mgeo.studies.verdict import against

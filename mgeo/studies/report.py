@@ -10,6 +10,7 @@ import pandas as pd
 
 from mgeo.figures import report_page
 from mgeo.figures.comparison.ranks import ranks_figure
+from mgeo.studies.labels import folder_name
 from mgeo.studies.verdict import beside, verdict
 
 if TYPE_CHECKING:
@@ -66,11 +67,6 @@ def by_problem(comparisons: Mapping[str, Comparison]) -> pd.DataFrame:
         for label, c in comparisons.items()
     }
     return pd.DataFrame(rows).T.rename_axis("problem")
-
-
-def folder_name(label: str) -> str:
-    """A label as the name of a folder."""
-    return "".join(c if c.isalnum() or c in "-_" else "-" for c in label.lower())
 
 
 def html_table(table: pd.DataFrame) -> str:

@@ -16,7 +16,8 @@ from mgeo.plugins import find_plugin
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.execute import compare
 from mgeo.studies.file import PYMOO, Case, Study
-from mgeo.studies.report import by_problem, case_page, folder_name, study_page
+from mgeo.studies.labels import folder_name
+from mgeo.studies.report import by_problem, case_page, study_page
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.statistics import Friedman, friedman
 from mgeo.studies.stored import PROVENANCE, stored_tables
@@ -145,7 +146,7 @@ def _provenance(study: Study, case: Case, comparison: Comparison) -> dict[str, A
     statuses = comparison.runs["status"]
     return {
         "title": study.title,
-        "problem": {"name": case.name, "options": dict(case.options)},
+        "problem": {"label": case.label, "name": case.name, "options": dict(case.options)},
         "algorithms": {
             c.label: {"name": c.name, "parameters": dict(c.parameters)} for c in study.contenders
         },

@@ -17,7 +17,7 @@ from mgeo import MGEOReal
 from mgeo.cli.app import app
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Published, parse_study, read_study
-from mgeo.studies.report import folder_name
+from mgeo.studies.labels import folder_name
 from mgeo.studies.run import Failure, record
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.stored import read_comparison
@@ -85,7 +85,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
     assert "That all algorithms are alike has the probability p = " in page
     assert not re.search(r"<(script|link|img)[^>]*(src|href)=", page)
     data = json.loads((out / "dtlz2" / "provenance.json").read_text())
-    assert data["problem"] == {"name": "pymoo:dtlz2", "options": {}}
+    assert data["problem"] == {"label": "dtlz2", "name": "pymoo:dtlz2", "options": {}}
     assert data["algorithms"]["random 20"] == {"name": "random", "parameters": {"population": 20}}
     assert (data["runs_finished"], data["runs_failed"]) == (8, 0)
     assert data["space"]["reference_point"] == [1.1] * 3
@@ -280,8 +280,33 @@ def test_published_indicators_are_named_as_in_the_table():
     assert table.loc["A_1"].tolist() == ["0.5", "0.40 ± 0.10", "0.60 ± 0.10"]
 
 
-def test_labels_become_folders():
-    assert folder_name("attitude cubesat_6u/σ") == "attitude-cubesat_6u-σ"
+def test_one_problem_with_other_options_is_another_problem(tmp_path):
+    text = TWO.replace(
+        '["pymoo:zdt1", "pymoo:dtlz2"]',
+        '"pymoo:dtlz2"\noptions = { n_obj = 2 }\n[[problems]]\nname = "pymoo:dtlz2"\n'
+        "options = { n_obj = 3 }",
+    )
+    found = run_study(parse_study(text, tmp_path).reduced(40, 1), tmp_path / "out", progress=False)
+    assert [made.problem.n_obj for made in found.values()] == [2, 3]
+    assert list(found) == ["dtlz2, n_obj = 2", "dtlz2, n_obj = 3"]
+    for label, made in found.items():
+        again = read_comparison(tmp_path / "out" / folder_name(label))
+        assert again.table.equals(made.table)
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert 'href="dtlz2-n_obj-2~' in page
+
+
+def test_scenarios_of_like_names_have_their_own_folders(stand_in, tmp_path):
+    for name, load in (("a.b", 1.0), ("a-b", 2.0), ("a b", 3.0)):
+        (tmp_path / f"{name}.toml").write_text(f"load = {load}")
+    text = ONE.replace(
+        '"cantilever"', '"cantilever"\nscenario = ["a.b.toml", "a-b.toml", "a b.toml"]'
+    )
+    found = run_study(parse_study(text, tmp_path).reduced(40, 1), tmp_path / "out", progress=False)
+    folders = [folder_name(label) for label in found]
+    assert len(set(folders)) == 3
+    kept = [read_comparison(tmp_path / "out" / folder).problem.load for folder in folders]
+    assert kept == [1.0, 2.0, 3.0]
 
 
 @pytest.fixture
