@@ -42,7 +42,8 @@ def compare(
     progress: bool | None = None,
     title: str | None = None,
 ) -> Comparison:
-    """Run every algorithm with every seed, and measure all fronts in one space.
+    """Run every algorithm with every seed, and measure all fronts in one space, or the best value
+    that each run finds if there is a single objective.
 
     The front of a run is the set of nondominated points among *all* its evaluations, whatever
     the algorithm keeps or returns itself; it is measured after each number of evaluations in
@@ -53,7 +54,7 @@ def compare(
 
     Parameters
     ----------
-    problem : any pymoo problem with two or more objectives.
+    problem : any pymoo problem.
     algorithms : pymoo algorithms by the label to show; without labels, their classes' names.
     n_eval : evaluations of each run.
     seeds : how many (1, 2, ...), or which.
@@ -72,8 +73,6 @@ def compare(
     NothingToCompareError
         If every run failed (with the message of one of them), or none found a feasible solution.
     """
-    if problem.n_obj < 2:
-        raise ValueError(f"{type(problem).__name__} has one objective: expected two or more")
     named = _labeled(algorithms)
     n_eval = integer("n_eval", n_eval, low=1)
     steps = _grid(grid, n_eval)

@@ -103,6 +103,8 @@ def _failures(comparison: Comparison) -> list[str]:
 
 def _space(comparison: Comparison) -> str:
     space = comparison.space
+    if space.origin == "objective":
+        return "<p>Of a run counts the least feasible value among all its evaluations.</p>"
     if space.origin == "problem":
         where = "in the space of the problem's own indicator_space"
     else:

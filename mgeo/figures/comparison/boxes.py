@@ -56,10 +56,10 @@ def boxes_figure(comparison: Comparison) -> go.Figure:
     return finished(
         figure,
         f"All runs after {comparison.n_eval:,} evaluations",
-        f"box: quartiles and median; every point is a run, hover for its seed{_without(final)}",
+        f"box: quartiles and median; every point is a run, hover for its seed{_unseen(final)}",
     ).update_layout(height=row_height(len(comparison.algorithms)))
 
 
-def _without(final: pd.DataFrame) -> str:
+def _unseen(final: pd.DataFrame) -> str:
     runs = int((final["points"] == 0).sum())
-    return f"; {runs} runs found no front, which is infinitely far" if runs else ""
+    return f"; without {runs} that found nothing feasible" if runs else ""

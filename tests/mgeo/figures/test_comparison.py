@@ -136,9 +136,9 @@ def test_runs_without_a_front_count_in_what_is_attained():
 
 def test_boxes_say_how_many_runs_have_no_value():
     made = comparison()
-    assert "no front" not in boxes_figure(made).layout.title.text
+    assert "without" not in boxes_figure(made).layout.title.text
     made.table.loc[made.table["algorithm"] == "B", "points"] = 0
-    assert "3 runs found no front" in boxes_figure(made).layout.title.text
+    assert "; without 3 that found nothing feasible" in boxes_figure(made).layout.title.text
 
 
 def test_ranks_are_drawn_where_they_are():
@@ -192,7 +192,7 @@ def test_three_objectives_are_drawn_in_space_and_more_are_refused():
     for draw in (attainment_figure, lambda c: difference_figure(c, "A_1", ["B"])):
         with pytest.raises(ValueError, match="3 objectives"):
             draw(spatial)
-    with pytest.raises(ValueError, match="4 objectives"):
+    with pytest.raises(ValueError, match="4 objectives: expected 2 or 3"):
         fronts_figure(Comparison(**{**vars(made), "problem": DTLZ2(n_obj=4)}))
 
 

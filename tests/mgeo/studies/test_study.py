@@ -296,6 +296,30 @@ def test_one_problem_with_other_options_is_another_problem(tmp_path):
     assert 'href="dtlz2-n_obj-2~' in page
 
 
+def test_a_study_of_one_objective(mgeo, tmp_path):
+    text = TWO.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '["pymoo:sphere", "pymoo:rastrigin"]')
+    (tmp_path / "single.toml").write_text(text)
+    done = mgeo("single.toml", "--jobs", 1)
+    assert done.exit_code == 0, done.output
+    out = tmp_path / "studies" / "single"
+    assert names(out / "sphere") == FILES
+    again = read_comparison(out / "sphere")
+    assert list(again.overview().columns) == ["runs", "best value", "points"]
+    assert again.order() == read_comparison(out / "sphere").order()
+    assert (
+        "Of a run counts the least feasible value" in (out / "sphere" / "report.html").read_text()
+    )
+    assert "sphere (best value)" in (out / "summary.md").read_text()
+    assert "By best value, " in done.stdout
+    assert "front" not in done.stdout
+    data = json.loads((out / "sphere" / "provenance.json").read_text())
+    assert data["space"] == {"origin": "objective"}
+    data["space"] = {"origin": "union"}
+    (out / "sphere" / "provenance.json").write_text(json.dumps(data))
+    with pytest.raises(ValueError, match=r"space\.origin = 'union' with 1 objective"):
+        read_comparison(out / "sphere")
+
+
 def test_scenarios_of_like_names_have_their_own_folders(stand_in, tmp_path):
     for name, load in (("a.b", 1.0), ("a-b", 2.0), ("a b", 3.0)):
         (tmp_path / f"{name}.toml").write_text(f"load = {load}")
