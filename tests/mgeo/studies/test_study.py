@@ -70,6 +70,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
         "summary.csv",
         "report.html",
         "study.toml",
+        "study.json",
     }
     assert (out / "study.toml").read_text() == TWO
     assert len(list((out / "runs").iterdir())) == 16
@@ -106,7 +107,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
 def test_a_study_of_one_problem_needs_no_folders_below(tmp_path, stand_in):
     study = parse_study(ONE, tmp_path).reduced(60, 1)
     run_study(study, tmp_path / "out", progress=False)
-    assert names(tmp_path / "out") == FILES | {"runs", "study.toml"}
+    assert names(tmp_path / "out") == FILES | {"runs", "study.toml", "study.json"}
     data = json.loads((tmp_path / "out" / "provenance.json").read_text())
     assert data["versions"]["stand-in"] == "1.2.3"
     assert data["space"]["origin"] == "problem"
@@ -343,7 +344,7 @@ def mgeo(tmp_path, monkeypatch, stand_in):
 def test_the_command_runs_a_file_and_says_what_it_found(mgeo, tmp_path):
     done = mgeo("mine.toml", "--jobs", 1, "--seeds", 1, "--evaluations", 60)
     assert done.exit_code == 0, done.output
-    assert names(tmp_path / "studies" / "mine") == FILES | {"runs", "study.toml"}
+    assert names(tmp_path / "studies" / "mine") == FILES | {"runs", "study.toml", "study.json"}
     assert " ranks first: " in done.stdout
     assert "written: studies/mine/report.html" in done.stdout
     assert "cantilever: 4 runs, 0 of them found on disk" in done.stderr
