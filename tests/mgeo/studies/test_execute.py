@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 
+import joblib
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.cmopso import CMOPSO
@@ -20,6 +21,7 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 import mgeo
 from mgeo import MGEOReal, compare
+from mgeo.studies.dispatch import run_all
 from mgeo.studies.run import Task, record
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.verdict import verdict
@@ -71,6 +73,30 @@ def test_every_algorithm_is_measured_by_all_its_evaluations(serial):
 def test_processes_give_the_same_table(serial):
     parallel = compare(PROBLEM, ALGORITHMS, 150, seeds=3, grid=[50, 77], n_jobs=2)
     assert parallel.table.equals(serial.table)
+
+
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
+def test_multiprocessing_gives_the_same_table(serial, tmp_path):
+    with joblib.parallel_config("multiprocessing", n_jobs=2):
+        forked = compare(PROBLEM, ALGORITHMS, 150, seeds=3, grid=[50, 77], folder=tmp_path)
+        assert forked.table.equals(serial.table)
+        again = compare(PROBLEM, ALGORITHMS, 150, seeds=4, grid=[50, 77], folder=tmp_path)
+    assert again.runs["status"].tolist() == ["finished"] * 16
+    assert len(list(tmp_path.iterdir())) == 16
+
+
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
+def test_multiprocessing_keeps_runs_while_others_are_made(tmp_path):
+    """Each call of run_all yields what is there before the last is."""
+    tasks = {("NSGA-II", s): Task(PROBLEM, NSGA2(pop_size=12), 24, s) for s in range(5)}
+    tasks["NSGA-II", 5] = Task(PROBLEM, FailingNSGA2(pop_size=12), 24, 6)
+    with joblib.parallel_config("multiprocessing", n_jobs=2):
+        results = run_all(tasks, None)
+        first = [next(results), next(results)]
+        assert [key for key, _ in first] == [("NSGA-II", 0), ("NSGA-II", 1)]
+        rest = dict(results)
+    assert len(rest) == 4
+    assert rest["NSGA-II", 5].error == "ArithmeticError: seed 6 is even"
 
 
 def test_finished_runs_are_not_run_again(serial, tmp_path, monkeypatch):
