@@ -40,8 +40,7 @@ def case_page(study: Study, label: str, comparison: Comparison) -> str:
         parts.append(
             '<p class="note">A: probability that a run of the first beats one of the second '
             "(Vargha and Delaney); p: Mann-Whitney, two-sided; with Holm's correction for all "
-            "pairs. That all algorithms are alike has the probability "
-            f"p = {overall.p:.2g} (Kruskal and Wallis).</p>"
+            f"pairs. Kruskal-Wallis test of all algorithms at once: p = {overall.p:.2g}.</p>"
         )
     parts += ["<h2>How it was measured</h2>", _space(comparison)]
     parts += ["<h2>The study</h2>", f"<pre>{escape(study.text)}</pre>"]

@@ -83,7 +83,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
     page = (out / "zdt1" / "report.html").read_text()
     assert "<h1>Two &lt;problems&gt;</h1>\n<p>First.</p>\n<p>Second &amp; last.</p>" in page
     assert page.count("Plotly.newPlot(") >= 6
-    assert "That all algorithms are alike has the probability p = " in page
+    assert "Kruskal-Wallis test of all algorithms at once: p = " in page
     assert not re.search(r"<(script|link|img)[^>]*(src|href)=", page)
     data = json.loads((out / "dtlz2" / "provenance.json").read_text())
     assert data["problem"] == {"label": "dtlz2", "name": "pymoo:dtlz2", "options": {}}
