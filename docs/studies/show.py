@@ -8,9 +8,10 @@ import pandas as pd
 from IPython.display import Markdown
 
 from mgeo.studies import Comparison, Study, read_comparison, read_study
-from mgeo.studies.report import folder_name
+from mgeo.studies.labels import folder_name
 from mgeo.studies.stored import PROVENANCE
 from mgeo.studies.tables import markdown
+from mgeo.studies.verdict import against
 
 HERE = Path(__file__).parent
 
@@ -53,23 +54,15 @@ def table(values: pd.DataFrame) -> Markdown:
 
 
 def best_against(comparison: Comparison) -> pd.DataFrame:
-    """The best algorithm, by the first indicator, against every other one, in their order."""
-    best, *others = comparison.order()
-    pairs = comparison.tests().pairs
-    pairs = pairs[(pairs[["a", "b"]] == best).any(axis=1)]
-    second = pairs["b"] == best  # there A counts for the other one
-    rows = pd.DataFrame(
-        {
-            "other": pairs["a"].where(second, pairs["b"]),
-            "A": pairs["A"].where(~second, 1.0 - pairs["A"]).map("{:.3f}".format),
-            "p (Holm)": pairs["p_holm"].map("{:.2g}".format),
-        }
-    )
-    return rows.set_index("other").loc[others].rename_axis(f"{best} against")
+    """The first algorithm of the order, by the first indicator, against every other one."""
+    best = comparison.order()[0]
+    rows = against(comparison, best)
+    texts = {"A": rows["A"].map("{:.3f}".format), "p (Holm)": rows["p_holm"].map("{:.2g}".format)}
+    return pd.DataFrame(texts).rename_axis(f"{best} against")
 
 
 def means(found: Mapping[str, Comparison], suite: str) -> pd.DataFrame:
-    """Mean hypervolume, algorithms by problems of a suite, the best of each in bold."""
+    """Mean hypervolume, algorithms by problems of a suite, the highest of each in bold."""
     columns = {}
     for label, comparison in found.items():
         if label.startswith(suite):

@@ -11,7 +11,7 @@ import pandas as pd
 
 from mgeo.runs.names import column_names
 from mgeo.studies.indicators import Indicator, applicable
-from mgeo.studies.statistics import Friedman, friedman, pairwise
+from mgeo.studies.statistics import KruskalWallis, kruskal_wallis, mean_ranks, pairwise
 from mgeo.studies.tables import latex
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ class Tests:
 
     indicator: str
     pairs: pd.DataFrame
-    friedman: Friedman | None
+    kruskal_wallis: KruskalWallis | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,29 +88,19 @@ class Comparison:
         return statistics.reindex(self.algorithms)
 
     def tests(self, indicator: str | None = None) -> Tests:
-        """Mann-Whitney tests of all pairs, with Holm's correction and effect sizes; Friedman.
+        """Mann-Whitney tests of all pairs, with Holm's correction and effect sizes, and that of
+        Kruskal and Wallis of all at once (None for fewer than two algorithms).
 
-        Friedman's blocks are the seeds that every algorithm finished; None for fewer than two
-        algorithms or seeds.
+        Every finished run counts, with the worst value if it has no front.
 
         Raises
         ------
         ValueError
             If the indicator is unknown.
         """
-        chosen = self.indicator(indicator)
-        final = self.final()
-        final[chosen.name] = chosen.better(final[chosen.name])
-        samples = {
-            str(name): group[chosen.name].to_numpy(float)
-            for name, group in final.groupby("algorithm", sort=False)
-        }
-        wide = final.pivot(index="seed", columns="algorithm", values=chosen.name).dropna()
-        ranked = None
-        if len(wide) > 1 and len(wide.columns) > 1 and len(samples) == len(self.algorithms):
-            names = list(self.algorithms)
-            ranked = friedman(wide[names].to_numpy(float), names)
-        return Tests(chosen.name, pairwise(samples), ranked)
+        samples = self._samples(indicator)
+        overall = kruskal_wallis(samples) if len(samples) > 1 else None
+        return Tests(self.indicator(indicator).name, pairwise(samples), overall)
 
     def overview(self) -> pd.DataFrame:
         """Per algorithm, as text: mean ± sd of every column of the table, and the runs.
@@ -126,13 +116,8 @@ class Comparison:
         return pd.DataFrame(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:
-        """The `overview` as a booktabs table, the best mean of each indicator in bold."""
-        summary = self.summary()
-        bold = set()
-        for indicator in self.indicators:
-            means = indicator.better(summary[(indicator.name, "mean")])
-            if means.notna().any():
-                bold.add((means.idxmax(), indicator.title))
+        """The `overview` as a booktabs table; by each indicator the first of `order` in bold."""
+        bold = {(name, i.title) for i in self.indicators for name in self.order(i.name)[:1]}
         return latex(self.overview(), bold)
 
     def figures(self) -> dict[str, go.Figure]:
@@ -155,17 +140,17 @@ class Comparison:
         return known[name or next(iter(known))]
 
     def order(self, indicator: str | None = None) -> list[str]:
-        """Algorithms with a front, the one with the best mean of the indicator first.
+        """Algorithms with a finished run, the one with the best mean rank of its runs first.
+
+        These are the ranks that the tests are made of. An order by means would be another one
+        where a few runs are far from the others.
 
         Raises
         ------
         ValueError
             If the indicator is unknown.
         """
-        final, chosen = self.final(), self.indicator(indicator)
-        final = final[final["points"] > 0].assign(value=chosen.better(final[chosen.name]))
-        means = final.groupby("algorithm", sort=False)["value"].mean()
-        return [str(name) for name in means.sort_values(ascending=False, kind="stable").index]
+        return [str(name) for name in mean_ranks(self._samples(indicator)).index]
 
     def median_seed(self, algorithm: str) -> int | None:
         """Seed of the run with the median of the first indicator (the better of two), if any."""
@@ -173,6 +158,14 @@ class Comparison:
         rows = final[final["algorithm"] == algorithm]
         order = chosen.better(rows[chosen.name]).sort_values(ascending=False, kind="stable").index
         return int(rows.loc[order[(len(order) - 1) // 2], "seed"]) if len(order) else None
+
+    def _samples(self, indicator: str | None) -> dict[str, FloatArray]:
+        """The final values of each algorithm's finished runs, turned so that larger is better."""
+        chosen = self.indicator(indicator)
+        return {
+            str(name): chosen.better(group[chosen.name].to_numpy(float))
+            for name, group in self.final().groupby("algorithm", sort=False)
+        }
 
 
 def _shown(mean: float, sd: float) -> str:

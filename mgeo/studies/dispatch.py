@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures.process import BrokenProcessPool
 
 import joblib
+from joblib.parallel import get_active_backend
 
 from mgeo.studies.record import Record
 from mgeo.studies.run import Failure, Task, run
@@ -16,16 +17,17 @@ Result = Record | Failure
 
 
 def run_all(tasks: Mapping[Key, Task], n_jobs: int | None) -> Iterator[tuple[Key, Result]]:
-    """Each run's result, as they come.
+    """Each run's result, as they come, or in groups from a backend that cannot give them singly.
 
     A run may bring down its process (a crash of compiled code, memory used up), and then those
     of others end with it. So what was under way at that moment is made again one by one, and the
-    run with which a process dies once more is a failure; the rest goes on as before.
+    run with which a process dies once more is a failure; the rest goes on as before. (Not so with
+    joblib's multiprocessing, which does not notice, and waits for that run.)
     """
     waiting = dict(tasks)
     while waiting:
         try:
-            for key, result in _parallel(n_jobs)(_calls(waiting)):
+            for key, result in _results(waiting, n_jobs):
                 del waiting[key]
                 yield key, result
         except _deaths():
@@ -35,23 +37,27 @@ def run_all(tasks: Mapping[Key, Task], n_jobs: int | None) -> Iterator[tuple[Key
                 yield key, _alone(key, waiting.pop(key), n_jobs)
 
 
-def _parallel(n_jobs: int | None) -> joblib.Parallel:
-    # a new one for every call: after an error one keeps calls handed out but not begun, and would
-    # make them together with those of its next call
-    return joblib.Parallel(n_jobs=n_jobs, return_as="generator_unordered", batch_size=1)
+def _results(tasks: Mapping[Key, Task], n_jobs: int | None) -> Iterator[tuple[Key, Result]]:
+    # a new Parallel for every call: after an error one keeps calls handed out but not begun, and
+    # would make them together with those of its next call
+    calls = [joblib.delayed(_keyed)(key, task) for key, task in tasks.items()]
+    backend, _ = get_active_backend()
+    if getattr(backend, "supports_return_generator", False):
+        yield from joblib.Parallel(n_jobs, return_as="generator_unordered", batch_size=1)(calls)
+        return
+    # multiprocessing gives the results of a call all at once: so one run for each process a call
+    step = joblib.effective_n_jobs(n_jobs)
+    with joblib.Parallel(n_jobs, batch_size=1) as parallel:
+        for i in range(0, len(calls), step):
+            yield from parallel(calls[i : i + step])
 
 
 def _alone(key: Key, task: Task, n_jobs: int | None) -> Result:
     try:
-        ((_, result),) = _parallel(n_jobs)(_calls({key: task}))
+        ((_, result),) = _results({key: task}, n_jobs)
     except _deaths() as error:
         return Failure(f"its process died: {type(error).__name__}", str(error))
-    return result  # type: ignore[no-any-return]
-
-
-def _calls(tasks: Mapping[Key, Task]) -> Iterable[object]:
-    # of a copy: the caller takes out what is done while joblib still asks for more
-    return (joblib.delayed(_keyed)(key, task) for key, task in list(tasks.items()))
+    return result
 
 
 def _keyed(key: Key, task: Task) -> tuple[Key, Result]:

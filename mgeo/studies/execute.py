@@ -42,18 +42,21 @@ def compare(
     progress: bool | None = None,
     title: str | None = None,
 ) -> Comparison:
-    """Run every algorithm with every seed, and measure all fronts in one space.
+    """Run every algorithm with every seed, and measure all fronts in one space, or the best value
+    that each run finds if there is a single objective.
 
     The front of a run is the set of nondominated points among *all* its evaluations, whatever
     the algorithm keeps or returns itself; it is measured after each number of evaluations in
     `grid`, to the exact evaluation. A run that fails is reported and the others go on.
 
     Runs are spread by joblib: over processes with `n_jobs`, or as ``joblib.parallel_config``
-    says, such as over a Dask cluster. The table does not depend on it.
+    says, such as over a Dask cluster. The table does not depend on it. The default backend (loky)
+    and Dask survive a process that dies; multiprocessing does not, and keeps finished runs only
+    when each of its processes has one.
 
     Parameters
     ----------
-    problem : any pymoo problem with two or more objectives.
+    problem : any pymoo problem.
     algorithms : pymoo algorithms by the label to show; without labels, their classes' names.
     n_eval : evaluations of each run.
     seeds : how many (1, 2, ...), or which.
@@ -72,8 +75,6 @@ def compare(
     NothingToCompareError
         If every run failed (with the message of one of them), or none found a feasible solution.
     """
-    if problem.n_obj < 2:
-        raise ValueError(f"{type(problem).__name__} has one objective: expected two or more")
     named = _labeled(algorithms)
     n_eval = integer("n_eval", n_eval, low=1)
     steps = _grid(grid, n_eval)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
@@ -16,6 +15,7 @@ from mgeo.reading import entry, errors_of, parse_toml, read_text
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.runs.scenario import read_scenario
 from mgeo.studies.execute import GRID_POINTS
+from mgeo.studies.labels import distinct, filled
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 PYMOO = "pymoo:"  # before the name of one of pymoo's test problems
 _KEYS = ("title", "about", "evaluations", "seeds", "grid", "problems", "algorithms", "published")
 _MOST = 100_000  # runs of a kind: more are a slip
-_PROBLEM_KEYS = ("name", "scenario", "options")
+_PROBLEM_KEYS = ("name", "label", "scenario", "options")
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ def parse_study(text: str, folder: Path) -> Study:
     for key in ("title", "evaluations", "seeds", "problems", "algorithms"):
         if key not in data:
             raise ValueError(f"{key} is missing")
-    cases = [c for i, t in enumerate(_tables(data, "problems")) for c in _cases(t, i, folder)]
+    cases = _cases(_tables(data, "problems"), folder)
     contenders = [c for i, t in enumerate(_tables(data, "algorithms")) for c in _contenders(t, i)]
     for key, labels in (
         ("problems", [case.label for case in cases]),
@@ -169,24 +169,44 @@ def parse_study(text: str, folder: Path) -> Study:
     return study
 
 
-def _cases(table: Mapping[str, Any], index: int, folder: Path) -> Iterator[Case]:
+def _cases(tables: Sequence[Mapping[str, Any]], folder: Path) -> list[Case]:
+    """Their problems, with longer labels where shorter ones would be the same."""
+    found = [each for i, table in enumerate(tables) for each in _named(table, i, folder)]
+    labels = distinct([candidates for _, candidates in found])
+    return [replace(case, label=label) for (case, _), label in zip(found, labels, strict=True)]
+
+
+def _named(
+    table: Mapping[str, Any], index: int, folder: Path
+) -> Iterator[tuple[Case, Sequence[str]]]:
+    """Every problem of a table, and what it may be called, the shortest first."""
     where = f"problems[{index}]."
     _refuse_unknown(table, _PROBLEM_KEYS, where)
     if "name" not in table:
         raise ValueError(f"{where}name is missing")
     if "scenario" in table and "options" in table:
         raise ValueError(f"{where}scenario and options: expected one of them")
-    for name in _listed(table["name"]):
-        if not isinstance(name, str):
-            raise TypeError(f"{where}name = {name!r}: expected a string, or a list of strings")
+    options = entry(table, "options", dict, where) if "options" in table else {}
+    for full in _listed(table["name"]):
+        if not isinstance(full, str):
+            raise TypeError(f"{where}name = {full!r}: expected a string, or a list of strings")
+        name = full.removeprefix(PYMOO)
         if "scenario" not in table:
-            options = entry(table, "options", dict, where) if "options" in table else {}
-            yield Case(name.removeprefix(PYMOO), name, options)
-        else:
-            for scenario in _listed(table["scenario"]):
-                if not isinstance(scenario, str):
-                    raise TypeError(f"{where}scenario = {scenario!r:.80}: expected a string")
-                yield Case(f"{name} {Path(scenario).stem}", name, read_scenario(scenario, folder))
+            details = [f"{key} = {value}" for key, value in options.items()]
+            names = (name, ", ".join([name, *details]), ", ".join([full, *details]))
+            yield Case("", full, options), _given(table, where, {**options, "name": name}) or names
+            continue
+        for scenario in _listed(table["scenario"]):
+            if not isinstance(scenario, str):
+                raise TypeError(f"{where}scenario = {scenario!r:.80}: expected a string")
+            stem = Path(scenario).stem
+            names = (f"{name} {stem}", f"{name} {scenario}", f"{full} {scenario}")
+            given = _given(table, where, {"name": name, "scenario": stem})
+            yield Case("", full, read_scenario(scenario, folder)), given or names
+
+
+def _given(table: Mapping[str, Any], where: str, values: Mapping[str, Any]) -> tuple[str, ...]:
+    return (filled(table, where, values),) if "label" in table else ()
 
 
 def _contenders(table: Mapping[str, Any], index: int) -> Iterator[Contender]:
@@ -217,20 +237,10 @@ def _label(
     chosen: Mapping[str, Any],
     given: Mapping[str, Any],
 ) -> str:
-    if "label" not in table:
-        swept = [f"{key} = {chosen[key]}" for key in given if isinstance(given[key], list)]
-        return ", ".join([name, *swept])
-    values = {"name": name, **chosen}
-    text = entry(table, "label", str, where)
-    # not str.format, which looks into objects: {name.__class__}, {name:>999999999}
-    parts = re.split(r"\{(\w+)\}", text)
-    if any("{" in part or "}" in part for part in parts[::2]) or set(parts[1::2]) - set(values):
-        raise ValueError(
-            f"{where}label = {text!r:.80}: expected text in which braces hold only "
-            f"{', '.join(values)}"
-        )
-    parts[1::2] = (str(values[key]) for key in parts[1::2])
-    return "".join(parts)
+    if "label" in table:
+        return filled(table, where, {"name": name, **chosen})
+    swept = [f"{key} = {chosen[key]}" for key in given if isinstance(given[key], list)]
+    return ", ".join([name, *swept])
 
 
 def _published(table: Any) -> Published:

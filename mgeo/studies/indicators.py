@@ -1,4 +1,4 @@
-"""Quality of a front as numbers: hypervolume, IGD+, additive epsilon."""
+"""Quality of a front as numbers: hypervolume, IGD+, additive epsilon; or the best value."""
 
 from __future__ import annotations
 
@@ -49,6 +49,14 @@ def _epsilon(points: FloatArray, space: IndicatorSpace) -> float:
     return float(moocore.epsilon_additive(points, ref=space.reference_front))
 
 
+def _best_value(points: FloatArray, space: IndicatorSpace) -> float:
+    return float(points.min()) if len(points) else np.inf
+
+
+#: Of a single objective: the least value found.
+BEST_VALUE = Indicator("best_value", "best value", False, _best_value)
+
+#: Of several objectives.
 #: Hypervolume: how much of the space up to the reference point is dominated; an empty front has 0.
 #: IGD+ (Ishibuchi et al. 2015): mean over the reference front of how far the nearest point of the
 #: front is from dominating it. Additive epsilon (Zitzler et al. 2003): by how much the front must
@@ -65,6 +73,8 @@ INDICATORS: Mapping[str, Indicator] = {
 
 def applicable(n_obj: int) -> list[Indicator]:
     """The indicators for so many objectives: the exact hypervolume up to `MAX_OBJECTIVES`."""
+    if n_obj == 1:
+        return [BEST_VALUE]
     return [i for i in INDICATORS.values() if n_obj <= MAX_OBJECTIVES or i.name != "hypervolume"]
 
 
@@ -73,7 +83,8 @@ def trace(
 ) -> list[dict[str, Any]]:
     """One row per number of evaluations in `grid`.
 
-    Its columns are ``evaluations``, the indicators, ``points`` of the front, and what the
+    Its columns are ``evaluations``, the indicators, ``points`` of the front (of a single objective
+    1, or 0 where nothing feasible was found), and what the
     problem's optional ``front_summary(F)`` makes of the front in the problem's own objectives.
     """
     indicators = applicable(problem.n_obj)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import joblib
 
 from mgeo.runs.estimate import estimate
+from mgeo.studies.claim import check
 from mgeo.studies.file import Study
 from mgeo.studies.folder import RunFolder
 from mgeo.studies.run import Task
@@ -49,9 +50,10 @@ def outline(
     Raises
     ------
     ValueError, TypeError
-        If a problem or an algorithm cannot be built.
+        If a problem or an algorithm cannot be built, or the folder belongs to another study.
     """
     problems, algorithms = build(study)
+    check(Path(folder), study)
     store = RunFolder(Path(folder) / RECORDS)
     share = seconds / sum(map(len, algorithms))
     runs = found = timed = 0

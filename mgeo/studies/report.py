@@ -10,6 +10,7 @@ import pandas as pd
 
 from mgeo.figures import report_page
 from mgeo.figures.comparison.ranks import ranks_figure
+from mgeo.studies.labels import folder_name
 from mgeo.studies.verdict import beside, verdict
 
 if TYPE_CHECKING:
@@ -31,14 +32,15 @@ def case_page(study: Study, label: str, comparison: Comparison) -> str:
         parts.append(html_table(beside(comparison, study.published)))
     parts += ["<h2>All measures</h2>", html_table(comparison.overview()), *_failures(comparison)]
     parts += ["<h2>Figures</h2>", *comparison.figures().values()]
-    pairs = comparison.tests().pairs
-    if len(pairs):
+    tests = comparison.tests()
+    pairs, overall = tests.pairs, tests.kruskal_wallis
+    if overall is not None:
         first = comparison.indicator().title
         parts += [f"<h2>Pairs, by {first}</h2>", html_table(_readable(pairs).set_index("a"))]
         parts.append(
             '<p class="note">A: probability that a run of the first beats one of the second '
             "(Vargha and Delaney); p: Mann-Whitney, two-sided; with Holm's correction for all "
-            "pairs.</p>"
+            f"pairs. Kruskal-Wallis test of all algorithms at once: p = {overall.p:.2g}.</p>"
         )
     parts += ["<h2>How it was measured</h2>", _space(comparison)]
     parts += ["<h2>The study</h2>", f"<pre>{escape(study.text)}</pre>"]
@@ -50,7 +52,7 @@ def study_page(study: Study, comparisons: Mapping[str, Comparison], ranked: Frie
     parts: list[Any] = [f"<h1>{escape(study.title)}</h1>", *_paragraphs(study.about)]
     if ranked is not None:
         labels = tuple(contender.label for contender in study.contenders)
-        parts.append(ranks_figure(ranked, labels, "problems"))
+        parts.append(ranks_figure(ranked, labels))
     parts += ["<h2>Problems</h2>", html_table(by_problem(comparisons))]
     links = [f'<a href="{folder_name(k)}/report.html">{escape(k)}</a>' for k in comparisons]
     parts += [f"<p>{', '.join(links)}</p>", f"<pre>{escape(study.text)}</pre>"]
@@ -64,11 +66,6 @@ def by_problem(comparisons: Mapping[str, Comparison]) -> pd.DataFrame:
         for label, c in comparisons.items()
     }
     return pd.DataFrame(rows).T.rename_axis("problem")
-
-
-def folder_name(label: str) -> str:
-    """A label as the name of a folder."""
-    return "".join(c if c.isalnum() or c in "-_" else "-" for c in label.lower())
 
 
 def html_table(table: pd.DataFrame) -> str:
@@ -105,6 +102,8 @@ def _failures(comparison: Comparison) -> list[str]:
 
 def _space(comparison: Comparison) -> str:
     space = comparison.space
+    if space.origin == "objective":
+        return "<p>Of a run counts the least feasible value among all its evaluations.</p>"
     if space.origin == "problem":
         where = "in the space of the problem's own indicator_space"
     else:

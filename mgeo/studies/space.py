@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 BEYOND_NADIR = 1.1  # reference point where the union of fronts spans 0 to 1
 REFERENCE_SIZE = 500  # points of the reference front
 
-Origin = Literal["problem", "union", "given"]
+Origin = Literal["problem", "union", "given", "objective"]
 
 
 class NothingToCompareError(ValueError):
@@ -37,7 +37,8 @@ class IndicatorSpace:
         ones where the problem's `indicator_space` does the scaling.
     reference_point : (n_obj,) of the hypervolume, in this space.
     reference_front : (m, n_obj) for IGD+ and the additive epsilon, in this space.
-    origin : where it comes from: the "problem", the "union" of the fronts, or "given".
+    origin : where it comes from: the "problem", the "union" of the fronts, or "given"; or the
+        single "objective", in its own units.
     transform : the problem's `indicator_space`, if it has one.
     """
 
@@ -57,6 +58,8 @@ class IndicatorSpace:
 
     def describe(self) -> dict[str, Any]:
         """What a reader must know to compute the same indicators, as JSON's types."""
+        if self.origin == "objective":
+            return {"origin": self.origin}
         return {
             "origin": self.origin,
             "ideal": self.ideal.tolist(),
@@ -85,6 +88,8 @@ def indicator_space(
     decide where the indicators look. The problem's ``pareto_front()`` is not asked for: pymoo
     draws some of them at random, and downloads others. Where it is good, pass it.
 
+    A single objective is its own space.
+
     Parameters
     ----------
     fronts : (n, n_obj) objectives each, of all runs.
@@ -95,15 +100,19 @@ def indicator_space(
     NothingToCompareError
         If there is nothing to take the space from.
     ValueError
-        If a shape does not fit.
+        If a shape does not fit, or bounds or a reference front are given for a single objective.
     """
     n_obj = problem.n_obj
+    if n_obj == 1 and not (bounds is None and reference_front is None):
+        raise ValueError("bounds, reference_front: expected none for a single objective")
     known = None if reference_front is None else _checked(reference_front, n_obj)
     union = np.concatenate([np.empty((0, n_obj)), *fronts])
     everything = union if known is None else np.concatenate([union, known])
     best = everything[nondominated(everything)]
     if not len(best):
         raise NothingToCompareError("no run found a feasible solution")
+    if n_obj == 1:
+        return objective_space()
     transform = contract.indicator_space(problem)
     ideal, nadir = np.zeros(n_obj), np.ones(n_obj)
     reference_point = np.ones(n_obj)
@@ -121,6 +130,12 @@ def indicator_space(
     if known is None:
         points = points[thin(points, max(REFERENCE_SIZE, 2 * n_obj))]
     return IndicatorSpace(ideal, nadir, reference_point, points, origin, transform)
+
+
+def objective_space() -> IndicatorSpace:
+    """The space of a single objective: its values as they are."""
+    zero, one = np.zeros(1), np.ones(1)
+    return IndicatorSpace(zero, one, one, np.empty((0, 1)), "objective")
 
 
 def _checked(front: ArrayLike, n_obj: int) -> FloatArray:

@@ -18,14 +18,32 @@ _MAGNITUDES = ((0.71, "large"), (0.64, "medium"), (0.56, "small"))
 
 
 @dataclass(frozen=True, eq=False)
+class KruskalWallis:
+    """Kruskal and Wallis' test (1952) of independent samples: whether any of them differ.
+
+    Attributes
+    ----------
+    statistic, p : chi-square with k - 1 degrees of freedom, corrected for ties.
+    ranks : see `mean_ranks`.
+    """
+
+    statistic: float
+    p: float
+    ranks: pd.Series[float]
+
+
+@dataclass(frozen=True, eq=False)
 class Friedman:
-    """Friedman's test over blocks (seeds, or problems), with ranks; 1 is the best.
+    """Friedman's test over problems, with ranks; 1 is the best.
+
+    Values of a block must belong together: those of one problem do, those of one seed do not,
+    because every run is independent of every other.
 
     Attributes
     ----------
     statistic, p : chi-square with k - 1 degrees of freedom, corrected for ties.
     ranks : average rank of each algorithm, best first.
-    blocks : number of blocks.
+    blocks : number of problems.
     critical_difference : of average ranks, at 5 %: Nemenyi's test for all pairs (Demsar 2006).
     """
 
@@ -84,18 +102,50 @@ def pairwise(samples: Mapping[str, ArrayLike]) -> pd.DataFrame:
     return table.assign(p_holm=holm(table["p"].to_numpy(float)))
 
 
-def friedman(values: ArrayLike, names: Sequence[str]) -> Friedman:
-    """Friedman's test of values (blocks, algorithms), larger ones being better.
+def mean_ranks(samples: Mapping[str, ArrayLike]) -> pd.Series[float]:
+    """Mean rank of each sample's values among those of all samples, the best first.
+
+    Rank 1 has the largest value; equal values share the mean of their ranks. Of two samples the
+    one with the better mean rank is the one of which `vargha_delaney` is above one half.
+    """
+    arrays = {name: np.asarray(values, dtype=float) for name, values in samples.items()}
+    ranks = stats.rankdata(-np.concatenate([np.empty(0), *arrays.values()]))
+    parts = np.split(ranks, np.cumsum([len(values) for values in arrays.values()])[:-1])
+    means = {name: part.mean() for name, part in zip(arrays, parts, strict=False) if len(part)}
+    return pd.Series(means, dtype=float, name="mean rank").sort_values(kind="stable")
+
+
+def kruskal_wallis(samples: Mapping[str, ArrayLike]) -> KruskalWallis:
+    """Kruskal and Wallis' test of independent samples, larger values being better.
 
     Raises
     ------
     ValueError
-        For fewer than two algorithms or two blocks.
+        For fewer than two samples, or an empty one.
+    """
+    arrays = [np.asarray(values, dtype=float) for values in samples.values()]
+    if len(arrays) < 2 or not all(map(len, arrays)):
+        sizes = {name: len(values) for name, values in zip(samples, arrays, strict=True)}
+        raise ValueError(f"samples of sizes {sizes}: expected two or more, none of them empty")
+    ranks = mean_ranks(samples)
+    if np.unique(np.concatenate(arrays)).size == 1:
+        return KruskalWallis(0.0, 1.0, ranks)
+    found = stats.kruskal(*arrays)
+    return KruskalWallis(float(found.statistic), float(found.pvalue), ranks)
+
+
+def friedman(values: ArrayLike, names: Sequence[str]) -> Friedman:
+    """Friedman's test of values (problems, algorithms), larger ones being better.
+
+    Raises
+    ------
+    ValueError
+        For fewer than two algorithms or two problems.
     """
     table = np.asarray(values, dtype=float)
     if table.ndim != 2 or table.shape[1] != len(names) or min(table.shape) < 2:
         raise ValueError(
-            f"values of shape {table.shape} for {len(names)} algorithms: expected (blocks, "
+            f"values of shape {table.shape} for {len(names)} algorithms: expected (problems, "
             "algorithms), two or more of each"
         )
     n, k = table.shape
@@ -115,7 +165,7 @@ def friedman(values: ArrayLike, names: Sequence[str]) -> Friedman:
 
 
 def critical_difference(k: int, blocks: int, alpha: float = 0.05) -> float:
-    """Nemenyi's critical difference of average ranks of k algorithms over so many blocks."""
+    """Nemenyi's critical difference of average ranks of k algorithms over so many problems."""
     q = stats.studentized_range.ppf(1.0 - alpha, k, np.inf) / np.sqrt(2.0)
     return float(q * np.sqrt(k * (k + 1) / (6.0 * blocks)))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 import pandas as pd
@@ -18,8 +18,11 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Case
 from mgeo.studies.indicators import applicable
 from mgeo.studies.record import Record
-from mgeo.studies.space import IndicatorSpace, Origin
+from mgeo.studies.space import IndicatorSpace, Origin, objective_space
 from mgeo.tables import read_texts, to_csv
+
+if TYPE_CHECKING:
+    from pymoo.core.problem import Problem
 
 TABLE, FINAL, RUNS, FRONTS = "table.csv", "final.csv", "runs.csv", "fronts.csv"
 PROVENANCE = "provenance.json"
@@ -75,11 +78,9 @@ def read_comparison(folder: Path | str) -> Comparison:
                 f"space.origin = {origin!r:.80}: expected {', '.join(get_args(Origin))}"
             )
         problem = case.build()
-        ideal, nadir, point = (
-            _point(stated, key, problem.n_obj) for key in ("ideal", "nadir", "reference_point")
-        )
-    transform = contract.indicator_space(problem) if origin == "problem" else None
-    space = IndicatorSpace(ideal, nadir, point, np.empty((0, problem.n_obj)), origin, transform)
+        if (origin == "objective") != (problem.n_obj == 1):
+            raise ValueError(f"space.origin = {origin!r} with {problem.n_obj} objective(s)")
+        space = _space(problem, origin, stated)
     indicators = [indicator.name for indicator in applicable(problem.n_obj)]
     counts = ["wall_time", "failed_evaluations"]
     table = _read(folder / TABLE, algorithms, ["evaluations", "points", *indicators])
@@ -93,6 +94,16 @@ def read_comparison(folder: Path | str) -> Comparison:
             if row["status"] == "finished"
         }
     return Comparison(problem, algorithms, n_eval, table, runs, records, space)
+
+
+def _space(problem: Problem, origin: Origin, stated: Mapping[str, Any]) -> IndicatorSpace:
+    if origin == "objective":
+        return objective_space()
+    n_obj = problem.n_obj
+    keys = ("ideal", "nadir", "reference_point")
+    ideal, nadir, point = (_point(stated, key, n_obj) for key in keys)
+    transform = contract.indicator_space(problem) if origin == "problem" else None
+    return IndicatorSpace(ideal, nadir, point, np.empty((0, n_obj)), origin, transform)
 
 
 def _point(stated: Mapping[str, Any], key: str, n_obj: int) -> NDArray[np.float64]:

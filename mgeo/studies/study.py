@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from mgeo.files import write_file, write_files
+from mgeo.files import write_files
 from mgeo.plugins import find_plugin
+from mgeo.studies.claim import check, claim
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.execute import compare
 from mgeo.studies.file import PYMOO, Case, Study
-from mgeo.studies.report import by_problem, case_page, folder_name, study_page
+from mgeo.studies.labels import folder_name
+from mgeo.studies.report import by_problem, case_page, study_page
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.statistics import Friedman, friedman
 from mgeo.studies.stored import PROVENANCE, stored_tables
@@ -39,7 +41,8 @@ def run_study(
     problem is done: ``table.csv`` (indicators over evaluations), ``final.csv`` (after all of
     them), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
     ``report.html`` and last ``provenance.json``. A study that was interrupted goes on with the
-    runs that are missing.
+    runs that are missing. With its first tables the folder belongs to this study, which may grow:
+    see `mgeo.studies.claim`.
 
     Returns
     -------
@@ -48,12 +51,13 @@ def run_study(
     Raises
     ------
     ValueError, TypeError
-        If a problem or an algorithm cannot be built.
+        If a problem or an algorithm cannot be built, or the folder belongs to another study.
     NothingToCompareError
         If all runs of a problem failed, or none found a feasible solution; the others are done.
     """
     folder = Path(folder)
     problems, algorithms = build(study)
+    check(folder, study)
     comparisons: dict[str, Comparison] = {}
     without: list[str] = []
     for case, problem, contenders in zip(study.cases, problems, algorithms, strict=True):
@@ -72,9 +76,11 @@ def run_study(
         except NothingToCompareError as error:
             without.append(f"{case.label}: {error}")
             continue
+        contents = _contents(study, case, comparison)
+        claim(folder, study)
         place = folder if len(study.cases) == 1 else folder / folder_name(case.label)
         place.mkdir(parents=True, exist_ok=True)
-        write_files(place, _contents(study, case, comparison))
+        write_files(place, contents)
         comparisons[case.label] = comparison
     if len(study.cases) > 1 and comparisons:
         page = study_page(study, comparisons, over_problems(study, comparisons))
@@ -87,7 +93,6 @@ def run_study(
                 REPORT: page.encode(),
             },
         )
-    write_file(folder / "study.toml", study.text.encode())
     if without:
         raise NothingToCompareError("; ".join(without))
     return comparisons
@@ -145,7 +150,7 @@ def _provenance(study: Study, case: Case, comparison: Comparison) -> dict[str, A
     statuses = comparison.runs["status"]
     return {
         "title": study.title,
-        "problem": {"name": case.name, "options": dict(case.options)},
+        "problem": {"label": case.label, "name": case.name, "options": dict(case.options)},
         "algorithms": {
             c.label: {"name": c.name, "parameters": dict(c.parameters)} for c in study.contenders
         },

@@ -14,34 +14,81 @@ _LEVEL = 0.05
 
 
 def verdict(comparison: Comparison) -> list[str]:
-    """Which algorithm is best by the first indicator, from which it cannot be told apart, and
-    whether the other indicators and the number of points on a front say the same.
+    """Which algorithm ranks first by the first indicator, which ones the tests tell from it and in
+    what direction, and whether the other indicators and the number of points on a front say the
+    same.
     """
     order = comparison.order()
     if len(order) < 2:
         return []
-    best, second = order[:2]
-    title = comparison.indicator().title
-    values = comparison.overview()[title]
-    rivals = _not_told_apart(comparison, best)
-    if len(rivals) == len(order) - 1:
-        found = "The runs do not tell it apart from any other"
-    elif rivals:
-        found = f"The runs do not tell it apart from {', '.join(rivals)}"
-    else:
-        found = "It differs from every other"
-    return [
-        f"By {title}, {best} is the best: {values[best]}, then {second}: {values[second]}.",
-        f"{found} (Mann-Whitney with Holm's correction, {100 * _LEVEL:g} %).",
-        *_other_indicators(comparison, best),
-        *_points(comparison, order),
+    first, second = order[:2]
+    indicator = comparison.indicator()
+    values = comparison.overview()[indicator.title]
+    means = indicator.better(comparison.summary()[(indicator.name, "mean")])
+    sentences = [
+        f"By {indicator.title}, {first} ranks first: {values[first]}, then {second}: "
+        f"{values[second]}."
     ]
+    if means.max() > means[first]:
+        highest = str(means.idxmax())
+        sentences.append(
+            f"The best mean is that of {highest}, {values[highest]}; ranks say how often a run is "
+            "better, means also by how much."
+        )
+    sentences.append(_told_apart(against(comparison, first)))
+    sentences += _other_indicators(comparison, first)
+    if comparison.problem.n_obj > 1:
+        sentences += _points(comparison, order)
+    return sentences
 
 
-def _not_told_apart(comparison: Comparison, name: str, indicator: str | None = None) -> list[str]:
+def against(comparison: Comparison, name: str, indicator: str | None = None) -> pd.DataFrame:
+    """One algorithm against every other one, in their order: A, the probability that a run of it
+    beats one of the other, and ``p_holm`` of the Mann-Whitney test.
+
+    Raises
+    ------
+    ValueError
+        If the indicator is unknown.
+    """
     pairs = comparison.tests(indicator).pairs
-    alike = pairs[(pairs[["a", "b"]] == name).any(axis=1) & (pairs["p_holm"] >= _LEVEL)]
-    return [b if a == name else a for a, b in zip(alike["a"], alike["b"], strict=True)]
+    pairs = pairs[(pairs[["a", "b"]] == name).any(axis=1)]
+    second = pairs["b"] == name  # there A counts for the other one
+    effect = pairs["A"].where(~second, 1.0 - pairs["A"])
+    table = pd.DataFrame({"A": effect, "p_holm": pairs["p_holm"]})
+    table.index = pd.Index(pairs["a"].where(second, pairs["b"]), name="other")
+    return table.loc[[other for other in comparison.order(indicator) if other != name]]
+
+
+def _told_apart(rivals: pd.DataFrame) -> str:
+    differs = rivals["p_holm"] < _LEVEL
+    alike = rivals[~differs]
+    worse, better = (rivals[differs & side] for side in (rivals["A"] > 0.5, rivals["A"] <= 0.5))
+    parts = []
+    if len(alike):
+        whom = _whom(alike, len(rivals), "any other")
+        parts.append(f"the runs do not tell it apart from {whom}")
+    if len(worse):
+        rest = "all others" if len(alike) or len(better) else "every other"
+        parts.append(f"it is significantly better than {rest} ({_range(worse['A'])})")
+    if len(better):
+        parts.append(f"it is significantly worse than {_whom(better, len(rivals), 'every other')}")
+    text = "; ".join(parts)
+    return (
+        f"{text[0].upper()}{text[1:]}. A is the probability that a run of it beats one of the "
+        f"other; Mann-Whitney test with Holm's correction, {100 * _LEVEL:g} %."
+    )
+
+
+def _whom(rivals: pd.DataFrame, count: int, everyone: str) -> str:
+    if len(rivals) == count:
+        return f"{everyone} ({_range(rivals['A'])})"
+    return ", ".join(f"{name} (A = {a:.2f})" for name, a in rivals["A"].items())
+
+
+def _range(values: pd.Series[float]) -> str:
+    low, high = f"{values.min():.2f}", f"{values.max():.2f}"
+    return f"A = {low}" if low == high else f"A from {low} to {high}"
 
 
 def _other_indicators(comparison: Comparison, best: str) -> list[str]:
@@ -51,14 +98,17 @@ def _other_indicators(comparison: Comparison, best: str) -> list[str]:
         order = comparison.order(indicator.name)
         first = order[0]
         if first == best:
-            sentences.append(f"By {indicator.title}, {best} is the best, too.")
+            sentences.append(f"By {indicator.title}, {best} ranks first, too.")
             continue
         values = overview[indicator.title]
-        alike = first in _not_told_apart(comparison, best, indicator.name)
+        effect, p = against(comparison, first, indicator.name).loc[best].to_numpy(float)
+        better, share = (first, effect) if effect > 0.5 else (best, 1.0 - effect)
+        found = "the runs do not tell these two apart"
+        if p < _LEVEL:
+            found = f"{better} is significantly better (A = {share:.2f})"
         sentences.append(
-            f"By {indicator.title}, {first} is the best: {values[first]}, and {best} number "
-            f"{order.index(best) + 1}: {values[best]}; the runs "
-            f"{'do not tell' if alike else 'tell'} these two apart."
+            f"By {indicator.title}, {first} ranks first: {values[first]}, and {best} number "
+            f"{order.index(best) + 1}: {values[best]}; {found}."
         )
     return sentences
 

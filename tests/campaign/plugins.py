@@ -126,5 +126,5 @@ def plugin_studied(box: Box) -> Attempt:
         '[[algorithms]]\nname = "mgeo-real"\nn_runs = 2\n'
     )
     return Attempt(["mgeo", "study", "s.toml", "--out", "made", "--jobs", "1", "-q"],
-                   writes=WRITES, progress=("work/made/runs/*", "work/made/study.toml"),
+                   writes=WRITES, progress=("work/made/runs/*",),
                    around=spoiled_plugin(*_drawn(box)))  # fmt: skip

@@ -65,7 +65,7 @@ def test_without_fronts_there_are_tables_and_tests(results, store, tmp_path):
     assert not list(tmp_path.rglob("fronts.csv"))
     kept = read_comparison(tmp_path / "zdt1")
     assert kept.records == {}
-    assert set(kept.figures()) == {"anytime", "boxes", "ranks"}
+    assert set(kept.figures()) == {"anytime", "boxes"}
     pd.testing.assert_frame_equal(kept.tests().pairs, found["zdt1"].tests().pairs)
 
 

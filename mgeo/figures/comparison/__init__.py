@@ -33,24 +33,21 @@ __all__ = [
 
 
 def comparison_figures(comparison: Comparison) -> dict[str, go.Figure]:
-    """All that can be drawn: anytime, boxes, ranks, fronts, each, attainment, difference.
+    """All that can be drawn: anytime, boxes, fronts, each, attainment, difference.
 
-    Ranks need two algorithms and two seeds that all finished, fronts at most three objectives,
-    fronts one by one and attainment two, and all of these the fronts. The difference is that of
-    the best algorithm and each of the `RIVALS` next ones.
+    Fronts are drawn of two or three objectives, one by one and their attainment of two, if there
+    are any. The difference is that of the best algorithm with a front and each of the `RIVALS`
+    next ones.
     """
     figures = {"anytime": anytime_figure(comparison), "boxes": boxes_figure(comparison)}
-    ranked = comparison.tests().friedman
-    if ranked is not None:
-        figures["ranks"] = ranks_figure(ranked, comparison.algorithms, "seeds")
-    if not comparison.records:
+    if not any(len(record.front) for record in comparison.records.values()):
         return figures
-    if comparison.problem.n_obj <= 3:
+    if comparison.problem.n_obj in (2, 3):
         figures["fronts"] = fronts_figure(comparison)
     if comparison.problem.n_obj == 2:
         figures["each"] = each_figure(comparison)
         figures["attainment"] = attainment_figure(comparison)
-        best, *others = comparison.order()
+        best, *others = (n for n in comparison.order() if any(map(len, comparison.fronts(n))))
         if others:
             figures["difference"] = difference_figure(comparison, best, others[:RIVALS])
     return figures

@@ -19,7 +19,7 @@ def anytime_figure(comparison: Comparison, indicator: str | None = None) -> go.F
     """Mean over runs with a 95 % bootstrap band, against evaluations.
 
     A curve begins where all its runs have a finite value (an empty front has none but of the
-    hypervolume). Distances are drawn on a logarithmic axis.
+    hypervolume). The axis is logarithmic where lower is better and all means are positive.
 
     Raises
     ------
@@ -36,9 +36,10 @@ def anytime_figure(comparison: Comparison, indicator: str | None = None) -> go.F
             values = wide.to_numpy(float)
             figure.add_traces(_curve(name, look, wide.columns.to_numpy(int), values))
     figure.update_xaxes(title="evaluations", tickformat=",d", rangemode="tozero")
+    positive = all(np.min(curve.y) > 0 for curve in figure.data if curve.mode == "lines")
     figure.update_yaxes(
         title=chosen.title,
-        type="linear" if chosen.larger else "log",
+        type="log" if positive and not chosen.larger else "linear",
         exponentformat="power",
     )
     better = "higher is better" if chosen.larger else "lower is better"

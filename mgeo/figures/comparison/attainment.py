@@ -30,9 +30,10 @@ def attainment_figure(comparison: Comparison) -> go.Figure:
     figure, drawn = go.Figure(), [np.empty((0, 2))]
     for name, look in looks(comparison.algorithms).items():
         points, sets = stacked(comparison.fronts(name))
-        if not len(points):
+        if not np.isfinite(points).any():
             continue
         surfaces = moocore.eaf(points, sets, percentiles=[level for level, _, _ in _LEVELS])
+        surfaces = surfaces[np.isfinite(surfaces).all(axis=1)]
         for level, meaning, width in _LEVELS:
             surface = surfaces[surfaces[:, 2] == level, :2]
             surface = surface[np.argsort(surface[:, 0])]
@@ -67,12 +68,13 @@ def attainment_figure(comparison: Comparison) -> go.Figure:
 
 
 def stacked(fronts: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """All points below each other, shape (n, n_obj), and the number of the front of each, (n,)."""
-    filled = [front for front in fronts if len(front)]
-    if not filled:
-        return np.empty((0, 2)), np.empty(0)
-    numbers = np.repeat(np.arange(1.0, len(filled) + 1), [len(front) for front in filled])
-    return np.concatenate(filled), numbers
+    """All points below each other, shape (n, 2), and the number of the front of each, (n,).
+
+    An empty front is a point at infinity: a run that counts, and attains nothing.
+    """
+    counted = [front if len(front) else np.full((1, 2), np.inf) for front in fronts]
+    numbers = np.repeat(np.arange(1.0, len(counted) + 1), [len(front) for front in counted])
+    return np.concatenate([np.empty((0, 2)), *counted]), numbers
 
 
 def _require_two(comparison: Comparison) -> None:

@@ -12,6 +12,8 @@ from mgeo.figures.comparison.style import finished, looks, row_height
 from mgeo.figures.front import axis
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from mgeo.studies.comparison import Comparison
 
 
@@ -54,5 +56,10 @@ def boxes_figure(comparison: Comparison) -> go.Figure:
     return finished(
         figure,
         f"All runs after {comparison.n_eval:,} evaluations",
-        "box: quartiles and median; every point is a run, hover for its seed",
+        f"box: quartiles and median; every point is a run, hover for its seed{_unseen(final)}",
     ).update_layout(height=row_height(len(comparison.algorithms)))
+
+
+def _unseen(final: pd.DataFrame) -> str:
+    runs = int((final["points"] == 0).sum())
+    return f"; without {runs} that found nothing feasible" if runs else ""

@@ -27,15 +27,16 @@ def difference_figure(comparison: Comparison, first: str, seconds: list[str]) ->
     Raises
     ------
     ValueError
-        Unless there are two objectives and every algorithm has a front.
+        Unless there are two objectives, and every algorithm has a finished run, one of each pair
+        with a front.
     """
     if comparison.problem.n_obj != 2:
         raise ValueError(f"{comparison.problem.n_obj} objectives: attainment is drawn for two")
-    pairs = [_common(comparison, first, second) for second in seconds]
-    for second, (a, _) in zip(seconds, pairs, strict=True):
-        if not a:
+    pairs = [_as_many(comparison.fronts(first), comparison.fronts(other)) for other in seconds]
+    for second, pair in zip(seconds, pairs, strict=True):
+        if not any(len(front) for side in pair for front in side):
             raise ValueError(
-                f"{first!r} and {second!r}: expected a seed with which both have a front"
+                f"{first!r} and {second!r}: expected a finished run of each, and a front"
             )
     everything = np.concatenate([front for pair in pairs for side in pair for front in side])
     corner = everything.max(axis=0) + 0.05 * np.ptp(everything, axis=0)
@@ -64,15 +65,12 @@ def difference_figure(comparison: Comparison, first: str, seconds: list[str]) ->
     return figure.update_layout(legend={"title": "difference in share of runs"})
 
 
-def _common(
-    comparison: Comparison, first: str, second: str
+def _as_many(
+    first: list[FloatArray], second: list[FloatArray]
 ) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Fronts of both, of the seeds with which both have one: moocore expects equal numbers."""
-    records = comparison.records
-    seeds = [seed for name, seed in records if name == first and (second, seed) in records]
-    both = [(records[first, s].front_F, records[second, s].front_F) for s in seeds]
-    filled = [pair for pair in both if all(map(len, pair))]
-    return [a for a, _ in filled], [b for _, b in filled]
+    """As many fronts of one as of the other, the first ones: moocore expects equal numbers."""
+    runs = min(len(first), len(second))
+    return first[:runs], second[:runs]
 
 
 def _rectangles(

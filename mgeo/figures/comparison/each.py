@@ -30,8 +30,7 @@ def each_figure(comparison: Comparison) -> go.Figure:
     """
     if comparison.problem.n_obj != 2:
         raise ValueError(f"{comparison.problem.n_obj} objectives: expected 2")
-    found = comparison.order()
-    names = [name for name in comparison.algorithms if name in found]
+    names = [name for name in comparison.algorithms if any(map(len, comparison.fronts(name)))]
     rows = ceil(len(names) / _COLUMNS)
     figure = make_subplots(
         rows=rows,

@@ -21,11 +21,11 @@ def fronts_figure(comparison: Comparison) -> go.Figure:
     Raises
     ------
     ValueError
-        For more objectives.
+        For one objective, or more.
     """
     n_obj = comparison.problem.n_obj
-    if n_obj > 3:
-        raise ValueError(f"{n_obj} objectives: expected at most 3 to draw fronts")
+    if n_obj not in (2, 3):
+        raise ValueError(f"{n_obj} objectives: expected 2 or 3 to draw fronts")
     figure, drawn = go.Figure(), [np.empty((0, n_obj))]
     for name, look in looks(comparison.algorithms).items():
         seed = comparison.median_seed(name)

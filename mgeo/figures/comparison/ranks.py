@@ -12,13 +12,12 @@ if TYPE_CHECKING:
     from mgeo.studies.statistics import Friedman
 
 
-def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...], blocks: str) -> go.Figure:
-    """Critical-difference diagram (Demsar 2006).
+def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
+    """Critical-difference diagram over problems (Demsar 2006).
 
     Parameters
     ----------
     algorithms : in the order that gives them their looks.
-    blocks : what was ranked within, such as "seeds".
     """
     names, ranks = list(ranked.ranks.index), ranked.ranks.to_numpy(float)
     style = looks(algorithms)
@@ -45,7 +44,7 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...], blocks: str) -> 
                 mode="lines+markers",
                 line={"width": 1, "color": look.faint(0.5)},
                 marker={"size": [0, 12], "color": look.color, "symbol": look.symbol, "opacity": 1},
-                hovertext=f"<b>{name}</b><br>average rank {rank:.3f} over {ranked.blocks} {blocks}",
+                hovertext=f"<b>{name}</b><br>average rank {rank:.3f} over {ranked.blocks} problems",
                 hoverinfo="text",
             )
         )
@@ -59,7 +58,7 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...], blocks: str) -> 
     )
     return finished(
         figure,
-        f"Average ranks over {ranked.blocks} {blocks}",
+        f"Average ranks over {ranked.blocks} problems",
         f"bars join what differs by less than the critical difference of "
         f"{ranked.critical_difference:.2f} (Nemenyi, 5 %); Friedman's test: p = {ranked.p:.2g}",
     ).update_layout(showlegend=False, height=row_height(k + len(groups)))

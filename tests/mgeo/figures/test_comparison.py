@@ -16,8 +16,9 @@ from mgeo.figures.comparison import (
 from mgeo.figures.comparison.ranks import alike
 from mgeo.figures.comparison.style import looks
 from mgeo.studies.comparison import Comparison
+from mgeo.studies.statistics import friedman
 
-from ..studies.samples import FRONTS, VALUES, comparison
+from ..studies.samples import FRONTS, VALUES, comparison, record
 
 
 def lines(figure):
@@ -112,13 +113,38 @@ def test_every_algorithm_has_its_own_picture():
         assert gray.xaxis == colored.xaxis
 
 
-def test_an_algorithm_without_a_front_has_no_difference():
-    with pytest.raises(ValueError, match="'A_1' and 'D': expected a seed"):
+def test_an_algorithm_without_a_finished_run_has_no_difference():
+    with pytest.raises(ValueError, match="'A_1' and 'D': expected a finished run of each"):
         difference_figure(comparison(), "A_1", ["D"])
 
 
+def test_runs_without_a_front_count_in_what_is_attained():
+    """One run of three has a front: it is not what half of them or all of them attain."""
+    made = comparison()
+    nothing = record(np.empty((0, 2)))
+    made.records.update({("B", 1): nothing, ("B", 2): nothing})
+    half, best, every = attainment_figure(made).data[3:6]
+    assert (len(half.x), best.x.tolist(), len(every.x)) == (0, [1.0], 0)
+    shown = areas(difference_figure(made, "A_1", ["B"]))
+    # all runs of A_1 attain (1, 2), and one of three of B
+    assert set(shown) == {"A_1: 66.7 to 100 %", "A_1: 33.3 to 66.7 %"}
+    made.records[("B", 3)] = nothing
+    assert "100 %" in {name.split(": ")[1] for name in areas(difference_figure(made, "B", ["A_1"]))}
+    assert [t.text for t in each_figure(made).layout.annotations[:2]] == ["A_1", "C"]
+    assert "difference" in comparison_figures(made)
+
+
+def test_boxes_say_how_many_runs_have_no_value():
+    made = comparison()
+    assert "without" not in boxes_figure(made).layout.title.text
+    made.table.loc[made.table["algorithm"] == "B", "points"] = 0
+    assert "; without 3 that found nothing feasible" in boxes_figure(made).layout.title.text
+
+
 def test_ranks_are_drawn_where_they_are():
-    figure = ranks_figure(comparison().tests().friedman, tuple(VALUES), "seeds")
+    figure = ranks_figure(
+        friedman(np.transpose(list(VALUES.values())), list(VALUES)), tuple(VALUES)
+    )
     bar, *markers = figure.data
     assert bar.x[0] == 1.5
     assert bar.x[-1] == pytest.approx(8 / 3)
@@ -143,7 +169,6 @@ def test_what_cannot_be_drawn_is_left_out():
     assert list(comparison_figures(comparison())) == [
         "anytime",
         "boxes",
-        "ranks",
         "fronts",
         "each",
         "attainment",
@@ -167,7 +192,7 @@ def test_three_objectives_are_drawn_in_space_and_more_are_refused():
     for draw in (attainment_figure, lambda c: difference_figure(c, "A_1", ["B"])):
         with pytest.raises(ValueError, match="3 objectives"):
             draw(spatial)
-    with pytest.raises(ValueError, match="4 objectives"):
+    with pytest.raises(ValueError, match="4 objectives: expected 2 or 3"):
         fronts_figure(Comparison(**{**vars(made), "problem": DTLZ2(n_obj=4)}))
 
 

@@ -31,18 +31,28 @@ def test_a_smaller_distance_wins_as_a_larger_hypervolume_does(comparison):
     assert volume.indicator == "hypervolume"
     assert volume.pairs["A"].tolist() == pytest.approx([1.0, 6.5 / 9, 1.5 / 9])
     assert distance.pairs["A"].tolist() == volume.pairs["A"].tolist()
-    # ranks by seed: A 1.5, 2, 1; C 1.5, 1, 3; B 3, 3, 2
-    assert volume.friedman.ranks.to_dict() == {"A_1": 1.5, "C": pytest.approx(5.5 / 3), "B": 8 / 3}
-    assert distance.friedman.ranks.equals(volume.friedman.ranks)
+    # ranks among all: A 4.5, 3, 1; C 4.5, 2, 7.5; B 9, 7.5, 6
+    ranks = {"A_1": 8.5 / 3, "C": 14 / 3, "B": 22.5 / 3}
+    assert volume.kruskal_wallis.ranks.to_dict() == pytest.approx(ranks)
+    assert distance.kruskal_wallis.ranks.equals(volume.kruskal_wallis.ranks)
     same = comparison.tests("epsilon")
     assert same.pairs["p"].tolist() == [1, 1, 1]
-    assert same.friedman.p == 1
+    assert same.kruskal_wallis.p == 1
 
 
-def test_seeds_that_one_algorithm_did_not_finish_are_no_blocks(comparison):
+def test_seeds_are_no_blocks(comparison):
+    """Runs are independent: which of them have the same seed must not matter, or be missing."""
+    table = comparison.table.copy()
+    chosen = table["algorithm"] == "C"
+    table.loc[chosen, "seed"] = table.loc[chosen, "seed"].map({1: 3, 2: 1, 3: 2})
+    renamed = Comparison(**{**vars(comparison), "table": table})
+    for name in ("statistic", "p"):
+        found = getattr(renamed.tests().kruskal_wallis, name)
+        assert found == getattr(comparison.tests().kruskal_wallis, name)
     table = comparison.table.query("not (algorithm == 'C' and seed == 2)")
     fewer = Comparison(**{**vars(comparison), "table": table})
-    assert fewer.tests().friedman.blocks == 2
+    # A 3.5, 2, 1; C 3.5, 6.5; B 8, 6.5, 5
+    assert fewer.tests().kruskal_wallis.ranks.to_dict() == {"A_1": 6.5 / 3, "C": 5, "B": 6.5}
     assert fewer.summary()[("runs", "")].tolist() == [3, 3, 2]
 
 
@@ -50,7 +60,9 @@ def test_an_algorithm_without_a_finished_run_stays_in_the_summary(comparison):
     table = comparison.table.query("algorithm != 'C'")
     fewer = Comparison(**{**vars(comparison), "table": table})
     assert fewer.overview().loc["C"].tolist() == ["0", "-", "-", "-", "-"]
-    assert fewer.tests().friedman is None
+    assert list(fewer.tests().kruskal_wallis.ranks.index) == ["A_1", "B"]
+    alone = Comparison(**{**vars(comparison), "table": table.query("algorithm != 'B'")})
+    assert alone.tests().kruskal_wallis is None
     assert "C & 0 & - & - & - & -" in fewer.to_latex()
 
 

@@ -5,11 +5,14 @@ import subprocess
 import sys
 import time
 
+import joblib
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.cmopso import CMOPSO
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.rvea import RVEA
+from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.algorithms.soo.nonconvex.random_search import RandomSearch
 from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 from pymoo.problems.multi import ZDT1
@@ -18,8 +21,10 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 import mgeo
 from mgeo import MGEOReal, compare
+from mgeo.studies.dispatch import run_all
 from mgeo.studies.run import Task, record
 from mgeo.studies.space import NothingToCompareError
+from mgeo.studies.verdict import verdict
 
 from ..naive import nondominated_rows
 from .problems import DyingNSGA2, FailingNSGA2, GlobalRandomSearch, Half, StuckSearch
@@ -68,6 +73,30 @@ def test_every_algorithm_is_measured_by_all_its_evaluations(serial):
 def test_processes_give_the_same_table(serial):
     parallel = compare(PROBLEM, ALGORITHMS, 150, seeds=3, grid=[50, 77], n_jobs=2)
     assert parallel.table.equals(serial.table)
+
+
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
+def test_multiprocessing_gives_the_same_table(serial, tmp_path):
+    with joblib.parallel_config("multiprocessing", n_jobs=2):
+        forked = compare(PROBLEM, ALGORITHMS, 150, seeds=3, grid=[50, 77], folder=tmp_path)
+        assert forked.table.equals(serial.table)
+        again = compare(PROBLEM, ALGORITHMS, 150, seeds=4, grid=[50, 77], folder=tmp_path)
+    assert again.runs["status"].tolist() == ["finished"] * 16
+    assert len(list(tmp_path.iterdir())) == 16
+
+
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
+def test_multiprocessing_keeps_runs_while_others_are_made(tmp_path):
+    """Each call of run_all yields what is there before the last is."""
+    tasks = {("NSGA-II", s): Task(PROBLEM, NSGA2(pop_size=12), 24, s) for s in range(5)}
+    tasks["NSGA-II", 5] = Task(PROBLEM, FailingNSGA2(pop_size=12), 24, 6)
+    with joblib.parallel_config("multiprocessing", n_jobs=2):
+        results = run_all(tasks, None)
+        first = [next(results), next(results)]
+        assert [key for key, _ in first] == [("NSGA-II", 0), ("NSGA-II", 1)]
+        rest = dict(results)
+    assert len(rest) == 4
+    assert rest["NSGA-II", 5].error == "ArithmeticError: seed 6 is even"
 
 
 def test_finished_runs_are_not_run_again(serial, tmp_path, monkeypatch):
@@ -157,7 +186,6 @@ def test_a_run_that_fails_is_reported_and_the_rest_completes(tmp_path, capsys):
         "ArithmeticError: seed 4 is even",
     }
     assert result.final().groupby("algorithm").size().to_dict() == {"bad": 2, "good": 4}
-    assert result.tests().friedman.blocks == 2
     assert len(list(tmp_path.iterdir())) == 6
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == "ZDT1: 8 runs, 0 of them found on disk"
@@ -215,7 +243,6 @@ def test_infeasible_and_undefined_points_count_but_are_no_front():
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ((Sphere(), [NSGA2()], 10), ValueError, "one objective: expected two or more"),
         ((PROBLEM, [], 10), ValueError, "at least one"),
         ((PROBLEM, ["nsga2"], 10), TypeError, "expected a pymoo Algorithm"),
         ((PROBLEM, [NSGA2(), NSGA2()], 10), ValueError, "expected labels"),
@@ -228,6 +255,57 @@ def test_infeasible_and_undefined_points_count_but_are_no_front():
 def test_bad_arguments_are_refused(arguments, error, message):
     with pytest.raises(error, match=message):
         compare(*arguments)
+
+
+class Shifted(Sphere):
+    """Least value -3, and infeasible where the first variable is small."""
+
+    def __init__(self):
+        super().__init__(n_var=3)
+        self.n_ieq_constr = 1
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        super()._evaluate(X, out, *args, **kwargs)
+        out["F"], out["G"] = out["F"] - 3.0, 0.3 - X[:, :1]
+
+
+def test_of_one_objective_the_best_value_counts():
+    algorithms = {
+        "GEO": MGEOReal(sigma=0.1, n_runs=3, perturbation="range"),
+        "GA": GA(pop_size=12),
+        "random": RandomSearch(n_points_per_iteration=12),
+    }
+    found = compare(Shifted(), algorithms, 240, seeds=4, grid=[1, 120])
+    assert [i.name for i in found.indicators] == ["best_value"]
+    for name, seed in found.records:
+        values = []
+        problem = Shifted()
+        problem.callback = lambda X, out, into=values: into.extend(
+            np.where(out["G"] <= 0, out["F"], np.inf)[:, 0]
+        )
+        minimize(problem, algorithms[name], ("n_eval", 240), seed=seed)
+        rows = found.table[(found.table["algorithm"] == name) & (found.table["seed"] == seed)]
+        assert rows["best_value"].tolist() == [min(values[:n]) for n in (1, 120, 240)]
+        assert rows["points"].tolist() == np.isfinite(rows["best_value"]).astype(int).tolist()
+    assert np.isinf(found.table["best_value"]).any()  # nothing feasible at first
+    medians = found.summary()[("best_value", "median")]
+    assert -3.0 < medians.min() < -2.8
+    assert found.order()[0] == medians.idxmin()
+    assert list(found.figures()) == ["anytime", "boxes"]
+    assert found.figures()["anytime"].layout.yaxis.type == "linear"
+    assert (
+        f"\\textbf{{{found.overview().loc[found.order()[0], 'best value'][:5]}" in found.to_latex()
+    )
+    sentences = verdict(found)
+    assert len(sentences) == 2
+    assert sentences[0].startswith(f"By best value, {found.order()[0]} ranks first: -2.9")
+    assert len(found.tests().pairs) == 3
+
+
+@pytest.mark.parametrize("option", [{"bounds": ([0.0], [1.0])}, {"reference_front": [[0.0]]}])
+def test_one_objective_has_no_space_to_give(option):
+    with pytest.raises(ValueError, match="expected none for a single objective"):
+        compare(Sphere(), [GA(pop_size=12)], 24, seeds=1, **option)
 
 
 def test_bad_grids_are_refused():

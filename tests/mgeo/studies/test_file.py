@@ -64,6 +64,40 @@ def test_problems_are_installed_ones_with_scenarios(stand_in, tmp_path):
     assert [case.build().load for case in study.cases] == [2000.0, 3.5]
 
 
+def test_a_problem_is_there_with_several_options():
+    three = """[[problems]]
+name = "pymoo:dtlz2"
+options = { n_obj = 3 }
+"""
+    study = parsed(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz2"\n' + three))
+    assert [case.label for case in study.cases] == ["dtlz2", "dtlz2, n_obj = 3"]
+    assert [case.build().n_obj for case in study.cases] == [3, 3]
+    labeled = three.replace("options", 'label = "{name} {n_obj}D"\noptions')
+    study = parsed(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz2"\n' + labeled))
+    assert [case.label for case in study.cases] == ["dtlz2", "dtlz2 3D"]
+    with pytest.raises(ValueError, match="problems: 'pymoo:dtlz2, n_obj = 3' is there twice"):
+        parsed(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz1"\n' + three + three))
+    with pytest.raises(ValueError, match=r"problems\[1\].label = .*braces hold only n_obj, name"):
+        parsed(SMALL.replace('name = "pymoo:zdt1"', 'name = "a"\n' + labeled.replace("{n_o", "{o")))
+
+
+def test_scenarios_of_one_name_are_told_apart(stand_in, tmp_path):
+    for folder, load in (("one", 1.0), ("two", 2.0)):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "mine.toml").write_text(f"load = {load}")
+    table = 'name = "cantilever"\nscenario = ["one/mine.toml", "two/mine.toml", "heavy"]'
+    study = parsed(SMALL.replace('name = "pymoo:zdt1"', table), tmp_path)
+    labels = ["cantilever one/mine.toml", "cantilever two/mine.toml", "cantilever heavy"]
+    assert [case.label for case in study.cases] == labels
+    labeled = parsed(
+        SMALL.replace('name = "pymoo:zdt1"', 'label = "{scenario} of {name}"\n' + table).replace(
+            '"two/mine.toml", ', ""
+        ),
+        tmp_path,
+    )
+    assert [case.label for case in labeled.cases] == ["mine of cantilever", "heavy of cantilever"]
+
+
 def test_it_can_be_reduced_and_extended():
     study = parsed(SMALL.replace("seeds = 2", "seeds = [4, 9]"))
     assert study.reduced(50, 1).seeds == (4,)
@@ -85,7 +119,11 @@ def test_it_can_be_reduced_and_extended():
         ("seeds = 2", 'seeds = 2\nproblems = "a"', "Cannot overwrite|problems"),
         ('name = "pymoo:zdt1"', "", r"problems\[0\].name is missing"),
         ('name = "pymoo:zdt1"', "name = 3", r"problems\[0\].name = 3: expected a string"),
-        ('name = "pymoo:zdt1"', 'name = ["pymoo:zdt1", "pymoo:zdt1"]', "'zdt1' is there twice"),
+        (
+            'name = "pymoo:zdt1"',
+            'name = ["pymoo:zdt1", "pymoo:zdt1"]',
+            "'pymoo:zdt1' is there twice",
+        ),
         ('name = "pymoo:zdt1"', 'name = "a"\nsize = 3', r"problems\[0\].size is unknown"),
         ('name = "pymoo:zdt1"', 'name = "a"\nscenario = "b"\noptions = {}', "expected one of them"),
         ('name = "nsga2"', 'name = "nsag2"', r"algorithms\[0\].name: .*did you mean 'nsga2'"),

@@ -9,8 +9,10 @@ from mgeo.studies.statistics import (
     critical_difference,
     friedman,
     holm,
+    kruskal_wallis,
     magnitude,
     mann_whitney,
+    mean_ranks,
     pairwise,
     vargha_delaney,
 )
@@ -64,6 +66,45 @@ def test_pairs():
 
 def test_one_sample_has_no_pairs():
     assert len(pairwise({"x": [1.0]})) == 0
+
+
+@given(st.lists(samples, min_size=2, max_size=4))
+def test_kruskal_wallis_agrees_with_its_definition(lists):
+    named = dict(zip("abcd", lists, strict=False))
+    found = kruskal_wallis(named)
+    everything = np.concatenate([np.asarray(values) for values in lists])
+    better = [np.sum(everything > x) + (1 + np.sum(everything == x)) / 2 for x in everything]
+    parts = np.split(np.array(better), np.cumsum([len(values) for values in lists])[:-1])
+    expected = {name: part.mean() for name, part in zip(named, parts, strict=True)}
+    assert found.ranks.to_dict() == pytest.approx(expected)
+    assert found.ranks.is_monotonic_increasing
+    n, spread = len(everything), np.sum((np.array(better) - np.mean(better)) ** 2)
+    if spread == 0:
+        assert (found.statistic, found.p) == (0.0, 1.0)
+        return
+    between = sum(len(part) * (part.mean() - (n + 1) / 2) ** 2 for part in parts)
+    assert found.statistic == pytest.approx((n - 1) * between / spread, abs=1e-9)
+    assert found.p == pytest.approx(stats.chi2.sf(found.statistic, len(parts) - 1))
+
+
+@given(samples, samples)
+def test_mean_ranks_of_two_samples_say_what_a_says(a, b):
+    ranks = mean_ranks({"a": a, "b": b})
+    difference = (ranks["b"] - ranks["a"]) / (len(a) + len(b)) + 0.5
+    assert vargha_delaney(a, b) == pytest.approx(difference)
+
+
+def test_no_front_has_the_last_rank():
+    ranks = mean_ranks({"none": [-np.inf, -np.inf], "one": [-np.inf, -3.0], "both": [-1.0, -9.0]})
+    assert ranks.to_dict() == {"both": 2.0, "one": 3.5, "none": 5.0}
+    assert mean_ranks({}).empty
+    assert mean_ranks({"x": []}).empty
+
+
+@pytest.mark.parametrize("few", [{}, {"a": [1.0]}, {"a": [1.0], "b": []}])
+def test_too_little_for_kruskal_wallis_is_refused(few):
+    with pytest.raises(ValueError, match="expected two or more, none of them empty"):
+        kruskal_wallis(few)
 
 
 @given(

@@ -17,7 +17,7 @@ from mgeo import MGEOReal
 from mgeo.cli.app import app
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Published, parse_study, read_study
-from mgeo.studies.report import folder_name
+from mgeo.studies.labels import folder_name
 from mgeo.studies.run import Failure, record
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.stored import read_comparison
@@ -70,6 +70,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
         "summary.csv",
         "report.html",
         "study.toml",
+        "study.json",
     }
     assert (out / "study.toml").read_text() == TWO
     assert len(list((out / "runs").iterdir())) == 16
@@ -81,10 +82,11 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
         assert len((out / label / "summary.md").read_text().splitlines()) == 2 + 4
     page = (out / "zdt1" / "report.html").read_text()
     assert "<h1>Two &lt;problems&gt;</h1>\n<p>First.</p>\n<p>Second &amp; last.</p>" in page
-    assert page.count("Plotly.newPlot(") >= 7
+    assert page.count("Plotly.newPlot(") >= 6
+    assert "Kruskal-Wallis test of all algorithms at once: p = " in page
     assert not re.search(r"<(script|link|img)[^>]*(src|href)=", page)
     data = json.loads((out / "dtlz2" / "provenance.json").read_text())
-    assert data["problem"] == {"name": "pymoo:dtlz2", "options": {}}
+    assert data["problem"] == {"label": "dtlz2", "name": "pymoo:dtlz2", "options": {}}
     assert data["algorithms"]["random 20"] == {"name": "random", "parameters": {"population": 20}}
     assert (data["runs_finished"], data["runs_failed"]) == (8, 0)
     assert data["space"]["reference_point"] == [1.1] * 3
@@ -105,7 +107,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
 def test_a_study_of_one_problem_needs_no_folders_below(tmp_path, stand_in):
     study = parse_study(ONE, tmp_path).reduced(60, 1)
     run_study(study, tmp_path / "out", progress=False)
-    assert names(tmp_path / "out") == FILES | {"runs", "study.toml"}
+    assert names(tmp_path / "out") == FILES | {"runs", "study.toml", "study.json"}
     data = json.loads((tmp_path / "out" / "provenance.json").read_text())
     assert data["versions"]["stand-in"] == "1.2.3"
     assert data["space"]["origin"] == "problem"
@@ -136,10 +138,11 @@ def test_the_verdict_names_the_best_its_rivals_and_what_points_say():
     made = comparison()
     made.table.loc[made.table["algorithm"] == "B", "points"] = 99
     assert verdict(made) == [
-        "By hypervolume, A_1 is the best: 0.60 ± 0.10, then C: 0.45 ± 0.23.",
-        "The runs do not tell it apart from any other (Mann-Whitney with Holm's correction, 5 %).",
-        "By IGD+, A_1 is the best, too.",
-        "By additive epsilon, A_1 is the best, too.",
+        "By hypervolume, A_1 ranks first: 0.60 ± 0.10, then C: 0.45 ± 0.23.",
+        "The runs do not tell it apart from any other (A from 0.72 to 1.00). A is the probability "
+        "that a run of it beats one of the other; Mann-Whitney test with Holm's correction, 5 %.",
+        "By IGD+, A_1 ranks first, too.",
+        "By additive epsilon, A_1 ranks first, too.",
         "The most points are on the fronts of B: 99 on average. By hypervolume it is number 3 of "
         "3: points say how finely a front was traced, not how far it reaches.",
     ]
@@ -158,16 +161,16 @@ def test_the_verdict_says_where_other_indicators_disagree():
     ]
     found = verdict(Comparison(**{**vars(made), "table": pd.DataFrame(rows)}))
     assert found[2:4] == [
-        "By IGD+, B is the best: 0.117 ± 0.012, and A_1 number 2: 0.317 ± 0.012; the runs tell "
-        "these two apart.",
-        "By additive epsilon, A_1 is the best, too.",
+        "By IGD+, B ranks first: 0.117 ± 0.012, and A_1 number 2: 0.317 ± 0.012; B is "
+        "significantly better (A = 1.00).",
+        "By additive epsilon, A_1 ranks first, too.",
     ]
     table = pd.DataFrame(rows)
     chosen = table["algorithm"] == "A_1"
     table.loc[chosen, "epsilon"] += 0.011  # behind C by a little
     found = verdict(Comparison(**{**vars(made), "table": table}))
     assert found[3] == (
-        "By additive epsilon, C is the best: 0.227 ± 0.012, and A_1 number 2: 0.229 ± 0.012; "
+        "By additive epsilon, C ranks first: 0.227 ± 0.012, and A_1 number 2: 0.229 ± 0.012; "
         "the runs do not tell these two apart."
     )
 
@@ -182,12 +185,81 @@ def test_the_verdict_tells_rivals_from_others():
     ]
     table = pd.DataFrame(rows).assign(igd_plus=0.5, epsilon=0.5)
     found = verdict(Comparison(**{**vars(made), "table": table}))
-    assert found[1].startswith("The runs do not tell it apart from C (")
+    assert found[1].startswith(
+        "The runs do not tell it apart from C (A = 0.62); it is significantly better than all "
+        "others (A = 1.00). "
+    )
     table = table.query("algorithm != 'C'")
     two = Comparison(**{**vars(made), "table": table, "algorithms": ("A_1", "B")})
-    assert verdict(two)[1].startswith("It differs from every other (")
+    assert verdict(two)[1].startswith("It is significantly better than every other (A = 1.00). ")
     one = Comparison(**{**vars(made), "table": table.query("algorithm == 'B'")})
     assert verdict(one) == []
+
+
+def final(values, points=9):
+    """A comparison of hypervolumes only, by algorithm; 0 is a run without a front."""
+    rows = [
+        {"algorithm": name, "seed": seed, "evaluations": 100, "hypervolume": v}
+        | {"igd_plus": 1 - v if v else np.inf, "epsilon": 1 - v if v else np.inf}
+        | {"points": points if v else 0}
+        for name, column in values.items()
+        for seed, v in enumerate(column, 1)
+    ]
+    table = pd.DataFrame(rows)
+    return Comparison(**{**vars(comparison()), "table": table, "algorithms": tuple(values)})
+
+
+def test_a_front_in_one_run_of_ten_is_not_the_best():
+    made = final({"always": 0.50 + 0.001 * np.arange(10), "once": [0.0] * 9 + [0.9]})
+    for indicator in (None, "igd_plus", "epsilon"):
+        assert made.order(indicator) == ["always", "once"]
+    found = verdict(made)
+    assert (
+        found[0] == "By hypervolume, always ranks first: 0.5045 ± 0.0030, then once: 0.09 ± 0.28."
+    )
+    assert found[1].startswith("It is significantly better than every other (A = 0.90). ")
+    assert found[2:4] == [
+        f"By {name}, always ranks first, too." for name in ("IGD+", "additive epsilon")
+    ]
+    assert made.overview().loc["once", "IGD+"] == "inf"
+    assert made.to_latex().count(r"\textbf") == 3
+    assert r"always & 10 & \textbf{0.5045" in made.to_latex()
+
+
+def test_what_the_test_finds_worse_is_not_called_best_for_its_mean():
+    # four runs of twenty are far ahead, the others behind: A = 0.2 with the higher mean
+    low, high = 0.40 + 0.001 * np.arange(16), 0.9 + 0.001 * np.arange(4)
+    made = final({"lucky": [*low, *high], "steady": 0.42 + 0.001 * np.arange(20)})
+    pair = made.tests().pairs.iloc[0]
+    assert pair["A"] == pytest.approx(0.2)
+    assert pair["p_holm"] < 0.002
+    assert made.summary()[("hypervolume", "mean")].idxmax() == "lucky"
+    assert made.order() == ["steady", "lucky"]
+    found = verdict(made)
+    assert found[0].startswith("By hypervolume, steady ranks first: 0.4295 ± 0.0059, then lucky: ")
+    assert found[1].startswith("The best mean is that of lucky, 0.51 ± 0.20; ")
+    assert found[2].startswith("It is significantly better than every other (A = 0.80). ")
+
+
+def test_a_verdict_names_what_beats_the_first():
+    """Ranks among all runs need not agree with every pair: where some runs fall behind all, the
+    others may be ahead by little, and often.
+    """
+    few = 0.001 * np.arange(20)
+    made = final(
+        {
+            "steady": 0.70 + few,
+            "risky": [*(0.10 + few[:4]), *(0.75 + few[:16])],
+            **{f"third {i}": 0.60 + few for i in range(3)},
+        }
+    )
+    assert made.order()[:2] == ["steady", "risky"]
+    found = verdict(made)
+    assert " ranks first: " in found[0]
+    assert found[1].startswith(
+        "It is significantly better than all others (A = 1.00); it is significantly worse than "
+        "risky (A = 0.20). "
+    )
 
 
 def test_published_values_stand_beside_ours():
@@ -209,8 +281,57 @@ def test_published_indicators_are_named_as_in_the_table():
     assert table.loc["A_1"].tolist() == ["0.5", "0.40 ± 0.10", "0.60 ± 0.10"]
 
 
-def test_labels_become_folders():
-    assert folder_name("attitude cubesat_6u/σ") == "attitude-cubesat_6u-σ"
+def test_one_problem_with_other_options_is_another_problem(tmp_path):
+    text = TWO.replace(
+        '["pymoo:zdt1", "pymoo:dtlz2"]',
+        '"pymoo:dtlz2"\noptions = { n_obj = 2 }\n[[problems]]\nname = "pymoo:dtlz2"\n'
+        "options = { n_obj = 3 }",
+    )
+    found = run_study(parse_study(text, tmp_path).reduced(40, 1), tmp_path / "out", progress=False)
+    assert [made.problem.n_obj for made in found.values()] == [2, 3]
+    assert list(found) == ["dtlz2, n_obj = 2", "dtlz2, n_obj = 3"]
+    for label, made in found.items():
+        again = read_comparison(tmp_path / "out" / folder_name(label))
+        assert again.table.equals(made.table)
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert 'href="dtlz2-n_obj-2~' in page
+
+
+def test_a_study_of_one_objective(mgeo, tmp_path):
+    text = TWO.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '["pymoo:sphere", "pymoo:rastrigin"]')
+    (tmp_path / "single.toml").write_text(text)
+    done = mgeo("single.toml", "--jobs", 1)
+    assert done.exit_code == 0, done.output
+    out = tmp_path / "studies" / "single"
+    assert names(out / "sphere") == FILES
+    again = read_comparison(out / "sphere")
+    assert list(again.overview().columns) == ["runs", "best value", "points"]
+    assert again.order() == read_comparison(out / "sphere").order()
+    assert (
+        "Of a run counts the least feasible value" in (out / "sphere" / "report.html").read_text()
+    )
+    assert "sphere (best value)" in (out / "summary.md").read_text()
+    assert "By best value, " in done.stdout
+    assert "front" not in done.stdout
+    data = json.loads((out / "sphere" / "provenance.json").read_text())
+    assert data["space"] == {"origin": "objective"}
+    data["space"] = {"origin": "union"}
+    (out / "sphere" / "provenance.json").write_text(json.dumps(data))
+    with pytest.raises(ValueError, match=r"space\.origin = 'union' with 1 objective"):
+        read_comparison(out / "sphere")
+
+
+def test_scenarios_of_like_names_have_their_own_folders(stand_in, tmp_path):
+    for name, load in (("a.b", 1.0), ("a-b", 2.0), ("a b", 3.0)):
+        (tmp_path / f"{name}.toml").write_text(f"load = {load}")
+    text = ONE.replace(
+        '"cantilever"', '"cantilever"\nscenario = ["a.b.toml", "a-b.toml", "a b.toml"]'
+    )
+    found = run_study(parse_study(text, tmp_path).reduced(40, 1), tmp_path / "out", progress=False)
+    folders = [folder_name(label) for label in found]
+    assert len(set(folders)) == 3
+    kept = [read_comparison(tmp_path / "out" / folder).problem.load for folder in folders]
+    assert kept == [1.0, 2.0, 3.0]
 
 
 @pytest.fixture
@@ -223,8 +344,8 @@ def mgeo(tmp_path, monkeypatch, stand_in):
 def test_the_command_runs_a_file_and_says_what_it_found(mgeo, tmp_path):
     done = mgeo("mine.toml", "--jobs", 1, "--seeds", 1, "--evaluations", 60)
     assert done.exit_code == 0, done.output
-    assert names(tmp_path / "studies" / "mine") == FILES | {"runs", "study.toml"}
-    assert "is the best" in done.stdout
+    assert names(tmp_path / "studies" / "mine") == FILES | {"runs", "study.toml", "study.json"}
+    assert " ranks first: " in done.stdout
     assert "written: studies/mine/report.html" in done.stdout
     assert "cantilever: 4 runs, 0 of them found on disk" in done.stderr
     again = mgeo(

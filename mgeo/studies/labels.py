@@ -1,0 +1,65 @@
+"""What problems and algorithms of a study are called, and the folders of its problems."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from mgeo.reading import entry
+
+_LONGEST = 60  # characters of a folder's name, but for what makes it unique
+_TAKEN = ("runs",)  # what else is in a study's folder
+
+
+def filled(table: Mapping[str, Any], where: str, values: Mapping[str, Any]) -> str:
+    """The ``label`` of a table, in which ``{name}`` stands for the value of that name.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If it is no text, or there is anything else in braces.
+    """
+    text = entry(table, "label", str, where)
+    # not str.format, which looks into objects: {name.__class__}, {name:>999999999}
+    parts = re.split(r"\{(\w+)\}", text)
+    if any("{" in part or "}" in part for part in parts[::2]) or set(parts[1::2]) - set(values):
+        raise ValueError(
+            f"{where}label = {text!r:.80}: expected text in which braces hold only "
+            f"{', '.join(values)}"
+        )
+    parts[1::2] = (str(values[key]) for key in parts[1::2])
+    return "".join(parts)
+
+
+def distinct(candidates: Sequence[Sequence[str]]) -> list[str]:
+    """One of its candidates for each, the first that nobody else has; or else its last."""
+    chosen = [0] * len(candidates)
+    while True:
+        labels = [each[i] for each, i in zip(candidates, chosen, strict=True)]
+        count = Counter(labels)
+        longer = [
+            i
+            for i, label in enumerate(labels)
+            if count[label] > 1 and chosen[i] < len(candidates[i]) - 1
+        ]
+        if not longer:
+            return labels
+        for i in longer:
+            chosen[i] += 1
+
+
+def folder_name(label: str) -> str:
+    """The name of a label's folder; different labels have different ones.
+
+    Of a label of lower-case words, digits and underscores it is these words with hyphens between
+    them. Of any other the rest is left out, and ``~`` and eight hexadecimal digits tell it from
+    those that look like it.
+    """
+    plain = re.fullmatch(r"[a-z0-9_]+( [a-z0-9_]+)*", label) and len(label) <= _LONGEST
+    if plain and label not in _TAKEN:
+        return label.replace(" ", "-")
+    readable = re.sub(r"[\W-]+", "-", label.lower())[:_LONGEST].strip("-") or "problem"
+    return f"{readable}~{hashlib.sha256(label.encode()).hexdigest()[:8]}"

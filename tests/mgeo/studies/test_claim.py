@@ -1,0 +1,146 @@
+"""A folder belongs to one study, which may grow."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from mgeo.cli.app import app
+from mgeo.studies.claim import check, claim
+from mgeo.studies.file import parse_study
+from mgeo.studies.run import Failure, record
+from mgeo.studies.study import run_study
+
+STUDY = """
+title = "one"
+evaluations = 40
+seeds = 2
+grid = 2
+[[problems]]
+name = "pymoo:zdt1"
+options = { n_var = 4 }
+[[algorithms]]
+name = ["random", "nsga2"]
+population = 10
+"""
+TWO = STUDY.replace("[[problems]]", '[[problems]]\nname = "pymoo:zdt2"\n[[problems]]')
+
+
+def study(text=STUDY):
+    return parse_study(text, Path())
+
+
+def files(folder):
+    return {p: (p.read_bytes(), p.stat().st_mtime_ns) for p in folder.rglob("*") if p.is_file()}
+
+
+@pytest.fixture
+def mgeo(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def command(text, *more):
+        Path("study.toml").write_text(text)
+        arguments = ["study", "study.toml", "--jobs", "1", "--quiet", "--out", "out", *more]
+        return CliRunner().invoke(app, arguments)
+
+    return command
+
+
+def test_another_study_into_one_folder_is_refused_and_changes_nothing(mgeo, tmp_path):
+    assert mgeo(STUDY).exit_code == 0
+    before = files(tmp_path / "out")
+    for more in ([], ["--dry-run"]):
+        done = mgeo(STUDY.replace("zdt1", "zdt3"), *more)
+        assert done.exit_code == 2
+        (line,) = done.stderr.splitlines()
+        assert line.startswith(
+            "Error: out belongs to another study: 'zdt1' is not among the problems; expected the "
+            "problems and algorithms in its study.json"
+        )
+        assert files(tmp_path / "out") == before
+
+
+def test_the_same_study_with_more_of_it_goes_on(mgeo, tmp_path):
+    assert mgeo(STUDY).exit_code == 0
+    found = {path.name for path in (tmp_path / "out" / "runs").iterdir()}
+    assert mgeo(STUDY, "--seeds", "3", "--evaluations", "60").exit_code == 0
+    grown = STUDY.replace('title = "one"', 'title = "more of it"').replace(
+        '["random", "nsga2"]', '["nsga2", "gde3", "random"]'
+    )
+    done = mgeo(grown)
+    assert done.exit_code == 0, done.output
+    # of the eight runs of both budgets none was made again, and those of GDE3 are new
+    assert found < {path.name for path in (tmp_path / "out" / "runs").iterdir()}
+    assert len(list((tmp_path / "out" / "runs").iterdir())) == 4 + 6 + 2
+    assert (tmp_path / "out" / "study.toml").read_text() == grown
+    # now it is that of three algorithms
+    assert "'gde3' is not among the algorithms" in mgeo(STUDY).stderr
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("n_var = 4", "n_var = 5", "problems.zdt1.options.n_var = 5, expected 4"),
+        ("pymoo:zdt1", "zdt1", "problems.zdt1.name = 'zdt1', expected 'pymoo:zdt1'"),
+        ("= 10", "= 12", "algorithms.random.parameters.population = 12, expected 10"),
+        ("population = 10", "", "algorithms.random.parameters.population = None, expected 10"),
+        ('"random", ', "", "'random' is not among the algorithms"),
+        (STUDY, TWO, "it has one problem, whose tables are not in a folder below"),
+    ],
+)
+def test_what_differs_is_named(old, new, message, tmp_path):
+    claim(tmp_path, study())
+    before = files(tmp_path)
+    other = study(STUDY.replace(old, new))
+    for refused in (claim, check):
+        with pytest.raises(ValueError, match="belongs to another study") as caught:
+            refused(tmp_path, other)
+        assert message in str(caught.value)
+    assert files(tmp_path) == before
+
+
+def test_a_study_without_tables_leaves_the_folder_to_others(mgeo, tmp_path, monkeypatch):
+    with monkeypatch.context() as patched:
+        patched.setattr("mgeo.studies.dispatch.run", lambda task: Failure("ValueError: no", ""))
+        assert mgeo(STUDY).exit_code == 2
+    assert not (tmp_path / "out").exists()
+    assert mgeo(STUDY.replace("zdt1", "zdt3")).exit_code == 0
+
+
+def test_who_comes_later_is_refused_though_both_began_in_an_empty_folder(tmp_path, monkeypatch):
+    """Its runs are kept, as they are found by what they are."""
+    made = []
+
+    def meanwhile(task):
+        if not made:
+            claim(tmp_path, study(STUDY.replace("zdt1", "zdt3")))
+        made.append(task)
+        return record(task)
+
+    monkeypatch.setattr("mgeo.studies.dispatch.run", meanwhile)
+    with pytest.raises(ValueError, match="'zdt3' is not among the problems"):
+        run_study(study(), tmp_path, progress=False)
+    assert {path.name for path in tmp_path.iterdir()} == {"runs", "study.json", "study.toml"}
+    assert len(list((tmp_path / "runs").iterdir())) == len(made) == 4
+
+
+def test_problems_may_be_added_to_several(tmp_path):
+    claim(tmp_path, study(TWO))
+    claim(tmp_path, study(TWO.replace('"pymoo:zdt2"', '["pymoo:zdt2", "pymoo:zdt4"]')))
+    with pytest.raises(ValueError, match="'zdt4' is not among the problems"):
+        claim(tmp_path, study(TWO))
+
+
+def test_what_cannot_be_told_is_refused_before_anything_is_made(tmp_path):
+    for value, message in (("inf", "inf"), ("1979-05-27", "date")):
+        odd = study(STUDY.replace("n_var = 4", f"n_var = 4, x = {value}"))
+        with pytest.raises(ValueError, match=f"JSON cannot hold.*{message}"):
+            claim(tmp_path / "new", odd)
+        assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("content", ["", "[]", '{"problems": {"a": 1}, "algorithms": {}}', "{}"])
+def test_a_damaged_owner_is_named(content, tmp_path):
+    (tmp_path / "study.json").write_text(content)
+    with pytest.raises((ValueError, TypeError), match=r"study\.json"):
+        check(tmp_path, study())
