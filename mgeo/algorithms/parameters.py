@@ -88,18 +88,28 @@ def choice(name: str, value: Any, choices: Collection[str]) -> str:
     return value
 
 
-def refuse_unknown(given: Iterable[str], known: Collection[str], where: str) -> None:
+def refuse_unknown(
+    given: Iterable[str], known: Collection[str], where: str, others: Collection[str] = ()
+) -> None:
     """Refuse keywords that nobody reads.
+
+    Parameters
+    ----------
+    given : the keywords.
+    known : those that are read.
+    where : they came in.
+    others : what the same place takes besides, and has taken already.
 
     Raises
     ------
     TypeError : naming the first unknown keyword, the likeliest known one and where it came in.
     """
+    expected = sorted({*known, *others})
     for name in given:
         if name not in known:
             raise TypeError(
-                f"{where} got an unknown keyword {name!r}{_did_you_mean(name, known)}; "
-                f"known are {', '.join(sorted(known))}"
+                f"{where} got an unknown keyword {name!r}{_did_you_mean(name, expected)}; "
+                f"known are {', '.join(expected)}"
             )
 
 
