@@ -16,6 +16,7 @@ from mgeo.algorithms import adaptive
 from mgeo.algorithms.acceptance import IntArray
 from mgeo.algorithms.constructors import arguments, keywords, named
 from mgeo.algorithms.parameters import choice, greediness, integer, refuse_unknown
+from mgeo.algorithms.refusals import INSTEAD, refuse_dynamic, refuse_used
 from mgeo.algorithms.starts import given_starts
 from mgeo.algorithms.walkers import Walkers
 from mgeo.archive import ParetoArchive
@@ -30,6 +31,7 @@ RESTARTS = ("never", "random", "archive")
 
 
 _OPTIONS = named(Algorithm)
+_OF_A_RUN = _OPTIONS | {"pf"}  # which pymoo's examples pass on, and pymoo itself does not read
 
 
 class ExtremalOptimization(Walkers, Algorithm):
@@ -55,7 +57,7 @@ class ExtremalOptimization(Walkers, Algorithm):
     restart : where a walker without progress begins anew, one of `RESTARTS`. Progress is a
         candidate that enters the archive, or betters the walker's own best in some objective.
     patience : generations without progress before a restart.
-    sampling : starting points, None to let the leaf draw them.
+    sampling : starting points of the first walkers; the leaf draws those of the others.
     archive_size : largest number of points in the front, None for all of them.
     options : options of every pymoo algorithm: `termination`, `callback`, `verbose`, ...
 
@@ -81,7 +83,7 @@ class ExtremalOptimization(Walkers, Algorithm):
         options: dict[str, Any],
     ) -> None:
         known = keywords(type(self), ExtremalOptimization)
-        refuse_unknown(options, _OPTIONS, type(self).__name__, known)
+        refuse_unknown(options, _OPTIONS, type(self).__name__, known, INSTEAD)
         options.setdefault("output", ArchiveOutput())
         options.setdefault("evaluator", TolerantEvaluator())
         super().__init__(**options)
@@ -104,20 +106,25 @@ class ExtremalOptimization(Walkers, Algorithm):
 
         Parameters
         ----------
-        problem : a pymoo problem with finite bounds, of variables that the leaf can treat.
-        verbose, progress, options : as for every pymoo algorithm.
+        problem : a pymoo problem with finite bounds, of variables that the leaf can treat,
+            whose values do not change during the run.
+        verbose, progress, options : as for every pymoo algorithm. `pf`, of many of pymoo's
+            examples, changes nothing, as in pymoo.
 
         Raises
         ------
         TypeError : for an option that pymoo's algorithms do not have; parameters of the
             algorithm itself belong into its constructor.
-        ValueError : if the problem has other variables or no finite bounds.
+        ValueError : if the problem has other variables, no finite bounds, or is dynamic.
+        RuntimeError : if the algorithm has begun a run already.
         """
         name = type(self).__name__
         own = keywords(type(self), ExtremalOptimization) - _OPTIONS
         if misplaced := sorted(own & options.keys()):
             raise TypeError(f"{misplaced[0]} is a parameter of {name}(...), not of a run")
-        refuse_unknown(options, _OPTIONS, f"setup (or minimize) of {name}")
+        refuse_unknown(options, _OF_A_RUN, f"setup (or minimize) of {name}", instead=INSTEAD)
+        refuse_used(self)
+        refuse_dynamic(problem, name)
         self.variables = self._variables(problem)
         if options.get("termination", self.termination) is None:
             options["termination"] = default_termination(self.n_runs)

@@ -31,7 +31,11 @@ PROBLEM = ZDT1(n_var=3)
         ({"archive_size": 0}, ValueError, "archive_size = 0"),
         ({"archive_size": 2.5}, TypeError, "archive_size = 2.5"),
         ({"n_run": 4}, TypeError, "MGEOReal got an unknown keyword 'n_run'; did you mean 'n_runs'"),
-        ({"pop_size": 4}, TypeError, "unknown keyword 'pop_size'"),
+        ({"pop_size": 4}, TypeError, "MGEOReal got an unknown keyword 'pop_size': n_runs is the"),
+        ({"repair": None}, TypeError, "keyword 'repair': repair the design within the problem"),
+        ({"eliminate_duplicates": True}, TypeError, "'eliminate_duplicates': of equal objective"),
+        ({"mutation": None}, TypeError, "'mutation': the algorithm's own parameters"),
+        ({"x0": np.zeros(3)}, TypeError, r"'x0': sampling=\[x0\]"),
     ],
 )
 def test_constructor_refuses(parameters, error, message):
@@ -43,7 +47,8 @@ def test_constructor_refuses(parameters, error, message):
     ("options", "message"),
     [
         ({"save_histroy": True}, "unknown keyword 'save_histroy'; did you mean 'save_history'"),
-        ({"n_gen": 5}, "unknown keyword 'n_gen'"),
+        ({"n_gen": 5}, r"unknown keyword 'n_gen': termination=\('n_gen', ...\)"),
+        ({"disp": False}, "unknown keyword 'disp': verbose=True"),
         ({"sigma": 0.1}, r"sigma is a parameter of MGEOReal\(...\), not of a run"),
         ({"n_runs": 3}, "n_runs is a parameter"),
     ],
@@ -60,7 +65,13 @@ def test_minimize_refuses_what_pymoo_would_swallow(options, message):
     [
         ({"sigma": [0.1, 0.2]}, "sigma of length 2: expected one number, or one for each of the 3"),
         ({"archive_size": 3}, "archive_size = 3: .*expected at least 4"),
-        ({"sampling": np.zeros((2, 3))}, r"sampling of shape \(2, 3\): expected .* \(30, 3\)"),
+        ({"sampling": np.zeros((2, 4))}, r"sampling of shape \(2, 4\): expected .* n_var = 3 num"),
+        ({"sampling": np.zeros(3)}, r"sampling of shape \(3,\): expected one row"),
+        ({"sampling": np.zeros((0, 3))}, r"sampling of shape \(0, 3\)"),
+        (
+            {"sampling": np.zeros((31, 3))},
+            r"sampling of 31 points: expected at most .* n_runs = 30 walkers \(n_runs=31 starts",
+        ),
         ({"n_runs": 1, "sampling": [[0.5, 1.5, 0.5]]}, r"sampling\[0, 1\] = 1.5: .*\[0.0, 1.0\]"),
         ({"n_runs": 1, "sampling": [[0.5, 0.5, np.nan]]}, r"sampling\[0, 2\] = nan"),
     ],
