@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pymoo.core.problem import default_shape
-
-if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
+from pymoo.core.problem import Problem, default_shape
 
 Values = dict[str, NDArray[Any]]
 _LONGEST = 200  # characters of a cause
+_BATCH = ("evaluate", "do", "_evaluate_elementwise")  # what pymoo takes a batch through
 
 
 @dataclass(frozen=True)
@@ -50,15 +47,15 @@ def attempt(
     values : what the problem gives by name, n rows each; NaN in rows that raised.
     failures : by row.
     """
-    with _guarded_elements(problem) as in_elements:
 
-        def evaluate(candidates: NDArray[Any]) -> tuple[Values, dict[int, Failure]]:
-            values = problem.evaluate(
-                candidates, return_values_of=names, return_as_dictionary=True, **options
-            )
-            return values, dict(in_elements)
+    def evaluate(candidates: NDArray[Any]) -> tuple[Values, dict[int, Failure]]:
+        guarded, in_elements = _guarded(problem)
+        values = guarded.evaluate(
+            candidates, return_values_of=names, return_as_dictionary=True, **options
+        )
+        return values, in_elements
 
-        parts = list(_by_halves(evaluate, X))
+    parts = list(_by_halves(evaluate, X))
     pattern = next((part[0] for part in parts if not isinstance(part, Failure)), None)
     if pattern is None:
         shapes = default_shape(problem, 0)
@@ -120,18 +117,26 @@ def _not_finite(values: Values) -> dict[int, Failure]:
     return found
 
 
-@contextmanager
-def _guarded_elements(problem: Problem) -> Iterator[Mapping[int, Failure]]:
-    """Failures by element, after each evaluation of an elementwise problem within the context."""
-    if not problem.elementwise:
-        yield {}
-        return
+def _guarded(problem: Problem) -> tuple[Problem, dict[int, Failure]]:
+    """A problem to evaluate once, and where the failures of its elements will be, by row.
+
+    Threads share problems, so the guard is put on a shallow copy, of which pymoo reads nothing but
+    how to evaluate a batch. The elements themselves are evaluated by the problem that is shared:
+    what `_evaluate` writes to it, such as a count of its calls, stays. That is so for pymoo's way
+    through a batch alone; a problem with a way of its own is evaluated as it is.
+    """
+    if not problem.elementwise or any(
+        getattr(type(problem), name) is not getattr(Problem, name) for name in _BATCH
+    ):
+        return problem, {}
     runner = _GuardedRunner(problem)
-    problem.elementwise_runner = runner
-    try:
-        yield runner.failures
-    finally:
-        problem.elementwise_runner = runner.inner
+    copy: Problem = object.__new__(type(problem))  # not by pickling, which may leave things out
+    vars(copy).update(
+        vars(problem),
+        elementwise_func=lambda _, *arguments: problem.elementwise_func(problem, *arguments),
+        elementwise_runner=runner,
+    )
+    return copy, runner.failures
 
 
 class _GuardedRunner:

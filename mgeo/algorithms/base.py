@@ -1,11 +1,11 @@
 """The loop that all algorithms of the family share, as a pymoo `Algorithm`."""
 
-import inspect
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.algorithm import Algorithm
+from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from pymoo.core.sampling import Sampling
@@ -14,7 +14,9 @@ from pymoo.termination.max_gen import MaximumGenerationTermination
 
 from mgeo.algorithms import adaptive
 from mgeo.algorithms.acceptance import IntArray
+from mgeo.algorithms.constructors import arguments, keywords, named
 from mgeo.algorithms.parameters import choice, greediness, integer, refuse_unknown
+from mgeo.algorithms.refusals import INSTEAD, refuse_dynamic, refuse_used
 from mgeo.algorithms.starts import given_starts
 from mgeo.algorithms.walkers import Walkers
 from mgeo.archive import ParetoArchive
@@ -28,12 +30,8 @@ MOST_RUNS = 100_000  # each has its own random stream, of some kilobytes
 RESTARTS = ("never", "random", "archive")
 
 
-def _keywords(cls: type) -> frozenset[str]:
-    parameters = inspect.signature(cls).parameters.values()
-    return frozenset(p.name for p in parameters if p.kind is not p.VAR_KEYWORD)
-
-
-_OPTIONS = _keywords(Algorithm)
+_OPTIONS = named(Algorithm)
+_OF_A_RUN = _OPTIONS | {"pf"}  # which pymoo's examples pass on, and pymoo itself does not read
 
 
 class ExtremalOptimization(Walkers, Algorithm):
@@ -48,9 +46,9 @@ class ExtremalOptimization(Walkers, Algorithm):
     Unless it restarts, a walker never looks at the archive or at other walkers, and it owns a
     random stream (child i of the seed), so running side by side is the same as running one after
     the other. Starting points are not evaluated, unless the leaf evaluates walkers. The loop
-    itself, and what a leaf supplies to it, is in `mgeo.algorithms.walkers`. A leaf keeps each
-    parameter of its constructor under the parameter's name, and names in `_state_arrays` every
-    array that it carries from one generation to the next.
+    itself, and what a leaf supplies to it, is in `mgeo.algorithms.walkers`. For runs that can be
+    resumed, a leaf keeps each parameter of its constructor under the parameter's name, and names
+    in `_state_arrays` every array that it carries from one generation to the next.
 
     Parameters
     ----------
@@ -59,7 +57,7 @@ class ExtremalOptimization(Walkers, Algorithm):
     restart : where a walker without progress begins anew, one of `RESTARTS`. Progress is a
         candidate that enters the archive, or betters the walker's own best in some objective.
     patience : generations without progress before a restart.
-    sampling : starting points, None to let the leaf draw them.
+    sampling : starting points of the first walkers; the leaf draws those of the others.
     archive_size : largest number of points in the front, None for all of them.
     options : options of every pymoo algorithm: `termination`, `callback`, `verbose`, ...
 
@@ -84,7 +82,8 @@ class ExtremalOptimization(Walkers, Algorithm):
         archive_size: int | None,
         options: dict[str, Any],
     ) -> None:
-        refuse_unknown(options, _keywords(type(self)) | _OPTIONS, type(self).__name__)
+        known = keywords(type(self), ExtremalOptimization)
+        refuse_unknown(options, _OPTIONS, type(self).__name__, known, INSTEAD)
         options.setdefault("output", ArchiveOutput())
         options.setdefault("evaluator", TolerantEvaluator())
         super().__init__(**options)
@@ -107,27 +106,39 @@ class ExtremalOptimization(Walkers, Algorithm):
 
         Parameters
         ----------
-        problem : a pymoo problem with finite bounds, of variables that the leaf can treat.
-        verbose, progress, options : as for every pymoo algorithm.
+        problem : a pymoo problem with finite bounds, of variables that the leaf can treat,
+            whose values do not change during the run.
+        verbose, progress, options : as for every pymoo algorithm. `pf`, of many of pymoo's
+            examples, changes nothing, as in pymoo.
 
         Raises
         ------
         TypeError : for an option that pymoo's algorithms do not have; parameters of the
             algorithm itself belong into its constructor.
-        ValueError : if the problem has other variables or no finite bounds.
+        ValueError : if the problem has other variables, no finite bounds, or is dynamic.
+        RuntimeError : if the algorithm has begun a run already.
         """
         name = type(self).__name__
-        if misplaced := sorted(_keywords(type(self)) & options.keys()):
+        own = keywords(type(self), ExtremalOptimization) - _OPTIONS
+        if misplaced := sorted(own & options.keys()):
             raise TypeError(f"{misplaced[0]} is a parameter of {name}(...), not of a run")
-        refuse_unknown(options, _OPTIONS, f"setup (or minimize) of {name}")
+        refuse_unknown(options, _OF_A_RUN, f"setup (or minimize) of {name}", instead=INSTEAD)
+        refuse_used(self)
+        refuse_dynamic(problem, name)
         self.variables = self._variables(problem)
-        self._parameters = {key: getattr(self, key) for key in _keywords(type(self))}
         if options.get("termination", self.termination) is None:
             options["termination"] = default_termination(self.n_runs)
         super().setup(problem, verbose=verbose or self.verbose, progress=progress, **options)
+        self._begin(problem)
         return self
 
-    def _setup(self, problem: Problem, **options: Any) -> None:
+    @property
+    def _parameters(self) -> dict[str, Any]:
+        """Arguments with which the class makes such an algorithm; TypeError if there are none."""
+        return arguments(self, ExtremalOptimization, _OPTIONS)
+
+    def _begin(self, problem: Problem) -> None:
+        """What `_setup` is for, out of the way of pymoo's wrappers, which put theirs over it."""
         seeds = self.random_state.bit_generator.seed_seq.spawn(self.n_runs)
         self.streams = [np.random.default_rng(seed) for seed in seeds]
         try:
@@ -153,9 +164,9 @@ class ExtremalOptimization(Walkers, Algorithm):
         return individuals(self._asked)
 
     def _advance(self, infills: Any = None, **kwargs: Any) -> None:
-        F, violation = self._told(infills)
+        F, violation, tolerated = self._told(infills)
         entered = self.front.add(F, infills, violation)
-        progress = self._accept(F, violation)
+        progress = self._accept(F, tolerated)
         if self.restart != "never":
             progress |= entered.reshape(self.n_runs, -1).any(axis=1)
             if len(stuck := self._stuck(progress)):
@@ -171,8 +182,12 @@ class ExtremalOptimization(Walkers, Algorithm):
         rows = [self.streams[walker].integers(len(self.front)) for walker in walkers]
         return self.variables.values(self.front.individuals[rows].get("X"))
 
-    def _told(self, infills: Any) -> tuple[FloatArray, FloatArray]:
-        """Objectives (n, n_obj) and constraint violations (n,), 0 where feasible."""
+    def _told(self, infills: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Objectives (n, n_obj) and constraint violations (n,), 0 where feasible.
+
+        The violations come twice: as pymoo judges them, for the archive, and as the individuals'
+        configuration does, in which a constraint handling may tolerate more for a while.
+        """
         if self._asked is None or infills is None:
             raise ValueError(
                 f"tell(infills={'...' if infills is not None else None}): expected the "
@@ -190,9 +205,10 @@ class ExtremalOptimization(Walkers, Algorithm):
                 "every candidate evaluated"
             )
         if not self.problem.has_constraints():
-            return F, np.zeros(len(F))
-        CV, feasible = infills.get("CV", "FEAS")
-        return F, np.where(feasible[:, 0], 0.0, CV[:, 0])
+            return F, np.zeros(len(F)), np.zeros(len(F))
+        CV, tolerated = (values[:, 0] for values in infills.get("CV", "FEAS"))
+        feasible = Individual.default_config()["cv_eps"] >= CV
+        return F, np.where(feasible, 0.0, CV), np.where(tolerated, 0.0, CV)
 
     def _set_optimum(self) -> None:
         self.opt = self.front.individuals

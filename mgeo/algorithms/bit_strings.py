@@ -27,8 +27,8 @@ class BitStrings(ExtremalOptimization, ABC):
     bits : of each real variable, 1 to 52: one number for all, or one per variable. Integer and
         binary variables take as many as their levels need.
     coding : "plain" binary numbers, or "gray" codes, where neighbors differ in one bit.
-    sampling : starting points, rounded to the nearest string: (n_runs, n_var) array, population
-        or pymoo `Sampling`; None for random strings.
+    sampling : starting points of the first walkers, rounded to the nearest string: array of up to
+        (n_runs, n_var), population or pymoo `Sampling`; the others begin with random strings.
     """
 
     def __init__(

@@ -60,13 +60,14 @@ class BitCode:
                 f"bits of length {np.size(bits)}: expected one number, or one for each of the "
                 f"{n_var} variables"
             )
-        levels = variables.xu - variables.xl + 1.0
-        counts = np.where(variables.real, bits, np.ceil(np.log2(np.maximum(levels, 1.0))))
-        counts = counts.astype(np.intp)
+        spans = variables.xu - variables.xl
+        own = [int(span).bit_length() for span in spans]  # a logarithm is not exact
+        counts = np.where(variables.real, bits, own).astype(np.intp)
         if np.any(counts > MOST_BITS):
+            i = int(counts.argmax())
             raise ValueError(
-                f"an integer variable of {levels.max():g} levels: expected at most 2^{MOST_BITS} "
-                "levels"
+                f"integer variable {variables.label(i)} has {int(spans[i]) + 1} levels: expected "
+                f"at most 2^{MOST_BITS}"
             )
         if not counts.any():
             raise ValueError("all variables are fixed by their bounds: expected one that is not")

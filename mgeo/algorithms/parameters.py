@@ -2,8 +2,9 @@
 
 import difflib
 import math
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from numbers import Integral, Real
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -88,19 +89,38 @@ def choice(name: str, value: Any, choices: Collection[str]) -> str:
     return value
 
 
-def refuse_unknown(given: Iterable[str], known: Collection[str], where: str) -> None:
+def refuse_unknown(
+    given: Iterable[str],
+    known: Collection[str],
+    where: str,
+    others: Collection[str] = (),
+    instead: Mapping[str, str] = MappingProxyType({}),
+) -> None:
     """Refuse keywords that nobody reads.
+
+    Parameters
+    ----------
+    given : the keywords.
+    known : those that are read.
+    where : they came in.
+    others : what the same place takes besides, and has taken already.
+    instead : what to do instead of giving some others.
 
     Raises
     ------
-    TypeError : naming the first unknown keyword, the likeliest known one and where it came in.
+    TypeError : naming the first unknown keyword, where it came in, and what to do instead or the
+        likeliest known one.
     """
+    expected = sorted({*known, *others})
     for name in given:
-        if name not in known:
-            raise TypeError(
-                f"{where} got an unknown keyword {name!r}{_did_you_mean(name, known)}; "
-                f"known are {', '.join(sorted(known))}"
-            )
+        if name in known:
+            continue
+        if name in instead:
+            raise TypeError(f"{where} got an unknown keyword {name!r}: {instead[name]}")
+        raise TypeError(
+            f"{where} got an unknown keyword {name!r}{_did_you_mean(name, expected)}; "
+            f"known are {', '.join(expected)}"
+        )
 
 
 def pair(name: str, value: Any, check: Callable[..., T], **limits: float) -> list[T]:

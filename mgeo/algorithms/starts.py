@@ -17,20 +17,25 @@ def given_starts(
     n_runs: int,
     random_state: np.random.Generator,
 ) -> FloatArray:
-    """(n_runs, n_var) values chosen by the user: points, a population, or a pymoo sampling.
+    """(n, n_var) values chosen by the user: points, a population, or a pymoo sampling.
 
     Raises
     ------
-    ValueError : if there are not n_runs points of n_var numbers each, within the bounds.
+    ValueError : if there are not 1 to n_runs points of n_var numbers each, within the bounds.
     """
     if isinstance(sampling, Sampling):
         sampling = sampling.do(problem, n_runs, random_state=random_state)
     X = sampling.get("X") if isinstance(sampling, Population) else sampling
     starts = variables.values(np.asarray(X))
-    if starts.shape != (n_runs, problem.n_var):
+    if starts.ndim != 2 or not len(starts) or starts.shape[1] != problem.n_var:
         raise ValueError(
-            f"sampling of shape {starts.shape}: expected (n_runs, n_var) = "
-            f"{(n_runs, problem.n_var)}, one point per walker"
+            f"sampling of shape {starts.shape}: expected one row of n_var = {problem.n_var} "
+            "numbers for each point to start at"
+        )
+    if len(starts) > n_runs:
+        raise ValueError(
+            f"sampling of {len(starts)} points: expected at most one for each of the n_runs = "
+            f"{n_runs} walkers (n_runs={len(starts)} starts at all of them)"
         )
     outside = ~((starts >= variables.xl) & (starts <= variables.xu))
     if outside.any():

@@ -59,8 +59,8 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
     ------
     ValueError : before `setup`, between ask and tell, or with one of pymoo's archives, whose
         truncation does not repeat.
-    TypeError : for an algorithm of another family, a parameter that is no JSON value, or a named
-        attribute that is no array.
+    TypeError : for an algorithm of another family, a class that cannot be made again from its
+        parameters, a parameter that is no JSON value, or a named attribute that is no array.
     """
     name = type(algorithm).__name__
     if not isinstance(algorithm, ExtremalOptimization):

@@ -27,8 +27,8 @@ class MGEOVar(BitStrings):
     restart : "never", or where a walker begins anew that has not advanced for `patience`
         generations: at a "random" point, or at one of the "archive".
     patience : generations without progress before a restart.
-    sampling : starting points, rounded to the nearest string: (n_runs, n_var) array, population
-        or pymoo `Sampling`; None for random strings.
+    sampling : starting points of the first walkers, rounded to the nearest string: array of up to
+        (n_runs, n_var), population or pymoo `Sampling`; the others begin with random strings.
     archive_size : largest number of points in the front, None for all of them.
     options : options of every pymoo algorithm: `termination` (5000 // n_runs generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...

@@ -15,6 +15,9 @@ from mgeo.dominance import BoolArray, FloatArray
 
 Kind = Literal["real", "integer", "binary"]
 
+MOST_WHOLE = 2**53 - 1  # in size: floats tell the whole numbers up to it apart
+MOST_REAL = 1e150  # in size: the product of two such numbers is a float
+
 _OF_TYPE: tuple[tuple[tuple[type, ...], Kind], ...] = (
     ((bool, np.bool_), "binary"),  # first: a bool is an int
     ((int, np.integer), "integer"),
@@ -30,7 +33,8 @@ class Variables:
     Attributes
     ----------
     kinds : (n_var) "real", "integer" or "binary" (0 or 1).
-    xl, xu : (n_var,) finite bounds; whole numbers unless real.
+    xl, xu : (n_var,) bounds of at most `MOST_REAL` in size; unless real, whole numbers of at
+        most `MOST_WHOLE`.
     names : (n_var) keys of a design vector, if it is a dict as in `Problem(vars=...)`; else None.
     """
 
@@ -45,7 +49,8 @@ class Variables:
 
         Raises
         ------
-        ValueError : if a variable is of another kind than those allowed, or is not bounded.
+        ValueError : if a variable is of another kind than those allowed, is not bounded, or has
+            bounds too large to compute with.
         """
         name = type(problem).__name__
         if (declared := getattr(problem, "vars", None)) is not None:
@@ -68,8 +73,13 @@ class Variables:
             xl, xu = (_numbers(bound, problem.n_var) for bound in (problem.xl, problem.xu))
             if kinds[0] == "binary":
                 xl, xu = np.zeros(problem.n_var), np.ones(problem.n_var)
-        whole = np.array([kind != "real" for kind in kinds])
-        for key, bound in (("xl", xl), ("xu", xu)):
+        variables = cls(kinds, xl, xu, names)
+        variables._check_bounds(problem)
+        return variables
+
+    def _check_bounds(self, problem: Problem) -> None:
+        name, whole = type(problem).__name__, ~self.real
+        for key, bound in (("xl", self.xl), ("xu", self.xu)):
             if not np.isfinite(bound).all():
                 shown = getattr(problem, key)
                 raise ValueError(
@@ -79,9 +89,19 @@ class Variables:
                 raise ValueError(
                     f"{name}.{key} = {bound}: expected whole numbers for integer variables"
                 )
-        if np.any(xl > xu):
-            raise ValueError(f"{name}: expected xl <= xu, got xl = {xl}, xu = {xu}")
-        return cls(kinds, xl, xu, names)
+            if np.any(large := np.abs(bound) > np.where(whole, MOST_WHOLE, MOST_REAL)):
+                i = int(large.argmax())
+                value, most = (int(bound[i]), MOST_WHOLE) if whole[i] else (bound[i], MOST_REAL)
+                raise ValueError(
+                    f"{name}.{key}[{self.label(i)}] = {value}: expected a bound of at most {most} "
+                    "in size, to compute with it in floats"
+                )
+        if np.any(self.xl > self.xu):
+            raise ValueError(f"{name}: expected xl <= xu, got xl = {self.xl}, xu = {self.xu}")
+
+    def label(self, variable: int) -> str:
+        """How to name a variable in a message: by its number, or as the key that it has."""
+        return str(variable) if self.names is None else repr(self.names[variable])
 
     @property
     def real(self) -> BoolArray:
@@ -128,4 +148,11 @@ def _listed(kinds: Sequence[Kind]) -> str:
 def _numbers(bound: Any, n: int | None = None) -> FloatArray:
     if bound is None:
         return np.full(n or 0, np.nan)
-    return np.array([np.nan if value is None else value for value in np.ravel(bound)], dtype=float)
+    return np.array([_number(value) for value in np.ravel(bound)])
+
+
+def _number(bound: Any) -> float:
+    try:
+        return np.nan if bound is None else float(bound)
+    except OverflowError:  # an integer that no float can hold
+        return np.inf if bound > 0 else -np.inf

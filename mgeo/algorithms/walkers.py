@@ -88,14 +88,19 @@ class Walkers(ABC):
     # ---- the loop ---------------------------------------------------------------------------
 
     def _place(self, n_obj: int, starts: FloatArray | None) -> None:
-        """Begin at given variables, (n_runs, n_var), or where the leaf draws."""
+        """Begin at given variables, (n, n_var); walkers beyond n where the leaf draws."""
         self._coordinates = self._layout()
         present = self._coordinates >= 0
         sizes = np.count_nonzero(present, axis=1)
         self._order = np.where(present, np.cumsum(present).reshape(present.shape) - 1, -1)
         self._present = None if present.all() else present
         self._sizes = present.shape[1] if present.all() else sizes
-        self.walkers = self._draw(self.streams) if starts is None else self._encode(starts)
+        if starts is None:
+            self.walkers = self._draw(self.streams)
+        else:
+            given = self._encode(starts)
+            others = [self._draw(self.streams[len(given) :])] if len(given) < self.n_runs else []
+            self.walkers = np.concatenate([given, *others])
         self.taus = np.empty((self.n_runs, n_obj))
         self.chances = np.empty((self.n_runs, n_obj))
         self.standing = np.empty((self.n_runs, 1 + n_obj))

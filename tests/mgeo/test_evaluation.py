@@ -1,7 +1,10 @@
 """Candidates that fail cost themselves only, whatever way they fail."""
 
 import os
+import threading
+import time
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -150,11 +153,85 @@ def test_any_pymoo_runner_is_guarded():
 
 @pytest.mark.parametrize(("way", "error"), [("interrupt", KeyboardInterrupt), ("exit", SystemExit)])
 def test_what_ends_a_program_is_never_swallowed(way, error):
-    problem = Element(way)
-    runner = problem.elementwise_runner
     with pytest.raises(error):
-        TolerantEvaluator().eval(problem, candidates())
-    assert problem.elementwise_runner is runner
+        TolerantEvaluator().eval(Element(way), candidates())
+
+
+@pytest.mark.parametrize("way", ["raise", "nan", "interrupt", "exit"])
+def test_a_problem_has_after_an_evaluation_what_it_had_before_and_its_own_counts(way):
+    problem, population = Element(way), candidates()
+    before = dict(vars(problem))
+    try:
+        TolerantEvaluator().eval(problem, population)
+    except (KeyboardInterrupt, SystemExit):
+        evaluated = next(i for i, x in enumerate(population.get("X")) if culprit(x)) + 1
+    else:
+        evaluated = len(population)
+    assert problem.calls == evaluated
+    assert {**vars(problem), "calls": 0} == before
+
+
+def test_threads_in_one_problem_at_once_do_not_see_each_others_failures():
+    """One enters while the other is within, and leaves after it."""
+    second_is_within, first_has_left = threading.Event(), threading.Event()
+
+    class Ordered(Element):
+        def _evaluate(self, x, out, *args, **kwargs):
+            if culprit(x):
+                second_is_within.set()
+                assert first_has_left.wait(10)
+            else:
+                assert second_is_within.wait(10)
+            super()._evaluate(x, out, *args, **kwargs)
+
+    def judged(x):
+        evaluator, population = TolerantEvaluator(), Population.new(X=np.array([[x, 0.5]]))
+        evaluator.eval(problem, population)
+        if not culprit([x]):
+            first_has_left.set()
+        return evaluator.causes
+
+    problem = Ordered()
+    before = dict(vars(problem))
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(judged, [0.8, 0.35])) == [{}, {"ValueError: culprit": 1}]
+    assert {**vars(problem), "calls": 0} == before
+
+
+def test_many_threads_share_an_elementwise_problem():
+    class Slow(Element):
+        def _evaluate(self, x, out, *args, **kwargs):
+            time.sleep(1e-5)  # lets another thread run
+            super()._evaluate(x, out, *args, **kwargs)
+
+    def judge(seed):
+        for batch in range(10):
+            population, evaluator = candidates(100, [seed, batch]), TolerantEvaluator()
+            evaluator.eval(problem, population)
+            assert_only_culprits_failed(population, evaluator)
+
+    problem = Slow()
+    before = dict(vars(problem))
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(judge, range(8)))
+    assert {**vars(problem), "calls": 0} == before
+
+
+def test_a_problem_with_its_own_way_through_a_batch_keeps_what_it_writes_there():
+    class Counting(Element):
+        batches = 0
+
+        def evaluate(self, X, *args, **kwargs):
+            self.batches += 1
+            return super().evaluate(X, *args, **kwargs)
+
+    problem, evaluator, population = Counting(), TolerantEvaluator(), candidates()
+    evaluator.eval(problem, population)
+    assert_only_culprits_failed(population, evaluator)
+    assert problem.batches > 1  # halved, as a batch that raises
+    sound, population = Counting("nan"), candidates()
+    TolerantEvaluator().eval(sound, population)
+    assert (sound.batches, sound.calls) == (1, len(population))
 
 
 def solve(problem, algorithm, n_gen=40, **options):

@@ -40,6 +40,32 @@ def test_neighbors_in_gray_code_differ_in_one_bit():
     assert (np.abs(np.diff(strings, axis=0)).sum(axis=1) == 1).all()
 
 
+@pytest.mark.parametrize("low", [-(2**53) + 1, 0, 2**53 - 2**51 - 1])
+@pytest.mark.parametrize("levels", [2**50 + 1, 2**51 + 1])
+def test_every_level_of_the_largest_integers_is_its_own_code(low, levels):
+    code = code_of(["integer"], [low], [low + levels - 1], 1)
+    assert 2 ** code.bits[0] >= levels
+    inside = np.random.default_rng(1).integers(low, low + levels, 1000)
+    values = np.array([low, *inside, low + levels - 1], dtype=float)[:, None]
+    assert np.array_equal(code.decode(code.encode(values)), values)
+
+
+@pytest.mark.parametrize("member", [MGEOCanonical, MGEOVar])
+def test_the_largest_integers_are_evaluated_within_their_bounds(member):
+    low, high = 2**53 - 10, 2**53 - 1
+
+    class Largest(ElementwiseProblem):
+        def __init__(self):
+            super().__init__(vars={"i": Integer(bounds=(low, high))}, n_obj=1)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            assert type(x["i"]) is int
+            assert low <= x["i"] <= high
+            out["F"] = float(abs(x["i"] - low - 4))
+
+    assert minimize(Largest(), member(n_runs=4), ("n_gen", 30), seed=1).X["i"] == low + 4
+
+
 @pytest.mark.parametrize("levels", [1, 2, 3, 5, 8, 11, 100])
 @pytest.mark.parametrize("gray", [False, True])
 def test_an_integer_has_every_level_about_as_often(levels, gray):
@@ -180,7 +206,24 @@ def test_dicts_of_the_archive_are_places_to_restart_at():
         ({"n_var": 2, "xl": 0, "xu": 1, "vtype": bool}, MGEOVar, "variable 0 has 1 bit"),
         ({"n_var": 3, "xl": 0, "xu": 1}, lambda: MGEOVar(bits=[4, 4]), "bits of length 2"),
         ({"n_var": 3, "xl": 0, "xu": 1}, lambda: MGEOVar(bits=[4, 1, 4]), "variable 1 has 1 bit"),
-        ({"n_var": 1, "xl": 0, "xu": 2**60, "vtype": int}, MGEOCanonical, "at most 2\\^52 levels"),
+        (
+            {"n_var": 2, "xl": 0, "xu": [9, 2**52], "vtype": int},
+            MGEOCanonical,
+            r"integer variable 1 has 4503599627370497 levels: expected at most 2\^52",
+        ),
+        (
+            {"n_var": 2, "xl": 0, "xu": [9, 2**60], "vtype": int},
+            MGEOCanonical,
+            r"xu\[1\] = 1152921504606846976: expected a bound of at most 9007199254740991",
+        ),
+        (
+            {"vars": {"i": Integer(bounds=(2**53, 2**53 + 9))}},
+            MGEOCanonical,
+            r"xl\['i'\] = 9007199254740992: expected a bound of at most 9007199254740991",
+        ),
+        ({"vars": {"i": Integer(bounds=(-(2**63), 0))}}, MGEOVar, r"xl\['i'\] = -92233720368"),
+        ({"vars": {"i": Integer(bounds=(0, 2**63))}}, MGEOVar, r"xu\['i'\] = 92233720368"),
+        ({"vars": {"i": Integer(bounds=(0, 10**400))}}, MGEOVar, "expected a finite bound"),
     ],
 )
 def test_problems_that_cannot_be_coded_are_refused(arguments, member, message):

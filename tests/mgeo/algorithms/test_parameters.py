@@ -5,7 +5,8 @@ from pymoo.core.variable import Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems.multi import ZDT1
 
-from mgeo import MGEOReal
+from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
+from mgeo.algorithms.variables import MOST_REAL
 
 PROBLEM = ZDT1(n_var=3)
 
@@ -30,7 +31,11 @@ PROBLEM = ZDT1(n_var=3)
         ({"archive_size": 0}, ValueError, "archive_size = 0"),
         ({"archive_size": 2.5}, TypeError, "archive_size = 2.5"),
         ({"n_run": 4}, TypeError, "MGEOReal got an unknown keyword 'n_run'; did you mean 'n_runs'"),
-        ({"pop_size": 4}, TypeError, "unknown keyword 'pop_size'"),
+        ({"pop_size": 4}, TypeError, "MGEOReal got an unknown keyword 'pop_size': n_runs is the"),
+        ({"repair": None}, TypeError, "keyword 'repair': repair the design within the problem"),
+        ({"eliminate_duplicates": True}, TypeError, "'eliminate_duplicates': of equal objective"),
+        ({"mutation": None}, TypeError, "'mutation': the algorithm's own parameters"),
+        ({"x0": np.zeros(3)}, TypeError, r"'x0': sampling=\[x0\]"),
     ],
 )
 def test_constructor_refuses(parameters, error, message):
@@ -42,7 +47,8 @@ def test_constructor_refuses(parameters, error, message):
     ("options", "message"),
     [
         ({"save_histroy": True}, "unknown keyword 'save_histroy'; did you mean 'save_history'"),
-        ({"n_gen": 5}, "unknown keyword 'n_gen'"),
+        ({"n_gen": 5}, r"unknown keyword 'n_gen': termination=\('n_gen', ...\)"),
+        ({"disp": False}, "unknown keyword 'disp': verbose=True"),
         ({"sigma": 0.1}, r"sigma is a parameter of MGEOReal\(...\), not of a run"),
         ({"n_runs": 3}, "n_runs is a parameter"),
     ],
@@ -59,7 +65,13 @@ def test_minimize_refuses_what_pymoo_would_swallow(options, message):
     [
         ({"sigma": [0.1, 0.2]}, "sigma of length 2: expected one number, or one for each of the 3"),
         ({"archive_size": 3}, "archive_size = 3: .*expected at least 4"),
-        ({"sampling": np.zeros((2, 3))}, r"sampling of shape \(2, 3\): expected .* \(30, 3\)"),
+        ({"sampling": np.zeros((2, 4))}, r"sampling of shape \(2, 4\): expected .* n_var = 3 num"),
+        ({"sampling": np.zeros(3)}, r"sampling of shape \(3,\): expected one row"),
+        ({"sampling": np.zeros((0, 3))}, r"sampling of shape \(0, 3\)"),
+        (
+            {"sampling": np.zeros((31, 3))},
+            r"sampling of 31 points: expected at most .* n_runs = 30 walkers \(n_runs=31 starts",
+        ),
         ({"n_runs": 1, "sampling": [[0.5, 1.5, 0.5]]}, r"sampling\[0, 1\] = 1.5: .*\[0.0, 1.0\]"),
         ({"n_runs": 1, "sampling": [[0.5, 0.5, np.nan]]}, r"sampling\[0, 2\] = nan"),
     ],
@@ -76,6 +88,11 @@ def test_parameters_that_do_not_fit_the_problem_are_refused(parameters, message)
         ({"n_var": 2, "xl": 0.0}, "Problem.xu = None"),
         ({"n_var": 2, "xl": 0.0, "xu": np.array([1.0, np.inf])}, r"Problem.xu = \[ 1. inf\]"),
         ({"n_var": 2, "xl": 1.0, "xu": 0.0}, "expected xl <= xu"),
+        (
+            {"n_var": 2, "xl": [0.0, -1.7e308], "xu": 1.0},
+            r"xl\[1\] = -1.7e\+308: .* at most 1e\+150",
+        ),
+        ({"vars": {"a": Real(bounds=(0, 1.7e308))}}, r"xu\['a'\] = 1.7e\+308: .* at most 1e\+150"),
         ({"n_var": 2, "xl": 0, "xu": 9, "vtype": int}, "vtype = <class 'int'>"),
         ({"n_var": 2, "xl": 0, "xu": 1, "vtype": bool}, "vtype = <class 'bool'>"),
         (
@@ -87,6 +104,24 @@ def test_parameters_that_do_not_fit_the_problem_are_refused(parameters, message)
 def test_problems_that_are_not_real_and_bounded_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         MGEOReal().setup(Problem(n_obj=2, **arguments))
+
+
+@pytest.mark.parametrize(
+    "algorithm",
+    [*(cls(n_runs=2) for cls in (MGEOReal2, MGEODirected, MGEOCanonical, MGEOVar)),
+     *(MGEOReal(n_runs=2, perturbation=scale) for scale in ("absolute", "relative", "range"))],
+    ids=lambda algorithm: f"{type(algorithm).__name__}-{getattr(algorithm, 'perturbation', '')}",
+)  # fmt: skip
+def test_the_widest_bounds_allowed_are_computed_with(algorithm):
+    class Wide(Problem):
+        def __init__(self):
+            super().__init__(n_var=3, n_obj=2, xl=-MOST_REAL, xu=MOST_REAL)
+
+        def _evaluate(self, X, out, *args, **kwargs):
+            assert np.array_equal(np.clip(X, self.xl, self.xu), X)
+            out["F"] = np.column_stack([((X / MOST_REAL - a) ** 2).sum(axis=1) for a in (0.0, 0.5)])
+
+    assert len(minimize(Wide(), algorithm, ("n_gen", 30), seed=1).F) > 1
 
 
 def test_float_types_are_real():

@@ -6,16 +6,19 @@ import pickle
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.constraints.as_penalty import ConstraintsAsPenalty
 from pymoo.core.callback import Callback
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.termination import NoTermination
 from pymoo.optimize import minimize
+from pymoo.problems.dyn import TimeSimulation
+from pymoo.problems.dynamic.df import DF1
 from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.static import StaticProblem
 from pymoo.util.archive import MultiObjectiveArchive
 
-from mgeo import MGEOReal, ParetoArchive
+from mgeo import MGEOCanonical, MGEODirected, MGEOReal, ParetoArchive
 from mgeo.evaluation import EvaluationError
 
 from .problems import Fixed, Mixture, Rosenbrock
@@ -81,6 +84,67 @@ def test_without_copying_the_object_itself_is_run():
     assert result.algorithm is algorithm
     assert same(result, solve())
     assert same(solve(algorithm=algorithm, copy_algorithm=False), result)  # it has terminated
+
+
+@pytest.mark.parametrize("pf", [True, False, None, PROBLEM.pareto_front()])
+def test_pf_of_pymoos_examples_changes_nothing(pf):
+    assert same(solve(pf=pf), solve())
+
+
+@pytest.mark.parametrize("algorithm", [MGEOReal(n_runs=4), MGEODirected(n_runs=4)])
+@pytest.mark.parametrize("asked", [False, True])
+def test_a_second_setup_of_a_used_algorithm_is_refused(algorithm, asked):
+    run = copy.deepcopy(algorithm).setup(PROBLEM, termination=("n_gen", 3), seed=1)
+    run.setup(PROBLEM, termination=("n_gen", 3), seed=1)  # not used yet
+    first = run.ask() if asked else run.run()
+    used = rf"this {type(algorithm).__name__} has begun a run: expected a new one to set up"
+    with pytest.raises(RuntimeError, match=used):
+        run.setup(PROBLEM, termination=("n_gen", 3), seed=1)
+    if asked:  # the run that it has begun goes on
+        run.evaluator.eval(PROBLEM, first)
+        run.tell(infills=first)
+        first = run.run()
+    assert same(first, solve(algorithm=algorithm, n_gen=3))
+
+
+@pytest.mark.parametrize("algorithm", [SMALL, MGEODirected(), MGEOCanonical(n_runs=2)])
+@pytest.mark.parametrize(
+    "problem",
+    [DF1(taut=2, n_var=2), ConstraintsAsPenalty(DF1(taut=2, n_var=2))],
+    ids=["problem", "wrapped"],
+)
+def test_dynamic_problems_are_refused(algorithm, problem):
+    with pytest.raises(
+        ValueError, match=r"is a dynamic problem, .* would keep objectives of times"
+    ):
+        solve(problem, algorithm, callback=TimeSimulation())
+
+
+def test_a_problem_with_a_clock_of_its_own_is_refused():
+    class Clock(ZDT1):
+        def tic(self):
+            pass
+
+    with pytest.raises(ValueError, match="Clock is a dynamic problem"):
+        solve(Clock(n_var=3))
+
+
+@pytest.mark.parametrize(
+    "algorithm",
+    [MGEOReal(0.2, n_runs=4), MGEODirected(n_runs=4), MGEOCanonical(n_runs=4, bits=10)],
+    ids=lambda algorithm: type(algorithm).__name__,
+)
+def test_fewer_starting_points_than_walkers_leave_the_others_as_they_were(algorithm):
+    X = np.random.default_rng(1).integers(0, 1024, (4, 5)) / 1023
+    placed = {}
+    for n, sampling in {0: None, 1: X[:1].tolist(), 3: Population.new(X=X[:3]), 4: X}.items():
+        run = copy.deepcopy(algorithm)
+        run.sampling = sampling
+        placed[n] = run.setup(PROBLEM, seed=1)._decode(run.walkers)
+        assert placed[n][:n] == pytest.approx(X[:n], rel=1e-12)
+    for n in (1, 3):
+        assert np.array_equal(placed[n][n:], placed[0][n:])
+    assert not np.isclose(placed[0], X).any()
 
 
 def test_ask_and_tell_with_values_computed_elsewhere():

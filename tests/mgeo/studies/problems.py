@@ -2,12 +2,13 @@
 
 import os
 import signal
+import time
 
 import numpy as np
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
-from pymoo.core.problem import Problem
+from pymoo.core.problem import ElementwiseProblem, Problem
 
 
 class Half(Problem):
@@ -20,6 +21,19 @@ class Half(Problem):
         F = np.column_stack([X[:, 0], 1.0 - X[:, 0] + X[:, 1]])
         F[(X[:, 0] > 0.6) & (X[:, 0] < 0.7)] = np.nan
         out["F"], out["G"] = F, 0.5 - X[:, :1]
+
+
+class Element(ElementwiseProblem):
+    """A healthy one, evaluated point by point, with other threads in between; counts its calls."""
+
+    def __init__(self):
+        self.calls = 0
+        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        self.calls += 1
+        time.sleep(1e-5)
+        out["F"] = [x[0], 1.0 - x[0] + x[1]]
 
 
 class FailingNSGA2(NSGA2):

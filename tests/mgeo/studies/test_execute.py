@@ -27,7 +27,7 @@ from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.verdict import verdict
 
 from ..naive import nondominated_rows
-from .problems import DyingNSGA2, FailingNSGA2, GlobalRandomSearch, Half, StuckSearch
+from .problems import DyingNSGA2, Element, FailingNSGA2, GlobalRandomSearch, Half, StuckSearch
 
 PROBLEM = ZDT1(n_var=4)
 ALGORITHMS = {
@@ -318,3 +318,16 @@ def test_bad_grids_are_refused():
 def test_the_runs_folder_takes_no_part_files(tmp_path):
     compare(PROBLEM, [NSGA2(pop_size=12)], 20, seeds=2, folder=tmp_path / "a" / "b")
     assert all(name.endswith(".npz") for name in os.listdir(tmp_path / "a" / "b"))
+
+
+def test_runs_in_threads_share_their_problem():
+    algorithms = {"MGEO": ALGORITHMS["MGEO"], "NSGA-II": ALGORITHMS["NSGA-II"]}
+    problem = Element()
+    before = dict(vars(problem))
+    with joblib.parallel_config("threading", n_jobs=4):
+        threads = compare(problem, algorithms, 200, seeds=6, progress=False)
+    assert threads.runs["status"].tolist() == ["finished"] * 12
+    assert problem.calls > 0
+    assert {**vars(problem), "calls": 0} == before
+    alone = compare(Element(), algorithms, 200, seeds=6, n_jobs=1, progress=False)
+    assert threads.table.equals(alone.table)

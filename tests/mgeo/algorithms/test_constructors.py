@@ -1,0 +1,160 @@
+"""Subclasses with constructors of their own, and pymoo's wrappers, which are subclasses too."""
+
+import numpy as np
+import pytest
+from pymoo.constraints.eps import AdaptiveEpsilonConstraintHandling
+from pymoo.core.callback import Callback
+from pymoo.optimize import minimize
+from pymoo.problems.multi import TNK, ZDT1
+
+from mgeo import Checkpoint, MGEOCanonical, MGEODirected, MGEOReal, resume
+
+PROBLEM = ZDT1(n_var=4)
+
+
+class Kept(MGEOReal):
+    """Keeps its parameter under the parameter's name."""
+
+    def __init__(self, width, n_runs=3, **options):
+        super().__init__(sigma=width / 2, n_runs=n_runs, **options)
+        self.width = width
+
+
+class Forgotten(MGEOReal):
+    def __init__(self, width, **options):
+        super().__init__(sigma=width / 2, **options)
+
+
+class Altered(MGEOReal):
+    def __init__(self, width, **options):
+        super().__init__(sigma=width / 2, **options)
+        self.width = width / 2
+
+
+class Fixed(MGEOReal):
+    """Chooses one parameter and passes on the others."""
+
+    def __init__(self, **options):
+        super().__init__(sigma=0.1, **options)
+
+
+class Positional(MGEOReal):
+    def __init__(self, *sigmas):
+        super().__init__(sigma=np.array(sigmas), n_runs=3)
+
+
+class Seeded(MGEOReal):
+    """Has another default for an option of pymoo's."""
+
+    def __init__(self, seed=5, **options):
+        super().__init__(n_runs=3, seed=seed, **options)
+
+
+class Wrong(MGEOReal):
+    def __init__(self, steps=3):
+        super().__init__(steps=steps)
+
+
+@pytest.mark.parametrize(
+    "algorithm",
+    [Kept(0.4), Forgotten(0.4), Altered(0.4), Fixed(n_runs=3), Positional(0.1, 0.2, 0.3, 0.4)],
+    ids=lambda algorithm: type(algorithm).__name__,
+)
+def test_a_subclass_may_have_other_parameters(algorithm):
+    result = minimize(PROBLEM, algorithm, ("n_gen", 5), seed=1)
+    expected = MGEOReal(algorithm.sigma, n_runs=algorithm.n_runs)
+    assert np.array_equal(result.F, minimize(PROBLEM, expected, ("n_gen", 5), seed=1).F)
+
+
+@pytest.mark.parametrize(
+    "algorithm",
+    [Kept(0.4, tau=1.0), Fixed(n_runs=3, tau=1.0, restart="archive", patience=2), Seeded(tau=1.0)],
+    ids=lambda algorithm: type(algorithm).__name__,
+)
+def test_it_goes_on_from_a_checkpoint_with_all_its_parameters(algorithm, tmp_path):
+    kept = Checkpoint(tmp_path / "kept")
+    minimize(PROBLEM, algorithm, ("n_gen", 6), callback=kept, seed=1)
+    resumed = resume(kept.path, PROBLEM, ("n_gen", 12))
+    assert type(resumed) is type(algorithm)
+    assert (resumed.tau, resumed.patience) == (algorithm.tau, algorithm.patience)
+    whole = minimize(PROBLEM, algorithm, ("n_gen", 12), seed=1)
+    assert np.array_equal(resumed.run().F, whole.F)
+
+
+def test_a_parameter_changed_under_way_is_kept_as_it_is(tmp_path):
+    kept = Checkpoint(tmp_path / "kept")
+    run = Kept(0.4).setup(PROBLEM, termination=("n_gen", 9), seed=1)
+    run.next()
+    run.tau = 0.5
+    kept.write(run)
+    assert np.array_equal(resume(kept.path, PROBLEM).run().F, run.run().F)
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "message"),
+    [
+        (Forgotten(0.4), "has no attribute 'width'"),
+        (Altered(0.4), "sigma = 0.2 would be 0.1"),
+        (Positional(0.1, 0.2, 0.3, 0.4), r"sigma = array\(\[0.1, .* would be array"),
+        (AdaptiveEpsilonConstraintHandling(MGEOReal(n_runs=3)), "has no attribute 'algorithm'"),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_one_that_could_not_be_resumed_is_refused_by_the_first_checkpoint(
+    algorithm, message, tmp_path
+):
+    kept = Checkpoint(tmp_path / "kept")
+    refused = rf"{type(algorithm).__name__} cannot be made again from its attributes.*{message}"
+    with pytest.raises(TypeError, match=refused):
+        minimize(PROBLEM, algorithm, ("n_gen", 3), callback=kept, seed=1)
+    assert not kept.path.exists()
+
+
+def test_keywords_are_refused_wherever_they_belong_elsewhere():
+    with pytest.raises(TypeError, match="Fixed got an unknown keyword 'n_run'; did you mean 'n_ru"):
+        Fixed(n_run=3)
+    with pytest.raises(TypeError, match="Wrong got an unknown keyword 'steps'"):
+        Wrong()
+    with pytest.raises(TypeError, match=r"tau is a parameter of Fixed\(...\), not of a run"):
+        minimize(PROBLEM, Fixed(), tau=1.0)
+    with pytest.raises(TypeError, match="MGEODirected got an unknown keyword 'restart'"):
+        MGEODirected(restart="random")
+
+
+def test_an_option_of_pymoo_that_a_constructor_names_may_be_given_to_a_run():
+    given = minimize(PROBLEM, Seeded(), ("n_gen", 5), seed=1)
+    assert np.array_equal(given.F, minimize(PROBLEM, Seeded(1), ("n_gen", 5)).F)
+    assert not np.array_equal(given.F, minimize(PROBLEM, Seeded(), ("n_gen", 5)).F)
+
+
+class Tolerance(Callback):
+    """What pymoo's wrapper tolerates in each generation."""
+
+    def __init__(self):
+        super().__init__()
+        self.tolerated = []
+
+    def notify(self, algorithm):
+        self.tolerated.append(algorithm.adapted_config["cv_eps"])
+
+
+@pytest.mark.parametrize(
+    "algorithm",
+    [
+        MGEOReal(0.2, n_runs=5, perturbation="range"),
+        MGEOReal(0.2, tau="a-geo2", n_runs=5, perturbation="range", restart="archive", patience=3),
+        MGEODirected(n_runs=5),
+        MGEOCanonical(n_runs=2, bits=8),
+    ],
+    ids=["real", "adaptive", "directed", "canonical"],
+)
+def test_violations_that_pymoo_tolerates_for_a_while_do_not_get_into_the_front(algorithm):
+    wrapped, callback = AdaptiveEpsilonConstraintHandling(algorithm), Tolerance()
+    result = minimize(TNK(), wrapped, ("n_gen", 40), seed=1, callback=callback)
+    assert result.algorithm.problem is not None
+    assert algorithm.problem is None
+    assert callback.tolerated[5] > callback.tolerated[10] > 0 == callback.tolerated[-1]
+    assert np.all(result.CV == 0)
+    assert np.all(TNK().evaluate(result.X, return_values_of=["G"]) <= 0)
+    strict = minimize(TNK(), algorithm, ("n_gen", 40), seed=1)
+    assert not np.array_equal(result.pop.get("X"), strict.pop.get("X"))
