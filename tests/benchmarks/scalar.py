@@ -106,7 +106,7 @@ def _run(
         history[k + 1] = now
         if k + 1 >= over and k + 1 >= window:
             before = history[k + 1 - window]
-            if not before - now >= decrease * before:
+            if not (before < now or before - now >= decrease * before):
                 return k + 1, now
     return n_steps, history[n_steps]
 

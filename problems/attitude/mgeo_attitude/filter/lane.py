@@ -102,6 +102,10 @@ def restore(W, lane, recent, now, n, snapshot):
 
 @njit(cache=CACHE)
 def converged(recent, lane, now, window, decrease):
-    """Whether the trace fell by less than the least decrease, equation (6), or is NaN."""
+    """Whether the trace did not rise, and fell by less than the least decrease, equation (6).
+
+    A trace of NaN has nothing left to wait for.
+    """
     before = recent[(now - window) & (len(recent) - 1), lane]
-    return not (before - recent[now, lane] >= decrease * before)
+    fall = before - recent[now, lane]
+    return not (fall < 0.0 or fall >= decrease * before)

@@ -41,7 +41,8 @@ class FilterModel:
     window_steps : int
         Convergence window [steps].
     relative_decrease : float
-        The run has converged when the trace fell by less than this fraction over the window.
+        The run has converged when the trace did not rise over the window, and fell by less than
+        this fraction.
     agility : Agility, optional
         How fast rates can change; without it they change at once.
     cones : array, shape (n_cones, 3)
