@@ -110,6 +110,7 @@ def evaluate(
         step_constants(suite, model.weights, model.cones, required),
         model.window_steps,
         model.relative_decrease,
+        model.allow_rise,
         model.step,
         end_step,
         trace,

@@ -101,11 +101,11 @@ def restore(W, lane, recent, now, n, snapshot):
 
 
 @njit(cache=CACHE)
-def converged(recent, lane, now, window, decrease):
-    """Whether the trace did not rise, and fell by less than the least decrease, equation (6).
+def converged(recent, lane, now, window, decrease, allow_rise):
+    """Whether the trace fell by less than the least decrease, and did not rise, equation (6).
 
-    A trace of NaN has nothing left to wait for.
+    A rise may be allowed. A trace of NaN has nothing left to wait for.
     """
     before = recent[(now - window) & (len(recent) - 1), lane]
     fall = before - recent[now, lane]
-    return not (fall < 0.0 or fall >= decrease * before)
+    return not (fall >= decrease * before or (fall < 0.0 and not allow_rise))

@@ -41,8 +41,10 @@ class FilterModel:
     window_steps : int
         Convergence window [steps].
     relative_decrease : float
-        The run has converged when the trace did not rise over the window, and fell by less than
-        this fraction.
+        The run has converged when the trace fell by less than this fraction over the window, and
+        did not rise.
+    allow_rise : bool
+        Whether it has converged, too, when the trace rose.
     agility : Agility, optional
         How fast rates can change; without it they change at once.
     cones : array, shape (n_cones, 3)
@@ -61,6 +63,7 @@ class FilterModel:
     weights: Floats
     window_steps: int
     relative_decrease: float
+    allow_rise: bool
     agility: Agility | None
     cones: Floats
     sun: Floats
@@ -98,6 +101,7 @@ class FilterModel:
             weights=weights,
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
+            allow_rise=scenario.convergence.allow_rise,
             agility=agility(scenario),
             cones=cones,
             sun=sun if len(cones) else np.zeros((0, 3)),

@@ -81,7 +81,9 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
         sigma.append(np.sqrt(np.diag(kf.P)))
         before = k - model.window_steps
         if k >= over and before >= 0:
-            converged = has_converged(trace[before], trace[k], model.relative_decrease)
+            converged = has_converged(
+                trace[before], trace[k], model.relative_decrease, model.allow_rise
+            )
             if converged:
                 break
     return FilterHistory(
@@ -95,9 +97,10 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
     )
 
 
-def has_converged(before: float, now: float, relative_decrease: float) -> bool:
+def has_converged(before: float, now: float, relative_decrease: float, allow_rise: bool) -> bool:
     """Equation (6) for the trace at both ends of the window."""
-    return 0.0 <= before - now < relative_decrease * before
+    fall = before - now
+    return fall < relative_decrease * before and (allow_rise or fall >= 0.0)
 
 
 def attitudes(rates: Floats, starts: NDArray[np.int64], n_steps: int, step: float) -> Floats:

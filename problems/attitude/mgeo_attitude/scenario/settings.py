@@ -55,6 +55,9 @@ class Convergence(Validated):
         doc="converged if the trace fell by less than this fraction over the window, and did not "
         "rise",
     )
+    allow_rise: bool = quantity(
+        False, doc="whether a trace that rose over the window counts as converged too"
+    )
 
 
 class BlockValues(Mapping[str, float]):
