@@ -94,10 +94,51 @@ def test_time_to_required_sigma(limited):
     _, _, out, runs = limited
     found = []
     for run in runs:
-        met = (run.sigma[:, :3] <= 0.02).all(axis=1) & (run.sigma[:, 3:6] <= 1e-4).all(axis=1)
-        found.append(run.times[met.argmax()] if met.any() else DURATION)
+        found.append(met_from(run, {"attitude": 0.02, "gyro.bias": 1e-4})[1])
     np.testing.assert_array_equal(out["F"][:, 5], found)
     assert len(set(found)) > 2  # the limit means something here
+
+
+def met_from(run, required):
+    """When requirements are met for the first time, and for good: `DURATION` for never."""
+    met = np.ones(len(run.times), dtype=bool)
+    for block, limit in required.items():
+        at = 3 * run.blocks.index(block)
+        met &= (run.sigma[:, at : at + 3] <= limit).all(axis=1)
+    first = run.times[met.argmax()] if met.any() else DURATION
+    missed = np.flatnonzero(~met)
+    if not missed.size:
+        return first, 0.0
+    return first, (DURATION if missed[-1] == len(met) - 1 else run.times[missed[-1] + 1])
+
+
+def test_a_required_sigma_that_is_lost_again_does_not_count():
+    """The run goes on in the Earth's shadow, in which the attitude grows worse at times."""
+    dark = dataclasses.replace(
+        LIMITED,
+        epoch=datetime(2018, 6, 5, 1, 0, tzinfo=UTC),
+        eclipse=True,
+        gyro=Scenario.cubesat_6u().gyro,
+        convergence=Convergence(window=60.0, relative_decrease=1e-6),
+        required_sigma={"attitude": 0.0032, "gyro.bias": 1e-4},
+    )
+    problem = AttitudeManeuverProblem(dark, objectives=("t_end", "t_required"))
+    X = designs(12)
+    F = evaluated(problem, X)["F"]
+    runs = [reference_run(problem.model, x) for x in X]
+    first, for_good = np.array([met_from(run, dark.required_sigma) for run in runs]).T
+    np.testing.assert_array_equal(F[:, 0], [run.t_end for run in runs])
+    np.testing.assert_array_equal(F[:, 1], for_good)
+    regained = (for_good > first) & (for_good < DURATION)
+    lost = (for_good > first) & (for_good == DURATION)
+    assert regained.any()
+    assert lost.any()
+
+
+def test_a_required_sigma_may_be_met_from_the_start():
+    loose = dataclasses.replace(LIMITED, required_sigma={"attitude": 1.0, "gyro.bias": 1.0})
+    problem = AttitudeManeuverProblem(loose, objectives=("t_required",))
+    assert (evaluated(problem, designs(2))["F"] == 0.0).all()
 
 
 def test_sun_keep_out_binds_where_the_reference_sees_the_sun(limited):
