@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..environment import Environment
 from ..scenario.settings import RequiredSigma, TraceWeights
 from .monitors import Monitors
+from .ramps import Agility
 from .suite import Suite
-from .timeline import Agility, Schedule, schedule
+from .timeline import Schedule, schedule
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
