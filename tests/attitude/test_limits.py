@@ -9,6 +9,8 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, SunSensor, reference_run
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.objectives import OBJECTIVES
+from mgeo_attitude.phases import phases
 from mgeo_attitude.scenario import Convergence, KeepOut, ManeuverLimits, Wheels
 
 DURATION = 900.0
@@ -221,11 +223,74 @@ def test_third_objectives_by_hand():
     problem = AttitudeManeuverProblem(
         scenario(), n_maneuvers=2, objectives=("trace", "angle", "rate_change")
     )
-    F = evaluated(problem, np.array([[0.3, 0.4, 0.0, 100.0, 0.0, 0.0, -1.0, 50.0]]))["F"]
-    assert F[0, 1] == pytest.approx(0.5 * 100.0 + 50.0)
+    X = np.array([[0.3, 0.4, 0.0, 100.0, 0.0, 0.0, -1.0, 50.0]])
+    F = evaluated(problem, X)["F"]
+    t_end = evaluate(problem.model, X).t_end[0]
+    assert F[0, 1] == pytest.approx(0.5 * 100.0 + t_end - 100.0)  # the last rate is held
     assert F[0, 2] == pytest.approx(0.5 + np.sqrt(0.25 + 1.0))
     assert problem.obj_names[1] == "angle turned [deg]"
     assert problem.indicator_space(F).shape == (1, 3)
+
+
+NOT_FLOWN = [
+    # no time for anything but the last rate
+    ([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0], 3**0.5 * DURATION, 3**0.5),
+    # a maneuver that is over before the step at which it would begin
+    ([0.5, 0.0, 0.0, 100.5, -1.0, 0.0, 0.0, 0.2, 0.5, 0.0, 0.0, 50.0], 0.5 * DURATION, 0.5),
+    # one that would begin after the end
+    ([0.5, 0.0, 0.0, 800.0, 0.0, 0.0, 0.0, 150.0, 1.0, 0.0, 0.0, 9.0], 400.0, 1.0),
+]
+
+
+@pytest.mark.parametrize(("design", "angle", "rate_change"), NOT_FLOWN)
+def test_only_what_is_flown_until_t_end_is_turned_through(design, angle, rate_change):
+    endless = scenario(convergence=Convergence(window=60.0, relative_decrease=1e-9))
+    problem = AttitudeManeuverProblem(endless, objectives=("t_end", "angle", "rate_change"))
+    F = evaluated(problem, np.array([design]))["F"][0]
+    assert F.tolist() == pytest.approx([DURATION, angle, rate_change], rel=1e-12)
+
+
+def test_ramps_count_in_angle_and_rate_change():
+    """0.02 deg/s²: 20 s up to 0.4 deg/s, down by 0.2 deg/s in 10 s, up by 0.3 deg/s in 15."""
+    limits = ManeuverLimits(max_acceleration_deg_s2=0.02)
+    ramped = scenario(
+        maneuvers=limits, convergence=Convergence(window=60.0, relative_decrease=1e-9)
+    )
+    problem = AttitudeManeuverProblem(ramped, objectives=("t_end", "angle", "rate_change"))
+    design = [0.4, 0.0, 0.0, 100.0, -0.1, 0.0, 0.0, 10.0, 0.5, 0.0, 0.0, 50.0]
+    F = evaluated(problem, np.array([design]))["F"][0]
+    angle = 0.2 * 20.0 + 0.4 * 80.0 + 0.3 * 10.0 + 0.35 * 15.0 + 0.5 * (DURATION - 125.0)
+    assert F.tolist() == pytest.approx([DURATION, angle, 0.4 + 0.2 + 0.3], rel=1e-12)
+
+
+@pytest.mark.parametrize("acceleration", [None, 0.02])
+def test_angle_is_what_the_phases_of_the_plan_sweep(acceleration):
+    limits = ManeuverLimits(max_acceleration_deg_s2=acceleration)
+    problem = AttitudeManeuverProblem(
+        scenario(maneuvers=limits), objectives=("t_end", "angle", "rate_change")
+    )
+    X = designs(30)
+    X[10:20, 3::4] *= np.random.default_rng(5).random((10, 3)) > 0.4
+    X[20:, 3::4] *= 0.05
+    F = evaluated(problem, X)["F"]
+    agility = problem.model.agility
+    swept = [
+        sum(phase.swept_deg for phase in phases(x, t_end, 1.0, agility))
+        for x, t_end in zip(X, F[:, 0], strict=True)
+    ]
+    np.testing.assert_allclose(F[:, 1], swept, rtol=1e-12)
+    alone = [evaluated(problem, x[None])["F"][0] for x in X]
+    np.testing.assert_array_equal(F, alone)  # to the last bit, whatever is beside it
+    assert (problem.indicator_space(F) <= 1.0).all()
+
+
+def test_a_design_without_result_has_no_angle_either():
+    problem = AttitudeManeuverProblem(scenario(), objectives=("angle", "rate_change"))
+    result = evaluate(problem.model, designs(2))
+    lost = dataclasses.replace(result, t_end=np.array([np.nan, 300.0]))
+    for name in problem.objectives:
+        found = OBJECTIVES[name].value(problem.model, designs(2), lost)
+        assert np.isnan(found).tolist() == [True, False]
 
 
 def test_sharing_prefixes_does_not_change_monitored_runs(limited):

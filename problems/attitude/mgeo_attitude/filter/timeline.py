@@ -106,11 +106,16 @@ class Schedule:
     over: Ints
     maneuver: Ints
 
+    def lasting(self, end_steps: ArrayLike = NEVER) -> Ints:
+        """Steps for which each stretch is flown, shape (n, k), in runs that end at `end_steps`."""
+        limit = np.reshape(np.asarray(end_steps, dtype=np.int64), (-1, 1))
+        ends = np.append(self.starts[:, 1:], np.full((len(self.starts), 1), NEVER), axis=1)
+        lasting: Ints = np.minimum(ends, limit) - np.minimum(self.starts, limit)
+        return lasting
+
     def flown(self) -> NDArray[np.bool_]:
         """Which stretches last a step or more, shape (n, k)."""
-        later = np.append(self.starts[:, 1:], np.full((len(self.starts), 1), NEVER), axis=1)
-        flown: NDArray[np.bool_] = (self.starts < later) & (self.starts < NEVER)
-        return flown
+        return self.lasting() > 0
 
 
 def schedule(designs: ArrayLike, step: float, agility: Agility | None = None) -> Schedule:
