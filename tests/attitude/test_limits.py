@@ -10,6 +10,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario, SunSensor, referenc
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.objectives import OBJECTIVES
+from mgeo_attitude.phases import phases
 from mgeo_attitude.scenario import Convergence, KeepOut, ManeuverLimits, Wheels
 from mgeo_attitude.scenario.objective_names import NAMES
 
@@ -96,10 +97,51 @@ def test_time_to_required_sigma(limited):
     _, _, out, runs = limited
     found = []
     for run in runs:
-        met = (run.sigma[:, :3] <= 0.02).all(axis=1) & (run.sigma[:, 3:6] <= 1e-4).all(axis=1)
-        found.append(run.times[met.argmax()] if met.any() else DURATION)
+        found.append(met_from(run, {"attitude": 0.02, "gyro.bias": 1e-4})[1])
     np.testing.assert_array_equal(out["F"][:, 5], found)
     assert len(set(found)) > 2  # the limit means something here
+
+
+def met_from(run, required):
+    """When requirements are met for the first time, and for good: `DURATION` for never."""
+    met = np.ones(len(run.times), dtype=bool)
+    for block, limit in required.items():
+        at = 3 * run.blocks.index(block)
+        met &= (run.sigma[:, at : at + 3] <= limit).all(axis=1)
+    first = run.times[met.argmax()] if met.any() else DURATION
+    missed = np.flatnonzero(~met)
+    if not missed.size:
+        return first, 0.0
+    return first, (DURATION if missed[-1] == len(met) - 1 else run.times[missed[-1] + 1])
+
+
+def test_a_required_sigma_that_is_lost_again_does_not_count():
+    """The run goes on in the Earth's shadow, in which the attitude grows worse at times."""
+    dark = dataclasses.replace(
+        LIMITED,
+        epoch=datetime(2018, 6, 5, 1, 0, tzinfo=UTC),
+        eclipse=True,
+        gyro=Scenario.cubesat_6u().gyro,
+        convergence=Convergence(window=60.0, relative_decrease=1e-6),
+        required_sigma={"attitude": 0.0032, "gyro.bias": 1e-4},
+    )
+    problem = AttitudeManeuverProblem(dark, objectives=("t_end", "t_required"))
+    X = designs(12)
+    F = evaluated(problem, X)["F"]
+    runs = [reference_run(problem.model, x) for x in X]
+    first, for_good = np.array([met_from(run, dark.required_sigma) for run in runs]).T
+    np.testing.assert_array_equal(F[:, 0], [run.t_end for run in runs])
+    np.testing.assert_array_equal(F[:, 1], for_good)
+    regained = (for_good > first) & (for_good < DURATION)
+    lost = (for_good > first) & (for_good == DURATION)
+    assert regained.any()
+    assert lost.any()
+
+
+def test_a_required_sigma_may_be_met_from_the_start():
+    loose = dataclasses.replace(LIMITED, required_sigma={"attitude": 1.0, "gyro.bias": 1.0})
+    problem = AttitudeManeuverProblem(loose, objectives=("t_required",))
+    assert (evaluated(problem, designs(2))["F"] == 0.0).all()
 
 
 def test_sun_keep_out_binds_where_the_reference_sees_the_sun(limited):
@@ -124,9 +166,17 @@ def test_no_sun_no_keep_out():
 
 def test_wheel_momentum_binds_on_the_fastest_heaviest_axis(limited):
     problem, X, out, _ = limited
-    plan = problem.model.schedule(X)
-    flown = np.where(plan.flown()[:, :, None], plan.rates, 0.0)
-    greatest = np.abs(flown * [0.02, 0.03, 0.04]).max(axis=(1, 2))
+    greatest = []
+    for x in X.reshape(len(X), 3, 4):
+        rate, momenta = np.zeros(3), []
+        edges = np.ceil(np.append(0.0, np.cumsum(x[:, 3])))
+        edges[-1] = np.inf  # the last ramp is not cut short
+        for target, time in zip(np.radians(x[:, :3]), np.diff(edges), strict=True):
+            change = target - rate
+            rate = rate + change * min(1.0, time / problem.model.agility.ramp_time(change))
+            momenta.append(np.abs(rate * [0.02, 0.03, 0.04]).max())
+        greatest.append(max(momenta))
+    greatest = np.array(greatest)
     np.testing.assert_allclose(out["G"][:, 0], greatest / 5e-4 - 1.0, rtol=1e-12)
     assert (out["G"][:, 0] > 0.0).any()
     assert (out["G"][:, 0] < 0.0).any()
@@ -174,11 +224,74 @@ def test_third_objectives_by_hand():
     problem = AttitudeManeuverProblem(
         scenario(), n_maneuvers=2, objectives=("trace", "angle", "rate_change")
     )
-    F = evaluated(problem, np.array([[0.3, 0.4, 0.0, 100.0, 0.0, 0.0, -1.0, 50.0]]))["F"]
-    assert F[0, 1] == pytest.approx(0.5 * 100.0 + 50.0)
+    X = np.array([[0.3, 0.4, 0.0, 100.0, 0.0, 0.0, -1.0, 50.0]])
+    F = evaluated(problem, X)["F"]
+    t_end = evaluate(problem.model, X).t_end[0]
+    assert F[0, 1] == pytest.approx(0.5 * 100.0 + t_end - 100.0)  # the last rate is held
     assert F[0, 2] == pytest.approx(0.5 + np.sqrt(0.25 + 1.0))
     assert problem.obj_names[1] == "angle turned [deg]"
     assert problem.indicator_space(F).shape == (1, 3)
+
+
+NOT_FLOWN = [
+    # no time for anything but the last rate
+    ([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0], 3**0.5 * DURATION, 3**0.5),
+    # a maneuver that is over before the step at which it would begin
+    ([0.5, 0.0, 0.0, 100.5, -1.0, 0.0, 0.0, 0.2, 0.5, 0.0, 0.0, 50.0], 0.5 * DURATION, 0.5),
+    # one that would begin after the end
+    ([0.5, 0.0, 0.0, 800.0, 0.0, 0.0, 0.0, 150.0, 1.0, 0.0, 0.0, 9.0], 400.0, 1.0),
+]
+
+
+@pytest.mark.parametrize(("design", "angle", "rate_change"), NOT_FLOWN)
+def test_only_what_is_flown_until_t_end_is_turned_through(design, angle, rate_change):
+    endless = scenario(convergence=Convergence(window=60.0, relative_decrease=1e-9))
+    problem = AttitudeManeuverProblem(endless, objectives=("t_end", "angle", "rate_change"))
+    F = evaluated(problem, np.array([design]))["F"][0]
+    assert F.tolist() == pytest.approx([DURATION, angle, rate_change], rel=1e-12)
+
+
+def test_ramps_count_in_angle_and_rate_change():
+    """0.02 deg/s²: 20 s up to 0.4 deg/s, down by 0.2 deg/s in 10 s, up by 0.3 deg/s in 15."""
+    limits = ManeuverLimits(max_acceleration_deg_s2=0.02)
+    ramped = scenario(
+        maneuvers=limits, convergence=Convergence(window=60.0, relative_decrease=1e-9)
+    )
+    problem = AttitudeManeuverProblem(ramped, objectives=("t_end", "angle", "rate_change"))
+    design = [0.4, 0.0, 0.0, 100.0, -0.1, 0.0, 0.0, 10.0, 0.5, 0.0, 0.0, 50.0]
+    F = evaluated(problem, np.array([design]))["F"][0]
+    angle = 0.2 * 20.0 + 0.4 * 80.0 + 0.3 * 10.0 + 0.35 * 15.0 + 0.5 * (DURATION - 125.0)
+    assert F.tolist() == pytest.approx([DURATION, angle, 0.4 + 0.2 + 0.3], rel=1e-12)
+
+
+@pytest.mark.parametrize("acceleration", [None, 0.02])
+def test_angle_is_what_the_phases_of_the_plan_sweep(acceleration):
+    limits = ManeuverLimits(max_acceleration_deg_s2=acceleration)
+    problem = AttitudeManeuverProblem(
+        scenario(maneuvers=limits), objectives=("t_end", "angle", "rate_change")
+    )
+    X = designs(30)
+    X[10:20, 3::4] *= np.random.default_rng(5).random((10, 3)) > 0.4
+    X[20:, 3::4] *= 0.05
+    F = evaluated(problem, X)["F"]
+    agility = problem.model.agility
+    swept = [
+        sum(phase.swept_deg for phase in phases(x, t_end, 1.0, agility))
+        for x, t_end in zip(X, F[:, 0], strict=True)
+    ]
+    np.testing.assert_allclose(F[:, 1], swept, rtol=1e-12)
+    alone = [evaluated(problem, x[None])["F"][0] for x in X]
+    np.testing.assert_array_equal(F, alone)  # to the last bit, whatever is beside it
+    assert (problem.indicator_space(F) <= 1.0).all()
+
+
+def test_a_design_without_result_has_no_angle_either():
+    problem = AttitudeManeuverProblem(scenario(), objectives=("angle", "rate_change"))
+    result = evaluate(problem.model, designs(2))
+    lost = dataclasses.replace(result, t_end=np.array([np.nan, 300.0]))
+    for name in problem.objectives:
+        found = OBJECTIVES[name].value(problem.model, designs(2), lost)
+        assert np.isnan(found).tolist() == [True, False]
 
 
 def test_sharing_prefixes_does_not_change_monitored_runs(limited):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter.timeline import Agility
+from mgeo_attitude.filter.ramps import Agility
 from mgeo_attitude.phases import HELD, phases
 
 

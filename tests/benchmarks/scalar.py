@@ -49,6 +49,7 @@ def evaluate_scalar(model: FilterModel, designs: ArrayLike) -> tuple[Floats, Flo
             model.weights,
             model.window_steps,
             model.relative_decrease,
+            model.allow_rise,
             model.step,
         )
     return model.times[end_step], trace
@@ -67,6 +68,7 @@ def _run(
     weights,
     window,
     decrease,
+    allow_rise,
     dt,
 ):
     n, m, n_sensors = len(variances), len(density), len(noise)
@@ -106,7 +108,7 @@ def _run(
         history[k + 1] = now
         if k + 1 >= over and k + 1 >= window:
             before = history[k + 1 - window]
-            if not before - now >= decrease * before:
+            if not (before - now >= decrease * before or (before < now and not allow_rise)):
                 return k + 1, now
     return n_steps, history[n_steps]
 

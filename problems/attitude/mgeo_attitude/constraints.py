@@ -86,7 +86,8 @@ def constraints(scenario: Scenario) -> list[Constraint]:
 
 def wheel_momentum(plan: Schedule, inertia: Floats) -> Floats:
     """Greatest momentum about a body axis that the wheels hold [N m s], shape (n,)."""
-    momentum = np.abs(plan.rates @ inertia).max(axis=2)
+    # a ramp is straight, so the greatest momentum is at an end of one of its steps
+    momentum = np.abs(plan.end_rates @ inertia).max(axis=2)
     greatest: Floats = np.where(plan.flown(), momentum, 0.0).max(axis=1)
     return greatest
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .filter.evaluator import Evaluation
 from .filter.model import FilterModel
 from .filter.suite import Suite
-from .filter.timeline import decode
+from .filter.timeline import Ints, Schedule
 from .scenario.objective_names import blocks_of
 
 if TYPE_CHECKING:
@@ -72,22 +72,46 @@ def scaled(result: Evaluation, model: FilterModel) -> Floats:
     return matrix
 
 
-def rate_change_deg_s(designs: Floats) -> Floats:
-    """Sum of the magnitudes of all changes of the rate, from rest at first [deg/s], shape (n,).
+def rate_change_deg_s(plan: Schedule, t_end: Floats, step: float) -> Floats:
+    """Sum of the magnitudes of all changes of the rate until `t_end` [deg/s], shape (n,).
 
-    The impulse of thrusters that turn the satellite, and so their propellant, is proportional to
-    it for a spherical inertia.
+    The first one is from rest. The impulse of thrusters that turn the satellite, and so their
+    propellant, is proportional to it for a spherical inertia.
+
+    Parameters
+    ----------
+    plan : Schedule
+        Of n designs.
+    t_end : array, shape (n,)
+        Ends of their runs [s]; NaN for a design without result, which has none here either.
+    step : float
+        [s]
     """
-    rates, _ = decode(designs)
-    changes = np.diff(rates, axis=1, prepend=0.0)
-    total: Floats = np.degrees(np.linalg.norm(changes, axis=2).sum(axis=1))
-    return total
+    flown = plan.lasting(_steps(t_end, step)) > 0
+    place = np.where(flown, np.arange(flown.shape[1]), -1)
+    before = np.pad(np.maximum.accumulate(place, axis=1), ((0, 0), (1, 0)), constant_values=-1)
+    before = before[:, :-1, None]  # the stretch flown before each, -1 for none
+    rates_before = np.take_along_axis(plan.end_rates, np.maximum(before, 0), axis=1)
+    changes = plan.end_rates - np.where(before >= 0, rates_before, 0.0)
+    return np.degrees(_sum(np.where(flown, np.linalg.norm(changes, axis=2), 0.0), t_end))
 
 
-def angle_deg(designs: Floats) -> Floats:
-    """Sum of the angles turned through in all maneuvers as commanded [deg], shape (n,)."""
-    rates, durations = decode(designs)
-    total: Floats = np.degrees((np.linalg.norm(rates, axis=2) * durations).sum(axis=1))
+def angle_deg(plan: Schedule, t_end: Floats, step: float) -> Floats:
+    """Sum of the angles turned through until `t_end` [deg], shape (n,), the last rate held.
+
+    Parameters as of `rate_change_deg_s`.
+    """
+    times = step * plan.lasting(_steps(t_end, step))
+    return np.degrees(_sum(np.linalg.norm(plan.rates, axis=2) * times, t_end))
+
+
+def _steps(t_end: Floats, step: float) -> Ints:
+    return np.rint(np.nan_to_num(t_end) / step).astype(np.int64)
+
+
+def _sum(values: Floats, t_end: Floats) -> Floats:
+    """Of each row from left to right, so that zeros at its end do not change the last bit."""
+    total: Floats = np.where(np.isnan(t_end), np.nan, np.cumsum(values, axis=1)[:, -1])
     return total
 
 
@@ -112,7 +136,7 @@ def _largest_eigenvalue(model: FilterModel, designs: Floats, result: Evaluation)
 
 
 def _time_to_accuracy(model: FilterModel, designs: Floats, result: Evaluation) -> Floats:
-    """The longest time of a run where the requirements are not met."""
+    """The longest time of a run where the requirements are not met at its end."""
     longest = model.n_steps * model.step
     time = np.where(np.isfinite(result.t_required), result.t_required, longest)
     return np.where(np.isnan(result.trace), np.nan, time)
@@ -146,8 +170,7 @@ def _share_of_fastest(values: Floats, scenario: Scenario) -> Floats:
 
 
 def _share_of_longest(values: Floats, scenario: Scenario) -> Floats:
-    limits = scenario.maneuvers
-    longest = np.sqrt(3.0) * limits.max_rate_deg_s * limits.max_duration * limits.count
+    longest = np.sqrt(3.0) * scenario.maneuvers.max_rate_deg_s * scenario.duration
     share: Floats = values / longest
     return share
 
@@ -175,11 +198,13 @@ OBJECTIVES = {
     ),
     "t_required": Objective("time to required 1-sigma [s]", _time_to_accuracy, _share_of_duration),
     "angle": Objective(
-        "angle turned [deg]", lambda model, X, result: angle_deg(X), _share_of_longest
+        "angle turned [deg]",
+        lambda model, X, result: angle_deg(result.plan, result.t_end, model.step),
+        _share_of_longest,
     ),
     "rate_change": Objective(
         "sum of rate changes [deg/s]",
-        lambda model, X, result: rate_change_deg_s(X),
+        lambda model, X, result: rate_change_deg_s(result.plan, result.t_end, model.step),
         _share_of_fastest,
     ),
 }

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .filter.timeline import VARIABLES_PER_MANEUVER, Agility, flown
+from .filter.ramps import Agility
+from .filter.timeline import VARIABLES_PER_MANEUVER, flown
 
 HELD = "rate held"
 

@@ -49,9 +49,9 @@ class AttitudeManeuverProblem(Problem):
         What to minimize, if not the scenario's ``objectives``: "t_end" and "trace";
         "normalized_trace", the mean of the variances relative to the initial ones; "log_det" and
         "max_eigenvalue" of the covariance in units of the initial 1-sigmas (D- and E-optimal);
-        "trace:attitude,gyro.bias" for some blocks of the state; "t_required", the time to the
-        scenario's required 1-sigmas; "angle", turned through in all [deg]; "rate_change", the sum
-        of all changes of the rate [deg/s].
+        "trace:attitude,gyro.bias" for some blocks of the state; "t_required", the time from which
+        on the scenario's required 1-sigmas are met until t_end; "angle", turned through until
+        t_end [deg]; "rate_change", the sum of all changes of the rate until then [deg/s].
 
     Raises
     ------

@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter.timeline import Agility, flown, schedule
+from mgeo_attitude.filter.ramps import Agility
+from mgeo_attitude.filter.reference import attitudes
+from mgeo_attitude.filter.timeline import flown, schedule
+from scipy.spatial.transform import Rotation
 
 STEP = 1.0
 SLOW = Agility(np.radians(0.02), np.inf, np.eye(3))
@@ -16,6 +19,84 @@ def rates_deg_s(plan, n_steps, row=0):
     for rate, start in zip(plan.rates[row, flying], plan.starts[row, flying], strict=True):
         rates[start:] = np.degrees(rate)
     return rates
+
+
+def knots(design, acceleration, step):
+    """Corners of the rates as straight lines in time, maneuver by maneuver: [s] and [deg/s]."""
+    maneuvers = np.reshape(design, (-1, 4))
+    edges = np.ceil(np.append(0.0, np.cumsum(maneuvers[:, 3])) / step) * step
+    edges[-1] = np.inf
+    times, rates = [0.0], [np.zeros(3)]
+    for start, end, target in zip(edges, edges[1:], maneuvers[:, :3], strict=False):
+        change = target - rates[-1]
+        ramp = np.abs(change).max() / acceleration
+        if end > start and ramp > 0.0:
+            flying = min(ramp, end - start)
+            times += [start, start + flying]
+            rates += [rates[-1], rates[-1] + change * flying / ramp]
+    return np.array(times), np.array(rates)
+
+
+def exact(design, acceleration, step, n_steps):
+    """The integral of the rates until each step [deg] and the rates then [deg/s]."""
+    times, rates = knots(design, acceleration, step)
+    steps = step * np.arange(n_steps + 1)
+    grid = np.union1d(times, steps)
+    curve = np.column_stack([np.interp(grid, times, axis) for axis in rates.T])
+    areas = np.diff(grid)[:, None] * (curve[1:] + curve[:-1]) / 2.0
+    at = np.searchsorted(grid, steps)
+    return np.vstack([np.zeros(3), np.cumsum(areas, axis=0)])[at], curve[at]
+
+
+#: Ramps shorter than a step, as long as some steps and a part, cut short, of maneuvers not flown.
+SHORT = [
+    ([1.0, 0.0, 0.0, 100.0], 2.0, 1.0),
+    ([1.0, 0.0, 0.0, 100.0], 0.2, 10.0),
+    ([1.0, -0.5, 0.2, 30.0, -1.0, 0.3, 0.0, 25.0, 0.0, 0.0, 0.0, 9.0], 0.13, 1.0),
+    ([1.0, -0.5, 0.2, 30.0, -1.0, 0.3, 0.0, 25.0, 0.0, 0.0, 0.0, 9.0], 0.13, 10.0),
+    ([1.0, 0.0, 0.0, 3.0, -1.0, 0.0, 0.0, 3.0, 0.0, 1.0, 0.0, 0.0], 0.4, 1.0),
+    ([1.0, 0.0, 0.0, 0.2, -1.0, 0.0, 0.0, 0.2, 0.0, 1.0, 0.0, 0.2], 3.0, 1.0),
+    ([1.0, 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0], 1.6, 1.0),
+]
+
+
+@pytest.mark.parametrize(("design", "acceleration", "step"), SHORT)
+def test_each_step_of_a_ramp_has_its_exact_mean_rate(design, acceleration, step):
+    n_steps = 40
+    plan = schedule([design], step, Agility(np.radians(acceleration), np.inf, np.eye(3)))
+    turned, ends = exact(design, acceleration, step, n_steps)
+    rates = rates_deg_s(plan, n_steps)
+    np.testing.assert_allclose(rates, np.diff(turned, axis=0) / step, rtol=0, atol=1e-14)
+    changes = np.diff(rates, axis=0, prepend=np.zeros((1, 3)))
+    assert np.abs(changes).max() <= acceleration * step * (1.0 + 1e-12)
+    starts = plan.starts[0, plan.flown()[0]]
+    end_rates = np.degrees(plan.end_rates[0, plan.flown()[0]])
+    for end, rate in zip(starts[1:], end_rates, strict=False):
+        if end <= n_steps:
+            np.testing.assert_allclose(rate, ends[end], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(end_rates[-1], design[-4:-1], rtol=0, atol=1e-14)  # held
+
+
+@pytest.mark.parametrize(("acceleration", "step"), [(2.0, 1.0), (0.2, 10.0), (0.07, 1.0)])
+def test_the_attitude_after_ramps_about_one_axis_is_the_integral_of_the_rate(acceleration, step):
+    axis = np.array([2.0, -1.0, 2.0]) / 3.0
+    design = np.concatenate([[*(0.9 * axis), 33.0], [*(-0.6 * axis), 27.0], [*(0.3 * axis), 90.0]])
+    plan = schedule([design], step, Agility(np.radians(acceleration), np.inf, np.eye(3)))
+    C = attitudes(plan.rates[0], plan.starts[0], 30, step)
+    turned, _ = exact(design, acceleration, step, 30)
+    expected = Rotation.from_rotvec(-turned, degrees=True).as_matrix()
+    np.testing.assert_allclose(C, expected, rtol=0, atol=1e-13)
+    flight = flown(design, 30 * step, step, Agility(np.radians(acceleration), np.inf, np.eye(3)))
+    turns = np.degrees(np.diff(flight.times) @ flight.rates)
+    np.testing.assert_allclose(turns, turned[-1], rtol=0, atol=1e-12)
+
+
+def test_a_ramp_within_a_step_loses_half_its_time():
+    """1 deg/s after half a second, or five: less by 0.25 and 2.5 deg than without a ramp."""
+    for acceleration, step, less in ((2.0, 1.0, 0.25), (0.2, 10.0, 2.5)):
+        agile = Agility(np.radians(acceleration), np.inf, np.eye(3))
+        rates = rates_deg_s(schedule([[1.0, 0.0, 0.0, 100.0]], step, agile), 5)
+        assert 5 * step - rates[:, 0].sum() * step == pytest.approx(less, rel=1e-12)
 
 
 def test_without_limits_a_maneuver_is_one_stretch():

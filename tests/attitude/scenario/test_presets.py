@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from datetime import UTC, datetime
 
 import pytest
-from mgeo_attitude.scenario import Orbit, Scenario, state_blocks
+from mgeo_attitude.scenario import Convergence, Orbit, Scenario, state_blocks
 from mgeo_attitude.scenario.presets import PRESETS
 from mgeo_attitude.sensors import Magnetometer, SunSensor
 
@@ -88,6 +89,13 @@ def test_cubesat_shares_the_papers_orbit_and_limits() -> None:
     paper, cubesat = Scenario.paper(), Scenario.cubesat_6u()
     for key in ("epoch", "duration", "step", "orbit", "maneuvers"):
         assert getattr(cubesat, key) == getattr(paper, key)
+
+
+def test_only_the_papers_runs_may_end_on_a_rise() -> None:
+    paper, cubesat = Scenario.paper().convergence, Scenario.cubesat_6u().convergence
+    assert paper.allow_rise is True
+    assert cubesat == dataclasses.replace(paper, relative_decrease=0.01, allow_rise=False)
+    assert Convergence().allow_rise is False
 
 
 def test_a_preset_is_named_after_itself() -> None:

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Estimator, FilterModel, Scenario, evaluate
+from mgeo_attitude.filter.ramps import Agility
 from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.truth.draws import draw, none
 from mgeo_attitude.truth.run import Flight
@@ -27,6 +28,14 @@ def test_variances_of_a_run_without_errors_are_the_kernels(model, estimator):
     kernel = evaluate(model, PLAN, history=True).variances[0]
     np.testing.assert_allclose(record.variances, kernel, rtol=1e-9)
     np.testing.assert_allclose(record.errors, 0.0, atol=1e-12)
+
+
+def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model):
+    ramped = dataclasses.replace(model, agility=Agility(np.radians(1.7), np.inf, np.eye(3)))
+    record = Flight(ramped, PLAN, np.arange(301)).run(none(ramped, 300), Estimator.plain())
+    kernel = evaluate(ramped, PLAN, history=True).variances[0]
+    np.testing.assert_allclose(record.variances, kernel, rtol=1e-9)
+    assert not np.allclose(record.variances, evaluate(model, PLAN, history=True).variances[0])
 
 
 def test_tiny_errors_are_the_linear_filters(model):

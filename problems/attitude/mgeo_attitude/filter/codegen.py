@@ -130,10 +130,8 @@ def _watch(
         worst = first
         for ratio in others:
             worst = ops.keep(ops.maximum(worst, ratio))
-        pending, steps = values[-2:]
-        still = ops.keep(pending * ops.at_least(worst, Symbol("1.0")))
-        ops.store(pending.text, still)
-        ops.store(steps.text, steps + still)
+        samples = values[-1]
+        ops.store(samples.text, (samples + 1.0) * ops.at_least(1.0, worst))
 
 
 def step_constants(

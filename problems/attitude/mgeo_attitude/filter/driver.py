@@ -58,7 +58,7 @@ def parent_is_done(done, parent):
 @njit(
     "void(int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], int64[::1],"
     "float64[:,::1], float64[:,:,::1], int64[:,::1], int64[::1], float64[:,:,::1], float64[::1],"
-    "float64[:,::1], float64[::1], float64[::1], float64[::1], int64, float64, float64,"
+    "float64[:,::1], float64[::1], float64[::1], float64[::1], int64, float64, boolean, float64,"
     "int64[::1], float64[::1], float64[:,::1], float64[:,::1], float64[:,:,::1], int64)",
     error_model="numpy",
     nogil=True,
@@ -84,6 +84,7 @@ def run(
     C,
     window,
     decrease,
+    allow_rise,
     dt,
     end_step,
     trace,
@@ -123,8 +124,9 @@ def run(
         Variances and monitors at time zero.
     C : array
         Constants of `step`.
-    window, decrease, dt
-        Convergence window [steps], least relative decrease of the trace over it, step [s].
+    window, decrease, allow_rise, dt
+        Convergence window [steps], least relative decrease of the trace over it, whether it may
+        have risen, step [s].
     end_step, trace : arrays, shape (n,), written
         Step at which the design ended and its trace there; NaN if the covariance lost
         positivity.
@@ -200,7 +202,7 @@ def run(
             for lane in range(lanes):
                 recent[now, lane] = W[TRACE * LANES + lane]
                 tested = clock[lane] >= test_from[lane]
-                ended |= tested & converged(recent, lane, now, window, decrease)
+                ended |= tested & converged(recent, lane, now, window, decrease, allow_rise)
             if len(record) > 0:
                 for lane in range(lanes):
                     if running[lane]:
@@ -214,7 +216,7 @@ def run(
                 continue
             this, k = job[lane], clock[lane]
             at_end = k == last_step or (
-                k >= test_from[lane] and converged(recent, lane, now, window, decrease)
+                k >= test_from[lane] and converged(recent, lane, now, window, decrease, allow_rise)
             )
             if at_end or k % CHECK_PERIOD == 0:
                 if not checked:

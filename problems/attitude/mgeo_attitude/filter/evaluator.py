@@ -37,8 +37,8 @@ class Evaluation:
     sun_angle : array, shape (n, n_cones)
         Least angle [rad] between the Sun, while it shines, and each axis that must stay off it.
     t_required : array, shape (n,)
-        Time when all required 1-sigmas were met for the first time [s]; infinite if they were not
-        until `t_end`, or there are none.
+        Time from which on all required 1-sigmas are met until `t_end` [s]; infinite if they are not
+        met then, or there are none.
     plan : Schedule
         What is flown.
 
@@ -110,6 +110,7 @@ def evaluate(
         step_constants(suite, model.weights, model.cones, required),
         model.window_steps,
         model.relative_decrease,
+        model.allow_rise,
         model.step,
         end_step,
         trace,
@@ -139,9 +140,9 @@ def evaluate(
     cosine = np.clip(watched[:, : monitors.n_cones], -1.0, 1.0)
     t_required = np.full(n, np.inf)
     if monitors.states:
-        reached = watched[:, -2] == 0.0
-        steps = watched[reached, -1] + start[-2]  # none where met at time zero
-        t_required[reached] = model.step * steps
+        samples = watched[:, -1]
+        met = samples > 0.0
+        t_required[met] = model.step * (end_step[jobs.twin] + 1.0 - samples)[met]
     full = _symmetric(final[jobs.twin] if covariance else final, suite.n_states)
     return Evaluation(t_end, trace, record, full, np.arccos(cosine), t_required, plan)
 

@@ -101,7 +101,11 @@ def restore(W, lane, recent, now, n, snapshot):
 
 
 @njit(cache=CACHE)
-def converged(recent, lane, now, window, decrease):
-    """Whether the trace fell by less than the least decrease, equation (6), or is NaN."""
+def converged(recent, lane, now, window, decrease, allow_rise):
+    """Whether the trace fell by less than the least decrease, and did not rise, equation (6).
+
+    A rise may be allowed. A trace of NaN has nothing left to wait for.
+    """
     before = recent[(now - window) & (len(recent) - 1), lane]
-    return not (before - recent[now, lane] >= decrease * before)
+    fall = before - recent[now, lane]
+    return not (fall >= decrease * before or (fall < 0.0 and not allow_rise))

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..environment import Environment
 from ..scenario.settings import RequiredSigma, TraceWeights
 from .monitors import Monitors
+from .ramps import Agility
 from .suite import Suite
-from .timeline import Agility, Schedule, schedule
+from .timeline import Schedule, schedule
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
@@ -41,7 +42,10 @@ class FilterModel:
     window_steps : int
         Convergence window [steps].
     relative_decrease : float
-        The run has converged when the trace fell by less than this fraction over the window.
+        The run has converged when the trace fell by less than this fraction over the window, and
+        did not rise.
+    allow_rise : bool
+        Whether it has converged, too, when the trace rose.
     agility : Agility, optional
         How fast rates can change; without it they change at once.
     cones : array, shape (n_cones, 3)
@@ -60,6 +64,7 @@ class FilterModel:
     weights: Floats
     window_steps: int
     relative_decrease: float
+    allow_rise: bool
     agility: Agility | None
     cones: Floats
     sun: Floats
@@ -106,6 +111,7 @@ class FilterModel:
             weights=weights,
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
+            allow_rise=scenario.convergence.allow_rise,
             agility=agility(scenario),
             cones=cones,
             sun=sun if len(cones) else np.zeros((0, 3)),

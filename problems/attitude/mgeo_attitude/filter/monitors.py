@@ -22,8 +22,8 @@ class Monitors:
     n_cones : int
         For each body axis that must stay off the Sun, the greatest cosine of the angle between.
     states : tuple of int
-        States with a required 1-sigma. If there are any, two values follow: 1 until all
-        requirements have been met for the first time, then 0; and the number of steps until then.
+        States with a required 1-sigma. If there are any, one value follows: at how many samples up
+        to now, without a break, all requirements have been met.
     """
 
     n_cones: int = 0
@@ -31,7 +31,7 @@ class Monitors:
 
     @property
     def total(self) -> int:
-        return self.n_cones + (2 if self.states else 0)
+        return self.n_cones + (1 if self.states else 0)
 
     def start(self, axes: Floats, target: Floats, initial: Floats, required: Floats) -> Floats:
         """Values at time zero, with body axes along GCRS, shape (total,).
@@ -48,4 +48,4 @@ class Monitors:
         cosines = axes @ target if np.any(target) else np.full(len(axes), NEVER_SEEN)
         if not self.states:
             return cosines
-        return np.append(cosines, [float(np.any(initial > required)), 0.0])
+        return np.append(cosines, float(np.all(initial <= required)))

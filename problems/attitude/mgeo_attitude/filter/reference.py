@@ -67,7 +67,7 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
     kf = KalmanFilter(dim_x=n, dim_z=len(R))
     kf.x = np.zeros(n)  # one-dimensional: filterpy broadcasts its (n, 1) default when given H
     kf.P = np.diag(model.initial_sigma**2)
-    trace, sigma = [model.weights @ np.diag(kf.P)], [model.initial_sigma]
+    trace, sigma = [float(model.weights @ np.diag(kf.P))], [model.initial_sigma]
     converged = False
     for k in range(1, model.n_steps + 1):
         flown = np.flatnonzero(starts == k - 1)
@@ -77,12 +77,13 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
         rows = seen[k]
         if rows.any():
             kf.update(np.zeros(rows.sum()), R=np.diag(R[rows]), H=H[k, rows])
-        trace.append(model.weights @ np.diag(kf.P))
+        trace.append(float(model.weights @ np.diag(kf.P)))
         sigma.append(np.sqrt(np.diag(kf.P)))
         before = k - model.window_steps
         if k >= over and before >= 0:
-            # equation (6) of docs/theory.md
-            converged = bool(trace[before] - trace[k] < model.relative_decrease * trace[before])
+            converged = has_converged(
+                trace[before], trace[k], model.relative_decrease, model.allow_rise
+            )
             if converged:
                 break
     return FilterHistory(
@@ -94,6 +95,12 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
         blocks=model.suite.blocks,
         converged=converged,
     )
+
+
+def has_converged(before: float, now: float, relative_decrease: float, allow_rise: bool) -> bool:
+    """Equation (6) for the trace at both ends of the window."""
+    fall = before - now
+    return fall < relative_decrease * before and (allow_rise or fall >= 0.0)
 
 
 def attitudes(rates: Floats, starts: NDArray[np.int64], n_steps: int, step: float) -> Floats:

@@ -63,9 +63,9 @@ class SymbolArithmetic:
     def sqrt(self, value: Symbol | float) -> Symbol:
         return Symbol(f"sqrt({_text(value)})")
 
-    def at_least(self, value: Symbol | float, bound: Symbol) -> Symbol:
+    def at_least(self, value: Symbol | float, bound: Symbol | float) -> Symbol:
         """One where the value reaches the bound, else zero."""
-        return Symbol(f"(1.0 if {_text(value)} >= {bound.text} else 0.0)")
+        return Symbol(f"(1.0 if {_text(value)} >= {_text(bound)} else 0.0)")
 
     def maximum(self, a: Symbol | float, b: Symbol | float) -> Symbol:
         """The greater of two values."""

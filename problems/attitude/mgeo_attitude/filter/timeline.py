@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .ramps import Agility, ramp_shares, share_made
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
@@ -81,43 +83,15 @@ def maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
 
 
 @dataclass(frozen=True)
-class Agility:
-    """How fast body rates can change.
-
-    Attributes
-    ----------
-    max_acceleration : float
-        Greatest angular acceleration about each body axis [rad/s²]; may be infinite.
-    max_torque : float
-        Greatest torque about each body axis [N m]; may be infinite.
-    inertia : array, shape (3, 3)
-        [kg m²]
-    """
-
-    max_acceleration: float
-    max_torque: float
-    inertia: Floats
-
-    def ramp_time(self, change: Floats) -> Floats:
-        """Least time [s] for changes of the rate, shape (..., 3) [rad/s], equation (12).
-
-        The rate changes along a straight line. The satellite's total angular momentum is zero, so
-        that no torque is needed but J dω/dt.
-        """
-        acceleration = np.abs(change).max(axis=-1) / self.max_acceleration
-        torque = np.abs(change @ self.inertia).max(axis=-1) / self.max_torque
-        longest: Floats = np.maximum(acceleration, torque)
-        return longest
-
-
-@dataclass(frozen=True)
 class Schedule:
     """n designs as stretches of constant rate on the filter's steps.
 
     Attributes
     ----------
     rates : array, shape (n, k, 3)
-        Body rates [rad/s].
+        Body rates [rad/s]; of a step of a ramp the mean.
+    end_rates : array, shape (n, k, 3)
+        Those at the end of each stretch, the same but in ramps.
     starts : array, shape (n, k)
         First step of each stretch, ascending; one that starts with the next is not flown.
     over : array, shape (n,)
@@ -127,15 +101,21 @@ class Schedule:
     """
 
     rates: Floats
+    end_rates: Floats
     starts: Ints
     over: Ints
     maneuver: Ints
 
+    def lasting(self, end_steps: ArrayLike = NEVER) -> Ints:
+        """Steps for which each stretch is flown, shape (n, k), in runs that end at `end_steps`."""
+        limit = np.reshape(np.asarray(end_steps, dtype=np.int64), (-1, 1))
+        ends = np.append(self.starts[:, 1:], np.full((len(self.starts), 1), NEVER), axis=1)
+        lasting: Ints = np.minimum(ends, limit) - np.minimum(self.starts, limit)
+        return lasting
+
     def flown(self) -> NDArray[np.bool_]:
         """Which stretches last a step or more, shape (n, k)."""
-        later = np.append(self.starts[:, 1:], np.full((len(self.starts), 1), NEVER), axis=1)
-        flown: NDArray[np.bool_] = (self.starts < later) & (self.starts < NEVER)
-        return flown
+        return self.lasting() > 0
 
 
 def schedule(designs: ArrayLike, step: float, agility: Agility | None = None) -> Schedule:
@@ -143,8 +123,9 @@ def schedule(designs: ArrayLike, step: float, agility: Agility | None = None) ->
 
     Without `agility` rates change at once, as in the paper. With it the rate moves along a
     straight line to that of the next maneuver, from rest at first, as fast as it can; every step
-    of such a ramp is a stretch at the rate in the step's middle. A ramp counts to the maneuver it
-    leads into and is cut short where that ends first, except the last one, whose rate is held.
+    of such a ramp is a stretch at the exact mean of the rate during it. A ramp counts to the
+    maneuver it leads into and is cut short where that ends first, except the last one, whose rate
+    is held.
 
     Raises
     ------
@@ -156,43 +137,51 @@ def schedule(designs: ArrayLike, step: float, agility: Agility | None = None) ->
     n, m = starts.shape
     number = np.broadcast_to(np.arange(m), (n, m))
     if agility is None:
-        return Schedule(rates, starts, over, number)
+        return Schedule(rates, rates, starts, over, number)
     ends = np.column_stack([starts[:, 1:], np.full(n, NEVER)])
     reached = np.zeros((n, 3))
-    parts: list[tuple[Floats, Ints, Ints]] = []
+    parts: list[tuple[Floats, Floats, Ints, Ints]] = []
     for j in range(m):
         change = rates[:, j] - reached
         time = agility.ramp_time(change)
         length = np.minimum(np.ceil(time / step).astype(np.int64), ends[:, j] - starts[:, j])
         place = np.arange(int(length.max(initial=0)) + 1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            middle = np.clip((place + 0.5) * step / time[:, None], 0.0, 1.0)
-            end = np.clip(length * step / time, 0.0, 1.0)
-        # the stretch after the ramp is at the full rate
-        share = np.where(place < length[:, None], middle, 1.0)
         held = starts[:, j, None] + place
         # where the ramp is cut short, and beyond its end, nothing is left to fly
         at = np.where(place <= length[:, None], np.minimum(held, ends[:, j, None]), -1)
-        parts.append((reached[:, None] + share[:, :, None] * change[:, None], at, place * 0 + j))
-        reached = reached + np.where(time > 0.0, end, 1.0)[:, None] * change
+        mean, end = (
+            reached[:, None] + share[:, :, None] * change[:, None]
+            for share in ramp_shares(step * place.astype(float), step, time[:, None])
+        )
+        parts.append((mean, end, at, place * 0 + j))
+        reached = reached + share_made(length * step, time)[:, None] * change
         if j == m - 1:
             over = np.maximum(over, starts[:, j] + length)
     return _packed(parts, over)
 
 
-def _packed(parts: list[tuple[Floats, Ints, Ints]], over: Ints) -> Schedule:
+def _packed(parts: list[tuple[Floats, Floats, Ints, Ints]], over: Ints) -> Schedule:
     """Stretches of all designs one after the other, those that start at -1 left out."""
-    rates = np.concatenate([part[0] for part in parts], axis=1)
-    starts = np.concatenate([part[1] for part in parts], axis=1)
-    maneuver = np.broadcast_to(np.concatenate([part[2] for part in parts]), starts.shape)
+    starts = np.concatenate([part[2] for part in parts], axis=1)
+    maneuver = np.broadcast_to(np.concatenate([part[3] for part in parts]), starts.shape)
     most = int((starts >= 0).sum(1).max(initial=1))  # each design has one at least
     order = np.argsort(starts < 0, axis=1, kind="stable")[:, :most]
     starts = np.take_along_axis(starts, order, axis=1)
     empty = starts < 0
-    rates = np.take_along_axis(rates, order[:, :, None], axis=1)
-    rates[empty] = 0.0
     starts[empty] = NEVER
-    return Schedule(rates, starts, over, np.take_along_axis(maneuver, order, axis=1))
+
+    def packed(rates: list[Floats]) -> Floats:
+        found = np.take_along_axis(np.concatenate(rates, axis=1), order[:, :, None], axis=1)
+        found[empty] = 0.0
+        return found
+
+    return Schedule(
+        packed([part[0] for part in parts]),
+        packed([part[1] for part in parts]),
+        starts,
+        over,
+        np.take_along_axis(maneuver, order, axis=1),
+    )
 
 
 @dataclass(frozen=True)

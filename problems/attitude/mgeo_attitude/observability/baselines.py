@@ -90,7 +90,7 @@ def compare(
         raise ValueError(f"at = {at!r} s: expected a time within {model.times[-1]:.12g} s")
     X = _stacked([np.asarray(design, dtype=float) for design in designs.values()])
     own = evaluate(model, X, problem.threads)
-    # a trace never falls by less than nothing at all: every run lasts as long as the scenario's
+    # no trace falls by less than minus infinity: every run lasts as long as the scenario's
     endless = dataclasses.replace(model, relative_decrease=-np.inf)
     variances = evaluate(endless, X, problem.threads, history=True).variances[:, step]
     trace = variances @ model.weights

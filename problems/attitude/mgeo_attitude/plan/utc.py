@@ -28,8 +28,8 @@ def utc_texts(epoch: datetime, times: ArrayLike) -> list[str]:
     """
     utc = as_utc(epoch)
     seconds = utc.second + 1e-6 * utc.microsecond
-    # No leap seconds before 1960, and none yet announced for years to come: erfa's own functions would
-    # warn of such years, and filters of warnings are shared by all threads. The status is that word.
+    # No leap seconds before 1960, and none yet announced for years to come: erfa's own functions
+    # would warn of such years, and filters of warnings are shared by all threads.
     date = utc.year, utc.month, utc.day, utc.hour, utc.minute, seconds
     *start, _ = erfa.ufunc.dtf2d("UTC", *date)
     day, fraction, _ = erfa.ufunc.utctai(*start)

@@ -52,7 +52,11 @@ class Convergence(Validated):
         high=1.0,
         open_low=True,
         open_high=True,
-        doc="converged if the trace fell by less than this fraction over the window",
+        doc="converged if the trace fell by less than this fraction over the window, and did not "
+        "rise",
+    )
+    allow_rise: bool = quantity(
+        False, doc="whether a trace that rose over the window counts as converged too"
     )
 
 
