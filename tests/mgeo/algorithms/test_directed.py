@@ -8,6 +8,7 @@ from pymoo.core.problem import Problem
 from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
+from scipy.spatial.distance import cdist
 
 from mgeo import MGEODirected
 from mgeo.algorithms.directions import distance, drawn, fan
@@ -47,21 +48,43 @@ def test_it_is_a_good_pymoo_algorithm(algorithm):
 
 
 def test_directions_of_two_objectives_are_the_ends_and_an_even_grid():
+    for n in range(1, 40):
+        middle = 1.0 / n * (np.arange(n) + 0.5)
+        assert fan(n, 2, 0.0).tolist() == np.column_stack([middle, 1.0 - middle]).tolist()
     weights = fan(7, 2, 0.43)
     assert weights[:3].tolist() == [[1, 0], [0, 1], [1, 0]]
     assert weights[3:, 0] == pytest.approx([0.125, 0.375, 0.625, 0.875])
     assert weights.sum(axis=1) == pytest.approx(np.ones(7))
 
 
-@pytest.mark.parametrize("n_obj", [1, 3, 5])
+@pytest.mark.parametrize("n_obj", [1, 3, 5, 9, 15, 30])
 def test_directions_fill_the_simplex(n_obj):
     weights = fan(2000, n_obj, 0.0)
-    assert (weights >= 0).all()
+    assert (weights > 0).all()
+    assert (weights < 1).all() or n_obj == 1
     assert weights.sum(axis=1) == pytest.approx(np.ones(2000))
     assert weights.mean(axis=0) == pytest.approx(np.full(n_obj, 1 / n_obj), abs=0.01)
     # spacings of n_obj - 1 uniform points: variance (n_obj - 1) / (n_obj^2 (n_obj + 1))
     variance = (n_obj - 1) / (n_obj**2 * (n_obj + 1))
     assert weights.var(axis=0) == pytest.approx(np.full(n_obj, variance), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("n_obj", "n", "least", "most_varied"),
+    [
+        (3, 5, 0.35, 0.15), (3, 18, 0.16, 0.15), (3, 300, 0.035, 0.12),
+        (5, 5, 0.28, 0.25), (5, 18, 0.18, 0.20), (5, 300, 0.065, 0.18),
+        (9, 18, 0.20, 0.20), (9, 300, 0.10, 0.17), (15, 18, 0.18, 0.15), (15, 300, 0.10, 0.17),
+    ],
+)  # fmt: skip
+def test_directions_of_many_objectives_keep_apart(n_obj, n, least, most_varied):
+    def nearest(weights):
+        return np.sort(cdist(weights, weights), axis=1)[:, 1]
+
+    ours = nearest(fan(n, n_obj, 0.0))
+    random = [nearest(drawn(n, n_obj, np.random.default_rng(seed))).min() for seed in range(20)]
+    assert ours.min() > max(least, np.median(random))
+    assert ours.std() < most_varied * ours.mean()
 
 
 @pytest.mark.parametrize("n_obj", [1, 2, 4])
