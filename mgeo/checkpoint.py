@@ -30,7 +30,7 @@ from mgeo.problem_identity import difference, identity
 from mgeo.reading import entry, errors_of, from_npz, parse_json, read_file
 from mgeo.recorder import Recorder
 
-FORMAT = 1
+FORMAT = 2
 _MAGIC = b"mgeo checkpoint"
 _MAX_SHARE = 0.02  # of the time of a run may go into checkpoints by the clock
 

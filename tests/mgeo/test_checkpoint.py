@@ -187,9 +187,13 @@ def test_any_cut_and_any_changed_byte_is_noticed(checkpoint, tmp_path):
 
 def test_another_version_is_named(checkpoint, tmp_path):
     path = tmp_path / "new"
-    path.write_bytes(checkpoint.read_bytes().replace(b"checkpoint 1 ", b"checkpoint 2 ", 1))
-    with pytest.raises(ValueError, match="has format 2: this version of mgeo reads format 1"):
-        resume(path, PROBLEM)
+    for number in (1, 3):  # older, newer
+        head = f"checkpoint {number} ".encode()
+        path.write_bytes(checkpoint.read_bytes().replace(b"checkpoint 2 ", head, 1))
+        message = rf"new has format {number}: this version of mgeo reads format 2$"
+        for read in (lambda: resume(path, PROBLEM), lambda: read_notes(path)):
+            with pytest.raises(ValueError, match=message):
+                read()
 
 
 def test_a_change_of_versions_is_told(checkpoint, monkeypatch):
@@ -201,7 +205,7 @@ def test_a_change_of_versions_is_told(checkpoint, monkeypatch):
 def test_objects_in_a_file_are_not_unpickled(tmp_path):
     np.savez(tmp_path / "x.npz", json=np.array([print], dtype=object))
     body = (tmp_path / "x.npz").read_bytes()
-    head = f"mgeo checkpoint 1 {hashlib.sha256(body).hexdigest()}\n"
+    head = f"mgeo checkpoint 2 {hashlib.sha256(body).hexdigest()}\n"
     (tmp_path / "bad").write_bytes(head.encode() + body)
     with pytest.raises(ValueError, match="allow_pickle=False"):
         resume(tmp_path / "bad", PROBLEM)
