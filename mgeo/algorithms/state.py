@@ -10,6 +10,7 @@ import copy
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,7 @@ from mgeo.algorithms.packing import (
 )
 from mgeo.algorithms.parameters import integer
 from mgeo.evaluation import TolerantEvaluator
-from mgeo.reading import entry
+from mgeo.reading import entry, errors_of
 
 _START_ONLY = ("sampling",)  # parameters that say where to begin: not needed to go on
 _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {
@@ -45,10 +46,14 @@ _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {
 
 @dataclass(frozen=True, eq=False)
 class SavedState:
-    """Arrays of numbers by name, and what else there is as JSON values."""
+    """Arrays of numbers by name, and what else there is as JSON values.
+
+    `source` is what errors in them are said to be in: the file that they were read from.
+    """
 
     arrays: Mapping[str, NDArray[Any]]
     data: Mapping[str, Any]
+    source: Path | str = "the saved state"
 
 
 def capture(algorithm: ExtremalOptimization) -> SavedState:
@@ -113,15 +118,33 @@ def restore(saved: SavedState, problem: Problem, **options: Any) -> ExtremalOpti
     Raises
     ------
     ValueError : if the class is not known, the termination is missing, or a part of the state
-        is missing or does not fit.
+        is missing or does not fit; it begins with the `source`. Also for a termination that is
+        none, and for what `setup` refuses: these are not the source's.
+    TypeError : for options that `setup` does not take.
     """
-    data, arrays = saved.data, saved.arrays
-    algorithm = _find(entry(data, "class", str))(**entry(data, "parameters", dict))
-    if (termination := options.pop("termination", None)) is None:
-        termination = _termination(data.get("termination"))
-    least = entry(data, "return_least_infeasible", bool)
+    with errors_of(saved.source):
+        data = saved.data
+        algorithm = _find(entry(data, "class", str))(**entry(data, "parameters", dict))
+        least = entry(data, "return_least_infeasible", bool)
+        if (termination := options.pop("termination", None)) is None:
+            termination = _termination(data.get("termination"))
+    termination = _converted(termination)
     options = {"return_least_infeasible": least, **options}
     algorithm.setup(problem, termination=termination, **options)
+    with errors_of(saved.source):
+        _fill(algorithm, saved)
+    if algorithm.n_generations:
+        algorithm.is_initialized = True
+        algorithm.off = algorithm.pop
+        algorithm._set_optimum()
+        algorithm.n_iter = algorithm.n_generations + 1
+        end_at(algorithm, algorithm.termination)
+    return algorithm
+
+
+def _fill(algorithm: ExtremalOptimization, saved: SavedState) -> None:
+    """Let what was saved take the place of what `setup` has made."""
+    data, arrays = saved.data, saved.arrays
     algorithm.random_state = unpack_stream(entry(data, "random_state", dict))
     state, values = algorithm.state, entry(data, "state", dict)
     for field in fields(state):
@@ -135,22 +158,29 @@ def restore(saved: SavedState, problem: Problem, **options: Any) -> ExtremalOpti
     _count_on(algorithm.evaluator, entry(data, "evaluations", dict))
     # a clock that was put back meanwhile must not make a run of less than no time
     algorithm.start_time = time.time() - max(0.0, entry(data, "elapsed_s", float))
-    if algorithm.n_generations:
-        algorithm.is_initialized = True
-        algorithm.off = algorithm.pop
-        algorithm._set_optimum()
-        algorithm.n_iter = algorithm.n_generations + 1
-        end_at(algorithm, algorithm.termination)
-    return algorithm
 
 
 def end_at(algorithm: ExtremalOptimization, termination: Any) -> None:
     """Give a run between two generations a new termination, in any form that pymoo takes."""
-    algorithm.termination = termination_from_tuple(copy.deepcopy(termination))
+    algorithm.termination = _converted(termination)
     if algorithm.n_generations:
         algorithm.n_iter = algorithm.n_generations  # what a termination sees after a generation
         algorithm.termination.update(algorithm)
         algorithm.n_iter += 1
+
+
+def _converted(termination: Any) -> Termination:
+    try:
+        converted = termination_from_tuple(copy.deepcopy(termination))
+        if isinstance(converted, Termination):
+            return converted
+        error = None
+    except Exception as raised:  # pymoo raises Exception itself for a name that it does not know
+        error = raised
+    raise ValueError(
+        f"termination = {termination!r:.80}: expected a pymoo Termination, or what stands for one, "
+        "such as ('n_gen', 200)"
+    ) from error
 
 
 def _counts(evaluator: Evaluator) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from pymoo.termination.default import DefaultMultiObjectiveTermination
 import mgeo.algorithms
 from mgeo import Checkpoint, MGEOReal, Recorder, TolerantEvaluator, read_record, resume
 from mgeo.checkpoint import read_notes
+from mgeo.reading import FileError
 
 PROBLEM = ZDT1(n_var=4)
 PUBLISHED = [getattr(mgeo.algorithms, name) for name in mgeo.algorithms.__all__]
@@ -248,6 +249,22 @@ def test_bad_arguments(tmp_path):
         Checkpoint(tmp_path / "a", every_seconds=-1)
     with pytest.raises(TypeError, match="NSGA2 is no member of the MGEO family"):
         solve(algorithm=NSGA2(8), callback=Checkpoint(tmp_path / "a"))
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"sigma": 1}, TypeError, r"^sigma is a parameter of MGEOReal\(...\), not of a run"),
+        ({"calback": print}, TypeError, "unknown keyword 'calback'; did you mean 'callback'"),
+        ({"termination": "never"}, ValueError, "^termination = 'never': expected a pymoo Term"),
+        ({"termination": 3}, ValueError, r"^termination = 3: .* such as \('n_gen', 200\)"),
+    ],
+)
+def test_a_callers_mistake_is_not_the_files(checkpoint, options, error, message):
+    with pytest.raises(error, match=message) as raised:
+        resume(checkpoint, PROBLEM, **options)
+    assert not isinstance(raised.value, FileError)
+    assert checkpoint.name not in str(raised.value)
 
 
 def test_a_termination_that_cannot_be_kept_has_to_be_given_again(tmp_path):
