@@ -15,6 +15,7 @@ from pymoo.termination.max_gen import MaximumGenerationTermination
 from mgeo.algorithms import adaptive
 from mgeo.algorithms.acceptance import IntArray
 from mgeo.algorithms.parameters import choice, greediness, integer, refuse_unknown
+from mgeo.algorithms.representation import call
 from mgeo.algorithms.starts import given_starts
 from mgeo.algorithms.walkers import Walkers
 from mgeo.archive import ParetoArchive
@@ -96,6 +97,9 @@ class ExtremalOptimization(Walkers, Algorithm):
             None if archive_size is None else integer("archive_size", archive_size, low=1)
         )
         self._asked: Any = None
+
+    def __repr__(self) -> str:
+        return call(self, ExtremalOptimization)
 
     @property
     def n_generations(self) -> int:
