@@ -30,7 +30,7 @@ from mgeo.problem_identity import difference, identity
 from mgeo.reading import entry, errors_of, from_npz, parse_json, read_file
 from mgeo.recorder import Recorder
 
-FORMAT = 1
+FORMAT = 2
 _MAGIC = b"mgeo checkpoint"
 _MAX_SHARE = 0.02  # of the time of a run may go into checkpoints by the clock
 
@@ -173,7 +173,9 @@ def resume(
     ------
     FileNotFoundError : if there is no such file.
     ValueError : if it is no whole checkpoint of this version and this problem, or the
-        termination cannot be kept in a file and no new one is given.
+        termination cannot be kept in a file and no new one is given; each names the file. Also
+        for a new termination that is none.
+    TypeError : for an option that `setup` does not take.
     """
     contents = read(path)
     found = difference(contents.problem, identity(problem))
@@ -186,8 +188,7 @@ def resume(
             RuntimeWarning,
             stacklevel=2,
         )
-    with errors_of(path):
-        return restore(contents.state, problem, termination=termination, **options)
+    return restore(contents.state, problem, termination=termination, **options)
 
 
 def read_notes(path: Path | str) -> Mapping[str, Any]:
@@ -240,7 +241,10 @@ def read(path: Path | str) -> Contents:
         data = parse_json(arrays.pop("json").tobytes().decode("utf-8"))
         state, problem, notes = (entry(data, key, dict) for key in ("state", "problem", "notes"))
         return Contents(
-            SavedState(arrays, state), problem, notes, entry(data, "versions", dict[str, str])
+            SavedState(arrays, state, path),
+            problem,
+            notes,
+            entry(data, "versions", dict[str, str]),
         )
 
 

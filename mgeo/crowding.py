@@ -1,18 +1,27 @@
 """Thinning of a front: which points to give up when only so many may be kept."""
 
+import heapq
+
 import numpy as np
+from scipy.spatial import KDTree
 
 from mgeo.dominance import BoolArray, FloatArray
+
+_NEIGHBORS = 8  # looked up at once, the point itself among them; at least 3
 
 
 def thin(F: FloatArray, size: int) -> BoolArray:
     """Keep `size` rows of a front, giving up the most crowded one at a time.
 
-    A point's room is the distance between its two neighbors in each objective, as a fraction of
-    the front's range there, summed over the objectives: the crowding distance of Deb et al.
-    (2002), brought up to date after every removal. The first and the last point of each
-    objective have infinite room and are never given up; of points with equal room, the first
-    row goes. Nothing is random.
+    The most crowded is the row that has its nearest neighbor at the smallest distance, and of the
+    two rows that have so, the one whose second neighbor is nearer: the truncation of SPEA2
+    (Zitzler, Laumanns & Thiele 2001), which looks at two neighbors here. Distances are Euclidean
+    in objectives scaled to the front's range. The first rows that are least and greatest in an
+    objective are never given up; of equally crowded rows, the first goes. Nothing is random.
+
+    Neighbors come from a k-d tree, which is built again whenever too many of those that were
+    looked up are gone. To choose 500 of 50,000 rows takes about 0.6 s with two or three
+    objectives, 1 s with five and 5 s with eight; to give up 300 of 50,000, at most a third of it.
 
     Parameters
     ----------
@@ -23,28 +32,46 @@ def thin(F: FloatArray, size: int) -> BoolArray:
     -------
     (n,) mask with min(n, size) rows selected.
     """
-    n, n_obj = F.shape
-    kept = np.ones(n, dtype=np.bool_)
-    if n <= size:
+    kept = np.ones(len(F), dtype=np.bool_)
+    if len(F) <= size:
         return kept
-    span = np.ptp(F, axis=0)
-    scaled = F / np.where(span > 0, span, 1.0)
-    # Rows n and n + 1 stand below the first and above the last point of every objective.
-    scaled = np.vstack([scaled, np.full(n_obj, -np.inf), np.full(n_obj, np.inf)])
-    order = np.argsort(F, axis=0, kind="stable")
-    objectives = np.arange(n_obj)
-    below, above = np.full((n, n_obj), n), np.full((n, n_obj), n + 1)
-    below[order[1:], objectives] = order[:-1]
-    above[order[:-1], objectives] = order[1:]
-    room = (scaled[above, objectives] - scaled[below, objectives]).sum(axis=1)
-    for _ in range(n - size):
-        row = int(room.argmin())
-        kept[row] = False
-        room[row] = np.inf
-        low, high = below[row], above[row]  # real points: the row is first or last in nothing
-        above[low, objectives] = high
-        below[high, objectives] = low
-        near = np.concatenate([low, high])
-        gaps = scaled[above[near], objectives] - scaled[below[near], objectives]
-        room[near] = gaps.sum(axis=1)
+    halves = F / 2.0  # whose differences cannot overflow
+    span = np.ptp(halves, axis=0)
+    points = (halves - halves.min(axis=0)) / np.where(span > 0, span, 1.0)
+    free = np.ones(len(F), dtype=np.bool_)
+    free[[*F.argmin(axis=0), *F.argmax(axis=0)]] = False
+    while surplus := int(np.count_nonzero(kept)) - size:
+        rows = np.flatnonzero(kept)
+        kept[rows[_most_crowded(points[rows], free[rows], surplus)]] = False
     return kept
+
+
+def _most_crowded(points: FloatArray, free: BoolArray, count: int) -> list[int]:
+    """The first of the `count` free rows to give up: at least one, all if their neighbors suffice.
+
+    Distances to the nearest rows that remain only grow. So a row that was the most crowded one
+    some time ago is so still, unless a neighbor of its own is gone: only then they are renewed.
+    """
+    near, neighbors = KDTree(points).query(points, min(_NEIGHBORS, len(points)))
+    remains = [True] * len(points)
+    rows = np.flatnonzero(free)
+    # a row is its own first neighbor, or one that coincides with it is
+    heap = list(zip(near[rows, 1].tolist(), near[rows, 2].tolist(), rows.tolist(), strict=True))
+    heapq.heapify(heap)
+    gone: list[int] = []
+    while len(gone) < count:
+        row = heap[0][2]
+        pairs = zip(near[row].tolist(), neighbors[row].tolist(), strict=True)
+        distances = [d for d, other in pairs if remains[other] and other != row][:2]
+        known = len(distances) == 2
+        farthest = float(near[row, -1])  # no neighbor that was not looked up is nearer
+        first, second = distances if known else [*distances, farthest, farthest][:2]
+        if (first, second) != heap[0][:2]:
+            heapq.heapreplace(heap, (first, second, row))
+        elif known:
+            heapq.heappop(heap)
+            remains[row] = False
+            gone.append(row)
+        else:
+            break
+    return gone

@@ -17,6 +17,7 @@ from mgeo.algorithms.acceptance import IntArray
 from mgeo.algorithms.constructors import arguments, keywords, named
 from mgeo.algorithms.parameters import choice, greediness, integer, refuse_unknown
 from mgeo.algorithms.refusals import INSTEAD, refuse_dynamic, refuse_used
+from mgeo.algorithms.representation import call
 from mgeo.algorithms.starts import given_starts
 from mgeo.algorithms.walkers import Walkers
 from mgeo.archive import ParetoArchive
@@ -46,9 +47,9 @@ class ExtremalOptimization(Walkers, Algorithm):
     Unless it restarts, a walker never looks at the archive or at other walkers, and it owns a
     random stream (child i of the seed), so running side by side is the same as running one after
     the other. Starting points are not evaluated, unless the leaf evaluates walkers. The loop
-    itself, and what a leaf supplies to it, is in `mgeo.algorithms.walkers`. For runs that can be
-    resumed, a leaf keeps each parameter of its constructor under the parameter's name, and names
-    in `_state_arrays` every array that it carries from one generation to the next.
+    itself, and what a leaf supplies to it, is in `mgeo.algorithms.walkers`. A leaf keeps each
+    parameter of its constructor under the parameter's name, and all that it carries from one
+    generation to the next in its `mgeo.algorithms.run_state.RunState`.
 
     Parameters
     ----------
@@ -64,11 +65,10 @@ class ExtremalOptimization(Walkers, Algorithm):
     Attributes
     ----------
     front : the `ParetoArchive`; `opt`, and so `res.X` and `res.F`, are its points.
-    walkers, streams, ... : those of `Walkers`.
+    state, walkers, streams : those of `Walkers`.
     n_generations : how many generations are complete.
     """
 
-    _state_arrays: tuple[str, ...] = ("walkers", "taus", "chances", "standing", "best", "idle")
     takes_nan = True  # for `TolerantEvaluator`: a failed candidate is ranked last, not archived
 
     def __init__(
@@ -95,9 +95,15 @@ class ExtremalOptimization(Walkers, Algorithm):
         self.archive_size = (
             None if archive_size is None else integer("archive_size", archive_size, low=1)
         )
-        self.n_generations = 0
-        self.front: ParetoArchive
         self._asked: Any = None
+
+    def __repr__(self) -> str:
+        return call(self, ExtremalOptimization)
+
+    @property
+    def n_generations(self) -> int:
+        """How many generations are complete."""
+        return 0 if self.problem is None else self.state.n_generations
 
     def setup(
         self, problem: Problem, verbose: bool = False, progress: bool = False, **options: Any
@@ -140,18 +146,17 @@ class ExtremalOptimization(Walkers, Algorithm):
     def _begin(self, problem: Problem) -> None:
         """What `_setup` is for, out of the way of pymoo's wrappers, which put theirs over it."""
         seeds = self.random_state.bit_generator.seed_seq.spawn(self.n_runs)
-        self.streams = [np.random.default_rng(seed) for seed in seeds]
+        streams = [np.random.default_rng(seed) for seed in seeds]
         try:
-            self.front = ParetoArchive(problem.n_obj, self.archive_size)
+            front = ParetoArchive(problem.n_obj, self.archive_size)
         except ValueError as error:
             raise ValueError(f"archive_size = {self.archive_size}: {error}") from error
-        self.n_generations = 0
         starts = None
         if self.sampling is not None:
             starts = given_starts(
                 self.sampling, problem, self.variables, self.n_runs, self.random_state
             )
-        self._place(problem.n_obj, starts)
+        self._place(streams, front, starts)
 
     def _initialize_infill(self) -> Population:
         return self._infill()
@@ -173,7 +178,8 @@ class ExtremalOptimization(Walkers, Algorithm):
                 self._begin_anew(stuck, self._restarts_of(stuck))
         self.pop = infills
         self._asked = None
-        self.n_generations = self.n_iter
+        del self._values
+        self.state.n_generations = self.n_iter
 
     def _restarts_of(self, walkers: IntArray) -> FloatArray | None:
         """(n, n_var) a point of the archive for each; None if they do not begin there."""

@@ -10,11 +10,15 @@ from pymoo.core.sampling import Sampling
 
 from mgeo.algorithms.acceptance import IntArray, pick, rank
 from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.directed_state import DirectedState
 from mgeo.algorithms.directions import distance, drawn, extent, fan
 from mgeo.algorithms.joint_steps import joint_steps
 from mgeo.algorithms.parameters import fraction, integer, number, pair
 from mgeo.algorithms.variables import Variables
+from mgeo.archive import ParetoArchive
 from mgeo.dominance import BoolArray, FloatArray
+
+Extent = tuple[FloatArray, FloatArray]  # of the front: what `extent` gives
 
 _PROGRESS = 1e-3  # of the front's extent: what a walker's best must come nearer by, to count
 
@@ -71,22 +75,14 @@ class MGEODirected(ExtremalOptimization):
 
     Attributes
     ----------
-    directions : (n_runs, n_obj) weights of the walkers' objectives.
-    memory : (n_runs, n_var) the best point of each walker since it began.
-    memory_F, memory_violation : its objectives, (n_runs, n_obj), and constraint violation,
-        (n_runs,), infinite while there is none.
-    marked_F : (n_runs, n_obj) objectives of the best point at its last progress, likewise.
-    idle : (n_runs,) generations since then.
+    state : the `DirectedState`.
 
     Raises
     ------
     TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one.
     """
 
-    _state_arrays = (
-        *ExtremalOptimization._state_arrays,
-        "directions", "memory", "memory_F", "memory_violation", "marked_F",
-    )  # fmt: skip
+    state: DirectedState
 
     def __init__(
         self,
@@ -124,12 +120,6 @@ class MGEODirected(ExtremalOptimization):
             raise ValueError(f"recall = {recall!r}, adopt = {adopt!r}: expected sums of at most 1")
         self.renew = pair("renew", renew, integer, low=1)
         self.max_candidates = integer("max_candidates", max_candidates, low=1)
-        self.directions: FloatArray
-        self.memory: FloatArray
-        self.memory_F: FloatArray
-        self.memory_violation: FloatArray
-        self.marked_F: FloatArray
-        self._known: tuple[FloatArray, FloatArray]
 
     def _variables(self, problem: Problem) -> Variables:
         return Variables.of(problem, ["real"])
@@ -140,19 +130,27 @@ class MGEODirected(ExtremalOptimization):
         starts: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
         return starts
 
-    def _place(self, n_obj: int, starts: FloatArray | None) -> None:
-        n = self.n_runs
-        self.directions = fan(n, n_obj, self.ends)
-        self.memory = np.empty((n, len(self.variables.kinds)))
-        self.memory_F, self.marked_F = np.empty((n, n_obj)), np.empty((n, n_obj))
-        self.memory_violation = np.empty(n)
-        super()._place(n_obj, starts)
+    def _new_state(
+        self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
+    ) -> DirectedState:
+        n, n_obj = len(walkers), front.F.shape[1]
+        return DirectedState.begin(
+            streams,
+            front,
+            walkers,
+            directions=fan(n, n_obj, self.ends),
+            memory=np.empty_like(walkers),
+            memory_F=np.empty((n, n_obj)),
+            memory_violation=np.empty(n),
+            marked_F=np.empty((n, n_obj)),
+        )
 
     def _forget(self, rows: IntArray) -> None:
         super()._forget(rows)
-        self.memory[rows] = self.walkers[rows]
-        self.memory_F[rows] = self.marked_F[rows] = np.inf
-        self.memory_violation[rows] = np.inf
+        state = self.state
+        state.memory[rows] = state.walkers[rows]
+        state.memory_F[rows] = state.marked_F[rows] = np.inf
+        state.memory_violation[rows] = np.inf
 
     def _layout(self) -> IntArray:
         return np.arange(len(self.variables.kinds), dtype=np.intp)[None, :]
@@ -180,7 +178,7 @@ class MGEODirected(ExtremalOptimization):
         archived, remembered, coin = (np.stack(each) for each in zip(*draws, strict=True))
         known = self.variables.values(self.front.individuals[archived.ravel()].get("X"))
         first, second = np.where(
-            coin[..., None] < 0.5, known.reshape(*coin.shape, -1), self.memory[remembered]
+            coin[..., None] < 0.5, known.reshape(*coin.shape, -1), self.state.memory[remembered]
         )
         return np.asarray(first - second)
 
@@ -189,80 +187,86 @@ class MGEODirected(ExtremalOptimization):
         return self._values.reshape(-1, self._values.shape[-1])
 
     def _accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
+        state = self.state
         F = F.reshape(self.n_runs, -1, F.shape[1])
         violation = np.where(np.isfinite(F).all(axis=2), violation.reshape(F.shape[:2]), np.inf)
-        self._known = extent(self.front.F)
-        merit = self._distance(F, self.directions[:, None])
+        known = extent(state.front.F)
+        merit = distance(F, state.directions[:, None], *known)
         rng, n = self.random_state, F.shape[1]
         ranking = rank(merit, violation, rng.random(merit.shape))
         accepted = ranking[
             np.arange(self.n_runs), pick(rng.random(self.n_runs), n, float(self.tau))
         ]
-        less = self._remember_best(F, violation, merit, ranking[:, 0])
-        self.walkers = self._values[np.arange(self.n_runs), accepted]
-        self._go_back()
-        self._renew(less)
+        less = self._remember_best(F, violation, merit, ranking[:, 0], known)
+        state.walkers = self._values[np.arange(self.n_runs), accepted]
+        self._go_back(known)
+        self._renew(less, known)
         return np.zeros(self.n_runs, dtype=np.bool_)
 
     def _remember_best(
-        self, F: FloatArray, violation: FloatArray, merit: FloatArray, best: IntArray
+        self,
+        F: FloatArray,
+        violation: FloatArray,
+        merit: FloatArray,
+        best: IntArray,
+        known: Extent,
     ) -> BoolArray:
         """Keep the best points; tells whose constraint violation is less than ever."""
-        one = np.arange(self.n_runs), best
-        known = self._distance(self.memory_F, self.directions)
-        less = violation[one] < self.memory_violation
+        state, one = self.state, (np.arange(self.n_runs), best)
+        before = distance(state.memory_F, state.directions, *known)
+        less = violation[one] < state.memory_violation
         better = less | (
-            (violation[one] == 0) & (self.memory_violation == 0) & (merit[one] < known)
+            (violation[one] == 0) & (state.memory_violation == 0) & (merit[one] < before)
         )
         rows = np.flatnonzero(better)
-        self.memory[rows] = self._values[one][rows]
-        self.memory_F[rows] = F[one][rows]
-        self.memory_violation[rows] = violation[one][rows]
+        state.memory[rows] = self._values[one][rows]
+        state.memory_F[rows] = F[one][rows]
+        state.memory_violation[rows] = violation[one][rows]
         return np.asarray(less)
 
-    def _go_back(self) -> None:
-        chance = self.random_state.random(self.n_runs)
-        recalls = (chance < self.recall) & np.isfinite(self.memory_violation)
-        self.walkers[recalls] = self.memory[recalls]
+    def _go_back(self, known: Extent) -> None:
+        state, chance = self.state, self.random_state.random(self.n_runs)
+        recalls = (chance < self.recall) & np.isfinite(state.memory_violation)
+        state.walkers[recalls] = state.memory[recalls]
         adopt = np.where(self._between(), *self.adopt)
         adopts = np.flatnonzero((chance >= self.recall) & (chance < self.recall + adopt))
-        if len(adopts) and len(self.front):
-            self._go_to_front(adopts)
+        if len(adopts) and len(state.front):
+            self._go_to_front(adopts, known)
 
-    def _go_to_front(self, rows: IntArray) -> None:
+    def _go_to_front(self, rows: IntArray, known: Extent) -> None:
         """Put walkers on the archive's points nearest to their directions."""
-        far = self._distance(self.front.F, self.directions[rows][:, None])
-        nearest = far.argmin(axis=1)
-        points = self.variables.values(self.front.individuals[nearest].get("X"))
-        self.walkers[rows] = self.memory[rows] = points
-        self.memory_F[rows] = self.front.F[nearest]
-        self.memory_violation[rows] = self.front.violation
+        state, front = self.state, self.state.front
+        nearest = distance(front.F, state.directions[rows][:, None], *known).argmin(axis=1)
+        points = self.variables.values(front.individuals[nearest].get("X"))
+        state.walkers[rows] = state.memory[rows] = points
+        state.memory_F[rows] = front.F[nearest]
+        state.memory_violation[rows] = front.violation
 
-    def _renew(self, less: BoolArray) -> None:
+    def _renew(self, less: BoolArray, known: Extent) -> None:
         """Count who gets no further; let those begin anew who did not for long enough."""
-        far, before = (self._distance(F, self.directions) for F in (self.memory_F, self.marked_F))
-        feasible = self.memory_violation == 0
-        ideal, nadir = self._known
+        state = self.state
+        far, before = (
+            distance(F, state.directions, *known) for F in (state.memory_F, state.marked_F)
+        )
+        feasible = state.memory_violation == 0
+        ideal, nadir = known
         least = _PROGRESS if (ideal < nadir).all() else 0.0  # one objective has no extent
         nearer = feasible & ~(far >= before - least)  # true where nothing is marked yet
-        self.marked_F[nearer] = self.memory_F[nearer]
-        self.idle = np.where(nearer | less, 0, self.idle + 1)
+        state.marked_F[nearer] = state.memory_F[nearer]
+        state.idle = np.where(nearer | less, 0, state.idle + 1)
         between = self._between()
-        stuck = self.idle >= np.where(between, *self.renew)
-        if len(rows := np.flatnonzero(stuck & between)) and len(self.front):
-            self.directions[rows] = drawn(len(rows), self.directions.shape[1], self.random_state)
-            self._go_to_front(rows)
-            self.marked_F[rows] = self.memory_F[rows]
-            self.idle[rows] = 0
+        stuck = state.idle >= np.where(between, *self.renew)
+        if len(rows := np.flatnonzero(stuck & between)) and len(state.front):
+            state.directions[rows] = drawn(len(rows), state.directions.shape[1], self.random_state)
+            self._go_to_front(rows, known)
+            state.marked_F[rows] = state.memory_F[rows]
+            state.idle[rows] = 0
         if len(rows := np.flatnonzero(stuck & ~between)):
             self._begin_anew(rows, None)
 
     def _between(self) -> BoolArray:
         """(n_runs,) which walkers head for several objectives at once."""
-        return np.asarray(self.directions.max(axis=1) < 1)
-
-    def _distance(self, F: FloatArray, directions: FloatArray) -> FloatArray:
-        return distance(F, directions, *self._known)
+        return np.asarray(self.state.directions.max(axis=1) < 1)
 
     def _decode(self, points: FloatArray) -> FloatArray:
         return points

@@ -18,18 +18,13 @@ def fan(n: int, n_obj: int, ends: float) -> FloatArray:
 
     Returns
     -------
-    (n, n_obj) weights >= 0 that sum to 1. Those between the ends are spacings of the points of a
-    Hammersley sequence, which with two objectives is an even grid.
+    (n, n_obj) weights >= 0 that sum to 1. Those between the ends are all above 0, and at even
+    distances: with two objectives a grid, with more a low-discrepancy sequence (`_even`).
     """
     single = round(ends * n)
     weights = np.zeros((n, n_obj))
     weights[np.arange(single), np.arange(single) % n_obj] = 1.0
-    between = n - single
-    cuts = np.empty((between, n_obj - 1))
-    for k in range(n_obj - 1):
-        step = np.sqrt(_PRIMES[(k - 1) % len(_PRIMES)]) if k else 1.0 / max(between, 1)
-        cuts[:, k] = step * (np.arange(between) + 0.5) % 1.0
-    weights[single:] = _spacings(cuts)
+    weights[single:] = _spacings(_ascending(_even(n - single, n_obj - 1)))
     return weights
 
 
@@ -44,7 +39,31 @@ def _spacings(cuts: FloatArray) -> FloatArray:
     return np.diff(np.hstack([edges, np.sort(cuts, axis=1), edges + 1.0]), axis=1)
 
 
-_PRIMES = (2.0, 3.0, 5.0, 7.0, 11.0, 13.0)
+def _even(n: int, k: int) -> FloatArray:
+    """(n, k) points in the unit cube: a grid along the first axis, a sequence along the others.
+
+    The sequence is Kronecker's with the powers of the generalized golden ratio, the root of
+    x^k = x + 1 (M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018).
+    """
+    place = np.arange(n)
+    ratio = 1.0
+    for _ in range(64):  # to the last digit; a single axis needs none
+        ratio = (1.0 + ratio) ** (1.0 / max(k, 2))
+    points = (0.5 + np.outer(place + 1, ratio ** -np.arange(k))) % 1.0
+    points[:, :1] = (1.0 / max(n, 1) * (place + 0.5))[:, None]
+    return points
+
+
+def _ascending(uniform: FloatArray) -> FloatArray:
+    """Points of the unit cube, (n, k), as (n, k) numbers in ascending order.
+
+    Uniform points become what uniform points are when each is sorted (the largest of k numbers is
+    distributed as u^(1/k), the next one as a share of it, and so on). Sorting itself would fold
+    the cube k! times, and what is far apart in it would come together.
+    """
+    k = uniform.shape[1]
+    shares: FloatArray = uniform ** (1.0 / np.arange(k, 0, -1))
+    return np.asarray(np.cumprod(shares, axis=1)[:, ::-1])
 
 
 def distance(

@@ -21,12 +21,19 @@ def given_starts(
 
     Raises
     ------
+    TypeError : for anything else.
     ValueError : if there are not 1 to n_runs points of n_var numbers each, within the bounds.
     """
     if isinstance(sampling, Sampling):
         sampling = sampling.do(problem, n_runs, random_state=random_state)
     X = sampling.get("X") if isinstance(sampling, Population) else sampling
-    starts = variables.values(np.asarray(X))
+    try:
+        starts = variables.values(np.asarray(X))
+    except (TypeError, ValueError, KeyError) as error:
+        raise TypeError(
+            f"sampling = {sampling!r:.80}: expected None, a pymoo Sampling, a population, or an "
+            "array of numbers of shape (n, n_var)"
+        ) from error
     if starts.ndim != 2 or not len(starts) or starts.shape[1] != problem.n_var:
         raise ValueError(
             f"sampling of shape {starts.shape}: expected one row of n_var = {problem.n_var} "

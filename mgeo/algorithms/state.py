@@ -9,13 +9,13 @@ from __future__ import annotations
 import copy
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.evaluator import Evaluator
-from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from pymoo.core.termination import NoTermination, Termination
 from pymoo.termination.max_eval import MaximumFunctionCallTermination
@@ -24,14 +24,19 @@ from pymoo.termination.max_time import TimeBasedTermination
 from pymoo.util.misc import termination_from_tuple
 
 from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.packing import (
+    pack,
+    pack_population,
+    pack_stream,
+    unpack,
+    unpack_population,
+    unpack_stream,
+)
 from mgeo.algorithms.parameters import integer
-from mgeo.designs import as_numbers
 from mgeo.evaluation import TolerantEvaluator
-from mgeo.reading import entry
+from mgeo.reading import entry, errors_of
 
 _START_ONLY = ("sampling",)  # parameters that say where to begin: not needed to go on
-_VALUES = ("X", "F", "G", "H", "CV", "n_gen")
-_GENERATORS = {cls.__name__: cls for cls in (np.random.PCG64, np.random.PCG64DXSM)}
 _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {
     "n_gen": (MaximumGenerationTermination, "n_max_gen"),
     "n_eval": (MaximumFunctionCallTermination, "n_max_evals"),
@@ -41,17 +46,21 @@ _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {
 
 @dataclass(frozen=True, eq=False)
 class SavedState:
-    """Arrays of numbers by name, and what else there is as JSON values."""
+    """Arrays of numbers by name, and what else there is as JSON values.
+
+    `source` is what errors in them are said to be in: the file that they were read from.
+    """
 
     arrays: Mapping[str, NDArray[Any]]
     data: Mapping[str, Any]
+    source: Path | str = "the saved state"
 
 
 def capture(algorithm: ExtremalOptimization) -> SavedState:
     """The state of a run between two generations: within a callback, or after `next`.
 
-    It holds the arrays that the class names in `_state_arrays`, the archive, the last candidates,
-    every random stream, the counters, the time used and the parameters. Not in it: the problem,
+    It holds all of the algorithm's `RunState` and what pymoo carries: the last candidates, its
+    random stream, the counters, the time used; and the parameters. Not in it: the problem,
     callback, display and history, and a termination that is no budget of generations,
     evaluations or time.
 
@@ -60,7 +69,8 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
     ValueError : before `setup`, between ask and tell, or with one of pymoo's archives, whose
         truncation does not repeat.
     TypeError : for an algorithm of another family, a class that cannot be made again from its
-        parameters, a parameter that is no JSON value, or a named attribute that is no array.
+        parameters, a parameter that is no JSON value, or a state with anything else than
+        `RunState` says.
     """
     name = type(algorithm).__name__
     if not isinstance(algorithm, ExtremalOptimization):
@@ -79,27 +89,21 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
             for key, value in algorithm._parameters.items()
             if key not in _START_ONLY
         },
-        "streams": [_stream_state(stream) for stream in algorithm.streams],
-        "random_state": _stream_state(algorithm.random_state),
-        "generations": algorithm.n_generations,
+        "random_state": pack_stream(algorithm.random_state),
         "evaluations": _counts(algorithm.evaluator),
         "elapsed_s": 0.0 if started is None else time.time() - started,
         "termination": _budget(algorithm.termination),
         "return_least_infeasible": bool(algorithm.return_least_infeasible),
     }
-    front = algorithm.front
-    arrays = {
-        "front_violation": np.array(front.violation),
-        "front_n_rejected": np.array(front.n_rejected),
-        **_population_arrays("front", front.individuals, algorithm.problem),
-        **_population_arrays("pop", algorithm.pop, algorithm.problem),
-    }
-    for key in algorithm._state_arrays:
-        value = getattr(algorithm, key)
-        if not isinstance(value, np.ndarray) or value.dtype.hasobject:
-            raise TypeError(f"{name}.{key} = {value!r}: expected an array of numbers")
-        arrays[f"own_{key}"] = value.copy()
-    return SavedState(arrays, data)
+    arrays = pack_population("pop", algorithm.pop, algorithm.problem)
+    state, values = algorithm.state, dict[str, Any]()
+    names = [field.name for field in fields(state)]
+    if undeclared := sorted(getattr(state, "__dict__", {}).keys() - names):
+        raise TypeError(f"{name}.state.{undeclared[0]} is no declared field of {type(state)}")
+    for key in names:
+        found, values[key] = pack(f"state.{key}", getattr(state, key), algorithm.problem)
+        arrays |= found
+    return SavedState(arrays, {**data, "state": values})
 
 
 def restore(saved: SavedState, problem: Problem, **options: Any) -> ExtremalOptimization:
@@ -115,35 +119,21 @@ def restore(saved: SavedState, problem: Problem, **options: Any) -> ExtremalOpti
     Raises
     ------
     ValueError : if the class is not known, the termination is missing, or a part of the state
-        is missing or does not fit.
+        is missing or does not fit; it begins with the `source`. Also for a termination that is
+        none, and for what `setup` refuses: these are not the source's.
+    TypeError : for options that `setup` does not take.
     """
-    data, arrays = saved.data, saved.arrays
-    algorithm = _find(entry(data, "class", str))(**entry(data, "parameters", dict))
-    if (termination := options.pop("termination", None)) is None:
-        termination = _termination(data.get("termination"))
-    least = entry(data, "return_least_infeasible", bool)
+    with errors_of(saved.source):
+        data = saved.data
+        algorithm = _find(entry(data, "class", str))(**entry(data, "parameters", dict))
+        least = entry(data, "return_least_infeasible", bool)
+        if (termination := options.pop("termination", None)) is None:
+            termination = _termination(data.get("termination"))
+    termination = _converted(termination)
     options = {"return_least_infeasible": least, **options}
     algorithm.setup(problem, termination=termination, **options)
-    algorithm.random_state = _stream(entry(data, "random_state", dict))
-    states = entry(data, "streams", list)
-    if len(states) != len(algorithm.streams):
-        raise ValueError(f"{len(states)} streams: expected {len(algorithm.streams)}")
-    algorithm.streams = [_stream(state) for state in states]
-    for key in algorithm._state_arrays:
-        fresh = getattr(algorithm, key)
-        setattr(algorithm, key, _array(arrays, f"own_{key}", fresh.shape).copy())
-    if not np.isfinite(algorithm.walkers).all():
-        raise ValueError("own_walkers: expected finite numbers")
-    front = algorithm.front
-    front.individuals = _population("front", arrays, algorithm)
-    front.F = front.individuals.get("F").reshape(-1, problem.n_obj)
-    front.violation = float(_array(arrays, "front_violation", ()))
-    front.n_rejected = int(_array(arrays, "front_n_rejected", ()))
-    algorithm.pop = _population("pop", arrays, algorithm)
-    algorithm.n_generations = integer("generations", entry(data, "generations", int), low=0)
-    _count_on(algorithm.evaluator, entry(data, "evaluations", dict))
-    # a clock that was put back meanwhile must not make a run of less than no time
-    algorithm.start_time = time.time() - max(0.0, entry(data, "elapsed_s", float))
+    with errors_of(saved.source):
+        _fill(algorithm, saved)
     if algorithm.n_generations:
         algorithm.is_initialized = True
         algorithm.off = algorithm.pop
@@ -153,13 +143,45 @@ def restore(saved: SavedState, problem: Problem, **options: Any) -> ExtremalOpti
     return algorithm
 
 
+def _fill(algorithm: ExtremalOptimization, saved: SavedState) -> None:
+    """Let what was saved take the place of what `setup` has made."""
+    data, arrays = saved.data, saved.arrays
+    algorithm.random_state = unpack_stream(entry(data, "random_state", dict))
+    state, values = algorithm.state, entry(data, "state", dict)
+    for field in fields(state):
+        fresh = getattr(state, field.name)
+        value = unpack(f"state.{field.name}", arrays, values, fresh, algorithm)
+        setattr(state, field.name, value)
+    if not np.isfinite(state.walkers).all():
+        raise ValueError("state.walkers: expected finite numbers")
+    integer("state.n_generations", state.n_generations, low=0)
+    algorithm.pop = unpack_population("pop", arrays, algorithm)
+    _count_on(algorithm.evaluator, entry(data, "evaluations", dict))
+    # a clock that was put back meanwhile must not make a run of less than no time
+    algorithm.start_time = time.time() - max(0.0, entry(data, "elapsed_s", float))
+
+
 def end_at(algorithm: ExtremalOptimization, termination: Any) -> None:
     """Give a run between two generations a new termination, in any form that pymoo takes."""
-    algorithm.termination = termination_from_tuple(copy.deepcopy(termination))
+    algorithm.termination = _converted(termination)
     if algorithm.n_generations:
         algorithm.n_iter = algorithm.n_generations  # what a termination sees after a generation
         algorithm.termination.update(algorithm)
         algorithm.n_iter += 1
+
+
+def _converted(termination: Any) -> Termination:
+    try:
+        converted = termination_from_tuple(copy.deepcopy(termination))
+        if isinstance(converted, Termination):
+            return converted
+        error = None
+    except Exception as raised:  # pymoo raises Exception itself for a name that it does not know
+        error = raised
+    raise ValueError(
+        f"termination = {termination!r:.80}: expected a pymoo Termination, or what stands for one, "
+        "such as ('n_gen', 200)"
+    ) from error
 
 
 def _counts(evaluator: Evaluator) -> dict[str, Any]:
@@ -224,62 +246,3 @@ def _termination(budget: list[Any] | None) -> tuple[str, Any]:
         raise ValueError(f"termination = {budget!r:.80}: expected one of {', '.join(_BUDGETS)}")
     name, limit = budget
     return name, limit
-
-
-def _stream_state(stream: np.random.Generator) -> dict[str, Any]:
-    bits = stream.bit_generator
-    seed = bits.seed_seq  # counts the streams spawned from this one
-    if type(bits).__name__ not in _GENERATORS or not isinstance(seed, np.random.SeedSequence):
-        raise TypeError(f"{bits!r}: expected one of {', '.join(_GENERATORS)}, to keep its state")
-    return {"bits": bits.state, "seed": seed.state}
-
-
-def _stream(state: Mapping[str, Any]) -> np.random.Generator:
-    try:
-        bits = _GENERATORS[state["bits"]["bit_generator"]](np.random.SeedSequence(**state["seed"]))
-        bits.state = state["bits"]
-    except Exception as error:  # of many kinds: NumPy does not check what it is given
-        raise ValueError(f"no state of a random stream: {type(error).__name__}: {error}") from error
-    return np.random.Generator(bits)
-
-
-def _array(
-    arrays: Mapping[str, NDArray[Any]], name: str, shape: tuple[int, ...] | None = None
-) -> NDArray[Any]:
-    if name not in arrays:
-        raise ValueError(f"{name} is missing from the saved state")
-    if shape is not None and arrays[name].shape != shape:
-        raise ValueError(f"{name} of shape {arrays[name].shape}: expected {shape}")
-    return arrays[name]
-
-
-def _population_arrays(
-    prefix: str, population: Population | None, problem: Problem
-) -> dict[str, NDArray[Any]]:
-    if population is None or not len(population):
-        return {}
-    columns = dict(zip(_VALUES, population.get(*_VALUES), strict=True))
-    columns["X"] = as_numbers(problem, columns["X"])
-    return {f"{prefix}_{key}": column for key, column in columns.items() if column.dtype != object}
-
-
-def _population(
-    prefix: str, arrays: Mapping[str, NDArray[Any]], algorithm: ExtremalOptimization
-) -> Population:
-    given = {key: arrays[f"{prefix}_{key}"] for key in _VALUES if f"{prefix}_{key}" in arrays}
-    problem, variables = algorithm.problem, algorithm.variables
-    if given:
-        n = len(np.atleast_1d(_array(arrays, f"{prefix}_X")))
-        widths = {"X": problem.n_var, "F": problem.n_obj, "G": problem.n_ieq_constr,
-                  "H": problem.n_eq_constr, "CV": 1}  # fmt: skip
-        for key in {*widths, *given}:
-            shape = (n, widths[key]) if key in widths else (n,)
-            _array(arrays, f"{prefix}_{key}", shape)
-        if prefix == "front" and not np.isfinite(given["F"]).all():
-            raise ValueError("front_F: expected finite numbers")
-    if given and variables.names is not None:
-        given["X"] = variables.designs(given["X"])
-    population: Population = Population.new(**given)
-    for individual in population:
-        individual.evaluated = {"F", "G", "H"}
-    return population

@@ -9,7 +9,9 @@ from pymoo.core.problem import Problem
 
 from mgeo.algorithms import adaptive
 from mgeo.algorithms.acceptance import IntArray, pick, rank
+from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.variables import Variables
+from mgeo.archive import ParetoArchive
 from mgeo.dominance import BoolArray, FloatArray
 
 
@@ -22,16 +24,12 @@ class Walkers(ABC):
     normal; and what a restart draws.
 
     A leaf supplies `_variables`, `_draw`, `_layout`, `_propose`, `_decode` and `_encode`, and
-    nothing else of the loop.
+    nothing else of the loop; one that carries more than `RunState` supplies `_new_state`, too.
 
     Attributes
     ----------
-    walkers : (n_runs, n_coordinates) where the walkers stand.
-    taus, chances : (n_runs, n_obj) of an adaptive tau: greediness and last chance of improvement.
-    standing, best : (n_runs, 1 + n_obj) merits (`adaptive.merits`) of where the walkers stand, and
-        the best they have seen; kept if tau is adaptive or walkers restart.
-    idle : (n_runs,) generations since a walker's last progress; kept if walkers restart.
-    streams : one `numpy.random.Generator` per walker.
+    state : the `RunState`: all that is carried from one generation to the next.
+    front, streams, walkers : those of the state.
     """
 
     # Whether a walker is evaluated with its candidates, before them: for leaves with several
@@ -43,18 +41,12 @@ class Walkers(ABC):
     restart: str
     patience: int
     variables: Variables
-    streams: list[np.random.Generator]
-    walkers: FloatArray
-    taus: FloatArray
-    chances: FloatArray
-    standing: FloatArray
-    best: FloatArray
-    idle: IntArray
+    state: RunState
     _coordinates: IntArray
     _order: IntArray  # of `_layout`: which candidate each entry is
     _present: BoolArray | None  # of `_layout`: which entries are candidates; None if all are
     _sizes: int | IntArray  # of the groups
-    _values: FloatArray
+    _values: FloatArray  # what is proposed, until it is accepted
 
     # ---- what a leaf supplies -------------------------------------------------------------
 
@@ -85,9 +77,35 @@ class Walkers(ABC):
     def _encode(self, values: FloatArray) -> FloatArray:
         """(..., n_coordinates) point nearest to given variables, (..., n_var)."""
 
+    def _new_state(
+        self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
+    ) -> RunState:
+        """The state to begin with; `_forget` fills in what is known of walkers."""
+        return RunState.begin(streams, front, walkers)
+
     # ---- the loop ---------------------------------------------------------------------------
 
-    def _place(self, n_obj: int, starts: FloatArray | None) -> None:
+    @property
+    def front(self) -> ParetoArchive:
+        """The archive."""
+        return self.state.front
+
+    @property
+    def streams(self) -> list[np.random.Generator]:
+        """One random stream per walker."""
+        return self.state.streams
+
+    @property
+    def walkers(self) -> FloatArray:
+        """(n_runs, n_coordinates) where the walkers stand."""
+        return self.state.walkers
+
+    def _place(
+        self,
+        streams: list[np.random.Generator],
+        front: ParetoArchive,
+        starts: FloatArray | None,
+    ) -> None:
         """Begin at given variables, (n, n_var); walkers beyond n where the leaf draws."""
         self._coordinates = self._layout()
         present = self._coordinates >= 0
@@ -96,24 +114,21 @@ class Walkers(ABC):
         self._present = None if present.all() else present
         self._sizes = present.shape[1] if present.all() else sizes
         if starts is None:
-            self.walkers = self._draw(self.streams)
+            walkers = self._draw(streams)
         else:
             given = self._encode(starts)
-            others = [self._draw(self.streams[len(given) :])] if len(given) < self.n_runs else []
-            self.walkers = np.concatenate([given, *others])
-        self.taus = np.empty((self.n_runs, n_obj))
-        self.chances = np.empty((self.n_runs, n_obj))
-        self.standing = np.empty((self.n_runs, 1 + n_obj))
-        self.best = np.empty((self.n_runs, 1 + n_obj))
-        self.idle = np.empty(self.n_runs, dtype=np.intp)
+            others = [self._draw(streams[len(given) :])] if len(given) < self.n_runs else []
+            walkers = np.concatenate([given, *others])
+        self.state = self._new_state(streams, front, walkers)
         self._forget(np.arange(self.n_runs))
 
     def _forget(self, rows: IntArray) -> None:
         """Let walkers begin: all but where they stand is as of a new one."""
-        self.taus[rows] = adaptive.START
-        self.chances[rows] = adaptive.first_chance(len(self.variables.kinds))
-        self.standing[rows] = self.best[rows] = adaptive.unknown(self.taus.shape[1])
-        self.idle[rows] = 0
+        state = self.state
+        state.taus[rows] = adaptive.START
+        state.chances[rows] = adaptive.first_chance(len(self.variables.kinds))
+        state.standing[rows] = state.best[rows] = adaptive.unknown(state.taus.shape[1])
+        state.idle[rows] = 0
 
     def _candidates(self) -> FloatArray:
         """(n_runs * candidates a walker, n_var) variables to evaluate, walker by walker."""
@@ -151,7 +166,7 @@ class Walkers(ABC):
         if watched := isinstance(self.tau, str) or self.restart != "never":
             merit = adaptive.merits(F, violation)
             if own:
-                self.standing = merit[:, 0].copy()
+                self.state.standing = merit[:, 0].copy()
                 improved = self._remember(merit[:, :1])
             if isinstance(self.tau, str):
                 tau = self._adapted(objective, merit[:, own:])
@@ -166,7 +181,9 @@ class Walkers(ABC):
         changed = self._coordinates[group, accepted]
         self.walkers[walker, changed] = self._values[walker, group, accepted]
         if watched and groups == 1:
-            self.standing = merit[np.arange(self.n_runs), own + self._order[0, accepted[:, 0]]]
+            self.state.standing = merit[
+                np.arange(self.n_runs), own + self._order[0, accepted[:, 0]]
+            ]
         return improved
 
     def _grouped(self, values: FloatArray, absent: float) -> FloatArray:
@@ -177,27 +194,28 @@ class Walkers(ABC):
 
     def _adapted(self, objective: IntArray, merit: FloatArray) -> FloatArray:
         """(n_runs, 1) greediness by the rule, renewed."""
-        reference = self.best if self.tau == "a-geo1" else self.standing
+        state = self.state
+        reference = state.best if self.tau == "a-geo1" else state.standing
         drawn = np.arange(self.n_runs), objective
         chance = adaptive.better(merit, reference[:, None]).mean(axis=1)[drawn]
         uniform = np.array([stream.random() for stream in self.streams])
         normal = np.array([stream.standard_normal() for stream in self.streams])
-        self.taus[drawn] = adaptive.next_tau(
-            self.taus[drawn], chance, self.chances[drawn], normal, uniform, self.walkers.shape[1]
+        state.taus[drawn] = adaptive.next_tau(
+            state.taus[drawn], chance, state.chances[drawn], normal, uniform, self.walkers.shape[1]
         )
-        self.chances[drawn] = chance
-        return self.taus[drawn][:, None]
+        state.chances[drawn] = chance
+        return state.taus[drawn][:, None]
 
     def _remember(self, merit: FloatArray) -> BoolArray:
         """Keep the best of (n_runs, n, 1 + n_obj) merits; tells who bettered it."""
-        both = np.concatenate([self.best[:, None], merit], axis=1)
-        before, self.best = self.best, adaptive.best(both)
-        return np.asarray(adaptive.better(self.best, before).any(axis=1))
+        before = self.state.best
+        self.state.best = adaptive.best(np.concatenate([before[:, None], merit], axis=1))
+        return np.asarray(adaptive.better(self.state.best, before).any(axis=1))
 
     def _stuck(self, progress: BoolArray) -> IntArray:
         """The walkers without progress for `patience` generations; (n_runs,) who made some now."""
-        self.idle = np.where(progress, 0, self.idle + 1)
-        return np.flatnonzero(self.idle >= self.patience)
+        self.state.idle = np.where(progress, 0, self.state.idle + 1)
+        return np.flatnonzero(self.state.idle >= self.patience)
 
     def _begin_anew(self, rows: IntArray, starts: FloatArray | None) -> None:
         """Restart some walkers at given variables, (n, n_var), or where the leaf draws."""

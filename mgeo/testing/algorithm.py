@@ -10,6 +10,8 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.core.result import Result
 from pymoo.optimize import minimize
 
+from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.state import capture, restore
 from mgeo.dominance import FloatArray, nondominated
 from mgeo.testing.failure import no_error, require, require_equal
 from mgeo.testing.samples import Bowls
@@ -47,6 +49,8 @@ def check_algorithm(
         _check_seeds(trial, result, visited)
         _check_ask_and_tell(trial, result)
         _check_copies(trial, result)
+        if isinstance(algorithm, ExtremalOptimization):
+            _check_restored(trial, result)
         if constraints:
             _check_constraints(trial)
 
@@ -137,6 +141,19 @@ def _check_copies(trial: _Trial, result: Result) -> None:
     with no_error("pickle the algorithm"):
         revived = pickle.loads(pickle.dumps(trial.algorithm))
     _require_same(replace(trial, algorithm=revived).run()[0], result, "a pickled copy, as itself")
+
+
+def _check_restored(trial: _Trial, result: Result) -> None:
+    run = trial.set_up()
+    run.next()
+    run.next()
+    try:
+        saved = capture(run)
+    except TypeError:  # it says itself that it cannot be kept
+        return
+    with no_error("a run that was kept and restored midway"):
+        restored = restore(saved, trial.problem)
+        _require_same(restored.run(), result, "a run that was kept and restored midway")
 
 
 def _check_constraints(trial: _Trial) -> None:

@@ -1,4 +1,5 @@
 import copy
+import math
 import pickle
 
 import numpy as np
@@ -8,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from pymoo.core.population import Population
 from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
+from scipy.spatial.distance import cdist
 
 from mgeo import ParetoArchive
 from mgeo.crowding import thin
@@ -154,36 +156,82 @@ def test_limited_archive_keeps_size_extremes_and_dominance(n_obj, seed):
 
 
 def naive_thin(F, size):
-    """Recompute every crowding distance from its definition before each removal."""
+    """Compute all distances from their definition before each removal."""
+    low, span = F.min(axis=0), np.ptp(F, axis=0)
+    points = ((F - low) / np.where(span > 0, span, 1.0)).tolist()
+    ends = {*F.argmin(axis=0).tolist(), *F.argmax(axis=0).tolist()}
     rows = list(range(len(F)))
-    span = [max(column) - min(column) or 1.0 for column in F.T.tolist()]
     while len(rows) > size:
-        room = dict.fromkeys(rows, 0.0)
-        for j, width in enumerate(span):
-            order = sorted(rows, key=lambda i: F[i, j])
-            for a, i, b in zip(order, order[1:], order[2:], strict=False):
-                room[i] += F[b, j] / width - F[a, j] / width
-            room[order[0]] = room[order[-1]] = np.inf
-        rows.remove(min(rows, key=lambda i: room[i]))
+
+        def two_nearest(row):
+            distances = [math.dist(points[row], points[other]) for other in rows if other != row]
+            return sorted(distances)[:2]
+
+        rows.remove(min((row for row in rows if row not in ends), key=two_nearest))
     return rows
 
 
-@pytest.mark.parametrize("n_obj", [2, 3, 4])
-def test_thinning_agrees_with_distances_computed_afresh(n_obj):
-    rng = np.random.default_rng(n_obj)
-    F = rng.integers(0, 64, (300, n_obj)) / 64  # exact sums: ties are true ties
+def grid_front(n_obj):
+    """Points of a simplex whose distances are exact, so that ties are true ties."""
+    cuts = np.sort(np.random.default_rng(n_obj).integers(0, 129, (150, n_obj - 1)), axis=1)
+    F = np.concatenate([np.eye(n_obj), np.diff(cuts / 128, axis=1, prepend=0.0, append=1.0)])
     F = F[nondominated(F)]
-    F = F[np.argsort(F[:, 0], kind="stable")]
-    F[:, -1] *= 1024.0  # a power of two: scaling by the range must undo it
-    size = max(2 * n_obj, len(F) // 2)
-    assert np.flatnonzero(thin(F, size)).tolist() == naive_thin(F, size)
+    return F[np.argsort(F[:, 0], kind="stable")]
+
+
+@pytest.mark.parametrize("n_obj", [2, 3, 4, 7])
+@pytest.mark.parametrize("neighbors", [3, 8, 1000])
+def test_thinning_agrees_with_distances_computed_afresh(n_obj, neighbors, monkeypatch):
+    monkeypatch.setattr("mgeo.crowding._NEIGHBORS", neighbors)
+    F = grid_front(n_obj)
+    F[:, -1] *= 1024.0  # scaling by the range must undo it
+    assert len(F) > 80
+    for size in (2 * n_obj, len(F) // 2, len(F) - 1):
+        assert np.flatnonzero(thin(F, size)).tolist() == naive_thin(F, size)
     assert thin(F, len(F)).all()
+
+
+def test_thinning_takes_points_that_coincide_and_extents_that_are_flat_or_huge():
+    F = np.array([[0.0, 3.0, 1.0]] + [[1.0, 2.0, 1.0]] * 12 + [[3.0, 0.0, 1.0]])
+    kept = thin(F, 6)
+    assert np.count_nonzero(kept) == 6
+    assert kept[[0, 12, 13]].all()  # of equally crowded rows the first go
+    x = np.sort(np.random.default_rng(0).random(50))
+    F = np.column_stack([x, 1 - x])
+    assert np.array_equal(thin(F, 20), thin(1.7e308 * (2 * F - 1), 20))
+
+
+def spread_of(F):
+    """Coefficient of variation of the distances to the nearest neighbor; 0 is perfectly even."""
+    near = cdist(F, F)
+    np.fill_diagonal(near, np.inf)
+    return near.min(axis=1).std() / near.min(axis=1).mean()
+
+
+@pytest.mark.parametrize(("n_obj", "most"), [(3, 0.15), (4, 0.12), (6, 0.10)])
+def test_thinned_fronts_of_many_objectives_are_evenly_spread(n_obj, most):
+    rng = np.random.default_rng(n_obj)
+    F = np.abs(rng.standard_normal((2000, n_obj)))
+    F /= np.linalg.norm(F, axis=1, keepdims=True)
+    drawn = F[rng.choice(len(F), 200, replace=False)]
+    thinned = F[thin(F, 200)]
+    assert spread_of(thinned) < most
+    assert spread_of(thinned) < 0.4 * spread_of(drawn)
+    assert np.array_equal(thinned.min(axis=0), F.min(axis=0))
+    assert np.array_equal(thinned.max(axis=0), F.max(axis=0))
+
+
+def test_a_limited_archive_of_three_objectives_is_evenly_spread():
+    rng = np.random.default_rng(5)
+    F = np.abs(rng.standard_normal((4000, 3)))
+    F /= np.linalg.norm(F, axis=1, keepdims=True)
+    assert spread_of(filled(F, cuts=range(80, 4000, 80), max_size=100).F) < 0.2
 
 
 def test_thinned_line_is_evenly_spread():
     x = np.sort(np.random.default_rng(0).random(400))
     kept = x[thin(np.column_stack([x, 1 - x]), 20)]
-    assert np.diff(kept).max() < 4 * np.diff(kept).min()
+    assert np.diff(kept).max() < 3 * np.diff(kept).min()
 
 
 def test_archive_survives_copy_and_pickle():

@@ -15,6 +15,7 @@ from pymoo.termination.default import DefaultMultiObjectiveTermination
 import mgeo.algorithms
 from mgeo import Checkpoint, MGEOReal, Recorder, TolerantEvaluator, read_record, resume
 from mgeo.checkpoint import read_notes
+from mgeo.reading import FileError
 
 PROBLEM = ZDT1(n_var=4)
 PUBLISHED = [getattr(mgeo.algorithms, name) for name in mgeo.algorithms.__all__]
@@ -187,9 +188,13 @@ def test_any_cut_and_any_changed_byte_is_noticed(checkpoint, tmp_path):
 
 def test_another_version_is_named(checkpoint, tmp_path):
     path = tmp_path / "new"
-    path.write_bytes(checkpoint.read_bytes().replace(b"checkpoint 1 ", b"checkpoint 2 ", 1))
-    with pytest.raises(ValueError, match="has format 2: this version of mgeo reads format 1"):
-        resume(path, PROBLEM)
+    for number in (1, 3):  # older, newer
+        head = f"checkpoint {number} ".encode()
+        path.write_bytes(checkpoint.read_bytes().replace(b"checkpoint 2 ", head, 1))
+        message = rf"new has format {number}: this version of mgeo reads format 2$"
+        for read in (lambda: resume(path, PROBLEM), lambda: read_notes(path)):
+            with pytest.raises(ValueError, match=message):
+                read()
 
 
 def test_a_change_of_versions_is_told(checkpoint, monkeypatch):
@@ -201,7 +206,7 @@ def test_a_change_of_versions_is_told(checkpoint, monkeypatch):
 def test_objects_in_a_file_are_not_unpickled(tmp_path):
     np.savez(tmp_path / "x.npz", json=np.array([print], dtype=object))
     body = (tmp_path / "x.npz").read_bytes()
-    head = f"mgeo checkpoint 1 {hashlib.sha256(body).hexdigest()}\n"
+    head = f"mgeo checkpoint 2 {hashlib.sha256(body).hexdigest()}\n"
     (tmp_path / "bad").write_bytes(head.encode() + body)
     with pytest.raises(ValueError, match="allow_pickle=False"):
         resume(tmp_path / "bad", PROBLEM)
@@ -244,6 +249,22 @@ def test_bad_arguments(tmp_path):
         Checkpoint(tmp_path / "a", every_seconds=-1)
     with pytest.raises(TypeError, match="NSGA2 is no member of the MGEO family"):
         solve(algorithm=NSGA2(8), callback=Checkpoint(tmp_path / "a"))
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"sigma": 1}, TypeError, r"^sigma is a parameter of MGEOReal\(...\), not of a run"),
+        ({"calback": print}, TypeError, "unknown keyword 'calback'; did you mean 'callback'"),
+        ({"termination": "never"}, ValueError, "^termination = 'never': expected a pymoo Term"),
+        ({"termination": 3}, ValueError, r"^termination = 3: .* such as \('n_gen', 200\)"),
+    ],
+)
+def test_a_callers_mistake_is_not_the_files(checkpoint, options, error, message):
+    with pytest.raises(error, match=message) as raised:
+        resume(checkpoint, PROBLEM, **options)
+    assert not isinstance(raised.value, FileError)
+    assert checkpoint.name not in str(raised.value)
 
 
 def test_a_termination_that_cannot_be_kept_has_to_be_given_again(tmp_path):

@@ -464,3 +464,28 @@ def test_elementwise_problems_pass():
     Sphere.__qualname__ = "ElementwiseSphere"
     globals()["ElementwiseSphere"] = Sphere
     check_problem(Sphere())
+
+
+class Forgetful(MGEOReal):
+    """Its way depends on an attribute that its state does not hold."""
+
+    turn = 0
+
+    def _accept(self, F, violation):
+        self.turn += 1
+        return super()._accept(F if self.turn % 3 else -F, violation)
+
+
+def test_a_member_of_the_family_that_forgets_is_caught():
+    with pytest.raises(CheckError, match="a run that was kept and restored midway: X"):
+        check_algorithm(Forgetful(n_runs=3))
+
+
+class Unkept(Forgetful):
+    def __init__(self, unkept=None, **options):
+        super().__init__(**options)
+        self.unkept = object()
+
+
+def test_one_that_says_so_need_not_be_kept():
+    check_algorithm(Unkept(n_runs=3), n_obj=(2,))

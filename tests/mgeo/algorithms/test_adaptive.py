@@ -67,8 +67,8 @@ def test_where_nothing_ever_improves_tau_is_reset_in_every_generation(member, ru
     resets = []
     for _ in range(20):
         algorithm.next()
-        resets.append(algorithm.taus[:, 0].copy())
-        assert not algorithm.chances.any()
+        resets.append(algorithm.state.taus[:, 0].copy())
+        assert not algorithm.state.chances.any()
     length = algorithm.walkers.shape[1]
     logs = np.log(2 * np.array(resets)).ravel()
     assert kstest(logs * math.sqrt(length), "norm").pvalue > 1e-3
@@ -77,10 +77,10 @@ def test_where_nothing_ever_improves_tau_is_reset_in_every_generation(member, ru
 def test_each_objective_has_a_tau_of_its_own():
     algorithm = MGEOReal(0.5, "a-geo2", 8).setup(Galski(4), seed=1)
     for _ in range(30):
-        before = algorithm.taus.copy()
+        before = algorithm.state.taus.copy()
         algorithm.next()
-        assert ((algorithm.taus != before).sum(axis=1) <= 1).all()
-    assert (algorithm.taus[:, 0] != algorithm.taus[:, 1]).all()
+        assert ((algorithm.state.taus != before).sum(axis=1) <= 1).all()
+    assert (algorithm.state.taus[:, 0] != algorithm.state.taus[:, 1]).all()
 
 
 def test_the_first_rule_asks_for_more_than_the_second():
@@ -92,7 +92,7 @@ def test_the_first_rule_asks_for_more_than_the_second():
         seen = []
         for _ in range(60):
             algorithm.next()
-            seen.append(algorithm.chances.mean())
+            seen.append(algorithm.state.chances.mean())
         chances.append(np.mean(seen[20:]))
     assert chances[0] < 0.5 * chances[1]
 
@@ -118,11 +118,11 @@ def test_a_walker_without_progress_begins_anew(member, restart):
         algorithm.next()
         after = algorithm._decode(algorithm.walkers)
         # the first generation of a new walker is progress; three without it are the end
-        assert algorithm.idle.tolist() == [[0, 0, 1, 2][generation % 4]] * 5
+        assert algorithm.state.idle.tolist() == [[0, 0, 1, 2][generation % 4]] * 5
         if generation % 4 == 0:
             front = algorithm.front.individuals.get("X")
-            assert (algorithm.taus == 0.5).all()
-            assert np.isinf(algorithm.best[:, 0]).all()
+            assert (algorithm.state.taus == 0.5).all()
+            assert np.isinf(algorithm.state.best[:, 0]).all()
             if restart == "archive":
                 assert (after == front[0]).all()
             else:
@@ -147,7 +147,7 @@ def test_progress_is_an_own_best_or_a_point_on_the_front():
             progress = (best[walker] > F).any() or any(id(entry) in new for entry in own)
             best[walker] = np.minimum(best[walker], F)
             idle[walker] = 0 if progress else idle[walker] + 1
-        assert np.array_equal(algorithm.idle, idle)
+        assert np.array_equal(algorithm.state.idle, idle)
     assert idle.max() > 5
 
 

@@ -85,7 +85,7 @@ def test_the_point_a_walker_reaches_is_evaluated_next(member):
     algorithm.next()
     X, F = (values.reshape(5, -1, values.shape[1]) for values in algorithm.pop.get("X", "F"))
     assert np.array_equal(X[:, 0], stands)
-    assert np.array_equal(algorithm.standing, np.column_stack([np.zeros(5), F[:, 0]]))
+    assert np.array_equal(algorithm.state.standing, np.column_stack([np.zeros(5), F[:, 0]]))
 
 
 def test_a_leaf_must_supply_its_part_of_the_loop():

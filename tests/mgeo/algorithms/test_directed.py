@@ -8,6 +8,7 @@ from pymoo.core.problem import Problem
 from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
+from scipy.spatial.distance import cdist
 
 from mgeo import MGEODirected
 from mgeo.algorithms.directions import distance, drawn, fan
@@ -47,21 +48,43 @@ def test_it_is_a_good_pymoo_algorithm(algorithm):
 
 
 def test_directions_of_two_objectives_are_the_ends_and_an_even_grid():
+    for n in range(1, 40):
+        middle = 1.0 / n * (np.arange(n) + 0.5)
+        assert fan(n, 2, 0.0).tolist() == np.column_stack([middle, 1.0 - middle]).tolist()
     weights = fan(7, 2, 0.43)
     assert weights[:3].tolist() == [[1, 0], [0, 1], [1, 0]]
     assert weights[3:, 0] == pytest.approx([0.125, 0.375, 0.625, 0.875])
     assert weights.sum(axis=1) == pytest.approx(np.ones(7))
 
 
-@pytest.mark.parametrize("n_obj", [1, 3, 5])
+@pytest.mark.parametrize("n_obj", [1, 3, 5, 9, 15, 30])
 def test_directions_fill_the_simplex(n_obj):
     weights = fan(2000, n_obj, 0.0)
-    assert (weights >= 0).all()
+    assert (weights > 0).all()
+    assert (weights < 1).all() or n_obj == 1
     assert weights.sum(axis=1) == pytest.approx(np.ones(2000))
     assert weights.mean(axis=0) == pytest.approx(np.full(n_obj, 1 / n_obj), abs=0.01)
     # spacings of n_obj - 1 uniform points: variance (n_obj - 1) / (n_obj^2 (n_obj + 1))
     variance = (n_obj - 1) / (n_obj**2 * (n_obj + 1))
     assert weights.var(axis=0) == pytest.approx(np.full(n_obj, variance), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("n_obj", "n", "least", "most_varied"),
+    [
+        (3, 5, 0.35, 0.15), (3, 18, 0.16, 0.15), (3, 300, 0.035, 0.12),
+        (5, 5, 0.28, 0.25), (5, 18, 0.18, 0.20), (5, 300, 0.065, 0.18),
+        (9, 18, 0.20, 0.20), (9, 300, 0.10, 0.17), (15, 18, 0.18, 0.15), (15, 300, 0.10, 0.17),
+    ],
+)  # fmt: skip
+def test_directions_of_many_objectives_keep_apart(n_obj, n, least, most_varied):
+    def nearest(weights):
+        return np.sort(cdist(weights, weights), axis=1)[:, 1]
+
+    ours = nearest(fan(n, n_obj, 0.0))
+    random = [nearest(drawn(n, n_obj, np.random.default_rng(seed))).min() for seed in range(20)]
+    assert ours.min() > max(least, np.median(random))
+    assert ours.std() < most_varied * ours.mean()
 
 
 @pytest.mark.parametrize("n_obj", [1, 2, 4])
@@ -147,7 +170,7 @@ def test_of_many_variables_each_has_its_turn():
 def test_differences_lie_between_points_of_the_company():
     algorithm = MGEODirected(n_runs=4, difference=1.0, coupling=(0.0, 1.0), **STILL)
     run = begun(algorithm, ZDT1(n_var=3), 3)
-    company = np.vstack([run.front.individuals.get("X"), run.memory])
+    company = np.vstack([run.front.individuals.get("X"), run.state.memory])
     between = (company[:, None] - company[None]).reshape(-1, 3)
     X, walkers = candidates(run)
     assert ((X > 0) & (X < 1)).any(axis=2).mean() > 0.5
@@ -180,7 +203,7 @@ def test_greedy_walkers_take_the_nearest_candidate_along_their_direction():
     X, F = infills.get("X").reshape(6, 5, 5).copy(), infills.get("F").reshape(6, 5, 2).copy()
     run.tell(infills=infills)
     ideal, nadir = run.front.F.min(axis=0), run.front.F.max(axis=0)
-    best = distance(F, run.directions[:, None], ideal, nadir).argmin(axis=1)
+    best = distance(F, run.state.directions[:, None], ideal, nadir).argmin(axis=1)
     assert np.array_equal(run.walkers, X[np.arange(6), best])
 
 
@@ -193,21 +216,21 @@ def test_memory_is_the_best_point_of_each_walker():
         run.evaluator.eval(problem, infills)
         best = np.minimum(best, infills.get("F").reshape(4, -1).min(axis=1))
         run.tell(infills=infills)
-        assert np.array_equal(run.memory_F[:, 0], best)
-        assert np.array_equal(problem.evaluate(run.memory)[:, 0], best)
+        assert np.array_equal(run.state.memory_F[:, 0], best)
+        assert np.array_equal(problem.evaluate(run.state.memory)[:, 0], best)
 
 
 def test_walkers_go_back_to_their_memory_or_to_the_archive():
     run = begun(MGEODirected(n_runs=5, recall=1.0, adopt=(0.0, 0.0)), ZDT1(n_var=4), 6)
-    assert np.array_equal(run.walkers, run.memory)
+    assert np.array_equal(run.walkers, run.state.memory)
     run = begun(MGEODirected(n_runs=5, recall=0.0, adopt=(1.0, 0.0)), ZDT1(n_var=4), 6)
     ideal, nadir = run.front.F.min(axis=0), run.front.F.max(axis=0)
-    between = run.directions.max(axis=1) < 1
+    between = run.state.directions.max(axis=1) < 1
     assert between.tolist() == [False, False, True, True, True]
     for walker in np.flatnonzero(between):
-        far = distance(run.front.F, run.directions[walker], ideal, nadir)
+        far = distance(run.front.F, run.state.directions[walker], ideal, nadir)
         assert np.array_equal(run.walkers[walker], run.front.individuals[far.argmin()].X)
-        assert np.array_equal(run.memory_F[walker], run.front.F[far.argmin()])
+        assert np.array_equal(run.state.memory_F[walker], run.front.F[far.argmin()])
     archived = run.front.individuals.get("X")
     assert not (run.walkers[~between][:, None] == archived).all(axis=2).all()
 
@@ -217,23 +240,23 @@ def test_a_walker_without_progress_begins_anew():
     options = {**STILL, "renew": (3, 5)}
     run = begun(MGEODirected(n_runs=5, ends=0.4, **options), still, 3)
     between = np.array([False, False, True, True, True])
-    first, memory = fan(5, 2, 0.4), run.memory.copy()
-    assert np.array_equal(run.directions, first)
-    assert run.idle.tolist() == [2, 2, 2, 2, 2]
+    first, memory = fan(5, 2, 0.4), run.state.memory.copy()
+    assert np.array_equal(run.state.directions, first)
+    assert run.state.idle.tolist() == [2, 2, 2, 2, 2]
     run.next()
-    assert run.idle.tolist() == [3, 3, 0, 0, 0]
-    assert (run.directions[between] != first[between]).all()
-    assert np.array_equal(run.directions[~between], first[~between])
+    assert run.state.idle.tolist() == [3, 3, 0, 0, 0]
+    assert (run.state.directions[between] != first[between]).all()
+    assert np.array_equal(run.state.directions[~between], first[~between])
     archived = run.front.individuals.get("X")
     assert (run.walkers[between][:, None] == archived).all(axis=2).any(axis=1).all()
-    assert np.array_equal(run.memory[~between], memory[~between])
+    assert np.array_equal(run.state.memory[~between], memory[~between])
     run.next()
     run.next()
-    assert run.idle[~between].tolist() == [0, 0]
-    assert np.array_equal(run.directions[~between], first[~between])
-    assert not (run.memory[~between] == memory[~between]).any()
-    assert np.isinf(run.memory_F[~between]).all()
-    assert np.isinf(run.memory_violation[~between]).all()
+    assert run.state.idle[~between].tolist() == [0, 0]
+    assert np.array_equal(run.state.directions[~between], first[~between])
+    assert not (run.state.memory[~between] == memory[~between]).any()
+    assert np.isinf(run.state.memory_F[~between]).all()
+    assert np.isinf(run.state.memory_violation[~between]).all()
 
 
 class Creep(Problem):
@@ -250,26 +273,26 @@ class Creep(Problem):
 def test_less_violation_is_progress():
     run = begun(MGEODirected(n_runs=4, ends=1.0, renew=(1, 1), recall=1.0, adopt=(0, 0)), Creep())
     for _ in range(30):
-        before = run.memory_violation.copy()
+        before = run.state.memory_violation.copy()
         run.next()
-        less = run.memory_violation < before
-        assert (run.idle == 0).all()  # progress, or begun anew
-        assert (less | np.isinf(run.memory_violation)).all()
-    assert np.isinf(run.memory_violation).any()
+        less = run.state.memory_violation < before
+        assert (run.state.idle == 0).all()  # progress, or begun anew
+        assert (less | np.isinf(run.state.memory_violation)).all()
+    assert np.isinf(run.state.memory_violation).any()
 
 
 def test_a_walker_that_makes_progress_does_not_begin_anew():
     run = begun(MGEODirected(n_runs=1, renew=(1, 2), recall=1.0, adopt=(0, 0)), Rosenbrock(3), 0)
     best, begun_anew = np.inf, 0
     for _ in range(60):
-        before = run.memory_F[0, 0]
+        before = run.state.memory_F[0, 0]
         run.next()
-        if np.isinf(run.memory_F[0, 0]):
+        if np.isinf(run.state.memory_F[0, 0]):
             begun_anew += 1
         else:
-            assert run.memory_F[0, 0] <= before
+            assert run.state.memory_F[0, 0] <= before
         best = min(best, before)
-    assert run.front.F[0, 0] == pytest.approx(min(best, run.memory_F[0, 0]))
+    assert run.front.F[0, 0] == pytest.approx(min(best, run.state.memory_F[0, 0]))
     assert begun_anew > 5
 
 
@@ -290,7 +313,7 @@ def test_constraints_come_first():
 def test_where_nothing_can_be_evaluated_walkers_go_on():
     run = begun(MGEODirected(n_runs=3), Fixed([np.nan, 1.0]), 5)
     assert len(run.front) == 0
-    assert np.isinf(run.memory_violation).all()
+    assert np.isinf(run.state.memory_violation).all()
 
 
 def test_one_objective_is_minimized():

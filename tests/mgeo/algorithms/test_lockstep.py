@@ -23,7 +23,7 @@ class Path(Callback):
 
     def update(self, algorithm):
         self.points.append(algorithm.walkers.copy())
-        self.taus.append(algorithm.taus.copy())
+        self.taus.append(algorithm.state.taus.copy())
 
 
 def run(problem, algorithm, generations, seed=7):

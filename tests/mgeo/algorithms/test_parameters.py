@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Integer, Real
+from pymoo.operators.sampling.lhs import LHS
 from pymoo.optimize import minimize
 from pymoo.problems.multi import ZDT1
 
@@ -79,6 +80,19 @@ def test_minimize_refuses_what_pymoo_would_swallow(options, message):
 def test_parameters_that_do_not_fit_the_problem_are_refused(parameters, message):
     with pytest.raises(ValueError, match=message):
         MGEOReal(**parameters).setup(PROBLEM)
+
+
+@pytest.mark.parametrize(
+    "sampling",
+    ["x", ["x"] * 30, LHS, object(), [[0.1, 0.2, 0.3], [0.4]], [{"a": 1.0}]],
+    ids=["text", "texts", "class", "object", "ragged", "other variables"],
+)
+def test_a_sampling_that_is_none_is_refused_by_name(sampling):
+    with pytest.raises(TypeError, match=r"^sampling = .*: expected None, a pymoo Sampling, a pop"):
+        MGEOReal(sampling=sampling).setup(PROBLEM)
+    typed = Problem(vars={"a": Real(bounds=(0, 1)), "b": Real(bounds=(0, 1))}, n_obj=2)
+    with pytest.raises(TypeError, match=r"^sampling = .*: expected None, a pymoo Sampling, a pop"):
+        MGEOReal(sampling=sampling).setup(typed)
 
 
 @pytest.mark.parametrize(

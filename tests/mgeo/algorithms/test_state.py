@@ -2,6 +2,8 @@
 
 import copy
 import json
+import pickle
+from dataclasses import dataclass, fields
 
 import numpy as np
 import pytest
@@ -14,7 +16,8 @@ from pymoo.termination.default import DefaultMultiObjectiveTermination
 from pymoo.util.archive import MultiObjectiveArchive
 
 import mgeo.algorithms
-from mgeo import MGEOCanonical, MGEOReal
+from mgeo import MGEOCanonical, MGEODirected, MGEOReal, ParetoArchive
+from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.state import SavedState, capture, restore
 
 from .members import MEMBERS
@@ -163,8 +166,10 @@ def test_no_state_to_be_had_is_refused():
     with pytest.raises(ValueError, match="archive"):
         capture(run)
     run = begun(MGEOReal(n_runs=3), problem, 1)
-    run.walkers = run.walkers.tolist()
-    with pytest.raises(TypeError, match=r"MGEOReal.walkers = \[.*expected an array of numbers"):
+    with pytest.raises(AttributeError):
+        run.walkers = run.walkers.copy()
+    run.state.walkers = run.walkers.tolist()
+    with pytest.raises(TypeError, match=r"state.walkers = \[.*expected an array of numbers"):
         capture(run)
 
 
@@ -189,6 +194,116 @@ def test_what_does_not_fit_is_refused():
     unknown = SavedState(saved.arrays, {**saved.data, "class": "os.system"})
     with pytest.raises(ValueError, match=r"os\.system is no imported member of the family"):
         restore(unknown, run.problem)
-    arrays = {key: value for key, value in saved.arrays.items() if key != "own_walkers"}
-    with pytest.raises(ValueError, match="own_walkers is missing"):
+    arrays = {key: value for key, value in saved.arrays.items() if key != "state.walkers"}
+    with pytest.raises(ValueError, match=r"state\.walkers is missing"):
         restore(SavedState(arrays, saved.data), run.problem)
+    bad = {"state.walkers": np.zeros((3, 5)), "state.front_F": saved.arrays["state.front_F"][:0]}
+    for key, array in bad.items():
+        with pytest.raises(ValueError, match=rf"{key} of shape .* expected \("):
+            restore(SavedState({**saved.arrays, key: array}, saved.data), run.problem)
+    for key, value, message in (
+        ("n_generations", -1, "state.n_generations = -1"),
+        ("n_generations", None, "state.n_generations = None: expected an integer"),
+        ("streams", saved.data["state"]["streams"][:2], "state.streams: 2 streams, expected 3"),
+        ("streams", [1, 2, 3], "no state of a random stream"),
+    ):
+        data = {**saved.data, "state": {**saved.data["state"], key: value}}
+        with pytest.raises((ValueError, TypeError), match=message):
+            restore(SavedState(saved.arrays, data), run.problem)
+
+
+# What pymoo's own loop changes: `capture` keeps it, or it is to be given again (`callback` and on).
+OF_PYMOO = {
+    "n_iter", "pop", "off", "opt", "evaluator", "random_state", "is_initialized", "start_time",
+    "termination", "callback", "output", "display", "history",
+}  # fmt: skip
+
+
+def changed_attributes(algorithm, problem):
+    """Names of all attributes that some generation makes, removes, replaces or changes inside."""
+    run = begun(algorithm, problem, 0, n_gen=40)
+    changed = set()
+    for _ in range(12):
+        before = {key: pickle.dumps(value) for key, value in vars(run).items()}
+        run.next()
+        after = {key: pickle.dumps(value) for key, value in vars(run).items()}
+        changed |= {key for key in before | after if before.get(key) != after.get(key)}
+    return changed
+
+
+VARIANTS = [
+    *(cls(n_runs=3, archive_size=10) for cls in PUBLISHED),
+    MGEODirected(n_runs=4, ends=0.5, renew=(1, 2), max_candidates=2),
+    *(member("a-geo2", 3, restart="random", patience=2) for member in MEMBERS),
+]
+
+
+@pytest.mark.parametrize("algorithm", VARIANTS, ids=lambda a: type(a).__name__)
+@pytest.mark.parametrize("problem", [ZDT1(n_var=4), BNH()], ids=lambda p: p.name())
+def test_all_that_a_generation_changes_is_in_the_state_or_pymoos(algorithm, problem):
+    assert changed_attributes(algorithm, problem) - OF_PYMOO == {"state"}
+
+
+class Forgetful(MGEOReal):
+    """Counts in an attribute what it should count in its state."""
+
+    counted = 0
+
+    def _accept(self, F, violation):
+        self.counted += 1
+        return super()._accept(F, violation)
+
+
+def test_an_attribute_that_is_not_declared_would_be_noticed():
+    changed = changed_attributes(Forgetful(n_runs=3), ZDT1(n_var=4))
+    assert changed - OF_PYMOO == {"state", "counted"}
+
+
+@dataclass(kw_only=True, eq=False, slots=True)
+class Counts(RunState):
+    accepted: np.ndarray
+    shift: float
+    phase: str
+    spare: np.random.Generator
+    extremes: ParetoArchive
+
+
+class Counting(MGEOReal):
+    """A leaf with a state of its own, on which its way depends."""
+
+    def _new_state(self, streams, front, walkers):
+        return Counts.begin(
+            streams, front, walkers, accepted=np.zeros(len(walkers), dtype=int), shift=0.0,
+            phase="first", spare=np.random.default_rng(5), extremes=ParetoArchive(2, 4),
+        )  # fmt: skip
+
+    def _accept(self, F, violation):
+        state = self.state
+        state.extremes.add(state.front.F, state.front.individuals)
+        state.accepted += 1
+        state.shift += state.spare.random() * state.accepted[0]
+        state.phase = "later"
+        return super()._accept(F + state.shift * F[:, ::-1], violation)
+
+
+def test_a_leaf_with_a_state_of_its_own_goes_on_bit_for_bit():
+    run = begun(Counting(n_runs=3), ZDT1(n_var=4), 5)
+    restored = again(run)
+    for field in ("shift", "phase"):
+        assert getattr(restored.state, field) == getattr(run.state, field)
+    assert restored.state.accepted.tolist() == [5, 5, 5]
+    assert np.array_equal(restored.state.extremes.F, run.state.extremes.F)
+    assert_same_end(restored, run)
+    assert run.state.spare.random() == restored.state.spare.random()
+
+
+def test_what_is_not_declared_cannot_be_set_or_is_refused():
+    run = begun(MGEOReal(n_runs=3), ZDT1(n_var=4), 1)
+    with pytest.raises(AttributeError):
+        run.state.forgotten = 1
+    loose = type("Loose", (RunState,), {})  # no dataclass with slots
+    run.state = loose(**{field.name: getattr(run.state, field.name) for field in fields(RunState)})
+    assert again(run).n_generations == 1
+    run.state.forgotten = 1
+    with pytest.raises(TypeError, match=r"state.forgotten is no declared field of .*Loose"):
+        capture(run)

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pymoo.core.problem import Problem
 from pymoo.problems.multi import ZDT1
+from scipy.spatial.distance import cdist
 
 from mgeo.studies.indicators import INDICATORS, applicable, trace
 from mgeo.studies.record import Record
@@ -108,6 +109,15 @@ def test_a_crowded_stretch_does_not_dominate_the_reference():
     space = indicator_space(Plain(), [np.column_stack([x, 1 - x])])
     assert len(space.reference_front) == REFERENCE_SIZE
     assert np.mean(space.reference_front[:, 0] <= 0.1) < 0.2
+
+
+def test_the_reference_of_three_objectives_is_evenly_spread():
+    F = np.random.default_rng(1).exponential(size=(4000, 3)) ** [1, 1, 3]
+    space = indicator_space(Plain(3), [F / F.sum(axis=1, keepdims=True)])
+    reference = space.reference_front
+    assert len(reference) == REFERENCE_SIZE
+    near = np.sort(cdist(reference, reference), axis=1)[:, 1]
+    assert near.std() < 0.2 * near.mean()  # 0.5 if drawn at random from an even front
 
 
 def test_an_empty_front_is_the_worst():

@@ -1,0 +1,27 @@
+"""What walkers with directions carry from one generation to the next."""
+
+from dataclasses import dataclass
+
+from mgeo.algorithms.run_state import RunState
+from mgeo.dominance import FloatArray
+
+
+@dataclass(kw_only=True, eq=False, slots=True)
+class DirectedState(RunState):
+    """The state of a run of `MGEODirected`.
+
+    Attributes
+    ----------
+    directions : (n_runs, n_obj) weights of the walkers' objectives.
+    memory : (n_runs, n_var) the best point of each walker since it began.
+    memory_F, memory_violation : its objectives, (n_runs, n_obj), and constraint violation,
+        (n_runs,), infinite while there is none.
+    marked_F : (n_runs, n_obj) objectives of the best point at its last progress, likewise;
+        `idle` counts the generations since then.
+    """
+
+    directions: FloatArray
+    memory: FloatArray
+    memory_F: FloatArray
+    memory_violation: FloatArray
+    marked_F: FloatArray

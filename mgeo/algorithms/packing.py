@@ -1,0 +1,168 @@
+"""What a run carries, value by value, as arrays of numbers and JSON values, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.core.population import Population
+from pymoo.core.problem import Problem
+
+from mgeo.archive import ParetoArchive
+from mgeo.designs import as_numbers
+from mgeo.reading import entry
+
+if TYPE_CHECKING:
+    from mgeo.algorithms.base import ExtremalOptimization
+
+_VALUES = ("X", "F", "G", "H", "CV", "n_gen")
+_GENERATORS = {cls.__name__: cls for cls in (np.random.PCG64, np.random.PCG64DXSM)}
+_PLAIN = (bool, int, float, str)  # JSON values that are read as they were written
+
+
+def pack(name: str, value: Any, problem: Problem) -> tuple[dict[str, NDArray[Any]], Any]:
+    """A field of a `RunState`, called `name`: arrays by name, and a JSON value.
+
+    Raises
+    ------
+    TypeError : for a value of a kind that `RunState` does not allow.
+    """
+    if isinstance(value, np.ndarray) and not value.dtype.hasobject:
+        return {name: value.copy()}, None
+    if isinstance(value, np.random.Generator):
+        return {}, pack_stream(value)
+    if isinstance(value, list) and all(isinstance(each, np.random.Generator) for each in value):
+        return {}, [pack_stream(each) for each in value]
+    if isinstance(value, ParetoArchive):
+        counts = {"violation": value.violation, "n_rejected": value.n_rejected}
+        arrays = {f"{name}.{key}": np.array(count) for key, count in counts.items()}
+        return arrays | pack_population(name, value.individuals, problem), None
+    plain = value.item() if isinstance(value, np.generic) else value
+    if isinstance(plain, _PLAIN):
+        return {}, plain
+    raise TypeError(
+        f"{name} = {value!r:.80}: expected an array of numbers, random streams, an archive, a "
+        "number or text"
+    )
+
+
+def unpack(
+    name: str,
+    arrays: Mapping[str, NDArray[Any]],
+    values: Mapping[str, Any],
+    fresh: Any,
+    algorithm: ExtremalOptimization,
+) -> Any:
+    """The field that was packed, of the kind and shape that `fresh` has in a run that begins.
+
+    Raises
+    ------
+    TypeError, ValueError : if it is missing, or of another kind or shape.
+    """
+    if isinstance(fresh, np.ndarray):
+        return _array(arrays, name, fresh.shape).astype(fresh.dtype)
+    where, _, key = name.rpartition(".")
+    if isinstance(fresh, np.random.Generator):
+        return unpack_stream(entry(values, key, dict, f"{where}."))
+    if isinstance(fresh, list):
+        states = entry(values, key, list, f"{where}.")
+        if len(states) != len(fresh):
+            raise ValueError(f"{name}: {len(states)} streams, expected {len(fresh)}")
+        return [unpack_stream(state) for state in states]
+    if isinstance(fresh, ParetoArchive):
+        return _unpack_archive(name, arrays, fresh, algorithm)
+    return entry(values, key, type(fresh), f"{where}.")
+
+
+def _unpack_archive(
+    name: str,
+    arrays: Mapping[str, NDArray[Any]],
+    fresh: ParetoArchive,
+    algorithm: ExtremalOptimization,
+) -> ParetoArchive:
+    archive = ParetoArchive(fresh.F.shape[1], fresh.max_size)
+    archive.individuals = unpack_population(name, arrays, algorithm)
+    archive.F = archive.individuals.get("F").reshape(-1, fresh.F.shape[1])
+    archive.violation = float(_array(arrays, f"{name}.violation", ()))
+    archive.n_rejected = int(_array(arrays, f"{name}.n_rejected", ()))
+    if not np.isfinite(archive.F).all():
+        raise ValueError(f"{name}: expected finite objectives")
+    return archive
+
+
+def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
+    """The state of a random stream as JSON values.
+
+    Raises
+    ------
+    TypeError : for another generator than those that NumPy makes by default.
+    """
+    bits = stream.bit_generator
+    seed = bits.seed_seq  # counts the streams spawned from this one
+    if type(bits).__name__ not in _GENERATORS or not isinstance(seed, np.random.SeedSequence):
+        raise TypeError(f"{bits!r}: expected one of {', '.join(_GENERATORS)}, to keep its state")
+    return {"bits": bits.state, "seed": seed.state}
+
+
+def unpack_stream(state: Mapping[str, Any]) -> np.random.Generator:
+    """The random stream of such a state.
+
+    Raises
+    ------
+    ValueError : if it is none.
+    """
+    try:
+        bits = _GENERATORS[state["bits"]["bit_generator"]](np.random.SeedSequence(**state["seed"]))
+        bits.state = state["bits"]
+    except Exception as error:  # of many kinds: NumPy does not check what it is given
+        raise ValueError(f"no state of a random stream: {type(error).__name__}: {error}") from error
+    return np.random.Generator(bits)
+
+
+def pack_population(
+    prefix: str, population: Population | None, problem: Problem
+) -> dict[str, NDArray[Any]]:
+    """The arrays of evaluated individuals; none if there are none."""
+    if population is None or not len(population):
+        return {}
+    columns = dict(zip(_VALUES, population.get(*_VALUES), strict=True))
+    columns["X"] = as_numbers(problem, columns["X"])
+    return {f"{prefix}_{key}": column for key, column in columns.items() if column.dtype != object}
+
+
+def unpack_population(
+    prefix: str, arrays: Mapping[str, NDArray[Any]], algorithm: ExtremalOptimization
+) -> Population:
+    """Individuals of such arrays.
+
+    Raises
+    ------
+    ValueError : if an array is missing or has another shape than the others ask for.
+    """
+    given = {key: arrays[f"{prefix}_{key}"] for key in _VALUES if f"{prefix}_{key}" in arrays}
+    problem, variables = algorithm.problem, algorithm.variables
+    if given:
+        n = len(np.atleast_1d(_array(arrays, f"{prefix}_X")))
+        widths = {"X": problem.n_var, "F": problem.n_obj, "G": problem.n_ieq_constr,
+                  "H": problem.n_eq_constr, "CV": 1}  # fmt: skip
+        for key in {*widths, *given}:
+            shape = (n, widths[key]) if key in widths else (n,)
+            _array(arrays, f"{prefix}_{key}", shape)
+    if given and variables.names is not None:
+        given["X"] = variables.designs(given["X"])
+    population: Population = Population.new(**given)
+    for individual in population:
+        individual.evaluated = {"F", "G", "H"}
+    return population
+
+
+def _array(
+    arrays: Mapping[str, NDArray[Any]], name: str, shape: tuple[int, ...] | None = None
+) -> NDArray[Any]:
+    if name not in arrays:
+        raise ValueError(f"{name} is missing from the saved state")
+    if shape is not None and arrays[name].shape != shape:
+        raise ValueError(f"{name} of shape {arrays[name].shape}: expected {shape}")
+    return arrays[name]
