@@ -36,8 +36,10 @@ LIMITED = scenario(
     maneuvers=ManeuverLimits(max_acceleration_deg_s2=0.02),
     wheels=Wheels(inertia=(0.02, 0.03, 0.04), max_momentum=5e-4, max_torque=1e-5),
     keep_outs=(
-        KeepOut(boresight=(0.0, 0.0, 3.0), half_angle_deg=30.0),
-        KeepOut(name="second", boresight=(1.0, 1.0, 0.0), half_angle_deg=60.0),
+        KeepOut(boresight=(0.0, 0.0, 3.0), half_angle_deg=30.0, attitude_sigmas=0.0),
+        KeepOut(
+            name="second", boresight=(1.0, -1.0, 0.0), half_angle_deg=60.0, attitude_sigmas=0.0
+        ),
     ),
     required_sigma={"attitude": 0.02, "gyro.bias": 1e-4},
 )
@@ -103,7 +105,7 @@ def test_time_to_required_sigma(limited):
 def test_sun_keep_out_binds_where_the_reference_sees_the_sun(limited):
     problem, _, out, runs = limited
     for cone, (axis, half_angle) in enumerate(
-        [((0.0, 0.0, 1.0), 30.0), ((np.sqrt(0.5), np.sqrt(0.5), 0.0), 60.0)]
+        [((0.0, 0.0, 1.0), 30.0), ((np.sqrt(0.5), -np.sqrt(0.5), 0.0), 60.0)]
     ):
         for G, run in zip(out["G"], runs, strict=True):
             sun = np.einsum("kij,kj->ki", run.attitude, problem.model.sun[: len(run.times)])

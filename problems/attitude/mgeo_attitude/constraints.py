@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .filter.evaluator import Evaluation
+from .filter.keep_out import sun_clearance
 from .filter.model import FilterModel
 from .filter.timeline import Schedule
 
@@ -46,6 +48,30 @@ def constraints(scenario: Scenario) -> list[Constraint]:
     if scenario.required_sigma:
         found.append(Constraint("required 1-sigma", _required_sigma, needs_covariance=True))
     return found
+
+
+def warn_of_start(scenario: Scenario, model: FilterModel) -> None:
+    """Say of keep-out cones that no plan keeps: the attitude at the start is given, and the Sun.
+
+    Warns
+    -----
+    UserWarning
+        For a cone that the Sun is in at the start, or within the margin of.
+    """
+    initial = np.diag(model.initial_sigma[:3] ** 2)[None]
+    for i, (cone, axis) in enumerate(zip(scenario.keep_outs, model.cones, strict=True)):
+        angle, clearance = (
+            np.degrees(sun_clearance(axis, k, model.sun[:1], initial)[0])
+            for k in (0.0, cone.attitude_sigmas)
+        )
+        if clearance < cone.half_angle_deg:
+            warnings.warn(
+                f"keep_outs[{i}] ({cone.name}): no plan keeps it, because at the start the Sun is "
+                f"{angle:.4g} deg from the boresight, and half_angle_deg = {cone.half_angle_deg:g} "
+                f"with attitude_sigmas = {cone.attitude_sigmas:g} times initial.attitude_deg = "
+                f"{scenario.initial.attitude_deg:g} is more",
+                stacklevel=3,
+            )
 
 
 def wheel_momentum(plan: Schedule, inertia: Floats) -> Floats:

@@ -84,6 +84,7 @@ class Scenario(Validated):
         self._check_epoch()
         self._check_sensors()
         self._check_weights()
+        self._check_keep_outs()
 
     @property
     def n_steps(self) -> int:
@@ -218,6 +219,18 @@ class Scenario(Validated):
         if not any(weights.of(state_blocks(self.gyro, self.sensors))):
             raise InvalidValue("trace_weights", dict(weights), "expected a weight above 0")
         self._checked_blocks("required_sigma", RequiredSigma)
+
+    def _check_keep_outs(self) -> None:
+        for i, cone in enumerate(self.keep_outs):
+            most = (180.0 - cone.half_angle_deg) / self.initial.attitude_deg
+            if cone.attitude_sigmas >= most:
+                raise InvalidValue(
+                    f"keep_outs[{i}].attitude_sigmas",
+                    cone.attitude_sigmas,
+                    f"expected less than {most:.4g}: with initial.attitude_deg = "
+                    f"{self.initial.attitude_deg!r} no attitude is that far from half_angle_deg = "
+                    f"{cone.half_angle_deg!r}",
+                )
 
     def _checked_blocks(self, key: str, kind: type[Values]) -> Values:
         """Turn a mapping into block values of this suite, or raise an error."""
