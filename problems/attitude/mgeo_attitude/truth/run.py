@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from types import ModuleType
@@ -16,6 +17,7 @@ from ..filter.model import FilterModel
 from ..filter.reference import attitudes
 from ..filter.suite import Suite
 from ..filter.timeline import flown
+from ..scenario import KeepOut
 from . import algebra
 from .codegen import module_source
 from .draws import Draws, at_rest
@@ -44,6 +46,9 @@ class Record:
         Sum of the normalized innovations squared since the sample before.
     updates : array of int, shape (n, n_sensors)
         Number of these innovations.
+    inside : array of int, shape (2, n_cones)
+        Samples at which the Sun was inside each keep-out cone: with the satellite steered by the
+        estimate, and flown open loop. See `MonteCarlo.keep_outs`.
     """
 
     errors: Floats
@@ -51,6 +56,7 @@ class Record:
     nees: Floats
     nis: Floats
     updates: Ints
+    inside: Ints
 
 
 @dataclass(frozen=True)
@@ -63,11 +69,17 @@ class Flight:
     design : array, shape (4 m,)
     records : array of int
         Steps to record, increasing.
+    keep_outs : tuple of KeepOut
+        Cones to watch.
+    n_watched : int
+        Samples from the start at which to watch them.
     """
 
     model: FilterModel
     design: ArrayLike
     records: Ints
+    keep_outs: tuple[KeepOut, ...] = ()
+    n_watched: int = 0
 
     @property
     def n_steps(self) -> int:
@@ -82,6 +94,7 @@ class Flight:
             nees=np.zeros(n),
             nis=np.zeros((n, len(suite.sensors))),
             updates=np.zeros((n, len(suite.sensors)), dtype=np.int64),
+            inside=np.zeros((2, len(self.keep_outs)), dtype=np.int64),
         )
         simulator(suite).run(
             *self._tables,
@@ -95,6 +108,10 @@ class Flight:
             record.nees,
             record.nis,
             record.updates,
+            np.ascontiguousarray(self.model.sun),
+            _cones(self.keep_outs),
+            self.n_watched if self.keep_outs else 0,
+            record.inside,
         )
         return record
 
@@ -125,6 +142,12 @@ class Flight:
 def simulator(suite: Suite) -> ModuleType:
     """The compiled module of a suite; see `driver.run` for its function ``run``."""
     return load_module("simulator", partial(module_source, suite), (algebra, discretization))
+
+
+def _cones(keep_outs: Sequence[KeepOut]) -> Floats:
+    """Axis and cosine of the half-angle of every cone."""
+    rows = [[*cone.axis(), np.cos(np.radians(cone.half_angle_deg))] for cone in keep_outs]
+    return np.array(rows).reshape(-1, 4)
 
 
 def _views(suite: Suite) -> Floats:

@@ -91,7 +91,9 @@ def simulate(
         )
     simulator(model.suite)  # a sensor that cannot be simulated is found out first
     t_end = float(evaluate(model, plan[None], threads).t_end[0])
-    flight = Flight(model, plan, _record_steps(model, t_end))
+    flight = Flight(
+        model, plan, _record_steps(model, t_end), scenario.keep_outs, round(t_end / model.step) + 1
+    )
     nominal = flight.run(none(model, flight.n_steps), Estimator.plain())
 
     chosen = Estimator() if estimator is None else estimator
@@ -114,6 +116,8 @@ def simulate(
         nees=np.stack([run.nees for run in runs]),
         nis=np.stack([run.nis for run in runs]),
         updates=np.stack([run.updates for run in runs]),
+        cones=tuple(cone.name for cone in scenario.keep_outs),
+        inside=np.stack([run.inside for run in runs]) / flight.n_watched,
     )
 
 
