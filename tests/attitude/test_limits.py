@@ -41,7 +41,7 @@ LIMITED = scenario(
             name="second", boresight=(1.0, -1.0, 0.0), half_angle_deg=60.0, attitude_sigmas=0.0
         ),
     ),
-    required_sigma={"attitude": 0.02, "gyro.bias": 1e-4},
+    required_sigma={"attitude_deg": np.degrees(0.02), "gyro.bias_deg_h": 3600 * np.degrees(1e-4)},
 )
 
 
@@ -226,13 +226,70 @@ def test_bad_objectives(objectives, error, message):
             "positive definite",
         ),
         (lambda: Wheels(inertia=(1.0, 0.0, 1.0)), "inertia"),
-        (lambda: scenario(required_sigma={"attitude": 0.0}), "required_sigma.attitude"),
-        (lambda: scenario(required_sigma={"atitude": 1.0}), "did you mean 'attitude'"),
+        (lambda: scenario(required_sigma={"attitude_deg": 0.0}), "required_sigma.attitude_deg"),
+        (lambda: scenario(required_sigma={"atitude_deg": 1.0}), "did you mean 'attitude_deg'"),
     ],
 )
 def test_bad_limits(make, message):
     with pytest.raises(InvalidValue, match=message):
         make()
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("attitude", "attitude_deg"),
+        ("gyro.bias", "gyro.bias_deg_h"),
+        ("gyro.bias_deg_s", "gyro.bias_deg_h"),
+        ("sun.misalignment", "sun.misalignment_deg"),
+        ("mag.bias", "mag.bias_nt"),
+    ],
+)
+def test_a_requirement_without_its_unit_names_the_key_that_has_it(old, new):
+    with pytest.raises(InvalidValue) as caught:
+        Scenario.from_dict({"preset": "paper", "required_sigma": {old: 0.1}})
+    message = str(caught.value)
+    assert message.startswith(f"required_sigma.{old} = 0.1: unknown")
+    assert f"did you mean '{new}'?" in message
+    assert "\n" not in message
+
+
+def test_requirements_are_in_the_unit_of_their_key():
+    """Keys ending as those of the sensors do; what the filter has is rad, rad/s and 50 µT."""
+    required = {
+        "attitude_deg": 0.1,
+        "gyro": {"bias_deg_h": 2.0},
+        "sun.misalignment_deg": 0.2,
+        "sun.bias": 0.003,
+        "mag.bias_nt": 25.0,
+    }
+    table = {"preset": "paper", "required_sigma": required}
+    model = AttitudeManeuverProblem(Scenario.from_dict(table)).model
+    np.testing.assert_allclose(
+        model.required_sigma[::3],
+        [np.radians(0.1), np.radians(2.0 / 3600.0), np.radians(0.2), 0.003, np.inf, 25.0 / 50e3],
+        rtol=1e-15,
+    )
+
+
+def test_every_block_declares_the_unit_of_its_key():
+    """What is asked of a block is shown in the unit that its key has."""
+    tracker = {"kind": "star-tracker"}
+    table = Scenario.paper().to_dict()
+    table["gyro"] |= {"scale_factor": 1e-3, "misalignment_deg": 0.1}
+    text = Scenario.from_dict(table | {"sensors": [*table["sensors"], tracker]}).to_toml()
+    keys = text.partition("[required_sigma]")[2].partition("The blocks: ")[2].splitlines()[0]
+    assert keys.split(", ") == [
+        "attitude_deg",
+        "gyro.bias_deg_h",
+        "gyro.scale_factor",
+        "gyro.misalignment_deg",
+        "sun.misalignment_deg",
+        "sun.bias",
+        "mag.misalignment_deg",
+        "mag.bias_nt",
+        "tracker.misalignment_deg",
+    ]
 
 
 def test_limits_survive_toml():

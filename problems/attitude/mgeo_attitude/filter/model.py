@@ -106,7 +106,7 @@ class FilterModel:
                 [cone.attitude_sigmas for cone in scenario.keep_outs], dtype=float
             ),
             sun=sun if len(cones) else np.zeros((0, 3)),
-            required_sigma=np.repeat(required.of(suite.blocks), 3),
+            required_sigma=np.repeat(required.of(suite.units), 3),
         )
 
     @property

@@ -25,7 +25,7 @@ from .settings import (
     ManeuverLimits,
     RequiredSigma,
     TraceWeights,
-    state_blocks,
+    state_units,
 )
 from .suggestions import known_names
 
@@ -71,7 +71,7 @@ class Scenario(Validated):
         TraceWeights(), doc="weight of each state block in the trace, 1 where none is given"
     )
     required_sigma: Mapping[str, float] = quantity(
-        RequiredSigma(), doc="1-sigma that each axis of a state block must reach (filter's units)"
+        RequiredSigma(), doc="1-sigma that each axis of a state block must reach, by key with unit"
     )
     wheels: Wheels | None = quantity(None, doc="reaction wheels that turn the satellite")
     keep_outs: tuple[KeepOut, ...] = quantity((), doc="cones that the Sun must stay out of")
@@ -215,10 +215,12 @@ class Scenario(Validated):
             names.append(sensor.name)
 
     def _check_weights(self) -> None:
-        weights = self._checked_blocks("trace_weights", TraceWeights)
-        if not any(weights.of(state_blocks(self.gyro, self.sensors))):
+        units = state_units(self.gyro, self.sensors)
+        weights = self._checked_blocks("trace_weights", TraceWeights, list(units))
+        if not any(weights.of(units)):
             raise InvalidValue("trace_weights", dict(weights), "expected a weight above 0")
-        self._checked_blocks("required_sigma", RequiredSigma)
+        keys = [unit.key(block) for block, unit in units.items()]
+        self._checked_blocks("required_sigma", RequiredSigma, keys)
 
     def _check_keep_outs(self) -> None:
         for i, cone in enumerate(self.keep_outs):
@@ -232,17 +234,16 @@ class Scenario(Validated):
                     f"{cone.half_angle_deg!r}",
                 )
 
-    def _checked_blocks(self, key: str, kind: type[Values]) -> Values:
+    def _checked_blocks(self, key: str, kind: type[Values], known: list[str]) -> Values:
         """Turn a mapping into block values of this suite, or raise an error."""
         try:
             values = kind(getattr(self, key))
         except InvalidValue as error:
             raise error.under(key) from None
-        blocks = state_blocks(self.gyro, self.sensors)
         for block, value in values.items():
-            if block not in blocks:
+            if block not in known:
                 raise InvalidValue(
-                    f"{key}.{block}", value, f"unknown state block{known_names(block, blocks)}"
+                    f"{key}.{block}", value, f"unknown state block{known_names(block, known)}"
                 )
         object.__setattr__(self, key, values)
         return values
