@@ -115,7 +115,13 @@ class AttitudeManeuverProblem(Problem):
 
     @cached_property
     def model(self) -> FilterModel:
-        """Tables of the filter; computed once, when first needed."""
+        """Tables of the filter; computed once, when first needed.
+
+        Warns
+        -----
+        UserWarning
+            For a keep-out cone that no plan keeps; see `constraints.warn_of_start`.
+        """
         model = FilterModel.from_scenario(self.scenario, self.environment)
         warn_of_start(self.scenario, model)
         return model
