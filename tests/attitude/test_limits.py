@@ -39,10 +39,12 @@ LIMITED = scenario(
     maneuvers=ManeuverLimits(max_acceleration_deg_s2=0.02),
     wheels=Wheels(inertia=(0.02, 0.03, 0.04), max_momentum=5e-4, max_torque=1e-5),
     keep_outs=(
-        KeepOut(boresight=(0.0, 0.0, 3.0), half_angle_deg=30.0),
-        KeepOut(name="second", boresight=(1.0, 1.0, 0.0), half_angle_deg=60.0),
+        KeepOut(boresight=(0.0, 0.0, 3.0), half_angle_deg=30.0, attitude_sigmas=0.0),
+        KeepOut(
+            name="second", boresight=(1.0, -1.0, 0.0), half_angle_deg=60.0, attitude_sigmas=0.0
+        ),
     ),
-    required_sigma={"attitude": 0.02, "gyro.bias": 1e-4},
+    required_sigma={"attitude_deg": np.degrees(0.02), "gyro.bias_deg_h": 3600 * np.degrees(1e-4)},
 )
 
 
@@ -123,7 +125,10 @@ def test_a_required_sigma_that_is_lost_again_does_not_count():
         eclipse=True,
         gyro=Scenario.cubesat_6u().gyro,
         convergence=Convergence(window=60.0, relative_decrease=1e-6),
-        required_sigma={"attitude": 0.0032, "gyro.bias": 1e-4},
+        required_sigma={
+            "attitude_deg": np.degrees(0.0032),
+            "gyro.bias_deg_h": 3600 * np.degrees(1e-4),
+        },
     )
     problem = AttitudeManeuverProblem(dark, objectives=("t_end", "t_required"))
     X = designs(12)
@@ -139,7 +144,9 @@ def test_a_required_sigma_that_is_lost_again_does_not_count():
 
 
 def test_a_required_sigma_may_be_met_from_the_start():
-    loose = dataclasses.replace(LIMITED, required_sigma={"attitude": 1.0, "gyro.bias": 1.0})
+    loose = dataclasses.replace(
+        LIMITED, required_sigma={"attitude_deg": 57.0, "gyro.bias_deg_h": 2e5}
+    )
     problem = AttitudeManeuverProblem(loose, objectives=("t_required",))
     assert (evaluated(problem, designs(2))["F"] == 0.0).all()
 
@@ -147,7 +154,7 @@ def test_a_required_sigma_may_be_met_from_the_start():
 def test_sun_keep_out_binds_where_the_reference_sees_the_sun(limited):
     problem, _, out, runs = limited
     for cone, (axis, half_angle) in enumerate(
-        [((0.0, 0.0, 1.0), 30.0), ((np.sqrt(0.5), np.sqrt(0.5), 0.0), 60.0)]
+        [((0.0, 0.0, 1.0), 30.0), ((np.sqrt(0.5), -np.sqrt(0.5), 0.0), 60.0)]
     ):
         for G, run in zip(out["G"], runs, strict=True):
             sun = np.einsum("kij,kj->ki", run.attitude, problem.model.sun[: len(run.times)])
@@ -362,13 +369,70 @@ def test_every_objective_has_a_name_that_a_scenario_takes():
             "positive definite",
         ),
         (lambda: Wheels(inertia=(1.0, 0.0, 1.0)), "inertia"),
-        (lambda: scenario(required_sigma={"attitude": 0.0}), "required_sigma.attitude"),
-        (lambda: scenario(required_sigma={"atitude": 1.0}), "did you mean 'attitude'"),
+        (lambda: scenario(required_sigma={"attitude_deg": 0.0}), "required_sigma.attitude_deg"),
+        (lambda: scenario(required_sigma={"atitude_deg": 1.0}), "did you mean 'attitude_deg'"),
     ],
 )
 def test_bad_limits(make, message):
     with pytest.raises(InvalidValue, match=message):
         make()
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("attitude", "attitude_deg"),
+        ("gyro.bias", "gyro.bias_deg_h"),
+        ("gyro.bias_deg_s", "gyro.bias_deg_h"),
+        ("sun.misalignment", "sun.misalignment_deg"),
+        ("mag.bias", "mag.bias_nt"),
+    ],
+)
+def test_a_requirement_without_its_unit_names_the_key_that_has_it(old, new):
+    with pytest.raises(InvalidValue) as caught:
+        Scenario.from_dict({"preset": "paper", "required_sigma": {old: 0.1}})
+    message = str(caught.value)
+    assert message.startswith(f"required_sigma.{old} = 0.1: unknown")
+    assert f"did you mean '{new}'?" in message
+    assert "\n" not in message
+
+
+def test_requirements_are_in_the_unit_of_their_key():
+    """Keys ending as those of the sensors do; what the filter has is rad, rad/s and 50 µT."""
+    required = {
+        "attitude_deg": 0.1,
+        "gyro": {"bias_deg_h": 2.0},
+        "sun.misalignment_deg": 0.2,
+        "sun.bias": 0.003,
+        "mag.bias_nt": 25.0,
+    }
+    table = {"preset": "paper", "required_sigma": required}
+    model = AttitudeManeuverProblem(Scenario.from_dict(table)).model
+    np.testing.assert_allclose(
+        model.required_sigma[::3],
+        [np.radians(0.1), np.radians(2.0 / 3600.0), np.radians(0.2), 0.003, np.inf, 25.0 / 50e3],
+        rtol=1e-15,
+    )
+
+
+def test_every_block_declares_the_unit_of_its_key():
+    """What is asked of a block is shown in the unit that its key has."""
+    tracker = {"kind": "star-tracker"}
+    table = Scenario.paper().to_dict()
+    table["gyro"] |= {"scale_factor": 1e-3, "misalignment_deg": 0.1}
+    text = Scenario.from_dict(table | {"sensors": [*table["sensors"], tracker]}).to_toml()
+    keys = text.partition("[required_sigma]")[2].partition("The blocks: ")[2].splitlines()[0]
+    assert keys.split(", ") == [
+        "attitude_deg",
+        "gyro.bias_deg_h",
+        "gyro.scale_factor",
+        "gyro.misalignment_deg",
+        "sun.misalignment_deg",
+        "sun.bias",
+        "mag.misalignment_deg",
+        "mag.bias_nt",
+        "tracker.misalignment_deg",
+    ]
 
 
 def test_limits_survive_toml():

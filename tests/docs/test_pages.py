@@ -98,7 +98,7 @@ def test_the_file_of_limits_is_read_and_keeps_what_the_page_says():
     limits = problem.scenario
     assert limits.maneuvers.max_acceleration_deg_s2 == 0.05
     assert limits.wheels.max_torque == 1e-4
-    assert dict(limits.required_sigma) == {"attitude": 0.003, "gyro.bias": 1e-5}
+    assert dict(limits.required_sigma) == {"attitude_deg": 0.17, "gyro.bias_deg_h": 2.0}
     assert (limits.gyro, limits.sensors) == (
         Scenario.cubesat_6u().gyro,
         Scenario.cubesat_6u().sensors,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from .describe import BlockUnit, block_units
 from .filter.evaluator import Evaluation
+from .filter.keep_out import sun_clearance
 from .filter.model import FilterModel
 from .filter.suite import Suite
 from .filter.timeline import Schedule
@@ -84,6 +86,30 @@ def constraints(scenario: Scenario) -> list[Constraint]:
     return found
 
 
+def warn_of_start(scenario: Scenario, model: FilterModel) -> None:
+    """Say of keep-out cones that no plan keeps: the attitude at the start is given, and the Sun.
+
+    Warns
+    -----
+    UserWarning
+        For a cone that the Sun is in at the start, or within the margin of.
+    """
+    initial = np.diag(model.initial_sigma[:3] ** 2)[None]
+    for i, (cone, axis) in enumerate(zip(scenario.keep_outs, model.cones, strict=True)):
+        angle, clearance = (
+            np.degrees(sun_clearance(axis, k, model.sun[:1], initial)[0])
+            for k in (0.0, cone.attitude_sigmas)
+        )
+        if clearance < cone.half_angle_deg:
+            warnings.warn(
+                f"keep_outs[{i}] ({cone.name}): no plan keeps it, because at the start the Sun is "
+                f"{angle:.4g} deg from the boresight, and half_angle_deg = {cone.half_angle_deg:g} "
+                f"with attitude_sigmas = {cone.attitude_sigmas:g} times initial.attitude_deg = "
+                f"{scenario.initial.attitude_deg:g} is more",
+                stacklevel=3,
+            )
+
+
 def wheel_momentum(plan: Schedule, inertia: Floats) -> Floats:
     """Greatest momentum about a body axis that the wheels hold [N m s], shape (n,)."""
     # a ramp is straight, so the greatest momentum is at an end of one of its steps
@@ -103,18 +129,20 @@ def _wheel_momentum(inertia: Floats, greatest: float) -> Constraint:
 
 def _keep_out(index: int, cone: KeepOut) -> Constraint:
     label, least = f"Sun off {cone.name}", np.radians(cone.half_angle_deg)
+    k = cone.attitude_sigmas
 
     def measured(result: Evaluation) -> Floats:
         angle: Floats = result.sun_angle[:, index]
         return angle
 
-    limit = Limit(label, measured, least, "deg", float(np.degrees(1.0)), least=True)
+    margin = f" less {k:g} sigma" if k else ""
+    limit = Limit(label + margin, measured, least, "deg", float(np.degrees(1.0)), least=True)
     return Constraint(label, (limit,))
 
 
 def _required_sigma(scenario: Scenario) -> Constraint:
     suite = Suite(scenario.gyro, scenario.sensors)
-    required = RequiredSigma(scenario.required_sigma).of(suite.blocks)
+    required = RequiredSigma(scenario.required_sigma).of(suite.units)
     limits = (
         _required_of_block(index, greatest, unit)
         for index, (greatest, unit) in enumerate(zip(required, block_units(suite), strict=True))

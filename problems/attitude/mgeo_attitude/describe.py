@@ -15,16 +15,11 @@ from .filter.timeline import VARIABLES_PER_MANEUVER
 from .objectives import OBJECTIVES
 from .scenario import Scenario
 from .scenario.objective_names import PAPER
-from .sensors import Magnetometer
-from .sensors.magnetometer import FIELD_UNIT_NT
 
 if TYPE_CHECKING:
     from .problem import AttitudeManeuverProblem
 
 Floats = NDArray[np.float64]
-
-_DEG = np.degrees(1.0)
-_DEG_H = 3600.0 * _DEG
 
 
 @dataclass(frozen=True)
@@ -122,21 +117,13 @@ def maneuver_texts(x: Floats) -> list[str]:
 def block_units(suite: Suite) -> list[BlockUnit]:
     """Label, unit and factor of each 3-vector of the state, in the order of ``suite.blocks``.
 
-    Attitude and misalignments are shown in deg, the gyro's bias in deg/h, a magnetometer's bias in
-    nT; anything else keeps the unit it has in the filter, in which it is dimensionless.
+    Units are those that gyro and sensors declare, and of the keys of ``required_sigma``.
     """
-    magnetometers = {s.name for s in suite.sensors if isinstance(s, Magnetometer)}
     units = []
-    for name in suite.blocks:
-        owner, _, state = name.rpartition(".")
-        unit, factor = "-", 1.0
-        if state in ("attitude", "misalignment"):
-            unit, factor = "deg", _DEG
-        elif name == "gyro.bias":
-            unit, factor = "deg/h", _DEG_H
-        elif state == "bias" and owner in magnetometers:
-            unit, factor = "nT", FIELD_UNIT_NT
-        units.append(BlockUnit(f"{owner} {state.replace('_', ' ')}".strip(), unit, factor))
+    for block, unit in suite.units.items():
+        owner, _, state = block.rpartition(".")
+        label = f"{owner} {state.replace('_', ' ')}".strip()
+        units.append(BlockUnit(label, unit.text, unit.factor))
     return units
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo.core.problem import Problem
 
 from . import describe, figures
-from .constraints import Constraint, constraints
+from .constraints import Constraint, constraints, warn_of_start
 from .environment import Environment
 from .filter.evaluator import evaluate
 from .filter.model import FilterModel
@@ -118,8 +118,16 @@ class AttitudeManeuverProblem(Problem):
 
     @cached_property
     def model(self) -> FilterModel:
-        """Tables of the filter; computed once, when first needed."""
-        return FilterModel.from_scenario(self.scenario, self.environment)
+        """Tables of the filter; computed once, when first needed.
+
+        Warns
+        -----
+        UserWarning
+            For a keep-out cone that no plan keeps; see `constraints.warn_of_start`.
+        """
+        model = FilterModel.from_scenario(self.scenario, self.environment)
+        warn_of_start(self.scenario, model)
+        return model
 
     def _evaluate(self, X: Floats, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         designs = np.asarray(X, dtype=float)

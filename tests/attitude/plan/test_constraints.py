@@ -18,9 +18,9 @@ from ..test_limits import LIMITED, designs
 
 @pytest.fixture(scope="module")
 def plans():
-    """Two short plans under limits that some of them violate."""
+    """Three short plans under limits that some of them violate."""
     problem = AttitudeManeuverProblem(dataclasses.replace(LIMITED, duration=240.0))
-    X = designs(4)[2:]
+    X = designs(9)[[2, 3, 8]]
     X[:, 3::4] *= 0.4
     return [ManeuverPlan.from_design(problem, x) for x in X]
 

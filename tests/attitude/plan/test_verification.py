@@ -13,7 +13,7 @@ from mgeo_attitude.truth import simulate
 
 def judged(ratio=1.0, nees=1.0):
     table = pd.DataFrame({"rms / predicted [-]": [0.5, ratio]}, index=["attitude x", "sun bias y"])
-    return Verification(200, table, 1.17, nees, (0.94, 1.06))
+    return Verification(200, table, 1.17, nees, (0.94, 1.06), pd.DataFrame())
 
 
 def test_verdicts():

@@ -131,7 +131,8 @@ def verify_plan(
 ) -> None:
     """Fly a plan many times in simulation; exit with 3 if it does not achieve what it promises.
 
-    The truth is nonlinear, the errors are drawn from the scenario, the filter feeds them back.
+    The truth is nonlinear, the errors are drawn from the scenario, the filter feeds them back. Of
+    keep-out cones it says how often the Sun was inside.
     """
     from ..plan.verification import verify
     from .documents import print_document

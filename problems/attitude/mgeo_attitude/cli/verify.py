@@ -13,6 +13,7 @@ from ..files import write_text
 from ..plan import ManeuverPlan
 from ..plan.run_folder import PROBLEM
 from ..plan.verification import Verification
+from .documents import rows
 from .tables import console, printed
 
 
@@ -28,6 +29,9 @@ def print_verification(plan: ManeuverPlan, found: Verification) -> None:
     title = f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s"
     printed(out, title, found.table)
     out.print(f"by chance no ratio exceeds {found.greatest_ratio:.3f}", style="dim")
+    if len(found.keep_outs):
+        printed(out, "Sun inside keep-out cones", found.keep_outs)
+        out.print("steered by the estimate, and flown open loop, of all flights", style="dim")
     low, high = found.nees_bounds
     out.print(Text(f"\nNEES per state {found.nees:.3f}; expected {low:.3f} to {high:.3f}"))
     out.print(Text(_verdict(found), style="bold"))
@@ -41,14 +45,28 @@ def verification_document(plan: ManeuverPlan, found: Verification, seed: int) ->
         "title": f"{found.n_runs} simulated flights of the plan with t_end {plan.t_end:.6g} s and "
         f"trace {plan.trace:.5g}, seed {seed}",
         "verdict": f"{_verdict(found)}; NEES per state {found.nees:.3f}, expected {low:.3f} to "
-        f"{high:.3f}; by chance no ratio exceeds {found.greatest_ratio:.3f}",
+        f"{high:.3f}; by chance no ratio exceeds {found.greatest_ratio:.3f}{_cones(found)}",
         "columns": [str(name) for name in table.columns],
         "rows": table.to_numpy(object).tolist(),
         "problem": PROBLEM,
         "options": plan.problem.options(),
         "design": list(plan.design),
         "achieved": bool(found.achieved),
+        "keep_outs": rows(found.keep_outs),
     }
+
+
+def _cones(found: Verification) -> str:
+    """How often cones were broken, in words."""
+    parts = []
+    for name, row in found.keep_outs.iterrows():
+        ways = ", ".join(
+            f"{row[f'{way}: flights [%]']:.3g} % of flights ({row[f'{way}: time [%]']:.3g} % of "
+            f"the time) {way}"
+            for way in ("steered", "open loop")
+        )
+        parts.append(f"; Sun inside {name} in {ways}")
+    return "".join(parts)
 
 
 def _verdict(found: Verification) -> str:

@@ -15,11 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from ..vector import Vec3
+from ..vector import Vec3, dot
 from .covariance import last_pivot, predict, update
 from .layout import NO_MONITORS, Layout, layout
 from .monitors import Monitors
 from .suite import Suite
+from .sun_excess import sun_excess
 from .symbols import Symbol, SymbolArithmetic, SymbolTriangle
 
 CHECK = "check"
@@ -35,8 +36,9 @@ def step_parts(
 
     ``R[k]`` is what the orbit gives at the step: the reference of each sensor, the Sun if monitors
     need it, and whether each gated sensor is available. ``C[k]`` is what all candidates share:
-    three noise variances and, with a field of view, boresight and cosine of the half-angle for each
-    sensor in turn; the axes and requirements of the monitors; then the trace weight of every state.
+    those of the keep-out cones (`sun_excess.cone_constants`); three noise variances and, with a
+    field of view, boresight and cosine of the half-angle for each sensor in turn; the requirements
+    of the monitors; then the trace weight of every state.
     The compiler's time grows faster than a function: hence several parts.
     """
     at = layout(suite, gated, monitors)
@@ -76,6 +78,14 @@ def step_parts(
     predict(triangle(ops), n, F, Q, ops)
     part("propagate", ops)
 
+    if monitors.cones:
+        # before the measurements: the attitude was flown on what was known until now
+        ops = SymbolArithmetic()
+        sun = row(at.gate - 3, 3)
+        v = Vec3(*(ops.keep(sum(C[3 * i + k] * sun[k] for k in range(3))) for i in range(3)))
+        _watch_sun(monitors, slots(at.monitors, monitors.n_cones), v, constants, triangle(ops), ops)
+        part("watch_sun", ops)
+
     gates = iter(row(at.gate, at.n_gates))
     for index, sensor in enumerate(suite.sensors):
         ops = SymbolArithmetic()
@@ -91,9 +101,9 @@ def step_parts(
         update(triangle(ops), n, measure, variances, ops, gate)
         part(f"update_{index}", ops)
 
-    if monitors.total:
+    if monitors.states:
         ops = SymbolArithmetic()
-        _watch(monitors, slots, row(at.gate - 3, 3), constants, at, ops)
+        _watch(monitors, slots, constants, at, ops)
         part("watch", ops)
 
     ops, weights = SymbolArithmetic(), constants(n)
@@ -107,49 +117,57 @@ def step_parts(
     return parts
 
 
+def _watch_sun(
+    monitors: Monitors,
+    values: list[Symbol],
+    sun: Vec3,
+    constants: Callable[[int], list[Symbol]],
+    P: SymbolTriangle,
+    ops: SymbolArithmetic,
+) -> None:
+    for value, margin in zip(values, monitors.cones, strict=True):
+        if margin:
+            frame, sigmas = [Vec3(*constants(3)) for _ in range(3)], constants(1)[0]
+            now = sun_excess(frame, sigmas, sun, P, value, ops)
+        else:
+            now = dot(Vec3(*constants(3)), sun)
+        ops.store(value.text, ops.maximum(now, value))
+
+
 def _watch(
     monitors: Monitors,
     slots: Callable[[int, int], list[Symbol]],
-    sun: list[Symbol],
     constants: Callable[[int], list[Symbol]],
     at: Layout,
     ops: SymbolArithmetic,
 ) -> None:
     values = slots(at.monitors, monitors.total)
-    if monitors.n_cones:
-        C = slots(at.attitude, 9)
-        v = [ops.keep(sum(C[3 * i + k] * sun[k] for k in range(3))) for i in range(3)]
-        for value in values[: monitors.n_cones]:
-            cosine = sum(a * component for a, component in zip(constants(3), v, strict=True))
-            ops.store(value.text, ops.maximum(cosine, value))
-    if monitors.states:
-        first, *others = (
-            slots(i * (i + 1) // 2 + i, 1)[0] * weight
-            for i, weight in zip(monitors.states, constants(len(monitors.states)), strict=True)
-        )
-        worst = first
-        for ratio in others:
-            worst = ops.keep(ops.maximum(worst, ratio))
-        samples = values[-1]
-        ops.store(samples.text, (samples + 1.0) * ops.at_least(1.0, worst))
+    first, *others = (
+        slots(i * (i + 1) // 2 + i, 1)[0] * weight
+        for i, weight in zip(monitors.states, constants(len(monitors.states)), strict=True)
+    )
+    worst = first
+    for ratio in others:
+        worst = ops.keep(ops.maximum(worst, ratio))
+    samples = values[-1]
+    ops.store(samples.text, (samples + 1.0) * ops.at_least(1.0, worst))
 
 
 def step_constants(
-    suite: Suite, weights: np.ndarray, cones: np.ndarray | None = None, required: Any = ()
+    suite: Suite, weights: np.ndarray, cones: Any = (), required: Any = ()
 ) -> np.ndarray:
     """The array C of ``step(W, C)`` for trace `weights`, shape (n_states,).
 
-    `cones`, shape (n, 3), are the axes and `required` the 1-sigmas of the monitors.
+    `cones` are the constants of the keep-out cones, `required` the 1-sigmas of the monitors.
     """
-    values: list[float] = []
+    values: list[float] = [*cones]
     for sensor in suite.sensors:
         values.extend(sigma**2 for sigma in sensor.noise())
         view = sensor.field_of_view()
         if view is not None:
             boresight, half_angle = view
             values.extend([*boresight, float(np.cos(half_angle))])
-    axes = () if cones is None else np.ravel(cones)
-    return np.array([*values, *axes, *(sigma**-2 for sigma in required), *weights])
+    return np.array([*values, *(sigma**-2 for sigma in required), *weights])
 
 
 def module_source(

@@ -15,6 +15,7 @@ from .codegen import step_constants
 from .jobs import separate, shared
 from .kernel import load_kernel
 from .model import FilterModel
+from .sun_excess import cone_constants
 from .timeline import Schedule
 
 Floats = NDArray[np.float64]
@@ -35,7 +36,8 @@ class Evaluation:
     covariance : array, shape (n, n_states, n_states) or (0, n_states, n_states)
         Covariance at `t_end`, if asked for.
     sun_angle : array, shape (n, n_cones)
-        Least angle [rad] between the Sun, while it shines, and each axis that must stay off it.
+        Least angle [rad] between the Sun, while it shines, and each axis that must stay off it,
+        less the margin for the unknown attitude (`keep_out.sun_clearance`).
     t_required : array, shape (n,)
         Time from which on all required 1-sigmas are met until `t_end` [s]; infinite if they are not
         met then, or there are none.
@@ -107,7 +109,9 @@ def evaluate(
         model.table,
         model.initial_sigma**2,
         start,
-        step_constants(suite, model.weights, model.cones, required),
+        step_constants(
+            suite, model.weights, cone_constants(model.cones, model.cone_sigmas), required
+        ),
         model.window_steps,
         model.relative_decrease,
         model.allow_rise,
@@ -137,19 +141,22 @@ def evaluate(
         )
         t_end = np.where(lost, np.nan, t_end)
     watched = watched[jobs.twin]
-    cosine = np.clip(watched[:, : monitors.n_cones], -1.0, 1.0)
+    sun = watched[:, : monitors.n_cones]
+    sun_angle = np.where(monitors.cones, -sun, np.arccos(np.clip(sun, -1.0, 1.0)))
     t_required = np.full(n, np.inf)
     if monitors.states:
         samples = watched[:, -1]
         met = samples > 0.0
         t_required[met] = model.step * (end_step[jobs.twin] + 1.0 - samples)[met]
     full = _symmetric(final[jobs.twin] if covariance else final, suite.n_states)
-    return Evaluation(t_end, trace, record, full, np.arccos(cosine), t_required, plan)
+    return Evaluation(t_end, trace, record, full, sun_angle, t_required, plan)
 
 
 def _monitors_at_start(model: FilterModel) -> Floats:
     sun = model.sun[0] if len(model.sun) else np.zeros(3)
-    return model.monitors.start(model.cones, sun, model.initial_sigma, model.required_sigma)
+    return model.monitors.start(
+        model.cones, model.cone_sigmas, sun, model.initial_sigma, model.required_sigma
+    )
 
 
 def _symmetric(triangles: Floats, n: int) -> Floats:

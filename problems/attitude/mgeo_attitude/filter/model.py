@@ -50,6 +50,8 @@ class FilterModel:
         How fast rates can change; without it they change at once.
     cones : array, shape (n_cones, 3)
         Body axes that must stay off the Sun, unit vectors.
+    cone_sigmas : array, shape (n_cones,)
+        By how many 1-sigmas of the angle between more than they must.
     sun : array, shape (n_steps + 1, 3) or (0, 3)
         Direction to the Sun where it shines, else zero, GCRS; empty if no axis is watched.
     required_sigma : array, shape (n_states,)
@@ -67,6 +69,7 @@ class FilterModel:
     allow_rise: bool
     agility: Agility | None
     cones: Floats
+    cone_sigmas: Floats
     sun: Floats
     required_sigma: Floats
 
@@ -114,8 +117,11 @@ class FilterModel:
             allow_rise=scenario.convergence.allow_rise,
             agility=agility(scenario),
             cones=cones,
+            cone_sigmas=np.array(
+                [cone.attitude_sigmas for cone in scenario.keep_outs], dtype=float
+            ),
             sun=sun if len(cones) else np.zeros((0, 3)),
-            required_sigma=np.repeat(required.of(suite.blocks), 3),
+            required_sigma=np.repeat(required.of(suite.units), 3),
         )
 
     @property
@@ -132,7 +138,8 @@ class FilterModel:
     def monitors(self) -> Monitors:
         """What is watched along a run."""
         states = np.flatnonzero(self.required_sigma < np.inf)
-        return Monitors(len(self.cones), tuple(int(state) for state in states))
+        margins = tuple(bool(sigmas > 0.0) for sigmas in self.cone_sigmas)
+        return Monitors(margins, tuple(int(state) for state in states))
 
     @cached_property
     def table(self) -> Floats:

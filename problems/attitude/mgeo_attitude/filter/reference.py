@@ -34,6 +34,8 @@ class FilterHistory:
         1-sigma of every state.
     attitude : array, shape (n, 3, 3)
         GCRS to body.
+    predicted_attitude : array, shape (n, 3, 3)
+        Covariance of the attitude error [rad²], before the measurements of the sample.
     covariance : array, shape (n_states, n_states)
         Covariance at the end.
     blocks : tuple of str
@@ -46,6 +48,7 @@ class FilterHistory:
     trace: Floats
     sigma: Floats
     attitude: Floats
+    predicted_attitude: Floats
     covariance: Floats
     blocks: tuple[str, ...]
     converged: bool
@@ -68,12 +71,14 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
     kf.x = np.zeros(n)  # one-dimensional: filterpy broadcasts its (n, 1) default when given H
     kf.P = np.diag(model.initial_sigma**2)
     trace, sigma = [float(model.weights @ np.diag(kf.P))], [model.initial_sigma]
+    predicted = [kf.P[:3, :3]]
     converged = False
     for k in range(1, model.n_steps + 1):
         flown = np.flatnonzero(starts == k - 1)
         if flown.size:
             kf.F, kf.Q = van_loan(model, rates[flown[-1]])
         kf.predict()
+        predicted.append(kf.P[:3, :3].copy())
         rows = seen[k]
         if rows.any():
             kf.update(np.zeros(rows.sum()), R=np.diag(R[rows]), H=H[k, rows])
@@ -91,6 +96,7 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
         trace=np.array(trace),
         sigma=np.array(sigma),
         attitude=attitude[: len(trace)],
+        predicted_attitude=np.array(predicted),
         covariance=kf.P,
         blocks=model.suite.blocks,
         converged=converged,

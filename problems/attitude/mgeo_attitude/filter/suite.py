@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scenario.settings import state_blocks
+from ..scenario.settings import state_units
 from ..sensors import Gyro, Sensor
+from ..units import Unit
 from ..vector import Vec3
 
 Floats = NDArray[np.float64]
@@ -32,7 +33,12 @@ class Suite:
     @cached_property
     def blocks(self) -> tuple[str, ...]:
         """Names of the 3-vectors of the state, in order: ``attitude``, ``gyro.bias``..."""
-        return state_blocks(self.gyro, self.sensors)
+        return tuple(self.units)
+
+    @cached_property
+    def units(self) -> dict[str, Unit]:
+        """Unit of each block for people, in the order of `blocks`."""
+        return state_units(self.gyro, self.sensors)
 
     @property
     def n_states(self) -> int:

@@ -65,12 +65,18 @@ class SymbolArithmetic:
 
     def at_least(self, value: Symbol | float, bound: Symbol | float) -> Symbol:
         """One where the value reaches the bound, else zero."""
-        return Symbol(f"(1.0 if {_text(value)} >= {_text(bound)} else 0.0)")
+        return self.choose(value, bound, 1.0, 0.0)
 
     def maximum(self, a: Symbol | float, b: Symbol | float) -> Symbol:
         """The greater of two values."""
         a, b = self.keep(a), self.keep(b)
-        return Symbol(f"({_text(a)} if {_text(a)} >= {_text(b)} else {_text(b)})")
+        return self.choose(a, b, a, b)
+
+    def choose(
+        self, value: Symbol | float, bound: Symbol | float, yes: Symbol | float, no: Symbol | float
+    ) -> Symbol:
+        """One thing where the value reaches the bound, another where it does not."""
+        return Symbol(f"({_text(yes)} if {_text(value)} >= {_text(bound)} else {_text(no)})")
 
     def store(self, slot: str, value: Symbol | float) -> None:
         self.lines.append(f"{slot} = {_text(value)}")

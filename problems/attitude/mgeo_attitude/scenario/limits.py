@@ -51,12 +51,19 @@ class Wheels(Validated):
 
 @dataclass(frozen=True, kw_only=True)
 class KeepOut(Validated):
-    """A cone around a body axis, a camera's say, in which the Sun must not be while it shines."""
+    """A cone around a body axis, a camera's say, in which the Sun must not be while it shines.
+
+    The axis is where the filter believes it: the cone is kept with a margin of `attitude_sigmas`
+    times the 1-sigma of the angle to the Sun; equation (14) of docs/theory.md.
+    """
 
     name: str = quantity("payload", doc="name of the cone, for people")
     boresight: tuple[float, float, float] = quantity(doc="axis of the cone, body axes (any length)")
     half_angle_deg: float = quantity(
         unit="deg", low=0.0, high=90.0, open_low=True, open_high=True, doc="half-angle of the cone"
+    )
+    attitude_sigmas: float = quantity(
+        3.0, low=0.0, doc="margin for the unknown attitude, in 1-sigmas of the angle; 0 is none"
     )
 
     def __post_init__(self) -> None:

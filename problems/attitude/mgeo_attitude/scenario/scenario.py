@@ -27,6 +27,7 @@ from .settings import (
     RequiredSigma,
     TraceWeights,
     state_blocks,
+    state_units,
 )
 from .suggestions import known_names
 
@@ -75,7 +76,7 @@ class Scenario(Validated):
         TraceWeights(), doc="weight of each state block in the trace, 1 where none is given"
     )
     required_sigma: Mapping[str, float] = quantity(
-        RequiredSigma(), doc="1-sigma that each axis of a state block must reach (filter's units)"
+        RequiredSigma(), doc="1-sigma that each axis of a state block must reach, by key with unit"
     )
     wheels: Wheels | None = quantity(None, doc="reaction wheels that turn the satellite")
     keep_outs: tuple[KeepOut, ...] = quantity((), doc="cones that the Sun must stay out of")
@@ -90,6 +91,7 @@ class Scenario(Validated):
         self._check_weights()
         blocks = state_blocks(self.gyro, self.sensors)
         check_objectives(self.objectives, blocks, bool(self.required_sigma))
+        self._check_keep_outs()
 
     @property
     def n_steps(self) -> int:
@@ -224,22 +226,35 @@ class Scenario(Validated):
             names.append(sensor.name)
 
     def _check_weights(self) -> None:
-        weights = self._checked_blocks("trace_weights", TraceWeights)
-        if not any(weights.of(state_blocks(self.gyro, self.sensors))):
+        units = state_units(self.gyro, self.sensors)
+        weights = self._checked_blocks("trace_weights", TraceWeights, list(units))
+        if not any(weights.of(units)):
             raise InvalidValue("trace_weights", dict(weights), "expected a weight above 0")
-        self._checked_blocks("required_sigma", RequiredSigma)
+        keys = [unit.key(block) for block, unit in units.items()]
+        self._checked_blocks("required_sigma", RequiredSigma, keys)
 
-    def _checked_blocks(self, key: str, kind: type[Values]) -> Values:
+    def _check_keep_outs(self) -> None:
+        for i, cone in enumerate(self.keep_outs):
+            most = (180.0 - cone.half_angle_deg) / self.initial.attitude_deg
+            if cone.attitude_sigmas >= most:
+                raise InvalidValue(
+                    f"keep_outs[{i}].attitude_sigmas",
+                    cone.attitude_sigmas,
+                    f"expected less than {most:.4g}: with initial.attitude_deg = "
+                    f"{self.initial.attitude_deg!r} no attitude is that far from half_angle_deg = "
+                    f"{cone.half_angle_deg!r}",
+                )
+
+    def _checked_blocks(self, key: str, kind: type[Values], known: list[str]) -> Values:
         """Turn a mapping into block values of this suite, or raise an error."""
         try:
             values = kind(getattr(self, key))
         except InvalidValue as error:
             raise error.under(key) from None
-        blocks = state_blocks(self.gyro, self.sensors)
         for block, value in values.items():
-            if block not in blocks:
+            if block not in known:
                 raise InvalidValue(
-                    f"{key}.{block}", value, f"unknown state block{known_names(block, blocks)}"
+                    f"{key}.{block}", value, f"unknown state block{known_names(block, known)}"
                 )
         object.__setattr__(self, key, values)
         return values

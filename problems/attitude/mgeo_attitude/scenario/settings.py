@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from ..fields import Quantity, Validated, checked, quantity
 from ..sensors import Gyro, Sensor
+from ..units import DEG, DIMENSIONLESS, Unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,24 +107,33 @@ class TraceWeights(BlockValues):
 
 
 class RequiredSigma(BlockValues):
-    """1-sigma, > 0, that a plan must reach in every axis of a state block, in the filter's unit.
+    """1-sigma, > 0, that a plan must reach in every axis of a state block.
 
-    Attitude and misalignments are in rad, a gyro's bias in rad/s, a Sun sensor's bias in parts of
-    the unit vector and a magnetometer's in parts of 50 µT.
+    Keys end in the block's unit (`state_units`), in which the number is: ``attitude_deg``,
+    ``gyro.bias_deg_h``, ``mag.bias_nt``; ``sun.bias`` has none.
     """
 
     __slots__ = ()
     _spec = Quantity(doc="required 1-sigma of the block", low=0.0, open_low=True)
 
-    def of(self, blocks: Iterable[str]) -> tuple[float, ...]:
-        """Requirements of the given blocks, in their order; infinite where there is none."""
-        return tuple(self.get(block, math.inf) for block in blocks)
+    def of(self, units: Mapping[str, Unit]) -> tuple[float, ...]:
+        """Requirements of blocks of these units, in the filter's; infinite where there is none."""
+        return tuple(
+            self.get(unit.key(block), math.inf) / unit.factor for block, unit in units.items()
+        )
 
 
 def state_blocks(gyro: Gyro, sensors: Iterable[Sensor]) -> tuple[str, ...]:
     """Names of the 3-vectors of the error state: ``attitude``, ``gyro.bias``, ``sun.bias``..."""
-    return (
-        "attitude",
-        *(f"gyro.{state}" for state in gyro.states()),
-        *(f"{sensor.name}.{state}" for sensor in sensors for state in sensor.states()),
-    )
+    return tuple(state_units(gyro, sensors))
+
+
+def state_units(gyro: Gyro, sensors: Iterable[Sensor]) -> dict[str, Unit]:
+    """Unit of each 3-vector of the error state for people and scenario files, by its name."""
+    owners: list[tuple[str, Gyro | Sensor]]
+    owners = [("gyro", gyro), *((sensor.name, sensor) for sensor in sensors)]
+    return {"attitude": DEG} | {
+        f"{name}.{state}": owner.units.get(state, DIMENSIONLESS)
+        for name, owner in owners
+        for state in owner.states()
+    }

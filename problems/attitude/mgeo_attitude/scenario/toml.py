@@ -16,7 +16,7 @@ from ..files import write_text
 from ..sensors import SENSORS
 from .presets import PRESETS
 from .scenario import Scenario
-from .settings import state_blocks
+from .settings import state_units
 from .tables import from_table, to_table
 
 
@@ -62,10 +62,12 @@ def to_toml(scenario: Scenario) -> str:
                 entries.append(_table(entry, _comments(part)))
             document.add(key, entries)
         elif key in ("trace_weights", "required_sigma"):
-            weights = _table(value, {}, comments[key])
-            blocks = ", ".join(state_blocks(scenario.gyro, scenario.sensors))
-            weights.add(tomlkit.comment(f"The blocks: {blocks}"))
-            document.add(key, weights)
+            values = _table(value, {}, comments[key])
+            units = state_units(scenario.gyro, scenario.sensors)
+            required = key == "required_sigma"
+            keys = [unit.key(block) if required else block for block, unit in units.items()]
+            values.add(tomlkit.comment(f"The blocks: {', '.join(keys)}"))
+            document.add(key, values)
         else:
             document.add(key, _item(value, comments[key]))
     return tomlkit.dumps(document)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fields import Validated, quantity
+from ..units import Unit
 from ..vector import Vec3
 
 if TYPE_CHECKING:
@@ -28,6 +30,8 @@ class Sensor(Validated, ABC):
     kind: ClassVar[str]
     #: Those of its states that are rotations, for `rotation.rotate`; all others are sums.
     rotations: ClassVar[tuple[str, ...]] = ()
+    #: Units of its states for people and scenario files; one that is left out has none.
+    units: ClassVar[Mapping[str, Unit]] = {}
 
     name: str = quantity(doc="name, unique in the suite; prefixes the sensor's states")
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ..fields import Validated, quantity
 from ..rotation import rotate, unrotate
+from ..units import DEG, DEG_H, Unit
 from ..vector import Vec3, cross, scale
 
 
@@ -17,6 +19,8 @@ class Gyro(Validated):
 
     #: Those of its states that are rotations; see `Sensor.rotations`.
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
+    #: See `Sensor.units`.
+    units: ClassVar[Mapping[str, Unit]] = {"bias": DEG_H, "misalignment": DEG}
 
     angle_random_walk_deg_sqrt_h: float = quantity(
         0.01, unit="deg/sqrt(h)", low=0.0, open_low=True, doc="angle random walk, 1-sigma"

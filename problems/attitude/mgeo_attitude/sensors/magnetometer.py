@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..fields import quantity
 from ..rotation import rotate
+from ..units import DEG, Unit
 from ..vector import Vec3, cross
 from .base import Sensor
 
@@ -27,6 +29,10 @@ class Magnetometer(Sensor):
 
     kind: ClassVar[str] = "magnetometer"
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
+    units: ClassVar[Mapping[str, Unit]] = {
+        "misalignment": DEG,
+        "bias": Unit("nT", "nt", FIELD_UNIT_NT),
+    }
 
     name: str = quantity("mag", doc="name, unique in the suite; prefixes the sensor's states")
     noise_nt: float = quantity(

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ..fields import quantity
 from ..rotation import rotate
+from ..units import DEG, Unit
 from ..vector import AXES, ZERO, Vec3, cross, dot
 from .base import Sensor
 
@@ -23,6 +25,7 @@ class StarTracker(Sensor):
 
     kind: ClassVar[str] = "star-tracker"
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
+    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG}
 
     name: str = quantity("tracker", doc="name, unique in the suite; prefixes the sensor's states")
     noise_arcsec: float = quantity(

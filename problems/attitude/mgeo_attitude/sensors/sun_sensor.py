@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..fields import InvalidValue, quantity
 from ..rotation import rotate
+from ..units import DEG, Unit
 from ..vector import Vec3, cross
 from .base import Sensor
 
@@ -24,6 +26,7 @@ class SunSensor(Sensor):
 
     kind: ClassVar[str] = "sun-sensor"
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
+    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG}
 
     name: str = quantity("sun", doc="name, unique in the suite; prefixes the sensor's states")
     noise_deg: float = quantity(

@@ -28,12 +28,19 @@ if TYPE_CHECKING:  # above this text in the generated module, see codegen.py
 BIAS = 3  # the gyro's bias is its first state
 
 
+@njit(error_model="numpy", cache=CACHE)
+def count_inside(cones, sun, count):
+    """Add one to the count of each cone that a direction, body axes, is inside of."""
+    for i in range(len(cones)):
+        count[i] += cones[i, 0] * sun[0] + cones[i, 1] * sun[1] + cones[i, 2] * sun[2] > cones[i, 3]
+
+
 @njit(
     "void(float64[:,::1], int64[::1], float64[:,:,::1], float64[:,:,::1], float64[:,:,::1],"
     "float64[:,:,::1], float64[:,:,::1], boolean[:,::1], float64[:,::1], float64[:,::1], float64,"
     "float64[:,::1], float64[:,::1], float64[::1], float64[::1], float64[:,::1], float64[:,:,::1],"
     "int64[::1], int64[::1], float64[:,::1], float64[:,::1], float64[::1], float64[:,::1],"
-    "int64[:,::1])",
+    "int64[:,::1], float64[:,::1], float64[:,::1], int64, int64[:,::1])",
     error_model="numpy",
     nogil=True,
     cache=CACHE,
@@ -63,6 +70,10 @@ def run(
     nees,
     nis,
     updates,
+    sun,
+    cones,
+    n_watched,
+    inside,
 ):
     """Fly one plan once: truth, measurements and the estimate from them.
 
@@ -109,6 +120,15 @@ def run(
         Their normalized square.
     nis, updates : arrays, shape (n_records, n_sensors), written
         Sum of the normalized squares of the innovations since the record before, and their number.
+    sun : array, shape (n_steps + 1, 3)
+        Direction to the Sun where it shines, else zero, GCRS.
+    cones : array, shape (n_cones, 4)
+        Axis of each keep-out cone, body axes, and cosine of its half-angle.
+    n_watched : int
+        Samples, from the start, at which to look at them.
+    inside : array, shape (2, n_cones), written
+        Number of these at which the Sun was inside: with the satellite steered by the estimate,
+        and as it flies here, open loop.
     """
     n = N_STATES
     true_x, x, mean, e, w = true_errors.copy(), np.zeros(n), np.zeros(n), np.empty(n), np.empty(n)
@@ -148,6 +168,16 @@ def run(
                     Fk[i, j] = step[i, j]
             predict(P, Fk, Q[m], FP)
 
+        if k < n_watched:
+            # a controller on the estimate would have made C the plan's, and true_C what C lacks
+            transform(plan[k], sun[k], body)
+            transform(C.T, body, reported)
+            transform(true_C, reported, body)
+            count_inside(cones, body, inside[0])
+            transform(true_C, sun[k], body)
+            count_inside(cones, body, inside[1])
+
+        if k > 0:
             for sensor in range(N_SENSORS):
                 transform(true_C, true_references[k, sensor], body)
                 cosine = 0.0

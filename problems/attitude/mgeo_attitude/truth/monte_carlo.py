@@ -43,6 +43,10 @@ class MonteCarlo:
         Sum of normalized innovations squared, rᵀ S⁻¹ r, since the sample before.
     updates : array of int, shape (n, m, n_sensors)
         Number of innovations in `nis`; the mean of each should be 3.
+    cones : tuple of str
+        Names of the scenario's keep-out cones.
+    inside : array, shape (n, 2, n_cones)
+        Share of the time until `t_end` in which the Sun was inside each cone; see `keep_outs`.
     """
 
     blocks: tuple[str, ...]
@@ -56,6 +60,8 @@ class MonteCarlo:
     nees: Floats
     nis: Floats
     updates: NDArray[np.int64]
+    cones: tuple[str, ...]
+    inside: Floats
 
     @property
     def n_runs(self) -> int:
@@ -105,6 +111,24 @@ class MonteCarlo:
             },
             index=pd.Index(self.states, name="state"),
         )
+
+    def keep_outs(self) -> pd.DataFrame:
+        """How often the Sun was truly inside each keep-out cone until `t_end`, one row per cone.
+
+        Two satellites are looked at. One is *steered*: its controller turns it until the estimated
+        attitude is the plan's, so that the true one is off the plan by the error of the estimate,
+        before the measurements of the sample. The other flies the plan's rates *open loop*, as all
+        runs here, and keeps the error of its first attitude. The errors of the estimate are those
+        of the open-loop run; along the other path they differ by terms of second order.
+
+        Columns: share of flights in which it was inside at any time, and of the time of all.
+        """
+        ever, share = (self.inside > 0.0).mean(axis=0), self.inside.mean(axis=0)
+        columns = {}
+        for i, way in enumerate(("steered", "open loop")):
+            columns[f"{way}: flights [%]"] = 100.0 * ever[i]
+            columns[f"{way}: time [%]"] = 100.0 * share[i]
+        return pd.DataFrame(columns, index=pd.Index(self.cones, name="cone"))
 
     def history(self) -> pd.DataFrame:
         """Every sample: ``nees`` (mean over runs, per state) and ``nis <sensor>`` (per component).

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from types import ModuleType
@@ -16,6 +17,7 @@ from ..filter.model import FilterModel
 from ..filter.reference import attitudes
 from ..filter.suite import Suite
 from ..filter.timeline import flown
+from ..scenario import KeepOut
 from . import algebra
 from .codegen import module_source
 from .draws import Draws, at_rest
@@ -44,6 +46,9 @@ class Record:
         Sum of the normalized innovations squared since the sample before.
     updates : array of int, shape (n, n_sensors)
         Number of these innovations.
+    inside : array of int, shape (2, n_cones)
+        Samples at which the Sun was inside each keep-out cone: with the satellite steered by the
+        estimate, and flown open loop. See `MonteCarlo.keep_outs`.
     """
 
     errors: Floats
@@ -51,6 +56,7 @@ class Record:
     nees: Floats
     nis: Floats
     updates: Ints
+    inside: Ints
 
 
 @dataclass(frozen=True)
@@ -66,12 +72,18 @@ class Flight:
     truth : FilterModel, optional
         What is true, if it is not the `model` that the estimator believes in: what sensors look at
         and when they see it, how the gyro's states go on, what sensors and gyro report.
+    keep_outs : tuple of KeepOut
+        Cones to watch.
+    n_watched : int
+        Samples from the start at which to watch them.
     """
 
     model: FilterModel
     design: ArrayLike
     records: Ints
     truth: FilterModel | None = None
+    keep_outs: tuple[KeepOut, ...] = ()
+    n_watched: int = 0
 
     @property
     def n_steps(self) -> int:
@@ -86,6 +98,7 @@ class Flight:
             nees=np.zeros(n),
             nis=np.zeros((n, len(suite.sensors))),
             updates=np.zeros((n, len(suite.sensors)), dtype=np.int64),
+            inside=np.zeros((2, len(self.keep_outs)), dtype=np.int64),
         )
         simulator(suite, self._reality.suite).run(
             *self._tables,
@@ -99,6 +112,10 @@ class Flight:
             record.nees,
             record.nis,
             record.updates,
+            np.ascontiguousarray(self._reality.sun),
+            _cones(self.keep_outs),
+            self.n_watched if self.keep_outs else 0,
+            record.inside,
         )
         return record
 
@@ -136,6 +153,12 @@ def simulator(suite: Suite, truth: Suite) -> ModuleType:
     """The compiled module of what is believed and what reports; its ``run`` is `driver.run`."""
     source_of = partial(module_source, suite, truth)
     return load_module("simulator", source_of, (algebra, discretization))
+
+
+def _cones(keep_outs: Sequence[KeepOut]) -> Floats:
+    """Axis and cosine of the half-angle of every cone."""
+    rows = [[*cone.axis(), np.cos(np.radians(cone.half_angle_deg))] for cone in keep_outs]
+    return np.array(rows).reshape(-1, 4)
 
 
 def _views(suite: Suite) -> Floats:

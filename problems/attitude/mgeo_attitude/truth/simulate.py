@@ -93,7 +93,10 @@ def simulate(
     real = model if truth is None else other_truth(truth, scenario, environment)
     simulator(model.suite, real.suite)  # a sensor that cannot be simulated is found out first
     t_end = float(evaluate(model, plan[None], threads).t_end[0])
-    expected = Flight(model, plan, _record_steps(model, t_end))
+    watched = round(t_end / model.step) + 1
+    expected = Flight(
+        model, plan, _record_steps(model, t_end), keep_outs=scenario.keep_outs, n_watched=watched
+    )
     nominal = expected.run(none(model, expected.n_steps), Estimator.plain())
 
     flight = expected if truth is None else dataclasses.replace(expected, truth=real)
@@ -117,6 +120,8 @@ def simulate(
         nees=np.stack([run.nees for run in runs]),
         nis=np.stack([run.nis for run in runs]),
         updates=np.stack([run.updates for run in runs]),
+        cones=tuple(cone.name for cone in scenario.keep_outs),
+        inside=np.stack([run.inside for run in runs]) / flight.n_watched,
     )
 
 
