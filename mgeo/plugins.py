@@ -115,6 +115,16 @@ def find_plugin(name: str) -> Plugin:
     return matches[0]
 
 
+def plugin_versions(modules: Iterable[str]) -> dict[str, str]:
+    """Distributions and versions of the plugins that these modules belong to."""
+    tops = {module.partition(".")[0] for module in modules}
+    return {
+        plugin.distribution: plugin.version
+        for plugin in installed_plugins()
+        if plugin.entry_point.module.partition(".")[0] in tops
+    }
+
+
 def preset_names(name: str) -> list[str]:
     """Presets that plugins declare for the problem of this name, sorted."""
     prefix = f"{name}."
