@@ -68,7 +68,7 @@ def compare(
 
     Warns
     -----
-    RuntimeWarning
+    NotReusedWarning
         If a problem or an algorithm has something that cannot be told from another's for certain:
         its runs are made, but neither kept nor found.
 

@@ -19,6 +19,10 @@ _CALLER = 5  # of `compare`, for warnings
 _OLD = re.compile(r"-[0-9a-f]{12}-seed\d+\.npz$")  # fingerprints without code
 
 
+class NotReusedWarning(RuntimeWarning):
+    """Runs are not kept, or not used, because it cannot be told what they are runs of."""
+
+
 class RunFolder:
     """One file per finished run, named after what determines the run.
 
@@ -34,7 +38,7 @@ class RunFolder:
 
         Warns
         -----
-        RuntimeWarning
+        NotReusedWarning
             Once for each problem or algorithm that cannot, and if the folder holds runs of a
             version of mgeo whose fingerprints said nothing of code.
         """
@@ -80,9 +84,9 @@ class RunFolder:
         old = sum(_OLD.search(path.name) is not None for path in self.folder.iterdir())
         if old:
             warnings.warn(
-                f"{self.folder} holds {old} runs of an earlier mgeo, which did not look at the "
+                f"{self.folder} holds runs of an earlier mgeo ({old}), which did not look at the "
                 "code of problems: they are not used",
-                RuntimeWarning,
+                NotReusedWarning,
                 stacklevel=_CALLER,
             )
 
@@ -96,7 +100,7 @@ def _print_of(part: Any) -> str:
             f"{error}: it cannot be told whether a run of {type(part).__name__} is the one asked "
             "for, so such runs are made, but neither kept nor found again; vouch by an attribute "
             f"fingerprint of {type(part).__name__}, a text that says what it computes",
-            RuntimeWarning,
+            NotReusedWarning,
             stacklevel=_CALLER,
         )
         return ""

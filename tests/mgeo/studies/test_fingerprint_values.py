@@ -8,6 +8,7 @@ import decimal
 import enum
 import fractions
 import functools
+import io
 import logging
 import math
 import operator
@@ -251,7 +252,7 @@ def local():
 UNCERTAIN = {
     "generator": lambda: (i for i in range(3)),
     "sqlite3.Connection": lambda: sqlite3.connect(":memory:"),
-    "_io.TextIOWrapper": lambda: pathlib.Path(__file__).open(),
+    "_io.FileIO": lambda: io.FileIO(__file__),
     "weakref.ReferenceType": lambda: weakref.ref(Color),
     "_thread._local": local,
     "memoryview": lambda: memoryview(b"a"),
