@@ -70,7 +70,7 @@ def _notes(output: Output) -> Iterator[None]:
             else:
                 shown(message, category, *where, **more)
 
-        warnings.showwarning = show  # type: ignore[assignment]  # which has names for `where`
+        warnings.showwarning = show
         yield
 
 
