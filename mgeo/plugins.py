@@ -18,6 +18,9 @@ Besides what pymoo asks of it a problem may have (see `mgeo.testing.check_proble
     What variables, objectives and inequality constraints are called, with units.
 ``from_options(options)``, ``options()``
     How it is built from a table, and the table that builds it again.
+``fingerprint``
+    A text that says what it computes, where that cannot be told from its code and its attributes
+    (see `mgeo.studies.fingerprint`).
 ``indicator_space(F)``
     Objectives on comparable scales, with (1, ..., 1) as reference point.
 ``describe(X)``, ``front_summary(F)``

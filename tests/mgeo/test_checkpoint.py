@@ -322,7 +322,7 @@ def test_a_problem_that_computes_something_else_is_refused(tmp_path):
         r"x = \[(.*)\] F\[(\d)\] = (\S+), expected (\S+);", str(told.value)
     ).groups()
     point = np.array([float(v) for v in x.split(",")])
-    row = np.flatnonzero((result.X == point).all(axis=1))
+    row = np.flatnonzero((point == result.X).all(axis=1))
     assert (index, float(expected)) == ("1", result.F[row[0], 1])
     assert float(found) == pytest.approx(1000 * float(expected))
     assert "resumed without this check (check=False, --no-check)" in str(told.value)

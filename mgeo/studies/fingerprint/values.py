@@ -184,6 +184,8 @@ class Walk:
             yield self(state, " (its state)")
             return
         attributes = {**(own or {}), **(slots or {})}
+        if isinstance(value, Problem) and type(value).__getstate__ is Problem.__getstate__:
+            attributes = vars(value)  # with what pymoo leaves out of copies
         for key in sorted(attributes, key=str):
             for kept in _content(value, key, attributes[key]):
                 yield self(key)
@@ -191,8 +193,11 @@ class Walk:
 
     def _global(self, value: Any, name: str) -> bytes:
         """What pickle knows by its name alone, such as NumPy's functions."""
-        places = (place for place, module in list(sys.modules.items())
-                  if vars(module).get(name) is value and installed(place))  # fmt: skip
+        places = (
+            place
+            for place, module in list(sys.modules.items())
+            if getattr(module, "__dict__", {}).get(name) is value and installed(place)
+        )
         owners = sorted({installed(place) for place in places}, key=_library_last)
         if not owners:
             return self.uncertain(f"is the {_name(type(value))} {name}, known by that name alone")

@@ -304,6 +304,13 @@ def test_locks_and_loggers_compute_nothing():
     assert fingerprint(one) == fingerprint(other)
 
 
+def test_what_pymoo_leaves_out_of_copies_is_not_overlooked():
+    problem = ZDT1(n_var=2, exclude_from_serialization=["model"])
+    problem.model = Frozen(1.0)
+    with pytest.raises(UncertainError, match=r"ZDT1\.model is another one in a copy of it"):
+        fingerprint(problem)
+
+
 class Restless:
     """Is another one whenever it is taken apart."""
 
