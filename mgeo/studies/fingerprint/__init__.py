@@ -28,8 +28,9 @@ from typing import Any
 from pymoo.core.problem import Problem
 
 from mgeo import contract
+from mgeo.studies.fingerprint.attributes import speaks_for_itself
 from mgeo.studies.fingerprint.uncertain import UncertainError
-from mgeo.studies.fingerprint.values import Walk, speaks_for_itself
+from mgeo.studies.fingerprint.values import Walk
 
 __all__ = ["UncertainError", "fingerprint"]
 

@@ -21,7 +21,7 @@ _NAMES = ("co_names", "co_varnames", "co_freevars", "co_cellvars")
 _IDLE = {
     "__abstractmethods__", "__annotations__", "__dict__", "__doc__", "__firstlineno__",
     "__match_args__", "__module__", "__orig_bases__", "__parameters__", "__static_attributes__",
-    "__weakref__", "_abc_impl",
+    "__type_params__", "__weakref__", "_abc_impl", "_value2member_map_",
 }  # fmt: skip
 _IDLE_PREFIXES = ("__annotat", "__dataclass_")
 
@@ -61,7 +61,7 @@ def class_(walk: Walk, value: type) -> bytes:
     )
     above = (walk(each, f" (its base {each.__qualname__})") for each in value.__bases__)
     made = walk(type(value), " (its metaclass)")
-    return mix("class", value.__qualname__, made, *above, *entries, _files(walk, home))
+    return mix("class", owner, value.__qualname__, made, *above, *entries, _files(walk, home))
 
 
 def instructions(walk: Walk, value: CodeType) -> bytes:
@@ -75,11 +75,15 @@ def instructions(walk: Walk, value: CodeType) -> bytes:
 
 def builtin(walk: Walk, value: Any) -> bytes:
     """A function or an attribute that is compiled, by its name and what it is bound to."""
-    if (cls := getattr(value, "__objclass__", None)) is not None:
-        return mix("attribute", cls.__module__, cls.__qualname__, value.__name__)
-    owner = value.__self__
-    bound = module(walk, owner.__name__) if isinstance(owner, ModuleType) else walk(owner)
-    return mix("builtin", value.__qualname__, bound)
+    cls = getattr(value, "__objclass__", None)
+    home = value.__module__ if cls is None else cls.__module__
+    if cls is not None:
+        return mix(
+            "attribute", installed(home), _files(walk, home), cls.__qualname__, value.__name__
+        )
+    if home and _resolved(home, value.__qualname__) is value:
+        return mix("builtin", value.__qualname__, module(walk, home))
+    return mix("builtin", value.__qualname__, walk(value.__self__, " (what it is bound to)"))
 
 
 def module(walk: Walk, name: str) -> bytes:

@@ -7,7 +7,7 @@ import enum
 import sys
 from _thread import LockType, RLock
 from collections.abc import Iterable
-from functools import cached_property
+from functools import cached_property, lru_cache
 from types import (
     BuiltinFunctionType,
     CellType,
@@ -24,14 +24,14 @@ from types import (
     NotImplementedType,
     WrapperDescriptorType,
 )
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
-from pymoo.core.meta import Meta
 from pymoo.core.problem import Problem
 
 from mgeo import contract
 from mgeo.studies.fingerprint import code
+from mgeo.studies.fingerprint.attributes import counted, speaks_for_itself
 from mgeo.studies.fingerprint.digest import mix
 from mgeo.studies.fingerprint.origins import installed
 from mgeo.studies.fingerprint.uncertain import UncertainError
@@ -45,8 +45,8 @@ _BUILTIN = (
     MethodDescriptorType,
     WrapperDescriptorType,
 )
-_EMPTY = (LockType, RLock)  # nothing that is computed depends on them
-_NOT_WHAT = ("elementwise_runner",)  # of a problem: where its elements are evaluated
+_CACHED = type(lru_cache(len))
+_EMPTY = (LockType, RLock, TypeVar)  # nothing that is computed depends on them
 
 
 class Walk:
@@ -139,7 +139,7 @@ class Walk:
         if (inner := _parts(value)) is not None:
             return mix(kind.__name__, *(self(each, step) for step, each in inner))
         if isinstance(value, enum.Enum):
-            return mix("enum", self(kind), value.name)
+            return mix("enum", self(kind), self(value.value))
         if isinstance(value, Problem) and speaks_for_itself(kind):
             return mix("problem", self(kind), self(contract.options(value), ".options()"))
         return self._object(value)
@@ -158,7 +158,7 @@ class Walk:
 
     def _object(self, value: Any) -> bytes:
         kind = type(value)
-        if hasattr(value, "py_func") and hasattr(value, "targetoptions"):  # compiled by Numba
+        if kind.__module__.startswith("numba.") and hasattr(value, "py_func"):
             return mix("jit", self(kind), self(value.py_func), self(value.targetoptions))
         try:
             reduce = copyreg.dispatch_table.get(kind)
@@ -167,7 +167,7 @@ class Walk:
             return self.uncertain(f"is a {_name(kind)}, which cannot be looked into: {error}")
         if isinstance(taken, str):
             return self._global(value, taken)
-        make, arguments, state, items, pairs = (*taken, None, None, None)[:5]
+        make, arguments, state, items, pairs, setter = (*taken, None, None, None, None)[:6]
         return mix(
             "object",
             self(make),
@@ -175,6 +175,7 @@ class Walk:
             *self._state(value, state),
             mix(*(self(item, f"[{i}]") for i, item in enumerate(items or ()))),
             mix(*self._pairs(pairs or ())),
+            self(setter),
         )
 
     def _state(self, value: Any, state: Any) -> Iterable[bytes]:
@@ -187,7 +188,7 @@ class Walk:
         if isinstance(value, Problem) and type(value).__getstate__ is Problem.__getstate__:
             attributes = vars(value)  # with what pymoo leaves out of copies
         for key in sorted(attributes, key=str):
-            for kept in _content(value, key, attributes[key]):
+            for kept in counted(value, key, attributes[key]):
                 yield self(key)
                 yield self(kept, f".{key}")
 
@@ -204,15 +205,6 @@ class Walk:
         return mix("global", owners[-1], name)
 
 
-def speaks_for_itself(cls: type) -> bool:
-    """Whether the ``options()`` of a problem's class know all that its constructor takes."""
-    speaker, maker = (
-        next((each for each in cls.__mro__ if name in vars(each)), object)
-        for name in ("options", "__init__")
-    )
-    return speaker is not object and issubclass(speaker, maker)
-
-
 def _parts(value: Any) -> list[tuple[str, Any]] | None:
     """What wrappers of functions that pickle does not know are made of."""
     kind = type(value)
@@ -224,7 +216,7 @@ def _parts(value: Any) -> list[tuple[str, Any]] | None:
         return [(".fget", value.fget), (".fset", value.fset), (".fdel", value.fdel)]
     if kind is cached_property:
         return [(".func", value.func)]
-    if kind in (staticmethod, classmethod) or kind.__name__ == "_lru_cache_wrapper":
+    if kind in (staticmethod, classmethod, _CACHED):
         return [(".__wrapped__", value.__wrapped__)]
     return None
 
@@ -235,21 +227,6 @@ def _filled(cell: CellType) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _content(value: Any, key: str, attribute: Any) -> tuple[Any, ...]:
-    """An attribute without what is no more than a memory of what was computed; perhaps nothing."""
-    if isinstance(getattr(type(value), key, None), cached_property):
-        return ()
-    if isinstance(value, Meta) and key == "__super__":  # has the same attributes, but in no copy
-        return ()
-    if isinstance(value, Problem):
-        if key in _NOT_WHAT:
-            return ()
-        if key == "cache" and isinstance(attribute, dict):  # where pymoo keeps its fronts
-            others = {name: each for name, each in attribute.items() if not hasattr(Problem, name)}
-            return (others,) if others else ()
-    return (attribute,)
 
 
 def _library_last(owner: str) -> tuple[bool, str]:

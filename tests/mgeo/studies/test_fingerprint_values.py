@@ -72,6 +72,23 @@ class Color(enum.Enum):
     BLUE = 2
 
 
+class Sides(enum.Flag):
+    LEFT = 1
+    RIGHT = 2
+
+
+class Bag:
+    """Has any attribute that is asked for."""
+
+    def __init__(self, scale):
+        self.__dict__["scale"] = scale
+
+    def __getattr__(self, name):
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return 0
+
+
 class Scaled(float):
     pass
 
@@ -122,6 +139,8 @@ VALUES = {
     "slots and dict": lambda k: Slots(k),
     "subclass of float": lambda k: Scaled(k),
     "enum": lambda k: Color(k),
+    "flags": lambda k: Sides.RIGHT | Sides(2 - k),
+    "any attribute": lambda k: [Bag(k)],
     "datetime": lambda k: datetime.datetime(2020, 1, k),
     "time zone": lambda k: datetime.datetime(
         2020, 1, 1, tzinfo=zoneinfo.ZoneInfo("Europe/Berlin" if k == 1 else "America/Sao_Paulo")
