@@ -29,6 +29,7 @@ from mgeo.files import remove_leftovers, to_npz, write_file
 from mgeo.problem_identity import difference, identity
 from mgeo.reading import entry, errors_of, from_npz, parse_json, read_file
 from mgeo.recorder import Recorder
+from mgeo.reevaluation import changed_value
 
 FORMAT = 2
 _MAGIC = b"mgeo checkpoint"
@@ -149,7 +150,12 @@ class Contents:
 
 
 def resume(
-    path: Path | str, problem: Problem, termination: Any = None, **options: Any
+    path: Path | str,
+    problem: Problem,
+    termination: Any = None,
+    *,
+    check: bool = True,
+    **options: Any,
 ) -> ExtremalOptimization:
     """The algorithm of a checkpoint, ready to go on exactly as the run would have.
 
@@ -159,6 +165,10 @@ def resume(
     problem : the problem of that run.
     termination : a new one, counted from the beginning of the run, in any form that pymoo
         takes; None for the one the run had.
+    check : whether up to three points of the archive are evaluated again and compared, so that
+        the run does not go on with a problem that computes something else; False for a problem
+        whose values are random. These evaluations are not counted, and the run is the same with
+        and without them.
     options : as for pymoo's `setup`: ``callback`` (to go on with checkpoints), ``verbose``, ...
 
     Warns
@@ -173,8 +183,9 @@ def resume(
     ------
     FileNotFoundError : if there is no such file.
     ValueError : if it is no whole checkpoint of this version and this problem, or the
-        termination cannot be kept in a file and no new one is given; each names the file. Also
-        for a new termination that is none.
+        termination cannot be kept in a file and no new one is given; each names the file. Another
+        problem is told by its class, sizes, bounds or options, or else by the point at which it
+        gives another value. Also for a new termination that is none.
     TypeError : for an option that `setup` does not take.
     """
     contents = read(path)
@@ -188,7 +199,15 @@ def resume(
             RuntimeWarning,
             stacklevel=2,
         )
-    return restore(contents.state, problem, termination=termination, **options)
+    algorithm = restore(contents.state, problem, termination=termination, **options)
+    if check:
+        found = changed_value(problem, algorithm.front.individuals, {"algorithm": algorithm})
+        if found:
+            raise ValueError(
+                f"{path} belongs to another problem: {found}; one whose values are random is "
+                "resumed without this check (check=False, --no-check)"
+            )
+    return algorithm
 
 
 def read_notes(path: Path | str) -> Mapping[str, Any]:

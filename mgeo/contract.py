@@ -51,6 +51,19 @@ def options(problem: Problem) -> dict[str, Any] | None:
     return given
 
 
+def fingerprint(thing: Any) -> str:
+    """The ``fingerprint`` by which a problem's or an algorithm's author vouches; empty for none."""
+    given = getattr(thing, "fingerprint", None)
+    if given is None:
+        return ""
+    if not isinstance(given, str) or not given:
+        raise PluginError(
+            f"fingerprint of {type(thing).__name__} = {given!r:.80}: expected a text that says "
+            "what it computes"
+        )
+    return given
+
+
 def describe(problem: Problem, X: NDArray[Any]) -> pd.DataFrame | None:
     """Its ``describe(X)``, one row for each of X; None if it has none."""
     import pandas as pd

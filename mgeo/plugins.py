@@ -18,6 +18,9 @@ Besides what pymoo asks of it a problem may have (see `mgeo.testing.check_proble
     What variables, objectives and inequality constraints are called, with units.
 ``from_options(options)``, ``options()``
     How it is built from a table, and the table that builds it again.
+``fingerprint``
+    A text that says what it computes, where that cannot be told from its code and its attributes
+    (see `mgeo.studies.fingerprint`).
 ``indicator_space(F)``
     Objectives on comparable scales, with (1, ..., 1) as reference point.
 ``describe(X)``, ``front_summary(F)``
@@ -113,6 +116,16 @@ def find_plugin(name: str) -> Plugin:
             f"the problem name {name!r} is claimed by {owners}: uninstall all but one"
         )
     return matches[0]
+
+
+def plugin_versions(modules: Iterable[str]) -> dict[str, str]:
+    """Distributions and versions of the plugins that these modules belong to."""
+    tops = {module.partition(".")[0] for module in modules}
+    return {
+        plugin.distribution: plugin.version
+        for plugin in installed_plugins()
+        if plugin.entry_point.module.partition(".")[0] in tops
+    }
 
 
 def preset_names(name: str) -> list[str]:

@@ -31,7 +31,10 @@ def size(name: str) -> Markdown:
     ]
     first = made[0]
     evaluations, seeds = first["evaluations"], len(first["seeds"])
-    versions = ", ".join(f"{package} {v}" for package, v in first["versions"].items())
+    versions = ", ".join(
+        f"{package} {v if isinstance(v, str) else ' and '.join(v)}"
+        for package, v in first["versions"].items()
+    )
     failed = sum(data["runs_failed"] for data in made)
     text = (
         f"Shown here: **{evaluations:,} evaluations, {seeds} seeds**, "

@@ -122,6 +122,13 @@ def resume(
     generations: Annotated[
         int | None, typer.Option(min=1, help="New budget, in generations from the beginning.")
     ] = None,
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check/--no-check",
+            help="Evaluate a few points again first, and refuse a problem that has changed.",
+        ),
+    ] = True,
     json: options.Json = False,
     quiet: options.Quiet = False,
     debug: options.Debug = False,
@@ -133,7 +140,7 @@ def resume(
     """
     from mgeo.cli.resume import run
 
-    raise typer.Exit(run(folder, evaluations, generations, Output(quiet, json)))
+    raise typer.Exit(run(folder, evaluations, generations, check, Output(quiet, json)))
 
 
 @app.command(epilog=epilog("report"))

@@ -11,14 +11,18 @@ from mgeo.cli.running import run_to_folder
 from mgeo.runs import Keeper, resume_run
 
 
-def run(folder: Path, evaluations: int | None, generations: int | None, output: Output) -> int:
+def run(
+    folder: Path, evaluations: int | None, generations: int | None, check: bool, output: Output
+) -> int:
     """Do it; the exit code, as of ``mgeo solve``."""
     with bad_input():
         if evaluations is not None and generations is not None:
             raise ValueError("--evaluations and --generations are both given: expected one")
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always", RuntimeWarning)
-            resumed = resume_run(folder, evaluations=evaluations, generations=generations)
+            resumed = resume_run(
+                folder, evaluations=evaluations, generations=generations, check=check
+            )
         for warning in told:
             output.note(f"Note: {warning.message}")
         record = resumed.notes["record"]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+import warnings
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,7 @@ from mgeo.cli.output import Output
 from mgeo.consoles import plain
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Study, read_study
+from mgeo.studies.folder import NotReusedWarning
 from mgeo.studies.outline import outline
 from mgeo.studies.study import REPORT, run_study
 from mgeo.studies.verdict import verdict
@@ -36,6 +39,7 @@ class Request:
 def run(request: Request, output: Output) -> int:
     """Do it; the exit code tells if runs failed, or it was interrupted."""
     with bad_input(), ExitStack() as stack:
+        stack.enter_context(_notes(output))
         study = read_study(request.file).reduced(request.evaluations, request.seeds)
         out = request.out or Path("studies", request.file.stem)
         n_jobs = _where(request, stack)
@@ -52,6 +56,22 @@ def run(request: Request, output: Output) -> int:
     if failed:
         output.note(f"{failed} runs failed; the same command makes them again")
     return ExitCode.INCOMPLETE if failed else ExitCode.DONE
+
+
+@contextmanager
+def _notes(output: Output) -> Iterator[None]:
+    """Show what is said of runs that are not kept or not used as notes, each of them once."""
+    with warnings.catch_warnings():
+        shown = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+            if issubclass(category, NotReusedWarning):
+                output.note(f"Note: {message}")
+            else:
+                shown(message, category, *where, **more)
+
+        warnings.showwarning = show
+        yield
 
 
 def _where(request: Request, stack: ExitStack) -> int | None:

@@ -41,7 +41,11 @@ class ResumedRun:
 
 
 def resume_run(
-    folder: Path | str, *, evaluations: int | None = None, generations: int | None = None
+    folder: Path | str,
+    *,
+    evaluations: int | None = None,
+    generations: int | None = None,
+    check: bool = True,
 ) -> ResumedRun:
     """The run of a folder, as its last checkpoint has it.
 
@@ -51,13 +55,16 @@ def resume_run(
         Of a run that was kept by a `Keeper`, finished or not.
     evaluations, generations
         A new budget, counted from the beginning of the run; at most one of them.
+    check
+        Whether a few points are evaluated again and compared (see `mgeo.resume`).
 
     Raises
     ------
     FileNotFoundError
         If the folder holds nothing to go on from.
     ValueError, TypeError
-        If the checkpoint is damaged, or the new budget is below what was made already.
+        If the checkpoint is damaged, the problem gives other values than it did, or the new
+        budget is below what was made already.
     """
     folder = Path(folder)
     path = folder / CHECKPOINT_FILE
@@ -69,7 +76,7 @@ def resume_run(
         entry(notes, "record", bool)
         problem = load_problem(recipe.problem, recipe.options)
         check_notes(notes, problem)
-    algorithm = resume(path, problem, ("n_eval", recipe.evaluations))
+    algorithm = resume(path, problem, ("n_eval", recipe.evaluations), check=check)
     algorithm.evaluator.warn = False  # the outcome tells
     budget, made = recipe.evaluations, algorithm.evaluator.n_eval
     if evaluations is not None and generations is not None:

@@ -10,12 +10,14 @@
 from mgeo.studies.comparison import Comparison, Tests
 from mgeo.studies.execute import compare
 from mgeo.studies.file import Study, read_study
+from mgeo.studies.folder import NotReusedWarning
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.stored import read_comparison
 from mgeo.studies.study import run_study
 
 __all__ = [
     "Comparison",
+    "NotReusedWarning",
     "NothingToCompareError",
     "Study",
     "Tests",

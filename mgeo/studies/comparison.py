@@ -44,7 +44,7 @@ class Comparison:
         order, with the indicators, the number of ``points`` on the front, and the columns of the
         problem's ``front_summary``. It does not depend on where or in what order runs were made.
     runs : one row per run: whether it finished, its wall time [s], how many of its evaluations
-        failed, its error if it failed as a whole.
+        failed, its error if it failed as a whole, the versions it was made with if it did not.
     records : the finished runs by (algorithm, seed).
     space : where the indicators were measured.
     """

@@ -61,12 +61,19 @@ def compare(
     n_eval : evaluations of each run.
     seeds : how many (1, 2, ...), or which.
     folder : where finished runs are kept, and found when the same comparison (or a larger one)
-        is made again; None to keep nothing.
+        is made again; None to keep nothing. A run is known by what its problem and its algorithm
+        compute (see `mgeo.studies.fingerprint`), not by their names.
     grid : how many equal steps, or at which numbers of evaluations; `n_eval` always belongs to it.
     bounds, reference_front : of the indicators' space, see `mgeo.studies.space`.
     n_jobs : processes, as joblib counts them: -1 for one per processor.
     progress : False for no display; None for one only if stderr is a terminal.
     title : of that display; default: the problem's class.
+
+    Warns
+    -----
+    NotReusedWarning
+        If a problem or an algorithm has something that cannot be told from another's for certain:
+        its runs are made, but neither kept nor found.
 
     Raises
     ------
@@ -109,7 +116,7 @@ def _found_or_made(
     shown: bool | None,
 ) -> dict[Key, Result]:
     store = None if folder is None else RunFolder(folder)
-    paths = {} if store is None else {key: store.path(task) for key, task in tasks.items()}
+    paths = {} if store is None else store.paths(tasks)
     results: dict[Key, Result] = {}
     if store is not None:
         found = ((key, store.read(path)) for key, path in paths.items())
@@ -118,7 +125,7 @@ def _found_or_made(
     with progress_display(title, len(tasks), len(results), shown) as display:
         for (name, seed), result in run_all(missing, n_jobs):
             # kept by this process, as soon as it is there: workers need not share a file system
-            if store is not None and isinstance(result, Record):
+            if store is not None and isinstance(result, Record) and (name, seed) in paths:
                 store.write(paths[name, seed], result)
             results[name, seed] = result
             display.done(name, seed, result.error if isinstance(result, Failure) else None)
@@ -129,9 +136,10 @@ def _run_row(key: Key, result: Result) -> dict[str, Any]:
     row: dict[str, Any] = {"algorithm": key[0], "seed": key[1]}
     if isinstance(result, Failure):
         row |= {"status": "failed", "wall_time": np.nan, "failed_evaluations": 0}
-        return row | {"error": result.error}
+        return row | {"error": result.error, "versions": ""}
     row |= {"status": "finished", "wall_time": result.wall_time}
-    return row | {"failed_evaluations": result.failed, "error": ""}
+    versions = ", ".join(f"{name} {version}" for name, version in result.versions.items())
+    return row | {"failed_evaluations": result.failed, "error": "", "versions": versions}
 
 
 def _labeled(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[str, Algorithm]:

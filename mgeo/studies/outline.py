@@ -59,9 +59,12 @@ def outline(
     runs = found = timed = 0
     work = 0.0
     for problem, contenders in zip(problems, algorithms, strict=True):
-        for algorithm in contenders.values():
-            tasks = [Task(problem, algorithm, study.evaluations, seed) for seed in study.seeds]
-            there = sum(store.path(task).is_file() for task in tasks)
+        for label, algorithm in contenders.items():
+            tasks = {
+                (label, seed): Task(problem, algorithm, study.evaluations, seed)
+                for seed in study.seeds
+            }
+            there = sum(path.is_file() for path in store.paths(tasks).values())
             runs, found = runs + len(tasks), found + there
             if there < len(tasks):
                 expected = estimate(problem, algorithm, study.evaluations, study.seeds[0], share)

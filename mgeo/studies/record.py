@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import io
+import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mgeo.dominance import FloatArray, nondominated
-from mgeo.reading import from_npz
+from mgeo.reading import entry, from_npz, parse_json
 
 _ARRAYS = {  # kinds of entries, and dimensions
     "numbers": ("iu", 1),
@@ -23,6 +24,7 @@ _ARRAYS = {  # kinds of entries, and dimensions
     "evaluations": ("iu", 0),
     "failed": ("iu", 0),
     "wall_time": ("f", 0),
+    "versions": ("u", 1),  # JSON
 }
 
 
@@ -40,6 +42,7 @@ class Record:
     evaluations : how many were made; a last generation may go beyond `n_eval`.
     failed : how many of the first `n_eval` failed.
     wall_time : duration of the run [s].
+    versions : of what it was made with, by name, where it was made.
     """
 
     numbers: NDArray[np.int64]
@@ -50,6 +53,7 @@ class Record:
     evaluations: int
     failed: int
     wall_time: float
+    versions: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def front_F(self) -> FloatArray:
@@ -72,7 +76,8 @@ class Record:
     def to_bytes(self) -> bytes:
         """As a compressed NumPy archive without pickles; equal records give equal bytes."""
         buffer = io.BytesIO()
-        np.savez_compressed(buffer, **vars(self))
+        text = np.frombuffer(json.dumps(dict(self.versions)).encode(), dtype=np.uint8)
+        np.savez_compressed(buffer, **{**vars(self), "versions": text})
         return buffer.getvalue()
 
     @classmethod
@@ -86,7 +91,7 @@ class Record:
         """
         try:
             return cls(**_checked(from_npz(content)))
-        except ValueError as error:
+        except (ValueError, TypeError) as error:
             raise ValueError(f"not the record of a run: {error}") from error
 
 
@@ -100,6 +105,8 @@ def _checked(data: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
     values = {key: data[key] if ndim else data[key].item() for key, (_, ndim) in _ARRAYS.items()}
     numbers, F, front = (values[name] for name in ("numbers", "F", "front"))
     n_eval = values["n_eval"]
+    told = {"versions": parse_json(values["versions"].tobytes().decode("utf-8"))}
+    values["versions"] = entry(told, "versions", dict[str, str])
     for expected, kept in {
         "one of numbers for each row of F": len(numbers) == len(F),
         "one row of X for each of front": len(values["X"]) == len(front),

@@ -7,7 +7,7 @@ import time
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from mgeo.runs.solve import set_up
 from mgeo.studies.log import EvaluationLog, WatchedEvaluator
 from mgeo.studies.record import Record
+from mgeo.studies.versions import made_with
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -82,7 +83,8 @@ def record(task: Task) -> Record:
                     f"{type(task.algorithm).__name__} made no new candidate after {log.seen} of "
                     f"{task.n_eval} evaluations"
                 )
-    return log.record(time.perf_counter() - began)
+    versions = made_with(task.problem, task.algorithm)
+    return replace(log.record(time.perf_counter() - began), versions=versions)
 
 
 @contextmanager

@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 import json
-import platform
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from mgeo.files import write_files
-from mgeo.plugins import find_plugin
 from mgeo.studies.claim import check, claim
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.execute import compare
-from mgeo.studies.file import PYMOO, Case, Study
+from mgeo.studies.file import Case, Study
 from mgeo.studies.labels import folder_name
 from mgeo.studies.report import by_problem, case_page, study_page
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.statistics import Friedman, friedman
 from mgeo.studies.stored import PROVENANCE, stored_tables
 from mgeo.studies.tables import markdown
+from mgeo.studies.versions import distinct
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -161,14 +159,5 @@ def _provenance(study: Study, case: Case, comparison: Comparison) -> dict[str, A
         "runs_failed": int((statuses == "failed").sum()),
         "hours_of_runs": round(float(comparison.runs["wall_time"].sum()) / 3600.0, 3),
         "written": datetime.now(UTC).isoformat(timespec="seconds"),
-        "versions": _versions(case),
+        "versions": distinct(record.versions for record in comparison.records.values()),
     }
-
-
-def _versions(case: Case) -> dict[str, str]:
-    versions = {"python": platform.python_version()}
-    versions |= {name: version(name) for name in ("mgeo", "pymoo", "numpy", "moocore")}
-    if not case.name.startswith(PYMOO):
-        plugin = find_plugin(case.name)
-        versions[plugin.distribution] = plugin.version
-    return versions

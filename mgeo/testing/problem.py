@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from pymoo.core.problem import Problem
 
+from mgeo import contract
 from mgeo.dominance import FloatArray, nondominated
 from mgeo.testing.failure import no_error, require, require_equal
 
@@ -33,6 +34,8 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
     require(isinstance(problem, Problem), f"{problem!r} is not a pymoo Problem")
     _check_bounds(problem)
     _check_names(problem)
+    with no_error("fingerprint"):
+        contract.fingerprint(problem)
     unit = np.random.default_rng(seed).random((n_points, problem.n_var))
     X = np.vstack([problem.xl + (problem.xu - problem.xl) * unit, problem.xl, problem.xu])
     values = _check_evaluation(problem, X)

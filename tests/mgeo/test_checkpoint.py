@@ -3,12 +3,14 @@
 import errno
 import hashlib
 import itertools
+import re
 
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.callback import CallbackCollection
 from pymoo.optimize import minimize
+from pymoo.problems.functional import FunctionalProblem
 from pymoo.problems.multi import BNH, ZDT1, ZDT2
 from pymoo.termination.default import DefaultMultiObjectiveTermination
 
@@ -314,3 +316,111 @@ def test_a_record_is_complete_after_resuming(order, batches, tmp_path):
     assert table["generation"].tolist() == np.repeat(np.arange(1, 13), 12).tolist()
     assert np.array_equal(table.iloc[:, 1:5], np.concatenate([X for X, _ in seen]))
     assert np.array_equal(table[["f1", "f2"]], np.concatenate([F for _, F in seen]))
+
+
+class Scaled(ZDT1):
+    """Says nothing of its scale but by its values."""
+
+    def __init__(self, scale, noise=None):
+        super().__init__(n_var=4)
+        self.scale, self.noise = scale, noise
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        super()._evaluate(X, out, *args, **kwargs)
+        out["F"][:, 1] *= self.scale
+        if self.noise is not None:
+            out["F"] += self.noise.normal(size=out["F"].shape)
+
+
+def test_a_problem_that_computes_something_else_is_refused(tmp_path):
+    path = tmp_path / "run.checkpoint"
+    result = solve(Scaled(1.0), n_gen=6, callback=Checkpoint(path))
+    with pytest.raises(
+        ValueError, match=r"run\.checkpoint belongs to another problem: at x = \["
+    ) as told:
+        resume(path, Scaled(1000.0))
+    x, index, found, expected = re.search(
+        r"x = \[(.*)\] F\[(\d)\] = (\S+), expected (\S+);", str(told.value)
+    ).groups()
+    point = np.array([float(v) for v in x.split(",")])
+    row = np.flatnonzero((point == result.X).all(axis=1))
+    assert (index, float(expected)) == ("1", result.F[row[0], 1])
+    assert float(found) == pytest.approx(1000 * float(expected))
+    assert "resumed without this check (check=False, --no-check)" in str(told.value)
+
+
+def test_another_function_is_refused(tmp_path):
+    def functional(k):
+        objectives = [lambda x: k * x[0], lambda x: 1 - x[0] + x[1]]
+        return FunctionalProblem(2, objectives, xl=0.0, xu=1.0)
+
+    path = tmp_path / "run.checkpoint"
+    solve(functional(1.0), n_gen=6, callback=Checkpoint(path))
+    assert resume(path, functional(1.0)).n_generations == 6
+    with pytest.raises(ValueError, match=r"belongs to another problem: at x = .* F\[0\] = "):
+        resume(path, functional(2.0))
+
+
+@pytest.mark.parametrize("failing", ["raise", "nan"])
+def test_a_problem_that_fails_where_it_did_not_is_refused(failing, tmp_path):
+    class Failing(Scaled):
+        def _evaluate(self, X, out, *args, **kwargs):
+            super()._evaluate(X, out)
+            if failing == "raise":
+                raise ArithmeticError("no such orbit")
+            out["F"][:] = np.nan
+
+    Failing.__name__ = "Scaled"
+    path = tmp_path / "run.checkpoint"
+    solve(Scaled(1.0), n_gen=3, callback=Checkpoint(path))
+    cause = {"raise": "ArithmeticError: no such orbit", "nan": r"F\[0\] = nan"}[failing]
+    with pytest.raises(ValueError, match=rf"F\[0\] = nan \({cause}\), expected 0"):
+        resume(path, Failing(1.0))
+
+
+def test_constraints_are_compared_too(tmp_path):
+    class Tight(BNH):
+        def _evaluate(self, X, out, *args, **kwargs):
+            super()._evaluate(X, out, *args, **kwargs)
+            out["G"][:, 1] -= 1.0
+
+    Tight.__name__ = "BNH"
+    path = tmp_path / "run.checkpoint"
+    solve(BNH(), n_gen=6, callback=Checkpoint(path))
+    assert resume(path, BNH()).n_generations == 6
+    with pytest.raises(ValueError, match=r" G\[1\] = \S+, expected"):
+        resume(path, Tight())
+
+
+def test_a_noisy_problem_is_resumed_without_the_check(tmp_path):
+    def noisy():
+        return Scaled(1.0, np.random.default_rng(3))
+
+    path = tmp_path / "run.checkpoint"
+    solve(noisy(), n_gen=6, callback=Checkpoint(path))
+    with pytest.raises(ValueError, match="belongs to another problem"):
+        resume(path, noisy())
+    assert resume(path, noisy(), check=False).n_generations == 6
+
+
+def test_values_that_are_rounded_otherwise_are_the_same(tmp_path):
+    path = tmp_path / "run.checkpoint"
+    solve(Scaled(1.0), n_gen=6, callback=Checkpoint(path))
+    assert resume(path, Scaled(1.0 + 1e-13)).n_generations == 6
+    with pytest.raises(ValueError, match="belongs to another problem"):
+        resume(path, Scaled(1.0 + 1e-7))
+
+
+def test_the_check_is_not_seen_by_the_run(tmp_path):
+    path, seen = tmp_path / "run.checkpoint", []
+    problem = Scaled(1.0)
+    solve(problem, n_gen=6, callback=Checkpoint(path))
+    problem.callback = lambda X, out: seen.append(len(X))
+    checked, plain = resume(path, problem, ("n_gen", 12)), resume(path, problem, check=False)
+    assert seen == []
+    assert checked.evaluator.n_eval == plain.evaluator.n_eval == 6 * 12
+    assert checked.random_state.random() == plain.random_state.random()
+    assert [s.random() for s in checked.streams] == [s.random() for s in plain.streams]
+    checked = resume(path, problem, ("n_gen", 12))
+    assert same(checked.run(), solve(Scaled(1.0), n_gen=12))
+    assert len(seen) == 6

@@ -145,6 +145,10 @@ class NoPickle(Good):
         self.scale = lambda x: x
 
 
+class NumberedNotNamed(Good):
+    fingerprint = 3
+
+
 class ForgetsItself(Good):
     def __getstate__(self):
         return {**self.__dict__, "shift": 0.0}
@@ -257,6 +261,7 @@ BROKEN = [
     (Transposed(), "F, row 0 evaluated alone: got"),
     (LooksAside(), "F, row 0 evaluated alone: got"),
     (NoPickle(), "pickle the problem"),
+    (NumberedNotNamed(), "fingerprint: PluginError: fingerprint of NumberedNotNamed = 3"),
     (ForgetsItself(), "F, evaluated by a pickled copy"),
     (NeedsArguments(1.0), r"NeedsArguments\(\) must be constructible without arguments"),
     (IndicatorSwaps(), "must keep which points dominate which"),

@@ -67,6 +67,18 @@ def test_a_change_of_versions_is_one_line(mgeo, monkeypatch):
     assert re.fullmatch(r"Note: a/run.checkpoint was written with another version.*\n", done.stderr)
 
 
+def test_a_plugin_that_computes_something_else_is_refused(mgeo, monkeypatch):
+    solve(mgeo, "a", 160)
+    before = Path("a/front.csv").read_bytes()
+    monkeypatch.setattr("stand_in.DENSITY", 7850.0)
+    done = mgeo("resume", "a", "--evaluations", 320)
+    assert done.exit_code == 2
+    told = r"Error: a/run.checkpoint belongs to another problem: at x = .* F\[0\] = \S+, expected"
+    assert re.match(told, done.stderr)
+    assert Path("a/front.csv").read_bytes() == before
+    assert mgeo("resume", "a", "--evaluations", 320, "--no-check").exit_code == 0
+
+
 def test_a_finished_run_is_written_again(mgeo):
     expected = solve(mgeo, "a", 160)
     for name in ("run.json", "front.csv", "front.html"):

@@ -1,9 +1,12 @@
 import os
+import platform
 import random
 import signal
 import subprocess
 import sys
 import time
+import weakref
+from types import SimpleNamespace
 
 import joblib
 import numpy as np
@@ -15,6 +18,7 @@ from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.algorithms.soo.nonconvex.random_search import RandomSearch
 from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
+from pymoo.problems.functional import FunctionalProblem
 from pymoo.problems.multi import ZDT1
 from pymoo.problems.single import Sphere
 from pymoo.util.ref_dirs import get_reference_directions
@@ -25,6 +29,7 @@ from mgeo.studies.dispatch import run_all
 from mgeo.studies.run import Task, record
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.verdict import verdict
+from mgeo.studies.versions import distinct
 
 from ..naive import nondominated_rows
 from .problems import DyingNSGA2, Element, FailingNSGA2, GlobalRandomSearch, Half, StuckSearch
@@ -124,6 +129,84 @@ def test_finished_runs_are_not_run_again(serial, tmp_path, monkeypatch):
         algorithm = MGEOReal(sigma=sigma, n_runs=3, perturbation="range")
         compare(problem, {"MGEO": algorithm}, n_eval, seeds=1, folder=tmp_path)
     assert made == [2] * 4 + [1] * 3
+
+
+def test_runs_of_another_function_are_not_taken(tmp_path):
+    fronts = []
+    for factor in (1.0, 1000.0):
+        objectives = [lambda x, k=factor: k * x[0], lambda x: 1 - x[0] + x[1]]
+        problem = FunctionalProblem(2, objectives, xl=0.0, xu=1.0)
+        found = compare(problem, [NSGA2(pop_size=10)], 60, seeds=1, folder=tmp_path)
+        fronts.append(next(iter(found.records.values())).front_F)
+    assert len(list(tmp_path.iterdir())) == 2
+    assert np.ptp(fronts[1][:, 0]) > 10 * np.ptp(fronts[0][:, 0])
+
+
+class Connected(ZDT1):
+    """Of what it computes by nobody can tell."""
+
+    def __init__(self):
+        super().__init__(n_var=3)
+        self.service = SimpleNamespace(answers=(i for i in range(9)))
+
+
+class Vouched(Connected):
+    fingerprint = "service 3"
+
+
+def test_runs_that_cannot_be_told_apart_are_made_and_not_kept(tmp_path, monkeypatch):
+    made = []
+    monkeypatch.setattr(
+        "mgeo.studies.dispatch.run", lambda task: made.append(task.seed) or record(task)
+    )
+    algorithms = {"a": NSGA2(pop_size=10), "b": NSGA2(pop_size=12)}
+    for _ in range(2):
+        with pytest.warns(RuntimeWarning) as told:
+            found = compare(Connected(), algorithms, 30, seeds=2, folder=tmp_path)
+        (warning,) = told
+        assert str(warning.message).startswith(
+            "Connected.service.answers is a generator, which cannot be looked into: cannot pickle "
+            "'generator' object: it cannot be told whether a run of Connected is the one asked for"
+        )
+        assert "vouch by an attribute fingerprint of Connected" in str(warning.message)
+        assert warning.filename == __file__
+        assert len(found.records) == 4
+    assert made == [1, 2] * 4
+    assert list(tmp_path.iterdir()) == []
+    for _ in range(2):
+        compare(Vouched(), algorithms, 30, seeds=2, folder=tmp_path)
+    assert len(made) == 12
+    # where it is the algorithm, the other one's runs are kept
+    algorithms["a"].owner = weakref.ref(Connected)
+    with pytest.warns(RuntimeWarning, match=r"^NSGA2\.owner is a weakref.ReferenceType"):
+        compare(PROBLEM, algorithms, 30, seeds=2, folder=tmp_path / "more")
+    assert len(list((tmp_path / "more").iterdir())) == 2
+
+
+def test_runs_without_code_in_their_names_are_told_and_left(tmp_path):
+    old = tmp_path / "NSGA2-0123456789ab-seed1.npz"
+    old.write_bytes(b"old")
+    with pytest.warns(RuntimeWarning, match=r"holds runs of an earlier mgeo \(1\).*are not used"):
+        compare(PROBLEM, [NSGA2(pop_size=12)], 20, seeds=1, folder=tmp_path)
+    assert old.read_bytes() == b"old"
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_runs_say_what_they_were_made_with(tmp_path, monkeypatch):
+    first = compare(PROBLEM, [NSGA2(pop_size=12)], 20, seeds=1, folder=tmp_path)
+    monkeypatch.setattr("mgeo.studies.versions.version", lambda name: "99.0")
+    second = compare(PROBLEM, [NSGA2(pop_size=12)], 20, seeds=2, folder=tmp_path)
+    here = first.records["NSGA2", 1].versions
+    assert {"python", "mgeo", "numpy", "scipy", "pymoo"} <= here.keys()
+    assert here["numpy"] == np.__version__
+    assert dict(second.records["NSGA2", 1].versions) == dict(here)
+    assert second.records["NSGA2", 2].versions["numpy"] == "99.0"
+    told = second.runs["versions"].tolist()
+    assert f"numpy {np.__version__}, " in told[0]
+    assert "numpy 99.0, " in told[1]
+    both = distinct(record.versions for record in second.records.values())
+    assert both["numpy"] == sorted([np.__version__, "99.0"])
+    assert both["python"] == platform.python_version()
 
 
 KILLED = """

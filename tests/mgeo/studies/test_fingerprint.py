@@ -64,6 +64,7 @@ def test_options_that_fail_are_the_plugins_fault():
         fingerprint(Broken())
 
 
+@pytest.mark.slow
 def test_another_process_comes_to_the_same():
     made = "MGEOReal(), SMSEMOA(), {'x', 'y', 'z'}"
     code = (

@@ -110,6 +110,9 @@ def test_a_study_of_one_problem_needs_no_folders_below(tmp_path, stand_in):
     assert names(tmp_path / "out") == FILES | {"runs", "study.toml", "study.json"}
     data = json.loads((tmp_path / "out" / "provenance.json").read_text())
     assert data["versions"]["stand-in"] == "1.2.3"
+    assert {"python", "mgeo", "pymoo", "numpy", "scipy", "moocore"} < data["versions"].keys()
+    runs = pd.read_csv(tmp_path / "out" / "runs.csv")
+    assert runs["versions"].str.contains("stand-in 1.2.3").all()
     assert data["space"]["origin"] == "problem"
 
 
@@ -354,6 +357,21 @@ def test_the_command_runs_a_file_and_says_what_it_found(mgeo, tmp_path):
     assert "cantilever: 8 runs, 4 of them found on disk" in again.stderr
     quiet = mgeo("mine.toml", "--jobs", 1, "--seeds", 1, "--evaluations", 60, "--quiet")
     assert (quiet.exit_code, quiet.output) == (0, "")
+
+
+@pytest.mark.filterwarnings("default")
+def test_runs_that_are_not_used_are_one_note(mgeo, tmp_path):
+    runs = tmp_path / "studies" / "mine" / "runs"
+    runs.mkdir(parents=True)
+    (runs / "NSGA2-0123456789ab-seed1.npz").write_bytes(b"old")
+    for more in ((), ("--dry-run",)):
+        done = mgeo("mine.toml", "--jobs", 1, "--seeds", 1, "--evaluations", 60, *more)
+        assert done.exit_code == 0, done.output
+        notes = [line for line in done.stderr.splitlines() if line.startswith("Note: ")]
+        assert notes == [
+            "Note: studies/mine/runs holds runs of an earlier mgeo (1), which did not look at the "
+            "code of problems: they are not used"
+        ]
 
 
 def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
