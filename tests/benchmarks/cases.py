@@ -14,8 +14,10 @@ Floats = NDArray[np.float64]
 
 PAPER = "paper"
 
-#: The paper's preset as it was when the experiments and the proof of consistency were recorded.
-FORMER_PAPER = Path(__file__).parents[2] / "docs" / "scenarios" / "paper-1-percent.toml"
+#: The presets as they were when the experiments and the proof of consistency were recorded.
+_SCENARIOS = Path(__file__).parents[2] / "docs" / "scenarios"
+FORMER_PAPER = _SCENARIOS / "paper-1-percent.toml"
+FORMER_CUBESAT = _SCENARIOS / "cubesat-6u-with-rises.toml"
 
 #: Suites by name, ordered by size. All fields of view are open: the scalar loop has none.
 SUITES = {

@@ -22,14 +22,17 @@ import numpy as np
 from mgeo_attitude import Estimator, Scenario, simulate
 from mgeo_attitude.truth import OutsideValidity, consistency
 
-from .cases import FORMER_PAPER
+from .cases import FORMER_CUBESAT, FORMER_PAPER
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "docs" / "consistency.jsonl"
 PLANS = json.loads((ROOT / "tests/attitude/truth/plans.json").read_text(encoding="utf-8"))
 
 SEED = 20250
-PRESETS = {"paper": Scenario.from_toml(FORMER_PAPER), "cubesat_6u": Scenario.cubesat_6u()}
+PRESETS = {
+    "paper": Scenario.from_toml(FORMER_PAPER),
+    "cubesat_6u": Scenario.from_toml(FORMER_CUBESAT),
+}
 PLAIN = Estimator.plain()
 ESTIMATORS = {
     "plain": PLAIN,
