@@ -37,6 +37,7 @@ NUMBERS = {
     "indicators": 11,
     "ramp": 12,
     "criterion": 13,
+    "clearance": 14,
 }
 
 pytestmark = pytest.mark.slow
