@@ -53,7 +53,7 @@ def _root(
         os.environ["NO_COLOR"] = "1"
 
 
-@app.command(epilog=epilog("solve"))
+@app.command(cls=options.Solving, epilog=epilog("solve"))
 def solve(
     problem: options.Problem,
     scenario: options.Scenario = None,
