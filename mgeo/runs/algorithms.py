@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
-from mgeo.algorithms.parameters import integer
+from mgeo.algorithms.parameters import did_you_mean, integer
 
 if TYPE_CHECKING:
     import numpy as np
@@ -88,10 +87,9 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     if not isinstance(parameters, Mapping):
         raise TypeError(f"parameters = {parameters!r:.80}: expected a table")
     if name not in ALGORITHMS:
-        close = difflib.get_close_matches(name, ALGORITHMS, n=1)
-        suggestion = f"; did you mean {close[0]!r}?" if close else ""
         raise ValueError(
-            f"no algorithm is called {name!r}: expected one of {', '.join(ALGORITHMS)}{suggestion}"
+            f"no algorithm is called {name!r}: expected one of {', '.join(ALGORITHMS)}"
+            f"{did_you_mean(name, ALGORITHMS)}"
         )
     defaults = _defaults(name)
     for key in parameters:
