@@ -3,24 +3,37 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Collection
+import re
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
 
 
-def keywords(cls: type, root: type) -> frozenset[str]:
-    """Parameters that `cls(...)` takes by name.
+def parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:
+    """Parameters that `cls(...)` takes by name, in order.
 
     Those of its constructor and, as far as each passes on what it does not name, those of the
     constructors that it inherits, except for `root`'s.
     """
-    found: frozenset[str] = frozenset()
+    found: dict[str, inspect.Parameter] = {}
     for constructor in _constructors(cls, root)[:-1]:
-        found |= named(constructor)
+        found |= {name: p for name, p in _named(constructor).items() if name not in found}
         if not any(p.kind is p.VAR_KEYWORD for p in _parameters(constructor)):
             break
     return found
+
+
+def keywords(cls: type, root: type) -> frozenset[str]:
+    """Names of the `parameters`."""
+    return frozenset(parameters(cls, root))
+
+
+def descriptions(cls: type) -> dict[str, str]:
+    """What the docstring of a class says of each parameter, in a line."""
+    _, _, section = (inspect.getdoc(cls) or "").partition("Parameters\n----------\n")
+    entries = re.findall(r"^(\w+) : (.+(?:\n .+)*)", section.partition("\n\n")[0], re.MULTILINE)
+    return {name: " ".join(text.split()).rstrip(".") for name, text in entries}
 
 
 def arguments(algorithm: Any, root: type, leave_out: Collection[str]) -> dict[str, Any]:
@@ -58,7 +71,7 @@ def arguments(algorithm: Any, root: type, leave_out: Collection[str]) -> dict[st
         wanted = frozenset(
             key
             for key in inherited
-            if hasattr(algorithm, key) and not _same(getattr(again, key), getattr(algorithm, key))
+            if hasattr(algorithm, key) and not same(getattr(again, key), getattr(algorithm, key))
         )
         if not wanted:
             return given
@@ -69,8 +82,20 @@ def arguments(algorithm: Any, root: type, leave_out: Collection[str]) -> dict[st
 
 def named(constructor: type) -> frozenset[str]:
     """Parameters that the `__init__` of a class names."""
+    return frozenset(_named(constructor))
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two values of a parameter are equal; not if they cannot be compared."""
+    try:
+        return a is b or bool(np.array_equal(a, b))
+    except Exception:  # of foreign values, in whatever way they say so
+        return False
+
+
+def _named(constructor: type) -> dict[str, inspect.Parameter]:
     several = inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD
-    return frozenset(p.name for p in _parameters(constructor) if p.kind not in several)
+    return {p.name: p for p in _parameters(constructor) if p.kind not in several}
 
 
 def _parameters(cls: type) -> list[inspect.Parameter]:
@@ -82,12 +107,3 @@ def _constructors(cls: type, root: type) -> list[type]:
     """The classes with an `__init__` of their own from `cls` to `root`, which has one."""
     ancestors = cls.__mro__[: cls.__mro__.index(root) + 1]
     return [each for each in ancestors if "__init__" in vars(each)]
-
-
-def _same(a: Any, b: Any) -> bool:
-    if a is b:
-        return True
-    try:
-        return bool(np.array_equal(a, b))
-    except Exception:  # what cannot be compared
-        return False

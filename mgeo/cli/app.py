@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -53,7 +53,7 @@ def _root(
         os.environ["NO_COLOR"] = "1"
 
 
-@app.command(epilog=epilog("solve"))
+@app.command(cls=options.Solving, epilog=epilog("solve"))
 def solve(
     problem: options.Problem,
     scenario: options.Scenario = None,
@@ -213,3 +213,17 @@ def study(
 
     request = Request(file, out, evaluations, seeds, jobs, cluster, dry_run)
     raise typer.Exit(run(request, Output(quiet, json)))
+
+
+@app.command(epilog=epilog("schema"))
+def schema(
+    kind: Annotated[Literal["study"], typer.Argument(help="What the files are.")],
+    debug: options.Debug = False,
+) -> None:
+    """Print a JSON Schema, by which editors complete and check files.
+
+    In editors that know Taplo, a file names it in its first line: #:schema ./study.schema.json
+    """
+    from mgeo.studies.schema import study_schema
+
+    typer.echo(study_schema())

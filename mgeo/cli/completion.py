@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
+from pkgutil import resolve_name
 
 import typer
 
@@ -23,6 +24,11 @@ def among(names: Sequence[str]) -> Complete:
         return [name for name in names if name.startswith(incomplete)]
 
     return complete
+
+
+def among_those_of(table: str) -> Complete:
+    """Completion by the names in a table, ``module:TABLE``, imported only then."""
+    return lambda incomplete: among(list(resolve_name(table)))(incomplete)
 
 
 def problems(incomplete: str) -> list[str]:

@@ -27,6 +27,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo study table3.toml --dry-run",
         "mgeo study table3.toml --cluster tcp://HOST:8786",
     ),
+    "schema": ("mgeo schema study | tee study.schema.json",),
 }
 
 

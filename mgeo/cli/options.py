@@ -3,19 +3,34 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from mgeo.cli import completion
 from mgeo.cli.errors import remember_debug
+from mgeo.cli.parameters import FLAGS
 
-# spelled out, because help and completion must not wait for what the table of them imports
-FAMILY = ("mgeo-real", "mgeo-real2", "mgeo-canonical", "mgeo-var", "mgeo-directed")
-PYMOO = (
-    *("nsga2", "nsga3", "u-nsga3", "spea2", "sms-emoa", "age-moea2", "moead", "ctaea", "gde3"),
-    *("nsde", "mopso-cd", "cmopso", "rvea", "random"),
-)
+
+class Solving(TyperCommand):
+    """A command whose help on algorithms comes from their table and classes, imported for it."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help, with what is known only now."""
+        from mgeo.runs import algorithms
+
+        others = ", ".join(algorithms.other_parameters(FLAGS))
+        texts = {flag: algorithms.parameter_help(name) for name, flag in FLAGS.items()} | {
+            "--algorithm": f"{', '.join(algorithms.ALGORITHMS)}.",
+            "--set": f"Any other parameter of the algorithm, such as bits=12 or restart=archive; "
+            f"may be given several times. They are {others}.",
+        }
+        for option in self.params:
+            for flag in texts.keys() & option.opts:
+                vars(option)["help"] = texts[flag]
+        super().format_help(ctx, formatter)
+
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
 Json = Annotated[
@@ -50,47 +65,28 @@ Algorithm = Annotated[
     str,
     typer.Option(
         metavar="NAME",
-        help=f"{', '.join(FAMILY)}, or one of pymoo's: {', '.join(PYMOO)}.",
-        autocompletion=completion.among((*FAMILY, *PYMOO)),
+        autocompletion=completion.among_those_of("mgeo.runs.algorithms:ALGORITHMS"),
     ),
 ]
-Sigma = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NUMBER[,NUMBER...]",
-        help="mgeo-real, -real2: standard deviation of the perturbation, one or one per variable "
-        "[default: 1.0].",
-    ),
-]
+Sigma = Annotated[str | None, typer.Option(metavar="NUMBER[,NUMBER...]")]
 Tau = Annotated[
     str | None,
     typer.Option(
-        metavar="NUMBER|a-geo1|a-geo2",
-        help="mgeo-...: exponent of the ranking, or a rule by which it adapts [default: 3.0].",
-        autocompletion=completion.among(("a-geo1", "a-geo2")),
+        metavar="NUMBER|NAME",
+        autocompletion=completion.among_those_of("mgeo.algorithms.adaptive:RULES"),
     ),
 ]
-Walkers = Annotated[int | None, typer.Option(help="mgeo-...: independent walkers [default: 30].")]
+Walkers = Annotated[int | None, typer.Option()]
 Perturbation = Annotated[
     str | None,
     typer.Option(
-        metavar="absolute|relative|range",
-        help="mgeo-real, -real2: what sigma is a multiple of: 1, the variable, its range "
-        "[default: absolute].",
-        autocompletion=completion.among(("absolute", "relative", "range")),
+        metavar="NAME", autocompletion=completion.among_those_of("mgeo.algorithms.moves:SCALES")
     ),
 ]
-Population = Annotated[
-    int | None, typer.Option(help="pymoo's algorithms: population size [default: 100].")
-]
+Population = Annotated[int | None, typer.Option()]
 Settings = Annotated[
     list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="NAME=VALUE",
-        help="Any other parameter of the algorithm, such as bits=12 or restart=archive; may be "
-        "given several times.",
-    ),
+    typer.Option("--set", metavar="NAME=VALUE"),
 ]
 Budget = Annotated[
     int | None,

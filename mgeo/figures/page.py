@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
+from typing import Any
 
 import plotly.graph_objects as go
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
 HEIGHT = 560  # px, of a figure that names none
-_STYLE = """
-body { margin: 2rem auto; padding: 0 1rem; max-width: 1200px;
-  font: 15px/1.5 "Open Sans", verdana, arial, sans-serif; color: #222 }
-table { border-collapse: collapse; margin: 1rem 0; display: block; overflow-x: auto;
-  white-space: nowrap }
-th, td { padding: 0.3rem 0.8rem; border-bottom: 1px solid #e3e6ea; text-align: right }
-th:first-child, td:first-child { text-align: left }
-.note { color: #555 } .error { color: #a00 }
-pre { background: #f5f6f8; padding: 1rem; overflow-x: auto; font-size: 13px }
-"""
 _CONFIG = {"responsive": True, "displaylogo": False, "showSendToCloud": False}
+_TEMPLATES = Environment(
+    loader=PackageLoader("mgeo", ""),
+    autoescape=True,
+    undefined=StrictUndefined,
+    trim_blocks=True,
+    lstrip_blocks=True,
+    keep_trailing_newline=True,
+)
+
+
+def render(template: str, **values: Any) -> str:
+    """HTML of a template, a path below `mgeo`; of the values all that is no `Markup` is text."""
+    return _TEMPLATES.get_template(template).render(values)
 
 
 def page(figure: go.Figure, title: str) -> str:
@@ -27,7 +32,7 @@ def page(figure: go.Figure, title: str) -> str:
     The same figure always gives the same text.
     """
     body = _div(figure, "figure", library=True, height="100vh")
-    return _document(title, "body { margin: 0 }", body)
+    return render("figures/assets/shell.html", title=title, parts=[body])
 
 
 def report_page(title: str, parts: Sequence[str | go.Figure]) -> str:
@@ -35,19 +40,19 @@ def report_page(title: str, parts: Sequence[str | go.Figure]) -> str:
 
     The same parts always give the same text.
     """
-    written: list[str] = []
+    written: list[Markup] = []
     drawn = 0
     for part in parts:
         if isinstance(part, str):
-            written.append(part)
+            written.append(Markup(part))
             continue
         height = f"{part.layout.height or HEIGHT}px"
         written.append(_div(part, f"figure{drawn}", library=not drawn, height=height))
         drawn += 1
-    return _document(title, _STYLE, "\n".join(written))
+    return render("figures/assets/report.html", title=title, parts=written)
 
 
-def _div(figure: go.Figure, name: str, *, library: bool, height: str) -> str:
+def _div(figure: go.Figure, name: str, *, library: bool, height: str) -> Markup:
     text: str = figure.to_html(
         full_html=False,
         include_plotlyjs=library,
@@ -55,12 +60,4 @@ def _div(figure: go.Figure, name: str, *, library: bool, height: str) -> str:
         div_id=name,  # plotly would draw a random one
         default_height=height,
     )
-    return text
-
-
-def _document(title: str, style: str, body: str) -> str:
-    return (
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f"<title>{escape(title)}</title>\n<style>{style}</style>\n"
-        f"</head>\n<body>\n{body}\n</body>\n</html>\n"
-    )
+    return Markup(text)

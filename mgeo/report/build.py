@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from html import escape
+import json
 from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
+from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 from pymoo.core.problem import Problem
 
+from mgeo.figures.page import render
 from mgeo.report import summary
 from mgeo.report.encode import Json, figure_json, script_json
 from mgeo.report.history import recorded_history
@@ -22,20 +24,9 @@ from mgeo.report.solutions import (
     planned_rows,
     plans_json,
 )
-from mgeo.report.verification import verification
+from mgeo.report.verification import verifications
 from mgeo.runs.folder import Run, front_table
 from mgeo.runs.highlights import Highlight, highlights
-
-_NO_RECORD = (
-    "The run kept no record of its evaluations (<code>mgeo solve --record</code> does), so how its "
-    "hypervolume grew is not known."
-)
-# nothing from the network, whatever a string of the run might look like; plotly's three-dimensional
-# figures compile functions
-_POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
-    "img-src data: blob:; base-uri 'none'; form-action 'none'"
-)
 
 
 def report_html(folder: Path | str) -> str:
@@ -52,19 +43,25 @@ def report_html(folder: Path | str) -> str:
     run, problem = run_and_problem(folder)
     outcome = run.outcome
     chosen = highlights(problem, outcome.F, outcome.objectives)
-    recorded = recorded_history(folder, problem, run.outcome)
+    recorded = recorded_history(folder, problem, outcome)
     history = None if recorded is None else figure_json(recorded)
-    sections = [
-        _section("What was run", summary.facts(run, folder)),
-        _section("Knee and extremes", summary.cards(chosen, outcome.objectives, outcome.F), "cards")
-        if chosen
-        else _section("Front", "<p>No feasible solution was found.</p>"),
-        _asset("plans.html") if chosen else "",
-        _section("Hypervolume", "<div id=history></div>" if history else f"<p>{_NO_RECORD}</p>"),
-        _section("Monte Carlo", verification(folder, run, problem)),
-        _asset("table.html") if chosen else "",
-    ]
-    return _document(run, "\n".join(sections), _data(problem, run, chosen, history))
+    data = _data(problem, run, chosen, history)
+    return render(
+        "report/assets/report.html",
+        title=summary.title(run),
+        lead=summary.lead(run),
+        facts=summary.facts(run, folder),
+        options=json.dumps(run.recipe.options, indent=2, ensure_ascii=False),
+        outcome=outcome,
+        chosen=chosen,
+        verifications=list(verifications(folder, run, problem)),
+        solutions=outcome.X.tolist(),
+        data=data,
+        json=Markup(script_json(data)),
+        style=_asset("report.css"),
+        library=Markup(get_plotlyjs()),
+        script=Markup("").join(_asset(f"{name}.js") for name in ("figures", "motion", "report")),
+    )
 
 
 def _data(problem: Problem, run: Run, chosen: list[Highlight], history: Json) -> Json:
@@ -95,26 +92,5 @@ def _bounds(problem: Problem) -> Json:
     return [bound.tolist() for bound in bounds] if known else [[], []]
 
 
-def _section(heading: str, body: str, kind: str = "") -> str:
-    inner = f'<div class="{kind}">{body}</div>' if kind else body
-    return f"<section><h2>{heading}</h2>{inner}</section>"
-
-
-def _asset(name: str) -> str:
-    return files("mgeo.report").joinpath("assets", name).read_text(encoding="utf-8")
-
-
-def _document(run: Run, body: str, data: Json) -> str:
-    title = escape(summary.title(run))
-    script = "".join(_asset(f"{name}.js") for name in ("figures", "motion", "report"))
-    return (
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        '<meta name="color-scheme" content="light dark">\n'
-        f"<title>{title}</title>\n<style>{_asset('report.css')}</style>\n"
-        f"<script>{get_plotlyjs()}</script>\n</head>\n<body>\n"
-        f"<header><h1>{title}</h1><p>{escape(summary.lead(run))}</p></header>\n<main>\n{body}\n"
-        f'</main>\n<script type="application/json" id="data">{script_json(data)}</script>\n'
-        f"<script>{script}</script>\n</body>\n</html>\n"
-    )
+def _asset(name: str) -> Markup:
+    return Markup(files("mgeo.report").joinpath("assets", name).read_text(encoding="utf-8"))

@@ -10,8 +10,7 @@ may have left, proves nothing here, and is not shown.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from html import escape
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,18 +19,16 @@ from pymoo.core.problem import Problem
 from mgeo import contract
 from mgeo.problem_identity import difference
 from mgeo.reading import entry, errors_of, read_json
-from mgeo.report import summary
 from mgeo.runs.folder import Run
 from mgeo.runs.keep import VERIFICATION_FILES
 
-_NONE = f"<p>There is none: no file <code>{VERIFICATION_FILES}</code> in the run folder.</p>"
 _LONGEST = 200  # characters of a difference, which may quote a whole list
 
 
-def verification(folder: Path, run: Run, problem: Problem) -> str:
-    """All results of a folder as HTML, in the order of their names; every text is escaped.
-
-    Of a result that is about no solution of the run's front a line says why it is ignored.
+def verifications(
+    folder: Path, run: Run, problem: Problem
+) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
+    """All results of a folder by name: the file, and why it is ignored, or "" and what it says.
 
     Raises
     ------
@@ -45,23 +42,11 @@ def verification(folder: Path, run: Run, problem: Problem) -> str:
         "options": run.recipe.options if options is None else json.loads(json.dumps(options)),
     }
     solutions = run.outcome.X.tolist()
-    files = sorted(folder.glob(VERIFICATION_FILES))
-    return "".join(_one(path, solved, solutions) for path in files) or _NONE
-
-
-def _one(path: Path, solved: Mapping[str, Any], solutions: list[list[float]]) -> str:
-    found = read_json(path)
-    with errors_of(path):
-        _check_form(found)
-    reason = _why_ignored(found, solved, solutions)
-    if reason:
-        return f"<p class=note>{escape(path.name)} is ignored: {escape(reason)}</p>"
-    place = f"{path.name}, solution {solutions.index(found['design'])}"
-    return (
-        f"<h3>{escape(found['title'])}</h3><p><b>{escape(found['verdict'])}</b> "
-        f"<span class=note>({escape(place)})</span></p>"
-        f"{summary.table(found['columns'], found['rows'])}"
-    )
+    for path in sorted(folder.glob(VERIFICATION_FILES)):
+        found = read_json(path)
+        with errors_of(path):
+            _check_form(found)
+        yield path.name, _why_ignored(found, solved, solutions), found
 
 
 def _why_ignored(

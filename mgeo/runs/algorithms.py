@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from mgeo.algorithms.base import EXECUTIONS
-from mgeo.algorithms.parameters import integer
+from mgeo.algorithms import constructors
+from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
+from mgeo.algorithms.parameters import did_you_mean, integer
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,6 +18,35 @@ if TYPE_CHECKING:
 
 DEFAULT = "mgeo-real"
 _MOST_POPULATION = 100_000
+_NOT_SET = ("sampling", "archive_size")  # parameters that a run in a folder leaves as they are
+
+# Module and class, and what the population stands for in the constructors of others; without
+# that, the parameters are those of the class. Runs of CMOPSO repeat with a seed because
+# `mgeo.runs.solve.set_up` sees to it; RVEA is ours, because the result of pymoo's is its
+# population, which is not a front.
+_PYMOO = "pymoo.algorithms"
+ALGORITHMS: Mapping[str, tuple[str, ...]] = {
+    DEFAULT: ("mgeo.algorithms", "MGEOReal"),
+    "mgeo-real2": ("mgeo.algorithms", "MGEOReal2"),
+    "mgeo-canonical": ("mgeo.algorithms", "MGEOCanonical"),
+    "mgeo-var": ("mgeo.algorithms", "MGEOVar"),
+    "mgeo-directed": ("mgeo.algorithms", "MGEODirected"),
+    "nsga2": (f"{_PYMOO}.moo.nsga2", "NSGA2", "pop_size"),
+    "nsga3": (f"{_PYMOO}.moo.nsga3", "NSGA3", "ref_dirs", "pop_size"),
+    "u-nsga3": (f"{_PYMOO}.moo.unsga3", "UNSGA3", "ref_dirs", "pop_size"),
+    "spea2": (f"{_PYMOO}.moo.spea2", "SPEA2", "pop_size"),
+    "sms-emoa": (f"{_PYMOO}.moo.sms", "SMSEMOA", "pop_size"),
+    "age-moea2": (f"{_PYMOO}.moo.age2", "AGEMOEA2", "pop_size"),
+    "moead": (f"{_PYMOO}.moo.moead", "MOEAD", "ref_dirs"),
+    "ctaea": (f"{_PYMOO}.moo.ctaea", "CTAEA", "ref_dirs"),
+    "gde3": (f"{_PYMOO}.moo.gde3", "GDE3", "pop_size"),
+    "nsde": (f"{_PYMOO}.moo.nsde", "NSDE", "pop_size"),
+    "mopso-cd": (f"{_PYMOO}.moo.mopso_cd", "MOPSO_CD", "pop_size"),
+    "cmopso": (f"{_PYMOO}.moo.cmopso", "CMOPSO", "pop_size"),
+    "rvea": ("mgeo.runs.rvea", "FrontRVEA", "ref_dirs"),
+    "random": (f"{_PYMOO}.soo.nonconvex.random_search", "RandomSearch", "n_points_per_iteration"),
+}
+FAMILY = [name for name, (_, _, *population) in ALGORITHMS.items() if not population]
 
 
 def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
@@ -31,12 +59,19 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
         the problem.
     """
     complete = complete_parameters(name, parameters)
-    entry = ALGORITHMS[name]
     try:
-        cls = getattr(import_module(entry.module), entry.cls)
+        cls = _class(name)
     except (ImportError, AttributeError) as error:
         raise ValueError(f"algorithm {name!r} is not in the installed pymoo: {error}") from error
-    return entry.build(cls, complete, problem)
+    if name in FAMILY:
+        return cls(**complete)
+    population = integer("population", complete["population"], low=4, high=_MOST_POPULATION)
+    if name == "moead" and problem.has_constraints():
+        raise ValueError("algorithm 'moead' does not treat constraints, which this problem has")
+    _, _, *wanted = ALGORITHMS[name]
+    directed = "ref_dirs" in wanted
+    given = {"ref_dirs": _directions(population, problem)} if directed else {}
+    return cls(**dict.fromkeys(wanted, population) | given)
 
 
 def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -52,12 +87,11 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     if not isinstance(parameters, Mapping):
         raise TypeError(f"parameters = {parameters!r:.80}: expected a table")
     if name not in ALGORITHMS:
-        close = difflib.get_close_matches(name, ALGORITHMS, n=1)
-        suggestion = f"; did you mean {close[0]!r}?" if close else ""
         raise ValueError(
-            f"no algorithm is called {name!r}: expected one of {', '.join(ALGORITHMS)}{suggestion}"
+            f"no algorithm is called {name!r}: expected one of {', '.join(ALGORITHMS)}"
+            f"{did_you_mean(name, ALGORITHMS)}"
         )
-    defaults = ALGORITHMS[name].defaults
+    defaults = _defaults(name)
     for key in parameters:
         if key not in defaults:
             raise ValueError(
@@ -76,45 +110,34 @@ def default_evaluations(algorithm: Algorithm, problem: Problem) -> int:
     return int(max(1, EXECUTIONS // walkers) * walkers * problem.n_var)
 
 
-@dataclass(frozen=True)
-class _Entry:
-    module: str
-    cls: str
-    defaults: Mapping[str, Any]
-    build: Callable[[Any, Mapping[str, Any], Problem], Algorithm]
+def parameter_help(parameter: str) -> str:
+    """A line on a parameter: which algorithms have it, what it is, and its default."""
+    if parameter == "population":
+        return "pymoo's algorithms: population size [default: 100]."
+    defaults = {name: _defaults(name) for name in FAMILY}
+    values = {name: d[parameter] for name, d in defaults.items() if parameter in d}
+    first, *others = values
+    different = [f", {values[n]} of {n}" for n in others if values[n] != values[first]]
+    text = constructors.descriptions(_class(first))
+    names = "mgeo-..." if len(values) == len(FAMILY) else ", ".join(values)
+    return f"{names}: {text[parameter]} [default: {values[first]}{''.join(different)}]."
 
 
-def _with_walkers(cls: Any, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
-    return cls(**parameters)
+def other_parameters(known: Collection[str]) -> list[str]:
+    """Parameters of the family but those that are known."""
+    return list(dict.fromkeys(key for n in FAMILY for key in _defaults(n) if key not in known))
 
 
-def _with_population(cls: Any, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
-    return cls(pop_size=_population(parameters))
+def _class(name: str) -> Any:
+    module, cls, *_ = ALGORITHMS[name]
+    return getattr(import_module(module), cls)
 
 
-def _with_directions_and_population(
-    cls: Any, parameters: Mapping[str, Any], problem: Problem
-) -> Algorithm:
-    population = _population(parameters)
-    return cls(ref_dirs=_directions(population, problem), pop_size=population)
-
-
-def _with_directions(cls: Any, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
-    return cls(ref_dirs=_directions(_population(parameters), problem))
-
-
-def _moead(cls: Any, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
-    if problem.has_constraints():
-        raise ValueError("algorithm 'moead' does not treat constraints, which this problem has")
-    return _with_directions(cls, parameters, problem)
-
-
-def _random(cls: Any, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
-    return cls(n_points_per_iteration=_population(parameters))
-
-
-def _population(parameters: Mapping[str, Any]) -> int:
-    return integer("population", parameters["population"], low=4, high=_MOST_POPULATION)
+def _defaults(name: str) -> dict[str, Any]:
+    if name not in FAMILY:
+        return {"population": 100}
+    parameters = constructors.parameters(_class(name), ExtremalOptimization)
+    return {name: p.default for name, p in parameters.items() if name not in _NOT_SET}
 
 
 def _directions(population: int, problem: Problem) -> NDArray[np.float64]:
@@ -133,51 +156,3 @@ def _directions(population: int, problem: Problem) -> NDArray[np.float64]:
         "das-dennis", problem.n_obj, n_partitions=partitions
     )
     return directions
-
-
-def _pymoo(
-    module: str,
-    cls: str,
-    build: Callable[[Any, Mapping[str, Any], Problem], Algorithm] = _with_population,
-) -> _Entry:
-    return _Entry(f"pymoo.algorithms.{module}", cls, {"population": 100}, build)
-
-
-_STEPS = {"sigma": 1.0, "tau": 3.0, "n_runs": 30, "perturbation": "absolute"}
-_BITS = {"tau": 3.0, "n_runs": 30, "bits": 16, "coding": "plain"}
-_RESTARTS = {"restart": "never", "patience": 50}
-
-_DIRECTED = {
-    "tau": 3.0, "n_runs": 8, "ends": 0.4, "difference": 0.5, "coupling": (0.25, 0.5),
-    "widths": (0.001, 1.0), "recall": 0.3, "adopt": (0.2, 0.02), "renew": (4, 50),
-    "max_candidates": 12,
-}  # fmt: skip
-
-# Runs of CMOPSO repeat with a seed because `mgeo.runs.solve.set_up` sees to it; RVEA is ours,
-# because the result of pymoo's is its population, which is not a front.
-ALGORITHMS: Mapping[str, _Entry] = {
-    DEFAULT: _Entry("mgeo", "MGEOReal", _STEPS | _RESTARTS, _with_walkers),
-    "mgeo-real2": _Entry(
-        "mgeo",
-        "MGEOReal2",
-        _STEPS | {"n_steps": 5, "divisor": 2.0, "schedule": "factorial"} | _RESTARTS,
-        _with_walkers,
-    ),
-    "mgeo-canonical": _Entry("mgeo", "MGEOCanonical", _BITS | _RESTARTS, _with_walkers),
-    "mgeo-var": _Entry("mgeo", "MGEOVar", _BITS | _RESTARTS, _with_walkers),
-    "mgeo-directed": _Entry("mgeo", "MGEODirected", _DIRECTED, _with_walkers),
-    "nsga2": _pymoo("moo.nsga2", "NSGA2"),
-    "nsga3": _pymoo("moo.nsga3", "NSGA3", _with_directions_and_population),
-    "u-nsga3": _pymoo("moo.unsga3", "UNSGA3", _with_directions_and_population),
-    "spea2": _pymoo("moo.spea2", "SPEA2"),
-    "sms-emoa": _pymoo("moo.sms", "SMSEMOA"),
-    "age-moea2": _pymoo("moo.age2", "AGEMOEA2"),
-    "moead": _pymoo("moo.moead", "MOEAD", _moead),
-    "ctaea": _pymoo("moo.ctaea", "CTAEA", _with_directions),
-    "gde3": _pymoo("moo.gde3", "GDE3"),
-    "nsde": _pymoo("moo.nsde", "NSDE"),
-    "mopso-cd": _pymoo("moo.mopso_cd", "MOPSO_CD"),
-    "cmopso": _pymoo("moo.cmopso", "CMOPSO"),
-    "rvea": _Entry("mgeo.runs.rvea", "FrontRVEA", {"population": 100}, _with_directions),
-    "random": _pymoo("soo.nonconvex.random_search", "RandomSearch", _random),
-}

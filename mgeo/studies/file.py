@@ -10,21 +10,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.parameters import integer
+from mgeo.models import checked
 from mgeo.plugins import built, load_problem
-from mgeo.reading import entry, errors_of, parse_toml, read_text
+from mgeo.reading import errors_of, parse_toml, read_text
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.runs.scenario import read_scenario
-from mgeo.studies.execute import GRID_POINTS
 from mgeo.studies.labels import distinct, filled
+from mgeo.studies.schema import MOST, AlgorithmTable, ProblemTable, PublishedTable, StudyTable
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
 
 PYMOO = "pymoo:"  # before the name of one of pymoo's test problems
-_KEYS = ("title", "about", "evaluations", "seeds", "grid", "problems", "algorithms", "published")
-_MOST = 100_000  # runs of a kind: more are a slip
-_PROBLEM_KEYS = ("name", "label", "scenario", "options")
 
 
 @dataclass(frozen=True)
@@ -75,14 +73,6 @@ class Contender:
 
 
 @dataclass(frozen=True)
-class Published:
-    """Values of a publication to be shown beside the study's: by label, then by column."""
-
-    source: str
-    table: Mapping[str, Mapping[str, float]]
-
-
-@dataclass(frozen=True)
 class Study:
     """What a study file says; `text` is the file."""
 
@@ -93,7 +83,7 @@ class Study:
     grid: int
     cases: tuple[Case, ...]
     contenders: tuple[Contender, ...]
-    published: Published | None
+    published: PublishedTable | None
     text: str
 
     def reduced(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
@@ -108,7 +98,7 @@ class Study:
         if evaluations is not None:
             changes["evaluations"] = integer("evaluations", evaluations, low=1)
         if seeds is not None:
-            count = integer("seeds", seeds, low=1, high=_MOST)
+            count = integer("seeds", seeds, low=1, high=MOST)
             more = range(max(self.seeds) + 1, max(self.seeds) + 1 + count)
             changes["seeds"] = (*self.seeds, *more)[:count]
         return replace(self, **changes)
@@ -140,153 +130,85 @@ def parse_study(text: str, folder: Path) -> Study:
     ValueError, TypeError
         As `read_study`, without the name of the file.
     """
-    data = parse_toml(text)
-    _refuse_unknown(data, _KEYS, "")
-    for key in ("title", "evaluations", "seeds", "problems", "algorithms"):
-        if key not in data:
-            raise ValueError(f"{key} is missing")
-    cases = _cases(_tables(data, "problems"), folder)
-    contenders = [c for i, t in enumerate(_tables(data, "algorithms")) for c in _contenders(t, i)]
-    for key, labels in (
-        ("problems", [case.label for case in cases]),
-        ("algorithms", [contender.label for contender in contenders]),
-    ):
-        twice = sorted({label for label in labels if labels.count(label) > 1})
-        if twice:
+    table = checked(StudyTable, parse_toml(text))
+    cases = _cases(table.problems, folder)
+    contenders = [c for i, each in enumerate(table.algorithms) for c in _contenders(each, i)]
+    labels = {
+        "problems": [case.label for case in cases],
+        "algorithms": [contender.label for contender in contenders],
+    }
+    for key, own in labels.items():
+        if twice := sorted({label for label in own if own.count(label) > 1}):
             raise ValueError(f"{key}: {twice[0]!r} is there twice; expected different labels")
-    study = Study(
-        title=_string(data, "title"),
-        about=_string(data, "about") if "about" in data else "",
-        evaluations=integer("evaluations", data["evaluations"], low=1),
-        seeds=_seeds(data["seeds"]),
-        grid=integer("grid", data.get("grid", GRID_POINTS), low=1, high=_MOST),
+    for label in table.published.table if table.published else ():
+        if label not in labels["algorithms"]:
+            raise ValueError(
+                f"published.table: {label!r} is no algorithm of this study, which are "
+                f"{', '.join(sorted(labels['algorithms']))}"
+            )
+    return Study(
+        title=table.title,
+        about=table.about,
+        evaluations=table.evaluations,
+        seeds=table.seeds,
+        grid=table.grid,
         cases=tuple(cases),
         contenders=tuple(contenders),
-        published=_published(data["published"]) if "published" in data else None,
+        published=table.published,
         text=text,
     )
-    _check_published(study)
-    return study
 
 
-def _cases(tables: Sequence[Mapping[str, Any]], folder: Path) -> list[Case]:
+def _cases(tables: Sequence[ProblemTable], folder: Path) -> list[Case]:
     """Their problems, with longer labels where shorter ones would be the same."""
     found = [each for i, table in enumerate(tables) for each in _named(table, i, folder)]
     labels = distinct([candidates for _, candidates in found])
     return [replace(case, label=label) for (case, _), label in zip(found, labels, strict=True)]
 
 
-def _named(
-    table: Mapping[str, Any], index: int, folder: Path
-) -> Iterator[tuple[Case, Sequence[str]]]:
+def _named(table: ProblemTable, index: int, folder: Path) -> Iterator[tuple[Case, Sequence[str]]]:
     """Every problem of a table, and what it may be called, the shortest first."""
     where = f"problems[{index}]."
-    _refuse_unknown(table, _PROBLEM_KEYS, where)
-    if "name" not in table:
-        raise ValueError(f"{where}name is missing")
-    if "scenario" in table and "options" in table:
+    if table.scenario is not None and table.options is not None:
         raise ValueError(f"{where}scenario and options: expected one of them")
-    options = entry(table, "options", dict, where) if "options" in table else {}
-    for full in _listed(table["name"]):
-        if not isinstance(full, str):
-            raise TypeError(f"{where}name = {full!r}: expected a string, or a list of strings")
+    options = table.options or {}
+
+    def called(values: Mapping[str, Any], *names: str) -> Sequence[str]:
+        return names if table.label is None else (filled(table.label, where, values),)
+
+    for full in table.name:
         name = full.removeprefix(PYMOO)
-        if "scenario" not in table:
-            details = [f"{key} = {value}" for key, value in options.items()]
-            names = (name, ", ".join([name, *details]), ", ".join([full, *details]))
-            yield Case("", full, options), _given(table, where, {**options, "name": name}) or names
-            continue
-        for scenario in _listed(table["scenario"]):
-            if not isinstance(scenario, str):
-                raise TypeError(f"{where}scenario = {scenario!r:.80}: expected a string")
+        for scenario in table.scenario or ():
             stem = Path(scenario).stem
             names = (f"{name} {stem}", f"{name} {scenario}", f"{full} {scenario}")
-            given = _given(table, where, {"name": name, "scenario": stem})
-            yield Case("", full, read_scenario(scenario, folder)), given or names
+            case = Case("", full, read_scenario(scenario, folder))
+            yield case, called({"name": name, "scenario": stem}, *names)
+        if table.scenario is None:
+            details = [f"{key} = {value}" for key, value in options.items()]
+            names = (name, ", ".join([name, *details]), ", ".join([full, *details]))
+            yield Case("", full, options), called({**options, "name": name}, *names)
 
 
-def _given(table: Mapping[str, Any], where: str, values: Mapping[str, Any]) -> tuple[str, ...]:
-    return (filled(table, where, values),) if "label" in table else ()
-
-
-def _contenders(table: Mapping[str, Any], index: int) -> Iterator[Contender]:
+def _contenders(table: AlgorithmTable, index: int) -> Iterator[Contender]:
     """Every combination of the values in lists; a list as one value is a list in a list."""
     where = f"algorithms[{index}]."
-    if "name" not in table:
-        raise ValueError(f"{where}name is missing")
-    given = {key: value for key, value in table.items() if key not in ("name", "label")}
+    given = table.parameters
     count = math.prod(len(_listed(value)) for value in given.values())
-    if count > _MOST:
-        raise ValueError(f"{where[:-1]} stands for {count} algorithms: expected at most {_MOST}")
-    for name in _listed(table["name"]):
-        if not isinstance(name, str):
-            raise TypeError(f"{where}name = {name!r:.80}: expected a string, or a list of strings")
+    if count > MOST:
+        raise ValueError(f"{where[:-1]} stands for {count} algorithms: expected at most {MOST}")
+    swept = [key for key, value in given.items() if isinstance(value, list)]
+    for name in table.name:
         try:
             complete_parameters(name, given)
         except ValueError as error:
             raise ValueError(f"{where}name: {error}") from error
         for values in product(*map(_listed, given.values())):
             chosen = dict(zip(given, values, strict=True))
-            yield Contender(_label(table, where, name, chosen, given), name, chosen)
-
-
-def _label(
-    table: Mapping[str, Any],
-    where: str,
-    name: str,
-    chosen: Mapping[str, Any],
-    given: Mapping[str, Any],
-) -> str:
-    if "label" in table:
-        return filled(table, where, {"name": name, **chosen})
-    swept = [f"{key} = {chosen[key]}" for key in given if isinstance(given[key], list)]
-    return ", ".join([name, *swept])
-
-
-def _published(table: Any) -> Published:
-    if not isinstance(table, dict) or set(table) != {"source", "table"}:
-        raise ValueError("published: expected the keys source and table")
-    rows = entry(table, "table", dict[str, dict[str, float]], "published.")
-    return Published(_string(table, "source"), rows)
-
-
-def _check_published(study: Study) -> None:
-    labels = {contender.label for contender in study.contenders}
-    for label in study.published.table if study.published else ():
-        if label not in labels:
-            raise ValueError(
-                f"published.table: {label!r} is no algorithm of this study, which are "
-                f"{', '.join(sorted(labels))}"
-            )
-
-
-def _seeds(value: Any) -> tuple[int, ...]:
-    if not isinstance(value, list):
-        return tuple(range(1, integer("seeds", value, low=1, high=_MOST) + 1))
-    seeds = tuple(integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(value))
-    if not seeds or len(set(seeds)) < len(seeds):
-        raise ValueError(f"seeds = {value}: expected one or more different ones")
-    return seeds
-
-
-def _tables(data: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
-    value = data[key]
-    if not (isinstance(value, list) and value and all(isinstance(v, dict) for v in value)):
-        raise TypeError(f"{key}: expected one table [[{key}]] or more")
-    return value
+            label = ", ".join([name, *(f"{key} = {chosen[key]}" for key in swept)])
+            if table.label is not None:
+                label = filled(table.label, where, {"name": name, **chosen})
+            yield Contender(label, name, chosen)
 
 
 def _listed(value: Any) -> list[Any]:
     return value if isinstance(value, list) else [value]
-
-
-def _string(data: Mapping[str, Any], key: str) -> str:
-    if not isinstance(data[key], str):
-        raise TypeError(f"{key} = {data[key]!r}: expected a string")
-    return str(data[key])
-
-
-def _refuse_unknown(table: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
-    for key in table:
-        if key not in known:
-            raise ValueError(f"{where}{key} is unknown: expected {', '.join(known)}")

@@ -8,21 +8,18 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from mgeo.reading import entry
-
 _LONGEST = 60  # characters of a folder's name, but for what makes it unique
 _TAKEN = ("runs",)  # what else is in a study's folder
 
 
-def filled(table: Mapping[str, Any], where: str, values: Mapping[str, Any]) -> str:
+def filled(text: str, where: str, values: Mapping[str, Any]) -> str:
     """The ``label`` of a table, in which ``{name}`` stands for the value of that name.
 
     Raises
     ------
-    ValueError, TypeError
-        If it is no text, or there is anything else in braces.
+    ValueError
+        If there is anything else in braces.
     """
-    text = entry(table, "label", str, where)
     # not str.format, which looks into objects: {name.__class__}, {name:>999999999}
     parts = re.split(r"\{(\w+)\}", text)
     if any("{" in part or "}" in part for part in parts[::2]) or set(parts[1::2]) - set(values):

@@ -8,7 +8,7 @@ import pandas as pd
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
-    from mgeo.studies.file import Published
+    from mgeo.studies.schema import PublishedTable
 
 _LEVEL = 0.05
 
@@ -127,14 +127,16 @@ def _points(comparison: Comparison, order: list[str]) -> list[str]:
     return [text]
 
 
-def beside(comparison: Comparison, published: Published) -> pd.DataFrame:
+def beside(comparison: Comparison, published: PublishedTable) -> pd.DataFrame:
     """Published values and ours (mean ± sd) side by side, and ours of the first indicator."""
     overview = comparison.overview()
     titles = {indicator.name: indicator.title for indicator in comparison.indicators}
     columns: dict[str, list[str]] = {}
     for name in dict.fromkeys(key for row in published.table.values() for key in row):
         rows = [published.table.get(label, {}) for label in overview.index]
-        columns[f"{name}: published"] = [str(row.get(name, "-")) for row in rows]
+        columns[f"{name}: published"] = [
+            f"{row[name]:.12g}" if name in row else "-" for row in rows
+        ]
         if titles.get(name, name) in overview:
             columns[f"{name}: here"] = overview[titles.get(name, name)].tolist()
     first = comparison.indicator()

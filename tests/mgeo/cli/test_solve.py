@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from mgeo.cli import running
-from mgeo.cli.options import FAMILY, PYMOO
 from mgeo.cli.parameters import parse_numbers
 from mgeo.runs import read_run
 from mgeo.runs.algorithms import ALGORITHMS
@@ -235,8 +234,12 @@ def test_a_run_without_feasible_solutions_says_so(mgeo, monkeypatch):
     assert read_run("a").outcome.X.shape == (0, 2)
 
 
-def test_help_and_completion_know_every_algorithm():
-    assert (*FAMILY, *PYMOO) == tuple(ALGORITHMS)
+def test_the_help_says_what_the_classes_say(mgeo):
+    text = " ".join(re.sub(r"-\n +", "-", mgeo("solve", "--help").stdout).split())
+    assert f"{', '.join(ALGORITHMS)}." in text
+    assert "standard deviation of the step, > 0: a number, or one per variable" in text
+    assert "[default: 30, 8 of mgeo-directed]" in text
+    assert "restart, patience, n_steps, " in text
 
 
 @pytest.mark.parametrize(("text", "sigma"), [("0.5", 0.5), ("1e-2, 3", [0.01, 3.0])])

@@ -1,5 +1,3 @@
-import inspect
-
 import numpy as np
 import pytest
 from pymoo.indicators.hv import HV
@@ -80,15 +78,6 @@ def test_parameters_are_completed():
         "restart": "never",
         "patience": 50,
     }
-
-
-@pytest.mark.parametrize("name", [name for name in ALGORITHMS if name.startswith("mgeo")])
-def test_parameters_and_defaults_are_those_of_the_class(name):
-    algorithm = build_algorithm(name, {}, ZDT1())
-    options = {"self", "sampling", "archive_size", "options"}
-    signature = inspect.signature(type(algorithm).__init__).parameters
-    defaults = {key: value.default for key, value in signature.items() if key not in options}
-    assert complete_parameters(name, {}) == defaults
 
 
 def test_the_default_budget_is_the_papers_and_the_same_for_all():

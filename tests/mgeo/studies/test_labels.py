@@ -45,7 +45,7 @@ def test_the_shortest_label_that_nobody_else_has():
 
 
 def test_braces_are_filled():
-    table = {"label": "{name}, {n_obj} objectives"}
-    assert filled(table, "problems[0].", {"name": "x", "n_obj": 3}) == "x, 3 objectives"
+    label = "{name}, {n_obj} objectives"
+    assert filled(label, "problems[0].", {"name": "x", "n_obj": 3}) == "x, 3 objectives"
     with pytest.raises(ValueError, match=r"problems\[0\].label = .*braces hold only name$"):
-        filled(table, "problems[0].", {"name": "x"})
+        filled(label, "problems[0].", {"name": "x"})

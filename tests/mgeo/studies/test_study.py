@@ -16,9 +16,10 @@ from typer.testing import CliRunner
 from mgeo import MGEOReal
 from mgeo.cli.app import app
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.file import Published, parse_study, read_study
+from mgeo.studies.file import parse_study, read_study
 from mgeo.studies.labels import folder_name
 from mgeo.studies.run import Failure, record
+from mgeo.studies.schema import PublishedTable
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.stored import read_comparison
 from mgeo.studies.study import over_problems, run_study
@@ -279,7 +280,7 @@ def test_published_values_stand_beside_ours():
 
 
 def test_published_indicators_are_named_as_in_the_table():
-    published = Published("x", {"A_1": {"igd_plus": 0.5}})
+    published = PublishedTable(source="x", table={"A_1": {"igd_plus": 0.5}})
     table = beside(comparison(), published)
     assert table.loc["A_1"].tolist() == ["0.5", "0.40 ± 0.10", "0.60 ± 0.10"]
 

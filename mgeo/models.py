@@ -1,0 +1,73 @@
+"""Tables of files that people write, checked by pydantic models: errors name place and value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from mgeo.algorithms.parameters import did_you_mean
+
+_EXPECTED = {  # by pydantic's type of an error
+    "string_type": "a string",
+    "int_type": "an integer",
+    "float_type": "a number",
+    "finite_number": "a finite number",
+    "list_type": "a list",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "greater_than_equal": "a number of at least {ge}",
+    "less_than_equal": "a number of at most {le:,}",
+    "too_short": "{min_length} entry or more",
+}
+
+
+class Table(BaseModel):
+    """A table whose keys are known, and whose values are taken as they are or refused."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_keys(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        known = list(cls.model_fields)
+        for key in () if cls.model_config["extra"] == "allow" else data:
+            if key not in known:
+                expected = f"expected {', '.join(known)}{did_you_mean(key, known)}"
+                raise PydanticCustomError("key", f"{key!s:.80} is unknown: {expected}")
+        *others, last = required = [k for k in known if cls.model_fields[k].is_required()]
+        for key in required:
+            if key not in data:
+                expected = f"the keys {', '.join(others)} and {last}" if others else "this key"
+                raise PydanticCustomError("key", f"{key} is missing: expected {expected}")
+        return data
+
+
+T = TypeVar("T", bound=Table)
+
+
+def checked(model: type[T], data: Any) -> T:
+    """A table that was read, as its model.
+
+    Raises
+    ------
+    ValueError
+        Naming the first thing that is wrong: its place, as ``problems[0].name``, its value and
+        what was expected.
+    """
+    try:
+        return model.model_validate(data)
+    except ValidationError as caught:
+        error = caught.errors()[0]
+    where = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in error["loc"])[1:]
+    if error["type"] == "key":
+        raise ValueError(f"{where}.{error['msg']}".lstrip("."))
+    if error["type"] == "value_error":  # of functions whose messages name key and value
+        raise ValueError(str(error["ctx"]["error"]))
+    expected = _EXPECTED.get(error["type"], error["msg"]).format(**error.get("ctx", {}))
+    value = "" if isinstance(error["input"], Mapping) else f" = {error['input']!r:.80}"
+    raise ValueError(f"{where}{value}: expected {expected}")

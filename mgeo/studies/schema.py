@@ -1,0 +1,89 @@
+"""What a study file may say; editors read it as a JSON Schema."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any, TypeVar
+
+from pydantic import ConfigDict, Field, PlainValidator
+from pydantic_core import PydanticCustomError
+
+from mgeo.algorithms.parameters import integer
+from mgeo.models import Table
+from mgeo.runs.algorithms import ALGORITHMS
+from mgeo.studies.execute import GRID_POINTS
+
+MOST = 100_000  # runs of a kind: more are a slip
+
+
+def _listed(value: Any) -> list[str]:
+    names = value if isinstance(value, list) else [value]
+    if not names or not all(isinstance(name, str) for name in names):
+        raise PydanticCustomError("expected", "a string, or a list of strings")
+    return names
+
+
+def _seeds(value: Any) -> tuple[int, ...]:
+    if not isinstance(value, list):
+        return tuple(range(1, integer("seeds", value, low=1, high=MOST) + 1))
+    seeds = tuple(integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(value))
+    if not seeds or len(set(seeds)) < len(seeds):
+        raise PydanticCustomError("expected", "one or more different ones")
+    return seeds
+
+
+T = TypeVar("T")
+Some = Annotated[list[T], Field(min_length=1)]
+Count = Annotated[int, Field(ge=1, le=MOST)]
+Seed = Annotated[int, Field(ge=0)]
+Names = Annotated[list[str], PlainValidator(_listed, str | Some[str])]
+Seeds = Annotated[tuple[int, ...], PlainValidator(_seeds, Count | Some[Seed])]
+
+
+class ProblemTable(Table):
+    """One problem, or several that differ in name or scenario."""
+
+    name: Names = Field(description="of an installed problem, or pymoo:NAME for one of pymoo's")
+    label: str | None = Field(None, description="braces hold name, an option, or scenario")
+    scenario: Names | None = Field(None, description="files relative to this one, or presets")
+    options: dict[str, Any] | None = Field(None, description="options of the problem")
+
+
+class AlgorithmTable(Table):
+    """One algorithm and its parameters; a list of values stands for an algorithm with each."""
+
+    model_config = ConfigDict(extra="allow")
+
+    name: Names = Field(description=f"one of {', '.join(ALGORITHMS)}")
+    label: str | None = Field(None, description="braces hold name, or a parameter")
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """All but name and label."""
+        return self.model_extra or {}
+
+
+class PublishedTable(Table):
+    """Values of a publication to be shown beside the study's."""
+
+    source: str
+    table: dict[str, dict[str, float]] = Field(description="by label, then by column")
+
+
+class StudyTable(Table):
+    """A comparison of algorithms on problems."""
+
+    title: str
+    about: str = ""
+    evaluations: int = Field(ge=1, description="of each run")
+    seeds: Seeds = Field(description="how many (1, 2, ...), or a list")
+    grid: Count = Field(GRID_POINTS, description="numbers of evaluations at which to measure")
+    problems: Some[ProblemTable]
+    algorithms: Some[AlgorithmTable]
+    published: PublishedTable | None = None
+
+
+def study_schema() -> str:
+    """The JSON Schema of a study file, as text."""
+    version = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return json.dumps(version | StudyTable.model_json_schema(), indent=2)

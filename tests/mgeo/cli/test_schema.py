@@ -1,0 +1,54 @@
+"""The JSON Schema that editors check study files by."""
+
+import json
+import tomllib
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from ..studies.test_file import SMALL, STUDIES
+
+FILES = sorted(STUDIES.glob("*.toml"))
+
+
+@pytest.fixture(params=["printed", "in the documentation"])
+def schema(request, mgeo):
+    if request.param == "in the documentation":
+        return json.loads((STUDIES / "study.schema.json").read_text())
+    done = mgeo("schema", "study")
+    assert (done.exit_code, done.stderr) == (0, "")
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("path", FILES, ids=[path.stem for path in FILES])
+def test_the_published_studies_keep_it_and_name_it(path, schema):
+    text = path.read_text()
+    head, name = text.splitlines()[0].split()
+    assert (head, Path(path.parent, name).is_file()) == ("#:schema", True)
+    jsonschema.validate(tomllib.loads(text), schema)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('title = "small"', ""),
+        ("evaluations = 100", "evaluations = 0"),
+        ("seeds = 2", "seeds = 0"),
+        ("seeds = 2", "seeds = []"),
+        ("seeds = 2", "seeds = 2\nbudget = 3"),
+        ('name = "pymoo:zdt1"', "name = 3"),
+        ('name = "pymoo:zdt1"', 'name = "a"\nsize = 3'),
+        ('name = "nsga2"', "name = []"),
+    ],
+)
+def test_it_refuses_what_the_program_refuses(old, new, schema):
+    jsonschema.validate(tomllib.loads(SMALL), schema)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(tomllib.loads(SMALL.replace(old, new)), schema)
+
+
+def test_there_is_no_schema_of_anything_else(mgeo):
+    done = mgeo("schema", "sketch")
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert "study" in done.stderr
