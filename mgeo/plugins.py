@@ -15,7 +15,7 @@ read without importing anything, from the name alone, and are therefore entry po
 Its commands, a typer app, appear as ``mgeo NAME ...``::
 
     [project.entry-points."mgeo.commands"]
-    attitude = "mgeo_attitude.commands:app"
+    attitude = "mgeo_attitude.commands.app:app"
 
 Besides what pymoo asks of it a problem may have (see `mgeo.testing.check_problem`):
 
@@ -43,7 +43,6 @@ Besides what pymoo asks of it a problem may have (see `mgeo.testing.check_proble
 
 from __future__ import annotations
 
-import difflib
 import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -86,9 +85,7 @@ class Plugin:
         try:
             loaded = self.entry_point.load()
         except Exception as error:  # whatever a foreign module raises while it is imported
-            raise PluginError(
-                f"{label} does not load: {type(error).__name__}: {error}"
-            ) from error
+            raise PluginError(f"{label} does not load: {type(error).__name__}: {error}") from error
         if not is_valid(loaded):
             raise PluginError(
                 f"{label}: expected {expected} at {self.entry_point.value!r}, found {loaded!r}"
@@ -117,9 +114,7 @@ def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
         raise PluginError(f"no {noun} is called {name!r}{_alternatives(name, noun, plugins)}")
     if len(matches) > 1:
         owners = " and ".join(f"{match.distribution} {match.version}" for match in matches)
-        raise PluginError(
-            f"the {noun} name {name!r} is claimed by {owners}: uninstall all but one"
-        )
+        raise PluginError(f"the {noun} name {name!r} is claimed by {owners}: uninstall all but one")
     return matches[0]
 
 
@@ -253,9 +248,9 @@ def _alternatives(name: str, noun: str, plugins: Iterable[Plugin]) -> str:
     names = sorted({plugin.name for plugin in plugins})
     if not names:
         return f": no {noun} is installed (the first to try: pip install mgeo-attitude)"
-    close = difflib.get_close_matches(name, names, n=1)
-    suggestion = f"; did you mean {close[0]!r}?" if close else ""
-    return f": installed are {', '.join(names)}{suggestion}"
+    from mgeo.algorithms.parameters import did_you_mean
+
+    return f": installed are {', '.join(names)}{did_you_mean(name, names)}"
 
 
 def _constructor_keywords(cls: type) -> set[str]:

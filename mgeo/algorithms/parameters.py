@@ -84,7 +84,7 @@ def choice(name: str, value: Any, choices: Collection[str]) -> str:
     if not isinstance(value, str) or value not in choices:
         known = ", ".join(repr(c) for c in choices)
         raise ValueError(
-            f"{name} = {value!r}: expected one of {known}{_did_you_mean(value, choices)}"
+            f"{name} = {value!r}: expected one of {known}{did_you_mean(value, choices)}"
         )
     return value
 
@@ -118,7 +118,7 @@ def refuse_unknown(
         if name in instead:
             raise TypeError(f"{where} got an unknown keyword {name!r}: {instead[name]}")
         raise TypeError(
-            f"{where} got an unknown keyword {name!r}{_did_you_mean(name, expected)}; "
+            f"{where} got an unknown keyword {name!r}{did_you_mean(name, expected)}; "
             f"known are {', '.join(expected)}"
         )
 
@@ -136,6 +136,7 @@ def pair(name: str, value: Any, check: Callable[..., T], **limits: float) -> lis
     return [check(f"{name}[{i}]", entry, **limits) for i, entry in enumerate(value)]
 
 
-def _did_you_mean(value: Any, known: Collection[str]) -> str:
+def did_you_mean(value: Any, known: Collection[str]) -> str:
+    """The end of a message on a value that looks like a known one; empty where it does not."""
     close = difflib.get_close_matches(str(value), known, n=1)
     return f"; did you mean {close[0]!r}?" if close else ""

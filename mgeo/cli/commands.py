@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from typing import Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
 from mgeo.cli.errors import ended
-from mgeo.plugins import COMMANDS, Plugin, PluginError, find_plugin, installed_plugins
+from mgeo.plugins import COMMANDS, PluginError, find_plugin, installed_plugins
 
 
 class Commands(TyperGroup):
@@ -47,9 +46,11 @@ class RootCommands(Commands):
         """The command to run, of a plugin imported."""
         name, command, rest = super().resolve_command(ctx, args)
         if isinstance(command, _NotImported):
-            # a broken plugin has nothing to complete, and must not print into the command line
-            with suppress(*[PluginError] if ctx.resilient_parsing else []):
-                command = _imported(command.name)
+            try:
+                command = _imported(args[0])
+            except PluginError:
+                if not ctx.resilient_parsing:  # else a shell asks, and there is nothing to offer
+                    raise
         return name, command, rest
 
     def _find_plugins(self) -> None:
@@ -64,7 +65,9 @@ class _NotImported(TyperCommand):
         try:
             plugin = find_plugin(name, COMMANDS)
             found = plugin.entry_point.dist
-            about = (found and found.metadata["Summary"]) or f"Of {plugin.distribution}."
+            about = f"Of {plugin.distribution}."
+            if found is not None and "Summary" in found.metadata:
+                about = found.metadata["Summary"]
         except PluginError as error:
             about = str(error)
         super().__init__(name=name, help=about)
