@@ -1,18 +1,17 @@
 """Generalized extremal optimization for pymoo."""
 
-from importlib.metadata import version
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from mgeo.algorithms import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
-from mgeo.archive import ParetoArchive
-from mgeo.checkpoint import Checkpoint, resume
-from mgeo.evaluation import EvaluationError, TolerantEvaluator
-from mgeo.recorder import Recorder, read_record
-
 if TYPE_CHECKING:
+    from mgeo.algorithms import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
+    from mgeo.archive import ParetoArchive
+    from mgeo.checkpoint import Checkpoint, resume
+    from mgeo.evaluation import EvaluationError, TolerantEvaluator
+    from mgeo.recorder import Recorder, read_record
     from mgeo.studies import compare
 
-__version__ = version("mgeo")
+__version__: str
 
 __all__ = [
     "Checkpoint",
@@ -31,11 +30,21 @@ __all__ = [
     "resume",
 ]
 
+_HOMES = {
+    "mgeo.algorithms": ("MGEOCanonical", "MGEODirected", "MGEOReal", "MGEOReal2", "MGEOVar"),
+    "mgeo.archive": ("ParetoArchive",),
+    "mgeo.checkpoint": ("Checkpoint", "resume"),
+    "mgeo.evaluation": ("EvaluationError", "TolerantEvaluator"),
+    "mgeo.recorder": ("Recorder", "read_record"),
+    "mgeo.studies": ("compare",),
+}
+
 
 def __getattr__(name: str) -> Any:
-    # Statistics and tables take more than a second to import, and most uses need none.
-    if name == "compare":
-        from mgeo.studies import compare
-
-        return compare
+    # algorithms and statistics take a second to import, and help and completion need none
+    if name == "__version__":
+        return import_module("importlib.metadata").version("mgeo")
+    for home, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(home), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

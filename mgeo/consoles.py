@@ -8,7 +8,7 @@ import sys
 from rich.console import Console
 from rich.text import Text
 
-_WIDTH_OF_A_FILE = 160  # rich would cut what is wider than 80
+_WIDTH_OF_A_FILE = 400  # rich would cut what is wider than 80
 
 
 def console(*, stderr: bool = False) -> Console:

@@ -3,7 +3,6 @@
 import heapq
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from mgeo.dominance import BoolArray, FloatArray
 
@@ -52,6 +51,8 @@ def _most_crowded(points: FloatArray, free: BoolArray, count: int) -> list[int]:
     Distances to the nearest rows that remain only grow. So a row that was the most crowded one
     some time ago is so still, unless a neighbor of its own is gone: only then they are renewed.
     """
+    from scipy.spatial import KDTree  # takes longer to import than all of mgeo
+
     near, neighbors = KDTree(points).query(points, min(_NEIGHBORS, len(points)))
     remains = [True] * len(points)
     rows = np.flatnonzero(free)

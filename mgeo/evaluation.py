@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pymoo.core.evaluator import Evaluator
 
-from mgeo.algorithms.parameters import integer
 from mgeo.dominance import BoolArray, FloatArray
 from mgeo.evaluation_attempts import Failure, attempt
 from mgeo.individuals import own, values_of
@@ -59,6 +58,8 @@ class TolerantEvaluator(Evaluator):
     """
 
     def __init__(self, *, patience: int = 100, warn: bool = True, **options: Any) -> None:
+        from mgeo.algorithms.parameters import integer  # which imports this module
+
         super().__init__(**options)
         self.patience = integer("patience", patience, low=1)
         self.warn = warn

@@ -1,4 +1,4 @@
-"""Problems installed as plugins: found without importing them, loaded only when asked for.
+"""Problems and commands installed as plugins: found without importing them, loaded when asked for.
 
 A plugin is a distribution with an entry point in the group ``mgeo.problems`` that names a pymoo
 `Problem` class::
@@ -11,6 +11,11 @@ read without importing anything, from the name alone, and are therefore entry po
 
     [project.entry-points."mgeo.presets"]
     "attitude.paper" = "mgeo_attitude.scenario.presets:paper"
+
+Its commands, a typer app, appear as ``mgeo NAME ...``::
+
+    [project.entry-points."mgeo.commands"]
+    attitude = "mgeo_attitude.commands.app:app"
 
 Besides what pymoo asks of it a problem may have (see `mgeo.testing.check_problem`):
 
@@ -38,7 +43,6 @@ Besides what pymoo asks of it a problem may have (see `mgeo.testing.check_proble
 
 from __future__ import annotations
 
-import difflib
 import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -49,7 +53,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
-GROUP = "mgeo.problems"
+PROBLEMS = "mgeo.problems"
+COMMANDS = "mgeo.commands"
 PRESETS = "mgeo.presets"
 
 
@@ -59,46 +64,42 @@ class PluginError(ValueError):
 
 @dataclass(frozen=True)
 class Plugin:
-    """An installed problem that has not been imported yet."""
+    """An installed problem, or commands, not imported yet."""
 
     name: str
     distribution: str
     version: str
     entry_point: EntryPoint
 
-    def load(self) -> type[Problem]:
-        """The problem class.
+    def load(self) -> Any:
+        """The problem class, or the typer app of commands.
 
         Raises
         ------
         PluginError
-            If the module cannot be imported or the entry point is no pymoo `Problem` class.
+            If the module cannot be imported or the entry point is neither.
         """
-        from pymoo.core.problem import Problem
-
+        group = self.entry_point.group
+        noun, is_valid, expected = _KINDS[group]
+        label = f"{noun} {self.name!r} of {self.distribution} {self.version}"
         try:
             loaded = self.entry_point.load()
         except Exception as error:  # whatever a foreign module raises while it is imported
+            raise PluginError(f"{label} does not load: {type(error).__name__}: {error}") from error
+        if not is_valid(loaded):
             raise PluginError(
-                f"problem {self.name!r} of {self.distribution} {self.version} does not load: "
-                f"{type(error).__name__}: {error}"
-            ) from error
-        if not (isinstance(loaded, type) and issubclass(loaded, Problem)):
-            raise PluginError(
-                f"problem {self.name!r} of {self.distribution} {self.version}: expected a class "
-                f"derived from pymoo.core.problem.Problem at {self.entry_point.value!r}, "
-                f"found {loaded!r}"
+                f"{label}: expected {expected} at {self.entry_point.value!r}, found {loaded!r}"
             )
         return loaded
 
 
-def installed_plugins() -> list[Plugin]:
+def installed_plugins(group: str = PROBLEMS) -> list[Plugin]:
     """Every entry point of the group, sorted by name; a name may occur more than once."""
-    found = map(_plugin, entry_points(group=GROUP))
+    found = map(_plugin, entry_points(group=group))
     return sorted(found, key=lambda plugin: (plugin.name, plugin.distribution))
 
 
-def find_plugin(name: str) -> Plugin:
+def find_plugin(name: str, group: str = PROBLEMS) -> Plugin:
     """The plugin of this name, not imported.
 
     Raises
@@ -106,15 +107,14 @@ def find_plugin(name: str) -> Plugin:
     PluginError
         If there is none (the message lists what is installed) or more than one (it names them).
     """
-    plugins = installed_plugins()
+    noun = _KINDS[group][0]
+    plugins = installed_plugins(group)
     matches = [plugin for plugin in plugins if plugin.name == name]
     if not matches:
-        raise PluginError(f"no problem is called {name!r}{_alternatives(name, plugins)}")
+        raise PluginError(f"no {noun} is called {name!r}{_alternatives(name, noun, plugins)}")
     if len(matches) > 1:
         owners = " and ".join(f"{match.distribution} {match.version}" for match in matches)
-        raise PluginError(
-            f"the problem name {name!r} is claimed by {owners}: uninstall all but one"
-        )
+        raise PluginError(f"the {noun} name {name!r} is claimed by {owners}: uninstall all but one")
     return matches[0]
 
 
@@ -226,13 +226,31 @@ def _plugin(entry_point: EntryPoint) -> Plugin:
     return Plugin(entry_point.name, distribution.name, distribution.version, entry_point)
 
 
-def _alternatives(name: str, plugins: Iterable[Plugin]) -> str:
+def _is_problem_class(loaded: object) -> bool:
+    from pymoo.core.problem import Problem
+
+    return isinstance(loaded, type) and issubclass(loaded, Problem)
+
+
+def _is_app(loaded: object) -> bool:
+    import typer
+
+    return isinstance(loaded, typer.Typer)
+
+
+_KINDS: Mapping[str, tuple[str, Callable[[object], bool], str]] = {
+    PROBLEMS: ("problem", _is_problem_class, "a class derived from pymoo.core.problem.Problem"),
+    COMMANDS: ("command", _is_app, "a typer app"),
+}
+
+
+def _alternatives(name: str, noun: str, plugins: Iterable[Plugin]) -> str:
     names = sorted({plugin.name for plugin in plugins})
     if not names:
-        return ": no problem is installed (the first to try: pip install mgeo-attitude)"
-    close = difflib.get_close_matches(name, names, n=1)
-    suggestion = f"; did you mean {close[0]!r}?" if close else ""
-    return f": installed are {', '.join(names)}{suggestion}"
+        return f": no {noun} is installed (the first to try: pip install mgeo-attitude)"
+    from mgeo.algorithms.parameters import did_you_mean
+
+    return f": installed are {', '.join(names)}{did_you_mean(name, names)}"
 
 
 def _constructor_keywords(cls: type) -> set[str]:

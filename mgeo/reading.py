@@ -101,8 +101,17 @@ def _finite(text: str) -> float:
     return value
 
 
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"{twice!r:.80} occurs twice in an object")
+    return table
+
+
 def parse_json(text: str) -> Any:
-    """Data of strict JSON: its numbers are finite, and its strings can be written again.
+    """Data of strict JSON: finite numbers, no key twice in an object, strings that can be written.
 
     Raises
     ------
@@ -110,7 +119,9 @@ def parse_json(text: str) -> Any:
         If it is none, or nested too deeply.
     """
     try:
-        data = json.loads(text, parse_constant=_finite, parse_float=_finite)
+        data = json.loads(
+            text, parse_constant=_finite, parse_float=_finite, object_pairs_hook=_unique
+        )
         if _SURROGATE.search(text):  # half a character, unless the other half follows
             json.dumps(data, ensure_ascii=False).encode()
         return data

@@ -1,4 +1,4 @@
-"""mgeo never imports a plugin, and the attitude plugin never imports mgeo."""
+"""A plugin may import mgeo, and mgeo never imports a plugin."""
 
 import ast
 import subprocess
@@ -11,11 +11,14 @@ ROOT = Path(__file__).parents[1]
 MGEO = ROOT / "mgeo"
 ATTITUDE = ROOT / "problems" / "attitude" / "mgeo_attitude"
 
+#: What of the plugin may import mgeo: commands, pages, and what reads and writes plans and runs.
+MAY = {"commands", "figures", "plan"}
 
-def imported(package):
-    """Top-level names of all absolute imports below a folder, wherever they stand."""
+
+def imported(*paths):
+    """Top-level names of all imports in these files, wherever they stand."""
     names = set()
-    for path in package.rglob("*.py"):
+    for path in paths:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):
                 names |= {alias.name.partition(".")[0] for alias in node.names}
@@ -24,19 +27,56 @@ def imported(package):
     return names
 
 
-def test_sources_do_not_import_each_other():
-    assert "pymoo" in imported(MGEO) & imported(ATTITUDE)  # the search finds what is there
-    assert "mgeo_attitude" not in imported(MGEO)
-    assert "mgeo" not in imported(ATTITUDE)
+def test_mgeo_imports_no_plugin():
+    found = imported(*MGEO.rglob("*.py"))
+    assert {"pymoo", "numpy"} <= found  # the search finds what is there
+    assert not {name for name in found if name.startswith("mgeo_")}
 
 
-@pytest.mark.parametrize(
-    ("module", "absent"), [("mgeo", "mgeo_attitude"), ("mgeo_attitude", "mgeo")]
-)
-def test_importing_one_does_not_load_the_other(module, absent):
-    loaded = f"[m for m in sys.modules if m.partition('.')[0] == '{absent}']"
-    code = f"import sys, {module}; print({loaded})"
-    result = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120
+def test_what_computes_does_without_mgeo():
+    files = list(ATTITUDE.rglob("*.py"))
+    rooms = {path.relative_to(ATTITUDE).parts[0] for path in files if "mgeo" in imported(path)}
+    assert rooms == MAY
+
+
+def loaded(code, package):
+    """Modules of a package that are loaded once the code has been run."""
+    lookup = f"[m for m in sys.modules if m.partition('.')[0] == {package!r}]"
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys\n{code}\nprint({lookup})"],
+        capture_output=True,
+        text=True,
+        timeout=120,
     )
-    assert result.stdout.strip() == "[]"
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_all_of_mgeo_is_loaded_without_a_plugin():
+    code = "import mgeo\nfor name in mgeo.__all__: getattr(mgeo, name)"
+    assert loaded(code, "mgeo_attitude") == "[]"
+
+
+def test_the_problem_is_solved_by_pymoo_without_mgeo():
+    code = """
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.optimize import minimize
+
+problem = AttitudeManeuverProblem()
+result = minimize(problem, NSGA2(pop_size=8), ("n_eval", 16), seed=1)
+assert result.F.shape[1] == 2
+assert len(problem.describe(result.X)) == len(result.X)
+"""
+    assert loaded(code, "mgeo") == "[]"
+
+
+@pytest.mark.parametrize("package", ["mgeo", "mgeo_attitude"])
+def test_every_public_name_is_found_when_it_is_asked_for(package):
+    module = __import__(package)
+    for name in module.__all__:
+        assert getattr(module, name) is not None
+    homes = [name for names in module._HOMES.values() for name in names]
+    assert sorted({*homes, "__version__"}) == sorted({*module.__all__, "__version__"})
+    with pytest.raises(AttributeError, match=f"module '{package}' has no attribute 'nothing'"):
+        module.nothing  # noqa: B018

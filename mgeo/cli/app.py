@@ -10,16 +10,16 @@ from typing import Annotated, Literal
 import typer
 
 from mgeo.cli import options
-from mgeo.cli.errors import Commands, ExitCode, bad_input
+from mgeo.cli.commands import RootCommands
+from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.examples import epilog
 from mgeo.cli.output import Output
 
 app = typer.Typer(
     name="mgeo",
-    cls=Commands,
+    cls=RootCommands,
     help="Multiobjective generalized extremal optimization of installed problems.",
     epilog="\n".join(["\b", "Exit codes:", *(f"{c.value:5}  {c.meaning}" for c in ExitCode)]),
-    no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["--help", "-h"]},

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from typer.core import TyperGroup
 
 from mgeo.consoles import printable
 
@@ -32,7 +31,7 @@ class ExitCode(IntEnum):
         "bad input: arguments, files, options, a problem that does not keep its contract, no room "
         "on the disk; nothing is damaged",
     )
-    INCOMPLETE = 3, "done, but runs of a study failed"
+    INCOMPLETE = 3, "done, but runs of a study failed, or what was checked does not hold"
     INTERRUPTED = 130, "Ctrl-C; what was found is kept"
     TERMINATED = 143, "SIGTERM; what was found is kept"
 
@@ -70,22 +69,6 @@ def bad_input(
         raise Refused(_one_line(error)) from error
 
 
-class Commands(TyperGroup):
-    """Commands of which every error is one line, and an exit code."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the options before the command's name; without any words, show the help."""
-        if not args:
-            return super().parse_args(ctx, args)
-        with _ended(ctx):
-            return super().parse_args(ctx, args)
-
-    def invoke(self, ctx: Any) -> Any:
-        """Read the command's own words and do it."""
-        with _ended(ctx):
-            return super().invoke(ctx)
-
-
 def remember_debug(ctx: typer.Context, wanted: bool) -> bool:
     """Callback of the flag --debug, which a command has, for the group that ends it."""
     ctx.meta[_DEBUG] = wanted
@@ -93,7 +76,8 @@ def remember_debug(ctx: typer.Context, wanted: bool) -> bool:
 
 
 @contextmanager
-def _ended(ctx: Any) -> Iterator[None]:
+def ended(ctx: Any) -> Iterator[None]:
+    """Make of every error one line on stderr, and an exit code."""
     try:
         yield
         sys.stdout.flush()

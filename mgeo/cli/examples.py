@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "solve": (
@@ -31,6 +31,6 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
 }
 
 
-def epilog(command: str) -> str:
+def epilog(command: str, examples: Mapping[str, Iterable[str]] = EXAMPLES) -> str:
     """The end of a command's help."""
-    return "\n".join(["\b", "Examples:", *(f"  {line}" for line in EXAMPLES[command])])
+    return "\n".join(["\b", "Examples:", *(f"  {line}" for line in examples[command])])

@@ -47,10 +47,14 @@ class Output:
         typer.echo(printable(text), err=True)
 
     def result(self, document: Mapping[str, Any]) -> None:
-        """Give scripts what the command found; numbers that JSON does not have become null."""
+        """Give scripts what the command found; see `json_text`."""
         if self.json:
-            text = json.dumps(_plain(document), indent=2, allow_nan=False)
-            typer.echo(text)
+            typer.echo(json_text(document))
+
+
+def json_text(document: Mapping[str, Any]) -> str:
+    """The document, with null for numbers that JSON does not have."""
+    return json.dumps(_plain(document), indent=2, allow_nan=False)
 
 
 def _plain(value: Any) -> Any:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from rich.table import Table
-
 from mgeo.cli.output import Output
+from mgeo.cli.tables import table
 from mgeo.consoles import plain
 from mgeo.plugins import Plugin, installed_plugins, load_problem, preset_names
 from mgeo.runs.names import problem_size
@@ -19,18 +18,15 @@ def list_problems(output: Output) -> None:
     if not found:
         output.print("no problem is installed; the first to try: pip install mgeo-attitude")
         return
-    table = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 3, 0, 0))
-    for title in ("name", "distribution", "variables", "objectives"):
-        table.add_column(title)
+    rows = []
     for one in found:
-        cells = [one["name"], f"{one['distribution']} {one['version']}"]
+        cells = ["-", "does not load"]
         if one["error"] is None:
-            cells += [str(len(one["variables"])), ", ".join(one["objectives"])]
-        else:
-            cells += ["-", "does not load"]
-        table.add_row(*map(plain, cells))
+            cells = [str(len(one["variables"])), ", ".join(one["objectives"])]
+        rows.append([one["name"], f"{one['distribution']} {one['version']}", *cells])
     errors = [f"Error: {one['name']}: {one['error']}" for one in found if one["error"] is not None]
-    output.print(table, *(plain(error, style="red") for error in errors))
+    titles = ("name", "distribution", "variables", "objectives")
+    output.print(table(titles, rows), *(plain(error, style="red") for error in errors))
 
 
 def _described(plugin: Plugin) -> dict[str, Any]:

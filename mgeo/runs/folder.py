@@ -14,10 +14,7 @@ from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, get_args
-
-import numpy as np
-import pandas as pd
+from typing import TYPE_CHECKING, Any, get_args
 
 from mgeo.files import write_file, write_files
 from mgeo.plugins import find_plugin
@@ -26,7 +23,10 @@ from mgeo.runs.hypervolume import Hypervolume, Space
 from mgeo.runs.keep import CHECKPOINT_FILE
 from mgeo.runs.recipe import Recipe
 from mgeo.runs.solve import Outcome, Status
-from mgeo.tables import read_texts, to_csv
+from mgeo.tables import read_numbers, to_csv
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FORMAT = 1
 RUN_FILE, FRONT_FILE, FIGURE_FILE = "run.json", "front.csv", "front.html"
@@ -113,13 +113,15 @@ def read_run(folder: Path | str) -> Run:
     data = read_json(path)
     with errors_of(path):
         _check_format(data)
-    front = _read_front(folder / FRONT_FILE)
+    front = read_numbers(folder / FRONT_FILE)
     with errors_of(path):
         return _from_dict(data, front)
 
 
 def front_table(outcome: Outcome) -> pd.DataFrame:
     """The front as a table: one row per solution, variables first."""
+    import pandas as pd
+
     return pd.concat(
         [
             pd.DataFrame(outcome.X, columns=list(outcome.variables)),
@@ -160,18 +162,6 @@ def run_document(run: Run) -> dict[str, Any]:
 
 def _unfinished(folder: Path) -> bool:
     return (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
-
-
-def _read_front(path: Path) -> pd.DataFrame:
-    text = read_texts(path)
-    with errors_of(path):
-        values = text.to_numpy(object).astype(float)
-        if not np.isfinite(values).all():
-            row, column = np.argwhere(~np.isfinite(values))[0]
-            found = text.iloc[row, column]
-            raise ValueError(f"row {row + 1}, {text.columns[column]} = {found!r:.40}: expected a "
-                             "finite number")  # fmt: skip
-    return pd.DataFrame(values, columns=text.columns)
 
 
 def _check_format(data: Any) -> None:

@@ -19,10 +19,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mgeo_attitude.cli.app import app as attitude_app
 from typer.testing import CliRunner
 
-from mgeo.cli.app import app as mgeo_app
+from mgeo.cli.app import app
 
 SEED = 20261121
 SECONDS = 30  # after which a case counts as hanging
@@ -34,7 +33,6 @@ BAD_INPUT = 2
 PLACE = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 
 STAND_IN = str(Path(__file__).parent.parent / "mgeo" / "stand_in")
-APPS = {"mgeo": mgeo_app, "mgeo-attitude": attitude_app}
 
 
 @dataclass
@@ -191,8 +189,8 @@ def _judged(number: int, name: str, box: Box, attempt: Attempt) -> Result:
 
 
 def _command(attempt: Attempt, failures: list[str]) -> tuple[bool, str, Any]:
-    name, *arguments = attempt.action  # type: ignore[misc]
-    ran = CliRunner().invoke(APPS[name], arguments)
+    _, *arguments = attempt.action  # type: ignore[misc]
+    ran = CliRunner().invoke(app, arguments, prog_name="mgeo")
     shown = ran.stdout + ran.stderr
     if ran.exception is not None and not isinstance(ran.exception, SystemExit):
         failures.append("".join(traceback.format_exception(ran.exception)))

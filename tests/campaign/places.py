@@ -65,10 +65,10 @@ def strange_path(box: Box) -> Attempt:
         ["mgeo", "report", "run", "-q", "--out", name],
         ["mgeo", "report", "run", "-q", "--out", f"{name}.html"],
         ["mgeo", "study", "-q", "--out", "made", "--", name],
-        ["mgeo-attitude", "show", "--", name],
-        ["mgeo-attitude", "verify", "plans/plan.json", "--runs", "2", "--json", name],
-        ["mgeo-attitude", "export", "plans/plan.json", "--", name + suffix],
-        ["mgeo-attitude", "show", "plans/plan.json", "--html", name],
+        ["mgeo", "attitude", "show", "--", name],
+        ["mgeo", "attitude", "verify", "plans/plan.json", "--runs", "2", "--json", name],
+        ["mgeo", "attitude", "export", "plans/plan.json", "--", name + suffix],
+        ["mgeo", "attitude", "show", "plans/plan.json", "--html", name],
     ]
     # a run is put into a new place or an empty folder; nothing that is there may change
     return Attempt(box.pick(actions), creates=("*",), codes=(0, 3))
@@ -102,7 +102,7 @@ def strange_entry(box: Box) -> Attempt:
     actions = [
         ["mgeo", "report", "run", "-q"],
         ["mgeo", "resume", "run", "-q", "--evaluations", "180"],
-        ["mgeo-attitude", "export", "run", "plan.csv"],
+        ["mgeo", "attitude", "export", "run", "plan.csv"],
     ]
     action = box.pick(actions)
     # a run that is longer is kept, also if its picture cannot be

@@ -13,11 +13,12 @@ import numpy as np
 import pandas as pd
 from typer.testing import CliRunner
 
-from mgeo.plugins import GROUP
+from mgeo.cli.app import app
+from mgeo.plugins import PROBLEMS
 from mgeo.runs import read_run
 
 from . import faulty
-from .harness import APPS, Attempt, Box, kind
+from .harness import Attempt, Box, kind
 from .mutations import ESCAPES, nasty
 
 WRITES = ("work/made/*",)
@@ -61,7 +62,7 @@ _RAISED = [
 
 
 def _point(name: str) -> list[EntryPoint]:
-    return [EntryPoint(name, f"{faulty.__name__}:Faulty", GROUP)]
+    return [EntryPoint(name, f"{faulty.__name__}:Faulty", PROBLEMS)]
 
 
 @contextlib.contextmanager
@@ -113,7 +114,7 @@ def plugin_reported(box: Box) -> Attempt:
     """A sound run, of a plugin that is another one meanwhile."""
     with spoiled_plugin("none", None):
         solve = ["solve", "faulty", "--runs", "2", "--evaluations", "8", "--out", "made", "-q"]
-        done = CliRunner().invoke(APPS["mgeo"], solve)
+        done = CliRunner().invoke(app, solve)
     assert done.exit_code == 0, done.output
     return Attempt(["mgeo", "report", "made", "-q"], writes=("work/made/report.html",),
                    around=spoiled_plugin(*_drawn(box)))  # fmt: skip

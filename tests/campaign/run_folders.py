@@ -94,7 +94,7 @@ def attitude_plan_picked(box: Box) -> Attempt:
     mentions = _spoil_run(box, folder)
     pick = ["--pick", box.pick(["knee", "fastest", "best"])]
     out = box.pick(["plan.json", "plan.csv", "plan.aem"])
-    return Attempt(["mgeo-attitude", "export", str(folder), out, *pick], mentions,
+    return Attempt(["mgeo", "attitude", "export", str(folder), out, *pick], mentions,
                    writes=(f"work/{out}",))  # fmt: skip
 
 

@@ -10,7 +10,9 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
-from .harness import APPS, Box, snapshot
+from mgeo.cli.app import app
+
+from .harness import Box, snapshot
 
 SCENARIO = """\
 preset = "paper"
@@ -51,9 +53,9 @@ table = { "nsga2" = { "hypervolume" = 0.5 } }
 """
 
 _COMMANDS = {
-    "run": ("mgeo", "solve", "zdt1", "--runs", "2", "--evaluations", "120", "--record"),
-    "begun": ("mgeo", "solve", "cantilever", "--runs", "2", "--evaluations", "20", "--record"),
-    "attitude": ("mgeo", "solve", "attitude", "--scenario", "../scenario.toml", "--runs", "2",
+    "run": ("solve", "zdt1", "--runs", "2", "--evaluations", "120", "--record"),
+    "begun": ("solve", "cantilever", "--runs", "2", "--evaluations", "20", "--record"),
+    "attitude": ("solve", "attitude", "--scenario", "../scenario.toml", "--runs", "2",
                  "--evaluations", "48"),
 }  # fmt: skip
 
@@ -89,10 +91,10 @@ def put(box: Box, name: str, folder: str = "") -> Path:
 def _make(name: str) -> None:
     if name == "study":
         Path("study.toml").write_text(STUDY)
-        _invoke("mgeo", "study", "study.toml", "--out", "out", "--jobs", "1", "-q")
+        _invoke("study", "study.toml", "--out", "out", "--jobs", "1", "-q")
     elif name == "plans":
         _write("attitude")
-        _invoke("mgeo-attitude", "export", "attitude", "plan.json")
+        _invoke("attitude", "export", "attitude", "plan.json")
     else:
         _invoke(*_COMMANDS[name], "--out", ".", "-q")
 
@@ -105,7 +107,7 @@ def _write(name: str) -> None:
             target.write_bytes(content)
 
 
-def _invoke(app: str, *arguments: str) -> None:
-    done = CliRunner().invoke(APPS[app], arguments)
+def _invoke(*arguments: str) -> None:
+    done = CliRunner().invoke(app, arguments)
     if done.exit_code != 0:
-        raise RuntimeError(f"{app} {' '.join(arguments)}: {done.output}") from done.exception
+        raise RuntimeError(f"mgeo {' '.join(arguments)}: {done.output}") from done.exception

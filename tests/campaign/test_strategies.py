@@ -7,10 +7,9 @@ import tempfile
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mgeo_attitude import Scenario
-from mgeo_attitude.cli.app import app as attitude_app
 from typer.testing import CliRunner
 
-from mgeo.cli.app import app as mgeo_app
+from mgeo.cli.app import app
 from mgeo.cli.parameters import parse_numbers, parse_settings
 
 VALUES = st.recursive(
@@ -58,9 +57,8 @@ def _refusal(table):
 @settings(max_examples=150)
 @given(words=st.lists(WORDS, max_size=6), attitude=st.booleans())
 def test_any_words_are_a_command_or_refused_in_plain_characters(words, attitude):
-    app = attitude_app if attitude else mgeo_app
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        done = CliRunner().invoke(app, words)
+        done = CliRunner().invoke(app, ["attitude", *words] if attitude else words)
         assert os.listdir(folder) == []
     assert done.exit_code in (0, 2), done.output
     assert all(character.isprintable() or character == "\n" for character in done.output)

@@ -164,7 +164,7 @@ def plan_read(box: Box) -> Attempt:
 def plan_shown(box: Box) -> Attempt:
     path = put(box, "plans") / "plan.json"
     spoil_json(box, path)
-    return Attempt(["mgeo-attitude", "show", str(path)], ("plan.json",))
+    return Attempt(["mgeo", "attitude", "show", str(path)], ("plan.json",))
 
 
 @kind(weight=4)

@@ -11,16 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.cli.app import app as attitude
 from mgeo_attitude.objectives import OBJECTIVES
 from typer.testing import CliRunner
 
 from mgeo import plugins
-from mgeo.cli.app import app as mgeo
+from mgeo.cli.app import app
 from mgeo.plugins import load_problem
 
 DOCS = Path(__file__).parents[2] / "docs"
-APPS = {"mgeo": mgeo, "mgeo-attitude": attitude}
 
 
 def page(name):
@@ -33,7 +31,8 @@ def blocks(name, language):
 
 def run(command, *more, codes=(0,)):
     program, *arguments = shlex.split(command)
-    done = CliRunner().invoke(APPS[program], [*arguments, *more])
+    assert program == "mgeo"
+    done = CliRunner().invoke(app, [*arguments, *more])
     assert done.exit_code in codes, command + done.output + done.stderr
     return done.output
 
@@ -164,4 +163,4 @@ def test_the_command_with_limits(objectives, tmp_path, monkeypatch):
     run(command.strip(), "--evaluations", "1440", "--quiet")
     assert Path("runs/limits/front.html").is_file()
     run("mgeo report runs/limits")
-    assert "ramp to maneuver 1" in run("mgeo-attitude show runs/limits --pick best")
+    assert "ramp to maneuver 1" in run("mgeo attitude show runs/limits --pick best")

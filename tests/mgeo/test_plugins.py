@@ -10,12 +10,12 @@ from mgeo.plugins import Plugin, PluginError, find_plugin, installed_plugins, lo
 pytestmark = pytest.mark.usefixtures("stand_in")
 
 
-def claim(folder, distribution, name, value="stand_in:Cantilever"):
+def claim(folder, distribution, name, value="stand_in:Cantilever", group="mgeo.problems"):
     """A second distribution with an entry point of this name."""
     info = folder / f"{distribution}-2.0.dist-info"
     info.mkdir(parents=True)
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 2.0\n")
-    (info / "entry_points.txt").write_text(f"[mgeo.problems]\n{name} = {value}\n")
+    (info / "entry_points.txt").write_text(f"[{group}]\n{name} = {value}\n")
 
 
 def test_plugins_are_found_with_their_distribution_and_without_importing_them(monkeypatch):

@@ -22,6 +22,21 @@ def test_half_a_character_is_no_text(tmp_path):
     assert read_json(path) == {"a": "\N{ROCKET}"}
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('{"a": 1, "b": {"c": 2, "c": 2}}', "'c' occurs twice in an object"),
+        ("[" * 100_000, "nested too deeply"),
+        ("", "Expecting value"),
+    ],
+)
+def test_what_is_no_json_of_ours(text, message, tmp_path):
+    path = tmp_path / "a.json"
+    path.write_text(text)
+    with pytest.raises(FileError, match=message):
+        read_json(path)
+
+
 def test_other_numbers_of_json_are_read_exactly(tmp_path):
     path = tmp_path / "a.json"
     path.write_text("[1, 0.1, -2.5e-300, 12345678901234567890]")

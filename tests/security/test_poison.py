@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mgeo_attitude.cli.app import app as attitude_app
 from typer.testing import CliRunner
 
 from mgeo import read_record
@@ -74,7 +73,7 @@ def test_a_poisoned_run_folder_runs_nothing(run, poison):
             path.write_bytes(content)
             for command in (["report", "run"], ["resume", "run", "--evaluations", "44"]):
                 CliRunner().invoke(app, [*command, "-q"])
-            CliRunner().invoke(attitude_app, ["show", "run"])
+            CliRunner().invoke(app, ["attitude", "show", "run"])
             if path.suffix == ".npz":
                 with pytest.raises(ValueError, match="no archive of arrays"):
                     read_record(run / "evaluations")

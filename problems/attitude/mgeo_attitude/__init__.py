@@ -1,11 +1,18 @@
 """Attitude maneuvers that make sensor errors observable, as a pymoo problem."""
 
-from .environment import Environment
-from .filter import Evaluation, FilterHistory, FilterModel, Suite, evaluate, reference_run
-from .problem import AttitudeManeuverProblem
-from .scenario import Scenario
-from .sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
-from .truth import Estimator, MonteCarlo, consistency, simulate, validity
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mgeo_attitude.environment.environment import Environment
+    from mgeo_attitude.filter.evaluator import Evaluation, evaluate
+    from mgeo_attitude.filter.model import FilterModel
+    from mgeo_attitude.filter.reference import FilterHistory, reference_run
+    from mgeo_attitude.filter.suite import Suite
+    from mgeo_attitude.problem import AttitudeManeuverProblem
+    from mgeo_attitude.scenario import Scenario
+    from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
+    from mgeo_attitude.truth import Estimator, MonteCarlo, consistency, simulate, validity
 
 __version__ = "0.1.0"
 
@@ -30,3 +37,23 @@ __all__ = [
     "simulate",
     "validity",
 ]
+
+_HOMES = {
+    "mgeo_attitude.environment.environment": ("Environment",),
+    "mgeo_attitude.filter.evaluator": ("Evaluation", "evaluate"),
+    "mgeo_attitude.filter.model": ("FilterModel",),
+    "mgeo_attitude.filter.reference": ("FilterHistory", "reference_run"),
+    "mgeo_attitude.filter.suite": ("Suite",),
+    "mgeo_attitude.problem": ("AttitudeManeuverProblem",),
+    "mgeo_attitude.scenario": ("Scenario",),
+    "mgeo_attitude.sensors": ("Gyro", "Magnetometer", "Sensor", "StarTracker", "SunSensor"),
+    "mgeo_attitude.truth": ("Estimator", "MonteCarlo", "consistency", "simulate", "validity"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    # filters, statistics and figures take seconds to import, and help and completion need none
+    for home, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(home), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

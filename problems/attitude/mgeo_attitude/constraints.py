@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .describe import BlockUnit, block_units
-from .filter.evaluator import Evaluation
 from .filter.keep_out import sun_clearance
 from .filter.model import FilterModel
 from .filter.suite import Suite
@@ -19,6 +18,7 @@ from .filter.timeline import Schedule
 from .scenario.settings import RequiredSigma
 
 if TYPE_CHECKING:
+    from .filter.evaluator import Evaluation
     from .scenario import KeepOut, Scenario
 
 Floats = NDArray[np.float64]

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from .filter.evaluator import evaluate
 from .filter.suite import Suite
 from .filter.timeline import VARIABLES_PER_MANEUVER
 from .objectives import OBJECTIVES
@@ -17,6 +15,8 @@ from .scenario import Scenario
 from .scenario.objective_names import PAPER
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from .problem import AttitudeManeuverProblem
 
 Floats = NDArray[np.float64]
@@ -49,6 +49,8 @@ def describe(problem: AttitudeManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     ValueError
         For another number of columns, or a design that is no plan (see `timeline.decode`).
     """
+    import pandas as pd
+
     designs = checked_designs(problem, X)
     F, sigma = _final_values(problem, designs)
     t_end_name, trace_name = (OBJECTIVES[name].label for name in PAPER)
@@ -137,6 +139,8 @@ def checked_designs(problem: AttitudeManeuverProblem, X: ArrayLike) -> Floats:
 
 def _final_values(problem: AttitudeManeuverProblem, designs: Floats) -> tuple[Floats, Floats]:
     """The paper's objectives and 1-sigma at t_end, shapes (n, 2) and (n, n_states)."""
+    from .filter.evaluator import evaluate  # compiles
+
     result = evaluate(problem.model, designs, problem.threads, covariance=True)
     variances = np.diagonal(result.covariance, axis1=1, axis2=2).copy()
     variances[np.isnan(result.t_end)] = np.nan

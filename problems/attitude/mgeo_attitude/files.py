@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Files that are written whole or not at all, as by `mgeo.files`, which a problem does without."""
 
 from __future__ import annotations
 

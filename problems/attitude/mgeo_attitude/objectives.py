@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .filter.evaluator import Evaluation
 from .filter.model import FilterModel
 from .filter.suite import Suite
 from .filter.timeline import Ints, Schedule
 from .scenario.objective_names import blocks_of
 
 if TYPE_CHECKING:
+    from .filter.evaluator import Evaluation
     from .scenario import Scenario
 
 Floats = NDArray[np.float64]

@@ -5,18 +5,15 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
-import plotly.graph_objects as go
 from numpy.typing import ArrayLike, NDArray
 from pymoo.core.problem import Problem
 
-from . import describe, figures
+from . import describe
 from .constraints import Constraint, constraints, warn_of_start
 from .environment import Environment
-from .filter.evaluator import evaluate
 from .filter.model import FilterModel
 from .filter.suite import Suite
 from .filter.timeline import VARIABLES_PER_MANEUVER, decode
@@ -24,6 +21,10 @@ from .objectives import Objective, indicators, objective
 from .repeats import Repeats
 from .scenario import Scenario
 from .scenario.objective_names import PAPER
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import plotly.graph_objects as go
 
 Floats = NDArray[np.float64]
 
@@ -137,6 +138,8 @@ class AttitudeManeuverProblem(Problem):
 
     def _run(self, X: Floats) -> Floats:
         """Objectives and constraints, side by side, shape (n, n_obj + n_ieq_constr)."""
+        from .filter.evaluator import evaluate  # with the compiler, for which a list need not wait
+
         entries: list[Objective | Constraint]
         entries = [*self._objectives(), *constraints(self.scenario)]
         covariance = any(entry.needs_covariance for entry in entries)
@@ -188,9 +191,12 @@ class AttitudeManeuverProblem(Problem):
 
     def figures(self, X: ArrayLike) -> dict[str, go.Figure]:
         """Interactive figures of a set of solutions; ``front`` for the paper's objectives."""
-        return figures.figures(self, np.atleast_2d(np.asarray(X, dtype=float)))
+        from .figures import figures
+
+        return figures(self, np.atleast_2d(np.asarray(X, dtype=float)))
 
     def solution_figures(self, X: ArrayLike) -> list[dict[str, go.Figure]]:
         """For each solution its own small figures: rates, directions of Sun and field, errors."""
-        designs = np.atleast_2d(np.asarray(X, dtype=float))
-        return list(figures.solution_figures(self, designs))
+        from .figures import solution_figures
+
+        return list(solution_figures(self, np.atleast_2d(np.asarray(X, dtype=float))))

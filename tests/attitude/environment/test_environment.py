@@ -15,7 +15,7 @@ import pytest
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.time_frames import instants
 from mgeo_attitude.environment.tle import sgp4_gcrs
-from mgeo_attitude.filter import FilterModel
+from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.scenario import Convergence, Orbit, Scenario, TLEOrbit
 
 EPOCH = datetime(2020, 6, 19, 21, 30, tzinfo=UTC)  # the run passes midnight

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem
-from mgeo_attitude.figures.solutions import Solutions, knee
+from mgeo_attitude.figures.solutions import Solutions
 
 
 def made_up(F):
@@ -53,16 +53,6 @@ def test_a_front_that_does_not_bend_inward_has_no_knee(middle):
     assert labels[0] == "solution 0 (fastest)"
     assert labels[-1] == f"solution {len(F) - 1} (least trace)"
     assert not any("knee" in label for label in labels)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_knee_is_farthest_below_the_line(seed):
-    rng = np.random.default_rng(seed)
-    points = np.column_stack([np.sort(rng.random(30)), -np.sort(-rng.random(30))])
-    a, b = points[0], points[-1]
-    # height of the line over each point: the same order as the distance to the line
-    heights = a[1] + (points[:, 0] - a[0]) * (b[1] - a[1]) / (b[0] - a[0]) - points[:, 1]
-    assert knee(points) == np.argmax(heights)
 
 
 def test_broken_covariances_are_left_out():

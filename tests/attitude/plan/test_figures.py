@@ -1,8 +1,6 @@
 """Figures of a plan: their numbers are its tables'."""
 
 import numpy as np
-import plotly.graph_objects as go
-from mgeo_attitude.figures.page import page
 from mgeo_attitude.plan.figures import plan_figures
 
 
@@ -22,13 +20,3 @@ def test_numbers(plan):
     np.testing.assert_allclose(lines["mag bias"].customdata, worst)
     np.testing.assert_allclose(lines["mag bias"].y, worst / 2000.0)
     assert len(lines["mag bias"].x) == len(set(lines["mag bias"].x)) == len(table)
-
-
-def test_a_page_holds_every_figure_and_the_library_once():
-    one, two = go.Figure(go.Scatter(y=[1, 2])), go.Figure(go.Scatter(y=[3, 4]))
-    html = page([one, two], "<plan>")
-    assert html == page([one, two], "<plan>")
-    assert "<title>&lt;plan&gt;</title>" in html
-    assert html.count('class="plotly-graph-div"') == 2
-    assert len(html) < 1.5 * len(page([one], ""))
-    assert 'src="http' not in html

@@ -108,6 +108,7 @@ def test_dominated_rows_are_never_picked(folder):
     cells = lines[1].split(",")
     worse = ",".join([*cells[:-2], cells[-2], "1e3"])
     path.write_text("\n".join([lines[0], worse, *lines[1:]]) + "\n")
+    edit(folder, lambda d: d.update(solutions=len(lines)))
     front = read_front(folder)
     assert all(front.row(choice) != 0 for choice in ("fastest", "knee", "best"))
 
@@ -135,12 +136,12 @@ def edit(folder, change):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda d: d.update(format=2), "format = 2: this package reads format 1"),
+        (lambda d: d.update(format=2), "format = 2: this version of mgeo reads format 1"),
         (lambda d: d.update(format=True), "format = True"),
         (lambda d: d.pop("recipe"), "recipe is missing"),
-        (lambda d: d.update(recipe=[]), r"recipe\.problem is missing"),
+        (lambda d: d.update(recipe=[]), r"recipe = \[\]"),
         (lambda d: d["recipe"].update(problem="zdt1"), r"recipe\.problem = 'zdt1'"),
-        (lambda d: d["recipe"].update(options=3), r"recipe\.options = 3"),
+        (lambda d: d["recipe"].update(options=3), r"options = 3: expected a table"),
         (
             lambda d: d["recipe"]["options"]["gyro"].update(bias_deg_s=-1.0),
             r"recipe\.options\.gyro\.bias_deg_s = -1\.0",
@@ -168,8 +169,9 @@ def test_a_front_of_another_scenario_is_refused(folder):
     ("change", "message"),
     [
         (lambda t: t[: len(t) // 2], "row .* values|end of line|finite"),
-        (lambda t: t.split("\n")[0] + "\n", "at least one row"),
-        (lambda t: "", "columns"),
+        (lambda t: t[:-1], "end of line"),
+        (lambda t: t.split("\n")[0] + "\n", "has 0 rows .*: expected 12 rows"),
+        (lambda t: "", "expected a header"),
         (lambda t: t.replace("omega_x_1", "omega_w_1"), "columns"),
         (lambda t: t.split("\n")[0] + "\n" + ",".join(["nan"] * 14) + "\n", "row 1, omega_x_1"),
         (lambda t: t.split("\n")[0] + "\n" + ",".join(["1_0", *["0"] * 13]) + "\n", "1_0"),
@@ -188,6 +190,7 @@ def test_rates_beyond_the_limits_are_no_plan(folder):
     path = folder / "front.csv"
     header = path.read_text().split("\n")[0]
     path.write_text(f"{header}\n{','.join(['5', *['0'] * 11, '600', '1e-4'])}\n")
+    edit(folder, lambda d: d.update(solutions=1))
     with pytest.raises(ValueError, match=r"front\.csv: design\[0\] = 5\.0: expected -1 to 1"):
         read_front(folder).plan("best")
 

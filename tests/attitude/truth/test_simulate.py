@@ -21,7 +21,7 @@ from mgeo_attitude import (
     simulate,
     validity,
 )
-from mgeo_attitude.filter import FilterModel
+from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.rotation import rotate
 from mgeo_attitude.scenario import Convergence, InitialUncertainty, ManeuverLimits, Wheels
 from mgeo_attitude.truth import OutsideValidity

@@ -52,6 +52,16 @@ def test_straight_and_concave_fronts_have_no_knee(bulge):
     assert labels == ["best a", "between", "between", "between", "best b"]
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_of_two_objectives_the_knee_is_farthest_below_the_line(seed):
+    rng = np.random.default_rng(seed)
+    points = np.column_stack([np.sort(rng.random(30)), -np.sort(-rng.random(30))])
+    a, b = points[0], points[-1]
+    # height of the line over each point: the same order as the distance to the line
+    heights = a[1] + (points[:, 0] - a[0]) * (b[1] - a[1]) / (b[0] - a[0]) - points[:, 1]
+    assert (knee(points) or 0) == np.argmax(heights)  # one of five bends outward only
+
+
 def test_in_three_objectives_the_knee_is_farthest_from_the_plane():
     rng = np.random.default_rng(1)
     directions = np.abs(rng.normal(size=(200, 3)))

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mgeo.runs.highlights import knee
+
 from ..describe import checked_designs, nondominated
 from ..filter.evaluator import evaluate
 
@@ -66,7 +68,7 @@ class Solutions:
             The objectives on comparable scales.
         """
         front = nondominated(self.F)
-        fastest, bend, best = (int(front[i]) for i in (0, knee(indicators[front]), -1))
+        fastest, bend, best = (int(front[i]) for i in (0, knee(indicators[front]) or 0, -1))
         roles = {bend: "knee", fastest: "fastest"}  # an end of the front is no knee
         roles[best] = "least trace" if best != fastest else "fastest, least trace"
         rows = range(len(self.F)) if len(self.F) <= MOST_CHOSEN else roles
@@ -75,11 +77,3 @@ class Solutions:
             self.labels[row] + (f" ({roles[row]})" if row in roles else "") for row in order
         )
         return Solutions(self.numbers[order], self.X[order], self.F[order], labels)
-
-
-def knee(points: Floats) -> int:
-    """Row of a front, shape (n, 2), farthest below the line through its first and last row."""
-    along = points[-1] - points[0]
-    offset = points - points[0]
-    below = along[1] * offset[:, 0] - along[0] * offset[:, 1]
-    return int(np.argmax(below))

@@ -12,7 +12,6 @@ Each phase of constant rate is a segment of its own, across whose ends nobody ma
 from __future__ import annotations
 
 import math
-import os
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -20,13 +19,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files import write_text
-from ..phases import Phase
-from .attitude import sampled_quaternions
-from .utc import utc_texts
+from mgeo.files import write_file
+from mgeo_attitude.phases import Phase
+from mgeo_attitude.plan.attitude import sampled_quaternions
+from mgeo_attitude.plan.utc import utc_texts
 
 if TYPE_CHECKING:
-    from .plan import ManeuverPlan
+    from mgeo_attitude.plan.plan import ManeuverPlan
 
 Floats = NDArray[np.float64]
 Version = Literal["1.0", "2.0"]
@@ -91,9 +90,9 @@ def aem_text(
     return "\n".join(lines) + "\n"
 
 
-def write_aem(plan: ManeuverPlan, path: str | os.PathLike[str], **keywords: Any) -> None:
+def write_aem(plan: ManeuverPlan, path: Path | str, **keywords: Any) -> None:
     """Write `aem_text` with these keywords to a file, whole or not at all."""
-    write_text(Path(path), aem_text(plan, **keywords))
+    write_file(path, aem_text(plan, **keywords).encode())
 
 
 def _segment(

@@ -7,11 +7,10 @@ plan: what is to be read back as one is JSON.
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
-from ..files import write_text
-from .plan import ManeuverPlan
+from mgeo.files import write_file
+from mgeo_attitude.plan.plan import ManeuverPlan
 
 
 def to_csv(plan: ManeuverPlan) -> str:
@@ -26,6 +25,6 @@ def to_csv(plan: ManeuverPlan) -> str:
     return comments + text
 
 
-def write_csv(plan: ManeuverPlan, path: str | os.PathLike[str]) -> None:
+def write_csv(plan: ManeuverPlan, path: Path | str) -> None:
     """Write `to_csv` to a file, whole or not at all."""
-    write_text(Path(path), to_csv(plan))
+    write_file(path, to_csv(plan).encode())

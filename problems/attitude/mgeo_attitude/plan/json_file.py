@@ -8,18 +8,23 @@ else is refused.
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
-from ..fields import InvalidValue
-from ..files import write_text
-from ..scenario import Scenario
-from .plan import ManeuverPlan
-from .reading import check_same, checked_keys, errors_of, parse_json, read_text
+from mgeo.files import write_file
+from mgeo.reading import entry, errors_of, parse_json, read_text
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.scenario import Scenario
 
 FORMAT = "mgeo-attitude-plan"
 VERSION = 1
+
+#: A plan of 100 maneuvers is far smaller.
+MOST_BYTES = 64 * 2**20
+
+#: Numbers that were computed again, perhaps by other libraries, may differ by this fraction.
+TOLERANCE = 1e-6
 
 _KEYS = {
     "format": str,
@@ -56,23 +61,27 @@ def from_json(text: str) -> ManeuverPlan:
     """
     table = parse_json(text)
     _check_format(table)
-    checked_keys("", table, _KEYS)
+    for key in table:
+        if key not in _KEYS:
+            raise InvalidValue(key, table[key], f"expected {', '.join(_KEYS)}")
+    for key, kind in _KEYS.items():
+        entry(table, key, kind)
     try:
         scenario = Scenario.from_dict(table["scenario"])
     except InvalidValue as error:
         raise error.under("scenario") from None
     plan = ManeuverPlan(scenario, tuple(table["design"]))
     for key, expected in _consequences(plan).items():
-        check_same(key, table[key], expected)
+        _check_same(key, table[key], expected)
     return plan
 
 
-def write_json(plan: ManeuverPlan, path: str | os.PathLike[str]) -> None:
+def write_json(plan: ManeuverPlan, path: Path | str) -> None:
     """Write `to_json` to a file, whole or not at all."""
-    write_text(Path(path), to_json(plan))
+    write_file(path, to_json(plan).encode())
 
 
-def read_json(path: str | os.PathLike[str]) -> ManeuverPlan:
+def read_json(path: Path | str) -> ManeuverPlan:
     """Read what `write_json` wrote.
 
     Raises
@@ -82,9 +91,9 @@ def read_json(path: str | os.PathLike[str]) -> ManeuverPlan:
     ValueError
         Naming the file and the key, see `from_json`.
     """
-    path = Path(path)
+    text = read_text(path, MOST_BYTES)
     with errors_of(path):
-        return from_json(read_text(path))
+        return from_json(text)
 
 
 def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
@@ -108,3 +117,26 @@ def _check_format(table: Any) -> None:
     version = table.get("version")
     if version != VERSION or isinstance(version, bool):
         raise ValueError(f"version = {version!r}: this package reads version {VERSION}")
+
+
+def _check_same(key: str, found: Any, expected: Any) -> None:
+    """Refuse data that is not what it should be: numbers within `TOLERANCE`, the rest equal.
+
+    Raises
+    ------
+    InvalidValue
+        Naming the first key that differs.
+    """
+    if isinstance(expected, dict) and isinstance(found, dict) and found.keys() == expected.keys():
+        for name in expected:
+            _check_same(f"{key}.{name}", found[name], expected[name])
+    elif isinstance(expected, list) and isinstance(found, list) and len(found) == len(expected):
+        for i, (one, other) in enumerate(zip(found, expected, strict=True)):
+            _check_same(f"{key}[{i}]", one, other)
+    elif isinstance(expected, float) and type(found) in (int, float):
+        # no fraction of a number that is zero but for rounding, as in a quaternion
+        close = TOLERANCE * max(abs(expected), TOLERANCE)
+        if not expected - close <= found <= expected + close:
+            raise InvalidValue(key, found, f"expected {expected!r}, which follows from the design")
+    elif type(found) is not type(expected) or found != expected:
+        raise InvalidValue(key, found, f"expected {expected!r}, which follows from the design")

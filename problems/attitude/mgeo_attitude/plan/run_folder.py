@@ -1,46 +1,35 @@
 """Fronts from the run folders of ``mgeo solve``, and the plan to fly from one.
 
-A run folder is two public text files: ``run.json``, which says what was solved, and ``front.csv``,
-one row per solution with a column for each variable and objective. Nothing in them is trusted: what
-is read is checked, and the plan picked is computed anew.
+Nothing in a folder is trusted: what is read is checked, and the plan picked is computed anew.
 """
 
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..describe import nondominated
-from ..fields import InvalidValue
-from ..figures.solutions import knee
-from ..filter.evaluator import evaluate
-from ..objectives import indicators
-from ..problem import AttitudeManeuverProblem
-from ..scenario import Scenario
-from ..scenario.objective_names import PAPER
-from .plan import ManeuverPlan
-from .reading import (
-    TOLERANCE,
-    errors_of,
-    parse_csv,
-    parse_json,
-    parse_number,
-    read_text,
-)
+from mgeo.reading import errors_of
+from mgeo.runs import FRONT_FILE, RUN_FILE, Recipe, read_run
+from mgeo.runs.highlights import knee
+from mgeo_attitude.describe import nondominated
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.objectives import indicators
+from mgeo_attitude.plan.json_file import TOLERANCE
+from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.problem import AttitudeManeuverProblem
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.objective_names import PAPER
 
 Floats = NDArray[np.float64]
 Choice = Literal["knee", "fastest", "best"]
 
 CHOICES: tuple[Choice, ...] = get_args(Choice)
-FORMAT = 1
-RUN_FILE, FRONT_FILE = "run.json", "front.csv"
-
 #: Name of this problem among those of mgeo.
 PROBLEM = "attitude"
 
@@ -102,7 +91,7 @@ class Front:
         if isinstance(choice, str):
             if choice not in CHOICES:
                 raise ValueError(f"choice = {choice!r}: expected one of {', '.join(CHOICES)}")
-            bend = knee(indicators(PAPER, front, self.problem.scenario))
+            bend = knee(indicators(PAPER, front, self.problem.scenario)) or 0
             return int(rows[{"knee": bend, "fastest": 0, "best": -1}[choice]])
         if not math.isfinite(choice):
             raise ValueError(f"choice = {choice!r}: expected a finite number of seconds")
@@ -116,7 +105,7 @@ class Front:
         return np.column_stack([result.t_end, result.trace])
 
 
-def read_front(folder: str | os.PathLike[str]) -> Front:
+def read_front(folder: Path | str) -> Front:
     """Read a run folder.
 
     Raises
@@ -127,41 +116,24 @@ def read_front(folder: str | os.PathLike[str]) -> Front:
         Naming the file and what is wrong in it: the key, or the row and column.
     """
     folder = Path(folder)
-    run, front = folder / RUN_FILE, folder / FRONT_FILE
-    if not run.exists():
-        raise FileNotFoundError(f"{folder} holds no run: there is no {RUN_FILE}")
-    with errors_of(run):
-        problem = _problem(parse_json(read_text(run)))
-    with errors_of(front):
-        table = _table(read_text(front), [*problem.var_names, *problem.obj_names])
-        return Front(front, problem, table[:, : problem.n_var], table[:, problem.n_var :])
+    run = read_run(folder)
+    outcome, path = run.outcome, folder / FRONT_FILE
+    with errors_of(folder / RUN_FILE):
+        problem = _problem(run.recipe)
+    with errors_of(path):
+        found = [*outcome.variables, *outcome.objectives]
+        expected = [*problem.var_names, *problem.obj_names]
+        if found != expected:
+            raise ValueError(f"columns {found}: expected {expected}")
+        if not len(outcome.X):
+            raise ValueError("expected at least one row below the header")
+    return Front(path, problem, outcome.X, outcome.F)
 
 
-def _problem(data: Any) -> AttitudeManeuverProblem:
-    recipe = _entry(data, "", "recipe")
-    version = _entry(data, "", "format")
-    if version != FORMAT or isinstance(version, bool):
-        raise InvalidValue("format", version, f"this package reads format {FORMAT}")
-    name, options = (_entry(recipe, "recipe.", key) for key in ("problem", "options"))
-    if name != PROBLEM:
-        raise InvalidValue("recipe.problem", name, f"expected {PROBLEM!r}")
-    if not isinstance(options, dict):
-        raise InvalidValue("recipe.options", options, "expected an object")
+def _problem(recipe: Recipe) -> AttitudeManeuverProblem:
+    if recipe.problem != PROBLEM:
+        raise InvalidValue("recipe.problem", recipe.problem, f"expected {PROBLEM!r}")
     try:
-        return AttitudeManeuverProblem(Scenario.from_dict(options))
+        return AttitudeManeuverProblem(Scenario.from_dict(recipe.options))
     except InvalidValue as error:
         raise error.under("recipe.options") from None
-
-
-def _entry(table: Any, place: str, key: str) -> Any:
-    if not isinstance(table, dict) or key not in table:
-        raise ValueError(f"{place}{key} is missing")
-    return table[key]
-
-
-def _table(text: str, names: list[str]) -> Floats:
-    rows = [
-        [parse_number(f"row {i}, {name}", cell) for name, cell in zip(names, row, strict=True)]
-        for i, row in enumerate(parse_csv(text, names), 1)
-    ]
-    return np.array(rows)

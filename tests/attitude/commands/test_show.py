@@ -1,4 +1,4 @@
-"""``mgeo-attitude show``: what is printed is what the plan says."""
+"""``mgeo attitude show``: what is printed is what the plan says."""
 
 import json
 import re

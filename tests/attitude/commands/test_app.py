@@ -1,18 +1,17 @@
-"""The command as a process, and its help."""
+"""The commands as part of ``mgeo``, as a process, and their help."""
 
 import json
 import re
 import shlex
 import subprocess
 import sys
-from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 import typer
-from mgeo_attitude.cli.app import app
-from mgeo_attitude.cli.errors import EXIT_CODES
-from mgeo_attitude.cli.examples import EXAMPLES
+from mgeo_attitude.commands.app import EXAMPLES, app
+
+from tests.mgeo.cli.test_completion import offered
 
 ROOT = Path(__file__).parents[3]
 GROUP = typer.main.get_command(app)
@@ -22,7 +21,7 @@ GROUP = typer.main.get_command(app)
 def test_process(tmp_path):
     """As installed: one line on stderr and exit code 2, without importing what is not needed."""
     done = subprocess.run(
-        [sys.executable, "-m", "mgeo_attitude", "show", str(tmp_path)],
+        [sys.executable, "-m", "mgeo", "attitude", "show", str(tmp_path)],
         capture_output=True,
         text=True,
         timeout=120,
@@ -32,19 +31,11 @@ def test_process(tmp_path):
     assert done.stderr == f"Error: {tmp_path} holds no run: there is no run.json\n"
 
 
-def test_version(run):
-    assert run("--version").stdout == f"mgeo-attitude {version('mgeo-attitude')}\n"
-
-
 def test_help_names_the_commands(run):
     text = run("--help").stdout
-    for command in ("show", "export"):
+    for command in ("show", "verify", "export"):
         assert command in text
-
-
-def test_the_script_is_declared():
-    text = (ROOT / "problems/attitude/pyproject.toml").read_text()
-    assert 'mgeo-attitude = "mgeo_attitude.cli:main"' in text
+    assert run(code=2).stderr == text  # without words, too
 
 
 def test_tracebacks_on_demand(run, tmp_path):
@@ -57,7 +48,7 @@ def test_a_bug_is_one_line_with_another_exit_code(run, folder, monkeypatch):
     def fail(*arguments):
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("mgeo_attitude.cli.show.print_plan", fail)
+    monkeypatch.setattr("mgeo_attitude.commands.show.print_plan", fail)
     done = run("show", folder, code=1)
     assert re.fullmatch(
         r"Error: ZeroDivisionError: division by zero \(test_app.py, line \d+; see --debug\)\n",
@@ -70,29 +61,36 @@ def test_every_command_has_examples_that_can_be_typed(run, command):
     lines = run(command, "--help").stdout.splitlines()
     for example in EXAMPLES[command]:
         assert f"    {example}" in lines
-        program, name, *arguments = shlex.split(example.partition("|")[0])
-        assert (program, name) == ("mgeo-attitude", command)
+        program, group, name, *arguments = shlex.split(example.partition("|")[0])
+        assert (program, group, name) == ("mgeo", "attitude", command)
         with GROUP.commands[command].make_context(command, arguments):
             pass
-
-
-def test_every_exit_code_is_in_the_help(run):
-    text = " ".join(run("--help").stdout.split())
-    for code, meaning in EXIT_CODES.items():
-        assert f"{code} {meaning}" in text
 
 
 @pytest.mark.parametrize("arguments", [["--nonsense"], ["sho"], ["show"], ["show", "a", "--nope"]])
 def test_usage_errors_are_one_line(run, arguments):
     done = run(*arguments, code=2)
-    assert re.fullmatch(r"Error: .*see .* --help\)\n", done.stderr)
+    assert re.fullmatch(r"Error: .*see mgeo attitude.* --help\)\n", done.stderr)
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("mgeo att", ["attitude"]),
+        ("mgeo attitude ", ["show", "verify", "export"]),
+        ("mgeo attitude show plan.json --pick ", ["knee", "fastest", "best"]),
+        ("mgeo attitude verify plan.json --se", ["--seed"]),
+    ],
+)
+def test_completion(line, expected):
+    assert offered(line) == expected
 
 
 def test_plans_and_files_as_json(run, folder, front, tmp_path):
     plan = front.plan("best")
     found = json.loads(run("show", folder, "--pick", "best", "--json").stdout)
     page = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
-    (row,) = re.findall(r"^\| `mgeo-attitude show` \| (.*) \|$", page, re.MULTILINE)
+    (row,) = re.findall(r"^\| `attitude show` \| (.*) \|$", page, re.MULTILINE)
     assert list(found) == re.findall(r"`(\w+)`", row)
     assert (found["t_end_s"], found["trace"]) == (plan.t_end, plan.trace)
     assert len(found["timeline"]) == len(plan.phases)

@@ -1,40 +1,33 @@
-"""``mgeo-attitude verify``."""
+"""``mgeo attitude verify``."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from rich.text import Text
-
-from ..files import write_text
-from ..plan import ManeuverPlan
-from ..plan.run_folder import PROBLEM
-from ..plan.verification import Verification
-from .documents import rows
-from .tables import console, printed
+from mgeo.cli.output import Output
+from mgeo.consoles import plain
+from mgeo_attitude.commands.show import note, rows, titled
+from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.plan.run_folder import PROBLEM
+from mgeo_attitude.plan.verification import Verification
 
 
-def write_document(document: Mapping[str, Any], file: Path) -> None:
-    """Write a result as `mgeo.report.verification` reads it."""
-    text = json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False)
-    write_text(file, f"{text}\n")
-
-
-def print_verification(plan: ManeuverPlan, found: Verification) -> None:
+def print_verification(plan: ManeuverPlan, found: Verification, output: Output) -> None:
     """Print how simulated flights of a plan went."""
-    out = console()
-    title = f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s"
-    printed(out, title, found.table)
-    out.print(f"by chance no ratio exceeds {found.greatest_ratio:.3f}", style="dim")
+    output.print(
+        *titled(f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s", found.table),
+        note(f"by chance no ratio exceeds {found.greatest_ratio:.3f}"),
+    )
     if len(found.keep_outs):
-        printed(out, "Sun inside keep-out cones", found.keep_outs)
-        out.print("steered by the estimate, and flown open loop, of all flights", style="dim")
+        output.print(
+            *titled("Sun inside keep-out cones", found.keep_outs),
+            note("steered by the estimate, and flown open loop, of all flights"),
+        )
     low, high = found.nees_bounds
-    out.print(Text(f"\nNEES per state {found.nees:.3f}; expected {low:.3f} to {high:.3f}"))
-    out.print(Text(_verdict(found), style="bold"))
+    output.print(
+        f"\nNEES per state {found.nees:.3f}; expected {low:.3f} to {high:.3f}",
+        plain(_verdict(found), "bold"),
+    )
 
 
 def verification_document(plan: ManeuverPlan, found: Verification, seed: int) -> dict[str, Any]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..plan import ManeuverPlan, read_front, read_json
-from ..plan.run_folder import CHOICES
+from mgeo_attitude.plan import ManeuverPlan, read_front, read_json
+from mgeo_attitude.plan.run_folder import CHOICES
 
 
 def load_plan(source: Path, pick: str | None = None, time: float | None = None) -> ManeuverPlan:

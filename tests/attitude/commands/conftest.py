@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.cli.app import app
 from mgeo_attitude.plan import ManeuverPlan, read_front, write_json
 from mgeo_attitude.scenario import Wheels
 from typer.testing import CliRunner
 
+from mgeo.cli.app import app
 from mgeo.runs import write_run
 
 from ..small_run import small_run
@@ -40,10 +40,10 @@ def violating(tmp_path_factory):
 
 @pytest.fixture
 def run():
-    """Run ``mgeo-attitude`` with arguments; its exit code must be what is expected."""
+    """Run ``mgeo attitude`` with arguments; its exit code must be what is expected."""
 
     def invoke(*arguments, code=0):
-        done = CliRunner().invoke(app, [str(argument) for argument in arguments])
+        done = CliRunner().invoke(app, ["attitude", *map(str, arguments)], prog_name="mgeo")
         assert done.exit_code == code, done.output + done.stderr
         return done
 

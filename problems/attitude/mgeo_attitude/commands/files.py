@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..files import write_text
-from ..plan import ManeuverPlan, aem_text, to_csv, to_json
+from mgeo_attitude.plan import ManeuverPlan, aem_text, to_csv, to_json
 
 SUFFIXES = (".json", ".csv", ".aem")
 
 
-def checked_targets(paths: Sequence[Path], overwrite: bool, known_only: bool = False) -> None:
+def check_targets(
+    paths: Sequence[Path], overwrite: bool, suffixes: Sequence[str] | None = None
+) -> None:
     """Refuse files that could not be written, before time is spent on what goes into them.
 
     Raises
     ------
     ValueError
-        For a suffix that is not one of `SUFFIXES`, if these are the only ones, or a file named
-        twice.
+        For a suffix that is not one of `suffixes`, if there are any, or a file named twice.
     OSError
         For a file that is there already, unless `overwrite`, or whose folder is not.
     """
     for path in paths:
-        if known_only and path.suffix not in SUFFIXES:
-            raise ValueError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
+        if suffixes and path.suffix not in suffixes:
+            raise ValueError(f"{path}: expected a name that ends in {', '.join(suffixes)}")
         if list(paths).count(path) > 1:
             raise ValueError(f"{path} is named twice")
         if path.is_dir():
@@ -60,10 +60,3 @@ def contents(plan: ManeuverPlan, paths: Sequence[Path], **aem: Any) -> dict[Path
         ".aem": lambda: aem_text(plan, **aem),
     }
     return {path: writers[path.suffix]() for path in paths}
-
-
-def write_all(texts: Mapping[Path, str]) -> Iterator[Path]:
-    """Write each file, and say so."""
-    for path, text in texts.items():
-        write_text(path, text)
-        yield path

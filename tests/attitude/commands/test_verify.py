@@ -1,11 +1,11 @@
-"""``mgeo-attitude verify``: what is printed, and the exit code that scripts go by."""
+"""``mgeo attitude verify``: what is printed, and the exit code that scripts go by."""
 
 import dataclasses
 import json
 
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.cli.verify import verification_document
+from mgeo_attitude.commands.verify import verification_document
 from mgeo_attitude.plan import ManeuverPlan, write_json
 from mgeo_attitude.plan.verification import verify
 from mgeo_attitude.scenario import KeepOut

@@ -1,4 +1,4 @@
-"""``mgeo-attitude export``: files that read back as the plan."""
+"""``mgeo attitude export``: files that read back as the plan."""
 
 import brahe.ccsds
 import pytest

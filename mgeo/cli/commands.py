@@ -1,0 +1,87 @@
+"""Groups of commands, and commands of plugins: listed by name, imported when they are run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from mgeo.cli.errors import ended
+from mgeo.plugins import COMMANDS, PluginError, find_plugin, installed_plugins
+
+
+class Commands(TyperGroup):
+    """Commands of which every error is one line, and an exit code."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the options before the command's name; without any words, show the help."""
+        if not (args or ctx.resilient_parsing):
+            typer.echo(ctx.get_help(), err=True)
+            raise typer.Exit(2)
+        with ended(ctx):
+            return super().parse_args(ctx, args)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Read the command's own words and do it."""
+        with ended(ctx):
+            return super().invoke(ctx)
+
+
+class RootCommands(Commands):
+    """mgeo's own commands, and after them those of plugins; mgeo's own cannot be replaced."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names of all commands."""
+        self._find_plugins()
+        return super().list_commands(ctx)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command of this name, of a plugin only its name and what it is about."""
+        if cmd_name not in self.commands:
+            self._find_plugins()
+        return super().get_command(ctx, cmd_name)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command to run, of a plugin imported."""
+        name, command, rest = super().resolve_command(ctx, args)
+        if isinstance(command, _NotImported):
+            try:
+                command = _imported(args[0])
+            except PluginError:
+                if not ctx.resilient_parsing:  # else a shell asks, and there is nothing to offer
+                    raise
+        return name, command, rest
+
+    def _find_plugins(self) -> None:
+        for plugin in installed_plugins(COMMANDS):
+            self.commands.setdefault(plugin.name, _NotImported(plugin.name))
+
+
+class _NotImported(TyperCommand):
+    """What stands for a plugin's commands in the help: the summary of its distribution."""
+
+    def __init__(self, name: str) -> None:
+        try:
+            plugin = find_plugin(name, COMMANDS)
+            found = plugin.entry_point.dist
+            about = f"Of {plugin.distribution}."
+            if found is not None and "Summary" in found.metadata:
+                about = found.metadata["Summary"]
+        except PluginError as error:
+            about = str(error)
+        super().__init__(name=name, help=about)
+
+
+def _imported(name: str) -> Any:
+    """A plugin's commands, with the help and the errors of mgeo's own.
+
+    Raises
+    ------
+    PluginError
+        If two plugins have this name, or it does not load.
+    """
+    app = find_plugin(name, COMMANDS).load()
+    root = typer.Typer(rich_markup_mode=None)
+    root.add_typer(app, name=name, cls=Commands)
+    return typer.main.get_group(root).commands[name]

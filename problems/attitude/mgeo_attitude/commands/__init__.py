@@ -1,0 +1,1 @@
+"""``mgeo attitude``: from a front to a plan that is flown."""

@@ -1,0 +1,197 @@
+"""Commands and flags; each command imports what it needs only when it is run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mgeo.cli.completion import among
+from mgeo.cli.errors import ExitCode, bad_input
+from mgeo.cli.examples import epilog
+from mgeo.cli.options import Debug, Json, Quiet
+from mgeo.cli.output import Output, json_text
+
+app = typer.Typer(
+    help="Calibration maneuvers: pick a plan from a front, look at it, verify it, export it."
+)
+
+EXAMPLES: Mapping[str, tuple[str, ...]] = {
+    "show": (
+        "mgeo attitude show runs/attitude-mgeo-real-seed1",
+        "mgeo attitude show runs/attitude-mgeo-real-seed1 --time 3000 --html plan.html",
+        "mgeo attitude show plan.json --json | jq .t_end_s",
+    ),
+    "verify": (
+        "mgeo attitude verify plan.json --runs 500",
+        "mgeo attitude verify runs/first --pick best --out runs/first/verification-best.json",
+    ),
+    "export": (
+        "mgeo attitude export runs/first plan.json plan.csv --pick fastest",
+        "mgeo attitude export plan.json plan.aem --object-name SAT --object-id 2021-015A",
+    ),
+}
+
+Source = Annotated[
+    Path, typer.Argument(metavar="RUN|PLAN.json", help="Folder of `mgeo solve`, or a plan's file.")
+]
+Pick = Annotated[
+    str | None,
+    typer.Option(
+        metavar="knee|fastest|best",
+        help="Solution of the run: the bend of its front, its least t_end, its least trace "
+        "[default: knee].",
+        autocompletion=among(("knee", "fastest", "best")),
+    ),
+]
+Time = Annotated[
+    float | None,
+    typer.Option(metavar="SECONDS", help="Solution of the run whose t_end is nearest to this."),
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
+
+#: Of what a plan is made from everything is the user's: files, scenarios, extras to install.
+_USERS = (ValueError, TypeError, OSError, ImportError)
+
+
+@app.command(epilog=epilog("show", EXAMPLES))
+def show(
+    source: Source,
+    pick: Pick = None,
+    time: Time = None,
+    html: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Also write the plan's figures.")
+    ] = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Print a plan: its timeline, what it teaches the filter, and what simpler plans would.
+
+    The comparison is after the plan's own time, with maneuvers as long as the plan's in all.
+    """
+    from mgeo_attitude.commands.files import check_targets
+    from mgeo_attitude.commands.show import plan_document, print_plan, write_figures
+    from mgeo_attitude.commands.source import load_plan
+
+    with bad_input(_USERS):
+        check_targets([html] if html else [], overwrite)
+        plan = load_plan(source, pick, time)
+        if json:
+            Output(json=True).result(plan_document(plan))
+        else:
+            print_plan(plan, Output())
+        if html:
+            write_figures(plan, html)
+
+
+@app.command(epilog=epilog("verify", EXAMPLES))
+def verify(
+    source: Source,
+    pick: Pick = None,
+    time: Time = None,
+    runs: Annotated[int, typer.Option(min=2, help="Flights to simulate.")] = 200,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of their errors.")] = 1,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Also write the result; `mgeo report` shows RUN/verification*.json.",
+        ),
+    ] = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Fly a plan many times in simulation; exit with 3 if it does not achieve what it promises.
+
+    The truth is nonlinear, the errors are drawn from the scenario, the filter feeds them back. Of
+    keep-out cones it says how often the Sun was inside.
+    """
+    from mgeo.files import write_file
+    from mgeo_attitude.commands.files import check_targets
+    from mgeo_attitude.commands.source import load_plan
+    from mgeo_attitude.commands.verify import print_verification, verification_document
+    from mgeo_attitude.plan import verification
+
+    with bad_input(_USERS):
+        check_targets([out] if out else [], overwrite)
+        plan = load_plan(source, pick, time)
+        found = verification.verify(plan, runs, seed)
+        document = verification_document(plan, found, seed)
+        if out:
+            write_file(out, f"{json_text(document)}\n".encode())
+    output = Output(quiet, json)
+    print_verification(plan, found, output)
+    output.result(document)
+    raise typer.Exit(ExitCode.DONE if found.achieved else ExitCode.INCOMPLETE)
+
+
+@app.command(epilog=epilog("export", EXAMPLES))
+def export(
+    source: Source,
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FILE...",
+            help="What to write, by suffix: .json (the plan, can be read back), .csv (timeline), "
+            ".aem (CCSDS attitude ephemeris).",
+        ),
+    ],
+    pick: Pick = None,
+    time: Time = None,
+    object_name: Annotated[
+        str, typer.Option(metavar="TEXT", help="AEM: OBJECT_NAME, the spacecraft.")
+    ] = "UNKNOWN",
+    object_id: Annotated[
+        str, typer.Option(metavar="TEXT", help="AEM: OBJECT_ID, its international designator.")
+    ] = "UNKNOWN",
+    originator: Annotated[
+        str, typer.Option(metavar="TEXT", help="AEM: ORIGINATOR, agency or operator.")
+    ] = "UNKNOWN",
+    aem_version: Annotated[
+        str, typer.Option(metavar="2.0|1.0", help="AEM: CCSDS 504.0-B-2 or -B-1.")
+    ] = "2.0",
+    spacing: Annotated[
+        float, typer.Option(metavar="SECONDS", help="AEM: greatest time between attitudes.")
+    ] = 1.0,
+    overwrite: Overwrite = False,
+    force: Annotated[
+        bool,
+        typer.Option(
+            "--force", help="Write a plan that violates constraints, too; its files then say so."
+        ),
+    ] = False,
+    quiet: Quiet = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Write a plan to files, each as a whole or not at all.
+
+    A plan that violates a constraint of its scenario is refused, unless told otherwise.
+    """
+    from mgeo.files import write_file
+    from mgeo_attitude.commands.files import SUFFIXES, check_constraints, check_targets, contents
+    from mgeo_attitude.commands.source import load_plan
+
+    with bad_input(_USERS):
+        check_targets(files, overwrite, SUFFIXES)
+        plan = load_plan(source, pick, time)
+        check_constraints(plan, force)
+        texts = contents(
+            plan,
+            files,
+            object_name=object_name,
+            object_id=object_id,
+            originator=originator,
+            version=aem_version,
+            spacing=spacing,
+        )
+        output = Output(quiet, json)
+        for path, text in texts.items():
+            write_file(path, text.encode())
+            output.print(f"wrote {path}")
+    output.result({"files": [str(path) for path in texts]})

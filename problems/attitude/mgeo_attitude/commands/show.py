@@ -1,0 +1,104 @@
+"""``mgeo attitude show``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from rich.table import Table
+from rich.text import Text
+
+from mgeo.cli.output import Output
+from mgeo.cli.tables import table
+from mgeo.consoles import plain
+from mgeo.figures import report_page
+from mgeo.files import write_file
+from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.plan.figures import plan_figures
+
+
+def print_plan(plan: ManeuverPlan, output: Output) -> None:
+    """Print everything that fits a terminal."""
+    ended = "converged" if plan.history.converged else "not converged at the end of the run,"
+    orbits = plan.t_end / plan.scenario.orbit.period
+    constraints = plan.constraints()
+    words = constraints["kept"].map({True: "kept", False: "violated"})
+    output.print(
+        f"scenario {plan.scenario.name}: {ended} at {plan.t_end:.6g} s ({orbits:.3f} orbits), "
+        f"trace {plan.trace:.4g}",
+        *(titled("Constraints", constraints.assign(kept=words)) if len(words) else ()),
+        *titled("Timeline", _timeline(plan).T, digits=6),
+        *titled("Predicted 1-sigma", plan.accuracy()),
+        *titled("What each phase bought", _gains(plan).T),
+        note("trace and worst body axis at its end"),
+        *titled("Least observable directions", plan.least_observable(5).iloc[:, :2], digits=3),
+        note("remaining: 1-sigma along it over the initial one; 1 is nothing learned"),
+        *titled(f"Beside plans that need no optimizer, after {plan.t_end:.6g} s", _others(plan).T),
+        note("1-sigma of the worst body axis; t_end: when each by itself converges"),
+    )
+
+
+def titled(title: str, frame: pd.DataFrame, digits: int = 4) -> tuple[Text, Table]:
+    """A table for people, with its index and so many digits, under a title."""
+    rows = frame.itertuples(name=None)
+    return plain(f"\n{title}", "bold"), table(["", *frame.columns], rows, digits)
+
+
+def note(text: str) -> Text:
+    """What explains a table."""
+    return plain(text, "dim")
+
+
+def plan_document(plan: ManeuverPlan) -> dict[str, Any]:
+    """What ``mgeo attitude show`` tells of a plan; tables as lists of rows."""
+    return {
+        "scenario": plan.scenario.name,
+        "converged": bool(plan.history.converged),
+        "t_end_s": plan.t_end,
+        "trace": plan.trace,
+        "design": list(plan.design),
+        "constraints": rows(plan.constraints()),
+        "timeline": rows(plan.timeline()),
+        "accuracy": rows(plan.accuracy()),
+        "gains": rows(plan.gains()),
+        "least_observable": rows(plan.least_observable(5)),
+        "comparison": rows(plan.compare()),
+    }
+
+
+def rows(frame: pd.DataFrame) -> list[dict[Any, Any]]:
+    """The rows of a table, with its index unless that only counts them."""
+    named = frame if isinstance(frame.index, pd.RangeIndex) else frame.reset_index()
+    return named.to_dict("records")
+
+
+def write_figures(plan: ManeuverPlan, path: Path) -> None:
+    """Write `plan_figures` as one page."""
+    html = report_page(f"plan, {plan.scenario.name}", list(plan_figures(plan).values()))
+    write_file(path, html.encode())
+
+
+def _timeline(plan: ManeuverPlan) -> pd.DataFrame:
+    table = plan.timeline().set_index("phase")
+    rates = [f"rate {axis} [deg/s]" for axis in "xyz"]
+    attitude = [f"end q{part}" for part in "123c"]
+    names = ["start UTC", "start [s]", "duration [s]", *rates, "swept [deg]", *attitude]
+    return table[names]
+
+
+def _gains(plan: ManeuverPlan) -> pd.DataFrame:
+    table = plan.gains()
+    worst = table.iloc[:, :3].copy()
+    sigmas = table.iloc[:, 3:]
+    for first in range(0, sigmas.shape[1], 3):
+        name = str(sigmas.columns[first]).replace(" x [", " [")
+        worst[name] = np.max(sigmas.iloc[:, first : first + 3].to_numpy(float), axis=1)
+    return worst
+
+
+def _others(plan: ManeuverPlan) -> pd.DataFrame:
+    table = plan.compare()
+    short = {name: name.replace(" 1-sigma [", " [") for name in table.columns}
+    return table.rename(columns=short | {"times the first [-]": "times the plan's [-]"})

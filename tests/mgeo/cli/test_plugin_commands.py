@@ -1,0 +1,146 @@
+"""Commands of plugins: part of mgeo, imported only when they are asked for."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ..test_plugins import claim
+from .test_completion import offered
+
+pytestmark = pytest.mark.usefixtures("stand_in")
+
+
+@pytest.fixture
+def beam(tmp_path):
+    path = tmp_path / "beam.toml"
+    path.write_text("0.5")
+    return path
+
+
+def test_they_are_listed_without_being_imported(mgeo, tmp_path, monkeypatch):
+    claim(tmp_path, "plain", "bare", "nowhere:app", "mgeo.commands")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "stand_in_commands", raising=False)
+    lines = mgeo("--help").stdout.splitlines()
+    assert "  beam      A plugin for the tests" in lines
+    assert "  bare      Of plain." in lines  # whose distribution has no summary
+    assert sum(line.startswith("  solve ") for line in lines) == 1
+    assert "stand_in_commands" not in sys.modules
+
+
+def test_they_have_the_help_of_mgeo_s_own(mgeo):
+    done = mgeo("beam", "--help")
+    assert done.exit_code == 0
+    assert done.stdout.startswith("Usage: mgeo beam [OPTIONS] COMMAND [ARGS]...\n\n  Beams")
+    assert mgeo("beam", "-h").stdout == done.stdout
+    bare = mgeo("beam")
+    assert (bare.exit_code, bare.stderr) == (2, done.stdout)
+    assert "  Weigh a beam of [so much] volume.\n" in mgeo("beam", "weigh", "-h").stdout
+
+
+def test_they_do_what_they_do(mgeo, beam):
+    assert mgeo("beam", "weigh", beam).stdout == f"{beam}: 3900 kg\n"
+    document = json.loads(mgeo("beam", "weigh", beam, "--json").stdout)
+    assert document == {"mass_kg": 3900.0, "volume_ratio": 2.0}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["weigh", "nowhere.toml"], 2, r"\[Errno 2\] No such file or directory: 'nowhere.toml'"),
+        (["weigh"], 2, r"Missing argument '(?i:file)' \(see mgeo beam weigh --help\)"),
+        (["wei"], 2, r"No such command 'wei'.* \(see mgeo beam --help\)"),
+        (["--nope"], 2, r"No such option:? '?--nope'? \(see mgeo beam --help\)"),
+        (["weigh", "nothing.toml"], 1, r"ZeroDivisionError: .* \(stand_in_commands.py, line .*\)"),
+    ],
+)
+def test_their_errors_are_one_line_with_an_exit_code(mgeo, arguments, code, message):
+    Path("nothing.toml").write_text("0")
+    done = mgeo("beam", *arguments)
+    assert done.exit_code == code
+    assert re.fullmatch(rf"Error: {message}\n", done.stderr), done.stderr
+
+
+def test_tracebacks_on_demand(mgeo):
+    assert "Traceback" in mgeo("beam", "weigh", "nowhere.toml", "--debug").stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("broken", r"command 'broken' of stand-in 1.2.3 does not load: ModuleNotFoundError: .*"),
+        (
+            "no-app",
+            r"command 'no-app' of stand-in 1.2.3: expected a typer app at .*",
+        ),
+    ],
+)
+def test_one_that_does_not_load_says_why_and_breaks_nothing_else(mgeo, name, message):
+    assert f"  {name} " in mgeo("--help").stdout
+    for arguments in ([name], [name, "--help"], [name, "anything"]):
+        done = mgeo(*arguments)
+        assert (done.exit_code, done.stdout) == (2, "")
+        assert re.fullmatch(rf"Error: {message}\n", done.stderr), done.stderr
+
+
+def test_mgeo_s_own_cannot_be_replaced(mgeo):
+    assert "Search the Pareto front of a problem" in mgeo("solve", "--help").stdout
+
+
+def test_a_name_claimed_twice_is_refused_naming_both_distributions(mgeo, tmp_path, monkeypatch):
+    claim(tmp_path, "rival", "beam", "stand_in_commands:app", "mgeo.commands")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    expected = "the command name 'beam' is claimed by rival 2.0 and stand-in 1.2.3: uninstall all"
+    done = mgeo("beam", "weigh", "a")
+    assert done.exit_code == 2
+    assert done.stderr.startswith(f"Error: {expected}")
+    listed = " ".join(mgeo("--help").stdout.split())
+    assert "beam the command name 'beam' is claimed by rival 2.0 and" in listed
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("mgeo be", ["beam"]),
+        ("mgeo beam ", ["weigh", "paint"]),
+        ("mgeo beam weigh --d", ["--density", "--debug"]),
+        ("mgeo beam weigh be", ["beam.toml"]),
+        ("mgeo broken ", []),
+    ],
+)
+def test_they_are_completed(mgeo, beam, line, expected):
+    assert offered(line) == expected
+
+
+#: What takes long to import, and what helps and completion must do without.
+HEAVY = {"numpy", "pandas", "plotly", "scipy", "numba", "pymoo", "joblib", "mgeo_attitude.problem"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "heavy"),
+    [
+        (["--help"], HEAVY),
+        (["attitude", "--help"], HEAVY),
+        (["problems"], HEAVY - {"numpy", "pymoo", "joblib", "mgeo_attitude.problem"}),
+    ],
+)
+def test_what_takes_long_to_import_is_imported_where_it_is_used(arguments, heavy):
+    pytest.importorskip("mgeo_attitude")
+    code = f"""
+import sys
+from mgeo.cli import main
+sys.argv = {["mgeo", *arguments]}
+try:
+    main()
+except SystemExit as end:
+    print(end.code, *({heavy} & set(sys.modules)), file=sys.stderr)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120
+    )
+    assert done.stderr == "0\n"
+    assert "attitude" in done.stdout

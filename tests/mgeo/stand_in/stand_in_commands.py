@@ -1,0 +1,33 @@
+"""Commands of the plugin for the tests, in a module of their own: see `mgeo.commands`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mgeo.cli.completion import toml_files
+from mgeo.cli.errors import bad_input
+from mgeo.cli.options import Debug, Json
+from mgeo.cli.output import Output
+
+app = typer.Typer(help="Beams, weighed.", rich_markup_mode="rich")
+
+
+@app.command()
+def weigh(
+    file: Annotated[Path, typer.Argument(autocompletion=toml_files)],
+    density: float = 7800.0,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Weigh a beam of [so much] volume."""
+    with bad_input():
+        volume = float(file.read_text())
+    output = Output(json=json)
+    output.print(f"{file}: {density * volume:g} kg")
+    output.result({"mass_kg": density * volume, "volume_ratio": 1.0 / volume})
+
+
+@app.command()
+def paint(color: str) -> None:
+    """Paint it."""
