@@ -5,7 +5,6 @@ from __future__ import annotations
 from datetime import datetime
 
 import numpy as np
-import ppigrf
 from numpy.typing import NDArray
 
 from ..constants import FIELD_MODEL_END, FIELD_MODEL_START
@@ -28,6 +27,8 @@ def geomagnetic_field(position: Array, date: datetime) -> Array:
     ValueError
         If the date has no UTC offset or is outside the model's years, 1900 to 2030.
     """
+    import ppigrf  # it takes pandas a third of a second
+
     utc = as_utc(date)
     if not FIELD_MODEL_START <= utc <= FIELD_MODEL_END:
         raise ValueError(

@@ -1,14 +1,18 @@
-"""Limits of a real satellite that a plan has to keep: wheels, and cones around the Sun."""
+"""Limits of a real satellite that a plan has to keep; `mgeo_attitude.constraints` measures them."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..fields import InvalidValue, Validated, quantity
+from ..units import Unit
+from ..vector import unit
+from .settings import RequiredSigma, check_blocks
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +79,36 @@ class KeepOut(Validated):
 
     def axis(self) -> tuple[float, float, float]:
         """Unit vector of the boresight."""
-        length = math.hypot(*self.boresight)
-        x, y, z = (component / length for component in self.boresight)
-        return (x, y, z)
+        return unit(self.boresight)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits(Validated):
+    """The part of a `Scenario` that plans have to keep."""
+
+    required_sigma: Annotated[Mapping[str, Any], RequiredSigma] = quantity(
+        factory=RequiredSigma,
+        doc="1-sigma that each axis of a state block must reach, by key with unit",
+    )
+    wheels: Wheels | None = quantity(None, doc="reaction wheels that turn the satellite")
+    keep_outs: tuple[KeepOut, ...] = quantity((), doc="cones that the Sun must stay out of")
+
+    def check_limits(self, units: Mapping[str, Unit], attitude_deg: float) -> None:
+        """Refuse limits that do not go with the state's blocks and the initial 1-sigma.
+
+        Raises
+        ------
+        InvalidValue
+            (ValueError) Naming the key.
+        """
+        keys = [unit.key(block) for block, unit in units.items()]
+        check_blocks("required_sigma", self.required_sigma, keys)
+        for i, cone in enumerate(self.keep_outs):
+            most = (180.0 - cone.half_angle_deg) / attitude_deg
+            if cone.attitude_sigmas >= most:
+                raise InvalidValue(
+                    f"keep_outs[{i}].attitude_sigmas",
+                    cone.attitude_sigmas,
+                    f"expected less than {most:.4g}: with initial.attitude_deg = {attitude_deg!r} "
+                    f"no attitude is that far from half_angle_deg = {cone.half_angle_deg!r}",
+                )

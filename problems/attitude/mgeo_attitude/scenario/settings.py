@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
-from ..fields import Quantity, Validated, checked, quantity
+from ..fields import InvalidValue, Numbers, Quantity, Validated, known_names, quantity
 from ..sensors import Gyro, Sensor
 from ..units import DEG, DIMENSIONLESS, Unit
 
@@ -61,41 +61,7 @@ class Convergence(Validated):
     )
 
 
-class BlockValues(Mapping[str, float]):
-    """A number for some of the state's blocks (`state_blocks`); immutable and hashable.
-
-    Raises
-    ------
-    InvalidValue, InvalidType
-        For a number out of range, or something that is no number.
-    """
-
-    __slots__ = ("_values",)
-    _spec = Quantity()
-
-    def __init__(self, values: Mapping[str, float] | None = None) -> None:
-        self._values: dict[str, float] = {
-            block: checked(block, value, float, self._spec)
-            for block, value in (values or {}).items()
-        }
-
-    def __getitem__(self, block: str) -> float:
-        return self._values[block]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._values)
-
-    def __len__(self) -> int:
-        return len(self._values)
-
-    def __hash__(self) -> int:
-        return hash(frozenset(self._values.items()))
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({self._values})"
-
-
-class TraceWeights(BlockValues):
+class TraceWeights(Numbers):
     """Weight, >= 0, of each state block in the trace, 1 where none is given."""
 
     __slots__ = ()
@@ -106,7 +72,7 @@ class TraceWeights(BlockValues):
         return tuple(self.get(block, 1.0) for block in blocks)
 
 
-class RequiredSigma(BlockValues):
+class RequiredSigma(Numbers):
     """1-sigma, > 0, that a plan must reach in every axis of a state block.
 
     Keys end in the block's unit (`state_units`), in which the number is: ``attitude_deg``,
@@ -137,3 +103,17 @@ def state_units(gyro: Gyro, sensors: Iterable[Sensor]) -> dict[str, Unit]:
         for name, owner in owners
         for state in owner.states()
     }
+
+
+def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) -> None:
+    """Refuse a number for a block of the state that is not there.
+
+    Raises
+    ------
+    InvalidValue
+        (ValueError) Naming the block and those that are `known`.
+    """
+    for block, value in values.items():
+        if block not in known:
+            expected = f"unknown state block{known_names(block, known)}"
+            raise InvalidValue(f"{key}.{block}", value, expected)

@@ -5,30 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..fields import quantity
-from ..rotation import rotate
 from ..units import DEG, Unit
-from ..vector import Vec3, cross
-from .base import Sensor
-
-if TYPE_CHECKING:
-    from ..environment import Environment
+from .base import Surroundings, VectorSensor
 
 #: Unit of the field inside the filter [nT], so that every state is of order one or less.
 FIELD_UNIT_NT = 50_000.0
 
 
 @dataclass(frozen=True)
-class Magnetometer(Sensor):
+class Magnetometer(VectorSensor):
     """y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT."""
 
     kind: ClassVar[str] = "magnetometer"
-    rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
     units: ClassVar[Mapping[str, Unit]] = {
         "misalignment": DEG,
         "bias": Unit("nT", "nt", FIELD_UNIT_NT),
@@ -51,17 +45,9 @@ class Magnetometer(Sensor):
             "bias": self.bias_nt / FIELD_UNIT_NT,
         }
 
-    def measure(self, x: Any, v: Vec3) -> Vec3:
-        y: Vec3 = cross(v, x.theta - x.misalignment) + x.bias
-        return y
-
-    def measured(self, x: Any, v: Vec3) -> Vec3:
-        y: Vec3 = rotate(x.misalignment, v) + x.bias
-        return y
-
     def noise(self) -> tuple[float, float, float]:
         sigma = self.noise_nt / FIELD_UNIT_NT
         return (sigma, sigma, sigma)
 
-    def reference(self, environment: Environment) -> NDArray[np.float64]:
+    def reference(self, environment: Surroundings) -> NDArray[np.float64]:
         return environment.field / FIELD_UNIT_NT
