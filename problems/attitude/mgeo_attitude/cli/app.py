@@ -108,6 +108,15 @@ def show(
         write_figures(plan, html)
 
 
+@app.command(epilog=epilog("schema"))
+def schema() -> None:
+    """Print the JSON Schema of scenario files, by which editors complete and check them."""
+    from ..scenario import scenario_schema
+    from .documents import print_document
+
+    print_document(scenario_schema())
+
+
 @app.command("verify", epilog=epilog("verify"))
 def verify_plan(
     source: Source,

@@ -14,6 +14,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo-attitude verify plan.json --runs 500",
         "mgeo-attitude verify runs/first --pick best --out runs/first/verification-best.json",
     ),
+    "schema": ("mgeo-attitude schema > scenario.schema.json",),
     "export": (
         "mgeo-attitude export runs/first plan.json plan.csv --pick fastest",
         "mgeo-attitude export plan.json plan.aem --object-name SAT --object-id 2021-015A",

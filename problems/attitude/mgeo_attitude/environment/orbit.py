@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..constants import EARTH_RADIUS
-from ..fields import InvalidValue, Kinds, Validated, quantity
+from ..fields import InvalidValue, Kinds, Validated, positive, quantity
 from .kepler import Elements, j2_secular, orbital_period, two_body
 from .tle import TLEOrbit
 
@@ -33,7 +33,7 @@ class Orbit(Validated):
     propagator: str = quantity(
         "two-body", choices=tuple(ANALYTIC), doc="unperturbed, or with the secular effects of J2"
     )
-    semi_major_axis: float = quantity(unit="m", low=0.0, open_low=True, doc="semi-major axis")
+    semi_major_axis: float = positive(unit="m", doc="semi-major axis")
     eccentricity: float = quantity(low=0.0, high=1.0, open_high=True, doc="eccentricity")
     inclination_deg: float = quantity(unit="deg", low=0.0, high=180.0, doc="inclination")
     raan_deg: float = quantity(

@@ -9,7 +9,7 @@ files and describes them to editors::
 
 from .errors import InvalidType, InvalidValue, KeyProblem, known_names
 from .numbers import Numbers
-from .quantity import Kinds, Quantity, declared, quantity
+from .quantity import Kinds, Quantity, declared, positive, quantity
 from .section import Validated
 from .tables import require_same, to_table
 
@@ -23,6 +23,7 @@ __all__ = [
     "Validated",
     "declared",
     "known_names",
+    "positive",
     "quantity",
     "require_same",
     "to_table",

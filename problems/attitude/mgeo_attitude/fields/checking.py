@@ -12,22 +12,14 @@ from numbers import Integral, Real
 from types import UnionType
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    TypeAdapter,
-    create_model,
-)
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, create_model
 from pydantic import GetCoreSchemaHandler as Handler
 from pydantic import ValidationInfo as Info
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from .errors import InvalidValue, KeyProblem, known_names
+from .numbers import flattened
 from .quantity import Kinds, Quantity, declared, remembered
-from .section import Validated
 from .words import in_words
 
 _CONFIG = ConfigDict(
@@ -38,7 +30,7 @@ _CONFIG = ConfigDict(
 )
 _TABLE = "table"  # context of a validation in which sections and times are those of a file
 
-Section = TypeVar("Section", bound=Validated)
+Section = TypeVar("Section")
 
 
 def from_table(
@@ -59,7 +51,7 @@ def from_table(
     return cls(**{name: getattr(read, name) for name in fields if name in read.model_fields_set})
 
 
-def checked_fields(section: Validated) -> dict[str, Any]:
+def checked_fields(section: Any) -> dict[str, Any]:
     """The fields of a section as their annotations want them: an int as float, a list as tuple."""
     fields, model = declared(type(section)), section_model(type(section))
     given = {name: getattr(section, name) for name in fields}
@@ -69,13 +61,11 @@ def checked_fields(section: Validated) -> dict[str, Any]:
 
 
 @remembered
-def section_model(
-    cls: type[Validated], key: str = "", names: tuple[str, ...] = ()
-) -> type[BaseModel]:
+def section_model(cls: Any, key: str = "", names: tuple[str, ...] = ()) -> type[BaseModel]:
     """The pydantic model of a section's fields, with `key`, one of `names`, before them."""
     hints = get_type_hints(cls, include_extras=True)
     entries: dict[str, Any] = {key: (Literal[names], Field(**_default(None)))} if key else {}
-    fields = {field.name: field for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
+    fields = {field.name: field for field in dataclasses.fields(cls)}
     for name, (_, spec) in declared(cls).items():
         field = fields[name]
         required = field.default is MISSING and field.default_factory is MISSING
@@ -84,18 +74,6 @@ def section_model(
         info = Field(description=text or None, **default)
         entries[name] = (_checked_type(hints[name], spec), info)
     return create_model(cls.__name__, __config__=_CONFIG, **entries)
-
-
-def checked(key: str, value: Any, hint: Any, spec: Quantity) -> Any:
-    """A single value as a field of this annotation would have it, or an error that names `key`."""
-    with in_words({key: value}, {key: (hint, spec)}):
-        return _adapter(hint, spec).validate_python({key: value})[key]
-
-
-@remembered
-def _adapter(hint: Any, spec: Quantity) -> TypeAdapter[dict[str, Any]]:
-    kind: Any = dict[str, _checked_type(hint, spec)]  # type: ignore[misc]  # known when it runs
-    return TypeAdapter(kind, config=_CONFIG)
 
 
 def _checked_type(hint: Any, spec: Quantity) -> Any:
@@ -114,11 +92,14 @@ def _checked_type(hint: Any, spec: Quantity) -> Any:
     if hint is int:
         bounds = Field(**spec.bounds())
         return Annotated[int, bounds, BeforeValidator(partial(_as_number, int, Integral))]
-    if get_origin(hint) is Annotated:  # with a class that makes something of it
-        return Annotated[entries[0], AfterValidator(entries[1])]
+    if get_origin(hint) is Annotated:  # Mapping[str, float], made a subclass of Numbers
+        number: Any = _checked_type(float, spec)
+        nested = dict[str, number | dict[str, number]]
+        flat = BeforeValidator(flattened, json_schema_input_type=nested)
+        return Annotated[dict[str, number], flat, AfterValidator(entries[1])]
     if hint is datetime:
         return Annotated[datetime, BeforeValidator(_as_datetime)]
-    if isinstance(hint, type) and issubclass(hint, Validated):
+    if hasattr(hint, "__dataclass_fields__"):
         return Annotated[hint, _Sections((hint,))]
     return Literal[spec.choices] if spec.choices else hint  # such as a class of somebody else's
 

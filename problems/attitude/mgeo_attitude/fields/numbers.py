@@ -6,30 +6,15 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from .errors import KeyProblem
-from .quantity import Quantity
 
 
 class Numbers(Mapping[str, float]):
-    """Numbers by names with dots, which a table may nest; immutable and hashable.
-
-    Raises
-    ------
-    InvalidValue, InvalidType
-        For a number out of range, or something that is no number.
-    KeyProblem
-        For a name given twice.
-    """
+    """Numbers by names with dots, such as ``mag.bias``; immutable and hashable."""
 
     __slots__ = ("_values",)
-    _spec = Quantity()
 
-    def __init__(self, values: Mapping[str, Any] | None = None) -> None:
-        from .checking import checked
-
-        flat = _flat(values or {})
-        self._values: dict[str, float] = {
-            name: checked(name, flat[name], float, self._spec) for name in flat
-        }
+    def __init__(self, values: Mapping[str, float] | None = None) -> None:
+        self._values = dict(values or {})
 
     def __getitem__(self, name: str) -> float:
         return self._values[name]
@@ -47,13 +32,21 @@ class Numbers(Mapping[str, float]):
         return f"{type(self).__name__}({self._values})"
 
 
-def _flat(values: Mapping[str, Any]) -> dict[str, Any]:
-    """``{"mag.bias": 1}`` from ``{"mag": {"bias": 1}}``."""
+def flattened(values: Any) -> Any:
+    """``{"mag.bias": 1}`` from ``{"mag": {"bias": 1}}``, and what is no mapping as it is.
+
+    Raises
+    ------
+    KeyProblem
+        For a name given twice.
+    """
+    if not isinstance(values, Mapping):
+        return values
     flat: dict[str, Any] = {}
     for name, value in values.items():
-        nested = _flat(value) if isinstance(value, Mapping) else {"": value}
+        nested = flattened(value) if isinstance(value, Mapping) else {"": value}
         for rest, number in nested.items():
-            key = f"{name}.{rest}" if rest else name
+            key = f"{name}.{rest}" if rest else str(name)
             if key in flat:
                 raise KeyProblem(key, number, "given twice")
             flat[key] = number

@@ -98,6 +98,11 @@ def quantity(default: Any = MISSING, *, factory: Any = MISSING, **declaration: A
     return dataclasses.field(default=default, default_factory=factory, metadata=metadata)
 
 
+def positive(default: Any = MISSING, **declaration: Any) -> Any:
+    """A `quantity` above 0."""
+    return quantity(default, low=0.0, open_low=True, **declaration)
+
+
 def remembered(function: Function) -> Function:
     """`functools.cache` that keeps the signature; of a class mypy doubts that it is hashable."""
     return cast(Function, cache(function))

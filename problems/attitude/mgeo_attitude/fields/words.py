@@ -38,15 +38,18 @@ def _problem(
     error: ErrorDetails, value: Any, annotation: Any, spec: Quantity, table: bool
 ) -> InvalidValue:
     kind, key = error["type"], str(error["loc"][0])
-    places = [place for place in error["loc"][1:] if isinstance(place, int)]
+    places = list(error["loc"][1:])
     if kind == "missing" and not places:
         return KeyProblem(key, None, f"missing; {spec.expectation(annotation, table)}")
     if kind == "missing":
         places.pop()  # it is the list that is too short
     for place in places:
         entries = get_args(annotation)
-        annotation = entries[0 if entries[-1] is Ellipsis else place]
-        key, value = f"{key}[{place}]", value[place]
+        if isinstance(place, str):  # of a mapping, or the entry's key if that is refused
+            key, value, annotation = f"{key}.{place}", error["input"], entries[-1]
+        else:
+            annotation = entries[0 if entries[-1] is Ellipsis else place]
+            key, value = f"{key}[{place}]", value[place]
     cause = error.get("ctx", {}).get("error")
     if isinstance(cause, InvalidValue):  # of a section
         return cause.under(key)

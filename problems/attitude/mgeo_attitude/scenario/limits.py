@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fields import InvalidValue, Validated, quantity
+from ..fields import InvalidValue, Validated, positive, quantity
 from ..units import Unit
 from ..vector import unit
 from .settings import RequiredSigma, check_blocks
@@ -23,17 +23,15 @@ class Wheels(Validated):
     the body, J ω, and their torque is J dω/dt: without external torques there is no other term.
     """
 
-    inertia: tuple[float, float, float] = quantity(
-        unit="kg m²", low=0.0, open_low=True, doc="moments of inertia about body x, y and z"
+    inertia: tuple[float, float, float] = positive(
+        unit="kg m²", doc="moments of inertia about body x, y and z"
     )
     products_of_inertia: tuple[float, float, float] = quantity(
         (0.0, 0.0, 0.0), unit="kg m²", doc="entries xy, xz and yz of the inertia matrix"
     )
-    max_torque: float | None = quantity(
-        None, unit="N m", low=0.0, open_low=True, doc="greatest torque about each axis"
-    )
-    max_momentum: float | None = quantity(
-        None, unit="N m s", low=0.0, open_low=True, doc="greatest momentum stored about each axis"
+    max_torque: float | None = positive(None, unit="N m", doc="greatest torque about each axis")
+    max_momentum: float | None = positive(
+        None, unit="N m s", doc="greatest momentum stored about each axis"
     )
 
     def __post_init__(self) -> None:
@@ -86,7 +84,7 @@ class KeepOut(Validated):
 class Limits(Validated):
     """The part of a `Scenario` that plans have to keep."""
 
-    required_sigma: Annotated[Mapping[str, Any], RequiredSigma] = quantity(
+    required_sigma: Annotated[Mapping[str, float], RequiredSigma] = positive(
         factory=RequiredSigma,
         doc="1-sigma that each axis of a state block must reach, by key with unit",
     )
@@ -94,13 +92,7 @@ class Limits(Validated):
     keep_outs: tuple[KeepOut, ...] = quantity((), doc="cones that the Sun must stay out of")
 
     def check_limits(self, units: Mapping[str, Unit], attitude_deg: float) -> None:
-        """Refuse limits that do not go with the state's blocks and the initial 1-sigma.
-
-        Raises
-        ------
-        InvalidValue
-            (ValueError) Naming the key.
-        """
+        """Refuse, with an InvalidValue, what does not go with the state and its initial 1-sigma."""
         keys = [unit.key(block) for block, unit in units.items()]
         check_blocks("required_sigma", self.required_sigma, keys)
         for i, cone in enumerate(self.keep_outs):

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..constants import FIELD_MODEL_END, FIELD_MODEL_START
 from ..environment.orbit import ORBITS, AnyOrbit
-from ..fields import InvalidValue, Kinds, quantity, to_table
+from ..fields import InvalidValue, Kinds, positive, quantity, to_table
 from ..files import write_text
 from ..sensors import SENSORS, Gyro, Sensor
 from .limits import Limits
@@ -52,10 +52,8 @@ class Scenario(Limits):
 
     name: str = quantity("custom", doc="name of the scenario, on one line")
     epoch: datetime = quantity(doc="start of the run with its UTC offset; Z is UTC")
-    duration: float = quantity(
-        unit="s", low=0.0, open_low=True, doc="longest simulated time, a multiple of the step"
-    )
-    step: float = quantity(1.0, unit="s", low=0.0, open_low=True, doc="time step of the filter")
+    duration: float = positive(unit="s", doc="longest simulated time, a multiple of the step")
+    step: float = positive(1.0, unit="s", doc="time step of the filter")
     eclipse: bool = quantity(False, doc="whether the Earth's shadow blinds the Sun sensors")
     objectives: tuple[str, ...] = quantity(
         PAPER, doc=f"what to minimize, of {', '.join(NAMES)}, {TRACE_OF}BLOCK,BLOCK..."
@@ -74,8 +72,9 @@ class Scenario(Limits):
     convergence: Convergence = quantity(
         factory=Convergence, doc="when the filter counts as converged"
     )
-    trace_weights: Annotated[Mapping[str, Any], TraceWeights] = quantity(
+    trace_weights: Annotated[Mapping[str, float], TraceWeights] = quantity(
         factory=TraceWeights,
+        low=0.0,
         doc="weight of each state block in the trace, 1 where none is given",
     )
 

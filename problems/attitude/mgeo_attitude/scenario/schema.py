@@ -16,8 +16,9 @@ def scenario_schema() -> dict[str, Any]:
     """
     from ..fields.checking import section_model
 
+    dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     schema = section_model(Scenario, "preset", PRESETS).model_json_schema()
     for section in schema["$defs"].values():
         section.pop("required", None)
     alone = {"required": schema.pop("required")}
-    return schema | {"anyOf": [{"required": ["preset"]}, alone]}
+    return dialect | schema | {"anyOf": [{"required": ["preset"]}, alone]}

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
-from ..fields import InvalidValue, Numbers, Quantity, Validated, known_names, quantity
+from ..fields import InvalidValue, Numbers, Validated, known_names, positive, quantity
 from ..sensors import Gyro, Sensor
 from ..units import DEG, DIMENSIONLESS, Unit
 
@@ -25,17 +25,11 @@ class ManeuverLimits(Validated):
     """Bounds of the design vector."""
 
     count: int = quantity(3, low=1, high=100, doc="number of constant-rate maneuvers")
-    max_rate_deg_s: float = quantity(
-        1.0, unit="deg/s", low=0.0, open_low=True, doc="greatest body rate per axis"
-    )
-    max_duration: float = quantity(
-        2000.0, unit="s", low=0.0, open_low=True, doc="greatest duration of one maneuver"
-    )
-    max_acceleration_deg_s2: float | None = quantity(
+    max_rate_deg_s: float = positive(1.0, unit="deg/s", doc="greatest body rate per axis")
+    max_duration: float = positive(2000.0, unit="s", doc="greatest duration of one maneuver")
+    max_acceleration_deg_s2: float | None = positive(
         None,
         unit="deg/s²",
-        low=0.0,
-        open_low=True,
         doc="greatest angular acceleration per axis; without it rates change at once",
     )
 
@@ -44,9 +38,7 @@ class ManeuverLimits(Validated):
 class Convergence(Validated):
     """When the filter counts as converged, tested once all maneuvers are over."""
 
-    window: float = quantity(
-        300.0, unit="s", low=0.0, open_low=True, doc="window, a multiple of the step"
-    )
+    window: float = positive(300.0, unit="s", doc="window, a multiple of the step")
     relative_decrease: float = quantity(
         0.01,
         low=0.0,
@@ -65,7 +57,6 @@ class TraceWeights(Numbers):
     """Weight, >= 0, of each state block in the trace, 1 where none is given."""
 
     __slots__ = ()
-    _spec = Quantity(doc="weight of the block in the trace", low=0.0)
 
     def of(self, blocks: Iterable[str]) -> tuple[float, ...]:
         """Weights of the given blocks, in their order."""
@@ -80,7 +71,6 @@ class RequiredSigma(Numbers):
     """
 
     __slots__ = ()
-    _spec = Quantity(doc="required 1-sigma of the block", low=0.0, open_low=True)
 
     def of(self, units: Mapping[str, Unit]) -> tuple[float, ...]:
         """Requirements of blocks of these units, in the filter's; infinite where there is none."""
@@ -106,13 +96,7 @@ def state_units(gyro: Gyro, sensors: Iterable[Sensor]) -> dict[str, Unit]:
 
 
 def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) -> None:
-    """Refuse a number for a block of the state that is not there.
-
-    Raises
-    ------
-    InvalidValue
-        (ValueError) Naming the block and those that are `known`.
-    """
+    """Refuse, with an InvalidValue, a number for a block that is not among the `known`."""
     for block, value in values.items():
         if block not in known:
             expected = f"unknown state block{known_names(block, known)}"

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fields import quantity
+from ..fields import positive, quantity
 from ..units import DEG, Unit
 from .base import Surroundings, VectorSensor
 
@@ -29,15 +29,11 @@ class Magnetometer(VectorSensor):
     }
 
     name: str = quantity("mag", doc="name, unique in the suite; prefixes the sensor's states")
-    noise_nt: float = quantity(
-        500.0, unit="nT", low=0.0, open_low=True, doc="noise per sample, 1-sigma per axis"
+    noise_nt: float = positive(500.0, unit="nT", doc="noise per sample, 1-sigma per axis")
+    misalignment_deg: float = positive(
+        1.0, unit="deg", doc="initial misalignment, 1-sigma per axis"
     )
-    misalignment_deg: float = quantity(
-        1.0, unit="deg", low=0.0, open_low=True, doc="initial misalignment, 1-sigma per axis"
-    )
-    bias_nt: float = quantity(
-        2000.0, unit="nT", low=0.0, open_low=True, doc="initial bias, 1-sigma per axis"
-    )
+    bias_nt: float = positive(2000.0, unit="nT", doc="initial bias, 1-sigma per axis")
 
     def states(self) -> dict[str, float]:
         return {

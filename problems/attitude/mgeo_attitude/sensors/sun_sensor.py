@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fields import InvalidValue, quantity
+from ..fields import InvalidValue, positive, quantity
 from ..units import DEG, Unit
 from ..vector import unit
 from .base import Surroundings, VectorSensor
@@ -24,15 +24,11 @@ class SunSensor(VectorSensor):
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG}
 
     name: str = quantity("sun", doc="name, unique in the suite; prefixes the sensor's states")
-    noise_deg: float = quantity(
-        2.0, unit="deg", low=0.0, open_low=True, doc="noise per sample, 1-sigma per axis"
+    noise_deg: float = positive(2.0, unit="deg", doc="noise per sample, 1-sigma per axis")
+    misalignment_deg: float = positive(
+        1.0, unit="deg", doc="initial misalignment, 1-sigma per axis"
     )
-    misalignment_deg: float = quantity(
-        1.0, unit="deg", low=0.0, open_low=True, doc="initial misalignment, 1-sigma per axis"
-    )
-    bias: float = quantity(
-        0.02, low=0.0, open_low=True, doc="initial bias of the unit vector, 1-sigma per axis"
-    )
+    bias: float = positive(0.02, doc="initial bias of the unit vector, 1-sigma per axis")
 
     boresight: tuple[float, float, float] = quantity(
         (0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)"
