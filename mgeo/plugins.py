@@ -10,7 +10,7 @@ It may name presets, ``options = {"preset": NAME}``, for completion on the comma
 read without importing anything, from the name alone, and are therefore entry points, too::
 
     [project.entry-points."mgeo.presets"]
-    "attitude.paper" = "mgeo_attitude.scenario.presets:paper"
+    "attitude.paper" = "mgeo_attitude.scenario:Scenario.paper"
 
 Its commands, a typer app, appear as ``mgeo NAME ...``::
 

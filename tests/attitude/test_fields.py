@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import pickle
-from dataclasses import FrozenInstanceError, dataclass
+from dataclasses import FrozenInstanceError, dataclass, make_dataclass
 from datetime import datetime
 from typing import Any
 
@@ -97,11 +97,18 @@ def test_an_integer_no_float_can_hold_is_refused() -> None:
 
 
 def test_the_ends_of_a_range_are_in_it_where_they_are_closed() -> None:
-    closed = Quantity(low=1.0, high=2.0)
-    opened = Quantity(low=1.0, high=2.0, open_low=True, open_high=True)
-    assert [closed.allows(x) for x in (1.0, 1.5, 2.0)] == [True, True, True]
-    assert [opened.allows(x) for x in (1.0, 1.5, 2.0)] == [False, True, False]
-    assert [closed.allows(np.nextafter(x, y)) for x, y in ((1, 0), (2, 3))] == [False, False]
+    def allows(value: float, **ends: bool) -> bool:
+        ranged = quantity(1.5, low=1.0, high=2.0, **ends)
+        cls = make_dataclass("Ranged", [("x", float, ranged)], bases=(Validated,), frozen=True)
+        try:
+            return cls(value).x == value
+        except InvalidValue:
+            return False
+
+    assert [allows(x) for x in (1.0, 1.5, 2.0)] == [True, True, True]
+    opened = [allows(x, open_low=True, open_high=True) for x in (1.0, 1.5, 2.0)]
+    assert opened == [False, True, False]
+    assert [allows(np.nextafter(x, y)) for x, y in ((1, 0), (2, 3))] == [False, False]
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -48,6 +49,13 @@ def cross(a: Vec3, b: Vec3) -> Vec3:
 def dot(a: Vec3, b: Vec3) -> Any:
     """Scalar product a · b."""
     return a.x * b.x + a.y * b.y + a.z * b.z
+
+
+def unit(direction: tuple[float, float, float]) -> tuple[float, float, float]:
+    """The unit vector along a direction, which is not zero."""
+    length = math.hypot(*direction)
+    x, y, z = (component / length for component in direction)
+    return (x, y, z)
 
 
 def scale(a: Vec3, b: Vec3) -> Vec3:

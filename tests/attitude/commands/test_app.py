@@ -61,7 +61,7 @@ def test_every_command_has_examples_that_can_be_typed(run, command):
     lines = run(command, "--help").stdout.splitlines()
     for example in EXAMPLES[command]:
         assert f"    {example}" in lines
-        program, group, name, *arguments = shlex.split(example.partition("|")[0])
+        program, group, name, *arguments = shlex.split(re.split("[|>]", example)[0])
         assert (program, group, name) == ("mgeo", "attitude", command)
         with GROUP.commands[command].make_context(command, arguments):
             pass

@@ -99,7 +99,7 @@ def test_only_the_papers_runs_may_end_on_a_rise() -> None:
 
 
 def test_a_preset_is_named_after_itself() -> None:
-    assert {name: make().name for name, make in PRESETS.items()} == {
+    assert {name: Scenario.from_dict({"preset": name}).name for name in PRESETS} == {
         "paper": "paper",
         "cubesat_6u": "cubesat_6u",
     }

@@ -32,7 +32,7 @@ SECTIONS = (
 
 @pytest.mark.parametrize("preset", PRESETS)
 def test_presets_round_trip_exactly(preset: str) -> None:
-    scenario = PRESETS[preset]()
+    scenario = getattr(Scenario, preset)()
     assert Scenario.from_toml(scenario.to_toml()) == scenario
     assert Scenario.from_toml(f'preset = "{preset}"') == scenario
 

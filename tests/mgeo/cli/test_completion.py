@@ -76,6 +76,5 @@ def test_presets_are_declared_where_completion_finds_them():
     project = Path(__file__).parents[3] / "problems" / "attitude" / "pyproject.toml"
     points = tomllib.loads(project.read_text())["project"]["entry-points"]["mgeo.presets"]
     assert points == {
-        f"attitude.{name}": f"mgeo_attitude.scenario.presets:{preset.__name__}"
-        for name, preset in PRESETS.items()
+        f"attitude.{name}": f"mgeo_attitude.scenario:Scenario.{name}" for name in PRESETS
     }

@@ -28,6 +28,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo attitude verify plan.json --runs 500",
         "mgeo attitude verify runs/first --pick best --out runs/first/verification-best.json",
     ),
+    "schema": ("mgeo attitude schema > scenario.schema.json",),
     "export": (
         "mgeo attitude export runs/first plan.json plan.csv --pick fastest",
         "mgeo attitude export plan.json plan.aem --object-name SAT --object-id 2021-015A",
@@ -195,3 +196,11 @@ def export(
             write_file(path, text.encode())
             output.print(f"wrote {path}")
     output.result({"files": [str(path) for path in texts]})
+
+
+@app.command(epilog=epilog("schema", EXAMPLES))
+def schema(debug: Debug = False) -> None:
+    """Print the JSON Schema of scenario files, by which editors complete and check them."""
+    from mgeo_attitude.scenario import scenario_schema
+
+    typer.echo(json_text(scenario_schema()))

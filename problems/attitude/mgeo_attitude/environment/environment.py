@@ -3,30 +3,37 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from dataclasses import dataclass
-from datetime import timedelta
-from typing import TYPE_CHECKING, Any
+from datetime import datetime, timedelta
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scenario.orbit import TLEOrbit
-from ..scenario.same import require_same
+from ..fields import require_same
 from .field import geomagnetic_field
-from .kepler import Elements, j2_secular, two_body
+from .orbit import AnyOrbit
 from .shadow import lit_fraction
 from .sun import sun_direction, sun_position
-from .time_frames import Instants, gcrs_to_itrs, instants, rotate
-from .tle import sgp4_gcrs
-
-if TYPE_CHECKING:
-    from ..scenario import Scenario
+from .time_frames import gcrs_to_itrs, instants, rotate
 
 Array = NDArray[np.float64]
 
-#: Keys of a scenario that its environment follows from.
+#: What the tables follow from, of a `Scenario`.
 KEYS = ("epoch", "duration", "step", "orbit")
+
+
+class Course(Protocol):
+    """Where the satellite is and when; a `Scenario` says more."""
+
+    @property
+    def epoch(self) -> datetime: ...
+    @property
+    def step(self) -> float: ...
+    @property
+    def orbit(self) -> AnyOrbit: ...
+    @property
+    def times(self) -> Array: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +52,7 @@ class Environment:
         Geomagnetic field [nT].
     sunlit : array (n,) of bool
         False where the Earth covers more than half of the Sun (umbra and half the penumbra).
-    origin : Scenario, optional
+    origin : Course, optional
         What the tables were computed from; None for tables of one's own.
 
     Raises
@@ -63,7 +70,7 @@ class Environment:
     sun: Array
     field: Array
     sunlit: NDArray[np.bool_]
-    origin: Scenario | None = None
+    origin: Course | None = None
 
     def __post_init__(self) -> None:
         n = np.size(self.times)
@@ -84,7 +91,7 @@ class Environment:
         return type(self), tuple(getattr(self, f.name) for f in dataclasses.fields(self))
 
     @classmethod
-    def from_scenario(cls, scenario: Scenario) -> Environment:
+    def from_scenario(cls, scenario: Course) -> Self:
         """Compute the tables of a scenario at its `times`, about 0.7 s for two orbits at 1 s.
 
         Raises
@@ -96,7 +103,7 @@ class Environment:
         """
         times = scenario.times
         at = instants(scenario.epoch, times)
-        position, velocity = _orbit(scenario, at)
+        position, velocity = scenario.orbit.propagate(scenario.epoch, times)
         sun = sun_position(at)
         to_itrs = gcrs_to_itrs(at)
         middle = scenario.epoch + timedelta(seconds=0.5 * float(times[0] + times[-1]))
@@ -111,7 +118,7 @@ class Environment:
             origin=scenario,
         )
 
-    def require(self, scenario: Scenario) -> None:
+    def require(self, scenario: Course) -> None:
         """Refuse a scenario that these tables are not of.
 
         Tables of one's own need only have its `times`.
@@ -127,24 +134,8 @@ class Environment:
             times = self.times
             raise ValueError(
                 f"environment.times: {len(times)} samples from {times[0]:g} to {times[-1]:g} s: "
-                f"expected the scenario's {scenario.n_steps + 1}, one every {scenario.step:g} s"
+                f"expected the scenario's {len(scenario.times)}, one every {scenario.step:g} s"
             )
-
-
-def _orbit(scenario: Scenario, at: Instants) -> tuple[Array, Array]:
-    orbit = scenario.orbit
-    if isinstance(orbit, TLEOrbit):
-        return sgp4_gcrs(orbit.line1, orbit.line2, at)
-    elements = Elements(
-        semi_major_axis=orbit.semi_major_axis,
-        eccentricity=orbit.eccentricity,
-        inclination=math.radians(orbit.inclination_deg),
-        raan=math.radians(orbit.raan_deg),
-        argument_of_perigee=math.radians(orbit.argument_of_perigee_deg),
-        true_anomaly=math.radians(orbit.true_anomaly_deg),
-    )
-    propagate = {"two-body": two_body, "j2": j2_secular}[orbit.propagator]
-    return propagate(elements, scenario.times)
 
 
 def _table(name: str, values: Any, shape: tuple[int, ...]) -> Array:

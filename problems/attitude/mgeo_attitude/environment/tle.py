@@ -6,22 +6,111 @@ from its frame adds less than 1 m.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+import re
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..constants import DAY
-from .time_frames import Instants, rotate, teme_to_gcrs
+from ..constants import DAY, EARTH_MU, EARTH_RADIUS
+from ..fields import InvalidValue, Validated, quantity
+from .time_frames import Instants, instants, rotate, teme_to_gcrs
 
 if TYPE_CHECKING:
     from sgp4.api import Satrec
 
 Array = NDArray[np.float64]
 
+#: An element set older than this places the satellite tens of kilometers off and more.
+MAX_AGE = timedelta(days=30)
+
+_LENGTH = 69
+_FIRST_YEAR = 57  # two-digit years from 57 on are 19yy (the first satellite flew in 1957)
+_ANGLES = (  # first and last column on line 2
+    (9, 16, "inclination"),
+    (18, 25, "right ascension of the node"),
+    (35, 42, "argument of perigee"),
+    (44, 51, "mean anomaly"),
+)
+
 
 class SGP4Error(ArithmeticError):
     """SGP4 cannot propagate an element set to the wanted instant."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TLEOrbit(Validated):
+    """A NORAD two-line element set, propagated by SGP4 from the set's own epoch.
+
+    Raises
+    ------
+    InvalidValue, InvalidType
+        For a line of the wrong length, number or checksum, lines of two satellites, an entry that
+        is not a number, or a perigee below the Earth's surface.
+    """
+
+    propagator: ClassVar[str] = "sgp4"
+
+    line1: str = quantity(doc="first line of the element set")
+    line2: str = quantity(doc="second line of the element set")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_line("line1", self.line1, "1")
+        _check_line("line2", self.line2, "2")
+        if self.line1[2:7] != self.line2[2:7]:
+            raise InvalidValue(
+                "line2",
+                self.line2,
+                f"expected the satellite number of line 1, {self.line1[2:7]!r} (columns 3-7)",
+            )
+        day = _entry("line1", self.line1, 21, 32, "day of the year")
+        if not 1.0 <= day < 367.0:
+            raise InvalidValue("line1", self.line1, "expected a day in [1, 367) (columns 21-32)")
+        _entry("line1", self.line1, 19, 20, "year")
+        for first, last, element in _ANGLES:
+            _entry("line2", self.line2, first, last, element)
+        revolutions = _entry("line2", self.line2, 53, 63, "revolutions a day")
+        eccentricity = _entry("line2", self.line2, 27, 33, "eccentricity") * 1e-7
+        # Not only decayed satellites: the usual mistake is a line shifted by a column.
+        fastest = DAY * math.sqrt(EARTH_MU * ((1.0 - eccentricity) / EARTH_RADIUS) ** 3) / math.tau
+        if not 0.0 < revolutions < fastest:
+            raise InvalidValue(
+                "line2",
+                self.line2,
+                f"expected a perigee above the Earth's surface, between 0 and {fastest:.6g} "
+                "revolutions a day (columns 53-63)",
+            )
+
+    @property
+    def epoch(self) -> datetime:
+        """Epoch of the element set, UTC."""
+        short_year = int(self.line1[18:20])
+        century = 1900 if short_year >= _FIRST_YEAR else 2000
+        new_year = datetime(century + short_year, 1, 1, tzinfo=UTC)
+        return new_year + timedelta(days=float(self.line1[20:32]) - 1.0)
+
+    @property
+    def period(self) -> float:
+        """Period of the mean motion [s]."""
+        return DAY / float(self.line2[52:63])
+
+    def propagate(self, epoch: datetime, times: Array) -> tuple[Array, Array]:
+        """As `sgp4_gcrs`, at `times` [s] after the epoch."""
+        return sgp4_gcrs(self.line1, self.line2, instants(epoch, times))
+
+    def check_epoch(self, epoch: datetime) -> None:
+        """Refuse an epoch that the set is too old, or too new, for."""
+        if abs(epoch - self.epoch) > MAX_AGE:
+            raise InvalidValue(
+                "line1",
+                self.line1,
+                f"expected an element set within {MAX_AGE.days} days of epoch = "
+                f"{epoch.isoformat()}, not of {self.epoch.isoformat()}",
+            )
 
 
 def sgp4_gcrs(line1: str, line2: str, at: Instants) -> tuple[Array, Array]:
@@ -65,3 +154,30 @@ def _satellite(line1: str, line2: str) -> Satrec:
             'a two-line element set needs the package sgp4: pip install "mgeo-attitude[tle]"'
         ) from error
     return Satrec.twoline2rv(line1, line2)  # with WGS72, for which element sets are made
+
+
+def _check_line(key: str, line: str, number: str) -> None:
+    if len(line) != _LENGTH or not line.isascii():
+        problem = f"expected {_LENGTH} ASCII characters, not {len(line)}"
+    elif not line.startswith(f"{number} "):
+        problem = f"expected a line that starts with '{number} '"
+    elif line[-1] != (checksum := _checksum(line)):
+        problem = f"expected the checksum {checksum} in column {_LENGTH}, not {line[-1]!r}"
+    else:
+        return
+    raise InvalidValue(key, line, f"{problem} (two-line element set)")
+
+
+def _checksum(line: str) -> str:
+    """Sum of the digits before the last column, a minus sign counting one, modulo 10."""
+    return str(sum(1 if c == "-" else int(c) for c in line[:-1] if c.isdigit() or c == "-") % 10)
+
+
+def _entry(key: str, line: str, first: int, last: int, meaning: str) -> float:
+    """The unsigned number in columns `first` to `last`, counted from 1."""
+    text = line[first - 1 : last]
+    if not re.fullmatch(r" *\d+(\.\d+)? *", text):
+        raise InvalidValue(
+            key, line, f"expected the {meaning} in columns {first}-{last}, not {text!r}"
+        )
+    return float(text)

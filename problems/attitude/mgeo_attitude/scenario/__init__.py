@@ -1,8 +1,11 @@
 """Scenarios: what a study depends on, from code, presets or TOML files."""
 
+from ..environment.orbit import Orbit
+from ..environment.tle import TLEOrbit
+from ..fields import KeyProblem
 from .limits import KeepOut, Wheels
-from .orbit import Orbit, TLEOrbit
 from .scenario import Scenario
+from .schema import scenario_schema
 from .settings import (
     Convergence,
     InitialUncertainty,
@@ -11,7 +14,6 @@ from .settings import (
     TraceWeights,
     state_blocks,
 )
-from .tables import KeyProblem
 from .toml import ScenarioFileError
 
 __all__ = [
@@ -27,5 +29,6 @@ __all__ = [
     "TLEOrbit",
     "TraceWeights",
     "Wheels",
+    "scenario_schema",
     "state_blocks",
 ]

@@ -1,14 +1,18 @@
-"""Limits of a real satellite that a plan has to keep: wheels, and cones around the Sun."""
+"""Limits of a real satellite that a plan has to keep; `mgeo_attitude.constraints` measures them."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fields import InvalidValue, Validated, quantity
+from ..fields import InvalidValue, Validated, positive, quantity
+from ..units import Unit
+from ..vector import unit
+from .settings import RequiredSigma, check_blocks
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,17 +23,15 @@ class Wheels(Validated):
     the body, J ω, and their torque is J dω/dt: without external torques there is no other term.
     """
 
-    inertia: tuple[float, float, float] = quantity(
-        unit="kg m²", low=0.0, open_low=True, doc="moments of inertia about body x, y and z"
+    inertia: tuple[float, float, float] = positive(
+        unit="kg m²", doc="moments of inertia about body x, y and z"
     )
     products_of_inertia: tuple[float, float, float] = quantity(
         (0.0, 0.0, 0.0), unit="kg m²", doc="entries xy, xz and yz of the inertia matrix"
     )
-    max_torque: float | None = quantity(
-        None, unit="N m", low=0.0, open_low=True, doc="greatest torque about each axis"
-    )
-    max_momentum: float | None = quantity(
-        None, unit="N m s", low=0.0, open_low=True, doc="greatest momentum stored about each axis"
+    max_torque: float | None = positive(None, unit="N m", doc="greatest torque about each axis")
+    max_momentum: float | None = positive(
+        None, unit="N m s", doc="greatest momentum stored about each axis"
     )
 
     def __post_init__(self) -> None:
@@ -75,6 +77,30 @@ class KeepOut(Validated):
 
     def axis(self) -> tuple[float, float, float]:
         """Unit vector of the boresight."""
-        length = math.hypot(*self.boresight)
-        x, y, z = (component / length for component in self.boresight)
-        return (x, y, z)
+        return unit(self.boresight)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits(Validated):
+    """The part of a `Scenario` that plans have to keep."""
+
+    required_sigma: Annotated[Mapping[str, float], RequiredSigma] = positive(
+        factory=RequiredSigma,
+        doc="1-sigma that each axis of a state block must reach, by key with unit",
+    )
+    wheels: Wheels | None = quantity(None, doc="reaction wheels that turn the satellite")
+    keep_outs: tuple[KeepOut, ...] = quantity((), doc="cones that the Sun must stay out of")
+
+    def check_limits(self, units: Mapping[str, Unit], attitude_deg: float) -> None:
+        """Refuse, with an InvalidValue, what does not go with the state and its initial 1-sigma."""
+        keys = [unit.key(block) for block, unit in units.items()]
+        check_blocks("required_sigma", self.required_sigma, keys)
+        for i, cone in enumerate(self.keep_outs):
+            most = (180.0 - cone.half_angle_deg) / attitude_deg
+            if cone.attitude_sigmas >= most:
+                raise InvalidValue(
+                    f"keep_outs[{i}].attitude_sigmas",
+                    cone.attitude_sigmas,
+                    f"expected less than {most:.4g}: with initial.attitude_deg = {attitude_deg!r} "
+                    f"no attitude is that far from half_angle_deg = {cone.half_angle_deg!r}",
+                )

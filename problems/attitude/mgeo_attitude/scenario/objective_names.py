@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from ..fields import InvalidValue
-from .suggestions import known_names
+from ..fields import InvalidValue, known_names
 
 #: The paper's two, equation (5).
 PAPER = ("t_end", "trace")

@@ -1,82 +1,65 @@
-"""Scenarios to start from."""
+"""Scenario files to start from, and tables that say what differs from one of them."""
 
 from __future__ import annotations
 
-import dataclasses
-import math
-from collections.abc import Callable
-from datetime import UTC, datetime
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
-from ..sensors import Gyro, Magnetometer, SunSensor
-from .orbit import Orbit
-from .scenario import Scenario
-from .settings import Convergence, InitialUncertainty, ManeuverLimits
+from ..environment.orbit import ORBITS
+from ..fields import InvalidValue, known_names
 
-_DEG_S_PER_DEG_H = 1.0 / 3600.0
+Table = dict[str, Any]
+
+#: Names of the presets; each is a file in the folder `presets`.
+PRESETS = ("paper", "cubesat_6u")
 
 
-def paper() -> Scenario:
-    """Table 2 of Hott, Chagas & de Sousa; what the paper leaves open reproduces its fronts.
+def on_preset(table: Mapping[str, Any]) -> Table:
+    """The table over the preset that it names, if it does, key by key; see `Scenario.from_dict`.
 
-    The paper gives the orbit, duration, step and maneuver limits. Ours are the epoch (the node
-    belongs to a local time of 22:30, which the Sun fits in early June), the convergence criterion
-    (5 % over 300 s, with which both columns of Table 3 come out) and every noise and initial
-    uncertainty.
+    Raises
+    ------
+    InvalidValue
+        (ValueError) For an unknown preset.
     """
-    return Scenario(
-        name="paper",
-        epoch=datetime(2018, 6, 5, tzinfo=UTC),
-        duration=11984.0,
-        step=1.0,
-        eclipse=False,
-        orbit=Orbit(
-            propagator="two-body",
-            semi_major_axis=7130982.0,
-            eccentricity=0.001111,
-            inclination_deg=98.405,
-            raan_deg=230.297,
-            argument_of_perigee_deg=90.0,
-            true_anomaly_deg=305.0,
-        ),
-        gyro=Gyro(
-            angle_random_walk_deg_sqrt_h=0.01,
-            rate_random_walk=3e-8,
-            bias_decay=1e-5,
-            bias_deg_s=0.01,
-        ),
-        sensors=(
-            SunSensor(name="sun", noise_deg=2.0, misalignment_deg=1.0, bias=0.02),
-            Magnetometer(name="mag", noise_nt=500.0, misalignment_deg=1.0, bias_nt=2000.0),
-        ),
-        initial=InitialUncertainty(attitude_deg=5.0),
-        maneuvers=ManeuverLimits(count=3, max_rate_deg_s=1.0, max_duration=2000.0),
-        convergence=Convergence(window=300.0, relative_decrease=0.05, allow_rise=True),
-    )
+    overrides = dict(table)
+    if "preset" not in overrides:
+        return overrides
+    preset = overrides.pop("preset")
+    if not isinstance(preset, str) or preset not in PRESETS:
+        raise InvalidValue("preset", preset, f"unknown preset{known_names(preset, PRESETS)}")
+    file = Path(__file__).with_name("presets") / f"{preset}.toml"
+    base = on_preset(tomllib.loads(file.read_text(encoding="utf-8")))
+    if _kind_of_orbit(overrides) not in (None, _kind_of_orbit(base)):
+        del base["orbit"]  # elements and element sets share no key
+    sensors = overrides.get("sensors")
+    if isinstance(sensors, list | tuple):
+        overrides["sensors"] = [_on_sensor(entry, base["sensors"]) for entry in sensors]
+    return _merged(base, overrides)
 
 
-def cubesat_6u() -> Scenario:
-    """A 6U cubesat with small instruments, in the paper's orbit with its eclipses.
-
-    It counts as converged later than the paper's satellite: below 1 % over 300 s.
-    """
-    return dataclasses.replace(
-        paper(),
-        name="cubesat_6u",
-        eclipse=True,
-        gyro=Gyro(
-            angle_random_walk_deg_sqrt_h=0.15,
-            rate_random_walk=8.1e-8,
-            bias_decay=1e-5,
-            bias_deg_s=10.0 * _DEG_S_PER_DEG_H,
-        ),
-        sensors=(
-            SunSensor(name="sun", noise_deg=0.5, misalignment_deg=0.5, bias=math.radians(0.17)),
-            Magnetometer(name="mag", noise_nt=100.0, misalignment_deg=1.0, bias_nt=500.0),
-        ),
-        initial=InitialUncertainty(attitude_deg=10.0),
-        convergence=Convergence(window=300.0, relative_decrease=0.01),
-    )
+def _kind_of_orbit(table: Table) -> type | None:
+    """The class of the orbit that a table gives; None where it does not say."""
+    orbit = table.get("orbit")
+    name = orbit.get(ORBITS.key) if isinstance(orbit, Mapping) else None
+    return ORBITS.classes.get(name) if isinstance(name, str) else None
 
 
-#: The presets by the name that a scenario file gives them.
-PRESETS: dict[str, Callable[[], Scenario]] = {"paper": paper, "cubesat_6u": cubesat_6u}
+def _on_sensor(table: Any, preset: list[Table]) -> Any:
+    """A sensor over the preset's one of its name and kind, or else the only one of its kind."""
+    if not isinstance(table, Mapping):
+        return table
+    name, kind = table.get("name"), table.get("kind")
+    same = [one for one in preset if one["name"] == name and kind in (None, one["kind"])]
+    same = same or [one for one in preset if one["kind"] == kind]
+    return {**same[0], **table} if len(same) == 1 else table
+
+
+def _merged(base: Table, overrides: Mapping[str, Any]) -> Table:
+    merged = dict(base)
+    for key, value in overrides.items():
+        nested = isinstance(value, Mapping) and isinstance(merged.get(key), Mapping)
+        merged[key] = _merged(merged[key], value) if nested else value
+    return merged

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
-from ..fields import Quantity, Validated, checked, quantity
+from ..fields import InvalidValue, Numbers, Validated, known_names, positive, quantity
 from ..sensors import Gyro, Sensor
 from ..units import DEG, DIMENSIONLESS, Unit
 
@@ -25,17 +25,11 @@ class ManeuverLimits(Validated):
     """Bounds of the design vector."""
 
     count: int = quantity(3, low=1, high=100, doc="number of constant-rate maneuvers")
-    max_rate_deg_s: float = quantity(
-        1.0, unit="deg/s", low=0.0, open_low=True, doc="greatest body rate per axis"
-    )
-    max_duration: float = quantity(
-        2000.0, unit="s", low=0.0, open_low=True, doc="greatest duration of one maneuver"
-    )
-    max_acceleration_deg_s2: float | None = quantity(
+    max_rate_deg_s: float = positive(1.0, unit="deg/s", doc="greatest body rate per axis")
+    max_duration: float = positive(2000.0, unit="s", doc="greatest duration of one maneuver")
+    max_acceleration_deg_s2: float | None = positive(
         None,
         unit="deg/s²",
-        low=0.0,
-        open_low=True,
         doc="greatest angular acceleration per axis; without it rates change at once",
     )
 
@@ -44,9 +38,7 @@ class ManeuverLimits(Validated):
 class Convergence(Validated):
     """When the filter counts as converged, tested once all maneuvers are over."""
 
-    window: float = quantity(
-        300.0, unit="s", low=0.0, open_low=True, doc="window, a multiple of the step"
-    )
+    window: float = positive(300.0, unit="s", doc="window, a multiple of the step")
     relative_decrease: float = quantity(
         0.01,
         low=0.0,
@@ -61,52 +53,17 @@ class Convergence(Validated):
     )
 
 
-class BlockValues(Mapping[str, float]):
-    """A number for some of the state's blocks (`state_blocks`); immutable and hashable.
-
-    Raises
-    ------
-    InvalidValue, InvalidType
-        For a number out of range, or something that is no number.
-    """
-
-    __slots__ = ("_values",)
-    _spec = Quantity()
-
-    def __init__(self, values: Mapping[str, float] | None = None) -> None:
-        self._values: dict[str, float] = {
-            block: checked(block, value, float, self._spec)
-            for block, value in (values or {}).items()
-        }
-
-    def __getitem__(self, block: str) -> float:
-        return self._values[block]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._values)
-
-    def __len__(self) -> int:
-        return len(self._values)
-
-    def __hash__(self) -> int:
-        return hash(frozenset(self._values.items()))
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({self._values})"
-
-
-class TraceWeights(BlockValues):
+class TraceWeights(Numbers):
     """Weight, >= 0, of each state block in the trace, 1 where none is given."""
 
     __slots__ = ()
-    _spec = Quantity(doc="weight of the block in the trace", low=0.0)
 
     def of(self, blocks: Iterable[str]) -> tuple[float, ...]:
         """Weights of the given blocks, in their order."""
         return tuple(self.get(block, 1.0) for block in blocks)
 
 
-class RequiredSigma(BlockValues):
+class RequiredSigma(Numbers):
     """1-sigma, > 0, that a plan must reach in every axis of a state block.
 
     Keys end in the block's unit (`state_units`), in which the number is: ``attitude_deg``,
@@ -114,7 +71,6 @@ class RequiredSigma(BlockValues):
     """
 
     __slots__ = ()
-    _spec = Quantity(doc="required 1-sigma of the block", low=0.0, open_low=True)
 
     def of(self, units: Mapping[str, Unit]) -> tuple[float, ...]:
         """Requirements of blocks of these units, in the filter's; infinite where there is none."""
@@ -137,3 +93,11 @@ def state_units(gyro: Gyro, sensors: Iterable[Sensor]) -> dict[str, Unit]:
         for name, owner in owners
         for state in owner.states()
     }
+
+
+def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) -> None:
+    """Refuse, with an InvalidValue, a number for a block that is not among the `known`."""
+    for block, value in values.items():
+        if block not in known:
+            expected = f"unknown state block{known_names(block, known)}"
+            raise InvalidValue(f"{key}.{block}", value, expected)

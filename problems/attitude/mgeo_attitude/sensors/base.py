@@ -5,17 +5,32 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..fields import Validated, quantity
+from ..rotation import rotate
 from ..units import Unit
-from ..vector import Vec3
+from ..vector import Vec3, cross
 
-if TYPE_CHECKING:
-    from ..environment import Environment
+
+class Surroundings(Protocol):
+    """What a sensor may look at, one row a sample, GCRS; an `Environment` is it."""
+
+    @property
+    def times(self) -> NDArray[np.float64]: ...
+    @property
+    def position(self) -> NDArray[np.float64]: ...
+    @property
+    def velocity(self) -> NDArray[np.float64]: ...
+    @property
+    def sun(self) -> NDArray[np.float64]: ...
+    @property
+    def field(self) -> NDArray[np.float64]: ...
+    @property
+    def sunlit(self) -> NDArray[np.bool_]: ...
 
 
 @dataclass(frozen=True)
@@ -83,7 +98,7 @@ class Sensor(Validated, ABC):
     def noise(self) -> tuple[float, float, float]:
         """Measurement noise, 1-sigma per axis, in the unit of the measurement."""
 
-    def reference(self, environment: Environment) -> NDArray[np.float64] | None:
+    def reference(self, environment: Surroundings) -> NDArray[np.float64] | None:
         """Vector it looks at, GCRS, shape (n_steps + 1, 3); None where `measure` uses none."""
         return None
 
@@ -93,6 +108,23 @@ class Sensor(Validated, ABC):
         """
         return None
 
-    def available(self, environment: Environment) -> NDArray[np.bool_] | None:
+    def available(self, environment: Surroundings) -> NDArray[np.bool_] | None:
         """Samples at which it can measure, shape (n_steps + 1,); None for all."""
         return None
+
+
+class VectorSensor(Sensor):
+    """A sensor that measures the `reference` vector v itself: y = [v×]θ - [v×]μ + b (equation 2).
+
+    Its states are a misalignment μ and a bias b.
+    """
+
+    rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
+
+    def measure(self, x: Any, v: Vec3) -> Vec3:
+        y: Vec3 = cross(v, x.theta - x.misalignment) + x.bias
+        return y
+
+    def measured(self, x: Any, v: Vec3) -> Vec3:
+        y: Vec3 = rotate(x.misalignment, v) + x.bias
+        return y

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from ..fields import Validated, quantity
+from ..fields import Validated, positive, quantity
 from ..rotation import rotate, unrotate
 from ..units import DEG, DEG_H, Unit
 from ..vector import Vec3, cross, scale
@@ -22,8 +22,8 @@ class Gyro(Validated):
     #: See `Sensor.units`.
     units: ClassVar[Mapping[str, Unit]] = {"bias": DEG_H, "misalignment": DEG}
 
-    angle_random_walk_deg_sqrt_h: float = quantity(
-        0.01, unit="deg/sqrt(h)", low=0.0, open_low=True, doc="angle random walk, 1-sigma"
+    angle_random_walk_deg_sqrt_h: float = positive(
+        0.01, unit="deg/sqrt(h)", doc="angle random walk, 1-sigma"
     )
     rate_random_walk: float = quantity(
         3e-8, unit="rad/s^1.5", low=0.0, doc="rate random walk that drives the bias, 1-sigma"
@@ -31,9 +31,7 @@ class Gyro(Validated):
     bias_decay: float = quantity(
         1e-5, unit="1/s", low=0.0, doc="inverse correlation time of the bias"
     )
-    bias_deg_s: float = quantity(
-        0.01, unit="deg/s", low=0.0, open_low=True, doc="initial bias, 1-sigma per axis"
-    )
+    bias_deg_s: float = positive(0.01, unit="deg/s", doc="initial bias, 1-sigma per axis")
     scale_factor: float = quantity(
         0.0, low=0.0, doc="scale-factor error, 1-sigma per axis; 0 leaves the states out"
     )

@@ -5,45 +5,35 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fields import quantity
-from ..rotation import rotate
+from ..fields import positive, quantity
 from ..units import DEG, Unit
-from ..vector import Vec3, cross
-from .base import Sensor
-
-if TYPE_CHECKING:
-    from ..environment import Environment
+from .base import Surroundings, VectorSensor
 
 #: Unit of the field inside the filter [nT], so that every state is of order one or less.
 FIELD_UNIT_NT = 50_000.0
 
 
 @dataclass(frozen=True)
-class Magnetometer(Sensor):
+class Magnetometer(VectorSensor):
     """y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT."""
 
     kind: ClassVar[str] = "magnetometer"
-    rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
     units: ClassVar[Mapping[str, Unit]] = {
         "misalignment": DEG,
         "bias": Unit("nT", "nt", FIELD_UNIT_NT),
     }
 
     name: str = quantity("mag", doc="name, unique in the suite; prefixes the sensor's states")
-    noise_nt: float = quantity(
-        500.0, unit="nT", low=0.0, open_low=True, doc="noise per sample, 1-sigma per axis"
+    noise_nt: float = positive(500.0, unit="nT", doc="noise per sample, 1-sigma per axis")
+    misalignment_deg: float = positive(
+        1.0, unit="deg", doc="initial misalignment, 1-sigma per axis"
     )
-    misalignment_deg: float = quantity(
-        1.0, unit="deg", low=0.0, open_low=True, doc="initial misalignment, 1-sigma per axis"
-    )
-    bias_nt: float = quantity(
-        2000.0, unit="nT", low=0.0, open_low=True, doc="initial bias, 1-sigma per axis"
-    )
+    bias_nt: float = positive(2000.0, unit="nT", doc="initial bias, 1-sigma per axis")
 
     def states(self) -> dict[str, float]:
         return {
@@ -51,17 +41,9 @@ class Magnetometer(Sensor):
             "bias": self.bias_nt / FIELD_UNIT_NT,
         }
 
-    def measure(self, x: Any, v: Vec3) -> Vec3:
-        y: Vec3 = cross(v, x.theta - x.misalignment) + x.bias
-        return y
-
-    def measured(self, x: Any, v: Vec3) -> Vec3:
-        y: Vec3 = rotate(x.misalignment, v) + x.bias
-        return y
-
     def noise(self) -> tuple[float, float, float]:
         sigma = self.noise_nt / FIELD_UNIT_NT
         return (sigma, sigma, sigma)
 
-    def reference(self, environment: Environment) -> NDArray[np.float64]:
+    def reference(self, environment: Surroundings) -> NDArray[np.float64]:
         return environment.field / FIELD_UNIT_NT

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from ..fields import quantity
+from ..fields import positive, quantity
 from ..rotation import rotate
 from ..units import DEG, Unit
 from ..vector import AXES, ZERO, Vec3, cross, dot
@@ -28,14 +28,12 @@ class StarTracker(Sensor):
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG}
 
     name: str = quantity("tracker", doc="name, unique in the suite; prefixes the sensor's states")
-    noise_arcsec: float = quantity(
-        10.0, unit="arcsec", low=0.0, open_low=True, doc="noise about the cross axes, 1-sigma"
+    noise_arcsec: float = positive(10.0, unit="arcsec", doc="noise about the cross axes, 1-sigma")
+    roll_noise_arcsec: float = positive(
+        60.0, unit="arcsec", doc="noise about the boresight z, 1-sigma"
     )
-    roll_noise_arcsec: float = quantity(
-        60.0, unit="arcsec", low=0.0, open_low=True, doc="noise about the boresight z, 1-sigma"
-    )
-    misalignment_deg: float = quantity(
-        0.2, unit="deg", low=0.0, open_low=True, doc="initial misalignment, 1-sigma per axis"
+    misalignment_deg: float = positive(
+        0.2, unit="deg", doc="initial misalignment, 1-sigma per axis"
     )
 
     def states(self) -> dict[str, float]:

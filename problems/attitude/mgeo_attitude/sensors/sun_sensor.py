@@ -5,39 +5,30 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fields import InvalidValue, quantity
-from ..rotation import rotate
+from ..fields import InvalidValue, positive, quantity
 from ..units import DEG, Unit
-from ..vector import Vec3, cross
-from .base import Sensor
-
-if TYPE_CHECKING:
-    from ..environment import Environment
+from ..vector import unit
+from .base import Surroundings, VectorSensor
 
 
 @dataclass(frozen=True)
-class SunSensor(Sensor):
+class SunSensor(VectorSensor):
     """y_s = [s×]θ - [s×]φ + δs + w_s (equation 2), blind in eclipse."""
 
     kind: ClassVar[str] = "sun-sensor"
-    rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG}
 
     name: str = quantity("sun", doc="name, unique in the suite; prefixes the sensor's states")
-    noise_deg: float = quantity(
-        2.0, unit="deg", low=0.0, open_low=True, doc="noise per sample, 1-sigma per axis"
+    noise_deg: float = positive(2.0, unit="deg", doc="noise per sample, 1-sigma per axis")
+    misalignment_deg: float = positive(
+        1.0, unit="deg", doc="initial misalignment, 1-sigma per axis"
     )
-    misalignment_deg: float = quantity(
-        1.0, unit="deg", low=0.0, open_low=True, doc="initial misalignment, 1-sigma per axis"
-    )
-    bias: float = quantity(
-        0.02, low=0.0, open_low=True, doc="initial bias of the unit vector, 1-sigma per axis"
-    )
+    bias: float = positive(0.02, doc="initial bias of the unit vector, 1-sigma per axis")
 
     boresight: tuple[float, float, float] = quantity(
         (0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)"
@@ -59,27 +50,17 @@ class SunSensor(Sensor):
     def states(self) -> dict[str, float]:
         return {"misalignment": math.radians(self.misalignment_deg), "bias": self.bias}
 
-    def measure(self, x: Any, v: Vec3) -> Vec3:
-        y: Vec3 = cross(v, x.theta - x.misalignment) + x.bias
-        return y
-
-    def measured(self, x: Any, v: Vec3) -> Vec3:
-        y: Vec3 = rotate(x.misalignment, v) + x.bias
-        return y
-
     def noise(self) -> tuple[float, float, float]:
         sigma = math.radians(self.noise_deg)
         return (sigma, sigma, sigma)
 
-    def reference(self, environment: Environment) -> NDArray[np.float64]:
+    def reference(self, environment: Surroundings) -> NDArray[np.float64]:
         return environment.sun
 
     def field_of_view(self) -> tuple[tuple[float, float, float], float] | None:
         if self.field_of_view_deg == 180.0:
             return None
-        length = math.hypot(*self.boresight)
-        x, y, z = (component / length for component in self.boresight)
-        return (x, y, z), math.radians(self.field_of_view_deg)
+        return unit(self.boresight), math.radians(self.field_of_view_deg)
 
-    def available(self, environment: Environment) -> NDArray[np.bool_] | None:
+    def available(self, environment: Surroundings) -> NDArray[np.bool_] | None:
         return None if environment.sunlit.all() else environment.sunlit

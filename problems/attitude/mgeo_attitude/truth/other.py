@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from ..environment import Environment
-from ..fields import declared
+from ..fields import declared, require_same
 from ..filter.model import FilterModel
 from ..filter.suite import Suite
 from ..scenario import Scenario
-from ..scenario.same import require_same
 from .codegen import n_readings, rotation_blocks
 
 #: Keys of a scenario in which a truth may differ.

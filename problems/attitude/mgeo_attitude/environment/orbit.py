@@ -1,0 +1,89 @@
+"""How the satellite moves: Keplerian elements at the epoch, or a two-line element set."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from datetime import datetime
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..constants import EARTH_RADIUS
+from ..fields import InvalidValue, Kinds, Validated, positive, quantity
+from .kepler import Elements, j2_secular, orbital_period, two_body
+from .tle import TLEOrbit
+
+Array = NDArray[np.float64]
+
+#: Functions of Keplerian elements and times, by the ``propagator`` that names them.
+ANALYTIC = {"two-body": two_body, "j2": j2_secular}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Orbit(Validated):
+    """Osculating (two-body) or mean (J2) Keplerian elements at the scenario's epoch, GCRS axes.
+
+    Raises
+    ------
+    InvalidValue, InvalidType
+        For an element out of its range, or a perigee below the Earth's surface.
+    """
+
+    propagator: str = quantity(
+        "two-body", choices=tuple(ANALYTIC), doc="unperturbed, or with the secular effects of J2"
+    )
+    semi_major_axis: float = positive(unit="m", doc="semi-major axis")
+    eccentricity: float = quantity(low=0.0, high=1.0, open_high=True, doc="eccentricity")
+    inclination_deg: float = quantity(unit="deg", low=0.0, high=180.0, doc="inclination")
+    raan_deg: float = quantity(
+        unit="deg", low=-360.0, high=360.0, doc="right ascension of the ascending node"
+    )
+    argument_of_perigee_deg: float = quantity(
+        unit="deg", low=-360.0, high=360.0, doc="argument of perigee"
+    )
+    true_anomaly_deg: float = quantity(
+        unit="deg", low=-360.0, high=360.0, doc="true anomaly at the epoch"
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        perigee = self.semi_major_axis * (1.0 - self.eccentricity)
+        if perigee <= EARTH_RADIUS:
+            raise InvalidValue(
+                "semi_major_axis",
+                self.semi_major_axis,
+                "expected a perigee above the Earth's surface, semi_major_axis * (1 - "
+                f"eccentricity) > {EARTH_RADIUS:.12g} m, not {perigee:.12g} m",
+            )
+
+    @property
+    def period(self) -> float:
+        """Keplerian period [s]."""
+        return orbital_period(self.semi_major_axis)
+
+    def propagate(self, epoch: datetime, times: Array) -> tuple[Array, Array]:
+        """Position [m] and velocity [m/s], shape (n, 3), at `times` [s] after the epoch."""
+        elements = Elements(
+            semi_major_axis=self.semi_major_axis,
+            eccentricity=self.eccentricity,
+            inclination=math.radians(self.inclination_deg),
+            raan=math.radians(self.raan_deg),
+            argument_of_perigee=math.radians(self.argument_of_perigee_deg),
+            true_anomaly=math.radians(self.true_anomaly_deg),
+        )
+        return ANALYTIC[self.propagator](elements, times)
+
+    def check_epoch(self, epoch: datetime) -> None:
+        """Accept every epoch: the elements are those of the epoch."""
+
+
+AnyOrbit = Orbit | TLEOrbit
+
+#: Orbit classes by the ``propagator`` that names them in a scenario file. Each has a `period`,
+#: `propagate` and `check_epoch`.
+ORBITS = Kinds(
+    "propagator",
+    dict.fromkeys(ANALYTIC, Orbit) | {TLEOrbit.propagator: TLEOrbit},
+    default="two-body",
+)

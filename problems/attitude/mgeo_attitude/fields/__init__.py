@@ -1,0 +1,30 @@
+"""Dataclass fields that know their meaning, unit and range, and are checked by pydantic.
+
+One declaration refuses bad values, in a message that names them, reads tables, comments scenario
+files and describes them to editors::
+
+    eccentricity: float = quantity(doc="orbit eccentricity", low=0.0, high=1.0, open_high=True)
+    # InvalidValue: eccentricity = 1.2: expected a number in [0, 1) (orbit eccentricity)
+"""
+
+from .errors import InvalidType, InvalidValue, KeyProblem, known_names
+from .numbers import Numbers
+from .quantity import Kinds, Quantity, declared, positive, quantity
+from .section import Validated
+from .tables import require_same, to_table
+
+__all__ = [
+    "InvalidType",
+    "InvalidValue",
+    "KeyProblem",
+    "Kinds",
+    "Numbers",
+    "Quantity",
+    "Validated",
+    "declared",
+    "known_names",
+    "positive",
+    "quantity",
+    "require_same",
+    "to_table",
+]

@@ -1,0 +1,42 @@
+"""What is said of a value or a key that is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class InvalidValue(ValueError):
+    """A value that a field refuses: ``key``, ``value``, and what was ``expected`` instead."""
+
+    def __init__(self, key: str, value: object, expected: str) -> None:
+        super().__init__(key, value, expected)
+        self.key, self.value, self.expected = key, value, expected
+
+    def __str__(self) -> str:
+        return f"{self.key} = {self.value!r}: {self.expected}"
+
+    def under(self, section: str) -> InvalidValue:
+        """The same error with its key inside `section`: ``a`` becomes ``section.a``."""
+        return type(self)(f"{section}.{self.key}", self.value, self.expected)
+
+
+class InvalidType(InvalidValue, TypeError):
+    """A value of the wrong type."""
+
+
+class KeyProblem(InvalidValue):
+    """A key that is unknown, missing or given twice; its value is not at fault."""
+
+    def __str__(self) -> str:
+        return f"{self.key}: {self.expected}"
+
+
+def known_names(name: object, known: Iterable[str]) -> str:
+    """``, did you mean 'x'? (known: 'x', 'y')``, the question only if a known name is close."""
+    names = list(known)
+    # the usual slip is a key without its unit: bias for bias_deg_s
+    longer = [candidate for candidate in names if candidate.startswith(f"{name}_")]
+    close = longer or get_close_matches(str(name), names, n=1)
+    question = f", did you mean {' or '.join(map(repr, close))}?" if close else ""
+    return f"{question} (known: {', '.join(map(repr, names))})"

@@ -1,0 +1,119 @@
+"""What a field holds: its meaning, unit and range, for people and for pydantic."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, dataclass
+from datetime import datetime
+from functools import cache
+from types import NoneType, UnionType
+from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class Kinds:
+    """Classes of a section by the name that the entry `key` of its table has, or else `default`."""
+
+    key: str
+    classes: Mapping[str, type[Any]]
+    default: str = ""
+
+    def names(self, cls: type) -> tuple[str, ...]:
+        """The names of one of the classes."""
+        return tuple(name for name, kind in self.classes.items() if kind is cls)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a field holds: its meaning, unit, and allowed range (numbers) or choices (strings).
+
+    `kinds` are the classes of a section, or sections, of which a table has to name one.
+    """
+
+    doc: str = ""
+    unit: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    open_low: bool = False
+    open_high: bool = False
+    choices: tuple[str, ...] = ()
+    kinds: Kinds | None = None
+
+    def bounds(self) -> dict[str, Any]:
+        """The finite ends of the range, as pydantic's `Field` takes them."""
+        low = {"gt" if self.open_low else "ge": self.low}
+        high = {"lt" if self.open_high else "le": self.high}
+        return {name: end for name, end in (low | high).items() if math.isfinite(end)}
+
+    def range_text(self) -> str:
+        """The range as a person writes it: ``in [0, 1)``, ``> 0 m``, ``in nT`` (any)."""
+        unit = f" {self.unit}" if self.unit else ""
+        if math.isfinite(self.low) and math.isfinite(self.high):
+            left, right = "(" if self.open_low else "[", ")" if self.open_high else "]"
+            return f"in {left}{self.low:.12g}, {self.high:.12g}{right}{unit}"
+        if math.isfinite(self.low):
+            return f"{'>' if self.open_low else '>='} {self.low:.12g}{unit}"
+        if math.isfinite(self.high):
+            return f"{'<' if self.open_high else '<='} {self.high:.12g}{unit}"
+        return f"in{unit}" if unit else ""
+
+    def expectation(self, annotation: Any, table: bool = False) -> str:
+        """What the field takes, in words: ``expected a number in [0, 1) (orbit eccentricity)``.
+
+        Of a `table` these are the words of a file, of code those of Python.
+        """
+        meaning = f" ({self.doc})" if self.doc else ""
+        return f"expected {self._takes(annotation, table)}{meaning}"
+
+    def _takes(self, annotation: Any, table: bool) -> str:
+        classes = (annotation,)
+        if get_origin(annotation) in (Union, UnionType):
+            classes = tuple(kind for kind in get_args(annotation) if kind is not NoneType)
+            if len(classes) < len(get_args(annotation)):
+                return f"nothing or {self._takes(Union[classes], table)}"  # noqa: UP007
+        if get_origin(annotation) is tuple:
+            entries = get_args(annotation)
+            count = "" if entries[-1] is Ellipsis else f"{len(entries)} x "
+            return f"a list of {count}({self._takes(entries[0], table)})"
+        if self.choices:
+            return "one of " + ", ".join(map(repr, self.choices))
+        number = "a number" if self.range_text() else "a finite number"
+        known = {float: number, int: "an integer", bool: "true or false", str: "a string"}
+        if annotation in known:
+            return f"{known[annotation]} {self.range_text()}".strip()
+        if table and annotation is datetime:
+            return "a date and time with UTC offset, such as 2018-06-05T00:00:00Z"
+        names = (getattr(get_origin(cls) or cls, "__name__", str(cls)) for cls in classes)
+        return "a table" if table else " or ".join(names)
+
+
+def quantity(default: Any = MISSING, *, factory: Any = MISSING, **declaration: Any) -> Any:
+    """A dataclass field carrying a `Quantity`, whose attributes are the other keywords."""
+    metadata = {"quantity": Quantity(**declaration)}
+    return dataclasses.field(default=default, default_factory=factory, metadata=metadata)
+
+
+def positive(default: Any = MISSING, **declaration: Any) -> Any:
+    """A `quantity` above 0."""
+    return quantity(default, low=0.0, open_low=True, **declaration)
+
+
+def remembered(function: Function) -> Function:
+    """`functools.cache` that keeps the signature; of a class mypy doubts that it is hashable."""
+    return cast(Function, cache(function))
+
+
+@remembered
+def declared(cls: type) -> dict[str, tuple[Any, Quantity]]:
+    """Annotation and `Quantity` of each field of a dataclass, its own before inherited ones."""
+    hints = get_type_hints(cls)
+    own = inspect.get_annotations(cls)
+    return {
+        field.name: (hints[field.name], field.metadata.get("quantity", Quantity()))
+        for field in sorted(dataclasses.fields(cls), key=lambda field: field.name not in own)
+    }

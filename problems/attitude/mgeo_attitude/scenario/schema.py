@@ -1,0 +1,24 @@
+"""The JSON Schema of scenario files, by which editors complete and check them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .presets import PRESETS
+from .scenario import Scenario
+
+
+def scenario_schema() -> dict[str, Any]:
+    """JSON Schema (draft 2020-12) of what `Scenario.from_dict` takes.
+
+    A file may leave out what its preset has, so only a file without one is told what is missing.
+    What several keys say together, such as multiples of the step, is checked on reading only.
+    """
+    from ..fields.checking import section_model
+
+    dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    schema = section_model(Scenario, "preset", PRESETS).model_json_schema()
+    for section in schema["$defs"].values():
+        section.pop("required", None)
+    alone = {"required": schema.pop("required")}
+    return dialect | schema | {"anyOf": [{"required": ["preset"]}, alone]}

@@ -1,0 +1,110 @@
+"""The JSON Schema of scenario files: what it takes is what the reader takes, key by key."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from jsonschema import Draft202012Validator
+from mgeo_attitude.cli.app import app
+from mgeo_attitude.scenario import Scenario, presets, scenario_schema
+from typer.testing import CliRunner
+
+from .strategies import scenarios
+
+ROOT = Path(__file__).parents[3]
+SCHEMA = Draft202012Validator(scenario_schema(), format_checker=Draft202012Validator.FORMAT_CHECKER)
+
+
+def read(text: str) -> Any:
+    """A TOML document as JSON has it."""
+
+    def plain(value: Any) -> Any:
+        return value.isoformat() if isinstance(value, datetime) else value
+
+    return json.loads(json.dumps(tomllib.loads(text), default=plain))
+
+
+def test_it_is_a_schema() -> None:
+    Draft202012Validator.check_schema(scenario_schema())
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        *(ROOT / "docs" / "scenarios").glob("*.toml"),
+        *Path(presets.__file__).with_name("presets").glob("*.toml"),
+    ],
+    ids=lambda path: path.stem,
+)
+def test_files_that_are_there_keep_to_it(path: Path) -> None:
+    table = read(path.read_text(encoding="utf-8"))
+    SCHEMA.validate(table)
+    Scenario.from_dict(table)
+
+
+@settings(max_examples=30, deadline=None)
+@given(scenario=scenarios())
+def test_scenarios_keep_to_it(scenario: Scenario) -> None:
+    SCHEMA.validate(scenario.to_dict())
+    SCHEMA.validate(read(scenario.to_toml()))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "stepp = 1.0",
+        "step = 0",
+        "step = true",
+        "epoch = 2018",
+        "preset = 'papers'",
+        "objectives = 'trace'",
+        "orbit.eccentricity = 1.0",
+        "orbit.ecentricity = 0.1",
+        "orbit.propagator = 'j22'",
+        "maneuvers.count = 2.5",
+        "trace_weights.attitude = -1",
+        "trace_weights.mag.bias = '1'",
+        "wheels.inertia = [1.0, 1.0]",
+        "[[sensors]]\nkind = 'sunsensor'",
+        "[[sensors]]\nkind = 'sun-sensor'\nnoise_nt = 1.0",
+        "[[keep_outs]]\nhalf_angle_deg = 90.0",
+    ],
+)
+def test_what_the_reader_refuses_by_itself_it_refuses_too(text: str) -> None:
+    table = read("" if text.startswith("preset") else "preset = 'paper'\n") | read(text)
+    assert not SCHEMA.is_valid(table)
+    with pytest.raises((ValueError, TypeError)):
+        Scenario.from_dict(table)
+
+
+@pytest.mark.parametrize("key", ["epoch", "duration", "orbit", "sensors"])
+def test_without_a_preset_nothing_without_default_may_be_missing(key: str) -> None:
+    table = Scenario.paper().to_dict()
+    del table[key]
+    assert not SCHEMA.is_valid(table)
+    assert SCHEMA.is_valid(table | {"preset": "paper"})
+
+
+def test_keys_have_meaning_unit_range_and_default() -> None:
+    noise = scenario_schema()["$defs"]["Magnetometer"]["properties"]["noise_nt"]
+    assert noise == {
+        "default": 500.0,
+        "description": "noise per sample, 1-sigma per axis [nT]",
+        "exclusiveMinimum": 0.0,
+        "title": "noise_nt",
+        "type": "number",
+    }
+
+
+def test_a_saved_scenario_names_the_file_that_the_command_prints(tmp_path: Path) -> None:
+    Scenario.paper().save(tmp_path / "mine.toml")
+    text = (tmp_path / "mine.toml").read_text(encoding="utf-8")
+    assert text.splitlines()[0] == "#:schema ./scenario.schema.json"
+    done = CliRunner().invoke(app, ["schema"])
+    assert json.loads(done.stdout) == scenario_schema()
