@@ -12,7 +12,7 @@ from ..fields import InvalidValue, known_names
 
 Table = dict[str, Any]
 
-#: Names of the presets; each is a file in the folder `presets`.
+#: Names of the presets; each is a file of this folder.
 PRESETS = ("paper", "cubesat_6u")
 
 
@@ -30,7 +30,7 @@ def on_preset(table: Mapping[str, Any]) -> Table:
     preset = overrides.pop("preset")
     if not isinstance(preset, str) or preset not in PRESETS:
         raise InvalidValue("preset", preset, f"unknown preset{known_names(preset, PRESETS)}")
-    file = Path(__file__).with_name("presets") / f"{preset}.toml"
+    file = Path(__file__).with_name(f"{preset}.toml")
     base = on_preset(tomllib.loads(file.read_text(encoding="utf-8")))
     if _kind_of_orbit(overrides) not in (None, _kind_of_orbit(base)):
         del base["orbit"]  # elements and element sets share no key

@@ -107,7 +107,7 @@ class Scenario(Limits):
     def paper() -> Scenario:
         """Table 2 of Hott, Chagas & de Sousa; what it leaves open reproduces its fronts.
 
-        Its file, ``scenario/presets/paper.toml``, says which values are ours.
+        Its file, ``scenario/paper.toml``, says which values are ours.
         """
         return Scenario.from_dict({"preset": "paper"})
 
