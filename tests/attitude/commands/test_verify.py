@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import shutil
 
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
@@ -10,8 +11,7 @@ from mgeo_attitude.plan import ManeuverPlan, write_json
 from mgeo_attitude.plan.verification import verify
 from mgeo_attitude.scenario import KeepOut
 
-from mgeo.report.reading import run_and_problem
-from mgeo.report.verification import verification
+from mgeo.report.build import report_html
 
 
 def test_a_plan_of_a_run(run, folder, front):
@@ -32,7 +32,9 @@ def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path)
     assert json.loads(printed) == json.loads(file.read_text())
     quiet = run(*arguments[:-2], "--quiet", code=0 if found.achieved else 3)
     assert quiet.stdout + quiet.stderr == ""
-    html = verification(tmp_path, *run_and_problem(folder))
+    run_too = shutil.copytree(folder, tmp_path / "run")
+    shutil.copy(file, run_too)
+    html = report_html(run_too).partition("<h2>Monte Carlo</h2>")[2].partition("</section>")[0]
     assert f"(verification-best.json, solution {front.row('best')})" in html
     assert f"NEES per state {found.nees:.3f}" in html
     assert html.count("<tr>") == 1 + len(found.table)
