@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mgeo.algorithms import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
-    from mgeo.archive import ParetoArchive
-    from mgeo.checkpoint import Checkpoint, resume
-    from mgeo.evaluation import EvaluationError, TolerantEvaluator
-    from mgeo.recorder import Recorder, read_record
+    from mgeo.evaluation.evaluator import EvaluationError, TolerantEvaluator
+    from mgeo.pareto.archive import ParetoArchive
+    from mgeo.persistence.checkpoint import Checkpoint, resume
+    from mgeo.persistence.recorder import Recorder, read_record
     from mgeo.studies import compare
 
 __version__: str
@@ -32,10 +32,10 @@ __all__ = [
 
 _HOMES = {
     "mgeo.algorithms": ("MGEOCanonical", "MGEODirected", "MGEOReal", "MGEOReal2", "MGEOVar"),
-    "mgeo.archive": ("ParetoArchive",),
-    "mgeo.checkpoint": ("Checkpoint", "resume"),
-    "mgeo.evaluation": ("EvaluationError", "TolerantEvaluator"),
-    "mgeo.recorder": ("Recorder", "read_record"),
+    "mgeo.pareto.archive": ("ParetoArchive",),
+    "mgeo.persistence.checkpoint": ("Checkpoint", "resume"),
+    "mgeo.evaluation.evaluator": ("EvaluationError", "TolerantEvaluator"),
+    "mgeo.persistence.recorder": ("Recorder", "read_record"),
     "mgeo.studies": ("compare",),
 }
 

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from mgeo.crowding import thin
-from mgeo.files import write_files
+from mgeo.files.atomic import write_files
+from mgeo.pareto.truncation import thin
 from mgeo.studies import Comparison, read_comparison
 from mgeo.studies.stored import FRONTS, PROVENANCE, RUNS, TABLE
 

@@ -1,11 +1,8 @@
 """Which candidate a walker accepts: rank them, then draw a rank from a power law."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mgeo.dominance import FloatArray
-
-IntArray = NDArray[np.intp]
+from mgeo._typing import FloatArray, IntArray
 
 
 def rank(f: FloatArray, violation: FloatArray, ties: FloatArray) -> IntArray:

@@ -18,7 +18,7 @@ from typing import Literal
 
 import numpy as np
 
-from mgeo.dominance import BoolArray, FloatArray
+from mgeo._typing import BoolArray, FloatArray
 
 Rule = Literal["a-geo1", "a-geo2"]
 RULES: tuple[Rule, ...] = ("a-geo1", "a-geo2")

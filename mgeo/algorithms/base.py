@@ -12,19 +12,18 @@ from pymoo.core.sampling import Sampling
 from pymoo.core.termination import Termination
 from pymoo.termination.max_gen import MaximumGenerationTermination
 
+from mgeo._typing import FloatArray, IntArray
+from mgeo._validation import choice, greediness, integer, refuse_unknown
 from mgeo.algorithms import adaptive
-from mgeo.algorithms.acceptance import IntArray
 from mgeo.algorithms.constructors import arguments, keywords, named
-from mgeo.algorithms.parameters import choice, greediness, integer, refuse_unknown
+from mgeo.algorithms.display import ArchiveOutput
 from mgeo.algorithms.refusals import INSTEAD, refuse_dynamic, refuse_used
 from mgeo.algorithms.representation import call
 from mgeo.algorithms.starts import given_starts
 from mgeo.algorithms.walkers import Walkers
-from mgeo.archive import ParetoArchive
-from mgeo.display import ArchiveOutput
-from mgeo.dominance import FloatArray
-from mgeo.evaluation import TolerantEvaluator
-from mgeo.individuals import individuals, values_of
+from mgeo.evaluation.evaluator import TolerantEvaluator
+from mgeo.evaluation.individuals import individuals, values_of
+from mgeo.pareto.archive import ParetoArchive
 
 EXECUTIONS = 5000  # generations of all walkers together, unless a termination is given
 MOST_RUNS = 100_000  # each has its own random stream, of some kilobytes

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mgeo.algorithms.acceptance import IntArray
-from mgeo.algorithms.parameters import integer
+from mgeo._typing import FloatArray, IntArray
+from mgeo._validation import integer
 from mgeo.algorithms.variables import Variables
-from mgeo.dominance import FloatArray
 
 MOST_BITS = 52  # of one variable: its number is exact in a float
 

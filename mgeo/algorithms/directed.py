@@ -8,15 +8,15 @@ from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 from pymoo.core.sampling import Sampling
 
-from mgeo.algorithms.acceptance import IntArray, pick, rank
+from mgeo._typing import BoolArray, FloatArray, IntArray
+from mgeo._validation import fraction, integer, number, pair
+from mgeo.algorithms.acceptance import pick, rank
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.directed_state import DirectedState
 from mgeo.algorithms.directions import distance, drawn, extent, fan
 from mgeo.algorithms.joint_steps import joint_steps
-from mgeo.algorithms.parameters import fraction, integer, number, pair
 from mgeo.algorithms.variables import Variables
-from mgeo.archive import ParetoArchive
-from mgeo.dominance import BoolArray, FloatArray
+from mgeo.pareto.archive import ParetoArchive
 
 Extent = tuple[FloatArray, FloatArray]  # of the front: what `extent` gives
 

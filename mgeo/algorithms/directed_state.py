@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from mgeo._typing import FloatArray
 from mgeo.algorithms.run_state import RunState
-from mgeo.dominance import FloatArray
 
 
 @dataclass(kw_only=True, eq=False, slots=True)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mgeo.dominance import FloatArray
+from mgeo._typing import FloatArray
 
 _SUM = 1e-3  # share of the sum in a distance: of points equal otherwise, the nondominated is nearer
 

@@ -4,8 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from mgeo.algorithms.acceptance import IntArray
-from mgeo.dominance import FloatArray
+from mgeo._typing import FloatArray, IntArray
 
 Differences = Callable[[tuple[int, ...]], FloatArray]
 

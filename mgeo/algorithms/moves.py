@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mgeo.dominance import FloatArray
+from mgeo._typing import FloatArray
 
 Scale = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 

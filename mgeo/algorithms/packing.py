@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from mgeo.archive import ParetoArchive
-from mgeo.designs import as_numbers
-from mgeo.reading import entry
+from mgeo.evaluation.designs import as_numbers
+from mgeo.files.reading import entry
+from mgeo.pareto.archive import ParetoArchive
 
 if TYPE_CHECKING:
     from mgeo.algorithms.base import ExtremalOptimization

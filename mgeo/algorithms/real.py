@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from mgeo.algorithms.acceptance import IntArray
+from mgeo._typing import FloatArray, IntArray
 from mgeo.algorithms.real_steps import RealSteps
-from mgeo.dominance import FloatArray
 
 
 class MGEOReal(RealSteps):

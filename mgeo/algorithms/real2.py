@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.sampling import Sampling
 
-from mgeo.algorithms.acceptance import IntArray
-from mgeo.algorithms.parameters import choice, integer, number
+from mgeo._typing import FloatArray, IntArray
+from mgeo._validation import choice, integer, number
 from mgeo.algorithms.real_steps import RealSteps
-from mgeo.dominance import FloatArray
 
 SCHEDULES = ("factorial", "geometric")
 

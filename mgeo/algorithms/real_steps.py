@@ -9,11 +9,11 @@ from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 from pymoo.core.sampling import Sampling
 
+from mgeo._typing import FloatArray
+from mgeo._validation import choice, numbers
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.moves import SCALES, perturb
-from mgeo.algorithms.parameters import choice, numbers
 from mgeo.algorithms.variables import Variables
-from mgeo.dominance import FloatArray
 
 
 class RealSteps(ExtremalOptimization, ABC):

@@ -7,9 +7,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from mgeo.algorithms.acceptance import IntArray
-from mgeo.archive import ParetoArchive
-from mgeo.dominance import FloatArray
+from mgeo._typing import FloatArray, IntArray
+from mgeo.pareto.archive import ParetoArchive
 
 
 @dataclass(kw_only=True, eq=False, slots=True)

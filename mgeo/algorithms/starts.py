@@ -6,8 +6,8 @@ from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from pymoo.core.sampling import Sampling
 
+from mgeo._typing import FloatArray
 from mgeo.algorithms.variables import Variables
-from mgeo.dominance import FloatArray
 
 
 def given_starts(

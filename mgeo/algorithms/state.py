@@ -23,6 +23,7 @@ from pymoo.termination.max_gen import MaximumGenerationTermination
 from pymoo.termination.max_time import TimeBasedTermination
 from pymoo.util.misc import termination_from_tuple
 
+from mgeo._validation import integer
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.packing import (
     pack,
@@ -32,9 +33,8 @@ from mgeo.algorithms.packing import (
     unpack_population,
     unpack_stream,
 )
-from mgeo.algorithms.parameters import integer
-from mgeo.evaluation import TolerantEvaluator
-from mgeo.reading import entry, errors_of
+from mgeo.evaluation.evaluator import TolerantEvaluator
+from mgeo.files.reading import entry, errors_of
 
 _START_ONLY = ("sampling",)  # parameters that say where to begin: not needed to go on
 _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mgeo.algorithms.acceptance import IntArray
+from mgeo._typing import IntArray
 from mgeo.algorithms.bit_strings import BitStrings
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Binary, Integer, Real, Variable
 
-from mgeo.dominance import BoolArray, FloatArray
+from mgeo._typing import BoolArray, FloatArray
 
 Kind = Literal["real", "integer", "binary"]
 

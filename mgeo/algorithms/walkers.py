@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from pymoo.core.problem import Problem
 
+from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms import adaptive
-from mgeo.algorithms.acceptance import IntArray, pick, rank
+from mgeo.algorithms.acceptance import pick, rank
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.variables import Variables
-from mgeo.archive import ParetoArchive
-from mgeo.dominance import BoolArray, FloatArray
+from mgeo.pareto.archive import ParetoArchive
 
 
 class Walkers(ABC):

@@ -8,7 +8,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from mgeo.cli.errors import ended
-from mgeo.plugins import COMMANDS, PluginError, find_plugin, installed_plugins
+from mgeo.plugins.discovery import COMMANDS, PluginError, find_plugin, installed_plugins
 
 
 class Commands(TyperGroup):

@@ -9,7 +9,7 @@ from pkgutil import resolve_name
 
 import typer
 
-from mgeo.plugins import installed_plugins, preset_names
+from mgeo.plugins.discovery import installed_plugins, preset_names
 
 _DEPTH = 3  # of folders below that in which a run is looked for
 _CHECKPOINT, _RUN = "run.checkpoint", "run.json"

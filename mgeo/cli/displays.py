@@ -11,9 +11,9 @@ from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 
+from mgeo.cli.consoles import plain
 from mgeo.cli.progress import Display, Snapshot
 from mgeo.cli.signals import StopRequest
-from mgeo.consoles import plain
 
 _STOPPING = "stopping after this generation; Ctrl-C again to stop at once"
 

@@ -9,10 +9,10 @@ from typing import Any
 from rich.table import Table
 
 from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.cli.consoles import plain
 from mgeo.cli.displays import clock
 from mgeo.cli.output import Output
 from mgeo.cli.running import can_draw, run_title
-from mgeo.consoles import plain
 from mgeo.runs import (
     CHECKPOINT_FILE,
     FIGURE_FILE,

@@ -12,7 +12,7 @@ from typing import Any
 
 import typer
 
-from mgeo.consoles import printable
+from mgeo.cli.consoles import printable
 
 #: What typer raises for a command line that cannot be understood; where it is kept has changed.
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
@@ -94,9 +94,9 @@ def ended(ctx: Any) -> Iterator[None]:
     except KeyboardInterrupt as error:
         raise _end("interrupted", ExitCode.INTERRUPTED) from error
     except Exception as error:  # a bug, here or in a plugin
-        from mgeo.evaluation import EvaluationError
-        from mgeo.plugins import PluginError
-        from mgeo.reading import FileError
+        from mgeo.evaluation.evaluator import EvaluationError
+        from mgeo.files.reading import FileError
+        from mgeo.plugins.discovery import PluginError
 
         _show_traceback(ctx, error)
         if isinstance(error, PluginError | EvaluationError | FileError):

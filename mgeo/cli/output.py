@@ -12,7 +12,7 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-from mgeo.consoles import console, plain, printable
+from mgeo.cli.consoles import console, plain, printable
 
 
 @dataclass(frozen=True)

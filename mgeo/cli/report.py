@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mgeo.cli.errors import bad_input
 from mgeo.cli.output import Output
-from mgeo.files import write_file, write_files
+from mgeo.files.atomic import write_file, write_files
 from mgeo.report import StaticExportError, report_html, static_figures
 
 REPORT_FILE = "report.html"

@@ -7,16 +7,17 @@ from typing import Any
 
 from pymoo.core.problem import Problem
 
-from mgeo import contract
+from mgeo.cli.consoles import console
 from mgeo.cli.displays import clock, run_display
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.output import Output
 from mgeo.cli.progress import Reporter
 from mgeo.cli.signals import StopRequest, stop_requests
 from mgeo.cli.solutions import solutions_table
-from mgeo.consoles import console
-from mgeo.evaluation import EvaluationError
+from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures import MOST_OBJECTIVES, front_figure, page
+from mgeo.files.lock import sole_use
+from mgeo.plugins import protocol as contract
 from mgeo.runs import (
     CHECKPOINT_FILE,
     FIGURE_FILE,
@@ -35,7 +36,6 @@ from mgeo.runs import (
     write_figure,
     write_run,
 )
-from mgeo.runs.sole_use import sole_use
 
 _CAUSES = 3  # of failed evaluations are shown
 

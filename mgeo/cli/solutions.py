@@ -5,8 +5,8 @@ from __future__ import annotations
 from pymoo.core.problem import Problem
 from rich.table import Table
 
-from mgeo import contract
 from mgeo.cli.tables import table
+from mgeo.plugins import protocol as contract
 from mgeo.runs import Outcome, front_table, highlights
 
 

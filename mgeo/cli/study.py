@@ -11,10 +11,10 @@ from typing import Any
 
 import joblib
 
+from mgeo.cli.consoles import plain
 from mgeo.cli.dry_run import describe_study
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.output import Output
-from mgeo.consoles import plain
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Study, read_study
 from mgeo.studies.folder import NotReusedWarning

@@ -7,7 +7,7 @@ from numbers import Integral, Real
 
 from rich.table import Table
 
-from mgeo.consoles import plain
+from mgeo.cli.consoles import plain
 
 
 def table(titles: Iterable[object], rows: Iterable[Sequence[object]], digits: int = 5) -> Table:

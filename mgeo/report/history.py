@@ -10,8 +10,8 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
-from mgeo.dominance import nondominated
-from mgeo.recorder import read_record
+from mgeo.pareto.dominance import nondominated
+from mgeo.persistence.recorder import read_record
 from mgeo.runs.hypervolume import HypervolumeMeter
 from mgeo.runs.keep import RECORD_FOLDER
 from mgeo.runs.solve import Outcome

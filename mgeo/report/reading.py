@@ -6,8 +6,8 @@ from pathlib import Path
 
 from pymoo.core.problem import Problem
 
-from mgeo.plugins import load_problem
-from mgeo.reading import errors_of
+from mgeo.files.reading import errors_of
+from mgeo.plugins.discovery import load_problem
 from mgeo.runs.folder import RUN_FILE, Run, read_run
 
 

@@ -11,9 +11,9 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
-from mgeo import contract
 from mgeo.figures.front import MOST_OBJECTIVES, front_figure
 from mgeo.figures.motion import check_motion
+from mgeo.plugins import protocol as contract
 from mgeo.report.encode import Json, decoded, figure_json, shared
 from mgeo.runs.highlights import Highlight
 from mgeo.runs.solve import Outcome
@@ -40,7 +40,7 @@ def planned_rows(chosen: Sequence[Highlight], n: int, most: int = MOST_PLANS) ->
 def front_picture(problem: Problem, outcome: Outcome, title: str) -> go.Figure | None:
     """The picture of the front, whose points carry their row as ``customdata``; None if none can.
 
-    It is the plugin's own where its points do so, see `mgeo.plugins`.
+    It is the plugin's own where its points do so, see `mgeo.plugins.discovery`.
     """
     n = len(outcome.X)
     figure = None

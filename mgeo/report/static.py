@@ -12,8 +12,8 @@ from typing import Any
 
 import plotly.graph_objects as go
 
-from mgeo import contract
 from mgeo.figures.motion import motion_of
+from mgeo.plugins import protocol as contract
 from mgeo.report import summary
 from mgeo.report.history import recorded_history
 from mgeo.report.reading import run_and_problem

@@ -16,9 +16,9 @@ from typing import Any
 
 from pymoo.core.problem import Problem
 
-from mgeo import contract
-from mgeo.problem_identity import difference
-from mgeo.reading import entry, errors_of, read_json
+from mgeo.files.reading import entry, errors_of, read_json
+from mgeo.plugins import protocol as contract
+from mgeo.plugins.identity import difference
 from mgeo.runs.folder import Run
 from mgeo.runs.keep import VERIFICATION_FILES
 

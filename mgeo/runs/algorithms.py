@@ -6,9 +6,9 @@ from collections.abc import Collection, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from mgeo._validation import did_you_mean, integer
 from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
-from mgeo.algorithms.parameters import did_you_mean, integer
 
 if TYPE_CHECKING:
     import numpy as np

@@ -16,14 +16,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
-from mgeo.files import write_file, write_files
-from mgeo.plugins import find_plugin
-from mgeo.reading import entry, errors_of, read_json
+from mgeo.files.atomic import write_file, write_files
+from mgeo.files.reading import entry, errors_of, read_json
+from mgeo.files.tables import read_numbers, to_csv
+from mgeo.plugins.discovery import find_plugin
 from mgeo.runs.hypervolume import Hypervolume, Space
 from mgeo.runs.keep import CHECKPOINT_FILE
 from mgeo.runs.recipe import Recipe
 from mgeo.runs.solve import Outcome, Status
-from mgeo.tables import read_numbers, to_csv
 
 if TYPE_CHECKING:
     import pandas as pd

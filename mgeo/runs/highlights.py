@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo.contract import indicator_space
+from mgeo.plugins.protocol import indicator_space
 from mgeo.runs.hypervolume import scaled
 
 if TYPE_CHECKING:

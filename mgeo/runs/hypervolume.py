@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pymoo.indicators.hv import HV
 
-from mgeo.contract import indicator_space
+from mgeo.plugins.protocol import indicator_space
 
 if TYPE_CHECKING:
     from pymoo.core.population import Population

@@ -10,9 +10,9 @@ from pymoo.core.algorithm import LoopwiseAlgorithm
 from pymoo.core.callback import CallbackCollection
 
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.checkpoint import Checkpoint
-from mgeo.recorder import Recorder
-from mgeo.recorder_files import remove_record
+from mgeo.persistence.checkpoint import Checkpoint
+from mgeo.persistence.recorder import Recorder
+from mgeo.persistence.recorder_files import remove_record
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm

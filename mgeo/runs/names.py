@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from mgeo.designs import variable_names
-from mgeo.plugins import PluginError
+from mgeo.evaluation.designs import variable_names
+from mgeo.plugins.discovery import PluginError
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem

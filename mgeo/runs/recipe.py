@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from mgeo import contract
-from mgeo.algorithms.parameters import integer
-from mgeo.plugins import load_problem
-from mgeo.reading import entry
+from mgeo._validation import integer
+from mgeo.files.reading import entry
+from mgeo.plugins import protocol as contract
+from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import (
     DEFAULT,
     build_algorithm,
@@ -40,8 +40,9 @@ _KINDS: Mapping[str, type] = {
 class Recipe:
     """A run to be made, or made again: the same recipe gives the same front.
 
-    ``problem`` and ``algorithm`` are names (see `mgeo.plugins` and `mgeo.runs.algorithms`),
-    ``options`` and ``parameters`` what they are built from, ``evaluations`` the budget.
+    ``problem`` and ``algorithm`` are names (see `mgeo.plugins.discovery` and
+    `mgeo.runs.algorithms`), ``options`` and ``parameters`` what they are built from,
+    ``evaluations`` the budget.
     """
 
     problem: str

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.state import end_at
-from mgeo.checkpoint import read_notes, resume
-from mgeo.plugins import load_problem
-from mgeo.reading import entry, errors_of
+from mgeo.files.reading import entry, errors_of
+from mgeo.persistence.checkpoint import read_notes, resume
+from mgeo.plugins.discovery import load_problem
 from mgeo.runs.folder import RUN_FILE, read_run
 from mgeo.runs.keep import CHECKPOINT_FILE, Keeper
 from mgeo.runs.recipe import Recipe

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from mgeo.reading import errors_of, parse_toml, read_text
+from mgeo.files.reading import errors_of, parse_toml, read_text
 
 
 def read_scenario(text: str | None, folder: Path | str = "") -> dict[str, Any]:

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo.designs import as_numbers
-from mgeo.evaluation import TolerantEvaluator
-from mgeo.reading import entry
+from mgeo.evaluation.designs import as_numbers
+from mgeo.evaluation.evaluator import TolerantEvaluator
+from mgeo.files.reading import entry
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
 from mgeo.runs.names import column_names
 from mgeo.runs.seeding import seed_archives

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mgeo.files import write_files
-from mgeo.problem_identity import difference
-from mgeo.reading import entry, errors_of, read_json
-from mgeo.runs.sole_use import sole_use
+from mgeo.files.atomic import write_files
+from mgeo.files.lock import sole_use
+from mgeo.files.reading import entry, errors_of, read_json
+from mgeo.plugins.identity import difference
 from mgeo.studies.file import Study
 
 OWNER = "study.json"  # problems and algorithms of the study that a folder belongs to

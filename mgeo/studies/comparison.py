@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
     from pymoo.core.problem import Problem
 
-    from mgeo.dominance import FloatArray
+    from mgeo._typing import FloatArray
     from mgeo.studies.record import Record
     from mgeo.studies.space import IndicatorSpace
 

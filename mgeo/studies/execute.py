@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from mgeo.algorithms.parameters import integer
+from mgeo._validation import integer
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.dispatch import Key, Result, run_all
 from mgeo.studies.folder import RunFolder

@@ -9,10 +9,10 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mgeo.algorithms.parameters import integer
-from mgeo.models import checked
-from mgeo.plugins import built, load_problem
-from mgeo.reading import errors_of, parse_toml, read_text
+from mgeo._validation import integer
+from mgeo.files.models import checked
+from mgeo.files.reading import errors_of, parse_toml, read_text
+from mgeo.plugins.discovery import built, load_problem
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.runs.scenario import read_scenario
 from mgeo.studies.labels import distinct, filled

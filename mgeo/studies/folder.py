@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mgeo.files import write_file
-from mgeo.reading import read_file
+from mgeo.files.atomic import write_file
+from mgeo.files.reading import read_file
 from mgeo.studies.dispatch import Key
 from mgeo.studies.fingerprint import UncertainError, fingerprint
 from mgeo.studies.record import Record

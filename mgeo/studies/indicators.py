@@ -10,8 +10,8 @@ import moocore
 import numpy as np
 from pymoo.indicators.hv import HV
 
-from mgeo.contract import front_summary
-from mgeo.dominance import FloatArray
+from mgeo._typing import FloatArray
+from mgeo.plugins.protocol import front_summary
 from mgeo.runs.hypervolume import MAX_OBJECTIVES
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from mgeo.archive import ParetoArchive
-from mgeo.dominance import uncovered
+from mgeo.pareto.archive import ParetoArchive
+from mgeo.pareto.dominance import uncovered
 from mgeo.studies.record import Record
 
 

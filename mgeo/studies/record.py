@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo.dominance import FloatArray, nondominated
-from mgeo.reading import entry, from_npz, parse_json
+from mgeo._typing import FloatArray
+from mgeo.files.reading import entry, from_npz, parse_json
+from mgeo.pareto.dominance import nondominated
 
 _ARRAYS = {  # kinds of entries, and dimensions
     "numbers": ("iu", 1),

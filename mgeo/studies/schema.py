@@ -8,8 +8,8 @@ from typing import Annotated, Any, TypeVar
 from pydantic import ConfigDict, Field, PlainValidator
 from pydantic_core import PydanticCustomError
 
-from mgeo.algorithms.parameters import integer
-from mgeo.models import Table
+from mgeo._validation import integer
+from mgeo.files.models import Table
 from mgeo.runs.algorithms import ALGORITHMS
 from mgeo.studies.execute import GRID_POINTS
 

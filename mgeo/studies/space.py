@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mgeo import contract
-from mgeo.crowding import thin
-from mgeo.dominance import FloatArray, nondominated
+from mgeo._typing import FloatArray
+from mgeo.pareto.dominance import nondominated
+from mgeo.pareto.truncation import thin
+from mgeo.plugins import protocol as contract
 from mgeo.runs.hypervolume import scaled
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 from scipy import stats
 
-from mgeo.dominance import FloatArray
+from mgeo._typing import FloatArray
 
 # Vargha & Delaney (2000): A of at least so much is called that.
 _MAGNITUDES = ((0.71, "large"), (0.64, "medium"), (0.56, "small"))

@@ -10,16 +10,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from mgeo import contract
-from mgeo.algorithms.parameters import integer
-from mgeo.reading import entry, errors_of, read_json
+from mgeo._validation import integer
+from mgeo.files.reading import entry, errors_of, read_json
+from mgeo.files.tables import read_texts, to_csv
+from mgeo.plugins import protocol as contract
 from mgeo.runs.names import column_names
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Case
 from mgeo.studies.indicators import applicable
 from mgeo.studies.record import Record
 from mgeo.studies.space import IndicatorSpace, Origin, objective_space
-from mgeo.tables import read_texts, to_csv
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem

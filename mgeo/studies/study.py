@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from mgeo.files import write_files
+from mgeo.files.atomic import write_files
 from mgeo.studies.claim import check, claim
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.execute import compare

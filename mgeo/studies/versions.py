@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from typing import Any
 
-from mgeo.plugins import plugin_versions
+from mgeo.plugins.discovery import plugin_versions
 from mgeo.studies.fingerprint.origins import distributions
 
 _ALWAYS = ("mgeo", "pymoo", "numpy", "scipy", "moocore")

@@ -10,9 +10,10 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.core.result import Result
 from pymoo.optimize import minimize
 
+from mgeo._typing import FloatArray
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.state import capture, restore
-from mgeo.dominance import FloatArray, nondominated
+from mgeo.pareto.dominance import nondominated
 from mgeo.testing.failure import no_error, require, require_equal
 from mgeo.testing.samples import Bowls
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from pymoo.core.problem import Problem
 
-from mgeo import contract
-from mgeo.dominance import FloatArray, nondominated
+from mgeo._typing import FloatArray
+from mgeo.pareto.dominance import nondominated
+from mgeo.plugins import protocol as contract
 from mgeo.testing.failure import no_error, require, require_equal
 
 

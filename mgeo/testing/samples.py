@@ -5,7 +5,7 @@ from typing import Any, Literal
 import numpy as np
 from pymoo.core.problem import Problem
 
-from mgeo.dominance import FloatArray
+from mgeo._typing import FloatArray
 
 Constraint = Literal["none", "half", "impossible"]
 

@@ -29,7 +29,7 @@ from pymoo.problems.multi import ZDT1
 
 import mgeo
 from mgeo import Checkpoint, MGEOReal
-from mgeo.files import write_files
+from mgeo.files.atomic import write_files
 from mgeo.runs import Keeper, Recipe, State, solve
 
 from .table import markdown, processor, with_tables

@@ -14,7 +14,7 @@ import pandas as pd
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
-from mgeo.plugins import PROBLEMS
+from mgeo.plugins.discovery import PROBLEMS
 from mgeo.runs import read_run
 
 from . import faulty
@@ -70,7 +70,7 @@ def spoiled_plugin(name: str, part: Any) -> Iterator[None]:
     """The one problem that is installed, ``faulty``, with a part that is as given."""
     with (
         patch.dict(faulty.PART, {name: part}, clear=True),
-        patch("mgeo.plugins.entry_points", lambda group: _point("faulty")),
+        patch("mgeo.plugins.discovery.entry_points", lambda group: _point("faulty")),
     ):
         yield
 

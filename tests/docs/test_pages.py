@@ -14,9 +14,9 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.objectives import OBJECTIVES
 from typer.testing import CliRunner
 
-from mgeo import plugins
 from mgeo.cli.app import app
-from mgeo.plugins import load_problem
+from mgeo.plugins import discovery as plugins
+from mgeo.plugins.discovery import load_problem
 
 DOCS = Path(__file__).parents[2] / "docs"
 

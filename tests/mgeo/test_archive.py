@@ -12,8 +12,8 @@ from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
 from scipy.spatial.distance import cdist
 
 from mgeo import ParetoArchive
-from mgeo.crowding import thin
-from mgeo.dominance import covered_rows, nondominated, uncovered
+from mgeo.pareto.dominance import covered_rows, nondominated, uncovered
+from mgeo.pareto.truncation import thin
 
 from . import naive
 
@@ -87,7 +87,7 @@ def test_the_archive_is_the_same_however_its_rows_are_moved(pieces, monkeypatch)
     expected = ParetoArchive(2)
     for F in batches:
         expected.add(F, Population.new("F", F))
-    monkeypatch.setattr("mgeo.archive._MOST_PIECES", pieces)
+    monkeypatch.setattr("mgeo.pareto.archive._MOST_PIECES", pieces)
     archive = ParetoArchive(2)
     for F in batches:
         archive.add(F, Population.new("F", F))
@@ -110,8 +110,8 @@ def test_archive_of_many_batches_agrees_with_pymoo(n_obj, seed):
 @pytest.mark.parametrize("long", [0, 4096], ids=["sample first", "all at once"])
 @pytest.mark.parametrize("n_obj", [1, 2, 3, 4])
 def test_uncovered_in_several_blocks_agrees_with_all_pairs(n_obj, long, monkeypatch):
-    monkeypatch.setattr("mgeo.dominance._BLOCK", 64)
-    monkeypatch.setattr("mgeo.dominance._LONG", long)
+    monkeypatch.setattr("mgeo.pareto.dominance._BLOCK", 64)
+    monkeypatch.setattr("mgeo.pareto.dominance._LONG", long)
     rng = np.random.default_rng(n_obj)
     front = rng.integers(0, 9, (50, n_obj)).astype(float)
     front = front[nondominated(front)]
@@ -182,7 +182,7 @@ def grid_front(n_obj):
 @pytest.mark.parametrize("n_obj", [2, 3, 4, 7])
 @pytest.mark.parametrize("neighbors", [3, 8, 1000])
 def test_thinning_agrees_with_distances_computed_afresh(n_obj, neighbors, monkeypatch):
-    monkeypatch.setattr("mgeo.crowding._NEIGHBORS", neighbors)
+    monkeypatch.setattr("mgeo.pareto.truncation._NEIGHBORS", neighbors)
     F = grid_front(n_obj)
     F[:, -1] *= 1024.0  # scaling by the range must undo it
     assert len(F) > 80

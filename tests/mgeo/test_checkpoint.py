@@ -16,8 +16,8 @@ from pymoo.termination.default import DefaultMultiObjectiveTermination
 
 import mgeo.algorithms
 from mgeo import Checkpoint, MGEOReal, Recorder, TolerantEvaluator, read_record, resume
-from mgeo.checkpoint import read_notes
-from mgeo.reading import FileError
+from mgeo.files.reading import FileError
+from mgeo.persistence.checkpoint import read_notes
 
 PROBLEM = ZDT1(n_var=4)
 PUBLISHED = [getattr(mgeo.algorithms, name) for name in mgeo.algorithms.__all__]
@@ -106,10 +106,10 @@ def test_counts_of_failures_go_on(tmp_path):
 def test_checkpoints_come_when_they_are_due(tmp_path, monkeypatch):
     path = tmp_path / "run.checkpoint"
     clock = itertools.count()  # every look at it takes a second
-    monkeypatch.setattr("mgeo.checkpoint.time.monotonic", lambda: float(next(clock)))
+    monkeypatch.setattr("mgeo.persistence.checkpoint.time.monotonic", lambda: float(next(clock)))
     written = []
     monkeypatch.setattr(
-        "mgeo.checkpoint.write_file", lambda path, content: written.append(len(content))
+        "mgeo.persistence.checkpoint.write_file", lambda path, content: written.append(len(content))
     )
     solve(n_gen=20, callback=Checkpoint(path, every_seconds=None, every_generations=6))
     assert len(written) == 5  # 1, 7, 13, 19 and the last
@@ -132,14 +132,14 @@ def test_one_object_may_keep_several_runs(tmp_path):
 def test_what_cannot_be_written_leaves_the_one_before_and_the_run_goes_on(tmp_path, monkeypatch):
     path = tmp_path / "run.checkpoint"
     callback = Checkpoint(path, every_generations=1)
-    fsync, calls = mgeo.files.os.fsync, itertools.count()
+    fsync, calls = mgeo.files.atomic.os.fsync, itertools.count()
 
     def full(descriptor):
         if 9 < next(calls) < 15:
             raise OSError(errno.ENOSPC, "No space left on device")
         fsync(descriptor)
 
-    monkeypatch.setattr("mgeo.files.os.fsync", full)
+    monkeypatch.setattr("mgeo.files.atomic.os.fsync", full)
     kept = []
 
     def watch(algorithm):
@@ -200,7 +200,7 @@ def test_another_version_is_named(checkpoint, tmp_path):
 
 
 def test_a_change_of_versions_is_told(checkpoint, monkeypatch):
-    monkeypatch.setattr("mgeo.checkpoint.version", lambda name: "9.9")
+    monkeypatch.setattr("mgeo.persistence.checkpoint.version", lambda name: "9.9")
     with pytest.warns(RuntimeWarning, match=r"another version \(mgeo = '9.9', expected '\d"):
         assert resume(checkpoint, PROBLEM).n_generations == 4
 

@@ -20,7 +20,7 @@ from pymoo.parallelization import JoblibParallelization, StarmapParallelization
 from pymoo.util.ref_dirs import get_reference_directions
 
 from mgeo import MGEOReal
-from mgeo.evaluation import EvaluationError, TolerantEvaluator
+from mgeo.evaluation.evaluator import EvaluationError, TolerantEvaluator
 
 pytestmark = pytest.mark.filterwarnings("ignore:a candidate failed:RuntimeWarning")
 

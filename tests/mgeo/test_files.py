@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from mgeo.files import write_file, write_files
+from mgeo.files.atomic import write_file, write_files
 
 LIMIT = 1 << 20
 
@@ -53,7 +53,7 @@ def test_an_interrupt_leaves_no_temporary_file(tmp_path, monkeypatch):
     def interrupt(source, target):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("mgeo.files.os.replace", interrupt)
+    monkeypatch.setattr("mgeo.files.atomic.os.replace", interrupt)
     with pytest.raises(KeyboardInterrupt):
         write_file(tmp_path / "a", b"content")
     assert list(tmp_path.iterdir()) == []

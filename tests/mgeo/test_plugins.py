@@ -5,7 +5,7 @@ from importlib.metadata import EntryPoint
 import numpy as np
 import pytest
 
-from mgeo.plugins import Plugin, PluginError, find_plugin, installed_plugins, load_problem
+from mgeo.plugins.discovery import Plugin, PluginError, find_plugin, installed_plugins, load_problem
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
@@ -77,6 +77,6 @@ def test_an_entry_point_without_distribution_still_loads():
 
 
 def test_nothing_installed_says_what_to_install(monkeypatch):
-    monkeypatch.setattr("mgeo.plugins.entry_points", lambda group: ())
+    monkeypatch.setattr("mgeo.plugins.discovery.entry_points", lambda group: ())
     with pytest.raises(PluginError, match="pip install mgeo-attitude"):
         load_problem("attitude")

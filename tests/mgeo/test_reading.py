@@ -1,6 +1,6 @@
 import pytest
 
-from mgeo.reading import FileError, read_json
+from mgeo.files.reading import FileError, read_json
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999", "-1e999"])

@@ -57,7 +57,7 @@ def test_every_evaluation_is_there_in_order(algorithm, problem, chunk_rows, tmp_
 
 def test_rows_are_written_when_a_chunk_is_full_or_the_time_has_come(tmp_path, monkeypatch):
     now = [0.0]
-    monkeypatch.setattr("mgeo.recorder.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("mgeo.persistence.recorder.time.monotonic", lambda: now[0])
     lengths, files = [], []
 
     def watch(algorithm):
@@ -264,7 +264,7 @@ def test_an_empty_record_has_its_columns(tmp_path):
     recorder.flush()  # nothing yet
     assert not any(tmp_path.iterdir())
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("mgeo.recorder.write_chunk", stop)
+        patch.setattr("mgeo.persistence.recorder.write_chunk", stop)
         with pytest.raises(Stop):
             solve(callback=recorder)
     assert list(read_record(tmp_path)) == ["generation", "x1", "x2", "x3", "f1", "f2", "failed"]

@@ -6,10 +6,10 @@ import re
 import mgeo_attitude.files
 import pytest
 
-import mgeo.files
+import mgeo.files.atomic
 
 WRITERS = [
-    (mgeo.files, lambda path: mgeo.files.write_file(path, b"new")),
+    (mgeo.files.atomic, lambda path: mgeo.files.atomic.write_file(path, b"new")),
     (mgeo_attitude.files, lambda path: mgeo_attitude.files.write_text(path, "new")),
 ]
 

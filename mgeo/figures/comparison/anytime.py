@@ -11,7 +11,7 @@ from mgeo.figures.comparison.style import Look, finished, looks
 from mgeo.studies.statistics import bootstrap_band
 
 if TYPE_CHECKING:
-    from mgeo.dominance import FloatArray
+    from mgeo._typing import FloatArray
     from mgeo.studies.comparison import Comparison
 
 

@@ -12,7 +12,7 @@ from mgeo.figures.comparison.style import finished, looks
 from mgeo.figures.front import axis
 
 if TYPE_CHECKING:
-    from mgeo.dominance import FloatArray
+    from mgeo._typing import FloatArray
     from mgeo.studies.comparison import Comparison
 
 _LEVELS = ((50, "half of the runs", 2.0), (0, "the best run", 1.0), (100, "every run", 1.0))

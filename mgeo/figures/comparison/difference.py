@@ -13,7 +13,7 @@ from mgeo.figures.comparison.style import finished
 from mgeo.figures.front import axis
 
 if TYPE_CHECKING:
-    from mgeo.dominance import FloatArray
+    from mgeo._typing import FloatArray
     from mgeo.studies.comparison import Comparison
 
 LEVELS = 5  # steps of the share of runs in each direction

@@ -13,7 +13,7 @@ from mgeo.figures.comparison.style import finished, looks
 from mgeo.figures.front import axis
 
 if TYPE_CHECKING:
-    from mgeo.dominance import FloatArray
+    from mgeo._typing import FloatArray
     from mgeo.studies.comparison import Comparison
 
 _COLUMNS = 3

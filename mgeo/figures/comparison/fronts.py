@@ -11,7 +11,7 @@ from mgeo.figures.comparison.style import Look, finished, looks
 from mgeo.figures.front import axis
 
 if TYPE_CHECKING:
-    from mgeo.dominance import FloatArray
+    from mgeo._typing import FloatArray
     from mgeo.studies.comparison import Comparison
 
 

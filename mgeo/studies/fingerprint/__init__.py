@@ -27,7 +27,7 @@ from typing import Any
 
 from pymoo.core.problem import Problem
 
-from mgeo import contract
+from mgeo.plugins import protocol as contract
 from mgeo.studies.fingerprint.attributes import speaks_for_itself
 from mgeo.studies.fingerprint.uncertain import UncertainError
 from mgeo.studies.fingerprint.values import Walk

@@ -29,7 +29,7 @@ from typing import Any, TypeVar
 import numpy as np
 from pymoo.core.problem import Problem
 
-from mgeo import contract
+from mgeo.plugins import protocol as contract
 from mgeo.studies.fingerprint import code
 from mgeo.studies.fingerprint.attributes import counted, speaks_for_itself
 from mgeo.studies.fingerprint.digest import mix

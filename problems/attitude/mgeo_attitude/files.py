@@ -1,4 +1,7 @@
-"""Files that are written whole or not at all, as by `mgeo.files`, which a problem does without."""
+"""Files that are written whole or not at all, as by `mgeo.files.atomic`.
+
+A problem does without mgeo.
+"""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem
 
-from mgeo.dominance import nondominated
+from mgeo.pareto.dominance import nondominated
 
 from .record import runs
 from .spaces import Floats, Watched, problem_by_name

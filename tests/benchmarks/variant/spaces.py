@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 from pymoo.problems import get_problem
 
-from mgeo.dominance import nondominated
+from mgeo.pareto.dominance import nondominated
 
 from ..cases import FORMER_PAPER
 

@@ -19,7 +19,7 @@ from pymoo.problems.static import StaticProblem
 from pymoo.util.archive import MultiObjectiveArchive
 
 from mgeo import MGEOCanonical, MGEODirected, MGEOReal, ParetoArchive
-from mgeo.evaluation import EvaluationError
+from mgeo.evaluation.evaluator import EvaluationError
 
 from .problems import Fixed, Mixture, Rosenbrock
 

@@ -32,6 +32,6 @@ def test_a_plugin_that_does_not_load_is_listed_with_its_error():
 
 
 def test_nothing_installed(monkeypatch):
-    monkeypatch.setattr("mgeo.plugins.entry_points", lambda group: ())
+    monkeypatch.setattr("mgeo.plugins.discovery.entry_points", lambda group: ())
     _, lines = listed()
     assert "pip install mgeo-attitude" in lines[0]

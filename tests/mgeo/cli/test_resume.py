@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from mgeo import read_record
-from mgeo.checkpoint import read_notes
+from mgeo.files.lock import sole_use
+from mgeo.persistence.checkpoint import read_notes
 from mgeo.runs import CHECKPOINT_FILE, read_run
-from mgeo.runs.sole_use import sole_use
 
 SHORT = ["--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
 
@@ -64,7 +64,7 @@ def test_a_problem_without_an_indicator_space_keeps_the_range_seen(mgeo):
 
 def test_a_change_of_versions_is_one_line(mgeo, monkeypatch):
     solve(mgeo, "a", 160)
-    monkeypatch.setattr("mgeo.checkpoint.version", lambda name: "9.9")
+    monkeypatch.setattr("mgeo.persistence.checkpoint.version", lambda name: "9.9")
     done = mgeo("resume", "a", "-q")
     assert (done.exit_code, done.stdout) == (0, "")
     assert re.fullmatch(r"Note: a/run.checkpoint was written with another version.*\n", done.stderr)
@@ -177,13 +177,15 @@ def test_a_disk_without_room_is_told_and_costs_no_more_than_the_checkpoints(mgeo
     def full(path, content):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("mgeo.checkpoint.write_file", full)
+    monkeypatch.setattr("mgeo.persistence.checkpoint.write_file", full)
     done = mgeo("solve", "cantilever", *SHORT, "--evaluations", 80, "--out", "a")
     assert done.exit_code == 0, done.output
     assert done.stdout.splitlines()[-1] == "no checkpoint: [Errno 28] No space left on device"
     assert "no checkpoint: [Errno 28]" in done.stderr
     assert {path.name for path in Path("a").iterdir()} == {"front.csv", "front.html", "run.json"}
-    monkeypatch.setattr("mgeo.recorder.write_chunk", lambda *arguments: full(None, None))
+    monkeypatch.setattr(
+        "mgeo.persistence.recorder.write_chunk", lambda *arguments: full(None, None)
+    )
     done = mgeo("solve", "cantilever", *SHORT, "--evaluations", 80, "--out", "b", "--record")
     assert (done.exit_code, done.stderr.splitlines()[-1]) == (
         2, "Error: [Errno 28] No space left on device",

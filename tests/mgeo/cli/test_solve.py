@@ -8,9 +8,9 @@ import pytest
 
 from mgeo.cli import running
 from mgeo.cli.parameters import parse_numbers
+from mgeo.files.lock import sole_use
 from mgeo.runs import read_run
 from mgeo.runs.algorithms import ALGORITHMS
-from mgeo.runs.sole_use import sole_use
 
 SHORT = ["--evaluations", "400", "--runs", "4", "--sigma", "0.05"]
 

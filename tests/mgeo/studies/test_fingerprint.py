@@ -9,7 +9,7 @@ from pymoo.operators.crossover.sbx import SBX
 from pymoo.problems.multi import ZDT1
 
 from mgeo import MGEOReal
-from mgeo.plugins import PluginError
+from mgeo.plugins.discovery import PluginError
 from mgeo.studies.fingerprint import fingerprint
 
 

@@ -37,7 +37,7 @@ from pymoo.core.variable import Integer, Real
 from pymoo.problems.functional import FunctionalProblem
 from pymoo.problems.multi import BNH, ZDT1
 
-from mgeo.plugins import PluginError
+from mgeo.plugins.discovery import PluginError
 from mgeo.studies.fingerprint import UncertainError, fingerprint
 
 

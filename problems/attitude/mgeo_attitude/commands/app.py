@@ -112,7 +112,7 @@ def verify(
     The truth is nonlinear, the errors are drawn from the scenario, the filter feeds them back. Of
     keep-out cones it says how often the Sun was inside.
     """
-    from mgeo.files import write_file
+    from mgeo.files.atomic import write_file
     from mgeo_attitude.commands.files import check_targets
     from mgeo_attitude.commands.source import load_plan
     from mgeo_attitude.commands.verify import print_verification, verification_document
@@ -174,7 +174,7 @@ def export(
 
     A plan that violates a constraint of its scenario is refused, unless told otherwise.
     """
-    from mgeo.files import write_file
+    from mgeo.files.atomic import write_file
     from mgeo_attitude.commands.files import SUFFIXES, check_constraints, check_targets, contents
     from mgeo_attitude.commands.source import load_plan
 

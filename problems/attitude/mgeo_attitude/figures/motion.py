@@ -1,7 +1,7 @@
 """The attitude of one plan in space, as a figure that turns.
 
 The figure itself shows the start. How its traces turn stands in ``layout.meta["motion"]`` and in
-their ``meta``, in the form that `mgeo.plugins` tells, so that a page can play it.
+their ``meta``, in the form that `mgeo.plugins.discovery` tells, so that a page can play it.
 """
 
 from __future__ import annotations

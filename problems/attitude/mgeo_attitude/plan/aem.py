@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo.files import write_file
+from mgeo.files.atomic import write_file
 from mgeo_attitude.phases import Phase
 from mgeo_attitude.plan.attitude import sampled_quaternions
 from mgeo_attitude.plan.utc import utc_texts

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mgeo.files import write_file
+from mgeo.files.atomic import write_file
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 

@@ -11,8 +11,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from mgeo.files import write_file
-from mgeo.reading import entry, errors_of, parse_json, read_text
+from mgeo.files.atomic import write_file
+from mgeo.files.reading import entry, errors_of, parse_json, read_text
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario import Scenario

@@ -13,7 +13,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo.reading import errors_of
+from mgeo.files.reading import errors_of
 from mgeo.runs import FRONT_FILE, RUN_FILE, Recipe, read_run
 from mgeo.runs.highlights import knee
 from mgeo_attitude.describe import nondominated

@@ -1,7 +1,7 @@
 """What a problem of somebody else gives when it is asked, checked where it comes in.
 
-The optional parts of a problem are listed in `mgeo.plugins`. A part that raises, or gives something
-else than it should, is a `PluginError` that names it.
+The optional parts of a problem are listed in `mgeo.plugins.discovery`. A part that raises, or gives
+something else than it should, is a `PluginError` that names it.
 """
 
 from __future__ import annotations
@@ -12,22 +12,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo.plugins import PluginError
+from mgeo._typing import FloatArray
+from mgeo.plugins.discovery import PluginError
 
 if TYPE_CHECKING:
     import pandas as pd
     import plotly.graph_objects as go
     from pymoo.core.problem import Problem
 
-Floats = NDArray[np.float64]
 
-
-def indicator_space(problem: Problem) -> Callable[[ArrayLike], Floats] | None:
+def indicator_space(problem: Problem) -> Callable[[ArrayLike], FloatArray] | None:
     """Its ``indicator_space``, which takes and gives shape (n, n_obj); None if it has none."""
     if getattr(problem, "indicator_space", None) is None:
         return None
 
-    def checked(F: ArrayLike) -> Floats:
+    def checked(F: ArrayLike) -> FloatArray:
         given = _ask(problem, "indicator_space", F)
         try:
             points = np.asarray(given, dtype=float)
@@ -76,7 +75,7 @@ def describe(problem: Problem, X: NDArray[Any]) -> pd.DataFrame | None:
     return given
 
 
-def front_summary(problem: Problem, F: Floats) -> dict[str, float]:
+def front_summary(problem: Problem, F: FloatArray) -> dict[str, float]:
     """Its ``front_summary(F)``, empty if it has none."""
     if getattr(problem, "front_summary", None) is None:
         return {}

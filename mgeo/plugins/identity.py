@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from pymoo.core.problem import Problem
 
-from mgeo import contract
+from mgeo.plugins import protocol as contract
 
 
 def identity(problem: Problem) -> dict[str, Any]:

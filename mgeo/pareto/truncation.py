@@ -4,7 +4,7 @@ import heapq
 
 import numpy as np
 
-from mgeo.dominance import BoolArray, FloatArray
+from mgeo._typing import BoolArray, FloatArray
 
 _NEIGHBORS = 8  # looked up at once, the point itself among them; at least 3
 

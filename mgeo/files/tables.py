@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mgeo.reading import errors_of, read_text
+from mgeo.files.reading import errors_of, read_text
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -14,10 +14,10 @@ from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from mgeo.algorithms.parameters import integer, number
-from mgeo.designs import as_numbers
-from mgeo.reading import FileError
-from mgeo.recorder_files import (
+from mgeo._validation import integer, number
+from mgeo.evaluation.designs import as_numbers
+from mgeo.files.reading import FileError
+from mgeo.persistence.recorder_files import (
     COLUMNS,
     Index,
     Rows,

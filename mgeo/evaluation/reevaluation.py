@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mgeo.evaluation_attempts import attempt
-from mgeo.individuals import values_of
+from mgeo.evaluation.failures import attempt
+from mgeo.evaluation.individuals import values_of
 
 if TYPE_CHECKING:
     from pymoo.core.population import Population

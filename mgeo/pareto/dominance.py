@@ -8,8 +8,7 @@ import numpy as np
 from moocore import is_nondominated
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from mgeo._typing import BoolArray, FloatArray
 
 _BLOCK = 1 << 18  # comparisons at once: a block of booleans that stays in a core's cache
 _SAMPLE, _LONG = 16, 4096  # of a front longer than this, each 16th row is compared first

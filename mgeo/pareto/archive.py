@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.population import Population
 
-from mgeo.crowding import thin
-from mgeo.dominance import BoolArray, FloatArray, covered_rows, nondominated, uncovered
+from mgeo._typing import BoolArray, FloatArray
+from mgeo.pareto.dominance import covered_rows, nondominated, uncovered
+from mgeo.pareto.truncation import thin
 
 
 class ParetoArchive:
@@ -19,8 +20,8 @@ class ParetoArchive:
       nondominated among them, if several share it); from then on feasible points only.
     - Points stand in ascending order of the first objective, and where that is equal (possible
       with three objectives or more) in the order in which they were found.
-    - With `max_size`, each batch is followed by `mgeo.crowding.thin`. The first and last point
-      of each objective stay; what was given up may return, so the set is no longer exact.
+    - With `max_size`, each batch is followed by `mgeo.pareto.truncation.thin`. The first and last
+      point of each objective stay; what was given up may return, so the set is no longer exact.
 
     Parameters
     ----------

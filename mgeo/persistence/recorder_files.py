@@ -18,8 +18,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from mgeo.files import remove_leftovers, to_npz, write_file
-from mgeo.reading import FileError, entry, errors_of, from_npz, read_file, read_json
+from mgeo.files.atomic import remove_leftovers, to_npz, write_file
+from mgeo.files.reading import FileError, entry, errors_of, from_npz, read_file, read_json
 
 FORMAT = 1
 INDEX = "index.json"

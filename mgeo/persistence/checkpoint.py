@@ -22,14 +22,14 @@ import numpy as np
 from pymoo.core.callback import Callback, CallbackCollection
 from pymoo.core.problem import Problem
 
+from mgeo._validation import integer, number
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.algorithms.parameters import integer, number
 from mgeo.algorithms.state import SavedState, capture, restore
-from mgeo.files import remove_leftovers, to_npz, write_file
-from mgeo.problem_identity import difference, identity
-from mgeo.reading import entry, errors_of, from_npz, parse_json, read_file
-from mgeo.recorder import Recorder
-from mgeo.reevaluation import changed_value
+from mgeo.evaluation.reevaluation import changed_value
+from mgeo.files.atomic import remove_leftovers, to_npz, write_file
+from mgeo.files.reading import entry, errors_of, from_npz, parse_json, read_file
+from mgeo.persistence.recorder import Recorder
+from mgeo.plugins.identity import difference, identity
 
 FORMAT = 2
 _MAGIC = b"mgeo checkpoint"

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from mgeo.dominance import FloatArray
+from mgeo._typing import FloatArray
 
 T = TypeVar("T")
 

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pymoo.core.evaluator import Evaluator
 
-from mgeo.dominance import BoolArray, FloatArray
-from mgeo.evaluation_attempts import Failure, attempt
-from mgeo.individuals import own, values_of
+from mgeo._typing import BoolArray, FloatArray
+from mgeo._validation import integer
+from mgeo.evaluation.failures import Failure, attempt
+from mgeo.evaluation.individuals import own, values_of
 
 if TYPE_CHECKING:
     from pymoo.core.population import Population
@@ -58,8 +59,6 @@ class TolerantEvaluator(Evaluator):
     """
 
     def __init__(self, *, patience: int = 100, warn: bool = True, **options: Any) -> None:
-        from mgeo.algorithms.parameters import integer  # which imports this module
-
         super().__init__(**options)
         self.patience = integer("patience", patience, low=1)
         self.warn = warn
