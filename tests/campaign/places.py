@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import contextlib
 import fcntl
 import importlib
@@ -128,6 +129,7 @@ def _load_all() -> None:
     for module in pkgutil.walk_packages(mgeo.__path__, "mgeo."):
         if not module.name.endswith("__main__"):
             importlib.import_module(module.name)
+    codecs.lookup("unicode-escape")  # imported by Jinja's first template
 
 
 @contextlib.contextmanager
