@@ -95,10 +95,7 @@ def fate(folder, expected, generations, delay):
 
 def known(folder):
     """The files that belong to a run."""
-    record = folder / "evaluations"
-    yield from (folder / "run.checkpoint", record / "index.json")
-    for chunk in json.loads((record / "index.json").read_text())["chunks"]:
-        yield record / chunk["file"]
+    return folder / "run.checkpoint", folder / "evaluations" / "record.sqlite"
 
 
 def main(folder, seed, kills):

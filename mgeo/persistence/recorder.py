@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,22 +16,10 @@ from pymoo.core.problem import Problem
 from mgeo._validation import integer, number
 from mgeo.evaluation.designs import as_numbers
 from mgeo.files.reading import FileError
-from mgeo.persistence.recorder_files import (
-    COLUMNS,
-    Index,
-    Rows,
-    cut,
-    read_chunk,
-    read_index,
-    remove_partial_files,
-    write_chunk,
-    write_index,
-)
+from mgeo.persistence import record_file
 
 if TYPE_CHECKING:
     import pandas as pd
-
-_ATTEMPTS = 10  # at reading a record that changes meanwhile
 
 
 class Recorder(Callback):
@@ -48,8 +35,8 @@ class Recorder(Callback):
     Parameters
     ----------
     folder : where to write; made if it does not exist.
-    every_seconds : time after which rows are written though the chunk is not full.
-    chunk_rows : rows of a full chunk.
+    every_seconds : time after which rows are written though they are fewer than `chunk_rows`.
+    chunk_rows : rows that are written at once.
     overwrite : whether a new run may replace a record in the folder.
 
     Raises
@@ -72,9 +59,7 @@ class Recorder(Callback):
         self.every_seconds = number("every_seconds", every_seconds, low=0)
         self.chunk_rows = integer("chunk_rows", chunk_rows, low=1)
         self.overwrite = overwrite
-        self._index: Index | None = None  # of full chunks; the growing one is in the buffer
-        self._buffer: list[Rows] = []
-        self._written = 0  # rows of the buffer that are in a file
+        self._buffer: list[tuple[int, record_file.Rows]] = []  # generations not yet written
         self._start_time: float | None = None  # of the run that is recorded
         self._generation = 0
         self._n_eval = 0
@@ -108,10 +93,10 @@ class Recorder(Callback):
                 f"evaluations in generation {generation} and hands over {len(candidates)}: a "
                 "Recorder expects all of them"
             )
-        self._buffer.append(_rows(algorithm.problem, candidates, generation))
+        self._buffer.append((generation, _rows(algorithm.problem, candidates)))
         self._start_time = algorithm.start_time
         self._generation, self._n_eval = generation, algorithm.evaluator.n_eval
-        due = self._waiting() >= self.chunk_rows
+        due = sum(len(rows["failed"]) for _, rows in self._buffer) >= self.chunk_rows
         if due or time.monotonic() >= self._next_time or algorithm.termination.has_terminated():
             self.flush()
 
@@ -122,55 +107,25 @@ class Recorder(Callback):
         ------
         OSError : if a file cannot be written; the record is then as it was.
         """
-        waiting = self._waiting()
-        if self._index is None or waiting == self._written:
-            return
-        rows = {name: np.concatenate([part[name] for part in self._buffer]) for name in COLUMNS}
-        chunk = write_chunk(self.folder, self._index.rows, rows)
-        index = replace(self._index, chunks=(*self._index.chunks, chunk))
-        write_index(self.folder, index)
-        if waiting >= self.chunk_rows:
-            self._index, self._buffer, self._written = index, [], 0
-        else:
-            self._buffer, self._written = [rows], waiting
-        self._next_time = time.monotonic() + self.every_seconds
-
-    def _waiting(self) -> int:
-        return sum(len(part["generation"]) for part in self._buffer)
+        if self._buffer:
+            record_file.append(self.folder, self._buffer)
+            self._buffer = []
+            self._next_time = time.monotonic() + self.every_seconds
 
     def _open(self, algorithm: Any, generation: int) -> None:
         from mgeo.runs.names import column_names
 
         variables, objectives = column_names(algorithm.problem)
-        fresh = Index(list(variables), list(objectives))
-        self.folder.mkdir(parents=True, exist_ok=True)
-        found = read_index(self.folder)
-        if generation == 1:
-            if found is not None and not self.overwrite:
-                raise FileError(
-                    f"{self.folder} holds a record of {found.rows} evaluations: choose another "
-                    "folder, or overwrite=True"
-                )
-            write_index(self.folder, fresh)
-            found = fresh
-        remove_partial_files(self.folder)
-        if found is None:
+        names = {"X": list(variables), "F": list(objectives)}
+        self._buffer = []
+        if generation > 1:
+            return record_file.cut(self.folder, names, generation)
+        if not self.overwrite and (self.folder / record_file.NAME).exists():
             raise FileError(
-                f"{self.folder} holds no record: expected that of the generations before "
-                f"{generation}"
+                f"{self.folder} holds a record of {len(read_record(self.folder))} evaluations: "
+                "choose another folder, or overwrite=True"
             )
-        if replace(found, chunks=()) != fresh:
-            raise FileError(f"{self.folder} holds the record of another problem")
-        index, rest = cut(self.folder, found, generation)
-        parts = [] if rest is None else [rest]
-        ends = [chunk.last for chunk in index.chunks]
-        ends += [int(part["generation"][-1]) for part in parts]
-        if max(ends, default=0) != generation - 1:
-            raise FileError(
-                f"{self.folder} ends with generation {max(ends, default=0)}: expected the "
-                f"generations before {generation}"
-            )
-        self._index, self._buffer, self._written = index, parts, 0
+        return record_file.create(self.folder, names)
 
 
 def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.DataFrame:
@@ -190,39 +145,16 @@ def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.
     """
     import pandas as pd
 
-    folder = Path(folder)
-    for _ in range(_ATTEMPTS):
-        index = _index_of(folder)
-        try:
-            parts = [
-                _table(folder, read_chunk(folder, index, chunk), index, columns)
-                for chunk in index.chunks
-            ]
-        except FileNotFoundError as error:
-            missing = error  # replaced by the run meanwhile: the new index tells by which
-            continue
-        if parts:
-            return pd.concat(parts, ignore_index=True)
-        names = ["generation", *index.variables, *index.objectives, "failed"]
-        return pd.DataFrame(columns=names if columns is None else list(columns))
-    raise FileError(f"{folder} is damaged: {missing}")
-
-
-def _index_of(folder: Path) -> Index:
-    index = read_index(folder)
-    if index is None:
-        raise FileNotFoundError(f"{folder} holds no record")
-    return index
-
-
-def _table(folder: Path, rows: Rows, index: Index, columns: Sequence[str] | None) -> pd.DataFrame:
-    import pandas as pd
-
+    names, rows = record_file.read(Path(folder))
+    if not rows:
+        every = ["generation", *names["X"], *names["F"], "failed"]
+        return pd.DataFrame(columns=every if columns is None else list(columns))
+    constraints = {
+        key: [f"{key.lower()}{j + 1}" for j in range(rows[key].shape[1])] for key in "GH"
+    }
     values = {"generation": rows["generation"]}
-    constraints = [[f"{name.lower()}{j + 1}" for j in range(rows[name].shape[1])] for name in "GH"]
-    names = [index.variables, index.objectives, *constraints]
-    for array, keys in zip("XFGH", names, strict=True):
-        values |= {key: rows[array][:, j] for j, key in enumerate(keys)}
+    for key, own in (names | constraints).items():
+        values |= {name: rows[key][:, j] for j, name in enumerate(own)}
     values["failed"] = rows["failed"]
     if columns is not None:
         unknown = [name for name in columns if name not in values]
@@ -234,13 +166,12 @@ def _table(folder: Path, rows: Rows, index: Index, columns: Sequence[str] | None
     return pd.DataFrame(values)
 
 
-def _rows(problem: Problem, candidates: Population, generation: int) -> Rows:
+def _rows(problem: Problem, candidates: Population) -> record_file.Rows:
     X, F, G, H = candidates.get("X", "F", "G", "H")
     failed = np.array([bool(mark) for mark in candidates.get("failed")])
     F = np.where(failed[:, None], np.nan, F.astype(float))
     n = len(candidates)
     return {
-        "generation": np.full(n, generation, dtype=np.int64),
         "X": as_numbers(problem, X),
         "F": F,
         "G": G.reshape(n, -1).astype(float),

@@ -10,9 +10,9 @@ from pymoo.core.algorithm import LoopwiseAlgorithm
 from pymoo.core.callback import CallbackCollection
 
 from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.persistence import record_file
 from mgeo.persistence.checkpoint import Checkpoint
 from mgeo.persistence.recorder import Recorder
-from mgeo.persistence.recorder_files import remove_record
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -105,7 +105,7 @@ class Keeper:
             self._recorder = Recorder(self.folder / RECORD_FOLDER, overwrite=begins)
             kept.append(self._recorder)
         elif begins:
-            remove_record(self.folder / RECORD_FOLDER)
+            record_file.remove(self.folder / RECORD_FOLDER)
         if isinstance(algorithm, ExtremalOptimization):
 
             def notes() -> Mapping[str, Any]:
@@ -137,4 +137,4 @@ class Keeper:
         if self._began and not self.can_go_on:
             self.path.unlink(missing_ok=True)
         if self._began and self._recorder is not None and not self._made:
-            remove_record(self.folder / RECORD_FOLDER)
+            record_file.remove(self.folder / RECORD_FOLDER)

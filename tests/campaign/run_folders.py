@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import io
 import json
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +15,7 @@ import numpy as np
 from mgeo_attitude.plan import read_front
 
 from mgeo import read_record
+from mgeo.persistence import record_file
 from mgeo.report import report_html
 from mgeo.runs import read_run, resume_run
 
@@ -148,22 +152,34 @@ def checkpoint_content_resumed(box: Box) -> Attempt:
 
 
 def spoil_record(box: Box, folder: Path) -> None:
-    """Another index, or another chunk, the latter with the digest it should have or another."""
-    index = folder / "index.json"
-    if box.chance(0.5):
-        spoil_json(box, index)
-        return
-    data = json.loads(index.read_text())
-    chunk = box.pick(data["chunks"])
-    path = folder / chunk["file"]
+    """Other bytes, other names, or another value of a generation, often with its CRC-32."""
+    path = folder / record_file.NAME
     if box.chance(0.4):
         path.write_bytes(spoiled_bytes(box, path.read_bytes()))
         return
-    with np.load(path) as archive:
-        content = spoiled_arrays(box, dict(archive))
-    path.write_bytes(content)
-    chunk["sha256"] = hashlib.sha256(content).hexdigest()
-    index.write_text(json.dumps(data))
+    names, _ = record_file.read(folder)
+    with closing(sqlite3.connect(path)) as database, database:
+        if box.chance(0.2):
+            text = json.dumps(spoiled_tree(box, names["X"]))
+            database.execute("UPDATE names SET X = ?", [text])
+            return
+        number = int(box.rng.integers(1, 3))
+        (row,) = database.execute("SELECT * FROM generations WHERE number = ?", [number])
+        cells = list(row)
+        place = int(box.rng.integers(len(cells)))
+        others: list[Any] = [
+            None, -1, 2**62, 1.5, "x", "", b"", bytes(7), bytes(8), "O", "<U4", "|b1", "<f4", "<i8",
+            spoiled_bytes(box, row[2]), np.full(24, np.nan).tobytes(), bytes(100_000),
+        ]  # fmt: skip
+        cells[place] = box.pick(others)
+        box.note(f"{place} of generation {number} is {cells[place]!r:.40}")
+        with contextlib.suppress(TypeError):  # of what is no blob
+            if box.chance(0.7):
+                cells[7] = record_file._crc32(json.dumps(names), cells[0], cells[1], cells[2:7])
+        columns = ["number", "dtype", *record_file.ARRAYS, "crc32"]
+        changes = ", ".join(f"{column} = ?" for column in columns)
+        with contextlib.suppress(sqlite3.Error):  # a number that is no integer
+            database.execute(f"UPDATE generations SET {changes} WHERE number = {number}", cells)
 
 
 @kind(weight=10)

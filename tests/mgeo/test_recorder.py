@@ -1,8 +1,11 @@
 """A record holds every evaluation, can be read at any time, and takes little memory."""
 
 import json
+import os
+import sqlite3
 import threading
 import time
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -16,7 +19,14 @@ from pymoo.core.variable import Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, OSY, ZDT1, ZDT2
 
-from mgeo import MGEOCanonical, MGEOReal, Recorder, TolerantEvaluator, read_record
+from mgeo import (
+    MGEOCanonical,
+    MGEOReal,
+    Recorder,
+    TolerantEvaluator,
+    read_record,
+)
+from mgeo.persistence import record_file
 
 PROBLEM = ZDT1(n_var=3)
 
@@ -55,30 +65,33 @@ def test_every_evaluation_is_there_in_order(algorithm, problem, chunk_rows, tmp_
     assert not table["failed"].any()
 
 
-def test_rows_are_written_when_a_chunk_is_full_or_the_time_has_come(tmp_path, monkeypatch):
+def test_rows_are_written_when_they_are_many_or_the_time_has_come(tmp_path, monkeypatch):
     now = [0.0]
     monkeypatch.setattr("mgeo.persistence.recorder.time.monotonic", lambda: now[0])
-    lengths, files = [], []
+    lengths = []
 
     def watch(algorithm):
         now[0] += 1.0
         recorder(algorithm)
         lengths.append(len(read_record(tmp_path)))
-        files.append(sum(1 for path in tmp_path.iterdir() if path.suffix == ".npz"))
 
     recorder = Recorder(tmp_path, every_seconds=4.0, chunk_rows=60)
     solve(n_gen=11, callback=watch)  # 12 rows a generation
-    assert lengths == [12, 12, 12, 12, 60, 60, 60, 60, 108, 120, 132]
-    assert files == [1, 1, 1, 1, 1, 1, 1, 1, 2, 2, 3]
+    assert lengths == [12, 12, 12, 12, 60, 60, 60, 60, 108, 108, 132]
+    lengths.clear()
+    recorder = Recorder(tmp_path, every_seconds=99.0, chunk_rows=36, overwrite=True)
+    solve(n_gen=9, callback=watch)
+    assert lengths == [12, 12, 12, 48, 48, 48, 84, 84, 108]
+    assert [path.name for path in tmp_path.iterdir()] == ["record.sqlite"]
 
 
-def test_memory_is_bounded_by_a_chunk_and_a_generation(tmp_path):
+def test_memory_is_bounded_by_the_rows_of_a_write_and_a_generation(tmp_path):
     recorder = Recorder(tmp_path, every_seconds=1e9, chunk_rows=100)
     held = []
 
     def watch(algorithm):
         recorder(algorithm)
-        held.append(sum(len(part["generation"]) for part in recorder._buffer))
+        held.append(sum(len(rows["failed"]) for _, rows in recorder._buffer))
 
     solve(n_gen=60, callback=watch)
     assert max(held) < 100 + 12
@@ -226,30 +239,104 @@ def test_damage_is_noticed(tmp_path):
     with pytest.raises(FileNotFoundError, match="holds no record"):
         read_record(tmp_path)
     solve(callback=Recorder(tmp_path, chunk_rows=50))
-    index = tmp_path / "index.json"
-    text = index.read_text()
-    for bad, message in (
-        (text[:-9], "index.json: Expecting"),
-        (
-            text.replace('"format": 1', '"format": 7'),
-            "format = 7: this version of mgeo reads format 1",
-        ),
-        ("[]", r"the content = \[\]: expected a table"),
-        (json.dumps({"format": 1}), "variables is missing"),
-    ):
-        index.write_text(bad)
-        with pytest.raises(ValueError, match=message):
+    path = tmp_path / "record.sqlite"
+    content, table = path.read_bytes(), read_record(tmp_path)
+    for bad in (content[:-1], content[:5000], b"x" * 5000, content[:4096] + bytes(len(content))):
+        path.write_bytes(bad)
+        with pytest.raises(ValueError, match=r"record\.sqlite"):
             read_record(tmp_path)
-    index.write_text(text)
-    chunk = sorted(tmp_path.glob("*.npz"))[1]
-    content = chunk.read_bytes()
-    for bad in (content[:-1], b"", content[:200] + b"\x00" + content[201:]):
-        chunk.write_bytes(bad)
-        with pytest.raises(ValueError, match=r"rows-.*\.npz is damaged"):
-            read_record(tmp_path)
-    chunk.unlink()
-    with pytest.raises(ValueError, match=r"is damaged: .*No such file"):
+    told = []
+    for place in range(0, len(content), 97):
+        spoiled = bytes([content[place] ^ 0x20])
+        path.write_bytes(content[:place] + spoiled + content[place + 1 :])
+        try:
+            found = read_record(tmp_path)
+        except (ValueError, OSError) as error:
+            told.append(str(error))
+        else:
+            assert found.equals(table)  # a byte that nothing hangs on
+    assert all("record.sqlite" in text or "holds no record" in text for text in told)
+    assert len(told) > table[["x1", "x2", "x3", "f1", "f2"]].size * 8 / 97
+    path.unlink()
+    (tmp_path / "index.json").write_text("{}")
+    with pytest.raises(ValueError, match=r"of an earlier mgeo: expected record\.sqlite"):
         read_record(tmp_path)
+
+
+SPOILED = {
+    "PRAGMA user_version=7": "format = 7: this version of mgeo reads format 2",
+    "CREATE TABLE more (x)": "it has other tables",
+    "CREATE TRIGGER t AFTER INSERT ON names BEGIN DELETE FROM generations; END": "other tables",
+    "DELETE FROM names": "it has no names",
+    "UPDATE names SET X = '[1]'": r"X = \[1\]: expected a list, each entry a string",
+    "UPDATE names SET X = '['": "Expecting",
+    'UPDATE names SET F = \'["f1", "f3"]\'': "generation 1 is not what was written",
+    'UPDATE names SET F = \'["f1", "x1"]\'': "expected different names",
+    "DELETE FROM generations WHERE number = 3": "generation 3 is not what was written",
+    "UPDATE generations SET number = number + 1000": "generation 1 is not",
+    "UPDATE generations SET X = zeroblob(8) WHERE number = 2": "generation 2 is not",
+    "UPDATE generations SET X = zeroblob(900000) WHERE number = 2": "damaged",
+    "UPDATE generations SET X = 3 WHERE number = 2": "record.sqlite",
+    "UPDATE generations SET dtype = 'O'": "generation 1 is not",
+}
+
+
+@pytest.mark.parametrize("statement", SPOILED)
+def test_what_is_in_a_record_is_checked(statement, tmp_path):
+    solve(callback=Recorder(tmp_path))
+    with closing(sqlite3.connect(tmp_path / "record.sqlite")) as database, database:
+        database.execute(statement)
+    with pytest.raises(ValueError, match=SPOILED[statement]) as told:
+        read_record(tmp_path)
+    assert str(told.value).startswith(str(tmp_path / "record.sqlite"))
+
+
+@pytest.mark.parametrize("dtype", ["O", "|O8", "<U8", "<M8", "<f8, <f8"])
+def test_nothing_but_numbers_is_read(dtype, tmp_path, monkeypatch):
+    solve(callback=Recorder(tmp_path))
+    names, _ = record_file.read(tmp_path)
+    with closing(sqlite3.connect(tmp_path / "record.sqlite")) as database, database:
+        (row,) = database.execute("SELECT * FROM generations WHERE number = 1")
+        check = record_file._crc32(json.dumps(names), 1, dtype, row[2:7])
+        database.execute(
+            "UPDATE generations SET dtype = ?, crc32 = ? WHERE number = 1", [dtype, check]
+        )
+    with pytest.raises(ValueError, match=r"dtype = .*: expected one of numbers"):
+        read_record(tmp_path)
+
+
+def test_a_record_is_read_where_nothing_may_be_written_and_leaves_nothing(tmp_path):
+    solve(callback=Recorder(tmp_path))
+    table = read_record(tmp_path)
+    (tmp_path / "record.sqlite").chmod(0o400)
+    tmp_path.chmod(0o500)
+    try:
+        assert read_record(tmp_path).equals(table)
+        assert len(list(tmp_path.iterdir())) == 1
+    finally:
+        tmp_path.chmod(0o700)
+
+
+@pytest.mark.parametrize("kind", ["link", "folder", "fifo"])
+def test_only_a_file_is_opened(kind, tmp_path):
+    precious = tmp_path / "precious"
+    precious.write_bytes(b"")
+    path = tmp_path / "run" / "record.sqlite"
+    path.parent.mkdir()
+    {
+        "link": lambda: path.symlink_to(precious),
+        "folder": path.mkdir,
+        "fifo": lambda: os.mkfifo(path),
+    }[kind]()
+    with pytest.raises(ValueError, match="is a link, a folder, a pipe or a device"):
+        read_record(path.parent)
+    if kind == "folder":
+        with pytest.raises(OSError, match=r"record\.sqlite"):
+            solve(callback=Recorder(path.parent, overwrite=True))
+    else:  # replaced, and nothing written through it
+        solve(callback=Recorder(path.parent, overwrite=True))
+        assert len(read_record(path.parent)) == 120
+    assert precious.read_bytes() == b""
 
 
 def test_an_empty_record_has_its_columns(tmp_path):
@@ -264,7 +351,7 @@ def test_an_empty_record_has_its_columns(tmp_path):
     recorder.flush()  # nothing yet
     assert not any(tmp_path.iterdir())
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("mgeo.persistence.recorder.write_chunk", stop)
+        patch.setattr("mgeo.persistence.record_file.append", stop)
         with pytest.raises(Stop):
             solve(callback=recorder)
     assert list(read_record(tmp_path)) == ["generation", "x1", "x2", "x3", "f1", "f2", "failed"]

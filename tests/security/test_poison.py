@@ -4,7 +4,9 @@ import hashlib
 import io
 import json
 import pickle
+import sqlite3
 import zipfile
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from typer.testing import CliRunner
 
 from mgeo import read_record
 from mgeo.cli.app import app
+from mgeo.persistence import record_file
 from mgeo.studies.folder import RunFolder
 
 
@@ -51,6 +54,18 @@ def poison(tmp_path):
     return marker, [pickle.dumps(Poison(marker)), npy.getvalue(), archive.getvalue()]
 
 
+def spoil(path, content):
+    """Put it in place of the first generation's variables, as if they were objects."""
+    names, _ = record_file.read(path.parent)
+    with closing(sqlite3.connect(path)) as database, database:
+        (row,) = database.execute("SELECT * FROM generations WHERE number = 1")
+        crc32 = record_file._crc32(json.dumps(names), 1, "|O", [content, *row[3:7]])
+        database.execute(
+            "UPDATE generations SET X = ?, dtype = '|O', crc32 = ? WHERE number = 1",
+            [content, crc32],
+        )
+
+
 def test_the_poison_works(poison):
     marker, (content, *_) = poison
     pickle.loads(content)
@@ -61,21 +76,20 @@ def test_a_poisoned_run_folder_runs_nothing(run, poison):
     marker, contents = poison
     files = [path for path in run.rglob("*") if path.is_file()] + [run / "verification.json"]
     sound = {path: path.read_bytes() for path in files if path.exists()}
-    index = json.loads((run / "evaluations" / "index.json").read_text())
     for path in files:
         for content in contents:
             if path.name == "run.checkpoint":  # whole, as far as its first line tells
                 digest = hashlib.sha256(content).hexdigest()
                 content = f"mgeo checkpoint 1 {digest}\n".encode() + content
-            if path.suffix == ".npz":
-                index["chunks"][0]["sha256"] = hashlib.sha256(content).hexdigest()
-                (run / "evaluations" / "index.json").write_text(json.dumps(index))
-            path.write_bytes(content)
+            if path.suffix == ".sqlite":
+                spoil(path, content)
+            else:
+                path.write_bytes(content)
             for command in (["report", "run"], ["resume", "run", "--evaluations", "44"]):
                 CliRunner().invoke(app, [*command, "-q"])
             CliRunner().invoke(app, ["attitude", "show", "run"])
-            if path.suffix == ".npz":
-                with pytest.raises(ValueError, match="no archive of arrays"):
+            if path.suffix == ".sqlite":
+                with pytest.raises(ValueError, match=r"record\.sqlite: dtype = '\|O'"):
                     read_record(run / "evaluations")
             assert not marker.exists(), path
             (run / "verification.json").unlink(missing_ok=True)

@@ -6,6 +6,7 @@ from html.parser import HTMLParser
 import pandas as pd
 import pytest
 
+from mgeo.persistence import record_file
 from mgeo.report import report_html
 
 from ..mgeo.conftest import stand_in  # noqa: F401 (fixtures)
@@ -65,8 +66,9 @@ def hostile(solved, monkeypatch):  # noqa: F811
     table = pd.read_csv(folder / "front.csv")
     table.columns = [*names["variables"], *names["objectives"]]
     table.to_csv(folder / "front.csv", index=False)
-    index = folder / "evaluations" / "index.json"
-    index.write_text(json.dumps(json.loads(index.read_text()) | names))
+    _, rows = record_file.read(folder / "evaluations")
+    record_file.create(folder / "evaluations", dict(zip("XF", names.values(), strict=True)))
+    record_file.append(folder / "evaluations", [(1, rows)])
     tie = {
         "problem": data["recipe"]["problem"],
         "options": data["recipe"]["options"],

@@ -183,9 +183,7 @@ def test_a_disk_without_room_is_told_and_costs_no_more_than_the_checkpoints(mgeo
     assert done.stdout.splitlines()[-1] == "no checkpoint: [Errno 28] No space left on device"
     assert "no checkpoint: [Errno 28]" in done.stderr
     assert {path.name for path in Path("a").iterdir()} == {"front.csv", "front.html", "run.json"}
-    monkeypatch.setattr(
-        "mgeo.persistence.recorder.write_chunk", lambda *arguments: full(None, None)
-    )
+    monkeypatch.setattr("mgeo.persistence.record_file.append", lambda *arguments: full(None, None))
     done = mgeo("solve", "cantilever", *SHORT, "--evaluations", 80, "--out", "b", "--record")
     assert (done.exit_code, done.stderr.splitlines()[-1]) == (
         2, "Error: [Errno 28] No space left on device",

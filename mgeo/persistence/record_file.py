@@ -1,0 +1,206 @@
+"""The file of a record: an SQLite database with the names of its columns and a row a generation.
+
+A row holds the generation's arrays as little-endian blobs, X of the type in ``dtype``, F, G and H
+of float64 and ``failed`` of bytes, and the CRC-32 of all this and of the names. SQLite's WAL mode
+keeps it whole whenever who writes is killed.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sqlite3
+import zlib
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mgeo.files.atomic import write_file
+from mgeo.files.reading import FileError, entry, errors_of, parse_json
+
+NAME = "record.sqlite"
+FORMAT = 2
+ARRAYS = ("X", "F", "G", "H", "failed")
+_BESIDE = ("-journal", "-wal", "-shm")  # files in which SQLite keeps what is under way
+_ATTEMPTS = 10  # at reading a record that changes meanwhile
+_PATIENCE = 60.0  # seconds to wait for another process
+_TABLES = [
+    "CREATE TABLE names (X TEXT, F TEXT)",
+    "CREATE TABLE generations "
+    f"(number INTEGER PRIMARY KEY, dtype TEXT, {', '.join(ARRAYS)}, crc32)",
+]
+
+Names = dict[str, list[str]]  # of the columns of X and F
+Rows = dict[str, NDArray[Any]]  # by `ARRAYS`
+
+
+def create(folder: Path, names: Names) -> None:
+    """Begin a record, in place of one that may be there."""
+    remove(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_file(folder / NAME, b"")  # a link or another file of this name is never written into
+    with _opened(folder, "rw") as database:
+        database.execute("PRAGMA journal_mode=WAL")
+        with database:
+            database.execute("BEGIN")
+            for table in _TABLES:
+                database.execute(table)
+            texts = [json.dumps(list(names[key])) for key in "XF"]
+            database.execute("INSERT INTO names VALUES (?, ?)", texts)
+            database.execute(f"PRAGMA user_version={FORMAT}")
+
+
+def append(folder: Path, generations: Iterable[tuple[int, Rows]]) -> None:
+    """Add generations, with their numbers: all of them, or none if that fails.
+
+    Raises
+    ------
+    OSError : if they cannot be written.
+    """
+    with _opened(folder, "rw") as database, database:
+        text = json.dumps(_names(database))
+        rows = [_packed(number, rows, text) for number, rows in generations]
+        database.executemany(f"INSERT INTO generations VALUES ({', '.join('?' * 8)})", rows)
+
+
+def cut(folder: Path, names: Names, generation: int) -> None:
+    """Remove a generation and those after it.
+
+    Raises
+    ------
+    ValueError : if there is no record, or that of another problem, or one that ends before.
+    """
+    expected = f"the generations before {generation}"
+    try:
+        with _opened(folder, "rw") as database, database:
+            if _names(database) != names:
+                raise ValueError("it is the record of another problem")
+            database.execute("DELETE FROM generations WHERE number >= ?", [generation])
+            ((last,),) = database.execute("SELECT ifnull(max(number), 0) FROM generations")
+            if last != generation - 1:
+                raise ValueError(f"it ends with generation {last}: expected {expected}")
+    except FileNotFoundError as error:
+        raise FileError(f"{error}: expected that of {expected}") from error
+
+
+def read(folder: Path) -> tuple[Names, Rows]:
+    """Names, and the rows of all generations with their ``generation``; none if there are none.
+
+    It may be called while a run adds some.
+
+    Raises
+    ------
+    FileNotFoundError : if there is no record.
+    ValueError : if it is damaged, or of another version.
+    """
+    for attempt in range(_ATTEMPTS):
+        try:
+            with _opened(folder, "ro") as database:
+                return _read(database, sum(p.stat().st_size for p in _files(folder) if p.exists()))
+        except (FileError, OSError) as error:  # it may have changed meanwhile
+            if isinstance(error, FileNotFoundError) or attempt == _ATTEMPTS - 1:
+                raise
+    raise AssertionError
+
+
+def remove(folder: Path) -> None:
+    """Remove a record, if there is one; other files in the folder stay."""
+    for path in _files(folder):
+        path.unlink(missing_ok=True)
+    with suppress(OSError):  # other files are in it, or it is not there
+        folder.rmdir()
+
+
+def _files(folder: Path) -> list[Path]:
+    return [folder / f"{NAME}{end}" for end in ("", *_BESIDE)]
+
+
+@contextmanager
+def _opened(folder: Path, mode: str) -> Iterator[sqlite3.Connection]:
+    path, journal, wal, _ = _files(folder)
+    if not path.exists():
+        if (folder / "index.json").exists():
+            raise FileError(f"{folder} holds a record of an earlier mgeo: expected {NAME} in it")
+        raise FileNotFoundError(f"{folder} holds no record")
+    if path.is_symlink() or not path.is_file():
+        raise FileError(f"{path} is a link, a folder, a pipe or a device: expected a file")
+    if mode == "rw":
+        journal.unlink(missing_ok=True)  # never ours, and it could name any file to be removed
+    elif not wal.exists():  # nobody is at it: nothing is locked, nor any file made beside it
+        mode = "ro&immutable=1"
+    uri = f"{path.absolute().as_uri()}?mode={mode}"
+    try:
+        with closing(sqlite3.connect(uri, uri=True, timeout=_PATIENCE)) as database:
+            database.execute("PRAGMA trusted_schema=OFF")
+            with errors_of(path):
+                yield database
+    except FileNotFoundError as error:
+        raise FileNotFoundError(f"{folder} holds no record") from error
+    except sqlite3.OperationalError as error:
+        raise OSError(f"{path}: {error}") from error
+    except sqlite3.DatabaseError as error:
+        raise FileError(f"{path} is damaged: {error}") from error
+
+
+def _names(database: sqlite3.Connection) -> Names:
+    """The names, of a database that has our tables and nothing else."""
+    ((version,),) = database.execute("PRAGMA user_version")
+    if version == 0:  # it is being created
+        raise FileNotFoundError
+    if version != FORMAT:
+        raise ValueError(f"format = {version!r}: this version of mgeo reads format {FORMAT}")
+    if [sql for (sql,) in database.execute("SELECT sql FROM sqlite_schema LIMIT 3")] != _TABLES:
+        raise ValueError("damaged: it has other tables")
+    for texts in database.execute("SELECT X, F FROM names"):
+        read = {key: parse_json(str(text)) for key, text in zip("XF", texts, strict=True)}
+        names = {key: entry(read, key, list[str]) for key in read}
+        if len({*names["X"], *names["F"]}) < len(names["X"]) + len(names["F"]):
+            raise ValueError("variables and objectives: expected different names")
+        return names
+    raise ValueError("damaged: it has no names")
+
+
+def _read(database: sqlite3.Connection, size: int) -> tuple[Names, Rows]:
+    names = _names(database)
+    text = json.dumps(names)
+    database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, size)
+    found: list[Rows] = []
+    for number, dtype, *blobs, check in database.execute("SELECT * FROM generations ORDER BY 1"):
+        size -= sum(len(blob) for blob in blobs if isinstance(blob, bytes))
+        # damaged pages could also lead round in circles
+        if size < 0 or number != len(found) + 1 or check != _crc32(text, number, dtype, blobs):
+            raise ValueError(f"damaged: generation {len(found) + 1} is not what was written")
+        rows = _unpacked(names, dtype, blobs)
+        found.append(rows | {"generation": np.full(len(rows["failed"]), number)})
+    keys = ["generation", *ARRAYS] if found else []
+    return names, {key: np.concatenate([each[key] for each in found]) for key in keys}
+
+
+def _unpacked(names: Names, dtype: str, blobs: Sequence[bytes]) -> Rows:
+    if not re.fullmatch(r"[<|][biuf][1248]", dtype):
+        raise ValueError(f"dtype = {dtype!r:.80}: expected one of numbers")
+    types = (dtype, "<f8", "<f8", "<f8", "?")
+    rows = {
+        key: np.frombuffer(blob, kind) for key, blob, kind in zip(ARRAYS, blobs, types, strict=True)
+    }
+    n = len(rows["failed"])
+    widths = {"X": len(names["X"]), "F": len(names["F"]), "G": -1, "H": -1}
+    return rows | {key: rows[key].reshape(n, width) for key, width in widths.items()}
+
+
+def _packed(number: int, rows: Rows, text: str) -> tuple[Any, ...]:
+    arrays = [rows[key].astype(rows[key].dtype.newbyteorder("<")) for key in ARRAYS]
+    blobs = [array.tobytes() for array in arrays]
+    dtype = arrays[0].dtype.str
+    return number, dtype, *blobs, _crc32(text, number, dtype, blobs)
+
+
+def _crc32(text: str, number: int, dtype: str, blobs: Sequence[bytes]) -> int:
+    value = zlib.crc32(f"{text} {number} {dtype} {list(map(len, blobs))}".encode())
+    for blob in blobs:
+        value = zlib.crc32(blob, value)
+    return value
