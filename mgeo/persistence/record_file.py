@@ -97,14 +97,10 @@ def read(folder: Path) -> tuple[Names, Rows]:
     FileNotFoundError : if there is no record.
     ValueError : if it is damaged, or of another version.
     """
-    for attempt in range(_ATTEMPTS):
-        try:
-            with _opened(folder, "ro") as database:
-                return _read(database, sum(p.stat().st_size for p in _files(folder) if p.exists()))
-        except (FileError, OSError) as error:  # it may have changed meanwhile
-            if isinstance(error, FileNotFoundError) or attempt == _ATTEMPTS - 1:
-                raise
-    raise AssertionError
+    for _ in range(_ATTEMPTS - 1):
+        with suppress(FileError, OSError):  # it may have changed meanwhile
+            return _read(folder)
+    return _read(folder)
 
 
 def remove(folder: Path) -> None:
@@ -164,8 +160,14 @@ def _names(database: sqlite3.Connection) -> Names:
     raise ValueError("damaged: it has no names")
 
 
-def _read(database: sqlite3.Connection, size: int) -> tuple[Names, Rows]:
-    names = _names(database)
+def _read(folder: Path) -> tuple[Names, Rows]:
+    with _opened(folder, "ro") as database:
+        size = sum(path.stat().st_size for path in _files(folder) if path.exists())
+        names = _names(database)
+        return names, _rows(database, names, size)
+
+
+def _rows(database: sqlite3.Connection, names: Names, size: int) -> Rows:
     text = json.dumps(names)
     database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, size)
     found: list[Rows] = []
@@ -177,7 +179,7 @@ def _read(database: sqlite3.Connection, size: int) -> tuple[Names, Rows]:
         rows = _unpacked(names, dtype, blobs)
         found.append(rows | {"generation": np.full(len(rows["failed"]), number)})
     keys = ["generation", *ARRAYS] if found else []
-    return names, {key: np.concatenate([each[key] for each in found]) for key in keys}
+    return {key: np.concatenate([each[key] for each in found]) for key in keys}
 
 
 def _unpacked(names: Names, dtype: str, blobs: Sequence[bytes]) -> Rows:
