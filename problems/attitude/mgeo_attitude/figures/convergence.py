@@ -9,10 +9,12 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
+from mgeo.figures.style import finished, log_axis
+
 from ..describe import block_units
 from ..filter.evaluator import evaluate
 from .solutions import Solutions
-from .style import COLORS, DASHES, finished
+from .style import line
 
 if TYPE_CHECKING:
     from ..problem import AttitudeManeuverProblem
@@ -21,8 +23,6 @@ Floats = NDArray[np.float64]
 
 #: Samples drawn of each curve, spread evenly, and as many again more densely at its start.
 _SAMPLES = 300
-#: Ratio of largest to smallest value from which only powers of ten are labeled.
-_WIDE = 1e3
 _COLUMNS = 2
 _ROW_HEIGHT = 230
 _MARGINS = 220
@@ -56,13 +56,12 @@ def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -
                 legendgroup=label,
                 showlegend=panel == 0,
                 mode="lines",
-                line={"color": COLORS[index], "dash": DASHES[index], "width": 2},
+                line=line(index),
                 hovertemplate="%{x:.6g} s: %{y:.4g}",
                 **place,
             )
-        span = max(np.max(v[panel]) for _, v in lines) / min(np.min(v[panel]) for _, v in lines)
         figure.update_yaxes(
-            type="log", exponentformat="power", dtick="D2" if span < _WIDE else 1, **place
+            log_axis(np.concatenate([values[panel] for _, values in lines])), **place
         )
         if panel >= len(panels) - _COLUMNS:  # the lowest of its column
             figure.update_xaxes(title_text="time [s]", **place)

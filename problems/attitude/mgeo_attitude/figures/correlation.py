@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 import plotly.graph_objects as go
 
-from .style import COLORS, finished
+from mgeo.figures.style import COLORS, finished
 
 _CELL = 30
 _MARGINS = 260

@@ -7,10 +7,11 @@ import math
 import numpy as np
 import plotly.graph_objects as go
 
+from mgeo.figures.style import COLORS, GRAY, SYMBOLS, finished
+
 from ..describe import front_summary, maneuver_texts, nondominated
 from ..scenario import Scenario
 from .solutions import Solutions
-from .style import COLORS, GRAY, SYMBOLS, finished
 
 #: Ticks of the upper axis over a run of two orbits, a tenth of an orbit apart.
 _TICKS = 20

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 
+from mgeo.figures.style import SYMBOLS, finished, log_axis
+
 from ..describe import BlockUnit
-from .style import COLORS, DASHES, SYMBOLS, finished
+from .style import line
 
 _TRACE_AND_TIMES = 3  # columns before the states
 
@@ -33,11 +34,7 @@ def gains_figure(gains: pd.DataFrame, blocks: list[BlockUnit]) -> go.Figure:
             y=values / values[0],
             name=block.label,
             mode="lines+markers",
-            line={
-                "color": COLORS[index % len(COLORS)],
-                "dash": DASHES[index % len(DASHES)],
-                "width": 2,
-            },
+            line=line(index),
             marker={"symbol": SYMBOLS[index % len(SYMBOLS)], "size": 9},
             customdata=values,
             hovertemplate=f"{block.label} %{{customdata:.4g}} {block.unit} (%{{y:.3g}})",
@@ -47,12 +44,6 @@ def gains_figure(gains: pd.DataFrame, blocks: list[BlockUnit]) -> go.Figure:
         "1-sigma at the end of each phase, over the initial one",
         "worst body axis of each error",
     )
-    decades = np.log10(worst.max() / worst.min()) > 1.5
     figure.update_layout(hovermode="x unified", height=460)
-    figure.update_yaxes(
-        type="log",
-        title_text="1-sigma / initial 1-sigma [-]",
-        exponentformat="power",
-        dtick=1 if decades else "D2",
-    )
+    figure.update_yaxes(log_axis(worst / worst[0]), title_text="1-sigma / initial 1-sigma [-]")
     return figure

@@ -7,11 +7,13 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
+from mgeo.figures.style import finished
+
 from ..filter.model import agility
 from ..filter.timeline import flown
 from ..scenario import Scenario
 from .solutions import Solutions
-from .style import COLORS, DASHES, SHADE, finished
+from .style import SHADE, line
 
 Floats = NDArray[np.float64]
 
@@ -44,7 +46,7 @@ def maneuvers_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
                 legendgroup=name,
                 showlegend=row == 1,
                 mode="lines",
-                line={"shape": "hv", "color": COLORS[axis], "dash": DASHES[axis], "width": 2.5},
+                line=line(axis, 2.5) | {"shape": "hv"},
                 hovertemplate=f"{name} %{{y:+.3f}} deg/s from %{{x:.6g}} s<extra></extra>",
                 row=row,
                 col=1,

@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from mgeo.figures.style import COLORS, GRAY
+
 from ..environment import Environment
 from ..filter.model import agility
 from ..filter.timeline import Flown, flown
-from .style import COLORS, GRAY, title
+from .style import title
 
 if TYPE_CHECKING:
     from ..problem import AttitudeManeuverProblem

@@ -9,6 +9,8 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+from mgeo.figures.style import COLORS, GRAY, log_axis
+
 from ..describe import BlockUnit, block_units, checked_designs
 from ..filter.evaluator import evaluate
 from ..filter.model import agility
@@ -18,7 +20,7 @@ from .maneuvers import timeline
 from .motion import directions, motion
 from .polyline import corners
 from .sphere import OUTLINE, graticule, projected
-from .style import COLORS, DASHES, GRAY, title
+from .style import line, title
 
 if TYPE_CHECKING:
     from ..problem import AttitudeManeuverProblem
@@ -27,8 +29,6 @@ Floats = NDArray[np.float64]
 
 #: Samples of each curve, and of each path on the body sphere.
 _SAMPLES, _DIRECTIONS = 48, 200
-#: Ratio of largest to smallest value from which only powers of ten are labeled.
-_WIDE = 1e3
 #: Floats that the histories of one chunk of designs may take: 64 MB.
 _CHUNK_FLOATS = 2**23
 _SHADOW = "rgba(128,128,128,0.22)"
@@ -173,7 +173,7 @@ def _line(times: Floats, values: Floats, index: int, **more: Any) -> dict[str, A
         "x": times,
         "y": values,
         "mode": "lines",
-        "line": {"color": COLORS[index], "dash": DASHES[index], "width": 2},
+        "line": line(index),
         "hovertemplate": "%{x:.6g} s: %{y:.4g}",
         **more,
     }
@@ -196,9 +196,7 @@ def _time_axis(t_end: float) -> dict[str, Any]:
 def _log_axis(unit: str, values: Floats) -> dict[str, Any]:
     return {
         "title": {"text": unit if unit != "-" else ""},
-        "type": "log",
-        "exponentformat": "power",
-        "dtick": "D2" if np.max(values) < _WIDE * np.min(values) else 1,
+        **log_axis(values),
     }
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .style import GRAY
+from mgeo.figures.style import GRAY
 
 Floats = NDArray[np.float64]
 Shorts = NDArray[np.int16]

@@ -1,0 +1,51 @@
+"""The look that all figures share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import ArrayLike
+
+#: Colors that people with any color vision can tell apart: Okabe & Ito (2008), without the yellow,
+#: which is too faint on white, and darkest first.
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#444444")
+
+#: Marker shapes, so that no figure depends on color alone.
+SYMBOLS = ("circle", "diamond", "square", "cross", "triangle-up", "x", "star")
+
+GRAY = "#767676"
+GRID = "#e3e6ea"
+
+#: Ratio of largest to smallest value from which only powers of ten are labeled.
+_WIDE = 1e3
+
+
+def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
+    """`figure` with the title, and what all figures have in common."""
+    figure.update_layout(
+        template="plotly_white",
+        title={
+            "text": f"{title}<br><span style='font-size: 13px'>{subtitle}</span>",
+            "x": 0.02,
+            "xanchor": "left",
+            "y": 1.0,
+            "yanchor": "top",
+            "pad": {"t": 20},
+        },
+        font={"size": 14, "color": "#222222"},
+        hoverlabel={"align": "left", "bgcolor": "white", "font": {"color": "#222222"}},
+        legend={"bgcolor": "rgba(255,255,255,0.8)", "bordercolor": GRID, "borderwidth": 1},
+        margin={"l": 90, "r": 40, "t": 105, "b": 70},
+    )
+    lines = {"gridcolor": GRID, "linecolor": GRAY, "showline": True, "zeroline": False}
+    figure.update_xaxes(**lines, ticks="outside")
+    figure.update_yaxes(**lines, ticks="outside")
+    return figure
+
+
+def log_axis(values: ArrayLike) -> dict[str, Any]:
+    """Layout of a logarithmic axis for these values, with labels at 1, 2 and 5 if they are near."""
+    narrow = np.max(values) < _WIDE * np.min(values)
+    return {"type": "log", "exponentformat": "power", "dtick": "D2" if narrow else 1}
