@@ -1,7 +1,7 @@
 """The attitude of one plan in space, as a figure that turns.
 
 The figure itself shows the start. How its traces turn stands in ``layout.meta["motion"]`` and in
-their ``meta``, in the form that `mgeo.plugins.discovery` tells, so that a page can play it.
+their ``meta``, in the form that `mgeo.figures.motion` tells, so that a page can play it.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from scipy.spatial.transform import Rotation
 from mgeo.figures.style import COLORS, GRAY
 
 from ..environment import Environment
-from ..filter.model import agility
 from ..filter.timeline import Flown, flown
+from ..phases import phases
 from .style import title
 
 if TYPE_CHECKING:
@@ -56,18 +56,16 @@ def turns_of_body(flight: Flown, body: Floats, step: float) -> dict[str, Floats]
         ``x``, ``y``, ``z`` [deg], shape (k,) each.
     """
     turns = flight.rates * np.diff(flight.times)[:, None]
-    firsts, total = [0], 0.0
-    for i, size in enumerate(np.linalg.norm(turns, axis=1).tolist()):
-        if i > firsts[-1] and total + size > _SMALL_TURN:
-            firsts.append(i)
-            total = 0.0
-        total += size
-    edges = np.array([*firsts, len(turns)])
+    size = np.linalg.norm(turns, axis=1)
+    alone = size > _SMALL_TURN  # may be several revolutions
+    ends = np.diff(np.cumsum(size) // _SMALL_TURN, append=np.inf) > 0.0
+    ends |= alone | np.append(alone[1:], True)
+    edges = np.append(0, np.flatnonzero(ends) + 1)
     times = flight.times[edges]
     at = body[np.rint(times / step).astype(np.int64)]
     merged = Rotation.from_matrix(at[:-1] @ at[1:].transpose(0, 2, 1)).as_rotvec()
-    alone = np.diff(edges) == 1  # may be several revolutions
-    merged[alone] = turns[edges[:-1][alone]]
+    whole = np.diff(edges) == 1
+    merged[whole] = turns[edges[:-1][whole]]
     return _turns(times, merged)
 
 
@@ -120,22 +118,29 @@ def motion(
     shadow : sequence of pairs
         Starts and ends [s] of the times without Sun.
     """
-    environment, step = problem.environment, problem.model.step
-    flight = flown(x, t_end, step, agility(problem.scenario))
-    turns = {"body": turns_of_body(flight, body, step), **inertial}
-    shades = [{"name": SHADOW, "from": a, "to": b, "shaded": True} for a, b in shadow]
-    sun, field = environment.sun[0], environment.field[0]
+    environment, model = problem.environment, problem.model
+    flight = flown(x, t_end, model.step, model.agility)
+    stretches: list[dict[str, Any]] = [
+        {"name": phase.label, "from": phase.start, "to": phase.end}
+        for phase in phases(x, t_end, model.step, model.agility)
+    ]
+    stretches += [{"name": SHADOW, "from": a, "to": b, "shaded": True} for a, b in shadow]
+    field = environment.field[0] / np.linalg.norm(environment.field[0])
+    axes = [
+        _arrow("xyz"[i], axis, i) | {"textposition": "top center"}
+        for i, axis in enumerate(0.78 * np.eye(3))
+    ]
     return {
         "data": [
             *_sphere(),
-            _arrow("Sun", sun, COLORS[4]) | {"meta": {"turn": "Sun", "faint": SHADOW}},
-            _arrow("field", field, COLORS[5]) | {"meta": {"turn": "field"}},
-            *(trace | {"meta": {"turn": "body"}} for trace in (*_box(), *_axes())),
+            _arrow("Sun", environment.sun[0], 4) | {"meta": {"turn": "Sun", "faint": SHADOW}},
+            _arrow("field", field, 5) | {"meta": {"turn": "field"}},
+            *(trace | {"meta": {"turn": "body"}} for trace in (*_box(), *axes)),
         ],
         "layout": {
             "title": title("Attitude in space"),
             "scene": {
-                **dict.fromkeys(("xaxis", "yaxis", "zaxis"), _HIDDEN),
+                **{f"{axis}axis": {"visible": False, "range": [-1.2, 1.2]} for axis in "xyz"},
                 "aspectmode": "manual",
                 "aspectratio": dict.fromkeys("xyz", 1.75),
                 "camera": {
@@ -150,107 +155,58 @@ def motion(
             "meta": {
                 "motion": {
                     "end": float(t_end),
-                    "turns": turns,
-                    "phases": [*_maneuvers(flight), *shades],
+                    "turns": {"body": turns_of_body(flight, body, model.step), **inertial},
+                    "phases": stretches,
                 }
             },
         },
     }
 
 
-_HIDDEN = {"visible": False, "range": [-1.2, 1.2]}
-
-
 def _turns(times: Floats, vectors: Floats) -> dict[str, Floats]:
-    x, y, z = np.degrees(vectors).T
-    return {"times": times, "x": x, "y": y, "z": z}
-
-
-def _maneuvers(flight: Flown) -> list[dict[str, Any]]:
-    """When each maneuver is flown, its ramp included, and that the last rate is held then."""
-    times, end = flight.times, float(flight.times[-1])
-    phases = []
-    for number in np.unique(flight.numbers).tolist():
-        stretches = np.flatnonzero(flight.numbers == number)
-        last = min(float(times[stretches[-1] + 1]), flight.over)
-        start = float(times[stretches[0]])
-        phases.append({"name": f"maneuver {number + 1}", "from": start, "to": last})
-    if flight.over < end:
-        phases.append({"name": "last rate held", "from": flight.over, "to": end})
-    return phases
+    return {"times": times, **dict(zip("xyz", np.degrees(vectors).T, strict=True))}
 
 
 def _sphere() -> list[dict[str, Any]]:
     """Three great circles and the inertial axes, which stand still."""
     around = np.radians(np.linspace(0.0, 360.0, 61))
     ring = np.column_stack([np.cos(around), np.sin(around), 0.0 * around])
-    gap = np.full((1, 3), np.nan)
-    circles = np.vstack([ring, gap, np.roll(ring, 1, axis=1), gap, np.roll(ring, 2, axis=1)])
-    line = {"color": GRAY, "width": 2}
-    tips = 1.1 * np.eye(3)
+    circles = np.vstack([[*np.roll(ring, i, axis=1), [np.nan] * 3] for i in range(3)])
     return [
-        _points(circles) | {"mode": "lines", "line": line, "opacity": 0.45},
-        _points(tips)
-        | {"mode": "text", "text": ["X", "Y", "Z"], "textfont": {"color": GRAY, "size": 13}},
+        _points(circles, mode="lines", line={"color": GRAY, "width": 2}, opacity=0.45),
+        _points(
+            1.1 * np.eye(3), mode="text", text=list("XYZ"), textfont={"color": GRAY, "size": 13}
+        ),
     ]
 
 
-def _arrow(name: str, vector: Floats, color: str) -> dict[str, Any]:
-    tip = vector / np.linalg.norm(vector)
-    return _points(np.vstack([0.0 * tip, tip])) | {
-        "name": name,
-        "mode": "lines+markers+text",
-        "line": {"color": color, "width": 5},
-        "marker": {"color": color, "size": [0, 7], "line": {"width": 0}},
-        "text": ["", name],
-        "textposition": "bottom center",
-        "textfont": {"color": color, "size": 15},
-    }
-
-
-def _axes() -> list[dict[str, Any]]:
-    axes = []
-    for index, name in enumerate("xyz"):
-        tip = 0.78 * np.eye(3)[index]
-        axes.append(
-            _points(np.vstack([0.0 * tip, tip]))
-            | {
-                "mode": "lines+text",
-                "line": {"color": COLORS[index], "width": 7},
-                "text": ["", name],
-                "textposition": "top center",
-                "textfont": {"color": COLORS[index], "size": 17},
-            }
-        )
-    return axes
+def _arrow(name: str, tip: Floats, index: int) -> dict[str, Any]:
+    color = COLORS[index]
+    return _points(
+        np.vstack([0.0 * tip, tip]),
+        name=name,
+        mode="lines+markers+text",
+        line={"color": color, "width": 6},
+        marker={"color": color, "size": [0, 7], "line": {"width": 0}},
+        text=["", name],
+        textposition="bottom center",
+        textfont={"color": color, "size": 16},
+    )
 
 
 def _box() -> list[dict[str, Any]]:
-    """A plain body: its faces and its edges."""
+    """A plain body: its faces, and its edges in one stroke."""
     signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float)
     corners = signs * _HALF
-    # two triangles a face, over corners whose number is 4 i + 2 j + k
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    triangles = [(a, b, c) for a, b, c, d in quads] + [(a, c, d) for a, b, c, d in quads]
-    i, j, k = (list(column) for column in zip(*triangles, strict=True))
-    edges = [corners[[*quad, quad[0]]] for quad in quads[:2]]
-    sides = [corners[[n, n + 4]] for n in range(4)]
-    gap = np.full((1, 3), np.nan)
-    path = np.vstack([part for line in (*edges, *sides) for part in (line, gap)])
+    stroke = corners[[0, 1, 3, 2, 0, 4, 5, 1, 5, 7, 3, 7, 6, 2, 6, 4]]
+    hull = {"type": "mesh3d", "alphahull": 0, "color": "#9aa7b4", "flatshading": True}
     return [
-        _points(corners)
-        | {"type": "mesh3d", "i": i, "j": j, "k": k, "color": "#9aa7b4", "flatshading": True},
-        _points(path) | {"mode": "lines", "line": {"color": "#4a5560", "width": 3}},
+        _points(corners, **hull),
+        _points(stroke, mode="lines", line={"color": "#4a5560", "width": 3}),
     ]
 
 
-def _points(points: Floats) -> dict[str, Any]:
+def _points(points: Floats, **look: Any) -> dict[str, Any]:
     x, y, z = points.T
-    return {
-        "type": "scatter3d",
-        "x": x,
-        "y": y,
-        "z": z,
-        "hoverinfo": "skip",
-        "showlegend": False,
-    }
+    still = {"type": "scatter3d", "hoverinfo": "skip", "showlegend": False}
+    return {**still, "x": x, "y": y, "z": z, **look}

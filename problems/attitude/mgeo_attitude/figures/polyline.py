@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,24 +26,16 @@ def corners(x: Floats, curves: Floats, count: int) -> NDArray[np.int64]:
     """
     extent = np.ptp(curves, axis=0)
     scaled = curves / np.where(extent > 0.0, extent, 1.0)
-    chosen = {0, len(x) - 1}
-    waiting: list[tuple[float, int, int, int]] = []
-
-    def push(low: int, high: int) -> None:
-        if high - low < 2:
-            return
-        share = (x[low + 1 : high] - x[low]) / (x[high] - x[low])
-        line = scaled[low] + share[:, None] * (scaled[high] - scaled[low])
-        off = np.abs(scaled[low + 1 : high] - line).max(axis=1)
-        worst = int(np.argmax(off))
-        heapq.heappush(waiting, (-float(off[worst]), low + 1 + worst, low, high))
-
-    push(0, len(x) - 1)
-    while waiting and len(chosen) < count:
-        error, middle, low, high = heapq.heappop(waiting)
-        if -error <= _EXACT:
+    every = np.arange(len(x))
+    rows = np.unique([0, len(x) - 1])
+    while 1 < len(rows) < count:
+        after = np.clip(np.searchsorted(rows, every, side="right"), 1, len(rows) - 1)
+        low, high = rows[after - 1], rows[after]
+        span = x[high] - x[low]
+        share = (x - x[low]) / np.where(span > 0.0, span, 1.0)
+        lines = scaled[low] + share[:, None] * (scaled[high] - scaled[low])
+        off = np.abs(scaled - lines).max(axis=1)
+        if off.max() <= _EXACT:
             break
-        chosen.add(middle)
-        push(low, middle)
-        push(middle, high)
-    return np.array(sorted(chosen), dtype=np.int64)
+        rows = np.sort(np.append(rows, off.argmax()))
+    return rows

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from mgeo.figures.style import COLORS, GRAY, log_axis
 
-from ..describe import BlockUnit, block_units, checked_designs
+from ..describe import block_units, checked_designs
 from ..filter.evaluator import evaluate
-from ..filter.model import agility
+from ..filter.model import FilterModel
 from ..filter.reference import attitudes
+from ..filter.timeline import Flown, flown
 from .convergence import sample_steps
-from .maneuvers import timeline
 from .motion import directions, motion
 from .polyline import corners
 from .sphere import OUTLINE, graticule, projected
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ..problem import AttitudeManeuverProblem
 
 Floats = NDArray[np.float64]
+Intervals = list[tuple[float, float]]
 
 #: Samples of each curve, and of each path on the body sphere.
 _SAMPLES, _DIRECTIONS = 48, 200
@@ -47,7 +48,6 @@ def solution_figures(problem: AttitudeManeuverProblem, X: Floats) -> Iterator[di
     designs = checked_designs(problem, X)
     model = problem.model
     shadow = _shadow(problem)
-    shades = [_shade(*interval) for interval in shadow]
     inertial = directions(problem.environment)
     size = max(1, _CHUNK_FLOATS // ((model.n_steps + 1) * model.suite.n_states))
     for start in range(0, len(designs), size):
@@ -59,50 +59,52 @@ def solution_figures(problem: AttitudeManeuverProblem, X: Floats) -> Iterator[di
                 continue
             plan = model.schedule(x)
             body = attitudes(plan.rates[0], plan.starts[0], model.n_steps, model.step)
-            against_time = {
-                "rates": _rates(problem, x, t_end),
-                **_errors(problem, t_end, variances),
-            }
-            for figure in against_time.values():
-                figure["layout"]["shapes"] = shades
-                figure["layout"]["xaxis"] = _time_axis(t_end)
             figures = {
-                "rates": against_time.pop("rates"),
+                "rates": _rates(problem, x, t_end),
                 "motion": motion(problem, x, t_end, body, inertial, shadow),
                 "directions": _directions(problem, body, t_end),
-                **against_time,
+                **_errors(problem, t_end, variances),
             }
+            for name in figures.keys() - {"motion", "directions"}:
+                _against_time(figures[name]["layout"], t_end, shadow)
             yield {name: go.Figure(figure, _validate=False) for name, figure in figures.items()}
 
 
+def _against_time(layout: dict[str, Any], t_end: float, shadow: Intervals) -> None:
+    layout["xaxis"] = {
+        "title": {"text": "time [s]"},
+        "range": [0.0, float(t_end)],
+        "tickformat": "d",
+    }
+    band = {"type": "rect", "xref": "x", "yref": "paper", "y0": 0, "y1": 1, "layer": "below"}
+    band |= {"fillcolor": _SHADOW, "line": {"width": 0}}
+    layout["shapes"] = [{**band, "x0": start, "x1": end} for start, end in shadow]
+
+
 def _rates(problem: AttitudeManeuverProblem, x: Floats, t_end: float) -> dict[str, Any]:
-    times, rates, _ = timeline(x, t_end, problem.scenario)
-    limit = problem.scenario.maneuvers.max_rate_deg_s
-    ramp_step = 0.0 if agility(problem.scenario) is None else problem.model.step
-    times, rates = _drawn(times, rates[:-1], ramp_step)
+    model, limit = problem.model, problem.scenario.maneuvers.max_rate_deg_s
+    times, rates = _drawn(flown(x, t_end, model.step, model.agility), model)
     rows = corners(times, rates, _SAMPLES)
     lines = [_line(times[rows], rates[rows, i], i) for i in range(3)]
-    for sign in (-1.0, 1.0):
-        ends = np.array([0.0, problem.scenario.duration])
-        bound = _line(ends, np.full(2, sign * limit), 0, name="limit")
-        bound["line"] = {"color": GRAY, "dash": "dash", "width": 1}
-        lines.append(bound | {"showlegend": False, "hoverinfo": "skip"})
+    bound = {"showlegend": False, "hoverinfo": "skip", "name": "limit"}
+    bound["line"] = {"color": GRAY, "dash": "dash", "width": 1}
+    span = np.array([0.0, problem.scenario.duration])
+    lines += [_line(span, np.full(2, end), 0) | bound for end in (-limit, limit)]
     axis = {"title": {"text": "deg/s"}, "range": [-1.15 * limit, 1.15 * limit]}
     return {"data": lines, "layout": _layout("Body rates", axis)}
 
 
-def _drawn(times: Floats, rates: Floats, ramp_step: float) -> tuple[Floats, Floats]:
-    """Stretches of constant rate between `times` as a line: level, then up or down.
+def _drawn(flight: Flown, model: FilterModel) -> tuple[Floats, Floats]:
+    """Stretches of constant rate as a line [s], [deg/s]: level, then up or down.
 
-    Those of a ramp, `ramp_step` [s] long, are drawn as the straight line through their middles.
+    Those of a ramp, a step long, are drawn as the straight line through their middles.
     """
-    starts, ends = times[:-1], times[1:]
-    in_ramp = ends - starts < 1.5 * ramp_step
-    middles = 0.5 * (starts + ends)
-    pairs = np.column_stack([np.where(in_ramp, middles, starts), np.where(in_ramp, np.nan, ends)])
-    line = pairs.ravel()
+    starts, ends = flight.times[:-1], flight.times[1:]
+    in_ramp = (ends - starts < 1.5 * model.step) & (model.agility is not None)
+    first = np.where(in_ramp, 0.5 * (starts + ends), starts)
+    line = np.column_stack([first, np.where(in_ramp, np.nan, ends)]).ravel()
     kept = ~np.isnan(line)
-    return line[kept], np.repeat(rates, 2, axis=0)[kept]
+    return line[kept], np.degrees(np.repeat(flight.rates, 2, axis=0)[kept])
 
 
 def _errors(
@@ -117,21 +119,20 @@ def _errors(
     trace, sigma = trace[rows], sigma[rows]
     figures = {
         "trace": {
-            "data": [_line(times, trace, 0, name="trace", showlegend=False)],
-            "layout": _layout("Trace of the covariance", _log_axis("-", trace)),
+            "data": [_line(times, trace, 0) | {"name": "trace", "showlegend": False}],
+            "layout": _layout("Trace of the covariance", log_axis(trace)),
         }
     }
     for b, block in enumerate(block_units(model.suite)):
-        figures[block.label] = _block(block, times, sigma[:, 3 * b : 3 * b + 3] * block.factor)
+        own = sigma[:, 3 * b : 3 * b + 3] * block.factor
+        unit = block.unit if block.unit != "-" else ""
+        figures[block.label] = {
+            "data": [_line(times, own[:, axis], axis) for axis in range(3)],
+            "layout": _layout(
+                f"{block.label}, 1-sigma", {"title": {"text": unit}, **log_axis(own)}
+            ),
+        }
     return figures
-
-
-def _block(block: BlockUnit, times: Floats, sigma: Floats) -> dict[str, Any]:
-    lines = [_line(times, sigma[:, axis], axis) for axis in range(3)]
-    return {
-        "data": lines,
-        "layout": _layout(f"{block.label}, 1-sigma", _log_axis(block.unit, sigma)),
-    }
 
 
 def _directions(problem: AttitudeManeuverProblem, body: Floats, t_end: float) -> dict[str, Any]:
@@ -139,13 +140,12 @@ def _directions(problem: AttitudeManeuverProblem, body: Floats, t_end: float) ->
     environment = problem.environment
     last = round(t_end / problem.model.step)
     steps = np.rint(np.linspace(0, last, min(_DIRECTIONS, last + 1))).astype(np.int64)
-    traces: list[dict[str, Any]] = [*graticule()]
-    vectors = {"Sun": environment.sun, "field": environment.field}
-    for index, (name, inertial) in enumerate(vectors.items()):
-        at = np.einsum("kij,kj->ki", body[steps], inertial[steps])
-        if name == "Sun" and problem.scenario.eclipse:
-            at = np.where(environment.sunlit[steps, None], at, np.nan)
-        across, up = projected(at)
+    seen = steps[environment.sunlit[steps]] if problem.scenario.eclipse else steps
+    traces = graticule()
+    for index, (name, inertial, at) in enumerate(
+        (("Sun", environment.sun, seen), ("field", environment.field, steps))
+    ):
+        across, up = projected(np.einsum("kij,kj->ki", body[at], inertial[at]))
         traces.append(
             {
                 "type": "scatter",
@@ -153,20 +153,20 @@ def _directions(problem: AttitudeManeuverProblem, body: Floats, t_end: float) ->
                 "x": across,
                 "y": up,
                 "mode": "markers",
-                "marker": {"color": (COLORS[4], COLORS[5])[index], "size": 4 + index * 0.5},
+                "marker": {"color": COLORS[4 + index], "size": 4 + index * 0.5},
                 "hoverinfo": "name",
             }
         )
     width, height = OUTLINE
     hidden = {"visible": False, "fixedrange": True}
-    layout = _layout("Sun and field seen from the body", {**hidden, "range": [-height, height]})
-    layout["yaxis"] |= {"scaleanchor": "x"}
+    axis = {**hidden, "range": [-height, height], "scaleanchor": "x"}
+    layout = _layout("Sun and field seen from the body", axis)
     layout["xaxis"] = {**hidden, "range": [-width, width]}
     layout["margin"] |= {"l": 15, "b": 15}
     return {"data": traces, "layout": layout}
 
 
-def _line(times: Floats, values: Floats, index: int, **more: Any) -> dict[str, Any]:
+def _line(times: Floats, values: Floats, index: int) -> dict[str, Any]:
     return {
         "type": "scatter",
         "name": "xyz"[index],
@@ -175,7 +175,6 @@ def _line(times: Floats, values: Floats, index: int, **more: Any) -> dict[str, A
         "mode": "lines",
         "line": line(index),
         "hovertemplate": "%{x:.6g} s: %{y:.4g}",
-        **more,
     }
 
 
@@ -189,38 +188,11 @@ def _layout(text: str, axis: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _time_axis(t_end: float) -> dict[str, Any]:
-    return {"title": {"text": "time [s]"}, "range": [0.0, float(t_end)], "tickformat": "d"}
-
-
-def _log_axis(unit: str, values: Floats) -> dict[str, Any]:
-    return {
-        "title": {"text": unit if unit != "-" else ""},
-        **log_axis(values),
-    }
-
-
-def _shadow(problem: AttitudeManeuverProblem) -> list[tuple[float, float]]:
+def _shadow(problem: AttitudeManeuverProblem) -> Intervals:
     """Starts and ends [s] of the times in the Earth's shadow, the same for all plans."""
     if not problem.scenario.eclipse:
         return []
     times, dark = problem.environment.times, ~problem.environment.sunlit
-    edges = np.diff(np.concatenate([[False], dark, [False]]).astype(np.int8))
-    ends = np.append(times, times[-1])
-    starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    return [(float(ends[a]), float(ends[b])) for a, b in zip(starts, stops, strict=True)]
-
-
-def _shade(start: float, end: float) -> dict[str, Any]:
-    return {
-        "type": "rect",
-        "xref": "x",
-        "yref": "paper",
-        "x0": start,
-        "x1": end,
-        "y0": 0,
-        "y1": 1,
-        "fillcolor": _SHADOW,
-        "line": {"width": 0},
-        "layer": "below",
-    }
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], dark, [False]])))
+    found = np.append(times, times[-1])[edges].reshape(-1, 2)
+    return [(start, end) for start, end in found.tolist()]

@@ -29,43 +29,34 @@ def projected(vectors: Floats) -> tuple[Shorts, Shorts]:
     x, y, z = known.T / np.linalg.norm(known, axis=1)
     half = 0.5 * np.arctan2(y, x)
     level = np.sqrt(np.clip(1.0 - z**2, 0.0, 1.0))
-    root = np.sqrt(1.0 + level * np.cos(half))
-    across = 2.0 * np.sqrt(2.0) * level * np.sin(half) / root
-    up = np.sqrt(2.0) * z / root
-    return _short(across), _short(up)
+    place = np.array([2.0 * level * np.sin(half), z]) / np.sqrt(0.5 + 0.5 * level * np.cos(half))
+    across, up = np.rint(place * _SCALE).astype(np.int16)
+    return across, up
 
 
 def graticule() -> list[dict[str, Any]]:
     """Traces of meridians and parallels, 45 degrees apart, and of the names of the axes."""
-    fine = np.radians(np.linspace(-90.0, 90.0, 37))
+    latitudes = np.linspace(-90.0, 90.0, 37)
     # a hair inside ±180 degrees: beyond it a meridian would jump to the other side
-    longitudes = np.radians([-179.999, -135.0, -90.0, -45.0, 0.0, 45.0, 90.0, 135.0, 179.999])
-    lines = [_unit(np.full(37, longitude), fine) for longitude in longitudes]
-    around = np.radians(np.linspace(-179.999, 179.999, 73))
-    lines += [_unit(around, np.full(73, np.radians(latitude))) for latitude in (-45.0, 0.0, 45.0)]
-    across: list[float | None] = []
-    up: list[float | None] = []
-    for line in lines:
-        x, y = projected(line)
-        across += [*x.tolist(), None]
-        up += [*y.tolist(), None]
+    longitudes = np.linspace(-179.999, 179.999, 73)
+    lines = [_line(longitude, latitudes) for longitude in longitudes[::9]]
+    lines += [_line(longitudes, latitude) for latitude in (-45.0, 0.0, 45.0)]
+    across, up = np.hstack(lines)
     plain = {"type": "scatter", "hoverinfo": "skip", "showlegend": False}
     grid = {"mode": "lines", "line": {"color": GRAY, "width": 0.5}, "opacity": 0.6}
-    names = ("+x", "+y", "-y", "+z", "-z")
-    ends = np.array([[1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
-    x, y = projected(ends)
-    labels = {"mode": "text", "text": list(names), "textfont": {"color": GRAY, "size": 13}}
+    axes = {"+x": [1, 0, 0], "+y": [0, 1, 0], "-y": [0, -1, 0], "+z": [0, 0, 1], "-z": [0, 0, -1]}
+    x, y = projected(np.array(list(axes.values()), dtype=float))
+    labels = {"mode": "text", "text": list(axes), "textfont": {"color": GRAY, "size": 13}}
     return [
         {**plain, **grid, "x": across, "y": up},
         {**plain, **labels, "x": x, "y": y},
     ]
 
 
-def _unit(longitude: Floats, latitude: Floats) -> Floats:
-    level = np.cos(latitude)
-    return np.column_stack([level * np.cos(longitude), level * np.sin(longitude), np.sin(latitude)])
-
-
-def _short(values: Floats) -> Shorts:
-    short: Shorts = np.rint(values * _SCALE).astype(np.int16)
-    return short
+def _line(longitude: Any, latitude: Any) -> Floats:
+    """Points of a line on the map, and a gap after it, shape (2, n + 1), from angles [deg]."""
+    east, north = np.broadcast_arrays(np.radians(longitude), np.radians(latitude))
+    level = np.cos(north)
+    points = np.column_stack([level * np.cos(east), level * np.sin(east), np.sin(north)])
+    place = np.array(projected(points), dtype=float)
+    return np.pad(place, ((0, 0), (0, 1)), constant_values=np.nan)
