@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 Intervals = list[tuple[float, float]]
 
 #: Samples of each curve, and of each path on the body sphere.
-_SAMPLES, _DIRECTIONS = 48, 200
+_SAMPLES, _DIRECTIONS = 48, 180
 #: Floats that the histories of one chunk of designs may take: 64 MB.
 _CHUNK_FLOATS = 2**23
 _SHADOW = "rgba(128,128,128,0.22)"

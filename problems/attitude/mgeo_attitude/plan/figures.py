@@ -3,26 +3,71 @@
 from __future__ import annotations
 
 import numpy as np
+import plotly.express as px
 import plotly.graph_objects as go
 
-from ..describe import block_units
-from ..figures.correlation import correlation_figure
-from ..figures.gains import gains_figure
-from ..figures.maneuvers import maneuvers_figure
-from ..figures.solutions import Solutions
-from .plan import ManeuverPlan
+from mgeo.figures.style import COLORS, SYMBOLS, finished, log_axis
+from mgeo_attitude.describe import block_units
+from mgeo_attitude.figures.maneuvers import maneuvers_figure
+from mgeo_attitude.figures.solutions import Solutions
+from mgeo_attitude.figures.style import line
+from mgeo_attitude.plan.plan import ManeuverPlan
 
 
 def plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
     """Figures ``rates`` (against time), ``gains`` (1-sigma by phase) and ``correlation``."""
-    solution = Solutions(
+    flown = Solutions(
         numbers=np.zeros(1, dtype=np.int64),
         X=np.array([plan.design]),
         F=np.array([[plan.t_end, plan.trace]]),
         labels=("plan",),
     )
     return {
-        "rates": maneuvers_figure(plan.scenario, solution),
-        "gains": gains_figure(plan.gains(), block_units(plan.problem.model.suite)),
-        "correlation": correlation_figure(plan.correlations()),
+        "rates": maneuvers_figure(plan.scenario, flown),
+        "gains": _gains(plan),
+        "correlation": _correlation(plan),
     }
+
+
+def _gains(plan: ManeuverPlan) -> go.Figure:
+    """One line per 3-vector of the state: its worst axis over what that was at the start."""
+    table = plan.gains()
+    sigma = table.iloc[:, -plan.problem.model.suite.n_states :].to_numpy(float)
+    worst = sigma.reshape(len(table), -1, 3).max(axis=2)
+    times = zip(table.index, table["time [s]"], strict=True)
+    ends = [f"{name}<br>{time:.6g} s" for name, time in times]
+    figure = go.Figure()
+    for index, block in enumerate(block_units(plan.problem.model.suite)):
+        figure.add_scatter(
+            x=ends,
+            y=worst[:, index] / worst[0, index],
+            name=block.label,
+            mode="lines+markers",
+            line=line(index),
+            marker={"symbol": SYMBOLS[index % len(SYMBOLS)], "size": 9},
+            customdata=worst[:, index],
+            hovertemplate=f"{block.label} %{{customdata:.4g}} {block.unit} (%{{y:.3g}})",
+        )
+    title = "1-sigma at the end of each phase, over the initial one"
+    finished(figure, title, "worst body axis of each error")
+    figure.update_layout(hovermode="x unified", height=460)
+    return figure.update_yaxes(
+        log_axis(worst / worst[0]), title_text="1-sigma / initial 1-sigma [-]"
+    )
+
+
+def _correlation(plan: ManeuverPlan) -> go.Figure:
+    """Heat map from -1 (blue) over 0 (white) to 1 (orange)."""
+    table = plan.correlations()
+    colors = [COLORS[0], "#ffffff", COLORS[1]]
+    figure = px.imshow(table, zmin=-1.0, zmax=1.0, color_continuous_scale=colors)
+    figure.update_traces(xgap=1, ygap=1, hovertemplate="%{y} and %{x}: %{z:.3f}<extra></extra>")
+    finished(
+        figure,
+        "Correlation of the errors at t_end",
+        "far from zero: the two are known better together than each by itself",
+    )
+    figure.update_layout(height=260 + 30 * len(table), margin={"l": 150, "b": 150})
+    figure.update_coloraxes(colorbar={"title": {"text": "correlation"}, "outlinewidth": 0})
+    figure.update_xaxes(tickangle=-60, showgrid=False, title_text="")
+    return figure.update_yaxes(showgrid=False, title_text="")
