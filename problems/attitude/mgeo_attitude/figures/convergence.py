@@ -14,7 +14,7 @@ from mgeo.figures.style import finished, log_axis
 from ..describe import block_units
 from ..filter.evaluator import evaluate
 from .solutions import Solutions
-from .style import line
+from .style import line, panels_height
 
 if TYPE_CHECKING:
     from ..problem import AttitudeManeuverProblem
@@ -24,8 +24,6 @@ Floats = NDArray[np.float64]
 #: Samples drawn of each curve, spread evenly, and as many again more densely at its start.
 _SAMPLES = 300
 _COLUMNS = 2
-_ROW_HEIGHT = 230
-_MARGINS = 220
 
 
 def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -> go.Figure:
@@ -34,8 +32,8 @@ def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -
     panels = ["trace [-]", *(f"{block.label}, 1-sigma [{block.unit}]" for block in blocks)]
     rows = -(-len(panels) // _COLUMNS)
     figure = make_subplots(
-        rows=rows,
-        cols=_COLUMNS,
+        rows,
+        _COLUMNS,
         subplot_titles=panels,
         horizontal_spacing=0.09,
         vertical_spacing=0.28 / rows,
@@ -66,8 +64,7 @@ def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -
         if panel >= len(panels) - _COLUMNS:  # the lowest of its column
             figure.update_xaxes(title_text="time [s]", **place)
     figure.update_xaxes(matches="x", tickformat="d")
-    figure.update_layout(height=_MARGINS + _ROW_HEIGHT * rows)
-    return figure
+    return figure.update_layout(height=panels_height(rows))
 
 
 def curves(problem: AttitudeManeuverProblem, solutions: Solutions) -> list[tuple[Floats, Floats]]:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import plotly.graph_objects as go
 
-from mgeo.figures.style import COLORS, GRAY, SYMBOLS, finished
+from mgeo.figures.style import COLORS, GRAY, SYMBOLS, finished, log_axis
 
 from ..describe import front_summary, maneuver_texts, nondominated
 from ..scenario import Scenario
@@ -29,80 +29,36 @@ def front_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
     names = ("first orbit", "second orbit" if scenario.duration <= 2.0 * period else "later orbits")
     counts = zip(names, front_summary(scenario, solutions.F).values(), strict=True)
     summary = ", ".join(f"{name} {count:.0f}" for name, count in counts)
-    hover = np.array([hover_text(solutions, i, period) for i in range(len(t_end))])
-    figure = go.Figure(_boundary(solutions))
+    hover = np.array([_hover_text(solutions, i, period) for i in range(len(t_end))])
+    front = solutions.F[nondominated(solutions.F)]
+    figure = go.Figure().add_scatter(
+        name="boundary",
+        x=front[:, 0],
+        y=front[:, 1],
+        xaxis="x2",  # which plotly draws only if it has data
+        mode="lines",
+        line={"shape": "hv", "width": 1, "color": "#b9c2cc"},
+        hoverinfo="skip",
+        showlegend=False,
+    )
     for index, (name, group) in enumerate(zip(names, (~later, later), strict=True)):
+        look = {"color": COLORS[index], "symbol": SYMBOLS[index], "size": 8, "opacity": 0.8}
         figure.add_scatter(
             name=name,
             x=t_end[group],
             y=trace[group],
             mode="markers",
             # no outline: where points overlap it would hide their color
-            marker={
-                "color": COLORS[index],
-                "symbol": SYMBOLS[index],
-                "size": 8,
-                "opacity": 0.8,
-                "line": {"width": 0},
-            },
+            marker=look | {"line": {"width": 0}},
             customdata=solutions.numbers[group],
             hovertext=hover[group],
             hoverinfo="text",
         )
-    _mark_period(figure, period)
     finished(
         figure,
         "Calibration maneuvers: covariance trace against time to converge",
         f"scenario {scenario.name}; points on the front: {summary}; hover over one for its plan",
     )
-    figure.update_layout(
-        # above the plot, where neither points nor the mark of the period can be
-        legend={"orientation": "h", "x": 1, "xanchor": "right", "y": 1.07, "yanchor": "bottom"},
-        legend_title_text="converged in",
-        hovermode="closest",
-        margin_t=135,  # room for the upper axis
-    )
-    figure.update_xaxes(title_text="t_end [s]", tickformat="d", selector={"side": None})
-    figure.update_yaxes(
-        title_text="trace of the covariance at t_end [-]",
-        type="log",
-        exponentformat="power",
-        dtick="D2",
-    )
-    figure.update_layout(xaxis2=_orbits_axis(scenario.duration, period))
-    return figure
-
-
-def hover_text(solutions: Solutions, i: int, period: float) -> str:
-    """Objectives and maneuvers of solution `i`, as HTML."""
-    t_end, trace = solutions.F[i]
-    return "<br>".join(
-        [
-            f"<b>{solutions.labels[i]}</b>",
-            f"t_end {t_end:.6g} s ({t_end / period:.3f} orbits)",
-            f"trace {trace:.4g}",
-            "maneuvers, x / y / z [deg/s] for duration [s]:",
-            *(f"{m}: {text}" for m, text in enumerate(maneuver_texts(solutions.X[i]), 1)),
-        ]
-    )
-
-
-def _boundary(solutions: Solutions) -> go.Scatter:
-    """The staircase on the upper axis, which plotly draws only for an axis that has data."""
-    front = solutions.F[nondominated(solutions.F)]
-    return go.Scatter(
-        name="boundary",
-        x=front[:, 0],
-        y=front[:, 1],
-        xaxis="x2",
-        mode="lines",
-        line={"shape": "hv", "width": 1, "color": "#b9c2cc"},
-        hoverinfo="skip",
-        showlegend=False,
-    )
-
-
-def _mark_period(figure: go.Figure, period: float) -> None:
     figure.add_vline(
         x=period,
         line={"color": GRAY, "width": 1.5, "dash": "dash"},
@@ -114,6 +70,28 @@ def _mark_period(figure: go.Figure, period: float) -> None:
             "font": {"color": GRAY},
         },
     )
+    figure.update_xaxes(title_text="t_end [s]", tickformat="d")
+    figure.update_yaxes(log_axis(trace), title_text="trace of the covariance at t_end [-]")
+    return figure.update_layout(
+        # above the plot, where neither points nor the mark of the period can be
+        legend={"orientation": "h", "x": 1, "xanchor": "right", "y": 1.07, "yanchor": "bottom"},
+        legend_title_text="converged in",
+        hovermode="closest",
+        margin_t=135,  # room for the upper axis
+        xaxis2=_orbits_axis(scenario.duration, period),
+    )
+
+
+def _hover_text(solutions: Solutions, i: int, period: float) -> str:
+    t_end, trace = solutions.F[i]
+    lines = [
+        f"<b>{solutions.labels[i]}</b>",
+        f"t_end {t_end:.6g} s ({t_end / period:.3f} orbits)",
+        f"trace {trace:.4g}",
+        "maneuvers, x / y / z [deg/s] for duration [s]:",
+        *(f"{m}: {text}" for m, text in enumerate(maneuver_texts(solutions.X[i]), 1)),
+    ]
+    return "<br>".join(lines)
 
 
 def _orbits_axis(duration: float, period: float) -> dict[str, object]:

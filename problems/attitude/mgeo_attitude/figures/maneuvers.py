@@ -13,12 +13,9 @@ from ..filter.model import agility
 from ..filter.timeline import flown
 from ..scenario import Scenario
 from .solutions import Solutions
-from .style import SHADE, line
+from .style import line, panels_height
 
 Floats = NDArray[np.float64]
-
-_ROW_HEIGHT = 230
-_MARGINS = 220
 
 
 def maneuvers_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
@@ -27,15 +24,11 @@ def maneuvers_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
     The last rate is held from the end of the last maneuver to t_end, on gray.
     """
     rows = len(solutions.F)
-    figure = make_subplots(
-        rows=rows,
-        cols=1,
-        vertical_spacing=0.36 / rows,
-        subplot_titles=[
-            f"{label}: t_end {t_end:.6g} s, trace {trace:.3g}"
-            for label, (t_end, trace) in zip(solutions.labels, solutions.F, strict=True)
-        ],
-    )
+    titles = [
+        f"{label}: t_end {t_end:.6g} s, trace {trace:.3g}"
+        for label, (t_end, trace) in zip(solutions.labels, solutions.F, strict=True)
+    ]
+    figure = make_subplots(rows, 1, vertical_spacing=0.36 / rows, subplot_titles=titles)
     for row, (x, (t_end, _)) in enumerate(zip(solutions.X, solutions.F, strict=True), 1):
         times, rates, over = timeline(x, t_end, scenario)
         for axis, name in enumerate("xyz"):
@@ -52,7 +45,7 @@ def maneuvers_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
                 col=1,
             )
         figure.add_vrect(
-            x0=over, x1=t_end, fillcolor=SHADE, layer="below", line_width=0, row=row, col=1
+            x0=over, x1=t_end, fillcolor="#eef0f2", layer="below", line_width=0, row=row, col=1
         )
     finished(
         figure,
@@ -62,8 +55,7 @@ def maneuvers_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
     limit = 1.1 * scenario.maneuvers.max_rate_deg_s
     figure.update_yaxes(range=[-limit, limit], title_text="rate [deg/s]")
     figure.update_xaxes(title_text="time [s]", tickformat="d", row=rows, col=1)
-    figure.update_layout(height=_MARGINS + _ROW_HEIGHT * rows)
-    return figure
+    return figure.update_layout(height=panels_height(rows))
 
 
 def timeline(x: Floats, t_end: float, scenario: Scenario) -> tuple[Floats, Floats, float]:
@@ -79,5 +71,5 @@ def timeline(x: Floats, t_end: float, scenario: Scenario) -> tuple[Floats, Float
         End of the last maneuver, or t_end if that comes first [s].
     """
     flight = flown(x, t_end, scenario.step, agility(scenario))
-    held = np.degrees(flight.rates)
-    return flight.times, np.vstack([held, held[-1:]]), flight.over
+    rates = np.degrees(flight.rates)
+    return flight.times, np.vstack([rates, rates[-1:]]), flight.over

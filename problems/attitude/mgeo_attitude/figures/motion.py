@@ -36,24 +36,11 @@ _HALF = (0.2, 0.32, 0.12)
 
 
 def turns_of_body(flight: Flown, body: Floats, step: float) -> dict[str, Floats]:
-    """Turns of the body between times, about its own axes.
+    """Turns of the body between times, about its own axes, from GCRS to body at every step.
 
-    At every time the attitude is exactly the filter's; between them rates are constant, as they
-    are outside of ramps.
-
-    Parameters
-    ----------
-    flight : Flown
-    body : array, shape (n_steps + 1, 3, 3)
-        GCRS to body at every step, see `filter.reference.attitudes`.
-    step : float
-        [s]
-
-    Returns
-    -------
-    dict
-        ``times`` [s], shape (k + 1,), and the turn from each to the next as rotation vectors
-        ``x``, ``y``, ``z`` [deg], shape (k,) each.
+    At each of the ``times`` [s], shape (k + 1,), the attitude is exactly the filter's; the rotation
+    vectors ``x``, ``y``, ``z`` [deg], shape (k,) each, lead from each to the next, at constant
+    rates as they are outside of ramps.
     """
     turns = flight.rates * np.diff(flight.times)[:, None]
     size = np.linalg.norm(turns, axis=1)
@@ -105,18 +92,9 @@ def motion(
 ) -> dict[str, Any]:
     """Traces and layout: the body with its axes, Sun and field against the inertial axes.
 
-    Parameters
-    ----------
-    x : array, shape (n_var,)
-        The design.
-    t_end : float
-        End of its flight [s].
-    body : array, shape (n_steps + 1, 3, 3)
-        GCRS to body at every step.
-    inertial : dict
-        What `directions` gives.
-    shadow : sequence of pairs
-        Starts and ends [s] of the times without Sun.
+    Of a design, shape (n_var,), until its `t_end` [s]; `body` is GCRS to body at every step, shape
+    (n_steps + 1, 3, 3), `inertial` what `directions` gives, `shadow` starts and ends [s] of the
+    times without Sun.
     """
     environment, model = problem.environment, problem.model
     flight = flown(x, t_end, model.step, model.agility)

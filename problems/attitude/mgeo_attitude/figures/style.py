@@ -6,8 +6,6 @@ from typing import Any
 
 from mgeo.figures.style import COLORS
 
-SHADE = "#eef0f2"
-
 # Gaps are short, so that a steep line is not taken for a gap in the data.
 _DASHES = ("solid", "9px,3px", "3px,3px", "12px,3px,3px,3px", "18px,3px", "6px,3px,3px,3px")
 
@@ -16,6 +14,11 @@ def line(index: int, width: float = 2) -> dict[str, Any]:
     """Color and dash of one of several lines."""
     color, dash = COLORS[index % len(COLORS)], _DASHES[index % len(_DASHES)]
     return {"color": color, "dash": dash, "width": width}
+
+
+def panels_height(rows: int) -> int:
+    """Height [px] of a figure with so many rows of panels."""
+    return 220 + 230 * rows
 
 
 def title(text: str) -> dict[str, Any]:
