@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.plan import ManeuverPlan, read_front, write_json
+from mgeo_attitude.plan import ManeuverPlan, read_front, write_plan
 from mgeo_attitude.scenario import Wheels
 from typer.testing import CliRunner
 
@@ -34,7 +34,7 @@ def violating(tmp_path_factory):
     wheels = Wheels(inertia=(0.1, 0.1, 0.1), max_momentum=0.1 * np.radians(0.1))
     scenario = dataclasses.replace(Scenario.paper(), duration=600.0, wheels=wheels)
     path = tmp_path_factory.mktemp("plans") / "violating.json"
-    write_json(ManeuverPlan(scenario, (1.0, 0.0, 0.0, 60.0) * 3), path)
+    write_plan(ManeuverPlan(scenario, (1.0, 0.0, 0.0, 60.0) * 3), path)
     return path
 
 

@@ -7,7 +7,7 @@ import shutil
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.commands.verify import verification_document
-from mgeo_attitude.plan import ManeuverPlan, write_json
+from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.plan.verification import verify
 from mgeo_attitude.scenario import KeepOut
 
@@ -84,7 +84,7 @@ def test_what_was_inside_a_keep_out_cone_is_told(run, tmp_path):
     problem = AttitudeManeuverProblem(scenario)
     turning = [1.0, 0.0, 0.0, 30.0, 0.0, 1.0, 0.0, 30.0, 0.0, 0.0, 1.0, 30.0]
     plan = ManeuverPlan.from_design(problem, turning)
-    write_json(plan, tmp_path / "plan.json")
+    write_plan(plan, tmp_path / "plan.json")
     found = verify(plan, n_runs=4, seed=2)
     (steered, _, open_loop, _) = found.keep_outs.loc["camera"]
     assert steered == open_loop == 100.0  # it turns through the Sun

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.plan import ManeuverPlan, aem_text, write_aem
+from mgeo_attitude.plan import ManeuverPlan, aem_text, write_plan
 from mgeo_attitude.plan.utc import utc_texts
 from scipy.spatial.transform import Rotation
 
@@ -176,7 +176,7 @@ def test_a_plan_across_a_leap_second(problem):
 
 
 def test_written_to_a_file(plan, tmp_path):
-    write_aem(plan, tmp_path / "plan.aem", created=CREATED, **NAMES)
+    write_plan(plan, tmp_path / "plan.aem", created=CREATED, **NAMES)
     text = (tmp_path / "plan.aem").read_text(encoding="utf-8")
     assert text == aem_text(plan, created=CREATED, **NAMES)
 

@@ -1,8 +1,7 @@
 """A plan as an artefact: picked from a front, looked at, written, read back and flown."""
 
-from .aem import aem_text, write_aem
-from .csv_file import to_csv, write_csv
-from .json_file import from_json, read_json, to_json, write_json
+from .aem import aem_text
+from .files import from_json, read_json, to_csv, to_json, write_plan
 from .plan import ManeuverPlan
 from .run_folder import Front, read_front
 
@@ -15,7 +14,5 @@ __all__ = [
     "read_json",
     "to_csv",
     "to_json",
-    "write_aem",
-    "write_csv",
-    "write_json",
+    "write_plan",
 ]

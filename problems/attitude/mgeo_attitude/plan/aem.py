@@ -13,25 +13,18 @@ from __future__ import annotations
 
 import math
 from datetime import UTC, datetime
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo.files.atomic import write_file
 from mgeo_attitude.phases import Phase
 from mgeo_attitude.plan.attitude import sampled_quaternions
+from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.utc import utc_texts
-
-if TYPE_CHECKING:
-    from mgeo_attitude.plan.plan import ManeuverPlan
 
 Floats = NDArray[np.float64]
 Version = Literal["1.0", "2.0"]
-
-UNKNOWN = "UNKNOWN"
-VERSIONS: tuple[Version, ...] = ("1.0", "2.0")
 
 #: Digits of a quaternion after the point: 16 in all (6.8.4.1).
 _DIGITS = 15
@@ -42,9 +35,9 @@ _LONGEST_VALUE = 200
 def aem_text(
     plan: ManeuverPlan,
     *,
-    object_name: str = UNKNOWN,
-    object_id: str = UNKNOWN,
-    originator: str = UNKNOWN,
+    object_name: str = "UNKNOWN",
+    object_id: str = "UNKNOWN",
+    originator: str = "UNKNOWN",
     created: datetime | None = None,
     version: Version = "2.0",
     spacing: float = 1.0,
@@ -70,13 +63,14 @@ def aem_text(
         For a text that the format does not allow, an unknown version, a spacing not above zero, or
         a plan that turns by 180 degrees or more from one step of the filter to the next.
     """
-    if version not in VERSIONS:
-        raise ValueError(f"version = {version!r}: expected one of {', '.join(VERSIONS)}")
+    if version not in get_args(Version):
+        raise ValueError(f"version = {version!r}: expected one of {', '.join(get_args(Version))}")
     if not 0.0 < spacing < math.inf:
         raise ValueError(f"spacing = {spacing!r}: expected a number of seconds above 0")
     texts = {"object_name": object_name, "object_id": object_id, "originator": originator}
     for key, value in texts.items():
         _check_text(key, value)
+    names = [f"OBJECT_NAME = {object_name}", f"OBJECT_ID = {object_id}"]
     (creation_date,) = utc_texts(created or datetime.now(UTC), [0.0])
     lines = [
         f"CCSDS_AEM_VERS = {version}",
@@ -86,33 +80,21 @@ def aem_text(
         f"ORIGINATOR = {originator}",
     ]
     for phase in plan.phases:
-        lines += ["", *_segment(plan, phase, object_name, object_id, version, spacing)]
+        lines += ["", *_segment(plan, phase, names, version, spacing)]
     return "\n".join(lines) + "\n"
 
 
-def write_aem(plan: ManeuverPlan, path: Path | str, **keywords: Any) -> None:
-    """Write `aem_text` with these keywords to a file, whole or not at all."""
-    write_file(path, aem_text(plan, **keywords).encode())
-
-
 def _segment(
-    plan: ManeuverPlan,
-    phase: Phase,
-    object_name: str,
-    object_id: str,
-    version: Version,
-    spacing: float,
+    plan: ManeuverPlan, phase: Phase, names: list[str], version: Version, spacing: float
 ) -> list[str]:
-    intervals = math.ceil(phase.duration / spacing)
-    at = np.linspace(phase.start, phase.end, intervals + 1)
+    at = np.linspace(phase.start, phase.end, math.ceil(phase.duration / spacing) + 1)
     epochs = utc_texts(plan.scenario.epoch, at)
     rates = " ".join(f"{rate:.6g}" for rate in phase.rates_deg_s)
     first_edition = version == "1.0"
     return [
         "META_START",
         f"COMMENT {phase.label}, body rates {rates} deg/s",
-        f"OBJECT_NAME = {object_name}",
-        f"OBJECT_ID = {object_id}",
+        *names,
         "CENTER_NAME = EARTH",
         "REF_FRAME_A = GCRF",
         "REF_FRAME_B = SC_BODY_1",

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mgeo.files.reading import errors_of
-from mgeo.runs import FRONT_FILE, RUN_FILE, Recipe, read_run
+from mgeo.runs import FRONT_FILE, RUN_FILE, read_run
 from mgeo.runs.highlights import knee
 from mgeo_attitude.describe import nondominated
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.objectives import indicators
-from mgeo_attitude.plan.json_file import TOLERANCE
+from mgeo_attitude.plan.files import TOLERANCE
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario import Scenario
@@ -70,10 +70,7 @@ class Front:
         row = self.row(choice)
         with errors_of(self.path):
             plan = ManeuverPlan.from_design(self.problem, self.X[row])
-            if self.problem.objectives == PAPER:
-                values = (plan.t_end, plan.trace)
-            else:
-                values = tuple(self.problem.evaluate(self.X[row], return_values_of=["F"]).tolist())
+            values = self.problem.evaluate(self.X[row], return_values_of=["F"])
             for name, value, found in zip(self.problem.obj_names, self.F[row], values, strict=True):
                 if not math.isclose(value, found, rel_tol=TOLERANCE):
                     raise InvalidValue(
@@ -85,9 +82,13 @@ class Front:
 
     def row(self, choice: Choice | float) -> int:
         """Row, from 0, of the solution that `plan` picks."""
-        times_and_traces = self._times_and_traces()
-        rows = nondominated(times_and_traces)
-        front = times_and_traces[rows]
+        if self.problem.objectives == PAPER:
+            F = self.F
+        else:
+            result = evaluate(self.problem.model, self.X, self.problem.threads)
+            F = np.column_stack([result.t_end, result.trace])
+        rows = nondominated(F)
+        front = F[rows]
         if isinstance(choice, str):
             if choice not in CHOICES:
                 raise ValueError(f"choice = {choice!r}: expected one of {', '.join(CHOICES)}")
@@ -96,13 +97,6 @@ class Front:
         if not math.isfinite(choice):
             raise ValueError(f"choice = {choice!r}: expected a finite number of seconds")
         return int(rows[np.argmin(np.abs(front[:, 0] - choice))])
-
-    def _times_and_traces(self) -> Floats:
-        """t_end [s] and trace of each solution, shape (n, 2), whatever was minimized."""
-        if self.problem.objectives == PAPER:
-            return self.F
-        result = evaluate(self.problem.model, self.X, self.problem.threads)
-        return np.column_stack([result.t_end, result.trace])
 
 
 def read_front(folder: Path | str) -> Front:
@@ -117,9 +111,14 @@ def read_front(folder: Path | str) -> Front:
     """
     folder = Path(folder)
     run = read_run(folder)
-    outcome, path = run.outcome, folder / FRONT_FILE
+    outcome, recipe, path = run.outcome, run.recipe, folder / FRONT_FILE
     with errors_of(folder / RUN_FILE):
-        problem = _problem(run.recipe)
+        if recipe.problem != PROBLEM:
+            raise InvalidValue("recipe.problem", recipe.problem, f"expected {PROBLEM!r}")
+        try:
+            problem = AttitudeManeuverProblem(Scenario.from_dict(recipe.options))
+        except InvalidValue as error:
+            raise error.under("recipe.options") from None
     with errors_of(path):
         found = [*outcome.variables, *outcome.objectives]
         expected = [*problem.var_names, *problem.obj_names]
@@ -128,12 +127,3 @@ def read_front(folder: Path | str) -> Front:
         if not len(outcome.X):
             raise ValueError("expected at least one row below the header")
     return Front(path, problem, outcome.X, outcome.F)
-
-
-def _problem(recipe: Recipe) -> AttitudeManeuverProblem:
-    if recipe.problem != PROBLEM:
-        raise InvalidValue("recipe.problem", recipe.problem, f"expected {PROBLEM!r}")
-    try:
-        return AttitudeManeuverProblem(Scenario.from_dict(recipe.options))
-    except InvalidValue as error:
-        raise error.under("recipe.options") from None

@@ -1,15 +1,25 @@
-"""JSON that reads back exactly, and JSON that somebody has touched."""
+"""JSON that reads back exactly, JSON that somebody has touched, and CSV that has every digit."""
 
 import dataclasses
 import json
 
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mgeo_attitude import AttitudeManeuverProblem
-from mgeo_attitude.plan import ManeuverPlan, from_json, json_file, read_json, to_json, write_json
+from mgeo_attitude.plan import (
+    ManeuverPlan,
+    files,
+    from_json,
+    read_json,
+    to_csv,
+    to_json,
+    write_plan,
+)
 
 from ..scenario.strategies import scenarios
+from .conftest import DESIGN
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +29,7 @@ def text(plan):
 
 def test_round_trip(plan, text, tmp_path):
     path = tmp_path / "plan.json"
-    write_json(plan, path)
+    write_plan(plan, path)
     back = read_json(path)
     assert back == plan
     assert to_json(back) == text == path.read_text(encoding="utf-8")
@@ -35,8 +45,7 @@ def test_any_scenario_and_design_round_trip(scenario, count, data):
     design = data.draw(st.tuples(*(st.floats(low, high) for low, high in bounds)))
     plan = ManeuverPlan(problem.scenario, design)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(json_file, "_consequences", lambda _: {k: [] for k in CONSEQUENCES})
-        patch.setitem(json_file._KEYS, "predicted", list)
+        patch.setattr(files, "_consequences", lambda _: {k: [] for k in CONSEQUENCES})
         assert from_json(to_json(plan)) == plan
 
 
@@ -133,7 +142,7 @@ def test_other_bytes_and_huge_files(tmp_path, monkeypatch):
     path.write_bytes(b"\xff\xfe{}")
     with pytest.raises(ValueError, match=r"bytes\.json"):
         read_json(path)
-    monkeypatch.setattr(json_file, "MOST_BYTES", 2)
+    monkeypatch.setattr(files, "MOST_BYTES", 2)
     with pytest.raises(ValueError, match="has 4 bytes: expected at most 2"):
         read_json(path)
     with pytest.raises(FileNotFoundError):
@@ -151,3 +160,30 @@ def test_numbers_that_other_libraries_round_otherwise_are_the_same(text, plan):
 def test_scenarios_are_part_of_the_plan(plan, text):
     other = dataclasses.replace(plan.scenario, name="another")
     assert from_json(to_json(ManeuverPlan(other, plan.design))) != plan
+
+
+@pytest.fixture(scope="module")
+def ramped(problem):
+    """A plan whose rates change along ramps."""
+    maneuvers = dataclasses.replace(problem.scenario.maneuvers, max_acceleration_deg_s2=0.05)
+    return ManeuverPlan(dataclasses.replace(problem.scenario, maneuvers=maneuvers), DESIGN)
+
+
+@pytest.mark.parametrize("fixture", ["plan", "ramped"])
+def test_the_file_has_the_timeline_to_the_last_digit(fixture, request, tmp_path):
+    plan = request.getfixturevalue(fixture)
+    path = tmp_path / "plan.csv"
+    write_plan(plan, path)
+    assert path.read_text(encoding="utf-8") == to_csv(plan)
+    table = pd.read_csv(path, dtype=str)
+    n = len(plan.phases)
+    assert table.pop("row").tolist() == [f"{i}/{n}" for i in range(1, n + 1)]
+    expected = plan.timeline()
+    pd.testing.assert_frame_equal(table.astype(expected.dtypes), expected, check_exact=True)
+    assert ("ramp to maneuver 1" in set(table["phase"])) == (fixture == "ramped")
+
+
+def test_another_suffix_is_refused(plan, tmp_path):
+    with pytest.raises(ValueError, match=r"plan\.txt: expected .* \.json, \.csv, \.aem"):
+        write_plan(plan, tmp_path / "plan.txt")
+    assert not list(tmp_path.iterdir())
