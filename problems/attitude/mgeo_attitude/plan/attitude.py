@@ -10,41 +10,21 @@ Floats = NDArray[np.float64]
 
 
 def quaternions(matrices: Floats) -> Floats:
-    """Quaternions "from GCRF to body" of GCRS-to-body matrices, vector first, scalar last.
+    """Quaternions "from GCRF to body", vector first, shape (n, 4), of GCRS-to-body matrices.
 
     (e sin(φ/2), cos(φ/2)) for the rotation by φ about e that takes the axes of GCRF to those of the
     body; it is the transpose of a matrix that turns a vector's *coordinates* from the first frame
     to the second. Of the two quaternions the one whose scalar is not negative.
-
-    Parameters
-    ----------
-    matrices : array, shape (n, 3, 3)
-
-    Returns
-    -------
-    array, shape (n, 4)
     """
-    transposed = np.swapaxes(matrices, -1, -2)
-    found: Floats = Rotation.from_matrix(transposed).as_quat()
+    found: Floats = Rotation.from_matrix(np.swapaxes(matrices, -1, -2)).as_quat()
     return found * _signs(found)[:, None]
 
 
 def sampled_quaternions(times: Floats, matrices: Floats, at: Floats) -> Floats:
-    """Quaternions at other times than the samples', without jumps of sign between neighbors.
+    """Quaternions at times `at`, shape (k, 4), without jumps of sign between neighbors.
 
-    Between samples the body turns at constant rate.
-
-    Parameters
-    ----------
-    times, matrices : arrays, shapes (n,) and (n, 3, 3)
-        Samples of the GCRS-to-body matrix, turning by less than 180 degrees from each to the next.
-    at : array, shape (k,)
-        Within `times`.
-
-    Returns
-    -------
-    array, shape (k, 4)
-        The first scalar is not negative.
+    Between the samples of `times` and GCRS-to-body `matrices`, less than 180 degrees from each to
+    the next, the body turns at constant rate. The first scalar is not negative.
     """
     rotations = Rotation.from_matrix(np.swapaxes(matrices, -1, -2))
     found: Floats = Slerp(times, rotations)(at).as_quat()

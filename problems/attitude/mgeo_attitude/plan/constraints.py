@@ -11,35 +11,27 @@ from ..problem import AttitudeManeuverProblem
 
 
 def constraints_table(problem: AttitudeManeuverProblem, design: ArrayLike) -> pd.DataFrame:
-    """What one design, shape (n_var,), makes of the problem's constraints.
+    """What one design, shape (n_var,), makes of the problem's constraints, a row per limit.
 
-    Returns
-    -------
-    DataFrame
-        One row per limit: its ``unit``; the design's ``value``; the ``bound``, "at most" or "at
-        least", and the ``limit``; the ``margin``, which is below zero where it is violated; and
-        whether it is ``kept``. No rows if the scenario asks for nothing.
+    The ``unit``; the design's ``value``; the ``bound``, "at most" or "at least", and the ``limit``;
+    the ``margin``, below zero where it is violated; whether it is ``kept``. No rows if the scenario
+    asks for nothing.
     """
     asked = constraints(problem.scenario)
     limits = [limit for constraint in asked for limit in constraint.limits]
-    rows = []
-    if limits:
-        covariance = any(constraint.needs_covariance for constraint in asked)
-        result = evaluate(problem.model, design, problem.threads, covariance=covariance)
-        for limit in limits:
-            excess, bound = float(limit.excess(result)[0]), limit.bound * limit.factor
-            rows.append(
-                {
-                    "unit": limit.unit,
-                    "value": float(limit.measured(result)[0]) * limit.factor,
-                    "bound": "at least" if limit.least else "at most",
-                    "limit": bound,
-                    "margin": -excess * bound,
-                    "kept": excess <= 0.0,  # as the optimizer has it
-                }
-            )
-    labels = pd.Index([limit.label for limit in limits], name="constraint", dtype=str)
     columns = ["unit", "value", "bound", "limit", "margin", "kept"]
+    labels = pd.Index([limit.label for limit in limits], name="constraint", dtype=str)
+    if not limits:
+        return pd.DataFrame(columns=columns, index=labels)
+    covariance = any(constraint.needs_covariance for constraint in asked)
+    result = evaluate(problem.model, design, problem.threads, covariance=covariance)
+    rows = []
+    for limit in limits:
+        excess, bound = float(limit.excess(result)[0]), limit.bound * limit.factor
+        value = float(limit.measured(result)[0]) * limit.factor
+        least = "at least" if limit.least else "at most"
+        # kept as the optimizer has it
+        rows.append((limit.unit, value, least, bound, -excess * bound, excess <= 0.0))
     return pd.DataFrame(rows, columns=columns, index=labels)
 
 

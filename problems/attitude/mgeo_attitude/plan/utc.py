@@ -11,9 +11,6 @@ from numpy.typing import ArrayLike
 from ..constants import DAY
 from ..environment.time_frames import as_utc
 
-#: Decimals of the seconds. Two part Julian dates hold them with three digits to spare.
-DECIMALS = 6
-
 
 def utc_texts(epoch: datetime, times: ArrayLike) -> list[str]:
     """ISO 8601 texts of the instants `times` [s], shape (n,), of SI seconds after an epoch.
@@ -35,8 +32,8 @@ def utc_texts(epoch: datetime, times: ArrayLike) -> list[str]:
     day, fraction, _ = erfa.ufunc.utctai(*start)
     tai = fraction + np.atleast_1d(np.asarray(times, dtype=float)) / DAY
     *stop, _ = erfa.ufunc.taiutc(day, tai)
-    years, months, days, clock, _ = erfa.ufunc.d2dtf("UTC", DECIMALS, *stop)
+    years, months, days, clock, _ = erfa.ufunc.d2dtf("UTC", 6, *stop)
     return [
-        f"{year:04}-{month:02}-{day:02}T{c['h']:02}:{c['m']:02}:{c['s']:02}.{c['f']:0{DECIMALS}}"
+        f"{year:04}-{month:02}-{day:02}T{c['h']:02}:{c['m']:02}:{c['s']:02}.{c['f']:06}"
         for year, month, day, c in zip(years, months, days, clock, strict=True)
     ]
