@@ -1,0 +1,114 @@
+"""What CONTRIBUTING adds to the packages touches two files each, and appears where it should."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+TEXT = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+SECTIONS = re.findall(r"^### (.*?)\n(.*?)(?=^##)", TEXT + "\n##", re.DOTALL | re.MULTILINE)
+PACKAGES = {"mgeo": "mgeo", "mgeo_attitude": "problems/attitude/mgeo_attitude"}
+
+SCENARIO = """
+preset = "paper"
+duration = 1200.0
+objectives = ["t_end", "trace", "mean_rate"]
+max_angle_deg = 5000.0
+orbit.propagator = "decaying"
+
+[[sensors]]
+kind = "sun-sensor"
+
+[[sensors]]
+kind = "horizon-sensor"
+name = "horizon"
+noise_rad = 0.02
+"""
+
+
+def changes(section):
+    """Path below the root, old text (None for a new file) and new text of each change."""
+    for language, path, body in re.findall(
+        r"```(python|diff)\n(?:#|\+\+\+) (\S+)\n(.*?)```", section, re.DOTALL
+    ):
+        for hunk in [body] if language == "python" else body.split("@@\n"):
+            if language == "python":
+                yield path, None, hunk
+                continue
+            lines = [(line[0], line[1:]) for line in hunk.splitlines()]
+            old, new = ("\n".join(s for c, s in lines if c in kept) for kept in (" -", " +"))
+            yield path, old, new
+
+
+@pytest.mark.parametrize(("title", "section"), SECTIONS, ids=[title for title, _ in SECTIONS])
+def test_each_touches_two_files_and_few_lines(title, section):
+    found = list(changes(section))
+    assert len({path for path, _, _ in found}) == 2
+    (code,) = [new for _, old, new in found if old is None] or [""]
+    assert len(code.splitlines()) <= 25
+    for path, old, new in found:
+        if old is None:
+            assert not (ROOT / path).exists()
+        else:
+            assert (ROOT / path).read_text(encoding="utf-8").count(old) == 1, (path, old)
+            assert len(new.splitlines()) <= 10
+
+
+def test_all_six_are_there():
+    assert [title.split()[-1] for title, _ in SECTIONS] == [
+        *("sensor", "propagator", "objective", "limit", "figure", "algorithm")
+    ]
+
+
+@pytest.fixture(scope="module")
+def extended(tmp_path_factory):
+    """A folder with copies of the packages, to which all sections have been added."""
+    folder = tmp_path_factory.mktemp("extended")
+    places = {f"{source}/": folder / name for name, source in PACKAGES.items()}
+    for source, place in places.items():
+        shutil.copytree(ROOT / source, place, ignore=shutil.ignore_patterns("__pycache__"))
+    for _, section in SECTIONS:
+        for path, old, new in changes(section):
+            (source,) = [source for source in places if path.startswith(source)]
+            target = places[source] / path.removeprefix(source)
+            text = new if old is None else target.read_text(encoding="utf-8").replace(old, new)
+            target.write_text(text, encoding="utf-8")
+    (folder / "scenario.toml").write_text(SCENARIO, encoding="utf-8")
+    return folder
+
+
+def mgeo(folder, *arguments):
+    done = subprocess.run(
+        [sys.executable, "-m", "mgeo", *arguments],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(folder), "COLUMNS": "200", "NO_COLOR": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_all_of_them_appear_in_a_run_and_its_report(extended):
+    """With packages that are copies, and nothing else than the sections changed in them."""
+    assert "mgeo-wide" in mgeo(extended, "solve", "--help")
+    solve = "solve attitude --scenario scenario.toml --algorithm mgeo-wide --evaluations 720 -q"
+    mgeo(extended, *solve.split(), "--out", "run")
+    mgeo(extended, "report", "run")
+    recipe = json.loads((extended / "run" / "run.json").read_text(encoding="utf-8"))["recipe"]
+    assert recipe["algorithm"] == "mgeo-wide"
+    assert recipe["options"]["orbit"]["propagator"] == "decaying"
+    assert recipe["options"]["sensors"][1]["noise_rad"] == 0.02
+    header, *rows = (extended / "run" / "front.csv").read_text(encoding="utf-8").splitlines()
+    assert header.endswith("t_end [s],trace [-],mean rate [deg/s]")
+    assert rows
+    html = (extended / "run" / "report.html").read_text(encoding="utf-8")
+    for words in ("horizon misalignment, 1-sigma", "angle turned through", "Altitude [km]"):
+        assert words in html
