@@ -14,7 +14,7 @@ import pytest
 from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, aem_text, write_plan
-from mgeo_attitude.plan.utc import utc_texts
+from mgeo_attitude.plan.ccsds import utc_texts
 from scipy.spatial.transform import Rotation
 
 CREATED = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)

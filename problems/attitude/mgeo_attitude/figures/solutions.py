@@ -44,10 +44,7 @@ class Solutions:
     def evaluated(cls, problem: AttitudeManeuverProblem, X: ArrayLike) -> Solutions:
         """Evaluate designs, shape (n, n_var), and leave out those whose covariance broke down.
 
-        Raises
-        ------
-        ValueError
-            If `X` has another number of columns, or no design is left.
+        Raises a ValueError for another number of columns, or if no design is left.
         """
         designs = checked_designs(problem, X)
         result = evaluate(problem.model, designs, problem.threads)
@@ -62,10 +59,7 @@ class Solutions:
     def chosen(self, indicators: Floats) -> Solutions:
         """Fastest, knee and least trace of the front, or all if they are few; by t_end.
 
-        Parameters
-        ----------
-        indicators : array, shape (n, 2)
-            The objectives on comparable scales.
+        The `indicators`, shape (n, 2), are the objectives on comparable scales.
         """
         front = nondominated(self.F)
         fastest, bend, best = (int(front[i]) for i in (0, knee(indicators[front]) or 0, -1))

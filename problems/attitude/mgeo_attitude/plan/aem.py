@@ -19,9 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mgeo_attitude.phases import Phase
-from mgeo_attitude.plan.attitude import sampled_quaternions
+from mgeo_attitude.plan.ccsds import sampled_quaternions, utc_texts
 from mgeo_attitude.plan.plan import ManeuverPlan
-from mgeo_attitude.plan.utc import utc_texts
 
 Floats = NDArray[np.float64]
 Version = Literal["1.0", "2.0"]

@@ -11,14 +11,14 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from .. import observability
+from ..constraints import constraints
 from ..fields import InvalidValue, Validated, quantity
+from ..filter.evaluator import evaluate
 from ..filter.reference import FilterHistory, reference_run
 from ..phases import HELD, Phase, phases
 from ..problem import AttitudeManeuverProblem
 from ..scenario import Scenario
-from .attitude import quaternions
-from .constraints import constraints_table, violations
-from .utc import utc_texts
+from .ccsds import quaternions, utc_texts
 
 Floats = NDArray[np.float64]
 
@@ -112,7 +112,7 @@ class ManeuverPlan(Validated):
     def timeline(self) -> pd.DataFrame:
         """One row per phase: when, at what rates, from which attitude to which.
 
-        Attitudes are quaternions from GCRF to body, scalar last (see `attitude.quaternions`); the
+        Attitudes are quaternions from GCRF to body, scalar last (see `ccsds.quaternions`); the
         angle swept is all that is turned through, not the shortest way.
         """
         edges = np.array([*(phase.start for phase in self.phases), self.t_end])
@@ -150,14 +150,35 @@ class ManeuverPlan(Validated):
     def constraints(self) -> pd.DataFrame:
         """The scenario's constraints with their margins, one row per limit.
 
-        Columns ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit``, ``margin``, and
-        whether it is ``kept``. They are computed by the optimizer's filter, not the reference.
+        Columns ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit``, ``margin``,
+        below zero where it is violated, and whether it is ``kept``. They are computed by the
+        optimizer's filter, not the reference.
         """
-        return constraints_table(self.problem, self.design)
+        asked = constraints(self.scenario)
+        limits = [limit for constraint in asked for limit in constraint.limits]
+        columns = ["unit", "value", "bound", "limit", "margin", "kept"]
+        labels = pd.Index([limit.label for limit in limits], name="constraint", dtype=str)
+        if not limits:
+            return pd.DataFrame(columns=columns, index=labels)
+        covariance = any(constraint.needs_covariance for constraint in asked)
+        problem = self.problem
+        result = evaluate(problem.model, self.design, problem.threads, covariance=covariance)
+        rows = []
+        for limit in limits:
+            excess, bound = float(limit.excess(result)[0]), limit.bound * limit.factor
+            value = float(limit.measured(result)[0]) * limit.factor
+            least = "at least" if limit.least else "at most"
+            rows.append((limit.unit, value, least, bound, -excess * bound, excess <= 0.0))
+        return pd.DataFrame(rows, columns=columns, index=labels)
 
     def violations(self) -> list[str]:
         """Constraints that are not kept, each in words with its numbers; none is what one wants."""
-        return violations(self.constraints())
+        table = self.constraints()
+        return [
+            f"{label} {row['value']:.6g} {row['unit']}, {row['bound']} {row['limit']:.6g} "
+            f"{row['unit']}, violated by {-row['margin']:.3g} {row['unit']}"
+            for label, row in table[~table["kept"].astype(bool)].iterrows()
+        ]
 
     def gains(self) -> pd.DataFrame:
         """What each phase bought; see `observability.gains`."""

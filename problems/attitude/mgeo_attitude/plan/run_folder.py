@@ -70,7 +70,7 @@ class Front:
         row = self.row(choice)
         with errors_of(self.path):
             plan = ManeuverPlan.from_design(self.problem, self.X[row])
-            values = self.problem.evaluate(self.X[row], return_values_of=["F"])
+            values = self.problem.evaluate(self.X[row], return_values_of=["F"]).tolist()
             for name, value, found in zip(self.problem.obj_names, self.F[row], values, strict=True):
                 if not math.isclose(value, found, rel_tol=TOLERANCE):
                     raise InvalidValue(

@@ -1,10 +1,16 @@
-"""Attitude quaternions of a plan, in the convention of CCSDS 504.0-B-2, annex F."""
+"""Attitudes and instants of a plan as the CCSDS writes them: 504.0-B-2, annex F, and 301.0-B."""
 
 from __future__ import annotations
 
+from datetime import datetime
+
+import erfa
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation, Slerp
+
+from ..constants import DAY
+from ..environment.time_frames import as_utc
 
 Floats = NDArray[np.float64]
 
@@ -41,3 +47,30 @@ def _signs(q: Floats) -> Floats:
     first = np.argmax(np.abs(order) > 1e-9, axis=1)
     signs: Floats = np.where(order[np.arange(len(q)), first] < 0.0, -1.0, 1.0)
     return signs
+
+
+def utc_texts(epoch: datetime, times: ArrayLike) -> list[str]:
+    """ISO 8601 texts of the instants `times` [s], shape (n,), of SI seconds after an epoch.
+
+    Microseconds and no designator, such as ``2018-06-05T00:00:01.000000``: the calendar format of
+    CCSDS 301.0-B. A leap second is written as second 60.
+
+    Raises
+    ------
+    ValueError
+        For an epoch without UTC offset.
+    """
+    utc = as_utc(epoch)
+    seconds = utc.second + 1e-6 * utc.microsecond
+    # No leap seconds before 1960, and none yet announced for years to come: erfa's own functions
+    # would warn of such years, and filters of warnings are shared by all threads.
+    date = utc.year, utc.month, utc.day, utc.hour, utc.minute, seconds
+    *start, _ = erfa.ufunc.dtf2d("UTC", *date)
+    day, fraction, _ = erfa.ufunc.utctai(*start)
+    tai = fraction + np.atleast_1d(np.asarray(times, dtype=float)) / DAY
+    *stop, _ = erfa.ufunc.taiutc(day, tai)
+    years, months, days, clock, _ = erfa.ufunc.d2dtf("UTC", 6, *stop)
+    return [
+        f"{year:04}-{month:02}-{day:02}T{c['h']:02}:{c['m']:02}:{c['s']:02}.{c['f']:06}"
+        for year, month, day, c in zip(years, months, days, clock, strict=True)
+    ]
