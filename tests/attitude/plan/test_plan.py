@@ -84,7 +84,7 @@ def test_a_plan_is_its_scenario_and_its_design(plan, problem):
 
 
 def test_analyses_are_those_of_the_observability_package(plan):
-    assert list(plan.gains().index) == ["start", "maneuver 1", "maneuver 3", "rate held"]
+    assert list(plan.contributions().index) == ["start", "maneuver 1", "maneuver 3", "rate held"]
     assert plan.correlations().shape == (18, 18)
     assert len(plan.least_observable(4)) == 4
     default = plan.compare()

@@ -31,7 +31,7 @@ def print_plan(plan: ManeuverPlan, output: Output) -> None:
         *(titled("Constraints", constraints.assign(kept=words)) if len(words) else ()),
         *titled("Timeline", _timeline(plan).T, digits=6),
         *titled("Predicted 1-sigma", plan.accuracy()),
-        *titled("What each phase bought", _gains(plan).T),
+        *titled("What each phase bought", _contributions(plan).T),
         note("trace and worst body axis at its end"),
         *titled("Least observable directions", plan.least_observable(5).iloc[:, :2], digits=3),
         note("remaining: 1-sigma along it over the initial one; 1 is nothing learned"),
@@ -62,7 +62,7 @@ def plan_document(plan: ManeuverPlan) -> dict[str, Any]:
         "constraints": rows(plan.constraints()),
         "timeline": rows(plan.timeline()),
         "accuracy": rows(plan.accuracy()),
-        "gains": rows(plan.gains()),
+        "contributions": rows(plan.contributions()),
         "least_observable": rows(plan.least_observable(5)),
         "comparison": rows(plan.compare()),
     }
@@ -88,8 +88,8 @@ def _timeline(plan: ManeuverPlan) -> pd.DataFrame:
     return table[names]
 
 
-def _gains(plan: ManeuverPlan) -> pd.DataFrame:
-    table = plan.gains()
+def _contributions(plan: ManeuverPlan) -> pd.DataFrame:
+    table = plan.contributions()
     worst = table.iloc[:, :3].copy()
     sigmas = table.iloc[:, 3:]
     for first in range(0, sigmas.shape[1], 3):

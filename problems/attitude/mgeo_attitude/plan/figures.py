@@ -15,7 +15,7 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 
 
 def plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
-    """Figures ``rates`` (against time), ``gains`` (1-sigma by phase) and ``correlation``."""
+    """Figures ``rates`` (against time), ``contributions`` (of phases) and ``correlation``."""
     flown = Solutions(
         numbers=np.zeros(1, dtype=np.int64),
         X=np.array([plan.design]),
@@ -24,14 +24,14 @@ def plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
     )
     return {
         "rates": maneuvers_figure(plan.scenario, flown),
-        "gains": _gains(plan),
+        "contributions": _contributions(plan),
         "correlation": _correlation(plan),
     }
 
 
-def _gains(plan: ManeuverPlan) -> go.Figure:
+def _contributions(plan: ManeuverPlan) -> go.Figure:
     """One line per 3-vector of the state: its worst axis over what that was at the start."""
-    table = plan.gains()
+    table = plan.contributions()
     sigma = table.iloc[:, -plan.problem.model.suite.n_states :].to_numpy(float)
     worst = sigma.reshape(len(table), -1, 3).max(axis=2)
     times = zip(table.index, table["time [s]"], strict=True)

@@ -180,7 +180,7 @@ class ManeuverPlan(Validated):
             for label, row in table[~table["kept"].astype(bool)].iterrows()
         ]
 
-    def gains(self) -> pd.DataFrame:
+    def contributions(self) -> pd.DataFrame:
         """What each phase bought; see `observability.gains`."""
         return observability.gains(self.problem.model, self.design, self.history)
 
