@@ -11,9 +11,9 @@ from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 
-from mgeo.cli.consoles import plain
 from mgeo.cli.progress import Display, Snapshot
 from mgeo.cli.signals import StopRequest
+from mgeo.terminal import pairs, plain
 
 _STOPPING = "stopping after this generation; Ctrl-C again to stop at once"
 
@@ -71,7 +71,7 @@ class LiveDisplay:
             lines.append(plain(f"first generation  {clock(time.monotonic() - self._start)}"))
         else:
             since = 0.0 if snapshot.last else time.monotonic() - self._taken
-            lines += [_bar(snapshot), _table(_times(snapshot, since) + _quantities(snapshot))]
+            lines += [_bar(snapshot), pairs(dict(_times(snapshot, since) + _quantities(snapshot)))]
         if self._request and not (snapshot and snapshot.last):
             lines.append(plain(_STOPPING, style="yellow"))
         return Group(*lines)
@@ -111,10 +111,3 @@ def _bar(snapshot: Snapshot) -> RenderableType:
     done = min(snapshot.evaluations, snapshot.budget)
     row.add_row(ProgressBar(snapshot.budget, done, width=40), plain(_evaluations(snapshot)))
     return row
-
-
-def _table(fields: list[tuple[str, str]]) -> RenderableType:
-    table = Table.grid(padding=(0, 2))
-    for name, value in fields:
-        table.add_row(plain(name, style="dim"), plain(value))
-    return table

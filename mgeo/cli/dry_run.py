@@ -6,10 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rich.table import Table
-
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.cli.consoles import plain
 from mgeo.cli.displays import clock
 from mgeo.cli.output import Output
 from mgeo.cli.running import can_draw, run_title
@@ -25,6 +22,7 @@ from mgeo.runs import (
 )
 from mgeo.runs.names import problem_size
 from mgeo.studies.outline import Outline
+from mgeo.terminal import pairs
 
 
 def describe_run(run: PreparedRun, keeper: Keeper, output: Output) -> None:
@@ -38,7 +36,7 @@ def describe_run(run: PreparedRun, keeper: Keeper, output: Output) -> None:
     files += [f"{RECORD_FOLDER}/"] if keeper.record else []
     output.print(
         run_title(recipe),
-        _table(
+        pairs(
             {
                 "size": _size(size),
                 "budget": f"{recipe.evaluations:,} evaluations",
@@ -67,7 +65,7 @@ def describe_study(outline: Outline, folder: Path, output: Output) -> None:
     missing = outline.runs - outline.found
     output.print(
         outline.title,
-        _table(
+        pairs(
             {label: _size(size) for label, size in sizes.items()}
             | {
                 "algorithms": ", ".join(outline.algorithms),
@@ -110,10 +108,3 @@ def _count(number: int, noun: str) -> str:
 def _time(seconds: float, timed: int) -> str:
     about = f"{seconds:.2g} s" if seconds < 10 else clock(seconds)
     return f"about {about}, an estimate from {timed:,} evaluations"
-
-
-def _table(rows: Mapping[str, str]) -> Table:
-    table = Table.grid(padding=(0, 2))
-    for name, text in rows.items():
-        table.add_row(plain(name, style="dim"), plain(text))
-    return table

@@ -12,7 +12,7 @@ from typing import Any
 
 import typer
 
-from mgeo.cli.consoles import printable
+from mgeo.terminal import printable
 
 #: What typer raises for a command line that cannot be understood; where it is kept has changed.
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from mgeo.cli.consoles import plain
 from mgeo.cli.output import Output
-from mgeo.cli.tables import table
 from mgeo.plugins.discovery import Plugin, installed_plugins, load_problem, preset_names
 from mgeo.runs.names import problem_size
+from mgeo.terminal import plain, table
 
 
 def list_problems(output: Output) -> None:

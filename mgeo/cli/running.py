@@ -7,7 +7,6 @@ from typing import Any
 
 from pymoo.core.problem import Problem
 
-from mgeo.cli.consoles import console
 from mgeo.cli.displays import clock, run_display
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.output import Output
@@ -36,6 +35,7 @@ from mgeo.runs import (
     write_figure,
     write_run,
 )
+from mgeo.terminal import console
 
 _CAUSES = 3  # of failed evaluations are shown
 

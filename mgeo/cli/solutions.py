@@ -5,9 +5,9 @@ from __future__ import annotations
 from pymoo.core.problem import Problem
 from rich.table import Table
 
-from mgeo.cli.tables import table
 from mgeo.plugins import protocol as contract
 from mgeo.runs import Outcome, front_table, highlights
+from mgeo.terminal import table
 
 
 def solutions_table(problem: Problem, outcome: Outcome) -> Table:

@@ -11,7 +11,6 @@ from typing import Any
 
 import joblib
 
-from mgeo.cli.consoles import plain
 from mgeo.cli.dry_run import describe_study
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.output import Output
@@ -21,6 +20,7 @@ from mgeo.studies.folder import NotReusedWarning
 from mgeo.studies.outline import outline
 from mgeo.studies.study import REPORT, run_study
 from mgeo.studies.verdict import verdict
+from mgeo.terminal import plain
 
 
 @dataclass(frozen=True)
