@@ -1,57 +1,71 @@
-"""How a run is going, in a few numbers, taken rarely enough to cost nothing."""
+"""How a run is going: redrawn in place on a terminal, as lines in a pipe or a log."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Protocol
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
 
 from mgeo.cli.signals import StopRequest
-from mgeo.runs import Keeper, State
+from mgeo.runs import Keeper, Recipe, State
+from mgeo.terminal import pairs, plain
 
 _MAX_SHARE = 0.02  # of the time of a run may go into computing what is shown
+_STOPPING = "stopping after this generation; Ctrl-C again to stop at once"
 
 
-@dataclass(frozen=True)
-class Snapshot:
-    """The state of a run; times in seconds, `left` None while it cannot be told."""
+class Progress:
+    """Callback of a run: shows how it is going, and passes a request to stop on to it.
 
-    evaluations: int
-    failed: int
-    budget: int
-    elapsed: float
-    left: float | None
-    solutions: int
-    best: dict[str, float]
-    hypervolume: float | None
-    whole_space: bool  # whether the hypervolume compares with that of another run
-    trouble: str  # why the latest checkpoint could not be written; empty if it was
-    last: bool  # whether the run ends here
+    Parameters
+    ----------
+    console
+        Where to show it; None for nowhere. Only within `shown`.
+    keeper
+        Of the run, to tell why a checkpoint could not be written.
 
-
-class Display(Protocol):
-    """Shows snapshots; `interval` is the least time between two, in seconds."""
-
-    interval: float
-
-    def show(self, snapshot: Snapshot) -> None:
-        """Show this one, now or at the next refresh."""
-
-
-class Reporter:
-    """Callback of a run: passes snapshots to a display, and a request to stop to the run."""
+    Attributes
+    ----------
+    interval
+        Least time between two looks at the run [s].
+    """
 
     def __init__(
-        self, display: Display | None, request: StopRequest, keeper: Keeper | None = None
+        self,
+        console: Console | None,
+        title: str,
+        request: StopRequest,
+        keeper: Keeper | None = None,
     ) -> None:
-        self._display = display
-        self._keeper = keeper
+        self._console = console
+        self._title = title
         self._request = request
+        self._keeper = keeper
+        self._live = console is not None and console.is_terminal and not console.is_dumb_terminal
+        self.interval = 0.25 if self._live else 10.0
         self._next = 0.0
         self._first: tuple[int, float] | None = None
+        self._latest: _Snapshot | None = None
+        self._taken = time.monotonic()
+
+    @contextmanager
+    def shown(self) -> Iterator[None]:
+        """Redraw it on a terminal meanwhile; elsewhere a line tells the title."""
+        if self._live:
+            with Live(self, console=self._console, refresh_per_second=1 / self.interval):
+                yield
+        else:
+            self._print(self._title)
+            yield
 
     def __call__(self, state: State) -> None:
-        """Take a snapshot if it is time to or the run ends here."""
+        """Look at the run if it is time to or the run ends here."""
         if self._request:
             state.stop()
         if self._first is None:  # the first step may include compiling: its time is not typical
@@ -60,39 +74,104 @@ class Reporter:
         last = state.stopped or state.evaluations >= state.budget
         if last:
             self._request.settle()
-        if self._display is None or (now < self._next and not last):
+        if self._console is None or (now < self._next and not last):
             return
         work = time.process_time()  # not the clock's: others may keep us waiting
-        self._display.show(self._snapshot(state, last))
-        cost = time.process_time() - work
-        self._next = now + max(self._display.interval, cost / _MAX_SHARE)
-
-    def _snapshot(self, state: State, last: bool) -> Snapshot:
-        _, F = state.front()
-        volume = state.hypervolume(F)
-        best = F.min(axis=0).tolist() if len(F) else []
-        return Snapshot(
-            evaluations=state.evaluations,
-            failed=sum(state.failures.values()),
-            budget=state.budget,
-            elapsed=state.elapsed,
-            left=self._time_left(state),
-            solutions=len(F),
-            best=dict(zip(state.objectives, best, strict=False)),
-            hypervolume=volume.value if volume else None,
-            whole_space=volume is not None and volume.space == "problem",
-            trouble=self._trouble(),
-            last=last,
+        left = _time_left(state, *self._first)
+        quantities = _quantities(state, self._keeper)
+        self._latest = _Snapshot(
+            state.evaluations, state.budget, state.elapsed, left, quantities, last
         )
+        self._taken = time.monotonic()
+        if not self._live:
+            self._print(self._latest.line())
+        cost = time.process_time() - work
+        self._next = now + max(self.interval, cost / _MAX_SHARE)
 
-    def _trouble(self) -> str:
-        if self._keeper is None or self._keeper.error is None:
-            return ""
-        return str(self._keeper.error)
+    def __rich__(self) -> RenderableType:
+        """What is seen at a refresh."""
+        latest, since = self._latest, time.monotonic() - self._taken
+        lines: list[RenderableType] = [plain(self._title, style="bold")]
+        if latest is None:
+            lines.append(plain(f"first generation  {clock(since)}"))
+        else:
+            times = latest.times(0.0 if latest.last else since)
+            lines += [latest.bar(), pairs({**times, **latest.quantities})]
+        if self._request and not (latest and latest.last):
+            lines.append(plain(_STOPPING, style="yellow"))
+        return Group(*lines)
 
-    def _time_left(self, state: State) -> float | None:
-        if self._first is None or state.evaluations <= self._first[0]:
-            return None
-        evaluations, elapsed = self._first
-        pace = (state.elapsed - elapsed) / (state.evaluations - evaluations)
-        return max(0.0, pace * (state.budget - state.evaluations))
+    def _print(self, line: str) -> None:
+        if self._console is not None:
+            self._console.print(plain(line), soft_wrap=True)
+
+
+@dataclass(frozen=True)
+class _Snapshot:
+    """The state of a run; times in seconds, `left` None while it cannot be told."""
+
+    evaluations: int
+    budget: int
+    elapsed: float
+    left: float | None
+    quantities: Mapping[str, str]
+    last: bool
+
+    def times(self, since: float = 0.0) -> dict[str, str]:
+        left = "-" if self.left is None else clock(max(0.0, self.left - since))
+        return {"elapsed": clock(self.elapsed + since), "left": left}
+
+    def bar(self) -> RenderableType:
+        row = Table.grid(padding=(0, 2))
+        done = min(self.evaluations, self.budget)
+        row.add_row(ProgressBar(self.budget, done, width=40), plain(self._evaluations))
+        return row
+
+    def line(self) -> str:
+        share = min(1.0, self.evaluations / self.budget)
+        named = {**self.quantities, **self.times()}.items()
+        fields = [f"{share:4.0%}", self._evaluations, *(f"{name} {text}" for name, text in named)]
+        return "  ".join(fields)
+
+    @property
+    def _evaluations(self) -> str:
+        return f"{self.evaluations:,} of {self.budget:,} evaluations"
+
+
+def run_title(recipe: Recipe) -> str:
+    """What a run is called."""
+    values = ", ".join(f"{key} = {value}" for key, value in recipe.parameters.items())
+    return f"{recipe.problem} · {recipe.algorithm} ({values}) · seed {recipe.seed}"
+
+
+def clock(seconds: float) -> str:
+    """A duration as minutes and seconds, with hours from one hour on: 0:07, 1:02:03."""
+    minutes, second = divmod(round(seconds), 60)
+    hours, minute = divmod(minutes, 60)
+    return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
+
+
+def _quantities(state: State, keeper: Keeper | None) -> dict[str, str]:
+    _, F = state.front()
+    shown = {"front": f"{len(F):,}"}
+    failed = sum(state.failures.values())
+    if failed:
+        shown["failed"] = f"{failed:,}"
+    if len(F):
+        best = zip(state.objectives, F.min(axis=0), strict=True)
+        shown |= {f"best {name}": f"{value:.6g}" for name, value in best}
+    volume = state.hypervolume(F)
+    if volume is not None:  # that of a range seen does not compare with another run's
+        seen = "" if volume.space == "problem" else " (of the range seen)"
+        shown[f"hypervolume{seen}"] = f"{volume.value:.4f}"
+    if keeper is not None and keeper.error is not None:
+        shown["no checkpoint:"] = str(keeper.error)
+    return shown
+
+
+def _time_left(state: State, evaluations: int, elapsed: float) -> float | None:
+    """Judged by the pace since so many evaluations were made in so much time."""
+    if state.evaluations <= evaluations:
+        return None
+    pace = (state.elapsed - elapsed) / (state.evaluations - evaluations)
+    return max(0.0, pace * (state.budget - state.evaluations))

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mgeo.cli import running
-from mgeo.cli.parameters import parse_numbers
+from mgeo.cli.options import parse_numbers
 from mgeo.files.lock import sole_use
 from mgeo.runs import read_run
 from mgeo.runs.algorithms import ALGORITHMS
@@ -295,7 +294,7 @@ def test_a_run_that_ended_meanwhile_is_kept(mgeo, monkeypatch):
             (folder / "run.json").write_text("another")
             yield
 
-    monkeypatch.setattr(running, "sole_use", late)
+    monkeypatch.setattr("mgeo.cli.solve.sole_use", late)
     refused = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     assert refused.exit_code == 2
     assert refused.stderr.startswith("Error: a is not empty: choose another folder")
