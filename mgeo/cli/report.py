@@ -31,6 +31,8 @@ def write_report(folder: Path, out: Path | None, formats: Sequence[str], output:
             raise ValueError(f"--out {path}: expected a name that ends in .html")
         if out and not out.parent.is_dir():
             raise FileNotFoundError(f"--out {out}: there is no folder {out.parent}")
+        if path.is_dir():
+            raise IsADirectoryError(f"{path} is a folder: expected a file, or none yet")
         if formats and figures.exists() and not figures.is_dir():
             raise FileExistsError(f"{figures} is a file: expected a folder to write figures into")
         html = report_html(folder).encode()

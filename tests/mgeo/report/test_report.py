@@ -66,6 +66,27 @@ def test_a_folder_without_a_run_is_one_line(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("out", "flags", "message"),
+    [
+        ("a.txt", [], "--out a.txt: expected a name that ends in .html"),
+        ("none/a.html", ["--png"], "--out none/a.html: there is no folder none"),
+        ("folder.html", [], "folder.html is a folder: expected a file, or none yet"),
+        ("a.html", ["--pdf"], "figures is a file: expected a folder to write figures into"),
+    ],
+)
+def test_what_cannot_be_written_is_refused_before_any_work(
+    tmp_path, monkeypatch, out, flags, message
+):
+    monkeypatch.setattr("mgeo.cli.report.report_html", lambda folder: pytest.fail("it was made"))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.html").mkdir()
+    (tmp_path / "figures").touch()
+    done = mgeo("report", tmp_path, "--out", out, *flags)
+    assert (done.exit_code, done.stdout, done.stderr) == (2, "", f"Error: {message}\n")
+    assert not (tmp_path / "none").exists()
+
+
 def test_it_loads_nothing_and_has_all_solutions(solved):
     folder = solved()
     tags = Tags(report_html(folder))
