@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 from pymoo.core.problem import Problem
 
 from mgeo.files.reading import errors_of
 from mgeo.plugins.discovery import load_problem
-from mgeo.runs.folder import RUN_FILE, Run, read_run
+from mgeo.runs import RUN_FILE, Highlight, Run, highlights, read_run
 
 
-def run_and_problem(folder: Path) -> tuple[Run, Problem]:
-    """The run of a folder, and its problem as it is installed.
+class Subject(NamedTuple):
+    """A run, its problem as it is installed, the solutions that tell most, and its title."""
+
+    run: Run
+    problem: Problem
+    chosen: list[Highlight]
+    title: str
+
+
+def read_subject(folder: Path) -> Subject:
+    """The run of a folder.
 
     Raises
     ------
@@ -23,13 +33,16 @@ def run_and_problem(folder: Path) -> tuple[Run, Problem]:
         or objectives.
     """
     run = read_run(folder)
+    recipe, outcome = run.recipe, run.outcome
     with errors_of(folder / RUN_FILE):
-        problem = load_problem(run.recipe.problem, run.recipe.options)
-        counts = len(run.outcome.variables), len(run.outcome.objectives)
+        problem = load_problem(recipe.problem, recipe.options)
+        counts = len(outcome.variables), len(outcome.objectives)
         if counts != (problem.n_var, problem.n_obj):
             raise ValueError(
                 f"the front has {counts[0]} variables and {counts[1]} objectives: expected "
                 f"{problem.n_var} and {problem.n_obj}, as the installed problem "
-                f"{run.recipe.problem!r} has with these options"
+                f"{recipe.problem!r} has with these options"
             )
-    return run, problem
+    chosen = highlights(problem, outcome.F, outcome.objectives)
+    title = f"{recipe.problem} · {recipe.algorithm} · seed {recipe.seed}"
+    return Subject(run, problem, chosen, title)

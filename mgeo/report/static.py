@@ -13,12 +13,10 @@ from typing import Any
 import plotly.graph_objects as go
 
 from mgeo.figures.motion import motion_of
-from mgeo.plugins import protocol as contract
-from mgeo.report import summary
+from mgeo.plugins import protocol
 from mgeo.report.history import recorded_history
-from mgeo.report.reading import run_and_problem
+from mgeo.report.reading import read_subject
 from mgeo.report.solutions import front_picture
-from mgeo.runs.highlights import highlights
 
 #: Width and height [px] of figures that have no size of their own.
 _SIZE = (900, 560)
@@ -62,15 +60,14 @@ def static_figures(folder: Path | str, formats: Sequence[str]) -> dict[str, byte
 
 
 def _pictures(folder: Path) -> dict[str, go.Figure]:
-    run, problem = run_and_problem(folder)
+    run, problem, chosen, title = read_subject(folder)
     outcome = run.outcome
     found: dict[str, go.Figure | None] = {}
-    if len(outcome.X):
-        found["front"] = front_picture(problem, outcome, summary.title(run))
+    if chosen:
+        found["front"] = front_picture(problem, outcome, title)
     found["hypervolume"] = recorded_history(folder, problem, outcome)
-    chosen = highlights(problem, outcome.F, outcome.objectives)
     told = [highlight for highlight in chosen if highlight.label != "between"]
-    drawn = contract.solution_figures(problem, outcome.X[[highlight.row for highlight in told]])
+    drawn = protocol.solution_figures(problem, outcome.X[[highlight.row for highlight in told]])
     for highlight, figures in zip(told, drawn, strict=bool(drawn)):
         for name, figure in figures.items():
             if motion_of(figure) is None:
