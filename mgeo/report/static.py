@@ -50,13 +50,11 @@ def static_figures(folder: Path | str, formats: Sequence[str]) -> dict[str, byte
         See `mgeo.report.report_html`.
     """
     try:
-        import kaleido
+        from kaleido import Kaleido
     except ImportError as error:
-        raise StaticExportError("PNG and PDF need kaleido: pip install 'mgeo[png]'") from error
-    if not hasattr(kaleido, "Kaleido"):
-        raise StaticExportError("PNG and PDF need kaleido 1 or newer: pip install 'mgeo[png]'")
-    pictures = _pictures(Path(folder))
-    return asyncio.run(_drawn(pictures, formats, kaleido.Kaleido))
+        needed = "kaleido 1 or newer: pip install 'mgeo[png]'"
+        raise StaticExportError(f"PNG and PDF need {needed}") from error
+    return asyncio.run(_drawn(_pictures(Path(folder)), formats, Kaleido))
 
 
 def _pictures(folder: Path) -> dict[str, go.Figure]:
@@ -75,10 +73,9 @@ def _pictures(folder: Path) -> dict[str, go.Figure]:
     return {name: _sized(figure) for name, figure in found.items() if figure is not None}
 
 
-def _file_name(taken: Container[str], *parts: str) -> str:
-    """Words in lower case joined by dashes, whatever characters the parts have."""
-    words = [word for part in parts for word in re.findall(r"[a-z0-9_]+", part.lower())]
-    name = "-".join(words) or "figure"
+def _file_name(taken: Container[str], label: str, figure: str) -> str:
+    """Words in lower case joined by dashes, whatever characters the names have."""
+    name = "-".join(re.findall(r"[a-z0-9_]+", f"{label} {figure}".lower())) or "figure"
     numbered = (f"{name}-{number}" for number in itertools.count(2))
     return next(chosen for chosen in itertools.chain([name], numbered) if chosen not in taken)
 
