@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Annotated, Any
 
 import typer
@@ -100,13 +101,7 @@ def parse_numbers(name: str, text: str) -> float | list[float]:
 
 
 def parse_settings(settings: Sequence[str]) -> dict[str, Any]:
-    """The parameters of NAME=VALUE texts.
-
-    Raises
-    ------
-    ValueError
-        If a text is none of that form, names a parameter twice or one with a flag of its own.
-    """
+    """The parameters of NAME=VALUE texts; raises as `parse_parameters`."""
     parameters: dict[str, Any] = {}
     for setting in settings:
         name, equals, value = setting.partition("=")
@@ -125,10 +120,8 @@ def _value(text: str) -> Any:
     if "," in text:
         return [_value(entry) for entry in text.split(",")]
     for kind in (int, float):
-        try:
+        with suppress(ValueError):
             return kind(text)
-        except ValueError:
-            continue
     return text
 
 

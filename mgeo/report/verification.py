@@ -62,6 +62,6 @@ def _check_form(found: Any) -> None:
         entry(found, key, str)
     n = len(entry(found, "columns", list[str]))
     for i, row in enumerate(entry(found, "rows", list)):
-        cells = row if isinstance(row, list) else []
-        if len(cells) != n or not all(isinstance(cell, str | int | float) for cell in cells):
+        kept = isinstance(row, list) and len(row) == n
+        if not (kept and all(isinstance(cell, str | int | float) for cell in row)):
             raise ValueError(f"rows[{i}] = {row!r:.80}: expected {n} numbers or strings")
