@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
 
 from pymoo.core.problem import Problem
 
@@ -12,17 +11,8 @@ from mgeo.plugins.discovery import load_problem
 from mgeo.runs import RUN_FILE, Highlight, Run, highlights, read_run
 
 
-class Subject(NamedTuple):
-    """A run, its problem as it is installed, the solutions that tell most, and its title."""
-
-    run: Run
-    problem: Problem
-    chosen: list[Highlight]
-    title: str
-
-
-def read_subject(folder: Path) -> Subject:
-    """The run of a folder.
+def read_subject(folder: Path) -> tuple[Run, Problem, list[Highlight], str]:
+    """The run of a folder, its problem as it is installed, the solutions that tell most, a title.
 
     Raises
     ------
@@ -45,4 +35,4 @@ def read_subject(folder: Path) -> Subject:
             )
     chosen = highlights(problem, outcome.F, outcome.objectives)
     title = f"{recipe.problem} · {recipe.algorithm} · seed {recipe.seed}"
-    return Subject(run, problem, chosen, title)
+    return run, problem, chosen, title
