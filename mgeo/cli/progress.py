@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -51,8 +50,9 @@ class Progress:
         self.interval = 0.25 if self._live else 10.0
         self._next = 0.0
         self._first: tuple[int, float] | None = None
-        self._latest: _Snapshot | None = None
-        self._taken = time.monotonic()
+        self._latest: tuple[State, dict[str, str]] | None = None
+        self._end: float | None = None  # expected, on the clock
+        self._begun = time.monotonic()
 
     @contextmanager
     def shown(self) -> Iterator[None]:
@@ -71,71 +71,49 @@ class Progress:
         if self._first is None:  # the first step may include compiling: its time is not typical
             self._first = state.evaluations, state.elapsed
         now = time.monotonic()
-        last = state.stopped or state.evaluations >= state.budget
+        last = _has_ended(state)
         if last:
             self._request.settle()
         if self._console is None or (now < self._next and not last):
             return
         work = time.process_time()  # not the clock's: others may keep us waiting
         left = _time_left(state, *self._first)
-        quantities = _quantities(state, self._keeper)
-        self._latest = _Snapshot(
-            state.evaluations, state.budget, state.elapsed, left, quantities, last
-        )
-        self._taken = time.monotonic()
+        self._end = None if left is None else now + left
+        self._latest = state, _quantities(state, self._keeper)
         if not self._live:
-            self._print(self._latest.line())
+            self._print("  ".join(self._fields(*self._latest)))
         cost = time.process_time() - work
         self._next = now + max(self.interval, cost / _MAX_SHARE)
 
     def __rich__(self) -> RenderableType:
         """What is seen at a refresh."""
-        latest, since = self._latest, time.monotonic() - self._taken
         lines: list[RenderableType] = [plain(self._title, style="bold")]
-        if latest is None:
-            lines.append(plain(f"first generation  {clock(since)}"))
+        ended = False
+        if self._latest is None:
+            lines.append(plain(f"first generation  {clock(time.monotonic() - self._begun)}"))
         else:
-            times = latest.times(0.0 if latest.last else since)
-            lines += [latest.bar(), pairs({**times, **latest.quantities})]
-        if self._request and not (latest and latest.last):
+            state, quantities = self._latest
+            ended = _has_ended(state)
+            bar = Table.grid(padding=(0, 2))
+            done = min(state.evaluations, state.budget)
+            bar.add_row(ProgressBar(state.budget, done, width=40), plain(_evaluations(state)))
+            lines += [bar, pairs({**self._times(state), **quantities})]
+        if self._request and not ended:
             lines.append(plain(_STOPPING, style="yellow"))
         return Group(*lines)
+
+    def _fields(self, state: State, quantities: Mapping[str, str]) -> list[str]:
+        share = min(1.0, state.evaluations / state.budget)
+        named = {**quantities, **self._times(state)}.items()
+        return [f"{share:4.0%}", _evaluations(state), *(f"{name} {text}" for name, text in named)]
+
+    def _times(self, state: State) -> dict[str, str]:
+        left = "-" if self._end is None else clock(max(0.0, self._end - time.monotonic()))
+        return {"elapsed": clock(state.elapsed), "left": left}
 
     def _print(self, line: str) -> None:
         if self._console is not None:
             self._console.print(plain(line), soft_wrap=True)
-
-
-@dataclass(frozen=True)
-class _Snapshot:
-    """The state of a run; times in seconds, `left` None while it cannot be told."""
-
-    evaluations: int
-    budget: int
-    elapsed: float
-    left: float | None
-    quantities: Mapping[str, str]
-    last: bool
-
-    def times(self, since: float = 0.0) -> dict[str, str]:
-        left = "-" if self.left is None else clock(max(0.0, self.left - since))
-        return {"elapsed": clock(self.elapsed + since), "left": left}
-
-    def bar(self) -> RenderableType:
-        row = Table.grid(padding=(0, 2))
-        done = min(self.evaluations, self.budget)
-        row.add_row(ProgressBar(self.budget, done, width=40), plain(self._evaluations))
-        return row
-
-    def line(self) -> str:
-        share = min(1.0, self.evaluations / self.budget)
-        named = {**self.quantities, **self.times()}.items()
-        fields = [f"{share:4.0%}", self._evaluations, *(f"{name} {text}" for name, text in named)]
-        return "  ".join(fields)
-
-    @property
-    def _evaluations(self) -> str:
-        return f"{self.evaluations:,} of {self.budget:,} evaluations"
 
 
 def run_title(recipe: Recipe) -> str:
@@ -149,6 +127,14 @@ def clock(seconds: float) -> str:
     minutes, second = divmod(round(seconds), 60)
     hours, minute = divmod(minutes, 60)
     return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
+
+
+def _has_ended(state: State) -> bool:
+    return state.stopped or state.evaluations >= state.budget
+
+
+def _evaluations(state: State) -> str:
+    return f"{state.evaluations:,} of {state.budget:,} evaluations"
 
 
 def _quantities(state: State, keeper: Keeper | None) -> dict[str, str]:
