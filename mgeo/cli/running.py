@@ -17,7 +17,7 @@ from mgeo.cli.solutions import solutions_table
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures import MOST_OBJECTIVES, front_figure, page
 from mgeo.files.lock import sole_use
-from mgeo.plugins import protocol as contract
+from mgeo.plugins import protocol
 from mgeo.runs import (
     CHECKPOINT_FILE,
     FIGURE_FILE,
@@ -106,7 +106,7 @@ def can_draw(problem: Problem) -> bool:
 def _front_page(run: PreparedRun | ResumedRun, outcome: Outcome) -> str | None:
     """The plugin's picture of the front or else ours, None where neither can draw it."""
     title = run_title(run.recipe)
-    figure = contract.front_figure(run.problem, outcome.X) if len(outcome.X) else None
+    figure = protocol.front_figure(run.problem, outcome.X) if len(outcome.X) else None
     if figure is None and len(outcome.objectives) <= MOST_OBJECTIVES:
         figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
     return None if figure is None else page(figure, title)

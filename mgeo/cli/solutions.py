@@ -6,7 +6,7 @@ from pymoo.core.problem import Problem
 from rich.table import Table
 
 from mgeo.cli.tables import table
-from mgeo.plugins import protocol as contract
+from mgeo.plugins import protocol
 from mgeo.runs import Outcome, front_table, highlights
 
 
@@ -17,7 +17,7 @@ def solutions_table(problem: Problem, outcome: Outcome) -> Table:
     """
     chosen = highlights(problem, outcome.F, outcome.objectives)
     rows = [highlight.row for highlight in chosen]
-    described = contract.describe(problem, outcome.X[rows])
+    described = protocol.describe(problem, outcome.X[rows])
     if described is None:
         described = front_table(outcome).iloc[rows][[*outcome.objectives, *outcome.variables]]
     titles = ["", *(highlight.label for highlight in chosen)]

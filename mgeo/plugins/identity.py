@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from pymoo.core.problem import Problem
 
-from mgeo.plugins import protocol as contract
+from mgeo.plugins import protocol
 
 
 def identity(problem: Problem) -> dict[str, Any]:
     """Class, sizes, bounds and, if the problem has them, ``options()``; JSON values."""
     declared = getattr(problem, "vars", None)
-    options = contract.options(problem)
+    options = protocol.options(problem)
     data = {
         "class": type(problem).__name__,
         "n_var": problem.n_var,

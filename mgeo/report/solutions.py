@@ -13,7 +13,7 @@ from pymoo.core.problem import Problem
 
 from mgeo.figures.front import MOST_OBJECTIVES, front_figure
 from mgeo.figures.motion import check_motion
-from mgeo.plugins import protocol as contract
+from mgeo.plugins import protocol
 from mgeo.report.encode import Json, decoded, figure_json, shared
 from mgeo.runs.highlights import Highlight
 from mgeo.runs.solve import Outcome
@@ -45,7 +45,7 @@ def front_picture(problem: Problem, outcome: Outcome, title: str) -> go.Figure |
     n = len(outcome.X)
     figure = None
     if n <= _MOST_TEXTS:
-        figure = contract.front_figure(problem, outcome.X)
+        figure = protocol.front_figure(problem, outcome.X)
         if figure is not None and not _numbered(figure, n):
             figure = None
     if figure is None:
@@ -72,7 +72,7 @@ def plans_json(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]
         If the problem's `solution_figures` returns another number of entries, or a figure moves
         in no way that the page knows.
     """
-    drawn = contract.solution_figures(problem, X[rows])
+    drawn = protocol.solution_figures(problem, X[rows])
     if not drawn:
         return {"common": {}, "values": {}}
     for figure in (figure for figures in drawn for figure in figures.values()):
@@ -84,7 +84,7 @@ def plans_json(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]
 
 def described(problem: Problem, outcome: Outcome, rows: NDArray[np.int64]) -> Json:
     """Solutions in the problem's own terms, or else their objectives."""
-    table = contract.describe(problem, outcome.X[rows])
+    table = protocol.describe(problem, outcome.X[rows])
     if table is None:
         table = pd.DataFrame(outcome.F[rows], columns=list(outcome.objectives))
     return {"columns": [str(name) for name in table.columns], "rows": _by_row(cells(table), rows)}

@@ -13,7 +13,7 @@ from typing import Any
 import plotly.graph_objects as go
 
 from mgeo.figures.motion import motion_of
-from mgeo.plugins import protocol as contract
+from mgeo.plugins import protocol
 from mgeo.report import summary
 from mgeo.report.history import recorded_history
 from mgeo.report.reading import run_and_problem
@@ -70,7 +70,7 @@ def _pictures(folder: Path) -> dict[str, go.Figure]:
     found["hypervolume"] = recorded_history(folder, problem, outcome)
     chosen = highlights(problem, outcome.F, outcome.objectives)
     told = [highlight for highlight in chosen if highlight.label != "between"]
-    drawn = contract.solution_figures(problem, outcome.X[[highlight.row for highlight in told]])
+    drawn = protocol.solution_figures(problem, outcome.X[[highlight.row for highlight in told]])
     for highlight, figures in zip(told, drawn, strict=bool(drawn)):
         for name, figure in figures.items():
             if motion_of(figure) is None:

@@ -17,7 +17,7 @@ from typing import Any
 from pymoo.core.problem import Problem
 
 from mgeo.files.reading import entry, errors_of, read_json
-from mgeo.plugins import protocol as contract
+from mgeo.plugins import protocol
 from mgeo.plugins.identity import difference
 from mgeo.runs.folder import Run
 from mgeo.runs.keep import VERIFICATION_FILES
@@ -35,7 +35,7 @@ def verifications(
     ValueError
         For a file of another form, naming it.
     """
-    options = contract.options(problem)
+    options = protocol.options(problem)
     solved = {
         "problem": run.recipe.problem,
         # as a file gives them

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from mgeo._validation import integer
 from mgeo.files.reading import entry
-from mgeo.plugins import protocol as contract
+from mgeo.plugins import protocol
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import (
     DEFAULT,
@@ -127,7 +127,7 @@ def prepare(
     complete = complete_parameters(algorithm, parameters or {})
     built = load_problem(problem, options)
     optimizer = build_algorithm(algorithm, complete, built)
-    own = contract.options(built)
+    own = protocol.options(built)
     effective = dict(options or {}) if own is None else own
     if evaluations is None:
         evaluations = default_evaluations(optimizer, built)

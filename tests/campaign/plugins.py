@@ -1,4 +1,4 @@
-"""Plugins that do not keep the contract."""
+"""Plugins that break the plugin protocol."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def cantilever(tmp_path, monkeypatch):
 def test_the_example_plugin_passes_its_own_test(cantilever):
     names = {}
     exec(cantilever, names)
-    names["test_contract"]()
+    names["test_protocol"]()
 
 
 def test_the_example_plugin_is_right(cantilever):
