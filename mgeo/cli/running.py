@@ -16,7 +16,7 @@ from mgeo.cli.signals import StopRequest, stop_requests
 from mgeo.cli.solutions import solutions_table
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures import MOST_OBJECTIVES, front_figure, page
-from mgeo.files.lock import sole_use
+from mgeo.files.lock import lock
 from mgeo.plugins import protocol
 from mgeo.runs import (
     CHECKPOINT_FILE,
@@ -53,7 +53,7 @@ def run_to_folder(
     # until everything is written: impatience must not cost a run, nor another run its files
     with ExitStack() as stack, stop_requests() as stop:
         with bad_input():
-            stack.enter_context(sole_use(folder))
+            stack.enter_context(lock(folder))
             # another run may have ended there since somebody looked
             check_folder(folder, overwrite=overwrite)
         try:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from mgeo import read_record
-from mgeo.files.lock import sole_use
+from mgeo.files.lock import lock
 from mgeo.persistence.checkpoint import read_notes
 from mgeo.runs import CHECKPOINT_FILE, read_run
 
@@ -137,7 +137,7 @@ def test_bad_input_is_one_line_and_changes_nothing(mgeo, arguments, message):
 def test_a_folder_that_somebody_works_in_is_left_alone(mgeo):
     solve(mgeo, "a", 160)
     before = {path: path.read_bytes() for path in Path("a").iterdir()}
-    with sole_use(Path("a")):
+    with lock(Path("a")):
         for command in (["resume", "a"], ["solve", "cantilever", "--overwrite", "--out", "a"]):
             refused = mgeo(*command)
             assert (refused.exit_code, refused.stdout) == (2, "")

@@ -8,7 +8,7 @@ import pytest
 
 from mgeo.cli import running
 from mgeo.cli.parameters import parse_numbers
-from mgeo.files.lock import sole_use
+from mgeo.files.lock import lock
 from mgeo.runs import read_run
 from mgeo.runs.algorithms import ALGORITHMS
 
@@ -291,11 +291,11 @@ def test_a_run_that_ended_meanwhile_is_kept(mgeo, monkeypatch):
 
     @contextmanager
     def late(folder):
-        with sole_use(folder):
+        with lock(folder):
             (folder / "run.json").write_text("another")
             yield
 
-    monkeypatch.setattr(running, "sole_use", late)
+    monkeypatch.setattr(running, "lock", late)
     refused = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     assert refused.exit_code == 2
     assert refused.stderr.startswith("Error: a is not empty: choose another folder")
