@@ -13,6 +13,7 @@ from mgeo.cli.consoles import plain
 from mgeo.cli.displays import clock
 from mgeo.cli.output import Output
 from mgeo.cli.running import can_draw, run_title
+from mgeo.plugins.protocol import problem_size
 from mgeo.runs import (
     CHECKPOINT_FILE,
     FIGURE_FILE,
@@ -23,7 +24,6 @@ from mgeo.runs import (
     PreparedRun,
     estimate,
 )
-from mgeo.runs.names import problem_size
 from mgeo.studies.outline import Outline
 
 

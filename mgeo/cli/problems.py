@@ -8,7 +8,7 @@ from mgeo.cli.consoles import plain
 from mgeo.cli.output import Output
 from mgeo.cli.tables import table
 from mgeo.plugins.discovery import Plugin, installed_plugins, load_problem, preset_names
-from mgeo.runs.names import problem_size
+from mgeo.plugins.protocol import problem_size
 
 
 def list_problems(output: Output) -> None:

@@ -11,13 +11,13 @@ from mgeo._validation import integer
 from mgeo.files.reading import entry
 from mgeo.plugins import protocol
 from mgeo.plugins.discovery import load_problem
+from mgeo.plugins.protocol import column_names
 from mgeo.runs.algorithms import (
     DEFAULT,
     build_algorithm,
     complete_parameters,
     default_evaluations,
 )
-from mgeo.runs.names import column_names
 from mgeo.runs.solve import Outcome, State, set_up, solve
 
 if TYPE_CHECKING:

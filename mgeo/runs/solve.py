@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from mgeo.evaluation.designs import as_numbers
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.files.reading import entry
+from mgeo.plugins.protocol import column_names
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
-from mgeo.runs.names import column_names
 from mgeo.runs.seeding import seed_archives
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from mgeo._validation import integer
 from mgeo.files.reading import entry, errors_of, read_json
 from mgeo.files.tables import read_texts, to_csv
 from mgeo.plugins import protocol
-from mgeo.runs.names import column_names
+from mgeo.plugins.protocol import column_names
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Case
 from mgeo.studies.indicators import applicable

@@ -169,15 +169,14 @@ def spoil_record(box: Box, folder: Path) -> None:
         place = int(box.rng.integers(len(cells)))
         others: list[Any] = [
             None, -1, 2**62, 1.5, "x", "", b"", bytes(7), bytes(8), "O", "<U4", "|b1", "<f4", "<i8",
-            spoiled_bytes(box, row[2]), np.full(24, np.nan).tobytes(), bytes(100_000),
+            spoiled_bytes(box, row[2]), row[2][:-1], np.full(24, np.nan).tobytes(), bytes(100_000),
         ]  # fmt: skip
         cells[place] = box.pick(others)
         box.note(f"{place} of generation {number} is {cells[place]!r:.40}")
         with contextlib.suppress(TypeError):  # of what is no blob
             if box.chance(0.7):
-                cells[7] = record_file._crc32(json.dumps(names), cells[0], cells[1], cells[2:7])
-        columns = ["number", "dtype", *record_file.ARRAYS, "crc32"]
-        changes = ", ".join(f"{column} = ?" for column in columns)
+                cells[3] = record_file._crc32(names, *cells[:3])
+        changes = "number = ?, dtype = ?, candidates = ?, crc32 = ?"
         with contextlib.suppress(sqlite3.Error):  # a number that is no integer
             database.execute(f"UPDATE generations SET {changes} WHERE number = {number}", cells)
 

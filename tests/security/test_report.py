@@ -66,9 +66,10 @@ def hostile(solved, monkeypatch):  # noqa: F811
     table = pd.read_csv(folder / "front.csv")
     table.columns = [*names["variables"], *names["objectives"]]
     table.to_csv(folder / "front.csv", index=False)
-    _, rows = record_file.read(folder / "evaluations")
-    record_file.create(folder / "evaluations", dict(zip("XF", names.values(), strict=True)))
-    record_file.append(folder / "evaluations", [(1, rows)])
+    old, generations = record_file.read(folder / "evaluations")
+    renamed = old | dict(zip("XF", names.values(), strict=True))
+    record_file.create(folder / "evaluations", renamed)
+    record_file.append(folder / "evaluations", enumerate(generations, 1))
     tie = {
         "problem": data["recipe"]["problem"],
         "options": data["recipe"]["options"],
