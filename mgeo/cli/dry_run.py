@@ -20,29 +20,29 @@ from mgeo.runs import (
     FRONT_FILE,
     RECORD_FOLDER,
     RUN_FILE,
-    Keeper,
     PreparedRun,
+    RunPersistence,
     estimate,
 )
 from mgeo.studies.outline import Outline
 
 
-def describe_run(run: PreparedRun, keeper: Keeper, output: Output) -> None:
+def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) -> None:
     """Tell it about a run of ``mgeo solve``; the problem is evaluated for about a second."""
-    recipe = run.recipe
-    expected = estimate(run.problem, run.algorithm, recipe.evaluations, recipe.seed)
+    configuration = run.configuration
+    expected = estimate(run.problem, run.algorithm, configuration.evaluations, configuration.seed)
     size = problem_size(run.problem)
     files = [FRONT_FILE, RUN_FILE]
     files += [FIGURE_FILE] if can_draw(run.problem) else []
     files += [CHECKPOINT_FILE] if isinstance(run.algorithm, ExtremalOptimization) else []
-    files += [f"{RECORD_FOLDER}/"] if keeper.record else []
+    files += [f"{RECORD_FOLDER}/"] if persistence.record else []
     output.print(
-        run_title(recipe),
+        run_title(configuration),
         _table(
             {
                 "size": _size(size),
-                "budget": f"{recipe.evaluations:,} evaluations",
-                "folder": str(keeper.folder),
+                "budget": f"{configuration.evaluations:,} evaluations",
+                "folder": str(persistence.folder),
                 "files": ", ".join(files),
                 "time": _time(expected.elapsed, expected.timed),
             }
@@ -51,9 +51,9 @@ def describe_run(run: PreparedRun, keeper: Keeper, output: Output) -> None:
     output.result(
         {
             "dry_run": True,
-            "recipe": recipe.to_dict(),
+            "configuration": configuration.model_dump(),
             **size,
-            "folder": str(keeper.folder),
+            "folder": str(persistence.folder),
             "files": files,
             "expected_time_s": expected.elapsed,
             "timed_evaluations": expected.timed,

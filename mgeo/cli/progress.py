@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from mgeo.cli.signals import StopRequest
-from mgeo.runs import Keeper, State
+from mgeo.runs import RunPersistence, State
 
 _MAX_SHARE = 0.02  # of the time of a run may go into computing what is shown
 
@@ -42,10 +42,13 @@ class Reporter:
     """Callback of a run: passes snapshots to a display, and a request to stop to the run."""
 
     def __init__(
-        self, display: Display | None, request: StopRequest, keeper: Keeper | None = None
+        self,
+        display: Display | None,
+        request: StopRequest,
+        persistence: RunPersistence | None = None,
     ) -> None:
         self._display = display
-        self._keeper = keeper
+        self._persistence = persistence
         self._request = request
         self._next = 0.0
         self._first: tuple[int, float] | None = None
@@ -86,9 +89,9 @@ class Reporter:
         )
 
     def _trouble(self) -> str:
-        if self._keeper is None or self._keeper.error is None:
+        if self._persistence is None or self._persistence.error is None:
             return ""
-        return str(self._keeper.error)
+        return str(self._persistence.error)
 
     def _time_left(self, state: State) -> float | None:
         if self._first is None or state.evaluations <= self._first[0]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from mgeo.cli.errors import bad_input
 from mgeo.cli.output import Output
 from mgeo.cli.running import run_to_folder
-from mgeo.runs import Keeper, resume_run
+from mgeo.runs import RunPersistence, resume_run
 
 
 def run(
@@ -25,6 +25,8 @@ def run(
             )
         for warning in told:
             output.note(f"Note: {warning.message}")
-        record = resumed.notes["record"]
-        keeper = Keeper(folder, resumed.recipe, resumed.algorithm, record=record)
-    return run_to_folder(resumed, keeper, output, overwrite=True)
+        record = resumed.notes is not None and resumed.notes.record
+        persistence = RunPersistence(
+            folder, resumed.configuration, resumed.algorithm, record=record
+        )
+    return run_to_folder(resumed, persistence, output, overwrite=True)

@@ -24,12 +24,11 @@ from mgeo.runs import (
     FRONT_FILE,
     RECORD_FOLDER,
     RUN_FILE,
-    Keeper,
     Outcome,
     PreparedRun,
-    Recipe,
-    ResumedRun,
     Run,
+    RunConfiguration,
+    RunPersistence,
     check_folder,
     installed_versions,
     run_document,
@@ -41,15 +40,15 @@ _CAUSES = 3  # of failed evaluations are shown
 
 
 def run_to_folder(
-    run: PreparedRun | ResumedRun, keeper: Keeper, output: Output, *, overwrite: bool
+    run: PreparedRun, persistence: RunPersistence, output: Output, *, overwrite: bool
 ) -> int:
-    """Run it to its end, write what it found into the keeper's folder; the exit code.
+    """Run it to its end, write what it found into its folder; the exit code.
 
     Without `overwrite` there may be nothing in the folder.
 
     0 if the budget was used, 128 + the number of the signal that stopped the run.
     """
-    folder = keeper.folder
+    folder = persistence.folder
     # until everything is written: impatience must not cost a run, nor another run its files
     with ExitStack() as stack, stop_requests() as stop:
         with bad_input():
@@ -59,15 +58,15 @@ def run_to_folder(
         try:
             # of errors while it runs only those of writing are the user's to put right
             with bad_input((OSError,)):
-                outcome = _solve(run, keeper, stop, output)
+                outcome = _solve(run, persistence, stop, output)
         except BaseException as error:
-            keeper.drop_if_useless()
+            persistence.drop_if_useless()
             with suppress(OSError):  # a folder with something in it stays
                 folder.rmdir()
-            if keeper.can_go_on and isinstance(error, EvaluationError):
+            if persistence.can_resume and isinstance(error, EvaluationError):
                 output.note(f"To go on once that is put right: mgeo resume {folder}")
             raise
-        made = Run(run.recipe, outcome, installed_versions(run.recipe.problem))
+        made = Run(run.configuration, outcome, installed_versions(run.configuration.problem))
         with bad_input():
             # the folder was checked before the run: whatever is in it now may be replaced
             write_run(folder, made, overwrite=True)
@@ -75,27 +74,27 @@ def run_to_folder(
         with bad_input():
             if html is not None:
                 write_figure(folder, html)
-    _print_results(run, outcome, keeper, html is not None, output)
-    output.result(_document(made, keeper))
+    _print_results(run, outcome, persistence, html is not None, output)
+    output.result(_document(made, persistence))
     return stop.exit_code if outcome.status == "interrupted" else ExitCode.DONE
 
 
 def _solve(
-    run: PreparedRun | ResumedRun, keeper: Keeper, stop: StopRequest, output: Output
+    run: PreparedRun, persistence: RunPersistence, stop: StopRequest, output: Output
 ) -> Outcome:
     with ExitStack() as shown:
         display = None
         if not output.quiet:
             display = shown.enter_context(
-                run_display(console(stderr=True), run_title(run.recipe), stop)
+                run_display(console(stderr=True), run_title(run.configuration), stop)
             )
-        return run.solve(Reporter(display, stop, keeper), keeper)
+        return run.solve(Reporter(display, stop, persistence), persistence)
 
 
-def run_title(recipe: Recipe) -> str:
+def run_title(run: RunConfiguration) -> str:
     """What a run is called."""
-    values = ", ".join(f"{key} = {value}" for key, value in recipe.parameters.items())
-    return f"{recipe.problem} · {recipe.algorithm} ({values}) · seed {recipe.seed}"
+    values = ", ".join(f"{key} = {value}" for key, value in run.parameters.items())
+    return f"{run.problem} · {run.algorithm} ({values}) · seed {run.seed}"
 
 
 def can_draw(problem: Problem) -> bool:
@@ -103,9 +102,9 @@ def can_draw(problem: Problem) -> bool:
     return hasattr(problem, "figures") or problem.n_obj <= MOST_OBJECTIVES
 
 
-def _front_page(run: PreparedRun | ResumedRun, outcome: Outcome) -> str | None:
+def _front_page(run: PreparedRun, outcome: Outcome) -> str | None:
     """The plugin's picture of the front or else ours, None where neither can draw it."""
-    title = run_title(run.recipe)
+    title = run_title(run.configuration)
     figure = protocol.front_figure(run.problem, outcome.X) if len(outcome.X) else None
     if figure is None and len(outcome.objectives) <= MOST_OBJECTIVES:
         figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
@@ -113,7 +112,7 @@ def _front_page(run: PreparedRun | ResumedRun, outcome: Outcome) -> str | None:
 
 
 def _print_results(
-    run: PreparedRun | ResumedRun, outcome: Outcome, keeper: Keeper, drawn: bool, output: Output
+    run: PreparedRun, outcome: Outcome, persistence: RunPersistence, drawn: bool, output: Output
 ) -> None:
     summary = [
         f"{outcome.status} after {outcome.evaluations:,} evaluations in {clock(outcome.wall_time)}",
@@ -128,19 +127,19 @@ def _print_results(
         output.print("no feasible solution was found")
     elif output.for_people:
         output.print(solutions_table(run.problem, outcome))
-    output.print(f"written: {keeper.folder / (FIGURE_FILE if drawn else '')}")
-    if keeper.error is not None:
-        output.print(f"no checkpoint: {keeper.error}")
-    elif outcome.status == "interrupted" and keeper.can_go_on:
-        output.print(f"to go on: mgeo resume {keeper.folder}")
+    output.print(f"written: {persistence.folder / (FIGURE_FILE if drawn else '')}")
+    if persistence.error is not None:
+        output.print(f"no checkpoint: {persistence.error}")
+    elif outcome.status == "interrupted" and persistence.can_resume:
+        output.print(f"to go on: mgeo resume {persistence.folder}")
 
 
-def _document(made: Run, keeper: Keeper) -> dict[str, Any]:
+def _document(made: Run, persistence: RunPersistence) -> dict[str, Any]:
     names = (FRONT_FILE, RUN_FILE, FIGURE_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
-    written = [name for name in names if (keeper.folder / name).exists()]
-    error = None if keeper.error is None else str(keeper.error)
+    written = [name for name in names if (persistence.folder / name).exists()]
+    error = None if persistence.error is None else str(persistence.error)
     return {
-        "folder": str(keeper.folder),
+        "folder": str(persistence.folder),
         "files": written,
         "checkpoint_error": error,
         **run_document(made),

@@ -7,7 +7,7 @@ from rich.table import Table
 
 from mgeo.cli.tables import table
 from mgeo.plugins import protocol
-from mgeo.runs import Outcome, front_table, highlights
+from mgeo.runs import Outcome, front_table, representative_solutions
 
 
 def solutions_table(problem: Problem, outcome: Outcome) -> Table:
@@ -15,10 +15,10 @@ def solutions_table(problem: Problem, outcome: Outcome) -> Table:
 
     The quantities are those of ``problem.describe``, or else objectives and variables.
     """
-    chosen = highlights(problem, outcome.F, outcome.objectives)
-    rows = [highlight.row for highlight in chosen]
+    chosen = representative_solutions(problem, outcome.F, outcome.objectives)
+    rows = [solution.row for solution in chosen]
     described = protocol.describe(problem, outcome.X[rows])
     if described is None:
         described = front_table(outcome).iloc[rows][[*outcome.objectives, *outcome.variables]]
-    titles = ["", *(highlight.label for highlight in chosen)]
+    titles = ["", *(solution.label for solution in chosen)]
     return table(titles, [(str(name), *described[name]) for name in described.columns])

@@ -12,7 +12,7 @@ from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.output import Output
 from mgeo.cli.parameters import flag
 from mgeo.cli.running import run_to_folder
-from mgeo.runs import Keeper, check_folder, prepare, prepare_folder
+from mgeo.runs import RunPersistence, check_folder, prepare, prepare_folder
 from mgeo.runs.algorithms import complete_parameters
 from mgeo.runs.scenario import read_scenario
 
@@ -45,14 +45,16 @@ def run(request: Request, output: Output) -> int:
             evaluations=request.evaluations,
             seed=request.seed,
         )
-        keeper = Keeper(request.out, prepared.recipe, prepared.algorithm, record=request.record)
+        persistence = RunPersistence(
+            request.out, prepared.configuration, prepared.algorithm, record=request.record
+        )
         check_folder(request.out, overwrite=request.overwrite)
         if not request.dry_run:
             prepare_folder(request.out, overwrite=request.overwrite)
     if request.dry_run:
-        describe_run(prepared, keeper, output)
+        describe_run(prepared, persistence, output)
         return ExitCode.DONE
-    return run_to_folder(prepared, keeper, output, overwrite=request.overwrite)
+    return run_to_folder(prepared, persistence, output, overwrite=request.overwrite)
 
 
 def check_flags(algorithm: str, parameters: Mapping[str, Any]) -> None:

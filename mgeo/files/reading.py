@@ -152,7 +152,7 @@ def entry(table: Any, key: str, kind: Any, where: str = "") -> Any:
         str, int, float (finite; also an int), bool, list, dict, or of these ``list[str]``,
         ``dict[str, int]``, and so on.
     where
-        What the table is called in messages, such as ``"recipe."``.
+        What the table is called in messages, such as ``"hypervolume."``.
 
     Raises
     ------

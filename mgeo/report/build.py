@@ -26,7 +26,7 @@ from mgeo.report.solutions import (
 )
 from mgeo.report.verification import verifications
 from mgeo.runs.folder import Run, front_table
-from mgeo.runs.highlights import Highlight, highlights
+from mgeo.runs.representative import RepresentativeSolution, representative_solutions
 
 
 def report_html(folder: Path | str) -> str:
@@ -42,7 +42,7 @@ def report_html(folder: Path | str) -> str:
     folder = Path(folder)
     run, problem = run_and_problem(folder)
     outcome = run.outcome
-    chosen = highlights(problem, outcome.F, outcome.objectives)
+    chosen = representative_solutions(problem, outcome.F, outcome.objectives)
     recorded = recorded_history(folder, problem, outcome)
     history = None if recorded is None else figure_json(recorded)
     data = _data(problem, run, chosen, history)
@@ -51,7 +51,7 @@ def report_html(folder: Path | str) -> str:
         title=summary.title(run),
         lead=summary.lead(run),
         facts=summary.facts(run, folder),
-        options=json.dumps(run.recipe.options, indent=2, ensure_ascii=False),
+        options=json.dumps(run.configuration.options, indent=2, ensure_ascii=False),
         outcome=outcome,
         chosen=chosen,
         verifications=list(verifications(folder, run, problem)),
@@ -64,7 +64,7 @@ def report_html(folder: Path | str) -> str:
     )
 
 
-def _data(problem: Problem, run: Run, chosen: list[Highlight], history: Json) -> Json:
+def _data(problem: Problem, run: Run, chosen: list[RepresentativeSolution], history: Json) -> Json:
     outcome = run.outcome
     if not len(outcome.X):
         return {"history": history, "table": None}
@@ -77,7 +77,7 @@ def _data(problem: Problem, run: Run, chosen: list[Highlight], history: Json) ->
         "described": described(problem, outcome, rows),
         "bounds": _bounds(problem),
         "limits": limits_json(problem, outcome.X, rows),
-        "labels": {str(highlight.row): highlight.label for highlight in chosen},
+        "labels": {str(solution.row): solution.label for solution in chosen},
         "first": next((h.row for h in chosen if h.label == "knee"), chosen[0].row),
         "front": front_json(front_picture(problem, outcome, summary.title(run))),
         "plans": plans_json(problem, outcome.X, rows),

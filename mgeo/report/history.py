@@ -13,7 +13,7 @@ from pymoo.core.problem import Problem
 from mgeo.pareto.dominance import nondominated
 from mgeo.persistence.recorder import read_record
 from mgeo.runs.hypervolume import HypervolumeMeter
-from mgeo.runs.keep import RECORD_FOLDER
+from mgeo.runs.persistence import RECORD_FOLDER
 from mgeo.runs.solve import Outcome
 
 _SAMPLES = 60

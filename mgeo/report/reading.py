@@ -24,12 +24,12 @@ def run_and_problem(folder: Path) -> tuple[Run, Problem]:
     """
     run = read_run(folder)
     with errors_of(folder / RUN_FILE):
-        problem = load_problem(run.recipe.problem, run.recipe.options)
+        problem = load_problem(run.configuration.problem, run.configuration.options)
         counts = len(run.outcome.variables), len(run.outcome.objectives)
         if counts != (problem.n_var, problem.n_obj):
             raise ValueError(
                 f"the front has {counts[0]} variables and {counts[1]} objectives: expected "
                 f"{problem.n_var} and {problem.n_obj}, as the installed problem "
-                f"{run.recipe.problem!r} has with these options"
+                f"{run.configuration.problem!r} has with these options"
             )
     return run, problem

@@ -15,7 +15,7 @@ from mgeo.figures.front import MOST_OBJECTIVES, front_figure
 from mgeo.figures.motion import check_motion
 from mgeo.plugins import protocol
 from mgeo.report.encode import Json, decoded, figure_json, shared
-from mgeo.runs.highlights import Highlight
+from mgeo.runs.representative import RepresentativeSolution
 from mgeo.runs.solve import Outcome
 
 #: Solutions whose figures go into a report, so that its size stays bounded.
@@ -25,14 +25,16 @@ MOST_PLANS = 300
 _MOST_TEXTS = 2000
 
 
-def planned_rows(chosen: Sequence[Highlight], n: int, most: int = MOST_PLANS) -> NDArray[np.int64]:
-    """Rows that get figures of their own: all, or the highlights and others spread over the front.
+def planned_rows(
+    chosen: Sequence[RepresentativeSolution], n: int, most: int = MOST_PLANS
+) -> NDArray[np.int64]:
+    """Rows that get figures of their own: all, or representative ones and others between them.
 
     Ascending; the front is ordered by its first objective.
     """
     if n <= most:
         return np.arange(n)
-    rows = [highlight.row for highlight in chosen][:most]
+    rows = [solution.row for solution in chosen][:most]
     spread = np.linspace(0, n - 1, most - len(rows)).round().astype(np.int64)
     return np.unique(np.concatenate([np.array(rows, dtype=np.int64), spread]))
 

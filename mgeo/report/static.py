@@ -18,7 +18,7 @@ from mgeo.report import summary
 from mgeo.report.history import recorded_history
 from mgeo.report.reading import run_and_problem
 from mgeo.report.solutions import front_picture
-from mgeo.runs.highlights import highlights
+from mgeo.runs.representative import representative_solutions
 
 #: Width and height [px] of figures that have no size of their own.
 _SIZE = (900, 560)
@@ -68,13 +68,13 @@ def _pictures(folder: Path) -> dict[str, go.Figure]:
     if len(outcome.X):
         found["front"] = front_picture(problem, outcome, summary.title(run))
     found["hypervolume"] = recorded_history(folder, problem, outcome)
-    chosen = highlights(problem, outcome.F, outcome.objectives)
-    told = [highlight for highlight in chosen if highlight.label != "between"]
-    drawn = protocol.solution_figures(problem, outcome.X[[highlight.row for highlight in told]])
-    for highlight, figures in zip(told, drawn, strict=bool(drawn)):
+    chosen = representative_solutions(problem, outcome.F, outcome.objectives)
+    told = [solution for solution in chosen if solution.label != "between"]
+    drawn = protocol.solution_figures(problem, outcome.X[[solution.row for solution in told]])
+    for solution, figures in zip(told, drawn, strict=bool(drawn)):
         for name, figure in figures.items():
             if motion_of(figure) is None:
-                found[_file_name(found, highlight.label, name)] = figure
+                found[_file_name(found, solution.label, name)] = figure
     return {name: _sized(figure) for name, figure in found.items() if figure is not None}
 
 

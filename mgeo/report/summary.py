@@ -11,15 +11,16 @@ from mgeo.runs.folder import Run
 
 def title(run: Run) -> str:
     """Plain text: problem, algorithm and seed."""
-    recipe = run.recipe
-    return f"{recipe.problem} · {recipe.algorithm} · seed {recipe.seed}"
+    configuration = run.configuration
+    return f"{configuration.problem} · {configuration.algorithm} · seed {configuration.seed}"
 
 
 def lead(run: Run) -> str:
     """Plain text: how the run went, in a line."""
     outcome = run.outcome
+    budget = run.configuration.evaluations
     parts = [
-        f"{outcome.status} after {outcome.evaluations:,} of {run.recipe.evaluations:,} evaluations",
+        f"{outcome.status} after {outcome.evaluations:,} of {budget:,} evaluations",
         f"{len(outcome.F):,} solutions",
     ]
     if outcome.hypervolume is not None:
@@ -30,15 +31,15 @@ def lead(run: Run) -> str:
 
 
 def facts(run: Run, folder: Path) -> dict[str, str]:
-    """Recipe, versions and failures."""
-    recipe, outcome = run.recipe, run.outcome
+    """Configuration, versions and failures."""
+    configuration, outcome = run.configuration, run.outcome
     rows = {
         "folder": folder.resolve().name,
-        "problem": recipe.problem,
-        "algorithm": recipe.algorithm,
-        "parameters": _settings(recipe.parameters),
-        "seed": str(recipe.seed),
-        "budget": f"{recipe.evaluations:,} evaluations",
+        "problem": configuration.problem,
+        "algorithm": configuration.algorithm,
+        "parameters": _settings(configuration.parameters),
+        "seed": str(configuration.seed),
+        "budget": f"{configuration.evaluations:,} evaluations",
         "evaluations made": f"{outcome.evaluations:,}",
         "status": outcome.status,
         "started": f"{outcome.started:%Y-%m-%d %H:%M:%S} UTC",

@@ -1,14 +1,15 @@
-"""Runs: made from a recipe, kept in a folder, made again from it.
+"""Runs: prepared from a configuration, saved in a folder, made again from it.
 
 ::
 
     run = prepare("attitude", algorithm="nsga2", seed=3)
-    outcome = run.solve()
-    write_run("runs/one", Run(run.recipe, outcome, installed_versions("attitude")))
-    read_run("runs/one").recipe.prepare().solve()  # the same front
+    found = run.solve()
+    write_run("runs/one", Run(run.configuration, found, installed_versions("attitude")))
+    PreparedRun.of(read_run("runs/one").configuration).solve()  # the same front
 """
 
-from mgeo.runs.estimate import Estimate, estimate
+from mgeo.runs.configuration import RunConfiguration
+from mgeo.runs.estimate import estimate
 from mgeo.runs.folder import (
     FIGURE_FILE,
     FRONT_FILE,
@@ -23,11 +24,10 @@ from mgeo.runs.folder import (
     write_figure,
     write_run,
 )
-from mgeo.runs.highlights import Highlight, highlights
-from mgeo.runs.hypervolume import Hypervolume
-from mgeo.runs.keep import CHECKPOINT_FILE, RECORD_FOLDER, Keeper
-from mgeo.runs.recipe import PreparedRun, Recipe, prepare
-from mgeo.runs.resume import ResumedRun, resume_run
+from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
+from mgeo.runs.prepare import PreparedRun, prepare
+from mgeo.runs.representative import RepresentativeSolution, representative_solutions
+from mgeo.runs.resume import resume_run
 from mgeo.runs.solve import Outcome, State, solve
 
 __all__ = [
@@ -36,24 +36,21 @@ __all__ = [
     "FRONT_FILE",
     "RECORD_FOLDER",
     "RUN_FILE",
-    "Estimate",
-    "Highlight",
-    "Hypervolume",
-    "Keeper",
     "Outcome",
     "PreparedRun",
-    "Recipe",
-    "ResumedRun",
+    "RepresentativeSolution",
     "Run",
+    "RunConfiguration",
+    "RunPersistence",
     "State",
     "check_folder",
     "estimate",
     "front_table",
-    "highlights",
     "installed_versions",
     "prepare",
     "prepare_folder",
     "read_run",
+    "representative_solutions",
     "resume_run",
     "run_document",
     "solve",

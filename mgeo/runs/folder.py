@@ -10,25 +10,28 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import ConfigDict, Field, Strict
 
 from mgeo.files.atomic import write_file, write_files
+from mgeo.files.models import Table, checked
 from mgeo.files.reading import entry, errors_of, read_json
 from mgeo.files.tables import read_numbers, to_csv
 from mgeo.plugins.discovery import find_plugin
-from mgeo.runs.hypervolume import Hypervolume, Space
-from mgeo.runs.keep import CHECKPOINT_FILE
-from mgeo.runs.recipe import Recipe
+from mgeo.runs.configuration import RunConfiguration
+from mgeo.runs.hypervolume import Hypervolume
+from mgeo.runs.persistence import CHECKPOINT_FILE
 from mgeo.runs.solve import Outcome, Status
 
 if TYPE_CHECKING:
     import pandas as pd
 
-FORMAT = 1
+FORMAT = 2
 RUN_FILE, FRONT_FILE, FIGURE_FILE = "run.json", "front.csv", "front.html"
 
 
@@ -36,7 +39,7 @@ RUN_FILE, FRONT_FILE, FIGURE_FILE = "run.json", "front.csv", "front.html"
 class Run:
     """A finished or interrupted run: how to make it again, what it found, what it ran with."""
 
-    recipe: Recipe
+    configuration: RunConfiguration
     outcome: Outcome
     versions: Mapping[str, str]
 
@@ -112,10 +115,12 @@ def read_run(folder: Path | str) -> Run:
         raise FileNotFoundError(f"{folder} holds no run: there is no {RUN_FILE}")
     data = read_json(path)
     with errors_of(path):
-        _check_format(data)
+        found = entry(data, "format", int)
+        if found != FORMAT:
+            raise ValueError(f"format = {found!r}: this version of mgeo reads format {FORMAT}")
     front = read_numbers(folder / FRONT_FILE)
     with errors_of(path):
-        return _from_dict(data, front)
+        return _run(checked(_Document, data), front)
 
 
 def front_table(outcome: Outcome) -> pd.DataFrame:
@@ -147,11 +152,11 @@ def run_document(run: Run) -> dict[str, Any]:
     return {
         "format": FORMAT,
         "status": outcome.status,
-        "recipe": run.recipe.to_dict(),
+        "configuration": run.configuration.model_dump(),
         "evaluations": outcome.evaluations,
         "failures": dict(outcome.failures),
         "solutions": len(outcome.F),
-        "hypervolume": asdict(outcome.hypervolume) if outcome.hypervolume else None,
+        "hypervolume": outcome.hypervolume and outcome.hypervolume.model_dump(),
         "variables": list(outcome.variables),
         "objectives": list(outcome.objectives),
         "started": outcome.started.astimezone(UTC).isoformat(),
@@ -164,50 +169,47 @@ def _unfinished(folder: Path) -> bool:
     return (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
 
 
-def _check_format(data: Any) -> None:
-    found = entry(data, "format", int)
-    if found != FORMAT:
-        raise ValueError(f"format = {found!r}: this version of mgeo reads format {FORMAT}")
+class _Document(Table):
+    """What is read of ``run.json``."""
+
+    model_config = ConfigDict(extra="allow")
+
+    status: Status
+    configuration: RunConfiguration
+    evaluations: int
+    failures: dict[str, int] = Field(default_factory=dict)
+    solutions: int
+    hypervolume: Hypervolume | None
+    variables: list[str]
+    objectives: list[str]
+    started: Annotated[datetime, Strict(False)]
+    wall_time_s: float
+    versions: dict[str, str]
 
 
-def _from_dict(data: Mapping[str, Any], front: pd.DataFrame) -> Run:
-    variables, objectives = (
-        tuple(entry(data, key, list[str])) for key in ("variables", "objectives")
-    )
-    solutions = entry(data, "solutions", int)
-    if tuple(front.columns) != variables + objectives or len(front) != solutions:
+def _run(read: _Document, front: pd.DataFrame) -> Run:
+    names = [*read.variables, *read.objectives]
+    if list(front.columns) != names or len(front) != read.solutions:
         raise ValueError(
             f"{FRONT_FILE} has {len(front)} rows and the columns {list(front.columns)}: expected "
-            f"{solutions} rows and {[*variables, *objectives]}"
+            f"{read.solutions} rows and {names}"
         )
-    status = entry(data, "status", str)
-    if status not in get_args(Status):
-        raise ValueError(f"status = {status!r}: expected one of {', '.join(get_args(Status))}")
-    outcome = Outcome(
-        X=front[list(variables)].to_numpy(float),
-        F=front[list(objectives)].to_numpy(float),
-        variables=variables,
-        objectives=objectives,
-        status=status,
-        evaluations=entry(data, "evaluations", int),
-        hypervolume=_hypervolume(data, len(objectives)),
-        started=datetime.fromisoformat(entry(data, "started", str)),
-        wall_time=entry(data, "wall_time_s", float),
-        failures=entry(data, "failures", dict[str, int]) if "failures" in data else {},
-    )
-    recipe = Recipe.from_dict(entry(data, "recipe", dict))
-    return Run(recipe, outcome, entry(data, "versions", dict[str, str]))
-
-
-def _hypervolume(data: Mapping[str, Any], n_obj: int) -> Hypervolume | None:
-    if data.get("hypervolume", 0) is None:
-        return None
-    table, where = entry(data, "hypervolume", dict), "hypervolume."
-    space = entry(table, "space", str, where)
-    ideal, nadir = (tuple(entry(table, key, list[float], where)) for key in ("ideal", "nadir"))
-    if space not in get_args(Space) or {len(ideal), len(nadir)} - {0, n_obj}:
+    volume, n_obj = read.hypervolume, len(read.objectives)
+    if volume is not None and {len(volume.ideal), len(volume.nadir)} - {0, n_obj}:
         raise ValueError(
-            f"hypervolume of space {space!r:.40}, ideal {ideal} and nadir {nadir}: expected "
-            f"{' or '.join(get_args(Space))}, and {n_obj} numbers each"
+            f"hypervolume of ideal {volume.ideal} and nadir {volume.nadir}: expected {n_obj} "
+            "numbers each"
         )
-    return Hypervolume(entry(table, "value", float, where), space, ideal, nadir)
+    outcome = Outcome(
+        X=front[read.variables].to_numpy(float),
+        F=front[read.objectives].to_numpy(float),
+        variables=tuple(read.variables),
+        objectives=tuple(read.objectives),
+        status=read.status,
+        evaluations=read.evaluations,
+        hypervolume=volume,
+        started=read.started,
+        wall_time=read.wall_time_s,
+        failures=read.failures,
+    )
+    return Run(read.configuration, outcome, read.versions)

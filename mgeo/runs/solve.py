@@ -14,17 +14,15 @@ from numpy.typing import NDArray
 
 from mgeo.evaluation.designs import as_numbers
 from mgeo.evaluation.evaluator import TolerantEvaluator
-from mgeo.files.reading import entry
 from mgeo.plugins.protocol import column_names
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
+from mgeo.runs.persistence import Notes, RunPersistence
 from mgeo.runs.seeding import seed_archives
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.population import Population
     from pymoo.core.problem import Problem
-
-    from mgeo.runs.keep import Keeper
 
 Status = Literal["finished", "interrupted"]
 
@@ -58,7 +56,7 @@ class State:
         problem: Problem,
         algorithm: Algorithm,
         budget: int,
-        notes: Mapping[str, Any] | None = None,
+        notes: Notes | None = None,
     ) -> None:
         self.variables, self.objectives = column_names(problem)
         self.budget = budget
@@ -71,9 +69,9 @@ class State:
         self._clock = time.perf_counter()
         self.started = datetime.now(UTC)
         if notes is not None:
-            self.started = datetime.fromisoformat(notes["started"])
-            self._clock -= notes["wall_time_s"]
-            self._meter.seen = notes["seen"]
+            self.started = notes.started
+            self._clock -= notes.wall_time_s
+            self._meter.seen = notes.seen
         self._watcher = algorithm.evaluator.callback
         algorithm.evaluator.callback = self._evaluated
         if algorithm.opt is not None:
@@ -125,37 +123,21 @@ class State:
         self.evaluations = self._algorithm.evaluator.n_eval
 
 
-def check_notes(notes: Mapping[str, Any], problem: Problem) -> None:
-    """Whether they are what `State.notes` makes.
-
-    Raises
-    ------
-    ValueError, TypeError
-        Naming what is not.
-    """
-    datetime.fromisoformat(entry(notes, "started", str))
-    entry(notes, "wall_time_s", float)
-    seen = entry(notes, "seen", list)
-    sizes = [len(entry({"seen": side}, "seen", list[float])) for side in seen]
-    if seen and sizes != [problem.n_obj] * 2:
-        raise ValueError(f"seen = {seen!r:.80}: expected 2 x {problem.n_obj} numbers")
-
-
 def solve(
     problem: Problem,
     algorithm: Algorithm,
     evaluations: int,
     seed: int,
     callback: Callable[[State], object] | None = None,
-    keeper: Keeper | None = None,
+    persistence: RunPersistence | None = None,
 ) -> Outcome:
     """Run a copy of `algorithm` on `problem` until it has made `evaluations` or is stopped.
 
     The last generation is completed, so slightly more evaluations may be made. `callback` is
     called after every step and may call ``state.stop()``. A KeyboardInterrupt ends the run at
     once; what was found up to the last whole step is returned, with status "interrupted".
-    Evaluations that fail cost the candidates concerned (see `mgeo.TolerantEvaluator`). A `keeper`
-    writes what is needed to go on after a crash.
+    Evaluations that fail cost the candidates concerned (see `mgeo.TolerantEvaluator`).
+    `persistence` writes what is needed to go on after a crash.
 
     Raises
     ------
@@ -165,7 +147,7 @@ def solve(
         If every candidate fails.
     """
     ready = set_up(problem, algorithm, evaluations, seed)
-    return follow(problem, ready, evaluations, callback, keeper)
+    return follow(problem, ready, evaluations, callback, persistence)
 
 
 def follow(
@@ -173,8 +155,8 @@ def follow(
     algorithm: Algorithm,
     budget: int,
     callback: Callable[[State], object] | None = None,
-    keeper: Keeper | None = None,
-    notes: Mapping[str, Any] | None = None,
+    persistence: RunPersistence | None = None,
+    notes: Notes | None = None,
 ) -> Outcome:
     """Go on with an algorithm that is set up or resumed, as `solve` does.
 
@@ -183,11 +165,11 @@ def follow(
     budget
         Evaluations that the algorithm's termination stands for.
     notes
-        `State.notes` of what has been run already; None for nothing.
+        Of the checkpoint from which it is resumed; None for a new run.
     """
     state = State(problem, algorithm, budget, notes)
-    if keeper is not None:
-        keeper.begin(algorithm, state)
+    if persistence is not None:
+        persistence.begin(algorithm, state.notes)
     try:
         while algorithm.has_next() and not state.stopped:
             algorithm.next()
@@ -197,8 +179,8 @@ def follow(
     except KeyboardInterrupt:  # amid a generation, which no checkpoint can hold
         state.stop()
     else:
-        if keeper is not None:
-            keeper.end(algorithm)
+        if persistence is not None:
+            persistence.end()
     return _outcome(state)
 
 

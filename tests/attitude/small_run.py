@@ -6,4 +6,4 @@ from mgeo.runs import Run, installed_versions, prepare
 def small_run(problem):
     """A front of a problem after three generations."""
     made = prepare("attitude", problem.options(), evaluations=1_080)
-    return Run(made.recipe, made.solve(), installed_versions("attitude"))
+    return Run(made.configuration, made.solve(), installed_versions("attitude"))

@@ -17,7 +17,7 @@ from mgeo_attitude.plan import read_front
 from mgeo import read_record
 from mgeo.persistence import record_file
 from mgeo.report import report_html
-from mgeo.runs import read_run, resume_run
+from mgeo.runs import RunConfiguration, read_run, resume_run
 
 from .harness import Attempt, Box, kind
 from .mutations import spoiled_arrays, spoiled_bytes, spoiled_table, spoiled_tree
@@ -55,7 +55,7 @@ def _whole(run: Any) -> None:
     assert outcome.F.shape[1] == len(outcome.objectives)
     assert np.isfinite(outcome.X).all()
     assert np.isfinite(outcome.F).all()
-    assert run.recipe.from_dict(run.recipe.to_dict()) == run.recipe
+    assert RunConfiguration(**run.configuration.model_dump()) == run.configuration
     f"{outcome.evaluations:,} {outcome.wall_time:.1f} {sum(outcome.failures.values())}"
 
 

@@ -168,7 +168,7 @@ def plan_shown(box: Box) -> Attempt:
 
 
 @kind(weight=4)
-def recipe_made(box: Box) -> Attempt:
+def configuration_made(box: Box) -> Attempt:
     """Options and parameters as a program, or the parser of a command line, passes them on."""
     made = {
         "problem": box.pick(["zdt1", "cantilever"]),

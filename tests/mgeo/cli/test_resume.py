@@ -28,7 +28,7 @@ def solve(mgeo, folder, evaluations, *more):
 def same(a, b):
     one, two = a.outcome, b.outcome
     return (
-        a.recipe == b.recipe
+        a.configuration == b.configuration
         and np.array_equal(one.X, two.X)
         and np.array_equal(one.F, two.F)
         and one.hypervolume == two.hypervolume
