@@ -14,16 +14,10 @@ from mgeo.cli.displays import clock
 from mgeo.cli.output import Output
 from mgeo.cli.running import can_draw, run_title
 from mgeo.plugins.protocol import problem_size
-from mgeo.runs import (
-    CHECKPOINT_FILE,
-    FIGURE_FILE,
-    FRONT_FILE,
-    RECORD_FOLDER,
-    RUN_FILE,
-    PreparedRun,
-    RunPersistence,
-    estimate,
-)
+from mgeo.runs.estimate import estimate
+from mgeo.runs.folder import FIGURE_FILE, FRONT_FILE, RUN_FILE
+from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
+from mgeo.runs.prepare import PreparedRun
 from mgeo.studies.outline import Outline
 
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from mgeo.cli.signals import StopRequest
-from mgeo.runs import RunPersistence, State
+from mgeo.runs.persistence import RunPersistence
+from mgeo.runs.solve import State
 
 _MAX_SHARE = 0.02  # of the time of a run may go into computing what is shown
 

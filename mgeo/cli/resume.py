@@ -8,7 +8,8 @@ from pathlib import Path
 from mgeo.cli.errors import bad_input
 from mgeo.cli.output import Output
 from mgeo.cli.running import run_to_folder
-from mgeo.runs import RunPersistence, resume_run
+from mgeo.runs.persistence import RunPersistence
+from mgeo.runs.resume import resume_run
 
 
 def run(

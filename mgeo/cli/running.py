@@ -18,23 +18,21 @@ from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures import MOST_OBJECTIVES, front_figure, page
 from mgeo.files.lock import lock
 from mgeo.plugins import protocol
-from mgeo.runs import (
-    CHECKPOINT_FILE,
+from mgeo.runs.configuration import RunConfiguration
+from mgeo.runs.folder import (
     FIGURE_FILE,
     FRONT_FILE,
-    RECORD_FOLDER,
     RUN_FILE,
-    Outcome,
-    PreparedRun,
     Run,
-    RunConfiguration,
-    RunPersistence,
     check_folder,
     installed_versions,
     run_document,
     write_figure,
     write_run,
 )
+from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
+from mgeo.runs.prepare import PreparedRun
+from mgeo.runs.solve import Outcome
 
 _CAUSES = 3  # of failed evaluations are shown
 

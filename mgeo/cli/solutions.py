@@ -7,7 +7,9 @@ from rich.table import Table
 
 from mgeo.cli.tables import table
 from mgeo.plugins import protocol
-from mgeo.runs import Outcome, front_table, representative_solutions
+from mgeo.runs.folder import front_table
+from mgeo.runs.representative import representative_solutions
+from mgeo.runs.solve import Outcome
 
 
 def solutions_table(problem: Problem, outcome: Outcome) -> Table:

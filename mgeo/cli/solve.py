@@ -12,8 +12,10 @@ from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.output import Output
 from mgeo.cli.parameters import flag
 from mgeo.cli.running import run_to_folder
-from mgeo.runs import RunPersistence, check_folder, prepare, prepare_folder
 from mgeo.runs.algorithms import complete_parameters
+from mgeo.runs.folder import check_folder, prepare_folder
+from mgeo.runs.persistence import RunPersistence
+from mgeo.runs.prepare import prepare
 from mgeo.runs.scenario import read_scenario
 
 

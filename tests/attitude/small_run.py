@@ -1,6 +1,7 @@
 """A real run of mgeo, if a short one, for tests of what is made from run folders."""
 
-from mgeo.runs import Run, installed_versions, prepare
+from mgeo.runs.folder import Run, installed_versions
+from mgeo.runs.prepare import prepare
 
 
 def small_run(problem):

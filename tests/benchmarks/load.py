@@ -30,7 +30,9 @@ from pymoo.problems.multi import ZDT1
 import mgeo
 from mgeo import Checkpoint, MGEOReal
 from mgeo.files.atomic import write_files
-from mgeo.runs import RunConfiguration, RunPersistence, State, solve
+from mgeo.runs.configuration import RunConfiguration
+from mgeo.runs.persistence import RunPersistence
+from mgeo.runs.solve import State, solve
 
 from .table import markdown, processor, with_tables
 

@@ -18,7 +18,8 @@ from pathlib import Path
 from unittest.mock import patch
 
 import mgeo
-from mgeo.runs import read_run, resume_run
+from mgeo.runs.folder import read_run
+from mgeo.runs.resume import resume_run
 
 from .harness import Attempt, Box, kind
 from .mutations import ESCAPES

@@ -10,7 +10,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.describe import nondominated
 from mgeo_attitude.plan import read_front
 
-from mgeo.runs import write_run
+from mgeo.runs.folder import write_run
 
 from ..small_run import small_run
 

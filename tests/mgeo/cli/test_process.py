@@ -9,7 +9,8 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from mgeo.runs import PreparedRun, read_run
+from mgeo.runs.folder import read_run
+from mgeo.runs.prepare import PreparedRun
 
 COMMAND = [sys.executable, "-m", "mgeo"]
 LONG = ["--evaluations", "10000000", "--runs", "4", "--sigma", "0.05"]

@@ -10,7 +10,7 @@ from rich.console import Console
 from mgeo.cli.displays import LiveDisplay, PlainDisplay, clock, run_display
 from mgeo.cli.progress import Reporter, Snapshot
 from mgeo.cli.signals import StopRequest
-from mgeo.runs import solve
+from mgeo.runs.solve import solve
 
 SNAPSHOT = Snapshot(
     evaluations=12_000,

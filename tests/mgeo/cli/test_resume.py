@@ -14,7 +14,8 @@ import pytest
 from mgeo import read_record
 from mgeo.files.lock import lock
 from mgeo.persistence.checkpoint import read_notes
-from mgeo.runs import CHECKPOINT_FILE, read_run
+from mgeo.runs.folder import read_run
+from mgeo.runs.persistence import CHECKPOINT_FILE
 
 SHORT = ["--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
 

@@ -9,8 +9,9 @@ import pytest
 from mgeo.cli import running
 from mgeo.cli.parameters import parse_numbers
 from mgeo.files.lock import lock
-from mgeo.runs import PreparedRun, read_run
 from mgeo.runs.algorithms import ALGORITHMS
+from mgeo.runs.folder import read_run
+from mgeo.runs.prepare import PreparedRun
 
 SHORT = ["--evaluations", "400", "--runs", "4", "--sigma", "0.05"]
 

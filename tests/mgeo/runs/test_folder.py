@@ -8,17 +8,16 @@ from importlib.metadata import version
 import numpy as np
 import pytest
 
-from mgeo.runs import (
-    PreparedRun,
+from mgeo.runs.folder import (
     Run,
     front_table,
     installed_versions,
-    prepare,
     prepare_folder,
     read_run,
     write_figure,
     write_run,
 )
+from mgeo.runs.prepare import PreparedRun, prepare
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 

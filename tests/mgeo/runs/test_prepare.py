@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from mgeo.files.models import checked
-from mgeo.runs import PreparedRun, RunConfiguration, prepare
 from mgeo.runs.algorithms import complete_parameters
+from mgeo.runs.configuration import RunConfiguration
+from mgeo.runs.prepare import PreparedRun, prepare
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 

@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from mgeo.runs import PreparedRun, RunPersistence, prepare, resume_run
+from mgeo.runs.persistence import RunPersistence
+from mgeo.runs.prepare import PreparedRun, prepare
+from mgeo.runs.resume import resume_run
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
