@@ -16,6 +16,7 @@ from mgeo.cli.signals import StopRequest, stop_requests
 from mgeo.cli.solutions import solutions_table
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures import MOST_OBJECTIVES, front_figure, page
+from mgeo.files.atomic import write_file
 from mgeo.files.lock import lock
 from mgeo.plugins import protocol
 from mgeo.runs.configuration import RunConfiguration
@@ -27,7 +28,6 @@ from mgeo.runs.folder import (
     check_folder,
     installed_versions,
     run_document,
-    write_figure,
     write_run,
 )
 from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
@@ -71,7 +71,7 @@ def run_to_folder(
         html = _front_page(run, outcome)
         with bad_input():
             if html is not None:
-                write_figure(folder, html)
+                write_file(folder / FIGURE_FILE, html.encode())
     _print_results(run, outcome, persistence, html is not None, output)
     output.result(_document(made, persistence))
     return stop.exit_code if outcome.status == "interrupted" else ExitCode.DONE

@@ -13,7 +13,7 @@ from mgeo.cli.output import Output
 from mgeo.cli.parameters import flag
 from mgeo.cli.running import run_to_folder
 from mgeo.runs.algorithms import complete_parameters
-from mgeo.runs.folder import check_folder, prepare_folder
+from mgeo.runs.folder import check_folder
 from mgeo.runs.persistence import RunPersistence
 from mgeo.runs.prepare import prepare
 from mgeo.runs.scenario import read_scenario
@@ -52,7 +52,7 @@ def run(request: Request, output: Output) -> int:
         )
         check_folder(request.out, overwrite=request.overwrite)
         if not request.dry_run:
-            prepare_folder(request.out, overwrite=request.overwrite)
+            request.out.mkdir(parents=True, exist_ok=True)
     if request.dry_run:
         describe_run(prepared, persistence, output)
         return ExitCode.DONE

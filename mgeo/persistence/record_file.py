@@ -175,8 +175,8 @@ def _names(database: sqlite3.Connection) -> Names:
 def _read(folder: Path) -> tuple[Names, list[Rows]]:
     with _opened(folder, "ro") as database:
         left = sum(path.stat().st_size for path in _files(folder) if path.exists())
-        database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, left)
         names = _names(database)
+        database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, left)
         found: list[Rows] = []
         for number, *content, check in database.execute("SELECT * FROM generations ORDER BY 1"):
             dtype, candidates = content

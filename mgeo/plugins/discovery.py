@@ -17,28 +17,8 @@ Its commands, a typer app, appear as ``mgeo NAME ...``::
     [project.entry-points."mgeo.commands"]
     attitude = "mgeo_attitude.commands.app:app"
 
-Besides what pymoo asks of it a problem may have (see `mgeo.testing.check_problem`):
-
-``var_names``, ``obj_names``, ``constraint_names``
-    What variables, objectives and inequality constraints are called, with units.
-``from_options(options)``, ``options()``
-    How it is built from a table, and the table that builds it again.
-``fingerprint``
-    A text that says what it computes, where that cannot be told from its code and its attributes
-    (see `mgeo.studies.fingerprint`).
-``indicator_space(F)``
-    Objectives on comparable scales, with (1, ..., 1) as reference point.
-``describe(X)``, ``front_summary(F)``
-    Solutions as a table, one row each, and a front as a dict.
-``figures(X)``
-    Plotly figures of a set of solutions by name; ``front``, if it is there, is the picture of the
-    front, in place of mgeo's own. Where its points have the numbers of their rows as
-    ``customdata``, a report lets one choose them there.
-``solution_figures(X)``
-    For each row a dict of small plotly figures of that solution alone, under the same names, which
-    a report shows when it is chosen. What they have in common is stored once, and floats as
-    float32: some hundred numbers each keep the report of 300 solutions below 8 MB. Those in
-    three dimensions may move, see `mgeo.figures.motion`.
+Besides what pymoo asks of it a problem may have the optional parts that `mgeo.plugins.protocol`
+asks for and ``docs/plugins.md`` lists.
 """
 
 from __future__ import annotations

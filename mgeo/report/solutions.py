@@ -42,7 +42,7 @@ def planned_rows(
 def front_picture(problem: Problem, outcome: Outcome, title: str) -> go.Figure | None:
     """The picture of the front, whose points carry their row as ``customdata``; None if none can.
 
-    It is the plugin's own where its points do so, see `mgeo.plugins.discovery`.
+    It is the plugin's own where its points do so, see ``docs/plugins.md``.
     """
     n = len(outcome.X)
     figure = None

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import ConfigDict, Field, Strict
 
-from mgeo.files.atomic import write_file, write_files
+from mgeo.files.atomic import write_files
 from mgeo.files.models import Table, checked
 from mgeo.files.reading import entry, errors_of, read_json
 from mgeo.files.tables import read_numbers, to_csv
@@ -56,25 +56,11 @@ def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(f"{folder} is a file: expected a folder to write the run into")
     if not overwrite and folder.exists() and any(folder.iterdir()):
+        unfinished = (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
         raise FileExistsError(
             f"{folder} is not empty: choose another folder or allow --overwrite"
-            + (f", or go on with mgeo resume {folder}" if _unfinished(folder) else "")
+            + (f", or go on with mgeo resume {folder}" if unfinished else "")
         )
-    return folder
-
-
-def prepare_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
-    """Make the folder of a run to come, before time is spent on the run.
-
-    Raises
-    ------
-    FileExistsError
-        As `check_folder`.
-    OSError
-        If it cannot be made.
-    """
-    folder = check_folder(folder, overwrite=overwrite)
-    folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 
@@ -86,17 +72,13 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
     Raises
     ------
     OSError
-        If the folder is in use (see `prepare_folder`) or cannot be written.
+        If the folder is in use (see `check_folder`) or cannot be written.
     """
-    folder = prepare_folder(folder, overwrite=overwrite)
+    folder = check_folder(folder, overwrite=overwrite)
+    folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps(run_document(run), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     write_files(folder, {FRONT_FILE: to_csv(front_table(run.outcome)), RUN_FILE: text.encode()})
     (folder / FIGURE_FILE).unlink(missing_ok=True)
-
-
-def write_figure(folder: Path | str, html: str) -> None:
-    """Write ``front.html``, whole or not at all."""
-    write_file(Path(folder) / FIGURE_FILE, html.encode())
 
 
 def read_run(folder: Path | str) -> Run:
@@ -163,10 +145,6 @@ def run_document(run: Run) -> dict[str, Any]:
         "wall_time_s": outcome.wall_time,
         "versions": dict(run.versions),
     }
-
-
-def _unfinished(folder: Path) -> bool:
-    return (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
 
 
 class _Document(Table):

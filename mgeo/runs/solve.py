@@ -17,7 +17,7 @@ from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.plugins.protocol import column_names
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
 from mgeo.runs.persistence import Notes, RunPersistence
-from mgeo.runs.seeding import seed_archives
+from mgeo.runs.pymoo_algorithms import seed_archives
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -52,11 +52,7 @@ class State:
     """A run under way, as its callback sees it after every step of the algorithm."""
 
     def __init__(
-        self,
-        problem: Problem,
-        algorithm: Algorithm,
-        budget: int,
-        notes: Notes | None = None,
+        self, problem: Problem, algorithm: Algorithm, budget: int, notes: Notes | None = None
     ) -> None:
         self.variables, self.objectives = column_names(problem)
         self.budget = budget

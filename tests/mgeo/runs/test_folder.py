@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from mgeo.runs.folder import (
+    FIGURE_FILE,
     Run,
+    check_folder,
     front_table,
     installed_versions,
-    prepare_folder,
     read_run,
-    write_figure,
     write_run,
 )
 from mgeo.runs.prepare import PreparedRun, prepare
@@ -104,13 +104,13 @@ def test_a_folder_in_use_is_refused_unless_told(run, tmp_path):
     with pytest.raises(FileExistsError, match="is not empty"):
         write_run(tmp_path, run)
     with pytest.raises(FileExistsError, match="is not empty"):
-        prepare_folder(tmp_path)
+        check_folder(tmp_path)
     assert contents(tmp_path) == before
 
 
 def test_overwriting_replaces_the_run_and_its_figure_and_nothing_else(run, tmp_path):
     write_run(tmp_path, run)
-    write_figure(tmp_path, "<p>old</p>")
+    (tmp_path / FIGURE_FILE).write_text("<p>old</p>")
     (tmp_path / "notes.txt").write_text("mine")
     shorter = replace(run.outcome, X=run.outcome.X[:3], F=run.outcome.F[:3])
     write_run(tmp_path, Run(run.configuration, shorter, run.versions), overwrite=True)
@@ -121,7 +121,7 @@ def test_overwriting_replaces_the_run_and_its_figure_and_nothing_else(run, tmp_p
 def test_a_file_in_place_of_the_folder_is_refused(run, tmp_path):
     (tmp_path / "a").write_text("")
     with pytest.raises(FileExistsError, match="is a file"):
-        prepare_folder(tmp_path / "a", overwrite=True)
+        check_folder(tmp_path / "a", overwrite=True)
 
 
 def test_a_disk_error_leaves_the_run_that_was_there(run, tmp_path):
