@@ -113,7 +113,8 @@ def _print_results(
     run: PreparedRun, outcome: Outcome, persistence: RunPersistence, drawn: bool, output: Output
 ) -> None:
     summary = [
-        f"{outcome.status} after {outcome.evaluations:,} evaluations in {clock(outcome.wall_time)}",
+        f"{outcome.status} after {outcome.evaluations:,} evaluations in "
+        f"{clock(outcome.wall_time_s)}",
         f"solutions: {len(outcome.F):,}",
     ]
     volume = outcome.hypervolume

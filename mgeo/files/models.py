@@ -37,7 +37,7 @@ class Table(BaseModel):
         if not isinstance(data, Mapping):
             return data
         known = list(cls.model_fields)
-        for key in () if cls.model_config["extra"] == "allow" else data:
+        for key in data if cls.model_config["extra"] == "forbid" else ():
             if key not in known:
                 expected = f"expected {', '.join(known)}{did_you_mean(key, known)}"
                 raise PydanticCustomError("key", f"{key!s:.80} is unknown: {expected}")

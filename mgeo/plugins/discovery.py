@@ -179,24 +179,19 @@ def built(name: str, build: Callable[[], Any]) -> Problem:
 def _check_sizes(name: str, problem: Problem) -> None:
     if getattr(problem, "vars", None) is not None:
         return  # its bounds are in its variables
+    import numpy as np
+
     for key in ("xl", "xu"):
         bound = getattr(problem, key)
-        if bound is not None and not _is_bound(bound, problem.n_var):
+        values = np.zeros(problem.n_var) if bound is None else np.asarray(bound)
+        numbers = values.dtype.kind in "biuf" and bool(np.isfinite(values).all())
+        if values.shape != (problem.n_var,) or not numbers:
             raise PluginError(
                 f"{key} of problem {name!r} = {bound!r:.80}: expected {problem.n_var} numbers, "
                 "all of them finite"
             )
     if problem.xl is not None and problem.xu is not None and (problem.xl > problem.xu).any():
         raise PluginError(f"problem {name!r}: expected xl <= xu, not {problem.xl} and {problem.xu}")
-
-
-def _is_bound(bound: Any, n_var: int) -> bool:
-    import numpy as np
-
-    values = np.asarray(bound)
-    return (
-        values.shape == (n_var,) and values.dtype.kind in "biuf" and bool(np.isfinite(values).all())
-    )
 
 
 def _plugin(entry_point: EntryPoint) -> Plugin:

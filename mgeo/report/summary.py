@@ -43,7 +43,7 @@ def facts(run: Run, folder: Path) -> dict[str, str]:
         "evaluations made": f"{outcome.evaluations:,}",
         "status": outcome.status,
         "started": f"{outcome.started:%Y-%m-%d %H:%M:%S} UTC",
-        "wall time": f"{outcome.wall_time:,.1f} s",
+        "wall time": f"{outcome.wall_time_s:,.1f} s",
         "versions": _settings(run.versions, " "),
     }
     rows |= {f"failed: {cause}": f"{count:,}" for cause, count in outcome.failures.items()}

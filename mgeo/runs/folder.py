@@ -11,22 +11,20 @@ import json
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from pydantic import ConfigDict, Field, Strict
+import numpy as np
 
 from mgeo.files.atomic import write_files
-from mgeo.files.models import Table, checked
+from mgeo.files.models import checked
 from mgeo.files.reading import entry, errors_of, read_json
 from mgeo.files.tables import read_numbers, to_csv
 from mgeo.plugins.discovery import find_plugin
 from mgeo.runs.configuration import RunConfiguration
-from mgeo.runs.hypervolume import Hypervolume
 from mgeo.runs.persistence import CHECKPOINT_FILE
-from mgeo.runs.solve import Outcome, Status
+from mgeo.runs.solve import Outcome
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -100,9 +98,26 @@ def read_run(folder: Path | str) -> Run:
         found = entry(data, "format", int)
         if found != FORMAT:
             raise ValueError(f"format = {found!r}: this version of mgeo reads format {FORMAT}")
+        configuration = checked(RunConfiguration, entry(data, "configuration", dict))
+        versions = entry(data, "versions", dict[str, str])
+        n = entry(data, "solutions", int)
+        outcome = checked(Outcome, {key: data[key] for key in data if key not in ("X", "F")})
     front = read_numbers(folder / FRONT_FILE)
+    names = [*outcome.variables, *outcome.objectives]
     with errors_of(path):
-        return _run(checked(_Document, data), front)
+        if list(front.columns) != names or len(front) != n:
+            raise ValueError(
+                f"{FRONT_FILE} has {len(front)} rows and the columns {list(front.columns)}: "
+                f"expected {n} rows and {names}"
+            )
+        volume, n_obj = outcome.hypervolume, len(outcome.objectives)
+        if volume is not None and {len(volume.ideal), len(volume.nadir)} - {0, n_obj}:
+            raise ValueError(
+                f"hypervolume of ideal {volume.ideal} and nadir {volume.nadir}: expected {n_obj} "
+                "numbers each"
+            )
+    X, F = np.hsplit(front.to_numpy(float), [len(outcome.variables)])
+    return Run(configuration, outcome.model_copy(update={"X": X, "F": F}), versions)
 
 
 def front_table(outcome: Outcome) -> pd.DataFrame:
@@ -130,64 +145,10 @@ def installed_versions(problem: str) -> dict[str, str]:
 
 def run_document(run: Run) -> dict[str, Any]:
     """What ``run.json`` says of a run, as JSON values."""
-    outcome = run.outcome
     return {
         "format": FORMAT,
-        "status": outcome.status,
         "configuration": run.configuration.model_dump(),
-        "evaluations": outcome.evaluations,
-        "failures": dict(outcome.failures),
-        "solutions": len(outcome.F),
-        "hypervolume": outcome.hypervolume and outcome.hypervolume.model_dump(),
-        "variables": list(outcome.variables),
-        "objectives": list(outcome.objectives),
-        "started": outcome.started.astimezone(UTC).isoformat(),
-        "wall_time_s": outcome.wall_time,
+        "solutions": len(run.outcome.F),
+        **run.outcome.model_dump(mode="json"),
         "versions": dict(run.versions),
     }
-
-
-class _Document(Table):
-    """What is read of ``run.json``."""
-
-    model_config = ConfigDict(extra="allow")
-
-    status: Status
-    configuration: RunConfiguration
-    evaluations: int
-    failures: dict[str, int] = Field(default_factory=dict)
-    solutions: int
-    hypervolume: Hypervolume | None
-    variables: list[str]
-    objectives: list[str]
-    started: Annotated[datetime, Strict(False)]
-    wall_time_s: float
-    versions: dict[str, str]
-
-
-def _run(read: _Document, front: pd.DataFrame) -> Run:
-    names = [*read.variables, *read.objectives]
-    if list(front.columns) != names or len(front) != read.solutions:
-        raise ValueError(
-            f"{FRONT_FILE} has {len(front)} rows and the columns {list(front.columns)}: expected "
-            f"{read.solutions} rows and {names}"
-        )
-    volume, n_obj = read.hypervolume, len(read.objectives)
-    if volume is not None and {len(volume.ideal), len(volume.nadir)} - {0, n_obj}:
-        raise ValueError(
-            f"hypervolume of ideal {volume.ideal} and nadir {volume.nadir}: expected {n_obj} "
-            "numbers each"
-        )
-    outcome = Outcome(
-        X=front[read.variables].to_numpy(float),
-        F=front[read.objectives].to_numpy(float),
-        variables=tuple(read.variables),
-        objectives=tuple(read.objectives),
-        status=read.status,
-        evaluations=read.evaluations,
-        hypervolume=volume,
-        started=read.started,
-        wall_time=read.wall_time_s,
-        failures=read.failures,
-    )
-    return Run(read.configuration, outcome, read.versions)

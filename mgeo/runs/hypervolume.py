@@ -41,19 +41,8 @@ class HypervolumeMeter:
     def __init__(self, problem: Problem) -> None:
         self._n_obj: int = problem.n_obj
         self._indicator_space = indicator_space(problem)
-        self._ideal = np.full(self._n_obj, np.inf)
-        self._nadir = np.full(self._n_obj, -np.inf)
-
-    @property
-    def seen(self) -> list[list[float]]:
-        """Least values of the objectives seen, and greatest; empty before there are any."""
-        known = np.isfinite(self._ideal).all()
-        return [self._ideal.tolist(), self._nadir.tolist()] if known else []
-
-    @seen.setter
-    def seen(self, seen: list[list[float]]) -> None:
-        if seen:
-            self._ideal, self._nadir = (np.array(values, dtype=float) for values in seen)
+        #: Least values of the objectives seen, and greatest; empty before there are any.
+        self.seen: list[list[float]] = []
 
     def see(self, population: Population) -> None:
         """Take evaluated solutions into the range seen (the finite, feasible ones)."""
@@ -62,8 +51,8 @@ class HypervolumeMeter:
         F = population.get("F")[population.get("feas")]
         F = F[np.isfinite(F).all(axis=1)]
         if len(F):
-            self._ideal = np.minimum(self._ideal, F.min(axis=0))
-            self._nadir = np.maximum(self._nadir, F.max(axis=0))
+            F = np.vstack([*self.seen, F])
+            self.seen = [F.min(axis=0).tolist(), F.max(axis=0).tolist()]
 
     def __call__(self, F: ArrayLike) -> Hypervolume | None:
         """Hypervolume of a front, shape (n, n_obj).
@@ -78,8 +67,8 @@ class HypervolumeMeter:
             return Hypervolume(value=value, space="problem")
         if not len(front):
             return Hypervolume(value=0.0, space="seen")
-        value = _hypervolume(scaled(front, self._ideal, self._nadir))
         ideal, nadir = self.seen
+        value = _hypervolume(scaled(front, np.array(ideal), np.array(nadir)))
         return Hypervolume(value=value, space="seen", ideal=tuple(ideal), nadir=tuple(nadir))
 
 

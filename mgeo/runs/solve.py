@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import copy
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from pydantic import ConfigDict, Field, Strict
 
+from mgeo._typing import FloatArray
 from mgeo.evaluation.designs import as_numbers
 from mgeo.evaluation.evaluator import TolerantEvaluator
+from mgeo.files.models import Table
 from mgeo.plugins.protocol import column_names
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
 from mgeo.runs.persistence import Notes, RunPersistence
@@ -24,28 +25,29 @@ if TYPE_CHECKING:
     from pymoo.core.population import Population
     from pymoo.core.problem import Problem
 
-Status = Literal["finished", "interrupted"]
+Names = Annotated[tuple[str, ...], Strict(False)]  # of JSON, it is a list
 
 
-@dataclass(frozen=True, eq=False)
-class Outcome:
+class Outcome(Table):
     """What a run found: its front, ordered by the first objective, and how it went.
 
     ``X`` is (n, n_var) and ``F`` is (n, n_obj), both in the problem's own units; n = 0 if no
-    feasible solution was found. ``started`` is UTC, ``wall_time`` in seconds. ``failures`` tells
+    feasible solution was found. ``started`` is UTC, ``wall_time_s`` in seconds. ``failures`` tells
     how many of the evaluations failed why.
     """
 
-    X: NDArray[np.float64]
-    F: NDArray[np.float64]
-    variables: tuple[str, ...]
-    objectives: tuple[str, ...]
-    status: Status
+    model_config = ConfigDict(extra="ignore", arbitrary_types_allowed=True)
+
+    status: Literal["finished", "interrupted"]
     evaluations: int
+    failures: dict[str, int] = Field(default_factory=dict)
     hypervolume: Hypervolume | None
-    started: datetime
-    wall_time: float
-    failures: Mapping[str, int] = field(default_factory=dict)
+    variables: Names
+    objectives: Names
+    started: Annotated[datetime, Strict(False)]
+    wall_time_s: float
+    X: FloatArray = Field(default_factory=lambda: np.empty((0, 0)), exclude=True)
+    F: FloatArray = Field(default_factory=lambda: np.empty((0, 0)), exclude=True)
 
 
 class State:
@@ -87,7 +89,7 @@ class State:
         """Seconds that the run has taken, without the time between its parts."""
         return time.perf_counter() - self._clock
 
-    def front(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def front(self) -> tuple[FloatArray, FloatArray]:
         """X (n, n_var) and F (n, n_obj) of the feasible solutions of the front so far."""
         n_var, n_obj = self._problem.n_var, self._problem.n_obj
         if self._front is None or not len(self._front):
@@ -104,7 +106,7 @@ class State:
             "seen": self._meter.seen,
         }
 
-    def hypervolume(self, F: NDArray[np.float64]) -> Hypervolume | None:
+    def hypervolume(self, F: FloatArray) -> Hypervolume | None:
         """Hypervolume of a front of this run."""
         return self._meter(F)
 
@@ -212,6 +214,6 @@ def _outcome(state: State) -> Outcome:
         evaluations=state.evaluations,
         hypervolume=state.hypervolume(F),
         started=state.started,
-        wall_time=state.elapsed,
+        wall_time_s=state.elapsed,
         failures=state.failures,
     )

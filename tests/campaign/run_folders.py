@@ -58,7 +58,7 @@ def _whole(run: Any) -> None:
     assert np.isfinite(outcome.X).all()
     assert np.isfinite(outcome.F).all()
     assert RunConfiguration(**run.configuration.model_dump()) == run.configuration
-    f"{outcome.evaluations:,} {outcome.wall_time:.1f} {sum(outcome.failures.values())}"
+    f"{outcome.evaluations:,} {outcome.wall_time_s:.1f} {sum(outcome.failures.values())}"
 
 
 @kind(weight=14)

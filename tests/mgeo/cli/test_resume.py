@@ -51,7 +51,7 @@ def test_a_finished_run_is_made_longer(mgeo, budget):
     assert same(longer, expected)
     assert longer.outcome.started == first.outcome.started
     # of the first part up to its last checkpoint: what came after may take longer than the rest
-    assert longer.outcome.wall_time > before > 0.0
+    assert longer.outcome.wall_time_s > before > 0.0
     assert Path("a/front.html").exists()
 
 

@@ -251,7 +251,7 @@ def test_a_large_front_has_every_solution_and_few_details(solved):
     X = np.random.default_rng(2).uniform([0.01, 0.2], [0.05, 1.0], (3000, 2))
     F = np.column_stack([X[:, 0], 1.0 / X[:, 0]])
     order = np.argsort(F[:, 0])
-    outcome = dataclasses.replace(run.outcome, X=X[order], F=F[order])
+    outcome = run.outcome.model_copy(update={"X": X[order], "F": F[order]})
     write_run(folder, dataclasses.replace(run, outcome=outcome), overwrite=True)
     data = json.loads(Tags(report_html(folder)).data)
     assert len(data["table"]["rows"]) == 3000
