@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from mgeo.files.reading import errors_of
 from mgeo.runs.folder import FRONT_FILE, RUN_FILE, read_run
 from mgeo.runs.representative import knee
-from mgeo.runs.representative import knee
 from mgeo_attitude.describe import nondominated
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
