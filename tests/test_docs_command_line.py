@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 from mgeo.cli.errors import ExitCode
-from mgeo.runs import read_run
+from mgeo.runs.folder import read_run
 
 PAGE = (Path(__file__).parents[1] / "docs" / "command-line.md").read_text(encoding="utf-8")
 STUDY = """
@@ -62,7 +62,7 @@ def test_the_commands_do_what_the_page_says(tmp_path, monkeypatch):
         "12 variables, 2 objectives" in printed["mgeo solve attitude --evaluations 1080 --dry-run"]
     )
     assert Path("runs/first/report.html").stat().st_size > 1_000_000
-    options = read_run("runs/mine").recipe.options
+    options = read_run("runs/mine").configuration.options
     assert (options["step"], options["maneuvers"]["count"]) == (2.0, 2)
     result = json.loads(Path("result.json").read_text())
     assert set(result) == keys("solve")

@@ -102,10 +102,11 @@ def test_all_of_them_appear_in_a_run_and_its_report(extended):
     solve = "solve attitude --scenario scenario.toml --algorithm mgeo-wide --evaluations 720 -q"
     mgeo(extended, *solve.split(), "--out", "run")
     mgeo(extended, "report", "run")
-    recipe = json.loads((extended / "run" / "run.json").read_text(encoding="utf-8"))["recipe"]
-    assert recipe["algorithm"] == "mgeo-wide"
-    assert recipe["options"]["orbit"]["propagator"] == "decaying"
-    assert recipe["options"]["sensors"][1]["noise_rad"] == 0.02
+    text = (extended / "run" / "run.json").read_text(encoding="utf-8")
+    configuration = json.loads(text)["configuration"]
+    assert configuration["algorithm"] == "mgeo-wide"
+    assert configuration["options"]["orbit"]["propagator"] == "decaying"
+    assert configuration["options"]["sensors"][1]["noise_rad"] == 0.02
     header, *rows = (extended / "run" / "front.csv").read_text(encoding="utf-8").splitlines()
     assert header.endswith("t_end [s],trace [-],sum of attitude variances [rad²]")
     assert rows

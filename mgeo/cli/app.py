@@ -125,7 +125,9 @@ def solve(
     """
     from mgeo.cli.dry_run import describe_run
     from mgeo.cli.solve import run_to_folder
-    from mgeo.runs import Keeper, check_folder, prepare, prepare_folder
+    from mgeo.runs.folder import check_folder
+    from mgeo.runs.persistence import RunPersistence
+    from mgeo.runs.prepare import prepare
     from mgeo.runs.scenario import read_scenario
 
     folder = out or Path("runs", f"{problem}-{algorithm}-seed{seed}")
@@ -145,15 +147,15 @@ def solve(
             evaluations=evaluations,
             seed=seed,
         )
-        keeper = Keeper(folder, run.recipe, run.algorithm, record=record)
+        persistence = RunPersistence(folder, run.configuration, run.algorithm, record=record)
         check_folder(folder, overwrite=overwrite)
         if not dry_run:
-            prepare_folder(folder, overwrite=overwrite)
+            folder.mkdir(parents=True, exist_ok=True)
     output = Output(quiet, json)
     if dry_run:
-        describe_run(run, keeper, output)
+        describe_run(run, persistence, output)
     else:
-        raise typer.Exit(run_to_folder(run, keeper, output, overwrite=overwrite))
+        raise typer.Exit(run_to_folder(run, persistence, output, overwrite=overwrite))
 
 
 @app.command(epilog=epilog("resume"))
@@ -195,10 +197,10 @@ def resume(
     with bad_input():
         if evaluations is not None and generations is not None:
             raise ValueError("--evaluations and --generations are both given: expected one")
-        run, keeper = resumed(
+        run, persistence = resumed(
             folder, output, evaluations=evaluations, generations=generations, check=check
         )
-    raise typer.Exit(run_to_folder(run, keeper, output, overwrite=True))
+    raise typer.Exit(run_to_folder(run, persistence, output, overwrite=True))
 
 
 @app.command(epilog=epilog("report"))

@@ -10,42 +10,41 @@ from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.output import Output
 from mgeo.cli.progress import clock, run_title
 from mgeo.figures import MOST_OBJECTIVES
-from mgeo.runs import (
-    CHECKPOINT_FILE,
-    FIGURE_FILE,
-    FRONT_FILE,
-    RECORD_FOLDER,
-    RUN_FILE,
-    Keeper,
-    PreparedRun,
-    estimate,
-)
-from mgeo.runs.names import problem_size
+from mgeo.plugins.protocol import problem_size
+from mgeo.runs.estimate import estimate
+from mgeo.runs.folder import FIGURE_FILE, FRONT_FILE, RUN_FILE
+from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
+from mgeo.runs.prepare import PreparedRun
 from mgeo.studies.outline import Outline
 from mgeo.terminal import pairs
 
 
-def describe_run(run: PreparedRun, keeper: Keeper, output: Output) -> None:
+def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) -> None:
     """Tell it about a run of ``mgeo solve``; the problem is evaluated for about a second."""
-    recipe, problem = run.recipe, run.problem
-    expected = estimate(problem, run.algorithm, recipe.evaluations, recipe.seed)
+    configuration, problem = run.configuration, run.problem
+    expected = estimate(problem, run.algorithm, configuration.evaluations, configuration.seed)
     size = problem_size(problem)
     written = {
         FRONT_FILE: True,
         RUN_FILE: True,
         FIGURE_FILE: hasattr(problem, "figures") or problem.n_obj <= MOST_OBJECTIVES,
         CHECKPOINT_FILE: isinstance(run.algorithm, ExtremalOptimization),
-        f"{RECORD_FOLDER}/": keeper.record,
+        f"{RECORD_FOLDER}/": persistence.record,
     }
     files = [name for name, is_written in written.items() if is_written]
     texts = {
         "size": _size(size),
-        "budget": f"{recipe.evaluations:,} evaluations",
-        "folder": str(keeper.folder),
+        "budget": f"{configuration.evaluations:,} evaluations",
+        "folder": str(persistence.folder),
         "files": ", ".join(files),
     }
-    found = {"recipe": recipe.to_dict(), **size, "folder": str(keeper.folder), "files": files}
-    _tell(run_title(recipe), texts, found, (expected.elapsed, expected.timed), output)
+    found = {
+        "configuration": configuration.model_dump(),
+        **size,
+        "folder": str(persistence.folder),
+        "files": files,
+    }
+    _tell(run_title(configuration), texts, found, (expected.elapsed, expected.timed), output)
 
 
 def describe_study(outline: Outline, folder: Path, output: Output) -> None:

@@ -28,7 +28,7 @@ class ExitCode(IntEnum):
     ERROR = 1, "an error in mgeo or in a problem, which --debug shows with its traceback"
     BAD_INPUT = (
         2,
-        "bad input: arguments, files, options, a problem that does not keep its contract, no room "
+        "bad input: arguments, files, options, a problem that breaks the plugin protocol, no room "
         "on the disk; nothing is damaged",
     )
     INCOMPLETE = 3, "done, but runs of a study failed, or what was checked does not hold"

@@ -6,7 +6,7 @@ from typing import Any
 
 from mgeo.cli.output import Output
 from mgeo.plugins.discovery import Plugin, installed_plugins, load_problem, preset_names
-from mgeo.runs.names import problem_size
+from mgeo.plugins.protocol import problem_size
 from mgeo.terminal import plain, table
 
 

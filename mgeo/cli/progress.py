@@ -12,7 +12,9 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 
 from mgeo.cli.signals import StopRequest
-from mgeo.runs import Keeper, Recipe, State
+from mgeo.runs.configuration import RunConfiguration
+from mgeo.runs.persistence import RunPersistence
+from mgeo.runs.solve import State
 from mgeo.terminal import pairs, plain
 
 _MAX_SHARE = 0.02  # of the time of a run may go into computing what is shown
@@ -26,7 +28,7 @@ class Progress:
     ----------
     console
         Where to show it; None for nowhere. Only within `shown`.
-    keeper
+    persistence
         Of the run, to tell why a checkpoint could not be written.
 
     Attributes
@@ -40,12 +42,12 @@ class Progress:
         console: Console | None,
         title: str,
         request: StopRequest,
-        keeper: Keeper | None = None,
+        persistence: RunPersistence | None = None,
     ) -> None:
         self._console = console
         self._title = title
         self._request = request
-        self._keeper = keeper
+        self._persistence = persistence
         self._live = console is not None and console.is_terminal and not console.is_dumb_terminal
         self.interval = 0.25 if self._live else 10.0
         self._next = 0.0
@@ -79,7 +81,7 @@ class Progress:
         work = time.process_time()  # not the clock's: others may keep us waiting
         left = _time_left(state, *self._first)
         self._end = None if left is None else now + left
-        self._latest = state, _quantities(state, self._keeper)
+        self._latest = state, _quantities(state, self._persistence)
         if not self._live:
             self._print("  ".join(self._fields(*self._latest)))
         cost = time.process_time() - work
@@ -116,10 +118,10 @@ class Progress:
             self._console.print(plain(line), soft_wrap=True)
 
 
-def run_title(recipe: Recipe) -> str:
+def run_title(run: RunConfiguration) -> str:
     """What a run is called."""
-    values = ", ".join(f"{key} = {value}" for key, value in recipe.parameters.items())
-    return f"{recipe.problem} · {recipe.algorithm} ({values}) · seed {recipe.seed}"
+    values = ", ".join(f"{key} = {value}" for key, value in run.parameters.items())
+    return f"{run.problem} · {run.algorithm} ({values}) · seed {run.seed}"
 
 
 def clock(seconds: float) -> str:
@@ -137,7 +139,7 @@ def _evaluations(state: State) -> str:
     return f"{state.evaluations:,} of {state.budget:,} evaluations"
 
 
-def _quantities(state: State, keeper: Keeper | None) -> dict[str, str]:
+def _quantities(state: State, persistence: RunPersistence | None) -> dict[str, str]:
     _, F = state.front()
     shown = {"front": f"{len(F):,}"}
     failed = sum(state.failures.values())
@@ -150,8 +152,8 @@ def _quantities(state: State, keeper: Keeper | None) -> dict[str, str]:
     if volume is not None:  # that of a range seen does not compare with another run's
         seen = "" if volume.space == "problem" else " (of the range seen)"
         shown[f"hypervolume{seen}"] = f"{volume.value:.4f}"
-    if keeper is not None and keeper.error is not None:
-        shown["no checkpoint:"] = str(keeper.error)
+    if persistence is not None and persistence.error is not None:
+        shown["no checkpoint:"] = str(persistence.error)
     return shown
 
 

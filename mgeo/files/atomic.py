@@ -47,7 +47,11 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
         for name, content in contents.items():
             temporary = folder / f".{name}.{secrets.token_hex(8)}.tmp"
             staged[temporary] = folder / name
-            _write_through(temporary, content)
+            # "x": never write into a file (or through a link) that somebody else put there
+            with temporary.open("xb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
         for temporary, path in staged.items():
             os.replace(temporary, path)
     except BaseException:  # an interrupt must not leave temporary files either
@@ -88,22 +92,10 @@ def _check_replaceable(path: Path) -> None:
             raise FileExistsError(f"{path} is a pipe or a device: expected a file, or none yet")
 
 
-def _write_through(path: Path, content: bytes) -> None:
-    # "x": never write into a file (or through a link) that somebody else put there
-    with path.open("xb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-
-
 def _sync_folder(folder: Path) -> None:
-    if os.name == "nt":  # Windows cannot open a folder, and its renames are durable
-        return
     try:
         descriptor = os.open(folder, os.O_RDONLY)
-    except (
-        PermissionError
-    ):  # it may be written but not read: the files have their names all the same
+    except PermissionError:  # it may be written but not read: the files have their names
         return
     try:
         os.fsync(descriptor)

@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 
 @contextmanager
-def sole_use(folder: Path) -> Iterator[None]:
+def lock(folder: Path) -> Iterator[None]:
     """Keep other processes that ask out of a folder, while the context lasts.
 
-    The operating system forgets it when the process ends, in whatever way. On Windows nobody is
-    kept out.
+    The operating system releases the lock when the process ends, in whatever way, and nobody else
+    can take it before. No file stands for it.
 
     Raises
     ------
     ValueError
-        If another process uses it.
+        If another process has it.
     """
-    if sys.platform == "win32":
-        yield
-        return
-    import fcntl
-
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         try:

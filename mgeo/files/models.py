@@ -12,6 +12,8 @@ from mgeo._validation import did_you_mean
 
 _EXPECTED = {  # by pydantic's type of an error
     "string_type": "a string",
+    "bool_type": "true or false",
+    "literal_error": "{expected}",
     "int_type": "an integer",
     "float_type": "a number",
     "finite_number": "a finite number",
@@ -35,7 +37,7 @@ class Table(BaseModel):
         if not isinstance(data, Mapping):
             return data
         known = list(cls.model_fields)
-        for key in () if cls.model_config["extra"] == "allow" else data:
+        for key in data if cls.model_config["extra"] == "forbid" else ():
             if key not in known:
                 expected = f"expected {', '.join(known)}{did_you_mean(key, known)}"
                 raise PydanticCustomError("key", f"{key!s:.80} is unknown: {expected}")
@@ -68,6 +70,7 @@ def checked(model: type[T], data: Any) -> T:
         raise ValueError(f"{where}.{error['msg']}".lstrip("."))
     if error["type"] == "value_error":  # of functions whose messages name key and value
         raise ValueError(str(error["ctx"]["error"]))
-    expected = _EXPECTED.get(error["type"], error["msg"]).format(**error.get("ctx", {}))
+    expected = _EXPECTED.get(error["type"], error["msg"].removeprefix("Input should be "))
+    expected = expected.format(**error.get("ctx", {}))
     value = "" if isinstance(error["input"], Mapping) else f" = {error['input']!r:.80}"
     raise ValueError(f"{where}{value}: expected {expected}")

@@ -58,7 +58,7 @@ def read_file(path: Path | str, most: int = MOST_BYTES) -> bytes:
         If it is a folder, a pipe or a device, which might never end, or larger than `most` bytes.
     """
     # without waiting for somebody who writes into a pipe
-    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _BINARY)
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
     with open(descriptor, "rb") as file:
         status = os.fstat(descriptor)
         if not stat.S_ISREG(status.st_mode):
@@ -152,7 +152,7 @@ def entry(table: Any, key: str, kind: Any, where: str = "") -> Any:
         str, int, float (finite; also an int), bool, list, dict, or of these ``list[str]``,
         ``dict[str, int]``, and so on.
     where
-        What the table is called in messages, such as ``"recipe."``.
+        What the table is called in messages, such as ``"hypervolume."``.
 
     Raises
     ------
@@ -209,6 +209,3 @@ def _expected(kind: Any) -> str:
     if base is None:
         return _EXPECTED[kind]
     return f"{_EXPECTED[base]}, each entry {_expected(get_args(kind)[-1])}"
-
-
-_BINARY = getattr(os, "O_BINARY", 0)

@@ -13,7 +13,6 @@ import math
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -37,12 +36,12 @@ _MAX_SHARE = 0.02  # of the time of a run may go into checkpoints by the clock
 
 
 class Checkpoint(Callback):
-    """Callback that keeps the state of a run of the MGEO family in a file, for `resume`.
+    """Callback that saves the state of a run of the MGEO family in a file, for `resume`.
 
-    The first and the last generation are always kept, and in between whatever is due first. The
-    file always holds a whole checkpoint: where a new one cannot be written, the one before stays,
-    a RuntimeWarning tells it once and the run goes on. A `Recorder` that is a callback of the
-    same run (in a pymoo `CallbackCollection`) is brought up to date before each checkpoint.
+    The first and the last generation are always saved, and in between whatever is due first. Where
+    a new checkpoint cannot be written, the one before stays, a RuntimeWarning tells it once and
+    the run goes on. A `Recorder` of the same run (in a pymoo `CallbackCollection`) is brought up to
+    date before each checkpoint.
 
     Parameters
     ----------
@@ -50,13 +49,13 @@ class Checkpoint(Callback):
     every_seconds : time between two checkpoints, None for no limit. It is stretched where
         checkpoints would take more than 2 % of the time.
     every_generations : generations between two checkpoints, None for no limit.
-    notes : called for each checkpoint; JSON values to keep with it, see `read_notes`.
+    notes : called for each checkpoint; JSON values to save with it, see `read_notes`.
     warn : whether to warn when a checkpoint cannot be written.
 
     Attributes
     ----------
     error : why the latest checkpoint could not be written, None if it was.
-    generation : the last one that is kept, None while there is none.
+    generation : the last one that is saved, None while there is none.
 
     Raises
     ------
@@ -76,18 +75,15 @@ class Checkpoint(Callback):
         self.path = Path(path)
         if not self.path.parent.is_dir():
             raise FileNotFoundError(f"{self.path.parent} is no folder to write a checkpoint into")
-        self.every_seconds = (
-            math.inf if every_seconds is None else number("every_seconds", every_seconds, low=0)
-        )
-        self.every_generations = (
-            None
-            if every_generations is None
-            else integer("every_generations", every_generations, low=1)
-        )
+        self.every_seconds = self.every_generations = math.inf
+        if every_seconds is not None:
+            self.every_seconds = number("every_seconds", every_seconds, low=0)
+        if every_generations is not None:
+            self.every_generations = integer("every_generations", every_generations, low=1)
         self.notes = notes
         self.warn = warn
         self.error: OSError | None = None
-        self._start_time: float | None = None  # of the run that is kept
+        self._start_time: float | None = None  # of the run that is saved
         self._next_time = -math.inf
         self.generation: int | None = None
         remove_leftovers(self.path)
@@ -111,7 +107,7 @@ class Checkpoint(Callback):
         if same_run and self.error is None and algorithm.n_generations == self.generation:
             return
         began = time.monotonic()
-        content = pack(algorithm, self.notes())
+        content = _content(algorithm, self.notes())
         try:
             for recorder in _recorders(algorithm.callback):
                 recorder.flush()
@@ -135,18 +131,7 @@ class Checkpoint(Callback):
         if algorithm.start_time != self._start_time:
             return True
         since = algorithm.n_generations - (self.generation or 0)
-        by_count = self.every_generations is not None and since >= self.every_generations
-        return by_count or time.monotonic() >= self._next_time
-
-
-@dataclass(frozen=True, eq=False)
-class Contents:
-    """What is in a checkpoint."""
-
-    state: SavedState
-    problem: Mapping[str, Any]
-    notes: Mapping[str, Any]
-    versions: Mapping[str, str]
+        return bool(since >= self.every_generations) or time.monotonic() >= self._next_time
 
 
 def resume(
@@ -182,24 +167,22 @@ def resume(
     Raises
     ------
     FileNotFoundError : if there is no such file.
-    ValueError : if it is no whole checkpoint of this version and this problem, or the
-        termination cannot be kept in a file and no new one is given; each names the file. Another
-        problem is told by its class, sizes, bounds or options, or else by the point at which it
-        gives another value. Also for a new termination that is none.
+    ValueError : if it is no whole checkpoint of this version and this problem, which is told by
+        its class, sizes, bounds, options and values; or the termination cannot be saved in a file
+        and no new one is given, or the new one is none.
     TypeError : for an option that `setup` does not take.
     """
-    contents = read(path)
-    found = difference(contents.problem, identity(problem))
-    if found:
+    state, data = _read(path)
+    if found := difference(data["problem"], identity(problem)):
         raise ValueError(f"{path} belongs to another problem: {found}")
-    if changed := difference(contents.versions, _versions()):
+    if changed := difference(data["versions"], _versions()):
         warnings.warn(
             f"{path} was written with another version ({changed}); the run goes on, but perhaps "
             "not exactly as it would have",
             RuntimeWarning,
             stacklevel=2,
         )
-    algorithm = restore(contents.state, problem, termination=termination, **options)
+    algorithm = restore(state, problem, termination=termination, **options)
     if check:
         found = changed_value(problem, algorithm.front.individuals, {"algorithm": algorithm})
         if found:
@@ -217,11 +200,11 @@ def read_notes(path: Path | str) -> Mapping[str, Any]:
     ------
     FileNotFoundError, ValueError : as `resume`, of which it reads no more than it needs.
     """
-    return read(path).notes
+    notes: Mapping[str, Any] = _read(path)[1]["notes"]
+    return notes
 
 
-def pack(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
-    """The content of a checkpoint file."""
+def _content(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
     state = capture(algorithm)
     data = {
         "versions": _versions(),
@@ -234,14 +217,8 @@ def pack(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
     return _MAGIC + f" {FORMAT} {hashlib.sha256(body).hexdigest()}\n".encode() + body
 
 
-def read(path: Path | str) -> Contents:
-    """What a checkpoint file holds; nothing in it is executed.
-
-    Raises
-    ------
-    FileNotFoundError : if there is no such file.
-    ValueError : if it is no whole checkpoint of this version.
-    """
+def _read(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
+    """The state, and ``problem``, ``notes`` and ``versions``; nothing in the file is executed."""
     head, _, body = read_file(path).partition(b"\n")
     words = head.removeprefix(_MAGIC).split()
     if not head.startswith(_MAGIC) or len(words) != 2:
@@ -258,13 +235,10 @@ def read(path: Path | str) -> Contents:
         if "json" not in arrays:
             raise ValueError("json is missing")
         data = parse_json(arrays.pop("json").tobytes().decode("utf-8"))
-        state, problem, notes = (entry(data, key, dict) for key in ("state", "problem", "notes"))
-        return Contents(
-            SavedState(arrays, state, path),
-            problem,
-            notes,
-            entry(data, "versions", dict[str, str]),
-        )
+        for key in ("state", "problem", "notes"):
+            entry(data, key, dict)
+        entry(data, "versions", dict[str, str])
+        return SavedState(arrays, data.pop("state"), path), data
 
 
 def _versions() -> dict[str, str]:

@@ -1,8 +1,7 @@
 """The file of a record: an SQLite database with the names of its columns and a row a generation.
 
-A row holds the generation's arrays as little-endian blobs, X of the type in ``dtype``, F, G and H
-of float64 and ``failed`` of bytes, and the CRC-32 of all this and of the names. SQLite's WAL mode
-keeps it whole whenever who writes is killed.
+A row holds the generation's candidates as one blob of `row_type`, the type of X in it, and the
+CRC-32 of all this and of the names. SQLite's WAL mode keeps it whole whenever who writes is killed.
 """
 
 from __future__ import annotations
@@ -11,10 +10,9 @@ import json
 import re
 import sqlite3
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,19 +21,31 @@ from mgeo.files.atomic import write_file
 from mgeo.files.reading import FileError, entry, errors_of, parse_json
 
 NAME = "record.sqlite"
-FORMAT = 2
-ARRAYS = ("X", "F", "G", "H", "failed")
+FORMAT = 3
 _BESIDE = ("-journal", "-wal", "-shm")  # files in which SQLite keeps what is under way
 _ATTEMPTS = 10  # at reading a record that changes meanwhile
 _PATIENCE = 60.0  # seconds to wait for another process
 _TABLES = [
-    "CREATE TABLE names (X TEXT, F TEXT)",
-    "CREATE TABLE generations "
-    f"(number INTEGER PRIMARY KEY, dtype TEXT, {', '.join(ARRAYS)}, crc32)",
+    "CREATE TABLE names (X TEXT, F TEXT, G TEXT, H TEXT)",
+    "CREATE TABLE generations (number INTEGER PRIMARY KEY, dtype TEXT, candidates, crc32)",
 ]
 
-Names = dict[str, list[str]]  # of the columns of X and F
-Rows = dict[str, NDArray[Any]]  # by `ARRAYS`
+Names = dict[str, list[str]]  # of the columns of X, F, G and H
+Rows = NDArray[np.void]  # of `row_type`
+
+
+def row_type(names: Names, dtype: str = "<f8") -> np.dtype[np.void]:
+    """What is recorded of a candidate: X of this type, F, G and H as float64, and ``failed``.
+
+    Raises
+    ------
+    ValueError : if the type is none of little-endian numbers.
+    """
+    if not re.fullmatch(r"[<|][biuf][1248]", dtype):
+        raise ValueError(f"dtype = {dtype!r:.80}: expected one of numbers")
+    types = {"X": dtype, "F": "<f8", "G": "<f8", "H": "<f8"}
+    arrays = [(key, types[key], (len(names[key]),)) for key in types]
+    return np.dtype([*arrays, ("failed", "?")])
 
 
 def create(folder: Path, names: Names) -> None:
@@ -49,8 +59,8 @@ def create(folder: Path, names: Names) -> None:
             database.execute("BEGIN")
             for table in _TABLES:
                 database.execute(table)
-            texts = [json.dumps(list(names[key])) for key in "XF"]
-            database.execute("INSERT INTO names VALUES (?, ?)", texts)
+            texts = [json.dumps(names[key]) for key in "XFGH"]
+            database.execute("INSERT INTO names VALUES (?, ?, ?, ?)", texts)
             database.execute(f"PRAGMA user_version={FORMAT}")
 
 
@@ -62,9 +72,11 @@ def append(folder: Path, generations: Iterable[tuple[int, Rows]]) -> None:
     OSError : if they cannot be written.
     """
     with _opened(folder, "rw") as database, database:
-        text = json.dumps(_names(database))
-        rows = [_packed(number, rows, text) for number, rows in generations]
-        database.executemany(f"INSERT INTO generations VALUES ({', '.join('?' * 8)})", rows)
+        names = _names(database)
+        for number, rows in generations:
+            content = rows.dtype["X"].base.str, rows.tobytes()
+            row = number, *content, _crc32(names, number, *content)
+            database.execute("INSERT INTO generations VALUES (?, ?, ?, ?)", row)
 
 
 def cut(folder: Path, names: Names, generation: int) -> None:
@@ -87,8 +99,8 @@ def cut(folder: Path, names: Names, generation: int) -> None:
         raise FileError(f"{error}: expected that of {expected}") from error
 
 
-def read(folder: Path) -> tuple[Names, Rows]:
-    """Names, and the rows of all generations with their ``generation``; none if there are none.
+def read(folder: Path) -> tuple[Names, list[Rows]]:
+    """Names, and the rows of each generation.
 
     It may be called while a run adds some.
 
@@ -151,58 +163,30 @@ def _names(database: sqlite3.Connection) -> Names:
         raise ValueError(f"format = {version!r}: this version of mgeo reads format {FORMAT}")
     if [sql for (sql,) in database.execute("SELECT sql FROM sqlite_schema LIMIT 3")] != _TABLES:
         raise ValueError("damaged: it has other tables")
-    for texts in database.execute("SELECT X, F FROM names"):
-        read = {key: parse_json(str(text)) for key, text in zip("XF", texts, strict=True)}
-        names = {key: entry(read, key, list[str]) for key in read}
+    for texts in database.execute("SELECT * FROM names"):
+        read = {key: parse_json(str(text)) for key, text in zip("XFGH", texts, strict=True)}
+        names: Names = {key: entry(read, key, list[str]) for key in read}
         if len({*names["X"], *names["F"]}) < len(names["X"]) + len(names["F"]):
             raise ValueError("variables and objectives: expected different names")
         return names
     raise ValueError("damaged: it has no names")
 
 
-def _read(folder: Path) -> tuple[Names, Rows]:
+def _read(folder: Path) -> tuple[Names, list[Rows]]:
     with _opened(folder, "ro") as database:
-        size = sum(path.stat().st_size for path in _files(folder) if path.exists())
+        left = sum(path.stat().st_size for path in _files(folder) if path.exists())
         names = _names(database)
-        return names, _rows(database, names, size)
+        database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, left)
+        found: list[Rows] = []
+        for number, *content, check in database.execute("SELECT * FROM generations ORDER BY 1"):
+            dtype, candidates = content
+            left -= len(candidates)
+            # damaged pages could also lead round in circles
+            if left < 0 or number != len(found) + 1 or check != _crc32(names, number, *content):
+                raise ValueError(f"damaged: generation {len(found) + 1} is not what was written")
+            found.append(np.frombuffer(candidates, row_type(names, dtype)))
+        return names, found
 
 
-def _rows(database: sqlite3.Connection, names: Names, size: int) -> Rows:
-    text = json.dumps(names)
-    database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, size)
-    found: list[Rows] = []
-    for number, dtype, *blobs, check in database.execute("SELECT * FROM generations ORDER BY 1"):
-        size -= sum(len(blob) for blob in blobs if isinstance(blob, bytes))
-        # damaged pages could also lead round in circles
-        if size < 0 or number != len(found) + 1 or check != _crc32(text, number, dtype, blobs):
-            raise ValueError(f"damaged: generation {len(found) + 1} is not what was written")
-        rows = _unpacked(names, dtype, blobs)
-        found.append(rows | {"generation": np.full(len(rows["failed"]), number)})
-    keys = ["generation", *ARRAYS] if found else []
-    return {key: np.concatenate([each[key] for each in found]) for key in keys}
-
-
-def _unpacked(names: Names, dtype: str, blobs: Sequence[bytes]) -> Rows:
-    if not re.fullmatch(r"[<|][biuf][1248]", dtype):
-        raise ValueError(f"dtype = {dtype!r:.80}: expected one of numbers")
-    types = (dtype, "<f8", "<f8", "<f8", "?")
-    rows = {
-        key: np.frombuffer(blob, kind) for key, blob, kind in zip(ARRAYS, blobs, types, strict=True)
-    }
-    n = len(rows["failed"])
-    widths = {"X": len(names["X"]), "F": len(names["F"]), "G": -1, "H": -1}
-    return rows | {key: rows[key].reshape(n, width) for key, width in widths.items()}
-
-
-def _packed(number: int, rows: Rows, text: str) -> tuple[Any, ...]:
-    arrays = [rows[key].astype(rows[key].dtype.newbyteorder("<")) for key in ARRAYS]
-    blobs = [array.tobytes() for array in arrays]
-    dtype = arrays[0].dtype.str
-    return number, dtype, *blobs, _crc32(text, number, dtype, blobs)
-
-
-def _crc32(text: str, number: int, dtype: str, blobs: Sequence[bytes]) -> int:
-    value = zlib.crc32(f"{text} {number} {dtype} {list(map(len, blobs))}".encode())
-    for blob in blobs:
-        value = zlib.crc32(blob, value)
-    return value
+def _crc32(names: Names, number: int, dtype: str, candidates: bytes) -> int:
+    return zlib.crc32(candidates, zlib.crc32(f"{json.dumps(names)} {number} {dtype}".encode()))

@@ -17,6 +17,7 @@ from mgeo._validation import integer, number
 from mgeo.evaluation.designs import as_numbers
 from mgeo.files.reading import FileError
 from mgeo.persistence import record_file
+from mgeo.plugins.protocol import column_names
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -60,6 +61,7 @@ class Recorder(Callback):
         self.chunk_rows = integer("chunk_rows", chunk_rows, low=1)
         self.overwrite = overwrite
         self._buffer: list[tuple[int, record_file.Rows]] = []  # generations not yet written
+        self._names: record_file.Names = {}
         self._start_time: float | None = None  # of the run that is recorded
         self._generation = 0
         self._n_eval = 0
@@ -86,17 +88,17 @@ class Recorder(Callback):
         if isinstance(candidates, Individual):
             candidates = Population.create(candidates)
         if not same_run:
-            self._open(algorithm, generation)
+            self._open(algorithm.problem, generation)
         elif algorithm.evaluator.n_eval - self._n_eval > len(candidates):
             raise ValueError(
                 f"{type(algorithm).__name__} made {algorithm.evaluator.n_eval - self._n_eval} "
                 f"evaluations in generation {generation} and hands over {len(candidates)}: a "
                 "Recorder expects all of them"
             )
-        self._buffer.append((generation, _rows(algorithm.problem, candidates)))
+        self._buffer.append((generation, _rows(self._names, algorithm.problem, candidates)))
         self._start_time = algorithm.start_time
         self._generation, self._n_eval = generation, algorithm.evaluator.n_eval
-        due = sum(len(rows["failed"]) for _, rows in self._buffer) >= self.chunk_rows
+        due = sum(len(rows) for _, rows in self._buffer) >= self.chunk_rows
         if due or time.monotonic() >= self._next_time or algorithm.termination.has_terminated():
             self.flush()
 
@@ -112,20 +114,23 @@ class Recorder(Callback):
             self._buffer = []
             self._next_time = time.monotonic() + self.every_seconds
 
-    def _open(self, algorithm: Any, generation: int) -> None:
-        from mgeo.runs.names import column_names
-
-        variables, objectives = column_names(algorithm.problem)
-        names = {"X": list(variables), "F": list(objectives)}
+    def _open(self, problem: Problem, generation: int) -> None:
+        variables, objectives = column_names(problem)
+        self._names = {
+            "X": list(variables),
+            "F": list(objectives),
+            "G": [f"g{j + 1}" for j in range(problem.n_ieq_constr)],
+            "H": [f"h{j + 1}" for j in range(problem.n_eq_constr)],
+        }
         self._buffer = []
         if generation > 1:
-            return record_file.cut(self.folder, names, generation)
+            return record_file.cut(self.folder, self._names, generation)
         if not self.overwrite and (self.folder / record_file.NAME).exists():
             raise FileError(
                 f"{self.folder} holds a record of {len(read_record(self.folder))} evaluations: "
                 "choose another folder, or overwrite=True"
             )
-        return record_file.create(self.folder, names)
+        return record_file.create(self.folder, self._names)
 
 
 def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.DataFrame:
@@ -145,16 +150,12 @@ def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.
     """
     import pandas as pd
 
-    names, rows = record_file.read(Path(folder))
-    if not rows:
-        every = ["generation", *names["X"], *names["F"], "failed"]
-        return pd.DataFrame(columns=every if columns is None else list(columns))
-    constraints = {
-        key: [f"{key.lower()}{j + 1}" for j in range(rows[key].shape[1])] for key in "GH"
-    }
-    values = {"generation": rows["generation"]}
-    for key, own in (names | constraints).items():
-        values |= {name: rows[key][:, j] for j, name in enumerate(own)}
+    names, generations = record_file.read(Path(folder))
+    rows = np.concatenate(generations or [np.empty(0, record_file.row_type(names))])
+    numbers = np.arange(len(generations)) + 1
+    values = {"generation": np.repeat(numbers, [len(each) for each in generations])}
+    for key in names:
+        values |= {name: rows[key][:, j] for j, name in enumerate(names[key])}
     values["failed"] = rows["failed"]
     if columns is not None:
         unknown = [name for name in columns if name not in values]
@@ -166,15 +167,12 @@ def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.
     return pd.DataFrame(values)
 
 
-def _rows(problem: Problem, candidates: Population) -> record_file.Rows:
-    X, F, G, H = candidates.get("X", "F", "G", "H")
-    failed = np.array([bool(mark) for mark in candidates.get("failed")])
-    F = np.where(failed[:, None], np.nan, F.astype(float))
-    n = len(candidates)
-    return {
-        "X": as_numbers(problem, X),
-        "F": F,
-        "G": G.reshape(n, -1).astype(float),
-        "H": H.reshape(n, -1).astype(float),
-        "failed": failed,
-    }
+def _rows(names: record_file.Names, problem: Problem, candidates: Population) -> record_file.Rows:
+    X = as_numbers(problem, candidates.get("X"))
+    rows = np.empty(len(X), record_file.row_type(names, X.dtype.newbyteorder("<").str))
+    rows["X"] = X
+    for key in "FGH":
+        rows[key] = candidates.get(key).reshape(rows[key].shape)
+    rows["failed"] = [bool(mark) for mark in candidates.get("failed")]
+    rows["F"][rows["failed"]] = np.nan
+    return rows

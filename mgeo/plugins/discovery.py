@@ -17,28 +17,8 @@ Its commands, a typer app, appear as ``mgeo NAME ...``::
     [project.entry-points."mgeo.commands"]
     attitude = "mgeo_attitude.commands.app:app"
 
-Besides what pymoo asks of it a problem may have (see `mgeo.testing.check_problem`):
-
-``var_names``, ``obj_names``, ``constraint_names``
-    What variables, objectives and inequality constraints are called, with units.
-``from_options(options)``, ``options()``
-    How it is built from a table, and the table that builds it again.
-``fingerprint``
-    A text that says what it computes, where that cannot be told from its code and its attributes
-    (see `mgeo.studies.fingerprint`).
-``indicator_space(F)``
-    Objectives on comparable scales, with (1, ..., 1) as reference point.
-``describe(X)``, ``front_summary(F)``
-    Solutions as a table, one row each, and a front as a dict.
-``figures(X)``
-    Plotly figures of a set of solutions by name; ``front``, if it is there, is the picture of the
-    front, in place of mgeo's own. Where its points have the numbers of their rows as
-    ``customdata``, a report lets one choose them there.
-``solution_figures(X)``
-    For each row a dict of small plotly figures of that solution alone, under the same names, which
-    a report shows when it is chosen. What they have in common is stored once, and floats as
-    float32: some hundred numbers each keep the report of 300 solutions below 8 MB. Those in
-    three dimensions may move, see `mgeo.figures.motion`.
+Besides what pymoo asks of it a problem may have the optional parts that `mgeo.plugins.protocol`
+asks for and ``docs/plugins.md`` lists.
 """
 
 from __future__ import annotations
@@ -199,24 +179,19 @@ def built(name: str, build: Callable[[], Any]) -> Problem:
 def _check_sizes(name: str, problem: Problem) -> None:
     if getattr(problem, "vars", None) is not None:
         return  # its bounds are in its variables
+    import numpy as np
+
     for key in ("xl", "xu"):
         bound = getattr(problem, key)
-        if bound is not None and not _is_bound(bound, problem.n_var):
+        values = np.zeros(problem.n_var) if bound is None else np.asarray(bound)
+        numbers = values.dtype.kind in "biuf" and bool(np.isfinite(values).all())
+        if values.shape != (problem.n_var,) or not numbers:
             raise PluginError(
                 f"{key} of problem {name!r} = {bound!r:.80}: expected {problem.n_var} numbers, "
                 "all of them finite"
             )
     if problem.xl is not None and problem.xu is not None and (problem.xl > problem.xu).any():
         raise PluginError(f"problem {name!r}: expected xl <= xu, not {problem.xl} and {problem.xu}")
-
-
-def _is_bound(bound: Any, n_var: int) -> bool:
-    import numpy as np
-
-    values = np.asarray(bound)
-    return (
-        values.shape == (n_var,) and values.dtype.kind in "biuf" and bool(np.isfinite(values).all())
-    )
 
 
 def _plugin(entry_point: EntryPoint) -> Plugin:

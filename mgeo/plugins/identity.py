@@ -9,23 +9,22 @@ from typing import Any
 import numpy as np
 from pymoo.core.problem import Problem
 
-from mgeo.plugins import protocol as contract
+from mgeo.plugins import protocol
 
 
 def identity(problem: Problem) -> dict[str, Any]:
     """Class, sizes, bounds and, if the problem has them, ``options()``; JSON values."""
-    declared = getattr(problem, "vars", None)
-    options = contract.options(problem)
+    declared = getattr(problem, "vars", None) or {}
     data = {
         "class": type(problem).__name__,
         "n_var": problem.n_var,
         "n_obj": problem.n_obj,
         "n_ieq_constr": problem.n_ieq_constr,
         "n_eq_constr": problem.n_eq_constr,
-        "vars": {key: type(variable).__name__ for key, variable in (declared or {}).items()},
+        "vars": {key: type(variable).__name__ for key, variable in declared.items()},
         "xl": _plain(problem.xl),
         "xu": _plain(problem.xu),
-        "options": options,
+        "options": protocol.options(problem),
     }
     read_back: dict[str, Any] = json.loads(json.dumps(data, default=str))
     return read_back

@@ -1,7 +1,7 @@
 """What a problem of somebody else gives when it is asked, checked where it comes in.
 
-The optional parts of a problem are listed in `mgeo.plugins.discovery`. A part that raises, or gives
-something else than it should, is a `PluginError` that names it.
+``docs/plugins.md`` lists the optional parts of a problem. A part that raises, or gives something
+else than it should, is a `PluginError` that names it.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mgeo._typing import FloatArray
+from mgeo.evaluation.designs import variable_names
 from mgeo.plugins.discovery import PluginError
 
 if TYPE_CHECKING:
@@ -21,33 +22,69 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 
+def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the variables and of the objectives.
+
+    They are the problem's ``var_names`` and ``obj_names``, or else the keys of its ``vars``, or
+    x1, x2, ..., and f1, f2, ...
+
+    Raises
+    ------
+    PluginError
+        If there is not one name for each, or a name occurs twice.
+    """
+    variables = _names(problem, "var_names", "x", problem.n_var, variable_names(problem))
+    objectives = _names(problem, "obj_names", "f", problem.n_obj)
+    both = set(variables) & set(objectives)
+    if both:
+        raise PluginError(f"{min(both)!r} names both a variable and an objective")
+    return variables, objectives
+
+
+def problem_size(problem: Problem) -> dict[str, Any]:
+    """Names of variables and objectives, and the number of constraints, as JSON values.
+
+    Raises
+    ------
+    PluginError
+        As `column_names`.
+    """
+    variables, objectives = column_names(problem)
+    return {
+        "variables": list(variables),
+        "objectives": list(objectives),
+        "constraints": int(problem.n_ieq_constr + problem.n_eq_constr),
+    }
+
+
 def indicator_space(problem: Problem) -> Callable[[ArrayLike], FloatArray] | None:
     """Its ``indicator_space``, which takes and gives shape (n, n_obj); None if it has none."""
     if getattr(problem, "indicator_space", None) is None:
         return None
 
     def checked(F: ArrayLike) -> FloatArray:
-        given = _ask(problem, "indicator_space", F)
-        try:
-            points = np.asarray(given, dtype=float)
-        except (TypeError, ValueError) as error:
-            raise _unexpected(problem, "indicator_space(F)", given, "numbers") from error
-        if points.shape != np.shape(F) or not np.isfinite(points).all():
-            expected = f"finite numbers of shape {np.shape(F)}"
-            raise _unexpected(problem, "indicator_space(F)", given, expected)
-        return points
+        def is_valid(given: Any) -> bool:
+            try:
+                points = np.asarray(given, dtype=float)
+            except (TypeError, ValueError):
+                return False
+            return points.shape == np.shape(F) and bool(np.isfinite(points).all())
+
+        expected = f"finite numbers of shape {np.shape(F)}"
+        return np.asarray(_ask(problem, "indicator_space(F)", is_valid, expected, F), dtype=float)
 
     return checked
 
 
 def options(problem: Problem) -> dict[str, Any] | None:
     """Its ``options()``, None if it has none."""
-    if not hasattr(problem, "options"):
-        return None
-    given = _ask(problem, "options")
-    if not isinstance(given, dict) or not all(isinstance(key, str) for key in given):
-        raise _unexpected(problem, "options()", given, "a dict with keys of type str")
-    return given
+
+    def is_valid(given: Any) -> bool:
+        return isinstance(given, dict) and all(isinstance(key, str) for key in given)
+
+    found: dict[str, Any] | None
+    found = _ask(problem, "options()", is_valid, "a dict with keys of type str")
+    return found
 
 
 def fingerprint(thing: Any) -> str:
@@ -67,78 +104,91 @@ def describe(problem: Problem, X: NDArray[Any]) -> pd.DataFrame | None:
     """Its ``describe(X)``, one row for each of X; None if it has none."""
     import pandas as pd
 
-    if not hasattr(problem, "describe"):
-        return None
-    given = _ask(problem, "describe", X)
-    if not isinstance(given, pd.DataFrame) or len(given) != len(X):
-        raise _unexpected(problem, "describe(X)", given, f"a DataFrame of {len(X)} rows")
-    return given
+    def is_valid(given: Any) -> bool:
+        return isinstance(given, pd.DataFrame) and len(given) == len(X)
+
+    found: pd.DataFrame | None
+    found = _ask(problem, "describe(X)", is_valid, f"a DataFrame of {len(X)} rows", X)
+    return found
 
 
 def front_summary(problem: Problem, F: FloatArray) -> dict[str, float]:
     """Its ``front_summary(F)``, empty if it has none."""
-    if getattr(problem, "front_summary", None) is None:
-        return {}
-    given = _ask(problem, "front_summary", F)
-    numbers = isinstance(given, Mapping) and all(
-        isinstance(value, int | float | np.number) for value in given.values()
-    )
-    if not numbers:
-        raise _unexpected(problem, "front_summary(F)", given, "a dict of numbers")
-    return {str(name): value for name, value in given.items()}
+
+    def is_valid(given: Any) -> bool:
+        return isinstance(given, Mapping) and all(
+            isinstance(value, int | float | np.number) for value in given.values()
+        )
+
+    found = _ask(problem, "front_summary(F)", is_valid, "a dict of numbers", F)
+    return {str(name): value for name, value in (found or {}).items()}
 
 
 def front_figure(problem: Problem, X: NDArray[Any]) -> go.Figure | None:
     """The figure ``front`` of its ``figures(X)``, None if it has none."""
-    if not hasattr(problem, "figures"):
-        return None
-    given = _ask(problem, "figures", X)
-    if not isinstance(given, Mapping):
-        raise _unexpected(problem, "figures(X)", given, "a dict of plotly figures")
-    figure = given.get("front")
-    return None if figure is None else _figure(problem, "figures(X)['front']", figure)
+
+    def is_valid(given: Any) -> bool:
+        return isinstance(given, Mapping) and (
+            given.get("front") is None or _are_figures({"front": given["front"]})
+        )
+
+    found = _ask(problem, "figures(X)", is_valid, "a dict of plotly figures", X)
+    return (found or {}).get("front")
 
 
 def solution_figures(problem: Problem, X: NDArray[Any]) -> list[dict[str, go.Figure]]:
     """Its ``solution_figures(X)``, one dict for each of X; empty if it has none."""
-    if not hasattr(problem, "solution_figures") or not len(X):
-        return []
-    given = _ask(problem, "solution_figures", X)
-    if (
-        not isinstance(given, list)
-        or len(given) != len(X)
-        or not all(isinstance(figures, Mapping) for figures in given)
-    ):
-        raise _unexpected(problem, "solution_figures(X)", given, f"{len(X)} dicts of figures")
-    return [
-        {str(name): _figure(problem, "solution_figures(X)", f) for name, f in figures.items()}
-        for figures in given
-    ]
+
+    def is_valid(given: Any) -> bool:
+        return isinstance(given, list) and len(given) == len(X) and all(map(_are_figures, given))
+
+    expected = f"{len(X)} dicts of plotly figures"
+    found = _ask(problem, "solution_figures(X)", is_valid, expected, X) if len(X) else None
+    return [{str(name): figure for name, figure in each.items()} for each in found or []]
 
 
-def _ask(problem: Problem, name: str, *arguments: Any) -> Any:
+def _ask(
+    problem: Problem, call: str, is_valid: Callable[[Any], bool], expected: str, *arguments: Any
+) -> Any:
+    """What an optional method returns, checked; None if the problem has none of this name."""
+    name = call.partition("(")[0]
+    method = getattr(problem, name, None)
+    if method is None:
+        return None
+    owner = f"of problem {type(problem).__name__}"
     try:
-        given = getattr(problem, name)(*arguments)
-        return list(given) if isinstance(given, Iterator) else given
+        given = method(*arguments)
+        given = list(given) if isinstance(given, Iterator) else given
     except Exception as error:  # whatever a problem raises: foreign code
         raised = f"{type(error).__name__}: {error}".removesuffix(": ")
-        raise PluginError(f"{name} of problem {type(problem).__name__} raised {raised}") from error
-
-
-def _figure(problem: Problem, name: str, given: Any) -> go.Figure:
-    import plotly.graph_objects as go
-
-    if not isinstance(given, go.Figure):
-        raise _unexpected(problem, name, given, "a plotly figure")
+        raise PluginError(f"{name} {owner} raised {raised}") from error
+    if not is_valid(given):
+        sized = isinstance(given, np.ndarray) or hasattr(given, "iloc")
+        found = f"{type(given).__name__} of shape {np.shape(given)}" if sized else repr(given)
+        raise PluginError(f"{call} {owner} gives {found:.80}: expected {expected}")
     return given
 
 
-def _unexpected(problem: Problem, name: str, given: Any, expected: str) -> PluginError:
-    found = f"{type(given).__name__} of shape {np.shape(given)}" if _sized(given) else repr(given)
-    return PluginError(
-        f"{name} of problem {type(problem).__name__} gives {found:.80}: expected {expected}"
-    )
+def _are_figures(given: Any) -> bool:
+    import plotly.graph_objects as go
+
+    return isinstance(given, Mapping) and all(isinstance(f, go.Figure) for f in given.values())
 
 
-def _sized(given: Any) -> bool:
-    return isinstance(given, np.ndarray) or hasattr(given, "iloc")
+def _names(
+    problem: Problem,
+    attribute: str,
+    letter: str,
+    count: int,
+    declared: tuple[str, ...] | None = None,
+) -> tuple[str, ...]:
+    default = declared or [f"{letter}{i + 1}" for i in range(count)]
+    given = getattr(problem, attribute, None)
+    label = f"{attribute} of {type(problem).__name__}"
+    try:
+        names = tuple(map(str, default if given is None else given))
+    except TypeError as error:
+        raise PluginError(f"{label} = {given!r:.80}: expected {count} names") from error
+    if len(set(names)) != count or len(names) != count:
+        raise PluginError(f"{label} = {list(names)}: expected {count} different names")
+    return names

@@ -12,8 +12,9 @@ from pymoo.core.problem import Problem
 
 from mgeo.pareto.dominance import nondominated
 from mgeo.persistence.recorder import read_record
-from mgeo.runs import RECORD_FOLDER, Outcome
 from mgeo.runs.hypervolume import HypervolumeMeter
+from mgeo.runs.persistence import RECORD_FOLDER
+from mgeo.runs.solve import Outcome
 
 _SAMPLES = 60
 _TOLERANCE = 1e-4  # pymoo's, of an equality

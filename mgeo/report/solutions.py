@@ -15,7 +15,9 @@ from mgeo.figures import MOST_OBJECTIVES, front_figure
 from mgeo.figures.motion import check_motion
 from mgeo.plugins import protocol
 from mgeo.report.encode import Json, figure_json, shared
-from mgeo.runs import Highlight, Outcome, Run, front_table
+from mgeo.runs.folder import Run, front_table
+from mgeo.runs.representative import RepresentativeSolution
+from mgeo.runs.solve import Outcome
 
 #: Solutions whose figures go into a report, so that its size stays bounded.
 MOST_PLANS = 300
@@ -24,7 +26,9 @@ MOST_PLANS = 300
 _MOST_TEXTS = 2000
 
 
-def solutions_json(problem: Problem, run: Run, chosen: Sequence[Highlight], title: str) -> Json:
+def solutions_json(
+    problem: Problem, run: Run, chosen: Sequence[RepresentativeSolution], title: str
+) -> Json:
     """What the page shows of the solutions, by name; all of them have their values."""
     X, outcome = run.outcome.X, run.outcome
     rows = planned_rows(chosen, len(X))
@@ -37,21 +41,23 @@ def solutions_json(problem: Problem, run: Run, chosen: Sequence[Highlight], titl
         "described": _described(problem, outcome, rows),
         "bounds": _bounds(problem),
         "limits": _limits(problem, X, rows),
-        "labels": {str(highlight.row): highlight.label for highlight in chosen},
+        "labels": {str(solution.row): solution.label for solution in chosen},
         "first": next((h.row for h in chosen if h.label == "knee"), chosen[0].row),
         "front": None if picture is None else figure_json(picture, lists=True),
         "plans": plans_json(problem, X, rows),
     }
 
 
-def planned_rows(chosen: Sequence[Highlight], n: int, most: int = MOST_PLANS) -> NDArray[np.int64]:
-    """Rows that get figures of their own: all, or the highlights and others spread over the front.
+def planned_rows(
+    chosen: Sequence[RepresentativeSolution], n: int, most: int = MOST_PLANS
+) -> NDArray[np.int64]:
+    """Rows that get figures of their own: all, or representative ones and others between them.
 
     Ascending; the front is ordered by its first objective.
     """
     if n <= most:
         return np.arange(n)
-    rows = [highlight.row for highlight in chosen][:most]
+    rows = [solution.row for solution in chosen][:most]
     spread = np.linspace(0, n - 1, most - len(rows)).round().astype(np.int64)
     return np.unique(np.concatenate([np.array(rows, dtype=np.int64), spread]))
 
@@ -59,7 +65,7 @@ def planned_rows(chosen: Sequence[Highlight], n: int, most: int = MOST_PLANS) ->
 def front_picture(problem: Problem, outcome: Outcome, title: str) -> go.Figure | None:
     """The picture of the front, whose points carry their row as ``customdata``; None if none can.
 
-    It is the plugin's own where its points do so, see `mgeo.plugins.discovery`.
+    It is the plugin's own where its points do so, see ``docs/plugins.md``.
     """
     n = len(outcome.X)
     if n <= _MOST_TEXTS:

@@ -64,12 +64,12 @@ def _pictures(folder: Path) -> dict[str, go.Figure]:
     if chosen:
         found["front"] = front_picture(problem, outcome, title)
     found["hypervolume"] = recorded_history(folder, problem, outcome)
-    told = [highlight for highlight in chosen if highlight.label != "between"]
-    drawn = protocol.solution_figures(problem, outcome.X[[highlight.row for highlight in told]])
-    for highlight, figures in zip(told, drawn, strict=bool(drawn)):
+    told = [solution for solution in chosen if solution.label != "between"]
+    drawn = protocol.solution_figures(problem, outcome.X[[solution.row for solution in told]])
+    for solution, figures in zip(told, drawn, strict=bool(drawn)):
         for name, figure in figures.items():
             if motion_of(figure) is None:
-                found[_file_name(found, highlight.label, name)] = figure
+                found[_file_name(found, solution.label, name)] = figure
     return {name: _sized(figure) for name, figure in found.items() if figure is not None}
 
 

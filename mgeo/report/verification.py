@@ -19,8 +19,8 @@ from pymoo.core.problem import Problem
 from mgeo.files.reading import entry, errors_of, read_json
 from mgeo.plugins import protocol
 from mgeo.plugins.identity import difference
-from mgeo.runs import Run
-from mgeo.runs.keep import VERIFICATION_FILES
+from mgeo.runs.folder import Run
+from mgeo.runs.persistence import VERIFICATION_FILES
 
 _LONGEST = 200  # characters of a difference, which may quote a whole list
 
@@ -37,9 +37,11 @@ def verifications(
     """
     options = protocol.options(problem)
     solved = {
-        "problem": run.recipe.problem,
+        "problem": run.configuration.problem,
         # as a file gives them
-        "options": run.recipe.options if options is None else json.loads(json.dumps(options)),
+        "options": run.configuration.options
+        if options is None
+        else json.loads(json.dumps(options)),
     }
     solutions = run.outcome.X.tolist()
     for path in sorted(folder.glob(VERIFICATION_FILES)):

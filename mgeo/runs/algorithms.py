@@ -21,9 +21,7 @@ _MOST_POPULATION = 100_000
 _NOT_SET = ("sampling", "archive_size")  # parameters that a run in a folder leaves as they are
 
 # Module and class, and what the population stands for in the constructors of others; without
-# that, the parameters are those of the class. Runs of CMOPSO repeat with a seed because
-# `mgeo.runs.solve.set_up` sees to it; RVEA is ours, because the result of pymoo's is its
-# population, which is not a front.
+# that, the parameters are those of the class.
 _PYMOO = "pymoo.algorithms"
 ALGORITHMS: Mapping[str, tuple[str, ...]] = {
     DEFAULT: ("mgeo.algorithms", "MGEOReal"),
@@ -43,7 +41,7 @@ ALGORITHMS: Mapping[str, tuple[str, ...]] = {
     "nsde": (f"{_PYMOO}.moo.nsde", "NSDE", "pop_size"),
     "mopso-cd": (f"{_PYMOO}.moo.mopso_cd", "MOPSO_CD", "pop_size"),
     "cmopso": (f"{_PYMOO}.moo.cmopso", "CMOPSO", "pop_size"),
-    "rvea": ("mgeo.runs.rvea", "FrontRVEA", "ref_dirs"),
+    "rvea": ("mgeo.runs.pymoo_algorithms", "FrontRVEA", "ref_dirs"),
     "random": (f"{_PYMOO}.soo.nonconvex.random_search", "RandomSearch", "n_points_per_iteration"),
 }
 FAMILY = [name for name, (_, _, *population) in ALGORITHMS.items() if not population]
@@ -68,10 +66,10 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
     population = integer("population", complete["population"], low=4, high=_MOST_POPULATION)
     if name == "moead" and problem.has_constraints():
         raise ValueError("algorithm 'moead' does not treat constraints, which this problem has")
-    _, _, *wanted = ALGORITHMS[name]
-    directed = "ref_dirs" in wanted
-    given = {"ref_dirs": _directions(population, problem)} if directed else {}
-    return cls(**dict.fromkeys(wanted, population) | given)
+    given: dict[str, Any] = dict.fromkeys(ALGORITHMS[name][2:], population)
+    if "ref_dirs" in given:
+        given["ref_dirs"] = _directions(population, problem)
+    return cls(**given)
 
 
 def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -82,10 +80,6 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     ValueError
         If the name or a parameter is unknown.
     """
-    if not isinstance(name, str):
-        raise TypeError(f"algorithm = {name!r:.80}: expected a string")
-    if not isinstance(parameters, Mapping):
-        raise TypeError(f"parameters = {parameters!r:.80}: expected a table")
     if name not in ALGORITHMS:
         raise ValueError(
             f"no algorithm is called {name!r}: expected one of {', '.join(ALGORITHMS)}"

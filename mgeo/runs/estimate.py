@@ -39,18 +39,17 @@ def estimate(
         As `mgeo.runs.solve.set_up`.
     """
     ready = set_up(problem, algorithm, evaluations, seed)
-    began = _clocks()
+    clocks = [_clocks()]
     ready.next()
-    first, after_first = ready.evaluator.n_eval, _clocks()
-    now = after_first
-    while ready.has_next() and now[0] - after_first[0] < seconds:
+    first = ready.evaluator.n_eval
+    clocks += [_clocks()] * 2
+    while ready.has_next() and clocks[-1][0] - clocks[1][0] < seconds:
         ready.next()
-        now = _clocks()
+        clocks[-1] = _clocks()
     made = ready.evaluator.n_eval
     left = max(0, evaluations - made) / max(1, made - first)
     elapsed, processor = (
-        end - start + left * (end - end_of_first)
-        for start, end_of_first, end in zip(began, after_first, now, strict=True)
+        end - start + left * (end - second) for start, second, end in zip(*clocks, strict=True)
     )
     return Estimate(elapsed, processor, made)
 

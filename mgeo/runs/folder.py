@@ -10,25 +10,26 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from datetime import UTC, datetime
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
-from mgeo.files.atomic import write_file, write_files
+import numpy as np
+
+from mgeo.files.atomic import write_files
+from mgeo.files.models import checked
 from mgeo.files.reading import entry, errors_of, read_json
 from mgeo.files.tables import read_numbers, to_csv
 from mgeo.plugins.discovery import find_plugin
-from mgeo.runs.hypervolume import Hypervolume, Space
-from mgeo.runs.keep import CHECKPOINT_FILE
-from mgeo.runs.recipe import Recipe
-from mgeo.runs.solve import Outcome, Status
+from mgeo.runs.configuration import RunConfiguration
+from mgeo.runs.persistence import CHECKPOINT_FILE
+from mgeo.runs.solve import Outcome
 
 if TYPE_CHECKING:
     import pandas as pd
 
-FORMAT = 1
+FORMAT = 2
 RUN_FILE, FRONT_FILE, FIGURE_FILE = "run.json", "front.csv", "front.html"
 
 
@@ -36,7 +37,7 @@ RUN_FILE, FRONT_FILE, FIGURE_FILE = "run.json", "front.csv", "front.html"
 class Run:
     """A finished or interrupted run: how to make it again, what it found, what it ran with."""
 
-    recipe: Recipe
+    configuration: RunConfiguration
     outcome: Outcome
     versions: Mapping[str, str]
 
@@ -53,25 +54,11 @@ def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(f"{folder} is a file: expected a folder to write the run into")
     if not overwrite and folder.exists() and any(folder.iterdir()):
+        unfinished = (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
         raise FileExistsError(
             f"{folder} is not empty: choose another folder or allow --overwrite"
-            + (f", or go on with mgeo resume {folder}" if _unfinished(folder) else "")
+            + (f", or go on with mgeo resume {folder}" if unfinished else "")
         )
-    return folder
-
-
-def prepare_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
-    """Make the folder of a run to come, before time is spent on the run.
-
-    Raises
-    ------
-    FileExistsError
-        As `check_folder`.
-    OSError
-        If it cannot be made.
-    """
-    folder = check_folder(folder, overwrite=overwrite)
-    folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 
@@ -83,17 +70,13 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
     Raises
     ------
     OSError
-        If the folder is in use (see `prepare_folder`) or cannot be written.
+        If the folder is in use (see `check_folder`) or cannot be written.
     """
-    folder = prepare_folder(folder, overwrite=overwrite)
+    folder = check_folder(folder, overwrite=overwrite)
+    folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps(run_document(run), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     write_files(folder, {FRONT_FILE: to_csv(front_table(run.outcome)), RUN_FILE: text.encode()})
     (folder / FIGURE_FILE).unlink(missing_ok=True)
-
-
-def write_figure(folder: Path | str, html: str) -> None:
-    """Write ``front.html``, whole or not at all."""
-    write_file(Path(folder) / FIGURE_FILE, html.encode())
 
 
 def read_run(folder: Path | str) -> Run:
@@ -112,10 +95,29 @@ def read_run(folder: Path | str) -> Run:
         raise FileNotFoundError(f"{folder} holds no run: there is no {RUN_FILE}")
     data = read_json(path)
     with errors_of(path):
-        _check_format(data)
+        found = entry(data, "format", int)
+        if found != FORMAT:
+            raise ValueError(f"format = {found!r}: this version of mgeo reads format {FORMAT}")
+        configuration = checked(RunConfiguration, entry(data, "configuration", dict))
+        versions = entry(data, "versions", dict[str, str])
+        n = entry(data, "solutions", int)
+        outcome = checked(Outcome, {key: data[key] for key in data if key not in ("X", "F")})
     front = read_numbers(folder / FRONT_FILE)
+    names = [*outcome.variables, *outcome.objectives]
     with errors_of(path):
-        return _from_dict(data, front)
+        if list(front.columns) != names or len(front) != n:
+            raise ValueError(
+                f"{FRONT_FILE} has {len(front)} rows and the columns {list(front.columns)}: "
+                f"expected {n} rows and {names}"
+            )
+        volume, n_obj = outcome.hypervolume, len(outcome.objectives)
+        if volume is not None and {len(volume.ideal), len(volume.nadir)} - {0, n_obj}:
+            raise ValueError(
+                f"hypervolume of ideal {volume.ideal} and nadir {volume.nadir}: expected {n_obj} "
+                "numbers each"
+            )
+    X, F = np.hsplit(front.to_numpy(float), [len(outcome.variables)])
+    return Run(configuration, outcome.model_copy(update={"X": X, "F": F}), versions)
 
 
 def front_table(outcome: Outcome) -> pd.DataFrame:
@@ -143,71 +145,10 @@ def installed_versions(problem: str) -> dict[str, str]:
 
 def run_document(run: Run) -> dict[str, Any]:
     """What ``run.json`` says of a run, as JSON values."""
-    outcome = run.outcome
     return {
         "format": FORMAT,
-        "status": outcome.status,
-        "recipe": run.recipe.to_dict(),
-        "evaluations": outcome.evaluations,
-        "failures": dict(outcome.failures),
-        "solutions": len(outcome.F),
-        "hypervolume": asdict(outcome.hypervolume) if outcome.hypervolume else None,
-        "variables": list(outcome.variables),
-        "objectives": list(outcome.objectives),
-        "started": outcome.started.astimezone(UTC).isoformat(),
-        "wall_time_s": outcome.wall_time,
+        "configuration": run.configuration.model_dump(),
+        "solutions": len(run.outcome.F),
+        **run.outcome.model_dump(mode="json"),
         "versions": dict(run.versions),
     }
-
-
-def _unfinished(folder: Path) -> bool:
-    return (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
-
-
-def _check_format(data: Any) -> None:
-    found = entry(data, "format", int)
-    if found != FORMAT:
-        raise ValueError(f"format = {found!r}: this version of mgeo reads format {FORMAT}")
-
-
-def _from_dict(data: Mapping[str, Any], front: pd.DataFrame) -> Run:
-    variables, objectives = (
-        tuple(entry(data, key, list[str])) for key in ("variables", "objectives")
-    )
-    solutions = entry(data, "solutions", int)
-    if tuple(front.columns) != variables + objectives or len(front) != solutions:
-        raise ValueError(
-            f"{FRONT_FILE} has {len(front)} rows and the columns {list(front.columns)}: expected "
-            f"{solutions} rows and {[*variables, *objectives]}"
-        )
-    status = entry(data, "status", str)
-    if status not in get_args(Status):
-        raise ValueError(f"status = {status!r}: expected one of {', '.join(get_args(Status))}")
-    outcome = Outcome(
-        X=front[list(variables)].to_numpy(float),
-        F=front[list(objectives)].to_numpy(float),
-        variables=variables,
-        objectives=objectives,
-        status=status,
-        evaluations=entry(data, "evaluations", int),
-        hypervolume=_hypervolume(data, len(objectives)),
-        started=datetime.fromisoformat(entry(data, "started", str)),
-        wall_time=entry(data, "wall_time_s", float),
-        failures=entry(data, "failures", dict[str, int]) if "failures" in data else {},
-    )
-    recipe = Recipe.from_dict(entry(data, "recipe", dict))
-    return Run(recipe, outcome, entry(data, "versions", dict[str, str]))
-
-
-def _hypervolume(data: Mapping[str, Any], n_obj: int) -> Hypervolume | None:
-    if data.get("hypervolume", 0) is None:
-        return None
-    table, where = entry(data, "hypervolume", dict), "hypervolume."
-    space = entry(table, "space", str, where)
-    ideal, nadir = (tuple(entry(table, key, list[float], where)) for key in ("ideal", "nadir"))
-    if space not in get_args(Space) or {len(ideal), len(nadir)} - {0, n_obj}:
-        raise ValueError(
-            f"hypervolume of space {space!r:.40}, ideal {ideal} and nadir {nadir}: expected "
-            f"{' or '.join(get_args(Space))}, and {n_obj} numbers each"
-        )
-    return Hypervolume(entry(table, "value", float, where), space, ideal, nadir)

@@ -4,61 +4,57 @@ from __future__ import annotations
 
 import copy
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from pydantic import ConfigDict, Field, Strict
 
+from mgeo._typing import FloatArray
 from mgeo.evaluation.designs import as_numbers
 from mgeo.evaluation.evaluator import TolerantEvaluator
-from mgeo.files.reading import entry
+from mgeo.files.models import Table
+from mgeo.plugins.protocol import column_names
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
-from mgeo.runs.names import column_names
-from mgeo.runs.seeding import seed_archives
+from mgeo.runs.persistence import Notes, RunPersistence
+from mgeo.runs.pymoo_algorithms import seed_archives
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.population import Population
     from pymoo.core.problem import Problem
 
-    from mgeo.runs.keep import Keeper
-
-Status = Literal["finished", "interrupted"]
+Names = Annotated[tuple[str, ...], Strict(False)]  # of JSON, it is a list
 
 
-@dataclass(frozen=True, eq=False)
-class Outcome:
+class Outcome(Table):
     """What a run found: its front, ordered by the first objective, and how it went.
 
     ``X`` is (n, n_var) and ``F`` is (n, n_obj), both in the problem's own units; n = 0 if no
-    feasible solution was found. ``started`` is UTC, ``wall_time`` in seconds. ``failures`` tells
+    feasible solution was found. ``started`` is UTC, ``wall_time_s`` in seconds. ``failures`` tells
     how many of the evaluations failed why.
     """
 
-    X: NDArray[np.float64]
-    F: NDArray[np.float64]
-    variables: tuple[str, ...]
-    objectives: tuple[str, ...]
-    status: Status
+    model_config = ConfigDict(extra="ignore", arbitrary_types_allowed=True)
+
+    status: Literal["finished", "interrupted"]
     evaluations: int
+    failures: dict[str, int] = Field(default_factory=dict)
     hypervolume: Hypervolume | None
-    started: datetime
-    wall_time: float
-    failures: Mapping[str, int] = field(default_factory=dict)
+    variables: Names
+    objectives: Names
+    started: Annotated[datetime, Strict(False)]
+    wall_time_s: float
+    X: FloatArray = Field(default_factory=lambda: np.empty((0, 0)), exclude=True)
+    F: FloatArray = Field(default_factory=lambda: np.empty((0, 0)), exclude=True)
 
 
 class State:
     """A run under way, as its callback sees it after every step of the algorithm."""
 
     def __init__(
-        self,
-        problem: Problem,
-        algorithm: Algorithm,
-        budget: int,
-        notes: Mapping[str, Any] | None = None,
+        self, problem: Problem, algorithm: Algorithm, budget: int, notes: Notes | None = None
     ) -> None:
         self.variables, self.objectives = column_names(problem)
         self.budget = budget
@@ -71,9 +67,9 @@ class State:
         self._clock = time.perf_counter()
         self.started = datetime.now(UTC)
         if notes is not None:
-            self.started = datetime.fromisoformat(notes["started"])
-            self._clock -= notes["wall_time_s"]
-            self._meter.seen = notes["seen"]
+            self.started = notes.started
+            self._clock -= notes.wall_time_s
+            self._meter.seen = notes.seen
         self._watcher = algorithm.evaluator.callback
         algorithm.evaluator.callback = self._evaluated
         if algorithm.opt is not None:
@@ -93,7 +89,7 @@ class State:
         """Seconds that the run has taken, without the time between its parts."""
         return time.perf_counter() - self._clock
 
-    def front(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def front(self) -> tuple[FloatArray, FloatArray]:
         """X (n, n_var) and F (n, n_obj) of the feasible solutions of the front so far."""
         n_var, n_obj = self._problem.n_var, self._problem.n_obj
         if self._front is None or not len(self._front):
@@ -110,7 +106,7 @@ class State:
             "seen": self._meter.seen,
         }
 
-    def hypervolume(self, F: NDArray[np.float64]) -> Hypervolume | None:
+    def hypervolume(self, F: FloatArray) -> Hypervolume | None:
         """Hypervolume of a front of this run."""
         return self._meter(F)
 
@@ -125,37 +121,21 @@ class State:
         self.evaluations = self._algorithm.evaluator.n_eval
 
 
-def check_notes(notes: Mapping[str, Any], problem: Problem) -> None:
-    """Whether they are what `State.notes` makes.
-
-    Raises
-    ------
-    ValueError, TypeError
-        Naming what is not.
-    """
-    datetime.fromisoformat(entry(notes, "started", str))
-    entry(notes, "wall_time_s", float)
-    seen = entry(notes, "seen", list)
-    sizes = [len(entry({"seen": side}, "seen", list[float])) for side in seen]
-    if seen and sizes != [problem.n_obj] * 2:
-        raise ValueError(f"seen = {seen!r:.80}: expected 2 x {problem.n_obj} numbers")
-
-
 def solve(
     problem: Problem,
     algorithm: Algorithm,
     evaluations: int,
     seed: int,
     callback: Callable[[State], object] | None = None,
-    keeper: Keeper | None = None,
+    persistence: RunPersistence | None = None,
 ) -> Outcome:
     """Run a copy of `algorithm` on `problem` until it has made `evaluations` or is stopped.
 
     The last generation is completed, so slightly more evaluations may be made. `callback` is
     called after every step and may call ``state.stop()``. A KeyboardInterrupt ends the run at
     once; what was found up to the last whole step is returned, with status "interrupted".
-    Evaluations that fail cost the candidates concerned (see `mgeo.TolerantEvaluator`). A `keeper`
-    writes what is needed to go on after a crash.
+    Evaluations that fail cost the candidates concerned (see `mgeo.TolerantEvaluator`).
+    `persistence` writes what is needed to go on after a crash.
 
     Raises
     ------
@@ -165,7 +145,7 @@ def solve(
         If every candidate fails.
     """
     ready = set_up(problem, algorithm, evaluations, seed)
-    return follow(problem, ready, evaluations, callback, keeper)
+    return follow(problem, ready, evaluations, callback, persistence)
 
 
 def follow(
@@ -173,8 +153,8 @@ def follow(
     algorithm: Algorithm,
     budget: int,
     callback: Callable[[State], object] | None = None,
-    keeper: Keeper | None = None,
-    notes: Mapping[str, Any] | None = None,
+    persistence: RunPersistence | None = None,
+    notes: Notes | None = None,
 ) -> Outcome:
     """Go on with an algorithm that is set up or resumed, as `solve` does.
 
@@ -183,11 +163,11 @@ def follow(
     budget
         Evaluations that the algorithm's termination stands for.
     notes
-        `State.notes` of what has been run already; None for nothing.
+        Of the checkpoint from which it is resumed; None for a new run.
     """
     state = State(problem, algorithm, budget, notes)
-    if keeper is not None:
-        keeper.begin(algorithm, state)
+    if persistence is not None:
+        persistence.begin(algorithm, state.notes)
     try:
         while algorithm.has_next() and not state.stopped:
             algorithm.next()
@@ -197,8 +177,8 @@ def follow(
     except KeyboardInterrupt:  # amid a generation, which no checkpoint can hold
         state.stop()
     else:
-        if keeper is not None:
-            keeper.end(algorithm)
+        if persistence is not None:
+            persistence.end()
     return _outcome(state)
 
 
@@ -234,6 +214,6 @@ def _outcome(state: State) -> Outcome:
         evaluations=state.evaluations,
         hypervolume=state.hypervolume(F),
         started=state.started,
-        wall_time=state.elapsed,
+        wall_time_s=state.elapsed,
         failures=state.failures,
     )

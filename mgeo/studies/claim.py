@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mgeo.files.atomic import write_files
-from mgeo.files.lock import sole_use
+from mgeo.files.lock import lock
 from mgeo.files.reading import entry, errors_of, read_json
 from mgeo.plugins.identity import difference
 from mgeo.studies.file import Study
@@ -30,7 +30,7 @@ def claim(folder: Path, study: Study) -> None:
     """
     content = _content(study)
     folder.mkdir(parents=True, exist_ok=True)
-    with sole_use(folder):
+    with lock(folder):
         check(folder, study)
         write_files(folder, {TEXT: study.text.encode(), OWNER: content})
 

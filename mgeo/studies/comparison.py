@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from mgeo.runs.names import column_names
+from mgeo.plugins.protocol import column_names
 from mgeo.studies.indicators import Indicator, applicable
 from mgeo.studies.statistics import KruskalWallis, kruskal_wallis, mean_ranks, pairwise
 from mgeo.studies.tables import latex

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from mgeo._typing import FloatArray
 from mgeo.pareto.dominance import nondominated
 from mgeo.pareto.truncation import thin
-from mgeo.plugins import protocol as contract
+from mgeo.plugins import protocol
 from mgeo.runs.hypervolume import scaled
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def indicator_space(
         raise NothingToCompareError("no run found a feasible solution")
     if n_obj == 1:
         return objective_space()
-    transform = contract.indicator_space(problem)
+    transform = protocol.indicator_space(problem)
     ideal, nadir = np.zeros(n_obj), np.ones(n_obj)
     reference_point = np.ones(n_obj)
     origin: Origin = "problem"

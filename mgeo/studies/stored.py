@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from mgeo._validation import integer
 from mgeo.files.reading import entry, errors_of, read_json
 from mgeo.files.tables import read_texts, to_csv
-from mgeo.plugins import protocol as contract
-from mgeo.runs.names import column_names
+from mgeo.plugins import protocol
+from mgeo.plugins.protocol import column_names
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Case
 from mgeo.studies.indicators import applicable
@@ -102,7 +102,7 @@ def _space(problem: Problem, origin: Origin, stated: Mapping[str, Any]) -> Indic
     n_obj = problem.n_obj
     keys = ("ideal", "nadir", "reference_point")
     ideal, nadir, point = (_point(stated, key, n_obj) for key in keys)
-    transform = contract.indicator_space(problem) if origin == "problem" else None
+    transform = protocol.indicator_space(problem) if origin == "problem" else None
     return IndicatorSpace(ideal, nadir, point, np.empty((0, n_obj)), origin, transform)
 
 

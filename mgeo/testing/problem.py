@@ -1,4 +1,4 @@
-"""The rules of the plugin contract for problems."""
+"""The rules of the plugin protocol for problems."""
 
 import json
 import pickle
@@ -10,15 +10,15 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
 from mgeo.pareto.dominance import nondominated
-from mgeo.plugins import protocol as contract
+from mgeo.plugins import protocol
 from mgeo.testing.failure import no_error, require, require_equal
 
 
 def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: float = 1e-12) -> None:
-    """Check a problem against the plugin contract.
+    """Check a problem against the plugin protocol.
 
     The problem is evaluated at `n_points` random points and at both corners of its bounds, some
-    of them several times. Optional parts of the contract are checked where the problem has them.
+    of them several times. Optional parts of the protocol are checked where the problem has them.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
     _check_bounds(problem)
     _check_names(problem)
     with no_error("fingerprint"):
-        contract.fingerprint(problem)
+        protocol.fingerprint(problem)
     unit = np.random.default_rng(seed).random((n_points, problem.n_var))
     X = np.vstack([problem.xl + (problem.xu - problem.xl) * unit, problem.xl, problem.xu])
     values = _check_evaluation(problem, X)

@@ -1,9 +1,10 @@
 """A real run of mgeo, if a short one, for tests of what is made from run folders."""
 
-from mgeo.runs import Run, installed_versions, prepare
+from mgeo.runs.folder import Run, installed_versions
+from mgeo.runs.prepare import prepare
 
 
 def small_run(problem):
     """A front of a problem after three generations."""
     made = prepare("attitude", problem.options(), evaluations=1_080)
-    return Run(made.recipe, made.solve(), installed_versions("attitude"))
+    return Run(made.configuration, made.solve(), installed_versions("attitude"))

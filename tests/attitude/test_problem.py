@@ -1,4 +1,4 @@
-"""The satellite problem as pymoo and its plugin contract see it."""
+"""The satellite problem as pymoo and the plugin protocol see it."""
 
 import pickle
 from concurrent.futures import ProcessPoolExecutor
@@ -25,7 +25,7 @@ def evaluate_elsewhere(problem, X):
     return problem.evaluate(X)
 
 
-def test_keeps_the_plugin_contract(problem):
+def test_keeps_the_plugin_protocol(problem):
     check_problem(problem)
 
 

@@ -11,7 +11,7 @@ from mgeo_attitude.plan import ManeuverPlan
 from mgeo.report import report_html
 from mgeo.report.encode import script_json
 from mgeo.report.solutions import plans_json
-from mgeo.runs import write_run
+from mgeo.runs.folder import write_run
 
 from ..devtools import opened
 from .small_run import small_run

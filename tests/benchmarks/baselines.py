@@ -17,7 +17,8 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
 from mgeo_attitude.observability import baselines
 from mgeo_attitude.plan import Front
 
-from mgeo.runs import Outcome, prepare
+from mgeo.runs.prepare import prepare
+from mgeo.runs.solve import Outcome
 
 from .table import with_tables
 

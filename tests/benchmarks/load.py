@@ -30,7 +30,9 @@ from pymoo.problems.multi import ZDT1
 import mgeo
 from mgeo import Checkpoint, MGEOReal
 from mgeo.files.atomic import write_files
-from mgeo.runs import Keeper, Recipe, State, solve
+from mgeo.runs.configuration import RunConfiguration
+from mgeo.runs.persistence import RunPersistence
+from mgeo.runs.solve import State, solve
 
 from .table import markdown, processor, with_tables
 
@@ -115,11 +117,18 @@ def run(folder: Path, evaluations: int, points: int = POINTS) -> list[Point]:
     The problem is cheap, and its front grows: to 50,000 points after a million evaluations.
     """
     algorithm = MGEOReal(**PARAMETERS)
-    recipe = Recipe("dtlz2", {}, "mgeo-real", PARAMETERS, evaluations, seed=1)
-    keeper = Keeper(folder, recipe, algorithm, record=True)
+    configuration = RunConfiguration(
+        problem="dtlz2",
+        options={},
+        algorithm="mgeo-real",
+        parameters=PARAMETERS,
+        evaluations=evaluations,
+        seed=1,
+    )
+    persistence = RunPersistence(folder, configuration, algorithm, record=True)
     watch = Watch(evaluations // points)
     with patch.object(Checkpoint, "write", watch.timed(Checkpoint.write)):
-        solve(DTLZ2(n_var=6, n_obj=3), algorithm, evaluations, 1, watch, keeper)
+        solve(DTLZ2(n_var=6, n_obj=3), algorithm, evaluations, 1, watch, persistence)
     return watch.points
 
 

@@ -4,7 +4,7 @@ from . import arguments, places, plugins, run_folders, texts
 from .harness import KINDS
 
 #: Those that read a file and run no command: some ten milliseconds a case.
-CHEAP = ("run read", "record read", "recipe made", "study read", "scenario read",
+CHEAP = ("run read", "record read", "configuration made", "study read", "scenario read",
          "scenario solved", "study record read", "checkpoint content read")  # fmt: skip
 
 __all__ = ["CHEAP", "KINDS", "arguments", "places", "plugins", "run_folders", "texts"]

@@ -18,7 +18,8 @@ from pathlib import Path
 from unittest.mock import patch
 
 import mgeo
-from mgeo.runs import read_run, resume_run
+from mgeo.runs.folder import read_run
+from mgeo.runs.resume import resume_run
 
 from .harness import Attempt, Box, kind
 from .mutations import ESCAPES
@@ -226,7 +227,7 @@ def clock_going_back(box: Box) -> Attempt:
         assert getattr(ran, "exit_code", None) == 0
         run = read_run(action[2] if action[1] == "resume" else "made")
         assert run.outcome.evaluations == (180 if action[1] == "resume" else 24)
-        assert run.outcome.wall_time >= 0.0
+        assert run.outcome.wall_time_s >= 0.0
 
     return Attempt(action, writes=("work/*",), sound=sound, around=_clock_going_back(box))
 

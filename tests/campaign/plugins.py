@@ -1,4 +1,4 @@
-"""Plugins that do not keep the contract."""
+"""Plugins that break the plugin protocol."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 from mgeo.plugins.discovery import PROBLEMS
-from mgeo.runs import read_run
+from mgeo.runs.folder import read_run
 
 from . import faulty
 from .harness import Attempt, Box, kind

@@ -17,7 +17,9 @@ from mgeo_attitude.plan import read_front
 from mgeo import read_record
 from mgeo.persistence import record_file
 from mgeo.report import report_html
-from mgeo.runs import read_run, resume_run
+from mgeo.runs.configuration import RunConfiguration
+from mgeo.runs.folder import read_run
+from mgeo.runs.resume import resume_run
 
 from .harness import Attempt, Box, kind
 from .mutations import spoiled_arrays, spoiled_bytes, spoiled_table, spoiled_tree
@@ -55,8 +57,8 @@ def _whole(run: Any) -> None:
     assert outcome.F.shape[1] == len(outcome.objectives)
     assert np.isfinite(outcome.X).all()
     assert np.isfinite(outcome.F).all()
-    assert run.recipe.from_dict(run.recipe.to_dict()) == run.recipe
-    f"{outcome.evaluations:,} {outcome.wall_time:.1f} {sum(outcome.failures.values())}"
+    assert RunConfiguration(**run.configuration.model_dump()) == run.configuration
+    f"{outcome.evaluations:,} {outcome.wall_time_s:.1f} {sum(outcome.failures.values())}"
 
 
 @kind(weight=14)
@@ -169,15 +171,14 @@ def spoil_record(box: Box, folder: Path) -> None:
         place = int(box.rng.integers(len(cells)))
         others: list[Any] = [
             None, -1, 2**62, 1.5, "x", "", b"", bytes(7), bytes(8), "O", "<U4", "|b1", "<f4", "<i8",
-            spoiled_bytes(box, row[2]), np.full(24, np.nan).tobytes(), bytes(100_000),
+            spoiled_bytes(box, row[2]), row[2][:-1], np.full(24, np.nan).tobytes(), bytes(100_000),
         ]  # fmt: skip
         cells[place] = box.pick(others)
         box.note(f"{place} of generation {number} is {cells[place]!r:.40}")
         with contextlib.suppress(TypeError):  # of what is no blob
             if box.chance(0.7):
-                cells[7] = record_file._crc32(json.dumps(names), cells[0], cells[1], cells[2:7])
-        columns = ["number", "dtype", *record_file.ARRAYS, "crc32"]
-        changes = ", ".join(f"{column} = ?" for column in columns)
+                cells[3] = record_file._crc32(names, *cells[:3])
+        changes = "number = ?, dtype = ?, candidates = ?, crc32 = ?"
         with contextlib.suppress(sqlite3.Error):  # a number that is no integer
             database.execute(f"UPDATE generations SET {changes} WHERE number = {number}", cells)
 

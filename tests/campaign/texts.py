@@ -13,7 +13,7 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.plan import read_json
 
 from mgeo.plugins.discovery import load_problem
-from mgeo.runs import prepare
+from mgeo.runs.prepare import prepare
 from mgeo.runs.scenario import read_scenario
 from mgeo.studies import read_comparison, read_study
 from mgeo.studies.folder import RunFolder
@@ -168,7 +168,7 @@ def plan_shown(box: Box) -> Attempt:
 
 
 @kind(weight=4)
-def recipe_made(box: Box) -> Attempt:
+def configuration_made(box: Box) -> Attempt:
     """Options and parameters as a program, or the parser of a command line, passes them on."""
     made = {
         "problem": box.pick(["zdt1", "cantilever"]),

@@ -19,7 +19,7 @@ from mgeo.testing.samples import Bowls
 
 
 class Good(Problem):
-    """The whole contract; the classes below break one rule each."""
+    """The whole protocol; the classes below break one rule each."""
 
     var_names = ("a [m]", "b [m]")
     obj_names = ("near [m²]", "far [m²]")

@@ -2,7 +2,6 @@
 
 import hashlib
 import io
-import json
 import pickle
 import sqlite3
 import zipfile
@@ -55,13 +54,12 @@ def poison(tmp_path):
 
 
 def spoil(path, content):
-    """Put it in place of the first generation's variables, as if they were objects."""
+    """Put it in place of the first generation, as if its variables were objects."""
     names, _ = record_file.read(path.parent)
     with closing(sqlite3.connect(path)) as database, database:
-        (row,) = database.execute("SELECT * FROM generations WHERE number = 1")
-        crc32 = record_file._crc32(json.dumps(names), 1, "|O", [content, *row[3:7]])
+        crc32 = record_file._crc32(names, 1, "|O", content)
         database.execute(
-            "UPDATE generations SET X = ?, dtype = '|O', crc32 = ? WHERE number = 1",
+            "UPDATE generations SET candidates = ?, dtype = '|O', crc32 = ? WHERE number = 1",
             [content, crc32],
         )
 

@@ -60,18 +60,19 @@ def hostile(solved, monkeypatch):  # noqa: F811
     data |= names
     data["versions"] = {each: each for each in HOSTILE}
     data["failures"] = dict.fromkeys(HOSTILE, 1)
-    data["recipe"]["algorithm"] = every
-    data["recipe"]["parameters"] = {each: each for each in HOSTILE}
+    data["configuration"]["algorithm"] = every
+    data["configuration"]["parameters"] = {each: each for each in HOSTILE}
     path.write_text(json.dumps(data))
     table = pd.read_csv(folder / "front.csv")
     table.columns = [*names["variables"], *names["objectives"]]
     table.to_csv(folder / "front.csv", index=False)
-    _, rows = record_file.read(folder / "evaluations")
-    record_file.create(folder / "evaluations", dict(zip("XF", names.values(), strict=True)))
-    record_file.append(folder / "evaluations", [(1, rows)])
+    old, generations = record_file.read(folder / "evaluations")
+    renamed = old | dict(zip("XF", names.values(), strict=True))
+    record_file.create(folder / "evaluations", renamed)
+    record_file.append(folder / "evaluations", enumerate(generations, 1))
     tie = {
-        "problem": data["recipe"]["problem"],
-        "options": data["recipe"]["options"],
+        "problem": data["configuration"]["problem"],
+        "options": data["configuration"]["options"],
         "design": table.iloc[0, :2].tolist(),
     }
     result = {"title": every, "verdict": every, "columns": HOSTILE, "rows": [HOSTILE], **tie}

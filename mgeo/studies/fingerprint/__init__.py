@@ -27,7 +27,7 @@ from typing import Any
 
 from pymoo.core.problem import Problem
 
-from mgeo.plugins import protocol as contract
+from mgeo.plugins import protocol
 from mgeo.studies.fingerprint.attributes import speaks_for_itself
 from mgeo.studies.fingerprint.uncertain import UncertainError
 from mgeo.studies.fingerprint.values import Walk
@@ -51,7 +51,7 @@ def fingerprint(*parts: Any) -> str:
     """
     digest = hashlib.sha256()
     for part in parts:
-        vouched = contract.fingerprint(part)
+        vouched = protocol.fingerprint(part)
         found = Walk(vouched).whole(part)
         if not vouched:
             _require_repeatable(part, found)

@@ -29,7 +29,7 @@ from typing import Any, TypeVar
 import numpy as np
 from pymoo.core.problem import Problem
 
-from mgeo.plugins import protocol as contract
+from mgeo.plugins import protocol
 from mgeo.studies.fingerprint import code
 from mgeo.studies.fingerprint.attributes import counted, speaks_for_itself
 from mgeo.studies.fingerprint.digest import mix
@@ -141,7 +141,7 @@ class Walk:
         if isinstance(value, enum.Enum):
             return mix("enum", self(kind), self(value.value))
         if isinstance(value, Problem) and speaks_for_itself(kind):
-            return mix("problem", self(kind), self(contract.options(value), ".options()"))
+            return mix("problem", self(kind), self(protocol.options(value), ".options()"))
         return self._object(value)
 
     def _array(self, value: np.ndarray[Any, Any], kind: str) -> bytes:

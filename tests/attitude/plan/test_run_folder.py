@@ -10,7 +10,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.describe import nondominated
 from mgeo_attitude.plan import read_front
 
-from mgeo.runs import write_run
+from mgeo.runs.folder import write_run
 
 from ..small_run import small_run
 
@@ -38,7 +38,7 @@ def test_it_is_read_as_it_was_written(run, written):
     front = read_front(written)
     np.testing.assert_array_equal(front.X, run.outcome.X)
     np.testing.assert_array_equal(front.F, run.outcome.F)
-    assert front.problem.options() == run.recipe.options
+    assert front.problem.options() == run.configuration.options
     assert len(front.F) > 5  # enough for picks to differ
 
 
@@ -71,7 +71,7 @@ def test_picks_where_others_than_the_paper_s_were_minimized(tmp_path):
 )
 def test_bad_objectives_are_named(folder, objectives, message):
     data = json.loads((folder / "run.json").read_text())
-    data["recipe"]["options"]["objectives"] = objectives
+    data["configuration"]["options"]["objectives"] = objectives
     (folder / "run.json").write_text(json.dumps(data))
     with pytest.raises(ValueError, match=message):
         read_front(folder)
@@ -136,23 +136,23 @@ def edit(folder, change):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda d: d.update(format=2), "format = 2: this version of mgeo reads format 1"),
+        (lambda d: d.update(format=1), "format = 1: this version of mgeo reads format 2"),
         (lambda d: d.update(format=True), "format = True"),
-        (lambda d: d.pop("recipe"), "recipe is missing"),
-        (lambda d: d.update(recipe=[]), r"recipe = \[\]"),
-        (lambda d: d["recipe"].update(problem="zdt1"), r"recipe\.problem = 'zdt1'"),
-        (lambda d: d["recipe"].update(options=3), r"options = 3: expected a table"),
+        (lambda d: d.pop("configuration"), "configuration is missing"),
+        (lambda d: d.update(configuration=[]), r"configuration = \[\]"),
+        (lambda d: d["configuration"].update(problem="zdt1"), r"configuration\.problem = 'zdt1'"),
+        (lambda d: d["configuration"].update(options=3), r"options = 3: expected a table"),
         (
-            lambda d: d["recipe"]["options"]["gyro"].update(bias_deg_s=-1.0),
-            r"recipe\.options\.gyro\.bias_deg_s = -1\.0",
+            lambda d: d["configuration"]["options"]["gyro"].update(bias_deg_s=-1.0),
+            r"configuration\.options\.gyro\.bias_deg_s = -1\.0",
         ),
         (
-            lambda d: d["recipe"]["options"]["maneuvers"].update(count=10**8),
-            r"recipe\.options\.maneuvers\.count = 100000000: expected an integer in \[1, 100\]",
+            lambda d: d["configuration"]["options"]["maneuvers"].update(count=10**8),
+            r"configuration\.options\.maneuvers\.count = 100000000: expected an integer in \[1, 1",
         ),
     ],
 )
-def test_what_was_changed_in_the_recipe_is_named(folder, change, message):
+def test_what_was_changed_in_the_configuration_is_named(folder, change, message):
     edit(folder, change)
     with pytest.raises(ValueError, match=message) as error:
         read_front(folder)
@@ -160,7 +160,7 @@ def test_what_was_changed_in_the_recipe_is_named(folder, change, message):
 
 
 def test_a_front_of_another_scenario_is_refused(folder):
-    edit(folder, lambda d: d["recipe"]["options"].update(eclipse=True, duration=2300.0))
+    edit(folder, lambda d: d["configuration"]["options"].update(eclipse=True, duration=2300.0))
     with pytest.raises(ValueError, match="the filter gives"):
         read_front(folder).plan("best")
 
@@ -204,6 +204,6 @@ def test_missing_files(folder, tmp_path):
 
 
 def test_a_limit_that_was_tightened_since_is_a_limit(folder):
-    edit(folder, lambda d: d["recipe"]["options"]["maneuvers"].update(max_rate_deg_s=0.01))
+    edit(folder, lambda d: d["configuration"]["options"]["maneuvers"].update(max_rate_deg_s=0.01))
     with pytest.raises(ValueError, match=r"expected -0\.01 to 0\.01"):
         read_front(folder).plan("best")

@@ -26,7 +26,7 @@ def test_a_run_is_described_and_nothing_is_written(mgeo):
     arguments = ("solve", "dtlz2", "--scenario", "four.toml", "--algorithm", "nsga3")
     found = json.loads(mgeo(*arguments, "--evaluations", 300, "--dry-run", "--json").stdout)
     assert found["files"] == ["front.csv", "run.json"]
-    assert (len(found["objectives"]), found["recipe"]["algorithm"]) == (4, "nsga3")
+    assert (len(found["objectives"]), found["configuration"]["algorithm"]) == (4, "nsga3")
     assert [path.name for path in Path().iterdir()] == ["four.toml"]
 
 

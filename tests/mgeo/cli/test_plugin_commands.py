@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from ..test_plugins import claim
+from ..plugins.test_discovery import claim
 from .test_completion import offered
 
 pytestmark = pytest.mark.usefixtures("stand_in")

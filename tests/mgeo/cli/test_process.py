@@ -9,7 +9,8 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from mgeo.runs import read_run
+from mgeo.runs.folder import read_run
+from mgeo.runs.prepare import PreparedRun
 
 COMMAND = [sys.executable, "-m", "mgeo"]
 LONG = ["--evaluations", "10000000", "--runs", "4", "--sigma", "0.05"]
@@ -55,7 +56,7 @@ def test_a_signal_ends_the_run_and_keeps_what_was_found(
     assert run.outcome.status == "interrupted"
     assert 0 < run.outcome.evaluations < 10_000_000
     assert (tmp_path / "a" / "front.html").stat().st_size > 1_000_000
-    problem = run.recipe.prepare().problem
+    problem = PreparedRun.of(run.configuration).problem
     assert np.array_equal(problem.evaluate(run.outcome.X), run.outcome.F)
 
 

@@ -9,10 +9,11 @@ from rich.console import Console
 
 from mgeo.cli.progress import Progress, clock
 from mgeo.cli.signals import StopRequest
-from mgeo.runs import Hypervolume, solve
+from mgeo.runs.hypervolume import Hypervolume
+from mgeo.runs.solve import solve
 
 #: Hypervolumes that compare with those of other runs, and that do not.
-COMPARABLE, OWN = Hypervolume(0.81234, "problem"), Hypervolume(0.81234, "seen")
+COMPARABLE, OWN = (Hypervolume(value=0.81234, space=space) for space in ("problem", "seen"))
 
 
 class Run:

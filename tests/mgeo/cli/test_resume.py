@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from mgeo import read_record
-from mgeo.files.lock import sole_use
+from mgeo.files.lock import lock
 from mgeo.persistence.checkpoint import read_notes
-from mgeo.runs import CHECKPOINT_FILE, read_run
+from mgeo.runs.folder import read_run
+from mgeo.runs.persistence import CHECKPOINT_FILE
 
 SHORT = ["--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
 
@@ -28,7 +29,7 @@ def solve(mgeo, folder, evaluations, *more):
 def same(a, b):
     one, two = a.outcome, b.outcome
     return (
-        a.recipe == b.recipe
+        a.configuration == b.configuration
         and np.array_equal(one.X, two.X)
         and np.array_equal(one.F, two.F)
         and one.hypervolume == two.hypervolume
@@ -50,7 +51,7 @@ def test_a_finished_run_is_made_longer(mgeo, budget):
     assert same(longer, expected)
     assert longer.outcome.started == first.outcome.started
     # of the first part up to its last checkpoint: what came after may take longer than the rest
-    assert longer.outcome.wall_time > before > 0.0
+    assert longer.outcome.wall_time_s > before > 0.0
     assert Path("a/front.html").exists()
 
 
@@ -137,7 +138,7 @@ def test_bad_input_is_one_line_and_changes_nothing(mgeo, arguments, message):
 def test_a_folder_that_somebody_works_in_is_left_alone(mgeo):
     solve(mgeo, "a", 160)
     before = {path: path.read_bytes() for path in Path("a").iterdir()}
-    with sole_use(Path("a")):
+    with lock(Path("a")):
         for command in (["resume", "a"], ["solve", "cantilever", "--overwrite", "--out", "a"]):
             refused = mgeo(*command)
             assert (refused.exit_code, refused.stdout) == (2, "")

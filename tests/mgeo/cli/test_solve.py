@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from mgeo.cli.options import parse_numbers
-from mgeo.files.lock import sole_use
-from mgeo.runs import read_run
+from mgeo.files.lock import lock
 from mgeo.runs.algorithms import ALGORITHMS
+from mgeo.runs.folder import read_run
+from mgeo.runs.prepare import PreparedRun
 
 SHORT = ["--evaluations", "400", "--runs", "4", "--sigma", "0.05"]
 
@@ -23,7 +24,7 @@ def test_a_run_is_written_and_can_be_made_again(mgeo):
     }
     run = read_run(folder)
     assert (run.outcome.status, run.outcome.evaluations) == ("finished", 400)
-    again = run.recipe.prepare().solve()
+    again = PreparedRun.of(run.configuration).solve()
     assert np.array_equal(again.X, run.outcome.X)
     assert np.array_equal(again.F, run.outcome.F)
     assert "drawn by the plugin" in (folder / "front.html").read_text()
@@ -45,13 +46,13 @@ def test_the_table_shows_five_solutions_in_the_problems_terms(mgeo):
     assert "a/front.html" in done.stdout
 
 
-def test_flags_reach_the_recipe(mgeo):
+def test_flags_reach_the_configuration(mgeo):
     done = mgeo(
         *("solve", "cantilever", "--sigma", "0.05,0.1", "--tau", "2.5", "--runs", "3"),
         *("--perturbation", "range", "--evaluations", "60", "--scenario", "heavy", "--out", "a"),
     )
     assert done.exit_code == 0, done.output
-    data = json.loads(Path("a/run.json").read_text())["recipe"]
+    data = json.loads(Path("a/run.json").read_text())["configuration"]
     assert data["parameters"] == {
         "sigma": [0.05, 0.1],
         "tau": 2.5,
@@ -70,8 +71,11 @@ def test_a_scenario_file_and_pymoos_algorithms(mgeo):
         *("--population", "20", "--evaluations", "100"),
     )
     assert done.exit_code == 0, done.output
-    recipe = read_run("runs/cantilever-nsga3-seed1").recipe
-    assert (recipe.options, recipe.parameters) == ({"load": 750.0}, {"population": 20})
+    configuration = read_run("runs/cantilever-nsga3-seed1").configuration
+    assert (configuration.options, configuration.parameters) == (
+        {"load": 750.0},
+        {"population": 20},
+    )
 
 
 def test_without_the_optional_attributes_names_are_numbered_and_a_figure_is_drawn(mgeo):
@@ -117,7 +121,7 @@ def test_an_existing_run_is_refused_unless_told(mgeo):
     assert (
         mgeo("solve", "cantilever", *SHORT, "--out", "a", "--seed", 2, "--overwrite").exit_code == 0
     )
-    assert read_run("a").recipe.seed == 2
+    assert read_run("a").configuration.seed == 2
 
 
 @pytest.mark.parametrize(
@@ -253,7 +257,7 @@ def test_any_other_parameter_is_set_by_name(mgeo):
         *("--evaluations", "64", "--out", "a"),
     )
     assert done.exit_code == 0, done.output
-    assert json.loads(Path("a/run.json").read_text())["recipe"]["parameters"] == {
+    assert json.loads(Path("a/run.json").read_text())["configuration"]["parameters"] == {
         "tau": "a-geo2",
         "n_runs": 2,
         "bits": [7, 9],
@@ -290,11 +294,11 @@ def test_a_run_that_ended_meanwhile_is_kept(mgeo, monkeypatch):
 
     @contextmanager
     def late(folder):
-        with sole_use(folder):
+        with lock(folder):
             (folder / "run.json").write_text("another")
             yield
 
-    monkeypatch.setattr("mgeo.cli.solve.sole_use", late)
+    monkeypatch.setattr("mgeo.cli.solve.lock", late)
     refused = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     assert refused.exit_code == 2
     assert refused.stderr.startswith("Error: a is not empty: choose another folder")

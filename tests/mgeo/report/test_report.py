@@ -16,7 +16,8 @@ from mgeo.cli.app import app
 from mgeo.report import report_html
 from mgeo.report.history import hypervolume_history
 from mgeo.report.solutions import planned_rows
-from mgeo.runs import Highlight, read_run
+from mgeo.runs.folder import read_run
+from mgeo.runs.representative import RepresentativeSolution
 
 EVIL = "</script><script>alert('x')</script><img src=x onerror=alert(1)>"
 
@@ -120,9 +121,9 @@ def test_hostile_strings_stay_text(solved, monkeypatch):
     told = json.loads(run_file.read_text())
     told["variables"][0] = told["objectives"][0] = f"d {EVIL}"
     told["objectives"][0] += "2"
-    told["recipe"]["options"] = {EVIL: EVIL}
-    told["recipe"]["algorithm"] = EVIL
-    told["recipe"]["parameters"] = {EVIL: EVIL}
+    told["configuration"]["options"] = {EVIL: EVIL}
+    told["configuration"]["algorithm"] = EVIL
+    told["configuration"]["parameters"] = {EVIL: EVIL}
     told["failures"] = {EVIL: 3}
     told["versions"] = {EVIL: EVIL}
     run_file.write_text(json.dumps(told))
@@ -162,7 +163,7 @@ def test_the_history_of_a_recorded_run_ends_with_its_hypervolume(solved):
 def test_a_run_of_another_problem_is_refused(solved):
     folder = solved()
     told = json.loads((folder / "run.json").read_text())
-    told["recipe"] |= {"problem": "zdt1", "options": {}}
+    told["configuration"] |= {"problem": "zdt1", "options": {}}
     (folder / "run.json").write_text(json.dumps(told))
     done = mgeo("report", folder)
     assert done.exit_code == 2
@@ -170,7 +171,9 @@ def test_a_run_of_another_problem_is_refused(solved):
 
 
 def test_a_large_front_keeps_the_highlights_and_a_bounded_number_of_plans():
-    rows = planned_rows([Highlight(7, "knee"), Highlight(49_999, "best")], 50_000)
+    rows = planned_rows(
+        [RepresentativeSolution(7, "knee"), RepresentativeSolution(49_999, "best")], 50_000
+    )
     assert len(rows) <= 300
     assert {0, 7, 49_999} <= set(rows.tolist())
     assert planned_rows([], 300).tolist() == list(range(300))
@@ -180,7 +183,11 @@ def about(folder, row=0, **changes):
     """What a verification of a solution of a run says that it is about."""
     run = read_run(folder)
     design = run.outcome.X[row].tolist()
-    known = {"problem": run.recipe.problem, "options": dict(run.recipe.options), "design": design}
+    known = {
+        "problem": run.configuration.problem,
+        "options": dict(run.configuration.options),
+        "design": design,
+    }
     return known | changes
 
 
@@ -258,14 +265,14 @@ def test_flights_of_the_front_before_are_not_shown(solved):
 def test_a_large_front_has_every_solution_and_few_details(solved):
     import dataclasses
 
-    from mgeo.runs import write_run
+    from mgeo.runs.folder import write_run
 
     folder = solved()
     run = read_run(folder)
     X = np.random.default_rng(2).uniform([0.01, 0.2], [0.05, 1.0], (3000, 2))
     F = np.column_stack([X[:, 0], 1.0 / X[:, 0]])
     order = np.argsort(F[:, 0])
-    outcome = dataclasses.replace(run.outcome, X=X[order], F=F[order])
+    outcome = run.outcome.model_copy(update={"X": X[order], "F": F[order]})
     write_run(folder, dataclasses.replace(run, outcome=outcome), overwrite=True)
     data = json.loads(Tags(report_html(folder)).data)
     assert len(data["table"]["rows"]) == 3000

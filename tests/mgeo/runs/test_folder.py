@@ -2,22 +2,21 @@ import csv
 import json
 import platform
 import resource
-from dataclasses import replace
 from importlib.metadata import version
 
 import numpy as np
 import pytest
 
-from mgeo.runs import (
+from mgeo.runs.folder import (
+    FIGURE_FILE,
     Run,
+    check_folder,
     front_table,
     installed_versions,
-    prepare,
-    prepare_folder,
     read_run,
-    write_figure,
     write_run,
 )
+from mgeo.runs.prepare import PreparedRun, prepare
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
@@ -27,7 +26,11 @@ def run(stand_in):
     prepared = prepare(
         "cantilever", parameters={"sigma": 0.05, "n_runs": 4}, evaluations=400, seed=2
     )
-    return Run(prepared.recipe, prepared.solve(), installed_versions("cantilever"))
+    return Run(prepared.configuration, prepared.solve(), installed_versions("cantilever"))
+
+
+def replaced(outcome, **values):
+    return outcome.model_copy(update=values)
 
 
 def contents(folder):
@@ -37,13 +40,13 @@ def contents(folder):
 def test_what_is_written_is_read_back_exactly(run, tmp_path):
     write_run(tmp_path / "a" / "b", run)
     read = read_run(tmp_path / "a" / "b")
-    assert read.recipe == run.recipe
+    assert read.configuration == run.configuration
     assert read.versions == run.versions
     assert np.array_equal(read.outcome.X, run.outcome.X)
     assert np.array_equal(read.outcome.F, run.outcome.F)
     for name in ("variables", "objectives", "status", "evaluations", "hypervolume", "started"):
         assert getattr(read.outcome, name) == getattr(run.outcome, name)
-    assert read.outcome.wall_time == run.outcome.wall_time
+    assert read.outcome.wall_time_s == run.outcome.wall_time_s
 
 
 def test_the_front_is_a_table_any_program_reads_exactly(run, tmp_path):
@@ -58,7 +61,7 @@ def test_the_front_is_a_table_any_program_reads_exactly(run, tmp_path):
 
 def test_a_run_read_back_can_be_made_again(run, tmp_path):
     write_run(tmp_path, run)
-    again = read_run(tmp_path).recipe.prepare().solve()
+    again = PreparedRun.of(read_run(tmp_path).configuration).solve()
     assert np.array_equal(again.X, run.outcome.X)
     assert np.array_equal(again.F, run.outcome.F)
     assert again.hypervolume == run.outcome.hypervolume
@@ -77,13 +80,13 @@ def test_the_versions_are_those_installed(run):
 def test_special_numbers_and_an_empty_front_survive(run, tmp_path):
     X = np.array([[0.1 + 0.2, -0.0], [5e-324, 1.7976931348623157e308]])
     F = np.array([[-1e-300, 1.0], [1 / 3, 1e22]])
-    odd = Run(run.recipe, replace(run.outcome, X=X, F=F), run.versions)
+    odd = Run(run.configuration, replaced(run.outcome, X=X, F=F), run.versions)
     write_run(tmp_path / "odd", odd)
     read = read_run(tmp_path / "odd").outcome
     assert read.X.tobytes() == X.tobytes()
     assert read.F.tobytes() == F.tobytes()
-    none = replace(run.outcome, X=X[:0], F=F[:0], hypervolume=None)
-    write_run(tmp_path / "none", Run(run.recipe, none, run.versions))
+    none = replaced(run.outcome, X=X[:0], F=F[:0], hypervolume=None)
+    write_run(tmp_path / "none", Run(run.configuration, none, run.versions))
     read = read_run(tmp_path / "none").outcome
     assert (read.X.shape, read.F.shape, read.hypervolume) == ((0, 2), (0, 2), None)
 
@@ -91,7 +94,7 @@ def test_special_numbers_and_an_empty_front_survive(run, tmp_path):
 def test_a_front_of_other_than_finite_numbers_is_refused(run, tmp_path):
     F = run.outcome.F.copy()
     F[1, 0] = np.nan
-    write_run(tmp_path, Run(run.recipe, replace(run.outcome, F=F), run.versions))
+    write_run(tmp_path, Run(run.configuration, replaced(run.outcome, F=F), run.versions))
     with pytest.raises(
         ValueError, match=r"front\.csv: row 2, mass \[kg\] = 'nan': expected a finite"
     ):
@@ -104,16 +107,16 @@ def test_a_folder_in_use_is_refused_unless_told(run, tmp_path):
     with pytest.raises(FileExistsError, match="is not empty"):
         write_run(tmp_path, run)
     with pytest.raises(FileExistsError, match="is not empty"):
-        prepare_folder(tmp_path)
+        check_folder(tmp_path)
     assert contents(tmp_path) == before
 
 
 def test_overwriting_replaces_the_run_and_its_figure_and_nothing_else(run, tmp_path):
     write_run(tmp_path, run)
-    write_figure(tmp_path, "<p>old</p>")
+    (tmp_path / FIGURE_FILE).write_text("<p>old</p>")
     (tmp_path / "notes.txt").write_text("mine")
-    shorter = replace(run.outcome, X=run.outcome.X[:3], F=run.outcome.F[:3])
-    write_run(tmp_path, Run(run.recipe, shorter, run.versions), overwrite=True)
+    shorter = replaced(run.outcome, X=run.outcome.X[:3], F=run.outcome.F[:3])
+    write_run(tmp_path, Run(run.configuration, shorter, run.versions), overwrite=True)
     assert sorted(contents(tmp_path)) == ["front.csv", "notes.txt", "run.json"]
     assert len(read_run(tmp_path).outcome.F) == 3
 
@@ -121,7 +124,7 @@ def test_overwriting_replaces_the_run_and_its_figure_and_nothing_else(run, tmp_p
 def test_a_file_in_place_of_the_folder_is_refused(run, tmp_path):
     (tmp_path / "a").write_text("")
     with pytest.raises(FileExistsError, match="is a file"):
-        prepare_folder(tmp_path / "a", overwrite=True)
+        check_folder(tmp_path / "a", overwrite=True)
 
 
 def test_a_disk_error_leaves_the_run_that_was_there(run, tmp_path):
@@ -134,7 +137,7 @@ def test_a_disk_error_leaves_the_run_that_was_there(run, tmp_path):
         with pytest.raises(OSError, match="too large"):
             write_run(
                 tmp_path,
-                Run(run.recipe, replace(run.outcome, X=large[0], F=large[1]), run.versions),
+                Run(run.configuration, replaced(run.outcome, X=large[0], F=large[1]), run.versions),
                 overwrite=True,
             )
     finally:
@@ -145,11 +148,11 @@ def test_a_disk_error_leaves_the_run_that_was_there(run, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"format": 2}, "run.json: format = 2: this version of mgeo reads format 1"),
+        ({"format": 1}, "run.json: format = 1: this version of mgeo reads format 2"),
         ({"status": "lost"}, "status = 'lost'"),
         ({"solutions": 1}, r"front\.csv has .* rows .*expected 1 rows"),
         ({"variables": ["diameter [m]", "width [m]"]}, r"front\.csv has .*width"),
-        ({"recipe": {}}, "problem is missing"),
+        ({"configuration": {}}, "problem is missing"),
     ],
 )
 def test_a_damaged_folder_is_refused_naming_file_and_key(run, tmp_path, change, message):

@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from mgeo.runs import Keeper, prepare, resume_run
+from mgeo.runs.persistence import RunPersistence
+from mgeo.runs.prepare import PreparedRun, prepare
+from mgeo.runs.resume import resume_run
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
@@ -14,7 +16,7 @@ def begun(folder, generations):
         if state.evaluations >= 8 * generations:
             state.stop()
 
-    run.solve(stop, Keeper(folder, run.recipe, run.algorithm))
+    run.solve(stop, RunPersistence(folder, run.configuration, run.algorithm))
     return run
 
 
@@ -29,11 +31,11 @@ def test_it_ends_as_the_run_would_have_ended(generations, tmp_path):
     assert (outcome.status, outcome.evaluations) == ("finished", 320)
 
 
-def test_the_recipe_has_the_new_budget(tmp_path):
+def test_the_configuration_has_the_new_budget(tmp_path):
     begun(tmp_path, 3)
     longer = resume_run(tmp_path, generations=50)
-    assert longer.recipe.evaluations == 400
-    once, again = longer.solve(), longer.recipe.prepare().solve()
+    assert longer.configuration.evaluations == 400
+    once, again = longer.solve(), PreparedRun.of(longer.configuration).solve()
     assert np.array_equal(once.F, again.F)
     shorter = resume_run(tmp_path, evaluations=100)
     assert shorter.solve().evaluations == 104  # the last generation is completed
@@ -51,12 +53,12 @@ def test_a_run_killed_before_its_first_generation_begins_anew(tmp_path):
     class Killed(BaseException):
         pass
 
-    class Impatient(Keeper):
-        def begin(self, algorithm, state):
-            super().begin(algorithm, state)
+    class Impatient(RunPersistence):
+        def begin(self, algorithm, notes):
+            super().begin(algorithm, notes)
             raise Killed
 
     with pytest.raises(Killed):
-        run.solve(keeper=Impatient(tmp_path, run.recipe, run.algorithm))
-    assert resume_run(tmp_path, generations=40).recipe == run.recipe
+        run.solve(persistence=Impatient(tmp_path, run.configuration, run.algorithm))
+    assert resume_run(tmp_path, generations=40).configuration == run.configuration
     assert np.array_equal(resume_run(tmp_path).solve().F, run.solve().F)

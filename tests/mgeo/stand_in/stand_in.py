@@ -1,4 +1,4 @@
-"""A plugin for the tests: the whole contract on a problem small enough to work out by hand.
+"""A plugin for the tests: the whole protocol on a problem small enough to work out by hand.
 
 A steel cantilever with an end load: choose diameter and length for little mass and deflection
 (the example that opens Deb's "Multi-Objective Optimization using Evolutionary Algorithms").

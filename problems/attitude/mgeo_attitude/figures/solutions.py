@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo.runs.highlights import knee
+from mgeo.runs.representative import knee
 
 from ..describe import checked_designs, nondominated
 from ..filter.evaluator import evaluate

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mgeo.files.reading import errors_of
-from mgeo.runs import FRONT_FILE, RUN_FILE, read_run
-from mgeo.runs.highlights import knee
+from mgeo.runs.folder import FRONT_FILE, RUN_FILE, read_run
+from mgeo.runs.representative import knee
 from mgeo_attitude.describe import nondominated
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
@@ -111,14 +111,15 @@ def read_front(folder: Path | str) -> Front:
     """
     folder = Path(folder)
     run = read_run(folder)
-    outcome, recipe, path = run.outcome, run.recipe, folder / FRONT_FILE
+    outcome, configuration, path = run.outcome, run.configuration, folder / FRONT_FILE
     with errors_of(folder / RUN_FILE):
-        if recipe.problem != PROBLEM:
-            raise InvalidValue("recipe.problem", recipe.problem, f"expected {PROBLEM!r}")
+        if configuration.problem != PROBLEM:
+            name = configuration.problem
+            raise InvalidValue("configuration.problem", name, f"expected {PROBLEM!r}")
         try:
-            problem = AttitudeManeuverProblem(Scenario.from_dict(recipe.options))
+            problem = AttitudeManeuverProblem(Scenario.from_dict(configuration.options))
         except InvalidValue as error:
-            raise error.under("recipe.options") from None
+            raise error.under("configuration.options") from None
     with errors_of(path):
         found = [*outcome.variables, *outcome.objectives]
         expected = [*problem.var_names, *problem.obj_names]

@@ -4,7 +4,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.problems.multi import ZDT1
 from pymoo.util.archive import MultiObjectiveArchive, RandomTruncation, Truncation
 
-from mgeo.runs.rvea import FrontRVEA
+from mgeo.runs.pymoo_algorithms import FrontRVEA
 from mgeo.runs.solve import set_up, solve
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 
-from mgeo.runs.highlights import extremes, highlights, knee
+from mgeo.runs.representative import extremes, knee, representative_solutions
 
 
 class Plain(Problem):
@@ -23,23 +23,23 @@ def circle(n):
 
 def test_of_a_quarter_circle_the_extremes_the_knee_and_two_between_are_shown():
     F = circle(101)[::-1]  # from (1, 0) to (0, 1)
-    chosen = highlights(Plain(), F, ("a", "b"))
+    chosen = representative_solutions(Plain(), F, ("a", "b"))
     assert [h.label for h in chosen] == ["best a", "between", "knee", "between", "best b"]
     assert [h.row for h in chosen] == [100, 75, 50, 25, 0]
 
 
 def test_scale_of_the_objectives_does_not_matter():
     F = circle(101)
-    rows = [h.row for h in highlights(Plain(), F * [1e6, 1e-6] + 5, ("a", "b"))]
-    assert rows == [h.row for h in highlights(Plain(), F, ("a", "b"))]
+    rows = [h.row for h in representative_solutions(Plain(), F * [1e6, 1e-6] + 5, ("a", "b"))]
+    assert rows == [h.row for h in representative_solutions(Plain(), F, ("a", "b"))]
 
 
 def test_the_knee_is_sought_in_the_problems_indicator_space():
     # straight in logarithms but for one point, which a linear scale would not pick
     F = np.array([[1.0, 1000.0], [10.0, 100.0], [300.0, 2.0], [1000.0, 1.0]])
-    labels = {h.row: h.label for h in highlights(Logarithmic(), F, ("a", "b"))}
+    labels = {h.row: h.label for h in representative_solutions(Logarithmic(), F, ("a", "b"))}
     assert labels[2] == "knee"
-    linear = {h.row: h.label for h in highlights(Plain(), F, ("a", "b"))}
+    linear = {h.row: h.label for h in representative_solutions(Plain(), F, ("a", "b"))}
     assert linear[1] == "knee"
 
 
@@ -48,7 +48,7 @@ def test_straight_and_concave_fronts_have_no_knee(bulge):
     x = np.linspace(0, 1, 11)
     F = np.column_stack([x, 1 - x + bulge * np.sin(np.pi * x)])
     assert knee(F) is None
-    labels = [h.label for h in highlights(Plain(), F, ("a", "b"))]
+    labels = [h.label for h in representative_solutions(Plain(), F, ("a", "b"))]
     assert labels == ["best a", "between", "between", "between", "best b"]
 
 
@@ -69,28 +69,30 @@ def test_in_three_objectives_the_knee_is_farthest_from_the_plane():
     F = np.vstack([1 - np.eye(3), sphere])
     # the corners 1 - e_i span the plane sum = 2, so the farthest point has the least sum
     assert knee(F) == np.argmin(F.sum(axis=1))
-    chosen = highlights(Plain(3), F, ("a", "b", "c"))
+    chosen = representative_solutions(Plain(3), F, ("a", "b", "c"))
     assert len(chosen) == 5
     assert {0, 1, 2} <= {extremes(F)[i] for i in range(3)} | {h.row for h in chosen}
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 3])
 def test_a_small_front_is_shown_whole(n):
-    chosen = highlights(Plain(), circle(3)[:n], ("a", "b"))
+    chosen = representative_solutions(Plain(), circle(3)[:n], ("a", "b"))
     assert sorted(h.row for h in chosen) == list(range(n))
 
 
 def test_one_solution_is_the_best_of_everything():
-    assert [h.label for h in highlights(Plain(), [[3.0, 4.0]], ("a", "b"))] == ["best a, best b"]
+    assert [h.label for h in representative_solutions(Plain(), [[3.0, 4.0]], ("a", "b"))] == [
+        "best a, best b"
+    ]
 
 
 def test_one_objective_shows_the_best():
-    assert highlights(Plain(1), [[3.0]], ("a",))[0].label == "best a"
+    assert representative_solutions(Plain(1), [[3.0]], ("a",))[0].label == "best a"
 
 
 def test_equal_solutions_do_not_hide_others():
     F = np.repeat(circle(5), 20, axis=0)
-    shown = F[[h.row for h in highlights(Plain(), F, ("a", "b"))]]
+    shown = F[[h.row for h in representative_solutions(Plain(), F, ("a", "b"))]]
     assert len(np.unique(shown, axis=0)) == 5
 
 

@@ -3,15 +3,19 @@ import json
 import numpy as np
 import pytest
 
-from mgeo.runs import Recipe, prepare
+from mgeo.files.models import checked
 from mgeo.runs.algorithms import complete_parameters
+from mgeo.runs.configuration import RunConfiguration
+from mgeo.runs.prepare import PreparedRun, prepare
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
 
-def test_a_recipe_states_everything():
-    recipe = prepare("cantilever", {"preset": "heavy"}, parameters={"n_runs": 5}).recipe
-    assert recipe.to_dict() == {
+def test_a_configuration_states_everything():
+    configuration = prepare(
+        "cantilever", {"preset": "heavy"}, parameters={"n_runs": 5}
+    ).configuration
+    assert configuration.model_dump() == {
         "problem": "cantilever",
         "options": {"load": 2000.0},  # what the preset meant
         "algorithm": "mgeo-real",
@@ -21,7 +25,7 @@ def test_a_recipe_states_everything():
     }
 
 
-def test_the_same_recipe_gives_the_same_front_after_a_trip_through_json():
+def test_the_same_configuration_gives_the_same_front_after_a_trip_through_json():
     prepared = prepare(
         "cantilever",
         {"load": 1234.5},
@@ -29,18 +33,20 @@ def test_the_same_recipe_gives_the_same_front_after_a_trip_through_json():
         evaluations=300,
         seed=7,
     )
-    recipe = Recipe.from_dict(json.loads(json.dumps(prepared.recipe.to_dict())))
-    assert recipe == prepared.recipe
-    once, again, rebuilt = prepared.solve(), prepared.solve(), recipe.prepare().solve()
+    configuration = checked(
+        RunConfiguration, json.loads(json.dumps(prepared.configuration.model_dump()))
+    )
+    assert configuration == prepared.configuration
+    once, again, rebuilt = prepared.solve(), prepared.solve(), PreparedRun.of(configuration).solve()
     assert np.array_equal(once.X, again.X)
     assert np.array_equal(once.X, rebuilt.X)
     assert np.array_equal(once.F, rebuilt.F)
 
 
 def test_a_problem_without_options_is_rebuilt_from_those_given():
-    recipe = prepare("zdt1", {"n_var": 4}, algorithm="nsga2").recipe
-    assert recipe.options == {"n_var": 4}
-    assert recipe.prepare().problem.n_var == 4
+    configuration = prepare("zdt1", {"n_var": 4}, algorithm="nsga2").configuration
+    assert configuration.options == {"n_var": 4}
+    assert PreparedRun.of(configuration).problem.n_var == 4
 
 
 @pytest.mark.parametrize(
@@ -75,14 +81,16 @@ def test_options_that_cannot_be_written_are_refused_before_the_run(value, monkey
         ({"sed": 1}, "sed is unknown"),
     ],
 )
-def test_a_damaged_recipe_is_refused(change, message):
-    data = prepare("cantilever").recipe.to_dict()
+def test_a_damaged_configuration_is_refused(change, message):
+    data = prepare("cantilever").configuration.model_dump()
     with pytest.raises((ValueError, TypeError), match=message):
-        Recipe.from_dict(data | change)
+        checked(RunConfiguration, data | change)
 
 
-def test_a_recipe_with_a_missing_key_is_refused():
-    data = prepare("cantilever").recipe.to_dict()
+def test_a_configuration_with_a_missing_key_is_refused():
+    data = prepare("cantilever").configuration.model_dump()
     del data["algorithm"]
-    with pytest.raises(ValueError, match="algorithm is missing: expected a string"):
-        Recipe.from_dict(data)
+    with pytest.raises(
+        ValueError, match="algorithm is missing: expected the keys problem, options, algorithm"
+    ):
+        checked(RunConfiguration, data)

@@ -1,7 +1,7 @@
 import pytest
 from pymoo.core.problem import Problem
 
-from mgeo.runs.names import column_names
+from mgeo.plugins.protocol import column_names
 
 
 def problem(**attributes):

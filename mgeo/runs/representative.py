@@ -18,14 +18,16 @@ _FLAT = 1e-9  # bulges smaller than this, of a front of size 1, are rounding
 
 
 @dataclass(frozen=True)
-class Highlight:
+class RepresentativeSolution:
     """A row of the front and why it is shown."""
 
     row: int
     label: str
 
 
-def highlights(problem: Problem, F: ArrayLike, names: tuple[str, ...]) -> list[Highlight]:
+def representative_solutions(
+    problem: Problem, F: ArrayLike, names: tuple[str, ...]
+) -> list[RepresentativeSolution]:
     """The best of each objective, the knee, and solutions between, ordered by first objective.
 
     Five in all (more if there are more than four objectives, fewer if the front is smaller),
@@ -52,7 +54,7 @@ def highlights(problem: Problem, F: ArrayLike, names: tuple[str, ...]) -> list[H
     for row in _spread(points, list(labels), max(5, len(labels))):
         labels[row] = ["between"]
     rows = sorted(labels, key=lambda row: tuple(front[row]))
-    return [Highlight(row, ", ".join(labels[row])) for row in rows]
+    return [RepresentativeSolution(row, ", ".join(labels[row])) for row in rows]
 
 
 def extremes(points: NDArray[np.float64]) -> list[int]:

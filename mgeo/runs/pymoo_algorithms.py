@@ -1,11 +1,15 @@
-"""Algorithms whose archives would draw random numbers that no seed determines."""
+"""What pymoo's algorithms need to repeat with their seed, and to return fronts."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.core.algorithm import Algorithm
+from pymoo.core.problem import Problem
+from pymoo.termination.max_eval import MaximumFunctionCallTermination
 from pymoo.util.archive import Archive, RandomTruncation, SurvivalTruncation, Truncation
+from pymoo.util.optimum import filter_optimum
 
 
 class SeededTruncation(Truncation):
@@ -39,3 +43,22 @@ def seed_archives(algorithm: Algorithm) -> None:
         archive = getattr(algorithm, name, None)
         if isinstance(archive, Archive):
             archive.truncation = SeededTruncation(archive.truncation, algorithm)
+
+
+class FrontRVEA(RVEA):
+    """pymoo's RVEA, but its result is the nondominated part of its population.
+
+    Nor does it end a generation before its budget of evaluations is used, as pymoo's does, which
+    counts the first generation twice.
+    """
+
+    termination: Any
+
+    def _setup(self, problem: Problem, **options: Any) -> None:
+        if isinstance(self.termination, MaximumFunctionCallTermination):
+            budget = self.termination.n_max_evals + self.n_offsprings
+            self.termination = MaximumFunctionCallTermination(budget)
+        super()._setup(problem, **options)
+
+    def _set_optimum(self, **options: Any) -> None:
+        self.opt = filter_optimum(self.pop, least_infeasible=True)

@@ -1,0 +1,109 @@
+"""Runs that are ready to be solved, new or from a configuration."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pymoo.core.algorithm import Algorithm
+from pymoo.core.problem import Problem
+
+from mgeo.files.models import checked
+from mgeo.plugins import protocol
+from mgeo.plugins.discovery import load_problem
+from mgeo.runs.algorithms import (
+    DEFAULT,
+    build_algorithm,
+    complete_parameters,
+    default_evaluations,
+)
+from mgeo.runs.configuration import RunConfiguration
+from mgeo.runs.persistence import Notes, RunPersistence
+from mgeo.runs.solve import Outcome, State, follow, set_up
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedRun:
+    """A configuration and what was built from it.
+
+    It can be solved more than once, unless it has begun: ``notes`` then tell how it went.
+    """
+
+    configuration: RunConfiguration
+    problem: Problem
+    algorithm: Algorithm
+    notes: Notes | None = None
+
+    @classmethod
+    def of(cls, configuration: RunConfiguration) -> PreparedRun:
+        """Build the problem and the algorithm.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If a name, an option or a parameter is refused.
+        """
+        problem = load_problem(configuration.problem, configuration.options)
+        algorithm = build_algorithm(configuration.algorithm, configuration.parameters, problem)
+        run = cls(configuration, problem, algorithm)
+        run._set_up()
+        return run
+
+    def solve(
+        self,
+        callback: Callable[[State], object] | None = None,
+        persistence: RunPersistence | None = None,
+    ) -> Outcome:
+        """Run it to the end of its budget (see `mgeo.runs.solve.solve`)."""
+        algorithm = self._set_up() if self.notes is None else self.algorithm
+        budget = self.configuration.evaluations
+        return follow(self.problem, algorithm, budget, callback, persistence, self.notes)
+
+    def _set_up(self) -> Algorithm:
+        run = self.configuration
+        protocol.column_names(self.problem)  # wrong ones are refused before anything is evaluated
+        return set_up(self.problem, self.algorithm, run.evaluations, run.seed)
+
+
+def prepare(
+    problem: str,
+    options: Mapping[str, Any] | None = None,
+    *,
+    algorithm: str = DEFAULT,
+    parameters: Mapping[str, Any] | None = None,
+    evaluations: int | None = None,
+    seed: int = 1,
+) -> PreparedRun:
+    """A new run whose configuration leaves nothing to defaults that may change.
+
+    The problem's own ``options()`` are written out, the algorithm's parameters completed, and the
+    budget is `default_evaluations` if none is given.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a name, an option or a parameter is refused, or the options are no JSON values.
+    """
+    complete = complete_parameters(algorithm, parameters or {})
+    built = load_problem(problem, options)
+    optimizer = build_algorithm(algorithm, complete, built)
+    own = protocol.options(built)
+    if evaluations is None:
+        evaluations = default_evaluations(optimizer, built)
+    data = {
+        "problem": problem,
+        "options": dict(options or {}) if own is None else own,
+        "algorithm": algorithm,
+        "parameters": complete,
+        "evaluations": evaluations,
+        "seed": seed,
+    }
+    try:  # as a file gives it, so that a run made now and one made again are the same
+        data = json.loads(json.dumps(data, allow_nan=False))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"the options of {problem!r} are no JSON values: {error}") from error
+    run = PreparedRun(checked(RunConfiguration, data), built, optimizer)
+    run._set_up()
+    return run
