@@ -110,7 +110,7 @@ def solve(
         bool, typer.Option("--overwrite", help="Replace the run in an existing folder.")
     ] = False,
     record: Annotated[
-        bool, typer.Option("--record", help="Keep every evaluation, in the folder's evaluations/.")
+        bool, typer.Option("--record", help="Save every evaluation, in the folder's evaluations/.")
     ] = False,
     dry_run: options.DryRun = False,
     json: options.Json = False,
@@ -121,7 +121,7 @@ def solve(
 
     The folder gets front.csv, run.json (how to run it again) and front.html. Ctrl-C ends the run
     and keeps what was found; a second one does so without waiting for the generation under way.
-    A run of the MGEO family keeps itself in run.checkpoint while it goes on: see `mgeo resume`.
+    A run of the MGEO family saves itself in run.checkpoint while it goes on: see `mgeo resume`.
     """
     from mgeo.cli.dry_run import describe_run
     from mgeo.cli.solve import run_to_folder
@@ -274,7 +274,7 @@ def study(
 ) -> None:
     """Compare algorithms as a file says, and write tables and figures.
 
-    Finished runs are kept in the folder: a study that was interrupted goes on when the same
+    Finished runs are saved in the folder: a study that was interrupted goes on when the same
     command is given again.
     """
     from mgeo.cli.dry_run import describe_study

@@ -21,7 +21,7 @@ _TOLERANCE = 1e-4  # pymoo's, of an equality
 
 
 def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Figure | None:
-    """Hypervolume against evaluations; None of a run that kept no record, or has no hypervolume.
+    """Hypervolume against evaluations; None of a run that saved no record, or has no hypervolume.
 
     Raises
     ------

@@ -156,8 +156,8 @@ def test_the_history_of_a_recorded_run_ends_with_its_hypervolume(solved):
     assert (evaluations[0], evaluations[-1]) == (1, run.outcome.evaluations)
     assert (np.diff(volumes) >= -1e-12).all()
     assert volumes[-1] == pytest.approx(run.outcome.hypervolume.value, rel=1e-9)
-    assert "kept no record" not in report_html(folder)
-    assert "kept no record" in report_html(solved(name="other"))
+    assert "saved no record" not in report_html(folder)
+    assert "saved no record" in report_html(solved(name="other"))
 
 
 def test_a_run_of_another_problem_is_refused(solved):
