@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
+    from mgeo_attitude.estimation import Estimator, MonteCarlo, consistency, simulate, validity
     from mgeo_attitude.filter.evaluator import Evaluation, evaluate
     from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.filter.reference import FilterHistory, reference_run
@@ -12,7 +13,6 @@ if TYPE_CHECKING:
     from mgeo_attitude.problem import AttitudeManeuverProblem
     from mgeo_attitude.scenario import Scenario
     from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
-    from mgeo_attitude.truth import Estimator, MonteCarlo, consistency, simulate, validity
 
 __version__ = "0.1.0"
 
@@ -40,6 +40,7 @@ __all__ = [
 
 _HOMES = {
     "mgeo_attitude.environment.environment": ("Environment",),
+    "mgeo_attitude.estimation": ("Estimator", "MonteCarlo", "consistency", "simulate", "validity"),
     "mgeo_attitude.filter.evaluator": ("Evaluation", "evaluate"),
     "mgeo_attitude.filter.model": ("FilterModel",),
     "mgeo_attitude.filter.reference": ("FilterHistory", "reference_run"),
@@ -47,7 +48,6 @@ _HOMES = {
     "mgeo_attitude.problem": ("AttitudeManeuverProblem",),
     "mgeo_attitude.scenario": ("Scenario",),
     "mgeo_attitude.sensors": ("Gyro", "Magnetometer", "Sensor", "StarTracker", "SunSensor"),
-    "mgeo_attitude.truth": ("Estimator", "MonteCarlo", "consistency", "simulate", "validity"),
 }
 
 

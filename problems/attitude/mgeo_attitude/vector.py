@@ -1,4 +1,4 @@
-"""Three-vectors over any scalar: floats for analysis, symbols for code generation."""
+"""Three-vectors over any scalar: numbers for analysis, symbols for code generation."""
 
 from __future__ import annotations
 
@@ -34,11 +34,6 @@ class Vec3:
 
     def __rmul__(self, factor: Any) -> Vec3:
         return Vec3(factor * self.x, factor * self.y, factor * self.z)
-
-
-ZERO = Vec3(0.0, 0.0, 0.0)
-#: Unit vectors along x, y, z.
-AXES = (Vec3(1.0, 0.0, 0.0), Vec3(0.0, 1.0, 0.0), Vec3(0.0, 0.0, 1.0))
 
 
 def cross(a: Vec3, b: Vec3) -> Vec3:

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.estimation import simulate
 from mgeo_attitude.plan import ManeuverPlan, verification
 from mgeo_attitude.plan.verification import Verification, verify
-from mgeo_attitude.truth import simulate
 
 
 def judged(ratio=1.0, nees=1.0):

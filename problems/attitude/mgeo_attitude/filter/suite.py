@@ -49,6 +49,18 @@ class Suite:
         """Number of leading states that enter the attitude kinematics: attitude and gyro."""
         return 3 * (1 + len(self.gyro.states()))
 
+    @cached_property
+    def rotations(self) -> tuple[int, ...]:
+        """First states of the blocks that are rotations, that of the attitude first."""
+        owners: tuple[Gyro | Sensor, ...] = (self.gyro, *self.sensors)
+        placed = ((state, first, o) for o in owners for state, first in self.places(o).items())
+        return (0, *(first for state, first, owner in placed if state in owner.rotations))
+
+    def places(self, owner: Gyro | Sensor) -> dict[str, int]:
+        """Number of the first of the three states of each of the gyro's or a sensor's states."""
+        name = "gyro" if isinstance(owner, Gyro) else owner.name
+        return {state: 3 * self.blocks.index(f"{name}.{state}") for state in owner.states()}
+
     def initial_sigma(self, attitude_sigma: float) -> Floats:
         """Initial 1-sigma of every state, shape (n_states,), for an attitude 1-sigma [rad]."""
         sigmas = [attitude_sigma, *self.gyro.states().values()]

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 from scipy.stats import chi2
 
+from ..estimation import simulate
 from ..observability import States
-from ..truth import simulate
 from .plan import ManeuverPlan
 
 #: Probability of calling a filter wrong that is right, for each of the two tests.

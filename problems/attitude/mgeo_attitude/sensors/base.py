@@ -67,32 +67,36 @@ class Sensor(Validated, ABC):
             The `reference` vector in body axes.
         """
 
-    def measured(self, x: Any, v: Vec3) -> Any:
+    def measured(self, x: Any, v: Any) -> Any:
         """What it reports but for noise, whatever the size of the errors.
 
-        Its derivative at zero is `measure`. Only ``+ - * /`` may be used, for it is evaluated on
-        numbers (the truth, the estimate) and on symbols (derivatives, generated code).
+        Its derivative at zero is `measure`. Only ``+ - * /`` and the functions of `rotation` may be
+        used, for it is evaluated on arrays (the truth, the estimate) and on polynomials of second
+        order in the errors (`estimation.taylor`).
 
         Parameters
         ----------
         x : namespace
-            The sensor's own `states`, each a `Vec3` or, if one of `rotations`, an argument for
-            `rotate`; and ``x.to_body``, which turns a GCRS `Vec3` into body axes.
-        v : Vec3
+            The sensor's own `states`, shape (..., 3); one of `rotations` is an argument for
+            `rotate`; and ``x.to_body``, which turns a GCRS vector into body axes.
+        v : array, shape (..., 3)
             The `reference` vector in body axes.
 
         Returns
         -------
-        Vec3, or whatever tuple of them `innovation` compares
+        array, shape (..., 3), or whatever tuple of them `innovation` compares
         """
         raise NotImplementedError(
             f"{type(self).__name__} does not say what it measures: define `measured` to simulate it"
         )
 
-    def innovation(self, measured: Any, predicted: Any) -> Vec3:
+    def with_noise(self, measured: Any, noise: NDArray[np.float64]) -> Any:
+        """What it reports with noise, shape (..., 3) in the unit of `measure`."""
+        return measured + noise
+
+    def innovation(self, measured: Any, predicted: Any) -> Any:
         """Difference of two results of `measured`, in the sense and unit of `measure`."""
-        difference: Vec3 = measured - predicted
-        return difference
+        return measured - predicted
 
     @abstractmethod
     def noise(self) -> tuple[float, float, float]:
@@ -125,6 +129,5 @@ class VectorSensor(Sensor):
         y: Vec3 = cross(v, x.theta - x.misalignment) + x.bias
         return y
 
-    def measured(self, x: Any, v: Vec3) -> Vec3:
-        y: Vec3 = rotate(x.misalignment, v) + x.bias
-        return y
+    def measured(self, x: Any, v: Any) -> Any:
+        return rotate(x.misalignment, v) + x.bias

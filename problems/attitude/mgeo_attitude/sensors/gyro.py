@@ -7,10 +7,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..fields import Validated, positive, quantity
 from ..rotation import rotate, unrotate
 from ..units import DEG, DEG_H, Unit
 from ..vector import Vec3, cross, scale
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -65,27 +70,33 @@ class Gyro(Validated):
             theta = theta + cross(omega, x.misalignment)
         return {"theta": theta, "bias": -self.bias_decay * x.bias}
 
-    def measured(self, x: Any, omega: Vec3) -> Vec3:
-        """Rate it reports but for noise, whatever the size of the errors; see `Sensor.measured`.
+    def measured(self, x: Any, omega: Floats) -> Floats:
+        """Rate it reports but for noise, whatever the size of the errors, shape (..., 3).
 
         ω_m = R(μ) (ω + k ∘ ω) + b with misalignment μ and scale factors k.
+
+        Parameters
+        ----------
+        x : namespace of arrays, shape (..., 3)
+            The gyro's own `states`.
+        omega : array, shape (..., 3)
+            Body rate [rad/s].
         """
         rate = omega
         if self.scale_factor:
-            rate = rate + scale(rate, x.scale_factor)
+            rate = rate + x.scale_factor * rate
         if self.misalignment_deg:
             rate = rotate(x.misalignment, rate)
-        reported: Vec3 = rate + x.bias
+        reported: Floats = rate + x.bias
         return reported
 
-    def corrected(self, x: Any, measured: Vec3) -> Vec3:
+    def corrected(self, x: Any, measured: Floats) -> Floats:
         """The body rate from the reported one: inverse of `measured`."""
-        rate: Vec3 = measured - x.bias
+        rate: Floats = measured - x.bias
         if self.misalignment_deg:
             rate = unrotate(x.misalignment, rate)
         if self.scale_factor:
-            k = x.scale_factor
-            rate = scale(rate, Vec3(1.0 / (1.0 + k.x), 1.0 / (1.0 + k.y), 1.0 / (1.0 + k.z)))
+            rate = rate / (1.0 + x.scale_factor)
         return rate
 
     def diffusion(self) -> dict[str, float]:

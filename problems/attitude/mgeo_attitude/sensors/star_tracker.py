@@ -7,10 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..fields import positive, quantity
-from ..rotation import rotate
+from ..rotation import cross, dot, rotate, unrotate
 from ..units import DEG, Unit
-from ..vector import AXES, ZERO, Vec3, cross, dot
+from ..vector import Vec3
 from .base import Sensor
 
 _ARCSEC_PER_DEG = 3600.0
@@ -43,15 +46,21 @@ class StarTracker(Sensor):
         y: Vec3 = x.theta - x.misalignment
         return y
 
-    def measured(self, x: Any, v: Vec3) -> tuple[Vec3, ...]:
+    def measured(self, x: Any, v: Any) -> tuple[Any, ...]:
         """The axes of GCRS, in the tracker's."""
-        return tuple(rotate(x.misalignment, x.to_body(axis)) for axis in AXES)
+        return tuple(rotate(x.misalignment, x.to_body(axis)) for axis in np.eye(3))
 
-    def innovation(self, measured: tuple[Vec3, ...], predicted: tuple[Vec3, ...]) -> Vec3:
+    def with_noise(
+        self, measured: tuple[Any, ...], noise: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], ...]:
+        """The axes turned by R(-noise), so that the `innovation` is the noise."""
+        return tuple(unrotate(noise, axis) for axis in measured)
+
+    def innovation(self, measured: tuple[Any, ...], predicted: tuple[Any, ...]) -> Any:
         """The vector y of the rotation R(-y) that takes the predicted axes to the measured."""
-        k = -2.0 / (1.0 + sum((dot(p, m) for p, m in zip(predicted, measured, strict=True)), 0.0))
-        s = sum((cross(p, m) for p, m in zip(predicted, measured, strict=True)), ZERO)
-        return Vec3(k * s.x, k * s.y, k * s.z)
+        pairs = list(zip(predicted, measured, strict=True))
+        cosines, axis = sum(dot(p, m) for p, m in pairs), sum(cross(p, m) for p, m in pairs)
+        return -2.0 * axis / (1.0 + cosines)
 
     def noise(self) -> tuple[float, float, float]:
         cross_axis = math.radians(self.noise_arcsec / _ARCSEC_PER_DEG)

@@ -1,4 +1,4 @@
-"""Truth simulation: whether a filter achieves what its covariance promises."""
+"""What is concluded from readings: the error-state filter, and whether its claims are true."""
 
 from .consistency import Consistency, Criterion, consistency
 from .estimator import Estimator

@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..environment import Environment
 from ..filter.evaluator import available_threads, evaluate
 from ..filter.model import FilterModel
+from ..flight import Motion, draw, fly_runs, other_truth
+from ..flight.readings import n_vectors
 from ..scenario import Scenario
-from .draws import draw, none
 from .estimator import Estimator
 from .monte_carlo import MonteCarlo
-from .other import other_truth
-from .run import Flight, Record, simulator
+from .run import Record, Watch, record
 from .validity import OutsideValidity, validity
+
+#: Runs that are computed side by side: their covariances fit into a processor's cache.
+RUNS = 100
 
 #: Samples of a simulation that are kept, about.
 N_RECORDS = 600
@@ -90,42 +95,51 @@ def simulate(
         warnings.warn(reason, OutsideValidity, stacklevel=2)
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
+    for sensor in model.suite.sensors:
+        n_vectors(sensor)  # a sensor that cannot be simulated is found out first
     real = model if truth is None else other_truth(truth, scenario, environment)
-    simulator(model.suite, real.suite)  # a sensor that cannot be simulated is found out first
     t_end = float(evaluate(model, plan[None], threads).t_end[0])
-    watched = round(t_end / model.step) + 1
-    expected = Flight(
-        model, plan, _record_steps(model, t_end), keep_outs=scenario.keep_outs, n_watched=watched
-    )
-    nominal = expected.run(none(model, expected.n_steps), Estimator.plain())
+    # a window longer than the scenario never ends: the variances of all of it
+    endless = dataclasses.replace(model, window_steps=model.n_steps + 1)
+    predicted = evaluate(endless, plan[None], threads, history=True).variances[0]
+    samples, watched = _samples(model, t_end), round(t_end / model.step) + 1
+    watch = Watch(scenario.keep_outs, real.sun[:watched]) if scenario.keep_outs else None
+    motion = Motion.of(model, plan, model.n_steps)
 
-    flight = expected if truth is None else dataclasses.replace(expected, truth=real)
-    chosen = Estimator() if estimator is None else estimator
-
-    def one(generator: np.random.Generator) -> Record:
-        return flight.run(draw(real, flight.n_steps, generator), chosen)
+    def some(generators: Sequence[np.random.Generator]) -> Record:
+        flight = fly_runs(real, motion, draw(real, model.n_steps, generators))
+        return record(model, flight, estimator or Estimator(), samples, watch)
 
     generators = np.random.default_rng(seed).spawn(n_runs)
-    with ThreadPoolExecutor(max(1, min(threads or available_threads(), n_runs))) as pool:
-        runs = list(pool.map(one, generators))
+    if n_runs == 1:
+        generators *= 2  # NumPy adds in another order where there is one run only
+    n_parts = -(-n_runs // RUNS)
+    ends = [len(generators) * part // n_parts for part in range(n_parts + 1)]
+    parts = [generators[first:last] for first, last in pairwise(ends)]
+    with ThreadPoolExecutor(max(1, min(threads or available_threads(), n_parts))) as pool:
+        found = list(pool.map(some, parts))
+
+    def runs(name: str) -> np.ndarray:
+        return np.concatenate([getattr(one, name) for one in found])[:n_runs]
+
     return MonteCarlo(
         blocks=model.suite.blocks,
         sensors=tuple(sensor.name for sensor in model.suite.sensors),
         design=plan,
         t_end=t_end,
-        times=model.times[flight.records],
-        predicted=np.sqrt(nominal.variances),
-        errors=np.stack([run.errors for run in runs]),
-        sigma=np.sqrt(np.stack([run.variances for run in runs])),
-        nees=np.stack([run.nees for run in runs]),
-        nis=np.stack([run.nis for run in runs]),
-        updates=np.stack([run.updates for run in runs]),
+        times=model.times[samples],
+        predicted=np.sqrt(predicted[samples]),
+        errors=runs("errors"),
+        sigma=np.sqrt(runs("variances")),
+        nees=runs("nees"),
+        nis=runs("nis"),
+        updates=runs("updates"),
         cones=tuple(cone.name for cone in scenario.keep_outs),
-        inside=np.stack([run.inside for run in runs]) / flight.n_watched,
+        inside=runs("inside") / watched,
     )
 
 
-def _record_steps(model: FilterModel, t_end: float) -> np.ndarray:
+def _samples(model: FilterModel, t_end: float) -> NDArray[np.int64]:
     """The start, about N_RECORDS steps at equal distance, that of `t_end`, and the last."""
     stride = -(-model.n_steps // N_RECORDS)
     steps = [*range(0, model.n_steps, stride), round(t_end / model.step), model.n_steps]

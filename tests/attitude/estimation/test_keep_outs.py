@@ -5,12 +5,13 @@ from math import erfc, sqrt
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Estimator, FilterModel, Scenario, simulate
+from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, simulate
+from mgeo_attitude.estimation.run import Watch
+from mgeo_attitude.flight import Motion
 from mgeo_attitude.scenario import Convergence, KeepOut
-from mgeo_attitude.truth.draws import none
-from mgeo_attitude.truth.run import Flight
 
-from .test_rotation import as_scipy
+from ..flight.runs import estimated, none
+from ..flight.test_rotation import as_scipy
 
 STEPS = 300
 #: Rates [deg/s] that turn a satellite with GCRS axes through some 100 deg.
@@ -41,22 +42,22 @@ def test_counts_are_those_of_the_errors():
     cones = tuple(toward_sun(off, half) for off, half in ((12.0, 10.0), (40.0, 35.0), (5.0, 30.0)))
     model = FilterModel.from_scenario(scenario(*cones))
     blind = dataclasses.replace(model, available=np.zeros_like(model.available))
-    flight = Flight(blind, PLAN, np.arange(STEPS + 1), keep_outs=cones, n_watched=200)
     draws = none(blind, STEPS)
-    draws.errors[:6] = [0.1, -0.15, 0.05, 1e-3, -5e-4, 8e-4]  # attitude and gyro bias
-    record = flight.run(draws, Estimator())
+    draws.errors[0, :6] = [0.1, -0.15, 0.05, 1e-3, -5e-4, 8e-4]  # attitude and gyro bias
+    watch = Watch(cones, blind.sun[:200])
+    record = estimated(blind, PLAN, np.arange(STEPS + 1), draws, watch=watch)
 
-    plan = flight._tables[4][:200]
-    errors = np.array([as_scipy(-e[:3]).as_matrix() for e in record.errors[:200]])
-    start = as_scipy(-draws.errors[:3]).as_matrix()
+    plan = Motion.of(blind, PLAN, STEPS).attitude[:200]
+    errors = np.array([as_scipy(-e[:3]).as_matrix() for e in record.errors[0, :200]])
+    start = as_scipy(-draws.errors[0, :3]).as_matrix()
     sun = blind.sun[:200]
-    for counts, attitude in zip(record.inside, (errors @ plan, plan @ start), strict=True):
+    for counts, attitude in zip(record.inside[0], (errors @ plan, plan @ start), strict=True):
         seen = np.einsum("kij,kj->ki", attitude, sun)
         expected = [
             (seen @ cone.axis() > np.cos(np.radians(cone.half_angle_deg))).sum() for cone in cones
         ]
         assert counts.tolist() == expected
-    assert (record.inside[0] != record.inside[1]).any()
+    assert (record.inside[0, 0] != record.inside[0, 1]).any()
     assert (record.inside > 0).any()
     assert (record.inside < 200).any()
 
@@ -66,8 +67,9 @@ def test_no_flight_is_inside_in_the_dark():
     day = FilterModel.from_scenario(scenario(cone))
     dark = dataclasses.replace(day, sun=np.zeros_like(day.sun))
     for model, counts in ((day, 20), (dark, 0)):
-        flight = Flight(model, PLAN, np.arange(STEPS + 1), keep_outs=(cone,), n_watched=20)
-        assert (flight.run(none(model, STEPS), Estimator()).inside == counts).all()
+        watch = Watch((cone,), model.sun[:20])
+        record = estimated(model, PLAN, np.arange(STEPS + 1), none(model, STEPS), watch=watch)
+        assert (record.inside == counts).all()
 
 
 def test_what_passes_a_cone_by_a_degree_is_inside_it_unless_it_keeps_the_margin():

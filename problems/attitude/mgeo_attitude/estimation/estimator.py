@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..fields import Validated, quantity
 
 
@@ -37,8 +34,3 @@ class Estimator(Validated):
     def plain() -> Estimator:
         """The textbook's filter, with the H of equation (2)."""
         return Estimator(jacobians="aligned", second_order=False, reset=False)
-
-    def options(self) -> NDArray[np.int64]:
-        """As the compiled run takes it."""
-        aligned = self.jacobians == "aligned"
-        return np.array([aligned, self.second_order, self.reset, self.iterations], dtype=np.int64)

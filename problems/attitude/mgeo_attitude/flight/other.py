@@ -7,7 +7,7 @@ from ..fields import declared, require_same
 from ..filter.model import FilterModel
 from ..filter.suite import Suite
 from ..scenario import Scenario
-from .codegen import n_readings, rotation_blocks
+from .readings import n_vectors
 
 #: Keys of a scenario in which a truth may differ.
 FREE = ("epoch", "eclipse", "orbit", "gyro", "sensors", "initial")
@@ -34,8 +34,8 @@ def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -
     for what, found, expected in (
         ("sensors", *([sensor.name for sensor in suite.sensors] for suite in (real, believed))),
         ("states", real.blocks, believed.blocks),
-        ("rotations, by number of their first states,", *map(rotation_blocks, (real, believed))),
-        ("readings", *([*map(n_readings, suite.sensors)] for suite in (real, believed))),
+        ("rotations, by number of their first states,", real.rotations, believed.rotations),
+        ("readings", *([*map(n_vectors, suite.sensors)] for suite in (real, believed))),
     ):
         if found != expected:
             raise ValueError(f"truth has the {what} {found}: expected the scenario's {expected}")

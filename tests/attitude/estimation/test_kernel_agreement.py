@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from mgeo_attitude import Estimator, FilterModel, Scenario, evaluate
 from mgeo_attitude.filter.ramps import Agility
+from mgeo_attitude.flight import draw
 from mgeo_attitude.scenario import Convergence
-from mgeo_attitude.truth.draws import draw, none
-from mgeo_attitude.truth.run import Flight
+
+from ..flight.runs import estimated, none
 
 PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
 
@@ -23,34 +24,32 @@ def model():
 
 @pytest.mark.parametrize("estimator", [Estimator.plain(), Estimator(second_order=False)])
 def test_variances_of_a_run_without_errors_are_the_kernels(model, estimator):
-    flight = Flight(model, PLAN, np.arange(301))
-    record = flight.run(none(model, 300), estimator)
+    record = estimated(model, PLAN, np.arange(301), none(model, 300), estimator)
     kernel = evaluate(model, PLAN, history=True).variances[0]
-    np.testing.assert_allclose(record.variances, kernel, rtol=1e-9)
+    np.testing.assert_allclose(record.variances[0], kernel, rtol=1e-9)
     np.testing.assert_allclose(record.errors, 0.0, atol=1e-12)
 
 
 def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model):
     ramped = dataclasses.replace(model, agility=Agility(np.radians(1.7), np.inf, np.eye(3)))
-    record = Flight(ramped, PLAN, np.arange(301)).run(none(ramped, 300), Estimator.plain())
+    record = estimated(ramped, PLAN, np.arange(301), none(ramped, 300), Estimator.plain())
     kernel = evaluate(ramped, PLAN, history=True).variances[0]
-    np.testing.assert_allclose(record.variances, kernel, rtol=1e-9)
-    assert not np.allclose(record.variances, evaluate(model, PLAN, history=True).variances[0])
+    np.testing.assert_allclose(record.variances[0], kernel, rtol=1e-9)
+    assert not np.allclose(record.variances[0], evaluate(model, PLAN, history=True).variances[0])
 
 
 def test_tiny_errors_are_the_linear_filters(model):
     """A millionth of every error and noise leaves the covariance as it is."""
-    flight = Flight(model, PLAN, np.arange(301))
-    drawn = draw(model, 300, np.random.default_rng(1))
+    drawn = draw(model, 300, [np.random.default_rng(1)])
     tiny = dataclasses.replace(
         drawn,
         errors=1e-6 * drawn.errors,
         gyro_noise=1e-6 * drawn.gyro_noise,
         noise=1e-6 * drawn.noise,
     )
-    small = flight.run(tiny, Estimator.plain())
+    small = estimated(model, PLAN, np.arange(301), tiny, Estimator.plain())
     kernel = evaluate(model, PLAN, history=True).variances[0]
-    np.testing.assert_allclose(small.variances, kernel, rtol=1e-6)
+    np.testing.assert_allclose(small.variances[0], kernel, rtol=1e-6)
     # all that is left of the remedies at this size is the rule of adding rotations
-    best = flight.run(tiny, Estimator(second_order=False, iterations=3))
+    best = estimated(model, PLAN, np.arange(301), tiny, Estimator(second_order=False, iterations=3))
     np.testing.assert_allclose(best.errors, small.errors, rtol=0, atol=1e-11)

@@ -1,0 +1,81 @@
+"""What is estimated, with the covariance of its errors; runs are the last axis of all arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..rotation import matrix, multiply, skew, vector
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Estimates of r runs.
+
+    The error of a rotation is a rotation, R = R̂ R(e); that of any other state a difference.
+
+    Attributes
+    ----------
+    places : array of int, shape (3, k)
+        States that are rotations, attitude first; see `Suite.rotations`.
+    rotations : array, shape (3, 3, k, r)
+        Body to GCRS, then those of the other states.
+    states : array, shape (n_states, r)
+        States that are no rotations; zero for those that are.
+    covariance : array, shape (n_states, n_states, r)
+        Of the errors.
+    """
+
+    places: Ints
+    rotations: Floats
+    states: Floats
+    covariance: Floats
+
+    @classmethod
+    def at_start(cls, places: Ints, sigma: Floats, n_runs: int) -> Estimate:
+        """Body axes along those of GCRS, no sensor error, and their 1-sigma, shape (n_states,)."""
+        none, P = np.zeros((len(sigma), n_runs)), np.diag(sigma**2)
+        return cls(places, matrix(none[places]), none, np.repeat(P[..., None], n_runs, axis=-1))
+
+    def without(self, e: Floats) -> Estimate:
+        """With errors e, shape (n_states, r), taken out; the covariance stays."""
+        states = self.states + e
+        states[self.places] = 0.0
+        rotations = np.einsum("ijkr,jlkr->ilkr", self.rotations, matrix(e[self.places]))
+        return dataclasses.replace(self, rotations=rotations, states=states)
+
+    def error(self, attitude: Floats, states: Floats) -> Floats:
+        """What `without` would have to take out to come to the truth, shape (n_states, r).
+
+        Parameters
+        ----------
+        attitude : array, shape (3, 3, r)
+            GCRS to body.
+        states : array, shape (n_states, r)
+            With the vectors of rotations.
+        """
+        true = matrix(states[self.places])
+        true[:, :, 0] = attitude.swapaxes(0, 1)
+        e = states - self.states
+        e[self.places] = vector(np.einsum("jikr,jlkr->ilkr", self.rotations, true))
+        return e
+
+
+def reset(P: Floats, e: Floats, places: Ints) -> None:
+    """Turn covariances, in place, into those of the errors that remain once e is taken out.
+
+    What remains of an error g of a rotation is the vector of R(-e) R(g), whose derivative at g = e
+    is (I - ½ [e×]) / (1 + |e|² / 4).
+    """
+    g = e[places]
+    turns = (np.eye(3)[:, :, None, None] - 0.5 * skew(g)) / (1.0 + 0.25 * (g * g).sum(axis=0))
+    for number, first in enumerate(places[0]):
+        turn, block = turns[:, :, number], slice(first, first + 3)
+        P[block] = multiply(turn, P[block])
+        P[:, block] = multiply(P[:, block], turn.swapaxes(0, 1))

@@ -1,0 +1,131 @@
+"""Vectors as Taylor polynomials of second order in the errors of an estimate.
+
+Evaluated on them, a sensor's model in ``+ - * /``, `rotate`, `cross` and `dot` gives its value and
+its exact first and second derivatives, for many runs at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..rotation import CYCLES, multiply
+
+Floats = NDArray[np.float64]
+
+#: The errors are 3-vectors with numbers. A term (i, j) stands for Σ T[p, q] e_i[p] e_j[q].
+Term = tuple[int, ...]
+
+_IDENTITY = np.eye(3)[:, :, None]
+
+
+@dataclass(frozen=True, eq=False)
+class Taylor:
+    """A vector of d components in r runs, a polynomial of second order in error 3-vectors.
+
+    In a model it stands for an array of shape (r, d).
+
+    Attributes
+    ----------
+    terms : mapping of Term to array, shape (d, 3**degree, r)
+        What is left out is zero. What is the same in all runs may have r = 1.
+    """
+
+    terms: Mapping[Term, Floats]
+
+    __array_ufunc__ = None  # an array leaves it to this class how both are combined
+
+    @staticmethod
+    def of(value: Any) -> Taylor:
+        """A constant: a number or an array, shape (d,) or (r, d)."""
+        if isinstance(value, Taylor):
+            return value
+        return Taylor({(): np.atleast_2d(value).T[:, None]})
+
+    @staticmethod
+    def variable(value: Floats, number: int) -> Taylor:
+        """A vector, shape (r, 3), whose error is the 3-vector of a number."""
+        return Taylor({**Taylor.of(value).terms, (number,): _IDENTITY})
+
+    @property
+    def value(self) -> Floats:
+        """Its value without errors, shape (d, r)."""
+        return self.terms[()][:, 0]
+
+    def map(self, linear: Callable[[Floats], Floats]) -> Taylor:
+        """A linear function of the components, applied to the first axis of every term."""
+        return Taylor({term: linear(part) for term, part in self.terms.items()})
+
+    def __getitem__(self, index: Any) -> Taylor:
+        """Components, ``[..., [1, 2, 0]]``."""
+        return self.map(lambda part: part[index[-1]])
+
+    def __neg__(self) -> Taylor:
+        return self.map(np.negative)
+
+    def __add__(self, other: Any) -> Taylor:
+        total = dict(self.terms)
+        for term, part in Taylor.of(other).terms.items():
+            total[term] = total[term] + part if term in total else part
+        return Taylor(total)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Taylor:
+        return self + -Taylor.of(other)
+
+    def __rsub__(self, other: Any) -> Taylor:
+        return -self + Taylor.of(other)
+
+    def __mul__(self, other: Any) -> Taylor:
+        total = Taylor({})
+        for a, p in self.terms.items():
+            for b, q in Taylor.of(other).terms.items():
+                if len(a) + len(b) <= 2:
+                    outer = p[:, :, None] * q[:, None]
+                    total += Taylor({a + b: outer.reshape(len(outer), -1, outer.shape[-1])})
+        return total
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Taylor:
+        other = Taylor.of(other)
+        reciprocal = 1.0 / other.terms[()]
+        rest = Taylor({t: part * reciprocal for t, part in other.terms.items() if t})
+        return self * (1.0 - rest + rest * rest).map(lambda part: part * reciprocal)
+
+    def __rtruediv__(self, other: Any) -> Taylor:
+        return Taylor.of(other) / self
+
+
+@dataclass(frozen=True, eq=False)
+class UncertainRotation:
+    """R R(±e) for a known matrix, shape (3, 3, r) or None for I, and the error of a number."""
+
+    known: Floats | None
+    number: int
+    sign: float = 1.0
+
+    def rotate(self, v: Any) -> Taylor:
+        """R (v + g × v + ½ g × (g × v)) for g = ±e: what is left out is of third order."""
+        known, vector = self.known, Taylor.of(v)
+        once = self._cross(vector.terms, self.sign)
+        twice = self._cross({(self.number,): once[(self.number,)]}, 0.5 * self.sign)
+        turned = vector + Taylor(once) + Taylor(twice)
+        return turned if known is None else turned.map(lambda part: multiply(known, part))
+
+    def _cross(self, terms: Mapping[Term, Floats], factor: float) -> dict[Term, Floats]:
+        """factor e × v for the terms of v, to second order."""
+        product = {}
+        for term, part in terms.items():
+            if len(term) < 2:
+                scaled = factor * part
+                columns = np.zeros((3, *part.shape))
+                for i, j, k in CYCLES:
+                    columns[i, j], columns[j, i] = scaled[k], -scaled[k]
+                product[self.number, *term] = columns.reshape(3, -1, part.shape[-1])
+        return product

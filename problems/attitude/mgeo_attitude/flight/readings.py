@@ -1,0 +1,59 @@
+"""What gyro and sensors report: all that an estimator gets to know of a flight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..sensors import Sensor
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Reports of r runs of n steps.
+
+    Attributes
+    ----------
+    durations : array, shape (n,)
+        Of the steps [s].
+    gyro : array, shape (n, r, 3)
+        Mean of the reported rate over each step [rad/s].
+    sensors : tuple of arrays, shape (n + 1, r, k, 3)
+        The k vectors that each sensor reports at every sample, NaN where it reports nothing.
+    """
+
+    durations: Floats
+    gyro: Floats
+    sensors: tuple[Floats, ...]
+
+
+def stacked(report: Any) -> Floats:
+    """What `Sensor.measured` returns as one array, shape (..., k, 3)."""
+    vectors = report if isinstance(report, tuple) else (report,)
+    array: Floats = np.stack(np.broadcast_arrays(*vectors), axis=-2)
+    return array
+
+
+def as_reported(array: Floats) -> Any:
+    """Inverse of `stacked`."""
+    vectors = tuple(array[..., k, :] for k in range(array.shape[-2]))
+    return vectors if len(vectors) > 1 else vectors[0]
+
+
+def n_vectors(sensor: Sensor) -> int:
+    """How many vectors the sensor reports.
+
+    Raises
+    ------
+    NotImplementedError
+        If the sensor does not say what it measures.
+    """
+    zero = dict.fromkeys(sensor.states(), np.zeros(3))
+    x = SimpleNamespace(to_body=lambda vector: vector, **zero)
+    return len(stacked(sensor.measured(x, np.array([1.0, 0.0, 0.0]))))

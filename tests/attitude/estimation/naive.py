@@ -1,0 +1,96 @@
+"""The error-state filter of one run once more: dense matrices, quaternions, derivatives by hand.
+
+For suites of a plain gyro with Sun sensors and magnetometers, whose measurement is R(φ) C v + b.
+"""
+
+from functools import cache
+
+import numpy as np
+from mgeo_attitude.filter.reference import van_loan
+from scipy.spatial.transform import Rotation
+
+
+def skew(a):
+    """[a×]."""
+    return np.cross(a, np.eye(3)).T
+
+
+def rotation(g):
+    """Of twice the Gibbs vector."""
+    return Rotation.from_quat([*(0.5 * g), 1.0])
+
+
+def gibbs(turn):
+    x, y, z, w = turn.as_quat()
+    return 2.0 * np.array([x, y, z]) / w
+
+
+def estimates(model, readings, run, rates, estimator):
+    """Attitude, states (vectors of misalignments) and covariance at every sample."""
+    suite, n = model.suite, model.suite.n_states
+    C, x, P = Rotation.identity(), np.zeros(n), np.diag(model.initial_sigma**2)
+    found = [(C.as_matrix(), x, P)]
+    at_rest = van_loan(model, np.zeros(3))[0]
+    step = cache(lambda *rate: van_loan(model, np.array(rate)))
+    for k, rate in enumerate(rates, start=1):
+        F, Q = (A.copy() for A in step(*rate))
+        mean_bias = -np.diag(at_rest[:3, 3:6]) * x[3:6] / model.step
+        turn = Rotation.from_rotvec(-(readings.gyro[k - 1, run] - mean_bias) * model.step)
+        F[:3, :3] = turn.as_matrix()
+        C, x, P = turn * C, x.copy(), F @ P @ F.T + Q
+        x[3:6] *= np.diag(at_rest)[3:6]
+        for index, sensor in enumerate(suite.sensors):
+            y = readings.sensors[index][k, run, 0]
+            if not np.isnan(y).any():
+                R = np.diag(np.square(sensor.noise()))
+                first = 6 + 6 * index
+                C, x, P = update(C, x, P, y, R, model.references[k, index], first, estimator)
+        found.append((C.as_matrix(), x, P))
+    return found
+
+
+def update(C, x, P, y, R, reference, first, estimator):
+    e = np.zeros(len(x))
+    for iteration in range(estimator.iterations):
+        now_C, now_x = correct(C, x, e) if iteration else (C, x)
+        v, mounting = now_C.apply(reference), rotation(now_x[first : first + 3]).as_matrix()
+        r = y - mounting @ v - now_x[first + 3 : first + 6]
+        M = np.eye(3) if estimator.jacobians == "aligned" else mounting
+        H, B = np.zeros((3, len(x))), np.zeros((3, len(x), len(x)))
+        H[:, :3], H[:, first : first + 3], H[:, first + 3 : first + 6] = (
+            M @ skew(v),
+            -M @ skew(v),
+            np.eye(3),
+        )
+        for i, a in enumerate(np.eye(3)):
+            for j, b in enumerate(np.eye(3)):
+                both = 0.5 * (np.cross(a, np.cross(b, v)) + np.cross(b, np.cross(a, v)))
+                B[:, i, j] = B[:, first + i, first + j] = -M @ both
+                mixed = M @ np.cross(a, np.cross(b, v))  # of misalignment a and attitude b
+                B[:, first + i, j] = B[:, j, first + i] = mixed
+        z, S = r + H @ e, H @ P @ H.T + R
+        if estimator.second_order:
+            z = z + [0.5 * np.trace(b @ P) for b in B]
+            S = S + [[0.5 * np.trace(b @ P @ c @ P) for c in B] for b in B]
+        e = P @ H.T @ np.linalg.solve(S, z)
+    P = P - P @ H.T @ np.linalg.solve(S, H @ P)
+    if estimator.reset:
+        T = np.eye(len(x))
+        for block in rotations(len(x)):
+            g = e[block]
+            T[block, block] = (np.eye(3) - 0.5 * skew(g)) / (1.0 + 0.25 * g @ g)
+        P = T @ P @ T.T
+    return *correct(C, x, e), 0.5 * (P + P.T)
+
+
+def correct(C, x, e):
+    corrected = x + e
+    corrected[:3] = 0.0
+    for block in rotations(len(x))[1:]:
+        corrected[block] = gibbs(rotation(x[block]) * rotation(e[block]))
+    return rotation(-e[:3]) * C, corrected
+
+
+def rotations(n):
+    """Attitude and the misalignment of each sensor."""
+    return [slice(0, 3), *(slice(first, first + 3) for first in range(6, n, 6))]

@@ -1,0 +1,93 @@
+"""Many runs at once against one run at a time, written differently."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import Estimator, FilterModel, Scenario
+from mgeo_attitude.estimation.filter import ErrorStateFilter, whiten
+from mgeo_attitude.flight import Motion, draw
+from mgeo_attitude.rotation import matrix
+from mgeo_attitude.scenario import Convergence
+
+from ..flight.runs import fly
+from . import naive
+
+PLAN = np.array([0.5, -0.3, 0.8, 20.3, -0.7, 0.9, 0.1, 20.0, 0.2, 0.4, -0.9, 500.0])
+STEPS, RUNS = 60, 3
+
+
+@pytest.fixture(scope="module", params=["paper", "cubesat_6u"])
+def flown(request):
+    """A model, and flights in which the Sun passes the Sun sensor's view, not in all at once."""
+    scenario = dataclasses.replace(
+        getattr(Scenario, request.param)(),
+        duration=float(STEPS),
+        convergence=Convergence(window=float(STEPS)),
+    )
+    wide = FilterModel.from_scenario(scenario)
+    ahead = Motion.of(wide, PLAN, STEPS).attitude[30] @ wide.references[30, 0]
+    sun, *others = scenario.sensors
+    narrow = dataclasses.replace(sun, boresight=tuple(ahead), field_of_view_deg=20.0)
+    model = FilterModel.from_scenario(dataclasses.replace(scenario, sensors=(narrow, *others)))
+    return model, fly(model, PLAN, draw(model, STEPS, np.random.default_rng(8).spawn(RUNS)))
+
+
+@pytest.mark.parametrize(
+    "estimator",
+    [
+        Estimator(),
+        Estimator.plain(),
+        Estimator(iterations=3),
+        Estimator(second_order=False),
+        Estimator(reset=False),
+    ],
+)
+def test_runs_side_by_side_are_those_one_by_one(flown, estimator):
+    model, flight = flown
+    seen = ~np.isnan(flight.readings.sensors[0][1:, :, 0, 0])
+    assert 0 < seen.sum() < seen.size
+    assert (seen.any(axis=1) & ~seen.all(axis=1)).any()
+    filter_ = ErrorStateFilter(model.suite, estimator)
+    found = [
+        after
+        for _, after, _ in filter_.estimates(
+            model.initial_sigma, flight.readings, flight.motion.rates, model.references
+        )
+    ]
+    sigma = model.initial_sigma
+    for run in range(RUNS):
+        expected = naive.estimates(model, flight.readings, run, flight.motion.rates, estimator)
+        for estimate, (C, x, P) in zip(found, expected, strict=True):
+            error = estimate.error(C[:, :, None].repeat(RUNS, 2), x[:, None].repeat(RUNS, 1))
+            np.testing.assert_allclose(error[:, run] / sigma, 0.0, atol=1e-10)
+            scaled = (estimate.covariance[:, :, run] - P) / np.outer(sigma, sigma)
+            np.testing.assert_allclose(scaled, 0.0, atol=1e-11)
+
+
+def test_an_estimate_without_its_error_is_the_truth(flown):
+    model, flight = flown
+    filter_ = ErrorStateFilter(model.suite, Estimator())
+    *_, (_, after, _) = filter_.estimates(
+        model.initial_sigma, flight.readings, flight.motion.rates, model.references
+    )
+    rng = np.random.default_rng(0)
+    attitude, states = matrix(rng.standard_normal((3, RUNS))), rng.standard_normal((18, RUNS))
+    states[:3] = 0.0
+    true = after.without(after.error(attitude, states))
+    np.testing.assert_allclose(true.error(attitude, states), 0.0, atol=1e-13)
+
+
+def test_whitening_is_by_the_cholesky_factor():
+    rng = np.random.default_rng(1)
+    root, HP, z = (
+        rng.standard_normal((3, 3)),
+        rng.standard_normal((3, 5, 1)),
+        rng.standard_normal((3, 1)),
+    )
+    S = root @ root.T
+    G, w = whiten(S[..., None], HP, z)
+    L = np.linalg.cholesky(S)
+    np.testing.assert_allclose(L @ G[..., 0], HP[..., 0], rtol=1e-12)
+    np.testing.assert_allclose(L @ w[:, 0], z[:, 0], rtol=1e-12)
+    assert np.isnan(whiten(-S[..., None], HP, z)[1]).all()
