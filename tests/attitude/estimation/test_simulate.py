@@ -75,6 +75,15 @@ def test_what_is_predicted_is_the_kernels(paper):
     np.testing.assert_allclose(result.table()["predicted"], result.predicted[k])
 
 
+def test_a_gyro_with_every_error_is_consistent(paper):
+    scenario, environment = paper
+    gyro = Gyro(scale_factor=1e-3, misalignment_deg=0.2)
+    result = run((dataclasses.replace(scenario, gyro=gyro), environment), 40)
+    assert result.states[6:12:3] == ("gyro.scale_factor.x", "gyro.misalignment.x")
+    report = consistency(result, since=200.0)
+    assert all(report[name].passed for name in ("nees", "nis sun", "nis mag")), report.table()
+
+
 @pytest.mark.slow
 def test_errors_are_what_the_filter_claims(paper):
     report = consistency(run(paper, 200), since=200.0)
