@@ -74,7 +74,7 @@ def test_an_estimate_without_its_error_is_the_truth(flown):
     rng = np.random.default_rng(0)
     attitude, states = matrix(rng.standard_normal((3, RUNS))), rng.standard_normal((18, RUNS))
     states[:3] = 0.0
-    true = after.without(after.error(attitude, states))
+    true = after.without(after.error(attitude, states), after.covariance)
     np.testing.assert_allclose(true.error(attitude, states), 0.0, atol=1e-13)
 
 

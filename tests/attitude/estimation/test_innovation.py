@@ -170,4 +170,4 @@ def test_star_tracker_reports_a_rotation():
 
 
 def test_states_of_numbers():
-    np.testing.assert_array_equal(states_of([0, 2]), [0, 1, 2, 6, 7, 8])
+    np.testing.assert_array_equal(states_of((0, 2)), [0, 1, 2, 6, 7, 8])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,12 +42,12 @@ class Estimate:
         none, P = np.zeros((len(sigma), n_runs)), np.diag(sigma**2)
         return cls(places, matrix(none[places]), none, np.repeat(P[..., None], n_runs, axis=-1))
 
-    def without(self, e: Floats) -> Estimate:
-        """With errors e, shape (n_states, r), taken out; the covariance stays."""
+    def without(self, e: Floats, covariance: Floats) -> Estimate:
+        """With errors e, shape (n_states, r), taken out, and the covariance of those that remain."""
         states = self.states + e
         states[self.places] = 0.0
         rotations = np.einsum("ijkr,jlkr->ilkr", self.rotations, matrix(e[self.places]))
-        return dataclasses.replace(self, rotations=rotations, states=states)
+        return Estimate(self.places, rotations, states, covariance)
 
     def error(self, attitude: Floats, states: Floats) -> Floats:
         """What `without` would have to take out to come to the truth, shape (n_states, r).
@@ -77,5 +76,6 @@ def reset(P: Floats, e: Floats, places: Ints) -> None:
     turns = (np.eye(3)[:, :, None, None] - 0.5 * skew(g)) / (1.0 + 0.25 * (g * g).sum(axis=0))
     for number, first in enumerate(places[0]):
         turn, block = turns[:, :, number], slice(first, first + 3)
-        P[block] = multiply(turn, P[block])
-        P[:, block] = multiply(P[:, block], turn.swapaxes(0, 1))
+        rows = multiply(turn, P[block])
+        P[block], P[:, block] = rows, rows.swapaxes(0, 1)
+        P[block, block] = multiply(rows[:, block], turn.swapaxes(0, 1))

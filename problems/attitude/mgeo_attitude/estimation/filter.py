@@ -7,7 +7,6 @@ nothing but its own numbers.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -96,12 +95,16 @@ class ErrorStateFilter:
         rotations, states = estimate.rotations.copy(), estimate.states.copy()
         rotations[:, :, 0] = multiply(rotations[:, :, 0], turn.swapaxes(0, 1))
         states[3:d] *= step.decay
-        F = np.repeat(step.F, turn.shape[-1], axis=-1)
-        F[:3, :3] = turn
-        P = 0.5 * (estimate.covariance + estimate.covariance.swapaxes(0, 1))
-        P[:d] = FP = multiply(F, P[:d])
-        P[d:, :d] = FP[:, d:].swapaxes(0, 1)
-        P[:d, :d] = multiply(FP[:, :d], F.swapaxes(0, 1)) + step.Q
+        F = np.concatenate([turn, np.repeat(step.F, turn.shape[-1], axis=-1)], axis=1)
+        P = estimate.covariance.copy()
+        rows = multiply(F, P[:d])
+        attitude = multiply(rows[:, :d], F.swapaxes(0, 1))
+        rows[:, 3:d] *= step.decay
+        P[3:d] *= step.decay[:, None]
+        P[:, 3:d] *= step.decay
+        P[:3], P[:, :3] = rows, rows.swapaxes(0, 1)
+        P[:3, :3] = 0.5 * (attitude + attitude.swapaxes(0, 1))
+        P[:d, :d] += step.Q
         return Estimate(self.places, rotations, states, P)
 
     def update(
@@ -127,7 +130,7 @@ class ErrorStateFilter:
         now, e, nis = estimate, np.zeros(0), np.zeros(0)
         for iteration in range(options.iterations):
             if iteration:
-                now = estimate.without(e)
+                now = estimate.without(e, P)
             z, H, states, curvature = expand(
                 self.suite, sensor, y, reference, now, options.jacobians == "aligned"
             )
@@ -143,12 +146,11 @@ class ErrorStateFilter:
             e = (G * w[:, None]).sum(axis=0)
             if not iteration:
                 nis = np.where(seen, (w * w).sum(axis=0), np.nan)
-        P = P.copy()
-        for row in G:
-            P -= row[:, None] * row
+        columns = G.swapaxes(0, 1).copy()
+        P = P - multiply(columns, G)
         if options.reset:
             reset(P, e, self.places)
-        return dataclasses.replace(estimate.without(e), covariance=P), nis
+        return estimate.without(e, P), nis
 
 
 def whiten(S: Floats, HP: Floats, z: Floats) -> tuple[Floats, Floats]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -50,7 +50,12 @@ def expand(
     H = np.empty((3, 3 * len(first), value.shape[-1]))
     for k, number in enumerate(first):
         np.negative(terms[(number,)], out=H[:, 3 * k : 3 * k + 3])
-    return value, H, states_of(first), {term: terms[term] for term in terms if len(term) == 2}
+    return (
+        value,
+        H,
+        states_of(tuple(first)),
+        {term: terms[term] for term in terms if len(term) == 2},
+    )
 
 
 def _innovation(
@@ -79,7 +84,7 @@ def second_moments(terms: dict[Term, Floats], P: Floats) -> tuple[Floats, Floats
     For e ~ N(0, P) the term ½ eᵀ B e has the mean ½ tr(B P) and covariance ½ tr(B P B' P).
     """
     numbers = sorted({number for term in terms for number in term})
-    states = states_of(numbers)
+    states = states_of(tuple(numbers))
     n = len(states)
     half = np.zeros((3, n, n, P.shape[-1]))
     for (i, j), part in terms.items():
@@ -91,6 +96,7 @@ def second_moments(terms: dict[Term, Floats], P: Floats) -> tuple[Floats, Floats
     return mean, 0.5 * np.einsum("qabr,pbar->qpr", BP, BP)
 
 
-def states_of(numbers: Sequence[int]) -> Ints:
+@cache
+def states_of(numbers: tuple[int, ...]) -> Ints:
     """The states of 3-vectors, one after the other."""
     return np.add.outer(3 * np.array(numbers, dtype=np.int64), np.arange(3)).ravel()

@@ -5,15 +5,14 @@ from __future__ import annotations
 import dataclasses
 import warnings
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..environment import Environment
-from ..filter.evaluator import available_threads, evaluate
 from ..filter.model import FilterModel
+from ..filter.reference import reference_run
 from ..flight import Motion, draw, fly_runs, other_truth
 from ..flight.readings import n_vectors
 from ..scenario import Scenario
@@ -23,7 +22,7 @@ from .run import Record, Watch, record
 from .validity import OutsideValidity, validity
 
 #: Runs that are computed side by side: their covariances fit into a processor's cache.
-RUNS = 100
+RUNS = 200
 
 #: Samples of a simulation that are kept, about.
 N_RECORDS = 600
@@ -98,10 +97,10 @@ def simulate(
     for sensor in model.suite.sensors:
         n_vectors(sensor)  # a sensor that cannot be simulated is found out first
     real = model if truth is None else other_truth(truth, scenario, environment)
-    t_end = float(evaluate(model, plan[None], threads).t_end[0])
-    # a window longer than the scenario never ends: the variances of all of it
+    t_end = reference_run(model, plan).t_end
+    # with a window longer than the scenario the filter runs to its end
     endless = dataclasses.replace(model, window_steps=model.n_steps + 1)
-    predicted = evaluate(endless, plan[None], threads, history=True).variances[0]
+    predicted = reference_run(endless, plan).sigma
     samples, watched = _samples(model, t_end), round(t_end / model.step) + 1
     watch = Watch(scenario.keep_outs, real.sun[:watched]) if scenario.keep_outs else None
     motion = Motion.of(model, plan, model.n_steps)
@@ -115,9 +114,7 @@ def simulate(
         generators *= 2  # NumPy adds in another order where there is one run only
     n_parts = -(-n_runs // RUNS)
     ends = [len(generators) * part // n_parts for part in range(n_parts + 1)]
-    parts = [generators[first:last] for first, last in pairwise(ends)]
-    with ThreadPoolExecutor(max(1, min(threads or available_threads(), n_parts))) as pool:
-        found = list(pool.map(some, parts))
+    found = [some(generators[first:last]) for first, last in pairwise(ends)]
 
     def runs(name: str) -> np.ndarray:
         return np.concatenate([getattr(one, name) for one in found])[:n_runs]
@@ -128,7 +125,7 @@ def simulate(
         design=plan,
         t_end=t_end,
         times=model.times[samples],
-        predicted=np.sqrt(predicted[samples]),
+        predicted=predicted[samples],
         errors=runs("errors"),
         sigma=np.sqrt(runs("variances")),
         nees=runs("nees"),

@@ -22,10 +22,12 @@ class Transition:
     ----------
     duration : float
         [s]
-    F, Q : arrays, shape (n_dynamic, n_dynamic, 1)
-        Transition and process noise of the errors, equation (7).
+    F : array, shape (3, n_dynamic - 3, 1)
+        What the gyro's errors add to that of the attitude, equation (7).
+    Q : array, shape (n_dynamic, n_dynamic, 1)
+        Process noise.
     decay : array, shape (n_dynamic - 3, 1)
-        What a gyro state of one becomes.
+        What a gyro state of one becomes, and its error.
     mean_bias : array, shape (3, 1)
         Mean over the step of a bias that is one at first.
     """
@@ -43,6 +45,5 @@ class Transition:
         F, Q = discretize(suite.dynamics_matrix(np.array(rate)), density, duration)
         rest, _ = discretize(suite.dynamics_matrix(np.zeros(3)), density, duration)
         mean_bias = -np.diag(rest[:3, 3:6]) / duration
-        return cls(
-            duration, F[..., None], Q[..., None], np.diag(rest)[3:, None], mean_bias[:, None]
-        )
+        F, Q = F[:3, 3:, None], Q[..., None]
+        return cls(duration, F, Q, np.diag(rest)[3:, None], mean_bias[:, None])
