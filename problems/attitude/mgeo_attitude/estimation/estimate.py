@@ -43,7 +43,7 @@ class Estimate:
         return cls(places, matrix(none[places]), none, np.repeat(P[..., None], n_runs, axis=-1))
 
     def without(self, e: Floats, covariance: Floats) -> Estimate:
-        """With errors e, shape (n_states, r), taken out, and the covariance of those that remain."""
+        """With errors e, shape (n_states, r), taken out, and the covariance of what remains."""
         states = self.states + e
         states[self.places] = 0.0
         rotations = np.einsum("ijkr,jlkr->ilkr", self.rotations, matrix(e[self.places]))
