@@ -1,10 +1,10 @@
 """What is concluded from readings: the error-state filter, and whether its claims are true."""
 
-from .consistency import Consistency, Criterion, consistency
-from .estimator import Estimator
-from .monte_carlo import MonteCarlo
-from .simulate import simulate
-from .validity import OutsideValidity, validity
+from mgeo_attitude.estimation.consistency import Consistency, Criterion, consistency
+from mgeo_attitude.estimation.estimator import Estimator
+from mgeo_attitude.estimation.monte_carlo import MonteCarlo
+from mgeo_attitude.estimation.simulate import simulate
+from mgeo_attitude.estimation.validity import OutsideValidity, validity
 
 __all__ = [
     "Consistency",

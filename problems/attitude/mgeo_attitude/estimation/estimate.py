@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..rotation import matrix, multiply, skew, vector
+from mgeo_attitude.rotation import matrix, multiply, skew, vector
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

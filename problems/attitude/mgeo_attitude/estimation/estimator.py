@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..fields import Validated, quantity
+from mgeo_attitude.fields import Validated, quantity
 
 
 @dataclass(frozen=True, kw_only=True)

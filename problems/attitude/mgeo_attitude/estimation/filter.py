@@ -15,13 +15,13 @@ from types import SimpleNamespace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filter.suite import Suite
-from ..flight.readings import Readings, as_reported
-from ..rotation import exponential, multiply, vector
-from .estimate import Estimate, reset
-from .estimator import Estimator
-from .innovation import expand, second_moments
-from .transition import Transition
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.flight.readings import Readings, as_reported
+from mgeo_attitude.rotation import exponential, multiply, vector
+from mgeo_attitude.estimation.estimate import Estimate, reset
+from mgeo_attitude.estimation.estimator import Estimator
+from mgeo_attitude.estimation.innovation import expand, second_moments
+from mgeo_attitude.estimation.transition import Transition
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filter.suite import Suite
-from .estimate import Estimate
-from .taylor import Taylor, Term, UncertainRotation
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.estimation.estimate import Estimate
+from mgeo_attitude.estimation.taylor import Taylor, Term, UncertainRotation
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filter.model import FilterModel
-from ..flight import Flight
-from ..scenario import KeepOut
-from .estimate import Estimate
-from .estimator import Estimator
-from .filter import ErrorStateFilter
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.flight import Flight
+from mgeo_attitude.scenario import KeepOut
+from mgeo_attitude.estimation.estimate import Estimate
+from mgeo_attitude.estimation.estimator import Estimator
+from mgeo_attitude.estimation.filter import ErrorStateFilter
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -10,16 +10,16 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..environment import Environment
-from ..filter.model import FilterModel
-from ..filter.reference import reference_run
-from ..flight import Motion, draw, fly_runs, other_truth
-from ..flight.readings import n_vectors
-from ..scenario import Scenario
-from .estimator import Estimator
-from .monte_carlo import MonteCarlo
-from .run import Record, Watch, record
-from .validity import OutsideValidity, validity
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.reference import reference_run
+from mgeo_attitude.flight import Motion, draw, fly_runs, other_truth
+from mgeo_attitude.flight.readings import n_vectors
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.estimation.estimator import Estimator
+from mgeo_attitude.estimation.monte_carlo import MonteCarlo
+from mgeo_attitude.estimation.run import Record, Watch, record
+from mgeo_attitude.estimation.validity import OutsideValidity, validity
 
 #: Runs that are computed side by side: their covariances fit into a processor's cache.
 RUNS = 200

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..rotation import CYCLES, multiply
+from mgeo_attitude.rotation import CYCLES, multiply
 
 Floats = NDArray[np.float64]
 

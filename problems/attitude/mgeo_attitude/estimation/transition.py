@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filter.discretization import discretize
-from ..filter.suite import Suite
+from mgeo_attitude.filter.discretization import discretize
+from mgeo_attitude.filter.suite import Suite
 
 Floats = NDArray[np.float64]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..scenario import Scenario
+from mgeo_attitude.scenario import Scenario
 
 
 class OutsideValidity(UserWarning):

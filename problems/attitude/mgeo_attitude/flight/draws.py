@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filter.discretization import discretize
-from ..filter.model import FilterModel
+from mgeo_attitude.filter.discretization import discretize
+from mgeo_attitude.filter.model import FilterModel
 
 Floats = NDArray[np.float64]
 

@@ -9,11 +9,11 @@ from types import SimpleNamespace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..filter.model import FilterModel
-from ..rotation import matrix, multiply
-from .draws import Draws, at_rest
-from .motion import Motion
-from .readings import Readings, stacked
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.rotation import matrix, multiply
+from mgeo_attitude.flight.draws import Draws, at_rest
+from mgeo_attitude.flight.motion import Motion
+from mgeo_attitude.flight.readings import Readings, stacked
 
 Floats = NDArray[np.float64]
 

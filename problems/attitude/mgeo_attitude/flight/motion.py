@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..filter.model import FilterModel
-from ..filter.reference import attitudes
-from ..filter.timeline import flown
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.reference import attitudes
+from mgeo_attitude.filter.timeline import flown
 
 Floats = NDArray[np.float64]
 

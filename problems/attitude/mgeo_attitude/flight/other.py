@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from ..environment import Environment
-from ..fields import declared, require_same
-from ..filter.model import FilterModel
-from ..filter.suite import Suite
-from ..scenario import Scenario
-from .readings import n_vectors
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.fields import declared, require_same
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.flight.readings import n_vectors
 
 #: Keys of a scenario in which a truth may differ.
 FREE = ("epoch", "eclipse", "orbit", "gyro", "sensors", "initial")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..sensors import Sensor
+from mgeo_attitude.sensors import Sensor
 
 Floats = NDArray[np.float64]
 

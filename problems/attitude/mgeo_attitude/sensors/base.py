@@ -10,10 +10,10 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fields import Validated, quantity
-from ..rotation import rotate
-from ..units import Unit
-from ..vector import Vec3, cross
+from mgeo_attitude.fields import Validated, quantity
+from mgeo_attitude.rotation import rotate
+from mgeo_attitude.units import Unit
+from mgeo_attitude.vector import Vec3, cross
 
 
 class Surroundings(Protocol):

@@ -10,10 +10,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fields import Validated, positive, quantity
-from ..rotation import rotate, unrotate
-from ..units import DEG, DEG_H, Unit
-from ..vector import Vec3, cross, scale
+from mgeo_attitude.fields import Validated, positive, quantity
+from mgeo_attitude.rotation import rotate, unrotate
+from mgeo_attitude.units import DEG, DEG_H, Unit
+from mgeo_attitude.vector import Vec3, cross, scale
 
 Floats = NDArray[np.float64]
 

@@ -10,9 +10,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fields import positive, quantity
-from ..units import DEG, Unit
-from .base import Surroundings, VectorSensor
+from mgeo_attitude.fields import positive, quantity
+from mgeo_attitude.units import DEG, Unit
+from mgeo_attitude.sensors.base import Surroundings, VectorSensor
 
 #: Unit of the field inside the filter [nT], so that every state is of order one or less.
 FIELD_UNIT_NT = 50_000.0

@@ -10,11 +10,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fields import positive, quantity
-from ..rotation import cross, dot, rotate, unrotate
-from ..units import DEG, Unit
-from ..vector import Vec3
-from .base import Sensor
+from mgeo_attitude.fields import positive, quantity
+from mgeo_attitude.rotation import cross, dot, rotate, unrotate
+from mgeo_attitude.units import DEG, Unit
+from mgeo_attitude.vector import Vec3
+from mgeo_attitude.sensors.base import Sensor
 
 _ARCSEC_PER_DEG = 3600.0
 

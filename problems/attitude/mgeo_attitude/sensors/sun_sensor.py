@@ -10,10 +10,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fields import InvalidValue, positive, quantity
-from ..units import DEG, Unit
-from ..vector import unit
-from .base import Surroundings, VectorSensor
+from mgeo_attitude.fields import InvalidValue, positive, quantity
+from mgeo_attitude.units import DEG, Unit
+from mgeo_attitude.vector import unit
+from mgeo_attitude.sensors.base import Surroundings, VectorSensor
 
 
 @dataclass(frozen=True)
