@@ -12,7 +12,7 @@ PACKAGE = Path(mgeo_attitude.__file__).parent
 #: What each may import, also for type checks only and within functions.
 BELOW = {
     "fields": set(),
-    "sensors": {"fields"},
+    "sensors": {"fields", "environment"},
     "environment": {"fields"},
     "scenario": {"fields", "sensors", "environment"},
 }

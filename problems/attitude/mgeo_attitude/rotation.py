@@ -21,15 +21,16 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-#: The even permutations of three axes.
-CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
-
-_NEXT, _AFTER_NEXT = np.array([1, 2, 0]), np.array([2, 0, 1])
+#: Levi-Civita's symbol: (a × b)_i = Σ ε[i, j, k] a_j b_k.
+EPSILON = np.zeros((3, 3, 3))
+EPSILON[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
+EPSILON[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1.0
 
 
 def cross(a: Any, b: Any) -> Any:
     """Cross product a × b."""
-    return a[..., _NEXT] * b[..., _AFTER_NEXT] - a[..., _AFTER_NEXT] * b[..., _NEXT]
+    following, last = [1, 2, 0], [2, 0, 1]
+    return a[..., following] * b[..., last] - a[..., last] * b[..., following]
 
 
 def dot(a: Any, b: Any) -> Any:
@@ -39,9 +40,9 @@ def dot(a: Any, b: Any) -> Any:
 
 
 def rotate(g: Any, v: Any) -> Any:
-    """R(g) v; g may be anything that knows how to `rotate` a vector."""
-    if not isinstance(g, np.ndarray):
-        return g.rotate(v)
+    """R(g) v; g may also be a function that rotates."""
+    if callable(g):
+        return g(v)
     once = cross(g, v)
     return v + (once + 0.5 * cross(g, once)) / (1.0 + 0.25 * dot(g, g))
 
@@ -53,17 +54,15 @@ def unrotate(g: Floats, v: Floats) -> Floats:
 
 
 def multiply(A: Floats, B: Floats) -> Floats:
-    """A B for matrices of arrays, shapes (i, k, r) and (k, j, r)."""
-    product: Floats = np.einsum("ikr,kjr->ijr", A, B)
+    """A B for matrices of arrays, shapes (i, k, ...) and (k, j, ...)."""
+    product: Floats = np.einsum("ik...,kj...->ij...", A, B)
     return product
 
 
 def skew(v: Floats) -> Floats:
     """[v×] of v, shape (3, ...)."""
-    matrices = np.zeros((3, *v.shape))
-    for i, j, k in CYCLES:
-        matrices[k, j], matrices[j, k] = v[i], -v[i]
-    return matrices
+    product: Floats = np.einsum("ikj,k...->ij...", EPSILON, v)
+    return product
 
 
 def matrix(g: Floats) -> Floats:
@@ -78,17 +77,12 @@ def matrix(g: Floats) -> Floats:
 
 def vector(R: Floats) -> Floats:
     """The g of R(g) = R."""
-    g: Floats = np.array([R[k, j] - R[j, k] for _, j, k in CYCLES])
+    g: Floats = np.einsum("ijk,kj...->i...", EPSILON, R)
     g *= 2.0 / (1.0 + R[0, 0] + R[1, 1] + R[2, 2])
     return g
 
 
 def exponential(phi: Floats) -> Floats:
-    """exp([φ×]), the rotation by |φ| about φ, shape (3, ...), by Rodrigues' formula."""
-    square = (phi * phi).sum(axis=0)
-    turns = np.sqrt(square) / np.pi
-    c = 0.5 * np.sinc(0.5 * turns) ** 2
-    turned: Floats = np.sinc(turns) * skew(phi) + c * phi[:, None] * phi
-    for i in range(3):
-        turned[i, i] += 1.0 - c * square
-    return turned
+    """exp([φ×]), the rotation by |φ| about φ, shape (3, ...)."""
+    half = 0.5 * np.sqrt((phi * phi).sum(axis=0))
+    return matrix(phi * np.sinc(half / np.pi) / np.cos(half))

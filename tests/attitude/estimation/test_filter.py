@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Estimator, FilterModel, Scenario
+from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.filter import ErrorStateFilter, whiten
 from mgeo_attitude.flight import Motion, draw
 from mgeo_attitude.rotation import matrix
@@ -49,12 +50,9 @@ def test_runs_side_by_side_are_those_one_by_one(flown, estimator):
     assert 0 < seen.sum() < seen.size
     assert (seen.any(axis=1) & ~seen.all(axis=1)).any()
     filter_ = ErrorStateFilter(model.suite, estimator)
-    found = [
-        after
-        for _, after, _ in filter_.estimates(
-            model.initial_sigma, flight.readings, flight.motion.rates, model.references
-        )
-    ]
+    start = Estimate.at_start(model.suite, model.initial_sigma, RUNS)
+    run = filter_.run(start, flight.readings, flight.motion.rates, model.references)
+    found = [after for _, after, _ in run]
     sigma = model.initial_sigma
     for run in range(RUNS):
         expected = naive.estimates(model, flight.readings, run, flight.motion.rates, estimator)
@@ -68,13 +66,12 @@ def test_runs_side_by_side_are_those_one_by_one(flown, estimator):
 def test_an_estimate_without_its_error_is_the_truth(flown):
     model, flight = flown
     filter_ = ErrorStateFilter(model.suite, Estimator())
-    *_, (_, after, _) = filter_.estimates(
-        model.initial_sigma, flight.readings, flight.motion.rates, model.references
-    )
+    start = Estimate.at_start(model.suite, model.initial_sigma, RUNS)
+    *_, (_, after, _) = filter_.run(start, flight.readings, flight.motion.rates, model.references)
     rng = np.random.default_rng(0)
     attitude, states = matrix(rng.standard_normal((3, RUNS))), rng.standard_normal((18, RUNS))
     states[:3] = 0.0
-    true = after.without(after.error(attitude, states), after.covariance)
+    true = after.corrected(after.error(attitude, states), after.covariance)
     np.testing.assert_allclose(true.error(attitude, states), 0.0, atol=1e-13)
 
 

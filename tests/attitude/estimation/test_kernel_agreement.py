@@ -26,7 +26,7 @@ def model():
 def test_variances_of_a_run_without_errors_are_the_kernels(model, estimator):
     record = estimated(model, PLAN, np.arange(301), none(model, 300), estimator)
     kernel = evaluate(model, PLAN, history=True).variances[0]
-    np.testing.assert_allclose(record.variances[0], kernel, rtol=1e-9)
+    np.testing.assert_allclose(record.sigma[0] ** 2, kernel, rtol=1e-9)
     np.testing.assert_allclose(record.errors, 0.0, atol=1e-12)
 
 
@@ -34,8 +34,8 @@ def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model
     ramped = dataclasses.replace(model, agility=Agility(np.radians(1.7), np.inf, np.eye(3)))
     record = estimated(ramped, PLAN, np.arange(301), none(ramped, 300), Estimator.plain())
     kernel = evaluate(ramped, PLAN, history=True).variances[0]
-    np.testing.assert_allclose(record.variances[0], kernel, rtol=1e-9)
-    assert not np.allclose(record.variances[0], evaluate(model, PLAN, history=True).variances[0])
+    np.testing.assert_allclose(record.sigma[0] ** 2, kernel, rtol=1e-9)
+    assert not np.allclose(record.sigma[0] ** 2, evaluate(model, PLAN, history=True).variances[0])
 
 
 def test_tiny_errors_are_the_linear_filters(model):
@@ -49,7 +49,7 @@ def test_tiny_errors_are_the_linear_filters(model):
     )
     small = estimated(model, PLAN, np.arange(301), tiny, Estimator.plain())
     kernel = evaluate(model, PLAN, history=True).variances[0]
-    np.testing.assert_allclose(small.variances[0], kernel, rtol=1e-6)
+    np.testing.assert_allclose(small.sigma[0] ** 2, kernel, rtol=1e-6)
     # all that is left of the remedies at this size is the rule of adding rotations
     best = estimated(model, PLAN, np.arange(301), tiny, Estimator(second_order=False, iterations=3))
     np.testing.assert_allclose(best.errors, small.errors, rtol=0, atol=1e-11)

@@ -254,7 +254,7 @@ class Scaled(Sensor):
     def noise(self):
         return (0.03, 0.03, 0.05)
 
-    def reference(self, environment):
+    def inertial_vector(self, environment):
         return environment.sun
 
 

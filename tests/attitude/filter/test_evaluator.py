@@ -61,11 +61,11 @@ class EarthSensor(Sensor):
     def noise(self):
         return (0.005, 0.005, 0.02)
 
-    def reference(self, environment):
+    def inertial_vector(self, environment):
         return -environment.position / np.linalg.norm(environment.position, axis=1)[:, None]
 
     def available(self, environment):
-        return np.einsum("ij,ij->i", self.reference(environment), environment.sun) < 0.0
+        return np.einsum("ij,ij->i", self.inertial_vector(environment), environment.sun) < 0.0
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@
 
 import numpy as np
 from mgeo_attitude import Estimator
-from mgeo_attitude.estimation.run import record
+from mgeo_attitude.estimation.record import record
 from mgeo_attitude.flight import Draws, Motion, fly_runs
 
 
@@ -21,7 +21,7 @@ def fly(model, design, draws):
     return fly_runs(model, Motion.of(model, design, len(draws.gyro_noise)), draws)
 
 
-def estimated(model, design, samples, draws, estimator=None, truth=None, watch=None):
+def estimated(model, design, samples, draws, estimator=None, truth=None, cones=(), sun=()):
     """What is recorded of the runs at some samples."""
     flight = fly(truth or model, design, draws)
-    return record(model, flight, estimator or Estimator(), samples, watch)
+    return record(model, flight, estimator or Estimator(), samples, cones, sun)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.rotation import matrix, multiply, skew, vector
 
 Floats = NDArray[np.float64]
@@ -37,12 +38,25 @@ class Estimate:
     covariance: Floats
 
     @classmethod
-    def at_start(cls, places: Ints, sigma: Floats, n_runs: int) -> Estimate:
-        """Body axes along those of GCRS, no sensor error, and their 1-sigma, shape (n_states,)."""
-        none, P = np.zeros((len(sigma), n_runs)), np.diag(sigma**2)
-        return cls(places, matrix(none[places]), none, np.repeat(P[..., None], n_runs, axis=-1))
+    def at_start(
+        cls, suite: Suite, sigma: Floats, n_runs: int = 1, attitude: Floats | None = None
+    ) -> Estimate:
+        """No sensor error and an attitude, with the 1-sigma of every state.
 
-    def without(self, e: Floats, covariance: Floats) -> Estimate:
+        Parameters
+        ----------
+        sigma : array, shape (n_states,)
+        attitude : array, shape (3, 3), optional
+            GCRS to body; default: body axes along those of GCRS.
+        """
+        places = np.arange(3)[:, None] + np.array(suite.rotations)
+        states, P = np.zeros((len(sigma), n_runs)), np.diag(sigma**2)
+        rotations = matrix(states[places])
+        if attitude is not None:
+            rotations[:, :, 0] = attitude.T[..., None]
+        return cls(places, rotations, states, np.repeat(P[..., None], n_runs, axis=-1))
+
+    def corrected(self, e: Floats, covariance: Floats) -> Estimate:
         """With errors e, shape (n_states, r), taken out, and the covariance of what remains."""
         states = self.states + e
         states[self.places] = 0.0
@@ -50,7 +64,7 @@ class Estimate:
         return Estimate(self.places, rotations, states, covariance)
 
     def error(self, attitude: Floats, states: Floats) -> Floats:
-        """What `without` would have to take out to come to the truth, shape (n_states, r).
+        """What `corrected` would have to take out to come to the truth, shape (n_states, r).
 
         Parameters
         ----------

@@ -7,24 +7,87 @@ nothing but its own numbers.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.flight.readings import Readings, as_reported
-from mgeo_attitude.rotation import exponential, multiply, vector
 from mgeo_attitude.estimation.estimate import Estimate, reset
-from mgeo_attitude.estimation.estimator import Estimator
-from mgeo_attitude.estimation.innovation import expand, second_moments
-from mgeo_attitude.estimation.transition import Transition
+from mgeo_attitude.estimation.innovation import innovation, jacobian, second_moments
+from mgeo_attitude.fields import Validated, quantity
+from mgeo_attitude.filter.discretization import discretize
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.rotation import exponential, multiply, vector
+from mgeo_attitude.sensors.readings import Readings, as_reported
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimator(Validated):
+    """How the filter treats what equation (2) leaves out: terms of second order.
+
+    The default is what `docs/consistency.md` finds to pay; the other settings are there to be
+    compared with it.
+    """
+
+    jacobians: str = quantity(
+        "estimate",
+        choices=("estimate", "aligned"),
+        doc="derivatives of a measurement at the estimated or at no misalignment",
+    )
+    second_order: bool = quantity(
+        True, doc="mean and covariance of the measurement's second-order terms (Jazwinski)"
+    )
+    reset: bool = quantity(
+        True, doc="turn the covariance with the estimate when a rotation is fed back (Markley)"
+    )
+    iterations: int = quantity(
+        1, low=1, doc="evaluations of a measurement per update, each at the estimate before"
+    )
+
+    @staticmethod
+    def plain() -> Estimator:
+        """The textbook's filter, with the H of equation (2)."""
+        return Estimator(jacobians="aligned", second_order=False, reset=False)
+
+
+@dataclass(frozen=True)
+class Transition:
+    """A step of the n_dynamic states of attitude and gyro; the last axis is for runs.
+
+    Attributes
+    ----------
+    duration : float
+        [s]
+    F : array, shape (3, n_dynamic - 3, 1)
+        What the gyro's errors add to that of the attitude, equation (7).
+    Q : array, shape (n_dynamic, n_dynamic, 1)
+        Process noise.
+    decay : array, shape (n_dynamic - 3, 1)
+        What a gyro state of one becomes, and its error.
+    mean_bias : array, shape (3, 1)
+        Mean over the step of a bias that is one at first.
+    """
+
+    duration: float
+    F: Floats
+    Q: Floats
+    decay: Floats
+    mean_bias: Floats
+
+    @classmethod
+    def of(cls, suite: Suite, rate: Sequence[float], duration: float) -> Transition:
+        """At a body rate [rad/s]."""
+        density = suite.diffusion()
+        F, Q = discretize(suite.dynamics_matrix(np.array(rate)), density, duration)
+        rest, _ = discretize(suite.dynamics_matrix(np.zeros(3)), density, duration)
+        mean_bias = -np.diag(rest[:3, 3:6]) / duration
+        F, Q = F[:3, 3:, None], Q[..., None]
+        return cls(duration, F, Q, np.diag(rest)[3:, None], mean_bias[:, None])
 
 
 @dataclass(frozen=True)
@@ -34,30 +97,20 @@ class ErrorStateFilter:
     suite: Suite
     estimator: Estimator
 
-    @cached_property
-    def places(self) -> Ints:
-        """States that are rotations, shape (3, k)."""
-        places: Ints = np.arange(3)[:, None] + np.array(self.suite.rotations)
-        return places
-
-    @cached_property
-    def noise(self) -> list[Floats]:
-        """Covariance of each sensor's noise, shape (3, 3, 1)."""
-        return [np.diag(np.square(s.noise()))[..., None] for s in self.suite.sensors]
-
-    def estimates(
-        self, sigma: Floats, readings: Readings, rates: Floats, references: Floats
+    def run(
+        self, start: Estimate, readings: Readings, rates: Floats, vectors: Floats
     ) -> Iterator[tuple[Estimate, Estimate, Floats]]:
-        """Estimates at every sample.
+        """Estimate at every sample.
 
         Parameters
         ----------
-        sigma : array, shape (n_states,)
-            1-sigma of the errors of `Estimate.at_start`.
+        start : Estimate
+            Before the measurements of the first sample.
+        readings : Readings
         rates : array, shape (n, 3)
             Body rate in each step [rad/s] at which the covariance is propagated.
-        references : array, shape (n + 1, n_sensors, 3)
-            What the sensors look at, GCRS.
+        vectors : array, shape (n + 1, n_sensors, 3)
+            What the sensors look at, GCRS; see `Sensor.inertial_vector`.
 
         Yields
         ------
@@ -66,8 +119,8 @@ class ErrorStateFilter:
         """
         transition = cache(lambda rate, duration: Transition.of(self.suite, rate, duration))
         reports = [np.isfinite(sensor[:, :, 0, 0]) for sensor in readings.sensors]
-        estimate = Estimate.at_start(self.places, sigma, readings.gyro.shape[1])
-        for k in range(len(references)):
+        estimate = start
+        for k in range(len(vectors)):
             if k:
                 step = transition(tuple(rates[k - 1].tolist()), float(readings.durations[k - 1]))
                 estimate = self.predict(estimate, readings.gyro[k - 1], step)
@@ -76,7 +129,7 @@ class ErrorStateFilter:
             for index, sensor in enumerate(readings.sensors):
                 if reports[index][k].any():
                     estimate, nis[index] = self.update(
-                        estimate, index, sensor[k], references[k, index]
+                        estimate, index, sensor[k], vectors[k, index]
                     )
             yield before, estimate, nis
 
@@ -105,21 +158,21 @@ class ErrorStateFilter:
         P[:3], P[:, :3] = rows, rows.swapaxes(0, 1)
         P[:3, :3] = 0.5 * (attitude + attitude.swapaxes(0, 1))
         P[:d, :d] += step.Q
-        return Estimate(self.places, rotations, states, P)
+        return Estimate(estimate.places, rotations, states, P)
 
     def update(
-        self, estimate: Estimate, sensor: int, readings: Floats, reference: Floats
+        self, estimate: Estimate, index: int, readings: Floats, inertial: Floats
     ) -> tuple[Estimate, Floats]:
         """By the readings of a sensor, equation (4).
 
         Parameters
         ----------
-        sensor : int
-            Its number in the suite.
+        index : int
+            Number of the sensor in the suite.
         readings : array, shape (r, k, 3)
             NaN in runs in which it reports nothing; nothing changes there.
-        reference : array, shape (3,)
-            What it looks at, GCRS; see `Sensor.reference`.
+        inertial : array, shape (3,)
+            What it looks at, GCRS.
 
         Returns
         -------
@@ -127,19 +180,20 @@ class ErrorStateFilter:
         """
         options, P, seen = self.estimator, estimate.covariance, ~np.isnan(readings[:, 0, 0])
         y = as_reported(np.where(seen[:, None, None], readings, 0.0))
-        now, e, nis = estimate, np.zeros(0), np.zeros(0)
+        noise = np.diag(np.square(self.suite.sensors[index].noise()))[..., None]
+        at, e, nis = estimate, np.zeros_like(estimate.states), np.zeros(0)
         for iteration in range(options.iterations):
             if iteration:
-                now = estimate.without(e, P)
-            z, H, states, curvature = expand(
-                self.suite, sensor, y, reference, now, options.jacobians == "aligned"
-            )
+                at = estimate.corrected(e, P)
+            r = slopes = innovation(self.suite, index, y, inertial, at)
+            if options.jacobians == "aligned":
+                slopes = innovation(self.suite, index, y, inertial, at, aligned=True)
+            states, H = jacobian(slopes)
             HP = multiply(H, P[states])
-            S = multiply(HP[:, states], H.swapaxes(0, 1)) + self.noise[sensor]
-            if iteration:
-                z = z + (H * e[states]).sum(axis=1)
+            z = r.value + (H * e[states]).sum(axis=1)
+            S = multiply(HP[:, states], H.swapaxes(0, 1)) + noise
             if options.second_order:
-                mean, covariance = second_moments(curvature, P)
+                mean, covariance = second_moments(slopes, P)
                 z, S = z + mean, S + covariance
             G, w = whiten(S, HP, z)
             G *= seen
@@ -149,8 +203,8 @@ class ErrorStateFilter:
         columns = G.swapaxes(0, 1).copy()
         P = P - multiply(columns, G)
         if options.reset:
-            reset(P, e, self.places)
-        return estimate.without(e, P), nis
+            reset(P, e, estimate.places)
+        return estimate.corrected(e, P), nis
 
 
 def whiten(S: Floats, HP: Floats, z: Floats) -> tuple[Floats, Floats]:

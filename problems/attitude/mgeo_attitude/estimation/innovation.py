@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
@@ -9,18 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.estimation.estimate import Estimate
-from mgeo_attitude.estimation.taylor import Taylor, Term, UncertainRotation
+from mgeo_attitude.estimation.taylor import Taylor, uncertain, uncertain_rotation
+from mgeo_attitude.filter.suite import Suite
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-def expand(
-    suite: Suite, index: int, y: Any, reference: Floats, estimate: Estimate, aligned: bool
-) -> tuple[Floats, Floats, Ints, dict[Term, Floats]]:
-    """Innovation r, H = -∂r/∂e and the terms of second order in the errors e of an estimate.
+def innovation(
+    suite: Suite, index: int, y: Any, vector: Floats, estimate: Estimate, aligned: bool = False
+) -> Taylor:
+    """Innovation as a polynomial in the errors of an estimate, by numbers of their blocks.
 
     Parameters
     ----------
@@ -28,63 +29,44 @@ def expand(
         Number of the sensor in the suite.
     y : array, shape (r, 3), or a tuple of them
         What it reports.
-    reference : array, shape (3,)
-        GCRS.
+    vector : array, shape (3,)
+        What it looks at, GCRS; see `Sensor.inertial_vector`.
     aligned : bool
-        Whether to take the derivatives where every rotation but the attitude is none.
-
-    Returns
-    -------
-    r : array, shape (3, r)
-    H : array, shape (3, m, r)
-        For the m states that matter.
-    states : array, shape (m,)
-        Which ones.
-    terms of second order, see `Taylor.terms`; their numbers are those of the 3-vectors
+        Whether the estimate of every rotation but the attitude is taken to be none.
     """
-    r = found = _innovation(suite, index, y, reference, estimate, False)
-    if aligned:
-        found = _innovation(suite, index, y, reference, estimate, True)
-    value, terms = r.value, found.terms
-    first = [term[0] for term in terms if len(term) == 1]
-    H = np.empty((3, 3 * len(first), value.shape[-1]))
-    for k, number in enumerate(first):
-        np.negative(terms[(number,)], out=H[:, 3 * k : 3 * k + 3])
-    return (
-        value,
-        H,
-        states_of(tuple(first)),
-        {term: terms[term] for term in terms if len(term) == 2},
-    )
-
-
-def _innovation(
-    suite: Suite, index: int, y: Any, reference: Floats, estimate: Estimate, aligned: bool
-) -> Taylor:
-    sensor, attitude = suite.sensors[index], UncertainRotation(None, 0, -1.0)
+    sensor, turn = suite.sensors[index], uncertain_rotation(None, 0, -1.0)
 
     def to_body(vector: Floats) -> Taylor:
-        return attitude.rotate(np.einsum("i,ijr->rj", vector, estimate.rotations[:, :, 0]))
+        return turn(np.einsum("i,ijr->rj", vector, estimate.rotations[:, :, 0]))
 
-    own: dict[str, UncertainRotation | Taylor] = {}
+    own: dict[str, Callable[[Any], Taylor] | Taylor] = {}
     for state, first in suite.places(sensor).items():
         if state in sensor.rotations:
             known = estimate.rotations[:, :, suite.rotations.index(first)]
-            own[state] = UncertainRotation(None if aligned else known, first // 3)
+            own[state] = uncertain_rotation(None if aligned else known, first // 3)
         else:
-            own[state] = Taylor.variable(estimate.states[first : first + 3].T, first // 3)
-    predicted = sensor.measured(SimpleNamespace(to_body=to_body, **own), to_body(reference))
-    innovation: Taylor = sensor.innovation(y, predicted)
-    return innovation
+            own[state] = uncertain(estimate.states[first : first + 3].T, first // 3)
+    predicted = sensor.measured(SimpleNamespace(to_body=to_body, **own), to_body(vector))
+    found: Taylor = sensor.innovation(y, predicted)
+    return found
 
 
-def second_moments(terms: dict[Term, Floats], P: Floats) -> tuple[Floats, Floats]:
-    """Mean, shape (3, r), and covariance, shape (3, 3, r), of terms of second order.
+def jacobian(r: Taylor) -> tuple[Ints, Floats]:
+    """The m states that matter, shape (m,), and H = -∂r/∂e of these, shape (3, m, runs)."""
+    numbers = tuple(term[0] for term in r.terms if len(term) == 1)
+    runs = r.value.shape[-1]
+    parts = [np.broadcast_to(-r.terms[(number,)], (3, 3, runs)) for number in numbers]
+    return _states(numbers), np.concatenate(parts, axis=1)
+
+
+def second_moments(r: Taylor, P: Floats) -> tuple[Floats, Floats]:
+    """Mean, shape (3, runs), and covariance, shape (3, 3, runs), of the terms of second order.
 
     For e ~ N(0, P) the term ½ eᵀ B e has the mean ½ tr(B P) and covariance ½ tr(B P B' P).
     """
-    numbers = sorted({number for term in terms for number in term})
-    states = states_of(tuple(numbers))
+    terms = {term: part for term, part in r.terms.items() if len(term) == 2}
+    numbers = tuple(sorted({number for term in terms for number in term}))
+    states = _states(numbers)
     n = len(states)
     half = np.zeros((3, n, n, P.shape[-1]))
     for (i, j), part in terms.items():
@@ -97,6 +79,6 @@ def second_moments(terms: dict[Term, Floats], P: Floats) -> tuple[Floats, Floats
 
 
 @cache
-def states_of(numbers: tuple[int, ...]) -> Ints:
-    """The states of 3-vectors, one after the other."""
+def _states(numbers: tuple[int, ...]) -> Ints:
+    """The states of blocks, one after the other."""
     return np.add.outer(3 * np.array(numbers, dtype=np.int64), np.arange(3)).ravel()

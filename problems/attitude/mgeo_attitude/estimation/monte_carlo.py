@@ -13,8 +13,20 @@ Floats = NDArray[np.float64]
 _AXES = ("x", "y", "z")
 
 
-@dataclass(frozen=True, eq=False)
-class MonteCarlo:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Record:
+    """What is recorded of n runs at m samples; see `MonteCarlo`."""
+
+    errors: Floats
+    sigma: Floats
+    nees: Floats
+    nis: Floats
+    updates: NDArray[np.int64]
+    inside: Floats
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MonteCarlo(Record):
     """n runs of one plan at m samples, the whole scenario long.
 
     Errors are truth less estimate in the filter's units (rad, rad/s, dimensionless; the field in
@@ -55,13 +67,7 @@ class MonteCarlo:
     t_end: float
     times: Floats
     predicted: Floats
-    errors: Floats
-    sigma: Floats
-    nees: Floats
-    nis: Floats
-    updates: NDArray[np.int64]
     cones: tuple[str, ...]
-    inside: Floats
 
     @property
     def n_runs(self) -> int:

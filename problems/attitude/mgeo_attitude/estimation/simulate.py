@@ -5,24 +5,26 @@ from __future__ import annotations
 import dataclasses
 import warnings
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mgeo_attitude.environment import Environment
+from mgeo_attitude.estimation.filter import Estimator
+from mgeo_attitude.estimation.monte_carlo import MonteCarlo, Record
+from mgeo_attitude.estimation.record import record
+from mgeo_attitude.estimation.validity import OutsideValidity, validity
+from mgeo_attitude.filter.evaluator import available_threads
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.flight import Motion, draw, fly_runs, other_truth
-from mgeo_attitude.flight.readings import n_vectors
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.estimation.estimator import Estimator
-from mgeo_attitude.estimation.monte_carlo import MonteCarlo
-from mgeo_attitude.estimation.run import Record, Watch, record
-from mgeo_attitude.estimation.validity import OutsideValidity, validity
+from mgeo_attitude.sensors.readings import n_vectors
 
 #: Runs that are computed side by side: their covariances fit into a processor's cache.
-RUNS = 200
+RUNS = 100
 
 #: Samples of a simulation that are kept, about.
 N_RECORDS = 600
@@ -101,24 +103,25 @@ def simulate(
     # with a window longer than the scenario the filter runs to its end
     endless = dataclasses.replace(model, window_steps=model.n_steps + 1)
     predicted = reference_run(endless, plan).sigma
-    samples, watched = _samples(model, t_end), round(t_end / model.step) + 1
-    watch = Watch(scenario.keep_outs, real.sun[:watched]) if scenario.keep_outs else None
+    samples, sun = _samples(model, t_end), real.sun[: round(t_end / model.step) + 1]
     motion = Motion.of(model, plan, model.n_steps)
 
     def some(generators: Sequence[np.random.Generator]) -> Record:
         flight = fly_runs(real, motion, draw(real, model.n_steps, generators))
-        return record(model, flight, estimator or Estimator(), samples, watch)
+        return record(model, flight, estimator or Estimator(), samples, scenario.keep_outs, sun)
 
     generators = np.random.default_rng(seed).spawn(n_runs)
     if n_runs == 1:
         generators *= 2  # NumPy adds in another order where there is one run only
     n_parts = -(-n_runs // RUNS)
     ends = [len(generators) * part // n_parts for part in range(n_parts + 1)]
-    found = [some(generators[first:last]) for first, last in pairwise(ends)]
-
-    def runs(name: str) -> np.ndarray:
-        return np.concatenate([getattr(one, name) for one in found])[:n_runs]
-
+    parts = [generators[first:last] for first, last in pairwise(ends)]
+    with ThreadPoolExecutor(min(threads or available_threads(), n_parts)) as pool:
+        found = list(pool.map(some, parts))
+    runs = {
+        field.name: np.concatenate([getattr(part, field.name) for part in found])[:n_runs]
+        for field in dataclasses.fields(Record)
+    }
     return MonteCarlo(
         blocks=model.suite.blocks,
         sensors=tuple(sensor.name for sensor in model.suite.sensors),
@@ -126,13 +129,8 @@ def simulate(
         t_end=t_end,
         times=model.times[samples],
         predicted=predicted[samples],
-        errors=runs("errors"),
-        sigma=np.sqrt(runs("variances")),
-        nees=runs("nees"),
-        nis=runs("nis"),
-        updates=runs("updates"),
         cones=tuple(cone.name for cone in scenario.keep_outs),
-        inside=runs("inside") / watched,
+        **runs,
     )
 
 

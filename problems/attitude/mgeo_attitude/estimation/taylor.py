@@ -13,14 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo_attitude.rotation import CYCLES, multiply
+from mgeo_attitude.rotation import EPSILON, multiply
 
 Floats = NDArray[np.float64]
 
 #: The errors are 3-vectors with numbers. A term (i, j) stands for Σ T[p, q] e_i[p] e_j[q].
 Term = tuple[int, ...]
-
-_IDENTITY = np.eye(3)[:, :, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +44,6 @@ class Taylor:
             return value
         return Taylor({(): np.atleast_2d(value).T[:, None]})
 
-    @staticmethod
-    def variable(value: Floats, number: int) -> Taylor:
-        """A vector, shape (r, 3), whose error is the 3-vector of a number."""
-        return Taylor({**Taylor.of(value).terms, (number,): _IDENTITY})
-
     @property
     def value(self) -> Floats:
         """Its value without errors, shape (d, r)."""
@@ -73,13 +66,11 @@ class Taylor:
             total[term] = total[term] + part if term in total else part
         return Taylor(total)
 
-    __radd__ = __add__
-
     def __sub__(self, other: Any) -> Taylor:
         return self + -Taylor.of(other)
 
     def __rsub__(self, other: Any) -> Taylor:
-        return -self + Taylor.of(other)
+        return Taylor.of(other) - self
 
     def __mul__(self, other: Any) -> Taylor:
         total = Taylor({})
@@ -90,8 +81,6 @@ class Taylor:
                     total += Taylor({a + b: outer.reshape(len(outer), -1, outer.shape[-1])})
         return total
 
-    __rmul__ = __mul__
-
     def __truediv__(self, other: Any) -> Taylor:
         other = Taylor.of(other)
         reciprocal = 1.0 / other.terms[()]
@@ -101,31 +90,36 @@ class Taylor:
     def __rtruediv__(self, other: Any) -> Taylor:
         return Taylor.of(other) / self
 
+    __radd__, __rmul__ = __add__, __mul__
 
-@dataclass(frozen=True, eq=False)
-class UncertainRotation:
-    """R R(±e) for a known matrix, shape (3, 3, r) or None for I, and the error of a number."""
 
-    known: Floats | None
-    number: int
-    sign: float = 1.0
+def uncertain(vector: Floats, number: int) -> Taylor:
+    """A vector, shape (r, 3), whose error is the 3-vector of a number."""
+    return Taylor({**Taylor.of(vector).terms, (number,): np.eye(3)[:, :, None]})
 
-    def rotate(self, v: Any) -> Taylor:
-        """R (v + g × v + ½ g × (g × v)) for g = ±e: what is left out is of third order."""
-        known, vector = self.known, Taylor.of(v)
-        once = self._cross(vector.terms, self.sign)
-        twice = self._cross({(self.number,): once[(self.number,)]}, 0.5 * self.sign)
-        turned = vector + Taylor(once) + Taylor(twice)
-        return turned if known is None else turned.map(lambda part: multiply(known, part))
 
-    def _cross(self, terms: Mapping[Term, Floats], factor: float) -> dict[Term, Floats]:
+def uncertain_rotation(
+    known: Floats | None, number: int, sign: float = 1.0
+) -> Callable[[Any], Taylor]:
+    """R R(±e) for a known matrix, shape (3, 3, r) or None for I, and the error of a number.
+
+    R (v + g × v + ½ g × (g × v)) for g = ±e: what is left out is of third order.
+    """
+
+    def cross_error(terms: Mapping[Term, Floats], factor: float) -> dict[Term, Floats]:
         """factor e × v for the terms of v, to second order."""
         product = {}
         for term, part in terms.items():
             if len(term) < 2:
-                scaled = factor * part
-                columns = np.zeros((3, *part.shape))
-                for i, j, k in CYCLES:
-                    columns[i, j], columns[j, i] = scaled[k], -scaled[k]
-                product[self.number, *term] = columns.reshape(3, -1, part.shape[-1])
+                outer = np.einsum("ijk,kqr->ijqr", factor * EPSILON, part)
+                product[number, *term] = outer.reshape(3, -1, part.shape[-1])
         return product
+
+    def rotate(v: Any) -> Taylor:
+        vector = Taylor.of(v)
+        once = cross_error(vector.terms, sign)
+        twice = cross_error({(number,): once[(number,)]}, 0.5 * sign)
+        turned = vector + Taylor(once) + Taylor(twice)
+        return turned if known is None else turned.map(lambda part: multiply(known, part))
+
+    return rotate

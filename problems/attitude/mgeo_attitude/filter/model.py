@@ -96,7 +96,7 @@ class FilterModel:
         references = np.zeros((n, len(suite.sensors), 3))
         available = np.ones((n, len(suite.sensors)), dtype=bool)
         for index, sensor in enumerate(suite.sensors):
-            reference, mask = sensor.reference(environment), sensor.available(environment)
+            reference, mask = sensor.inertial_vector(environment), sensor.available(environment)
             if reference is not None:
                 references[:, index] = reference
             if mask is not None:

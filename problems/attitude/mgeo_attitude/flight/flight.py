@@ -7,18 +7,43 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.rotation import matrix, multiply
+from mgeo_attitude.filter.reference import attitudes
+from mgeo_attitude.filter.timeline import flown
 from mgeo_attitude.flight.draws import Draws, at_rest
-from mgeo_attitude.flight.motion import Motion
-from mgeo_attitude.flight.readings import Readings, stacked
+from mgeo_attitude.rotation import matrix, multiply
+from mgeo_attitude.sensors.readings import Readings, as_array
 
 Floats = NDArray[np.float64]
 
 #: Samples at a time: what is computed of some hundred runs stays in the cache.
 _SAMPLES = 256
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A plan on n steps, from body axes along those of GCRS.
+
+    Attributes
+    ----------
+    rates : array, shape (n, 3)
+        Body rate in each step [rad/s].
+    attitude : array, shape (n + 1, 3, 3)
+        GCRS to body.
+    """
+
+    rates: Floats
+    attitude: Floats
+
+    @classmethod
+    def of(cls, model: FilterModel, design: ArrayLike, n_steps: int) -> Motion:
+        """Of a design, shape (4 m,)."""
+        plan = flown(design, n_steps * model.step, model.step, model.agility)
+        starts = np.rint(plan.times[:-1] / model.step).astype(np.int64)
+        stretch = np.searchsorted(starts, np.arange(n_steps), side="right") - 1
+        return cls(plan.rates[stretch], attitudes(plan.rates, starts, n_steps, model.step))
 
 
 @dataclass(frozen=True)
@@ -50,8 +75,9 @@ class Flight:
 
     def states(self, sample: int) -> Floats:
         """True gyro and sensor states at a sample, shape (n_states, r)."""
-        gyro = self.gyro[sample]
-        return np.hstack([self.errors[:, :3], gyro, self.errors[:, 3 + gyro.shape[1] :]]).T
+        states = self.errors.copy()
+        states[:, 3 : 3 + self.gyro.shape[-1]] = self.gyro[sample]
+        return states.T
 
 
 def fly_runs(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
@@ -72,10 +98,10 @@ def fly_runs(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
 
 def _gyro_states(model: FilterModel, draws: Draws) -> Floats:
     """The gyro's states at every sample: each a Markov process of its own."""
-    d = model.suite.n_dynamic
-    decay, noise = np.diag(at_rest(model)[0])[3:], draws.gyro_noise[:, :, 3:]
+    noise = draws.gyro_noise[:, :, 3:]
+    decay = np.diag(at_rest(model)[0])[3:]
     states = np.empty((len(noise) + 1, *noise.shape[1:]))
-    states[0] = draws.errors[:, 3:d]
+    states[0] = draws.errors[:, 3 : 3 + len(decay)]
     for k, added in enumerate(noise):
         states[k + 1] = decay * states[k] + added
     return states
@@ -98,7 +124,8 @@ def _sensor_readings(
     model: FilterModel, index: int, motion: Motion, start: Floats, errors: Floats, noise: Floats
 ) -> Floats:
     """What a sensor reports at every sample but the first, NaN where it sees nothing."""
-    sensor, places = model.suite.sensors[index], model.suite.places(model.suite.sensors[index])
+    sensor = model.suite.sensors[index]
+    places = model.suite.places(sensor)
     x = {state: errors[:, first : first + 3] for state, first in places.items()}
     boresight, half_angle = sensor.field_of_view() or ((0.0, 0.0, 0.0), np.pi)
 
@@ -114,7 +141,7 @@ def _sensor_readings(
         report = sensor.measured(SimpleNamespace(to_body=to_body, **x), v)
         seen = (v * boresight).sum(axis=-1) >= np.cos(half_angle)
         seen &= model.available[samples, index, None]
-        reported = stacked(sensor.with_noise(report, noise[samples]))
+        reported = as_array(sensor.with_noise(report, noise[samples]))
         return np.where(seen[..., None, None], reported, np.nan)
 
     readings = _by_parts(some, len(motion.attitude))

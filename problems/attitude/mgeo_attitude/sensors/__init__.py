@@ -1,10 +1,9 @@
-"""Gyro and sensors: their parameters and, in one function each, their error model."""
+"""Gyro and sensors: their parameters, their error models, and their readings as arrays."""
 
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.sensors.magnetometer import Magnetometer
 from mgeo_attitude.sensors.star_tracker import StarTracker
-from mgeo_attitude.sensors.sun_sensor import SunSensor
+from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
 
 #: Sensor classes by the ``kind`` that names them in a scenario file.
 SENSORS: dict[str, type[Sensor]] = {cls.kind: cls for cls in (SunSensor, Magnetometer, StarTracker)}

@@ -1,45 +1,32 @@
-"""What a sensor declares: the error states it adds and a linear measurement of them."""
+"""What a sensor declares: the error states it adds, and what it measures."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mgeo_attitude.fields import Validated, quantity
-from mgeo_attitude.rotation import rotate
 from mgeo_attitude.units import Unit
-from mgeo_attitude.vector import Vec3, cross
+from mgeo_attitude.vector import Vec3
 
+if TYPE_CHECKING:
+    from mgeo_attitude.environment import Environment
 
-class Surroundings(Protocol):
-    """What a sensor may look at, one row a sample, GCRS; an `Environment` is it."""
-
-    @property
-    def times(self) -> NDArray[np.float64]: ...
-    @property
-    def position(self) -> NDArray[np.float64]: ...
-    @property
-    def velocity(self) -> NDArray[np.float64]: ...
-    @property
-    def sun(self) -> NDArray[np.float64]: ...
-    @property
-    def field(self) -> NDArray[np.float64]: ...
-    @property
-    def sunlit(self) -> NDArray[np.bool_]: ...
+NAME = "name, unique in the suite; prefixes the sensor's states"
 
 
 @dataclass(frozen=True)
 class Sensor(Validated, ABC):
     """A sensor that measures a 3-vector.
 
-    A subclass is a frozen dataclass of parameters with four methods. Nothing else is needed for a
-    sensor to enter the filter: the kernel is generated from `measure`. To take part in a simulation
-    of the truth it also says what it reports, without approximation: `measured`.
+    A subclass is a frozen dataclass of parameters. `states`, `measure` and `noise` are all that it
+    takes to enter the filter: the kernel is generated from `measure`. A sensor that is simulated,
+    or calibrated, also says what it reports, without approximation: `measured`.
     """
 
     kind: ClassVar[str]
@@ -48,7 +35,7 @@ class Sensor(Validated, ABC):
     #: Units of its states for people and scenario files; one that is left out has none.
     units: ClassVar[Mapping[str, Unit]] = {}
 
-    name: str = quantity(doc="name, unique in the suite; prefixes the sensor's states")
+    name: str = quantity(doc=NAME)
 
     @abstractmethod
     def states(self) -> dict[str, float]:
@@ -64,15 +51,15 @@ class Sensor(Validated, ABC):
             ``x.theta`` is the attitude error [rad], the other attributes are the sensor's own
             `states`.
         v : Vec3
-            The `reference` vector in body axes.
+            The `inertial_vector` in body axes.
         """
 
     def measured(self, x: Any, v: Any) -> Any:
         """What it reports but for noise, whatever the size of the errors.
 
         Its derivative at zero is `measure`. Only ``+ - * /`` and the functions of `rotation` may be
-        used, for it is evaluated on arrays (the truth, the estimate) and on polynomials of second
-        order in the errors (`estimation.taylor`).
+        used: it is evaluated on arrays (truth and estimate) and on polynomials of second order in
+        the errors (`estimation.taylor`).
 
         Parameters
         ----------
@@ -80,7 +67,7 @@ class Sensor(Validated, ABC):
             The sensor's own `states`, shape (..., 3); one of `rotations` is an argument for
             `rotate`; and ``x.to_body``, which turns a GCRS vector into body axes.
         v : array, shape (..., 3)
-            The `reference` vector in body axes.
+            The `inertial_vector` in body axes.
 
         Returns
         -------
@@ -102,32 +89,16 @@ class Sensor(Validated, ABC):
     def noise(self) -> tuple[float, float, float]:
         """Measurement noise, 1-sigma per axis, in the unit of the measurement."""
 
-    def reference(self, environment: Surroundings) -> NDArray[np.float64] | None:
+    def inertial_vector(self, environment: Environment) -> NDArray[np.float64] | None:
         """Vector it looks at, GCRS, shape (n_steps + 1, 3); None where `measure` uses none."""
         return None
 
     def field_of_view(self) -> tuple[tuple[float, float, float], float] | None:
-        """Boresight in body axes (unit vector) and half-angle [rad] outside which the `reference`
-        vector is not seen; None where it always is.
+        """Boresight in body axes (unit vector) and half-angle [rad] outside which the
+        `inertial_vector` is not seen; None where it always is.
         """
         return None
 
-    def available(self, environment: Surroundings) -> NDArray[np.bool_] | None:
+    def available(self, environment: Environment) -> NDArray[np.bool_] | None:
         """Samples at which it can measure, shape (n_steps + 1,); None for all."""
         return None
-
-
-class VectorSensor(Sensor):
-    """A sensor that measures the `reference` vector v itself: y = [v×]θ - [v×]μ + b (equation 2).
-
-    Its states are a misalignment μ and a bias b.
-    """
-
-    rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
-
-    def measure(self, x: Any, v: Vec3) -> Vec3:
-        y: Vec3 = cross(v, x.theta - x.misalignment) + x.bias
-        return y
-
-    def measured(self, x: Any, v: Any) -> Any:
-        return rotate(x.misalignment, v) + x.bias

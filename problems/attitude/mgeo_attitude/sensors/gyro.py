@@ -73,14 +73,8 @@ class Gyro(Validated):
     def measured(self, x: Any, omega: Floats) -> Floats:
         """Rate it reports but for noise, whatever the size of the errors, shape (..., 3).
 
-        ω_m = R(μ) (ω + k ∘ ω) + b with misalignment μ and scale factors k.
-
-        Parameters
-        ----------
-        x : namespace of arrays, shape (..., 3)
-            The gyro's own `states`.
-        omega : array, shape (..., 3)
-            Body rate [rad/s].
+        ω_m = R(μ) (ω + k ∘ ω) + b with misalignment μ and scale factors k: the attributes of `x`,
+        shape (..., 3), as the body rate `omega` [rad/s].
         """
         rate = omega
         if self.scale_factor:

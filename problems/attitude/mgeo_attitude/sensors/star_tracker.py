@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from mgeo_attitude.fields import positive, quantity
 from mgeo_attitude.rotation import cross, dot, rotate, unrotate
+from mgeo_attitude.sensors.base import NAME, Sensor
 from mgeo_attitude.units import DEG, Unit
 from mgeo_attitude.vector import Vec3
-from mgeo_attitude.sensors.base import Sensor
 
 _ARCSEC_PER_DEG = 3600.0
 
@@ -30,7 +30,7 @@ class StarTracker(Sensor):
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG}
 
-    name: str = quantity("tracker", doc="name, unique in the suite; prefixes the sensor's states")
+    name: str = quantity("tracker", doc=NAME)
     noise_arcsec: float = positive(10.0, unit="arcsec", doc="noise about the cross axes, 1-sigma")
     roll_noise_arcsec: float = positive(
         60.0, unit="arcsec", doc="noise about the boresight z, 1-sigma"

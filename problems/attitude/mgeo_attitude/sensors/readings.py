@@ -1,4 +1,4 @@
-"""What gyro and sensors report: all that an estimator gets to know of a flight."""
+"""What gyro and sensors report: all that an estimator gets to know, whoever made it."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo_attitude.sensors import Sensor
+from mgeo_attitude.sensors.base import Sensor
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Readings:
-    """Reports of r runs of n steps.
+    """Reports of r runs of n steps, simulated or recorded.
 
     Attributes
     ----------
     durations : array, shape (n,)
-        Of the steps [s].
+        Of the steps [s]; they need not be equal.
     gyro : array, shape (n, r, 3)
         Mean of the reported rate over each step [rad/s].
     sensors : tuple of arrays, shape (n + 1, r, k, 3)
@@ -33,7 +33,7 @@ class Readings:
     sensors: tuple[Floats, ...]
 
 
-def stacked(report: Any) -> Floats:
+def as_array(report: Any) -> Floats:
     """What `Sensor.measured` returns as one array, shape (..., k, 3)."""
     vectors = report if isinstance(report, tuple) else (report,)
     array: Floats = np.stack(np.broadcast_arrays(*vectors), axis=-2)
@@ -41,19 +41,13 @@ def stacked(report: Any) -> Floats:
 
 
 def as_reported(array: Floats) -> Any:
-    """Inverse of `stacked`."""
-    vectors = tuple(array[..., k, :] for k in range(array.shape[-2]))
+    """Inverse of `as_array`."""
+    vectors = tuple(np.moveaxis(array, -2, 0))
     return vectors if len(vectors) > 1 else vectors[0]
 
 
 def n_vectors(sensor: Sensor) -> int:
-    """How many vectors the sensor reports.
-
-    Raises
-    ------
-    NotImplementedError
-        If the sensor does not say what it measures.
-    """
+    """How many vectors the sensor reports; NotImplementedError if it does not say."""
     zero = dict.fromkeys(sensor.states(), np.zeros(3))
     x = SimpleNamespace(to_body=lambda vector: vector, **zero)
-    return len(stacked(sensor.measured(x, np.array([1.0, 0.0, 0.0]))))
+    return len(as_array(sensor.measured(x, np.array([1.0, 0.0, 0.0]))))

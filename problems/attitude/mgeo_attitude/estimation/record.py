@@ -1,0 +1,92 @@
+"""Estimates held against the truth: what a simulation records of runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mgeo_attitude.estimation.estimate import Estimate
+from mgeo_attitude.estimation.filter import ErrorStateFilter, Estimator
+from mgeo_attitude.estimation.monte_carlo import Record
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.flight import Flight
+from mgeo_attitude.scenario import KeepOut
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+def record(
+    model: FilterModel,
+    flight: Flight,
+    estimator: Estimator,
+    samples: Ints,
+    cones: Sequence[KeepOut],
+    sun: Floats,
+) -> Record:
+    """Estimate from a flight's readings, and compare with its truth.
+
+    Parameters
+    ----------
+    model : FilterModel
+        What the estimator believes.
+    samples : array of int
+        To record, increasing; nothing is estimated after the last.
+    cones : sequence of KeepOut
+        To watch at the first n samples.
+    sun : array, shape (n, 3)
+        Direction to the Sun where it shines, else zero, GCRS.
+    """
+    n_runs, m, suite = flight.start.shape[-1], len(samples), model.suite
+    found = Record(
+        errors=np.empty((n_runs, m, suite.n_states)),
+        sigma=np.empty((n_runs, m, suite.n_states)),
+        nees=np.empty((n_runs, m)),
+        nis=np.zeros((n_runs, m, len(suite.sensors))),
+        updates=np.zeros((n_runs, m, len(suite.sensors)), dtype=np.int64),
+        inside=np.zeros((n_runs, 2, len(cones))),
+    )
+    estimates = ErrorStateFilter(suite, estimator).run(
+        Estimate.at_start(suite, model.initial_sigma, n_runs),
+        flight.readings,
+        flight.motion.rates,
+        model.references,
+    )
+    row = 0
+    for k, (before, after, nis) in enumerate(estimates):
+        if k < len(sun):
+            found.inside[:] += _inside(cones, sun[k], k, flight, before)
+        seen = ~np.isnan(nis.T)
+        found.nis[:, row] += np.where(seen, nis.T, 0.0)
+        found.updates[:, row] += seen
+        if k == samples[row]:
+            e, P = after.error(flight.attitude(k), flight.states(k)).T, after.covariance
+            found.errors[:, row], found.sigma[:, row] = e, np.sqrt(np.einsum("iir->ri", P))
+            solved = np.linalg.solve(P.transpose(2, 0, 1), e[..., None])[..., 0]
+            found.nees[:, row] = (e * solved).sum(axis=1)
+            row += 1
+            if row == m:
+                break
+    found.inside[:] /= max(len(sun), 1)
+    return found
+
+
+def _inside(
+    cones: Sequence[KeepOut], sun: Floats, sample: int, flight: Flight, before: Estimate
+) -> NDArray[np.bool_]:
+    """Whether the Sun is inside, steered and open loop, shape (r, 2, n_cones).
+
+    `before` is the estimate before the measurements of the sample.
+    """
+    # a controller on the estimate would have made it the plan's
+    steered = np.einsum(
+        "ijr,j->ir", before.rotations[:, :, 0], flight.motion.attitude[sample] @ sun
+    )
+    directions = np.stack([steered, np.broadcast_to(sun[:, None], steered.shape)])
+    axes = np.array([cone.axis() for cone in cones])
+    cosines = np.cos(np.radians([cone.half_angle_deg for cone in cones]))
+    true = flight.attitude(sample)
+    inside: NDArray[np.bool_] = np.einsum("ci,ijr,wjr->rwc", axes, true, directions) > cosines
+    return inside
