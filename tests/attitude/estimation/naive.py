@@ -25,7 +25,7 @@ def gibbs(turn):
     return 2.0 * np.array([x, y, z]) / w
 
 
-def estimates(model, readings, run, rates, estimator):
+def estimates(model, readings, rates, estimator):
     """Attitude, states (vectors of misalignments) and covariance at every sample."""
     suite, n = model.suite, model.suite.n_states
     C, x, P = Rotation.identity(), np.zeros(n), np.diag(model.initial_sigma**2)
@@ -35,12 +35,12 @@ def estimates(model, readings, run, rates, estimator):
     for k, rate in enumerate(rates, start=1):
         F, Q = (A.copy() for A in step(*rate))
         mean_bias = -np.diag(at_rest[:3, 3:6]) * x[3:6] / model.step
-        turn = Rotation.from_rotvec(-(readings.gyro[k - 1, run] - mean_bias) * model.step)
+        turn = Rotation.from_rotvec(-(readings.gyro[k - 1] - mean_bias) * model.step)
         F[:3, :3] = turn.as_matrix()
         C, x, P = turn * C, x.copy(), F @ P @ F.T + Q
         x[3:6] *= np.diag(at_rest)[3:6]
         for index, sensor in enumerate(suite.sensors):
-            y = readings.sensors[index][k, run, 0]
+            y = readings.sensors[index][k, 0]
             if not np.isnan(y).any():
                 R = np.diag(np.square(sensor.noise()))
                 first = 6 + 6 * index

@@ -11,7 +11,7 @@ from mgeo_attitude.flight import Motion, draw
 from mgeo_attitude.rotation import matrix
 from mgeo_attitude.scenario import Convergence
 
-from ..flight.runs import fly
+from ..flight import runs
 from . import naive
 
 PLAN = np.array([0.5, -0.3, 0.8, 20.3, -0.7, 0.9, 0.1, 20.0, 0.2, 0.4, -0.9, 500.0])
@@ -31,7 +31,9 @@ def flown(request):
     sun, *others = scenario.sensors
     narrow = dataclasses.replace(sun, boresight=tuple(ahead), field_of_view_deg=20.0)
     model = FilterModel.from_scenario(dataclasses.replace(scenario, sensors=(narrow, *others)))
-    return model, fly(model, PLAN, draw(model, STEPS, np.random.default_rng(8).spawn(RUNS)))
+    generators = np.random.default_rng(8).spawn(RUNS)
+    flights = [runs.flown(model, PLAN, draw(model, STEPS, generator)) for generator in generators]
+    return model, [flight.readings for flight in flights], flights[0].motion.rates
 
 
 @pytest.mark.parametrize(
@@ -45,17 +47,17 @@ def flown(request):
     ],
 )
 def test_runs_side_by_side_are_those_one_by_one(flown, estimator):
-    model, flight = flown
-    seen = ~np.isnan(flight.readings.sensors[0][1:, :, 0, 0])
+    model, readings, rates = flown
+    seen = ~np.isnan([run.sensors[0][1:, 0, 0] for run in readings]).T
     assert 0 < seen.sum() < seen.size
     assert (seen.any(axis=1) & ~seen.all(axis=1)).any()
     filter_ = ErrorStateFilter(model.suite, estimator)
     start = Estimate.at_start(model.suite, model.initial_sigma, RUNS)
-    run = filter_.run(start, flight.readings, flight.motion.rates, model.references)
+    run = filter_.run(start, readings, rates, model.references)
     found = [after for _, after, _ in run]
     sigma = model.initial_sigma
     for run in range(RUNS):
-        expected = naive.estimates(model, flight.readings, run, flight.motion.rates, estimator)
+        expected = naive.estimates(model, readings[run], rates, estimator)
         for estimate, (C, x, P) in zip(found, expected, strict=True):
             error = estimate.error(C[:, :, None].repeat(RUNS, 2), x[:, None].repeat(RUNS, 1))
             np.testing.assert_allclose(error[:, run] / sigma, 0.0, atol=1e-10)
@@ -64,10 +66,10 @@ def test_runs_side_by_side_are_those_one_by_one(flown, estimator):
 
 
 def test_an_estimate_without_its_error_is_the_truth(flown):
-    model, flight = flown
+    model, readings, rates = flown
     filter_ = ErrorStateFilter(model.suite, Estimator())
     start = Estimate.at_start(model.suite, model.initial_sigma, RUNS)
-    *_, (_, after, _) = filter_.run(start, flight.readings, flight.motion.rates, model.references)
+    *_, (_, after, _) = filter_.run(start, readings, rates, model.references)
     rng = np.random.default_rng(0)
     attitude, states = matrix(rng.standard_normal((3, RUNS))), rng.standard_normal((18, RUNS))
     states[:3] = 0.0

@@ -42,13 +42,13 @@ def test_counts_are_those_of_the_errors():
     model = FilterModel.from_scenario(scenario(*cones))
     blind = dataclasses.replace(model, available=np.zeros_like(model.available))
     draws = none(blind, STEPS)
-    draws.errors[0, :6] = [0.1, -0.15, 0.05, 1e-3, -5e-4, 8e-4]  # attitude and gyro bias
+    draws.errors[:6] = [0.1, -0.15, 0.05, 1e-3, -5e-4, 8e-4]  # attitude and gyro bias
     sun = blind.sun[:200]
     record = estimated(blind, PLAN, np.arange(STEPS + 1), draws, cones=cones, sun=sun)
 
     plan = Motion.of(blind, PLAN, STEPS).attitude[:200]
     errors = np.array([as_scipy(-e[:3]).as_matrix() for e in record.errors[0, :200]])
-    start = as_scipy(-draws.errors[0, :3]).as_matrix()
+    start = as_scipy(-draws.errors[:3]).as_matrix()
     for shares, attitude in zip(record.inside[0], (errors @ plan, plan @ start), strict=True):
         seen = np.einsum("kij,kj->ki", attitude, sun)
         expected = [

@@ -40,7 +40,7 @@ def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model
 
 def test_tiny_errors_are_the_linear_filters(model):
     """A millionth of every error and noise leaves the covariance as it is."""
-    drawn = draw(model, 300, [np.random.default_rng(1)])
+    drawn = draw(model, 300, np.random.default_rng(1))
     tiny = dataclasses.replace(
         drawn,
         errors=1e-6 * drawn.errors,

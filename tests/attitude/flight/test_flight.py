@@ -16,7 +16,7 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from ..filter.suites import SUITES
-from .runs import estimated, fly, none
+from .runs import estimated, flown, none
 from .test_rotation import as_scipy
 
 PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
@@ -65,7 +65,7 @@ def test_attitudes_of_truth_and_dead_reckoning_are_integrated_kinematics(model):
     blind = dataclasses.replace(model, suite=suite, available=np.zeros_like(model.available))
     theta, bias = np.array([0.3, -0.2, 0.1]), np.array([2e-3, -1e-3, 3e-3])
     draws = none(blind, DURATION)
-    draws.errors[0, :3], draws.errors[0, 3:6] = theta, bias
+    draws.errors[:3], draws.errors[3:6] = theta, bias
     record = estimated(blind, PLAN, np.array([0, DURATION]), draws)
 
     np.testing.assert_allclose(record.errors[0, 0, :6], [*theta, *bias], rtol=1e-14)
@@ -91,7 +91,7 @@ def test_a_bias_decays_as_it_does_in_truth_whatever_the_estimator_believes(model
         for decay in (0.0, 0.1)
     )
     bias, draws = np.array([2e-3, -1e-3, 3e-3]), none(steady, DURATION)
-    draws.errors[0, 3:6] = bias
+    draws.errors[3:6] = bias
     record = estimated(steady, PLAN, np.array([0, DURATION]), draws, truth=decaying)
 
     np.testing.assert_allclose(record.errors[0, 1, 3:6], np.exp(-0.1 * DURATION) * bias, rtol=1e-11)
@@ -125,7 +125,7 @@ def test_gyro_noise_is_the_markov_process_of_equation_2():
         np.testing.assert_allclose(F[np.ix_(pair, pair)], expm(A * 0.5), rtol=1e-12)
         np.testing.assert_allclose(Q[np.ix_(pair, pair)], expected, rtol=1e-12)
 
-    drawn = draw(model, 40_000, [np.random.default_rng(3)]).gyro_noise[:, 0]
+    drawn = draw(model, 40_000, np.random.default_rng(3)).gyro_noise
     sample = drawn.T @ drawn / len(drawn)
     scale = np.sqrt(np.outer(np.diag(Q), np.diag(Q)))
     # the standard deviation of an entry is at most sqrt(2 / 40000) of its scale: 0.7 %
@@ -137,7 +137,7 @@ def test_a_bias_that_does_not_drift_stays(model):
         model.suite, gyro=dataclasses.replace(model.suite.gyro, rate_random_walk=0.0)
     )
     steady = dataclasses.replace(model, suite=suite)
-    noise = draw(steady, 50, [np.random.default_rng(0)]).gyro_noise[:, 0]
+    noise = draw(steady, 50, np.random.default_rng(0)).gyro_noise
     assert not noise[:, 3:].any()
     assert noise[:, :3].std() == pytest.approx(np.sqrt(at_rest(steady)[1][0, 0]), rel=0.3)
 
@@ -151,7 +151,7 @@ def test_sensors_measure_where_they_see(model):
     suite = dataclasses.replace(model.suite, sensors=(narrow, model.suite.sensors[1]))
     seen = dataclasses.replace(model, suite=suite, available=available)
     draws = none(seen, DURATION)
-    draws.errors[0, :3] = theta = np.array([0.5, 0.8, -0.3])
+    draws.errors[:3] = theta = np.array([0.5, 0.8, -0.3])
     record = estimated(seen, PLAN, np.arange(DURATION + 1), draws)
     expected = []
     for k in range(1, DURATION + 1):
@@ -186,8 +186,8 @@ def test_the_truth_reports(model):
     sensors = (Squinting(), *model.suite.sensors[1:])
     suite = dataclasses.replace(model.suite, gyro=Doubling(), sensors=sensors)
     draws = none(model, DURATION)
-    usual = fly(model, PLAN, draws).readings
-    other = fly(dataclasses.replace(model, suite=suite), PLAN, draws).readings
+    usual = flown(model, PLAN, draws).readings
+    other = flown(dataclasses.replace(model, suite=suite), PLAN, draws).readings
     np.testing.assert_allclose(other.gyro, 2.0 * usual.gyro)
     np.testing.assert_allclose(other.sensors[0], usual.sensors[0] * [1.0, 2.0, 2.0])
     np.testing.assert_array_equal(other.sensors[1], usual.sensors[1])
@@ -195,19 +195,20 @@ def test_the_truth_reports(model):
 
 def test_readings_are_those_of_rotated_vectors(model):
     """Every sample of two runs with errors and noise, by scipy's rotations."""
-    draws = draw(model, DURATION, np.random.default_rng(5).spawn(2))
-    flight = fly(model, PLAN, draws)
     plan = [attitude(body_rates, np.eye(3), t) for t in (1, 100, DURATION)]
-    for k, planned in zip((1, 100, DURATION), plan, strict=True):
-        for run, x in enumerate(draws.errors):
+    for generator in np.random.default_rng(5).spawn(2):
+        draws = draw(model, DURATION, generator)
+        flight, x = flown(model, PLAN, draws), draws.errors
+        for k, planned in zip((1, 100, DURATION), plan, strict=True):
             C = planned @ as_scipy(-x[:3]).as_matrix()
-            np.testing.assert_allclose(flight.attitude(k)[:, :, run], C, rtol=0, atol=1e-9)
+            found = flight.motion.attitude[k] @ flight.start
+            np.testing.assert_allclose(found, C, rtol=0, atol=1e-9)
             for index, first in ((0, 6), (1, 12)):
                 seen = as_scipy(x[first : first + 3]).apply(C @ model.references[k, index])
-                seen += x[first + 3 : first + 6] + draws.noise[k, run, index]
-                found = flight.readings.sensors[index][k, run, 0]
+                seen += x[first + 3 : first + 6] + draws.noise[k, index]
+                found = flight.readings.sensors[index][k, 0]
                 np.testing.assert_allclose(found, seen, rtol=0, atol=1e-9)
-    assert np.isnan(flight.readings.sensors[0][0]).all()  # the start is what is believed
+        assert np.isnan(flight.readings.sensors[0][0]).all()  # the start is what is believed
 
 
 def test_gyro_is_corrected_by_what_it_measures():

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,28 +56,18 @@ class Estimator(Validated):
         return Estimator(jacobians="aligned", second_order=False, reset=False)
 
 
-@dataclass(frozen=True)
-class Transition:
-    """A step of the n_dynamic states of attitude and gyro; the last axis is for runs.
+class Transition(NamedTuple):
+    """A step of the n_dynamic states of attitude and gyro; the last axis is for runs."""
 
-    Attributes
-    ----------
-    duration : float
-        [s]
-    F : array, shape (3, n_dynamic - 3, 1)
-        What the gyro's errors add to that of the attitude, equation (7).
-    Q : array, shape (n_dynamic, n_dynamic, 1)
-        Process noise.
-    decay : array, shape (n_dynamic - 3, 1)
-        What a gyro state of one becomes, and its error.
-    mean_bias : array, shape (3, 1)
-        Mean over the step of a bias that is one at first.
-    """
-
+    #: [s]
     duration: float
+    #: What the gyro's errors add to that of the attitude, equation (7), (3, n_dynamic - 3, 1).
     F: Floats
+    #: Process noise, shape (n_dynamic, n_dynamic, 1).
     Q: Floats
+    #: What a gyro state of one becomes, and its error, shape (n_dynamic - 3, 1).
     decay: Floats
+    #: Mean over the step of a bias that is one at first, shape (3, 1).
     mean_bias: Floats
 
     @classmethod
@@ -98,7 +89,7 @@ class ErrorStateFilter:
     estimator: Estimator
 
     def run(
-        self, start: Estimate, readings: Readings, rates: Floats, vectors: Floats
+        self, start: Estimate, readings: Sequence[Readings], rates: Floats, vectors: Floats
     ) -> Iterator[tuple[Estimate, Estimate, Floats]]:
         """Estimate at every sample.
 
@@ -106,7 +97,8 @@ class ErrorStateFilter:
         ----------
         start : Estimate
             Before the measurements of the first sample.
-        readings : Readings
+        readings : sequence of r Readings
+            Of runs with the same steps.
         rates : array, shape (n, 3)
             Body rate in each step [rad/s] at which the covariance is propagated.
         vectors : array, shape (n + 1, n_sensors, 3)
@@ -118,18 +110,21 @@ class ErrorStateFilter:
         their innovations, shape (n_sensors, r), NaN where a sensor reports nothing.
         """
         transition = cache(lambda rate, duration: Transition.of(self.suite, rate, duration))
-        reports = [np.isfinite(sensor[:, :, 0, 0]) for sensor in readings.sensors]
+        gyro = np.stack([run.gyro for run in readings], axis=1)
+        sensors = [
+            np.stack(runs, axis=1) for runs in zip(*(run.sensors for run in readings), strict=True)
+        ]
         estimate = start
         for k in range(len(vectors)):
             if k:
-                step = transition(tuple(rates[k - 1].tolist()), float(readings.durations[k - 1]))
-                estimate = self.predict(estimate, readings.gyro[k - 1], step)
-            before = estimate
-            nis = np.full((len(reports), estimate.states.shape[-1]), np.nan)
-            for index, sensor in enumerate(readings.sensors):
-                if reports[index][k].any():
+                duration = float(readings[0].durations[k - 1])
+                step = transition(tuple(rates[k - 1].tolist()), duration)
+                estimate = self.predict(estimate, gyro[k - 1], step)
+            before, nis = estimate, np.full((len(sensors), len(readings)), np.nan)
+            for index, reported in enumerate(sensors):
+                if not np.isnan(reported[k]).all():
                     estimate, nis[index] = self.update(
-                        estimate, index, sensor[k], vectors[k, index]
+                        estimate, index, reported[k], vectors[k, index]
                     )
             yield before, estimate, nis
 

@@ -12,6 +12,7 @@ from mgeo_attitude.estimation.filter import ErrorStateFilter, Estimator
 from mgeo_attitude.estimation.monte_carlo import Record
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.flight import Flight
+from mgeo_attitude.rotation import multiply
 from mgeo_attitude.scenario import KeepOut
 
 Floats = NDArray[np.float64]
@@ -20,13 +21,13 @@ Ints = NDArray[np.int64]
 
 def record(
     model: FilterModel,
-    flight: Flight,
+    flights: Sequence[Flight],
     estimator: Estimator,
     samples: Ints,
     cones: Sequence[KeepOut],
     sun: Floats,
 ) -> Record:
-    """Estimate from a flight's readings, and compare with its truth.
+    """Estimate from the readings of flights of one plan, and compare with their truth.
 
     Parameters
     ----------
@@ -39,7 +40,11 @@ def record(
     sun : array, shape (n, 3)
         Direction to the Sun where it shines, else zero, GCRS.
     """
-    n_runs, m, suite = flight.start.shape[-1], len(samples), model.suite
+    n_runs, m, suite, motion = len(flights), len(samples), model.suite, flights[0].motion
+    start, states, gyro = (
+        np.stack([getattr(flight, name) for flight in flights], axis=-1)
+        for name in ("start", "errors", "gyro")
+    )
     found = Record(
         errors=np.empty((n_runs, m, suite.n_states)),
         sigma=np.empty((n_runs, m, suite.n_states)),
@@ -50,19 +55,21 @@ def record(
     )
     estimates = ErrorStateFilter(suite, estimator).run(
         Estimate.at_start(suite, model.initial_sigma, n_runs),
-        flight.readings,
-        flight.motion.rates,
+        [flight.readings for flight in flights],
+        motion.rates,
         model.references,
     )
-    row = 0
+    d, row = 3 + gyro.shape[1], 0
     for k, (before, after, nis) in enumerate(estimates):
+        attitude = multiply(motion.attitude[k][..., None], start)
         if k < len(sun):
-            found.inside[:] += _inside(cones, sun[k], k, flight, before)
+            found.inside[:] += _inside(cones, sun[k], motion.attitude[k], attitude, before)
         seen = ~np.isnan(nis.T)
         found.nis[:, row] += np.where(seen, nis.T, 0.0)
         found.updates[:, row] += seen
         if k == samples[row]:
-            e, P = after.error(flight.attitude(k), flight.states(k)).T, after.covariance
+            states[3:d] = gyro[k]
+            e, P = after.error(attitude, states).T, after.covariance
             found.errors[:, row], found.sigma[:, row] = e, np.sqrt(np.einsum("iir->ri", P))
             solved = np.linalg.solve(P.transpose(2, 0, 1), e[..., None])[..., 0]
             found.nees[:, row] = (e * solved).sum(axis=1)
@@ -74,19 +81,16 @@ def record(
 
 
 def _inside(
-    cones: Sequence[KeepOut], sun: Floats, sample: int, flight: Flight, before: Estimate
+    cones: Sequence[KeepOut], sun: Floats, planned: Floats, true: Floats, before: Estimate
 ) -> NDArray[np.bool_]:
     """Whether the Sun is inside, steered and open loop, shape (r, 2, n_cones).
 
     `before` is the estimate before the measurements of the sample.
     """
     # a controller on the estimate would have made it the plan's
-    steered = np.einsum(
-        "ijr,j->ir", before.rotations[:, :, 0], flight.motion.attitude[sample] @ sun
-    )
+    steered = np.einsum("ijr,j->ir", before.rotations[:, :, 0], planned @ sun)
     directions = np.stack([steered, np.broadcast_to(sun[:, None], steered.shape)])
     axes = np.array([cone.axis() for cone in cones])
     cosines = np.cos(np.radians([cone.half_angle_deg for cone in cones]))
-    true = flight.attitude(sample)
     inside: NDArray[np.bool_] = np.einsum("ci,ijr,wjr->rwc", axes, true, directions) > cosines
     return inside

@@ -19,7 +19,7 @@ from mgeo_attitude.estimation.validity import OutsideValidity, validity
 from mgeo_attitude.filter.evaluator import available_threads
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
-from mgeo_attitude.flight import Motion, draw, fly_runs, other_truth
+from mgeo_attitude.flight import Motion, draw, fly, other_truth
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.readings import n_vectors
 
@@ -107,8 +107,8 @@ def simulate(
     motion = Motion.of(model, plan, model.n_steps)
 
     def some(generators: Sequence[np.random.Generator]) -> Record:
-        flight = fly_runs(real, motion, draw(real, model.n_steps, generators))
-        return record(model, flight, estimator or Estimator(), samples, scenario.keep_outs, sun)
+        flights = [fly(real, motion, draw(real, model.n_steps, each)) for each in generators]
+        return record(model, flights, estimator or Estimator(), samples, scenario.keep_outs, sun)
 
     generators = np.random.default_rng(seed).spawn(n_runs)
     if n_runs == 1:

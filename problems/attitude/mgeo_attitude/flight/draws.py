@@ -1,8 +1,7 @@
-"""What chance decides in runs: true errors at the start and every noise."""
+"""What chance decides in a run: true errors at the start and every noise."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,22 +15,36 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Draws:
-    """Numbers of r runs of n steps.
+    """Numbers of a run of n steps.
 
     Attributes
     ----------
-    errors : array, shape (r, n_states)
+    errors : array, shape (n_states,)
         True attitude error, gyro and sensor states at the start. Those that are rotations are
         vectors of `rotation.rotate`.
-    gyro_noise : array, shape (n, r, n_dynamic)
+    gyro_noise : array, shape (n, n_dynamic)
         What noise adds in each step to the attitude error and the gyro's states, at rest.
-    noise : array, shape (n + 1, r, n_sensors, 3)
+    noise : array, shape (n + 1, n_sensors, 3)
         Measurement noise of every sensor at every sample.
     """
 
     errors: Floats
     gyro_noise: Floats
     noise: Floats
+
+
+def draw(model: FilterModel, n_steps: int, generator: np.random.Generator) -> Draws:
+    """Draw a run of a scenario."""
+    suite = model.suite
+    _, Q = at_rest(model)
+    variances, axes = np.linalg.eigh(Q)  # a bias that does not drift has no Cholesky factor
+    root = axes * np.sqrt(np.maximum(variances, 0.0))
+    sigma = np.array([sensor.noise() for sensor in suite.sensors])
+    return Draws(
+        model.initial_sigma * generator.standard_normal(suite.n_states),
+        np.einsum("kj,ij->ki", generator.standard_normal((n_steps, suite.n_dynamic)), root),
+        sigma * generator.standard_normal((n_steps + 1, *sigma.shape)),
+    )
 
 
 def at_rest(model: FilterModel) -> tuple[Floats, Floats]:
@@ -42,23 +55,3 @@ def at_rest(model: FilterModel) -> tuple[Floats, Floats]:
     A = model.suite.dynamics_matrix(np.zeros(3))
     F, Q = discretize(A, model.suite.diffusion(), model.step)
     return F, Q
-
-
-def draw(model: FilterModel, n_steps: int, generators: Sequence[np.random.Generator]) -> Draws:
-    """Draw one run of a scenario from each generator."""
-    suite, n = model.suite, len(generators)
-    _, Q = at_rest(model)
-    variances, axes = np.linalg.eigh(Q)  # a bias that does not drift has no Cholesky factor
-    root = axes * np.sqrt(np.maximum(variances, 0.0))
-    sigma = np.array([sensor.noise() for sensor in suite.sensors])
-    draws = Draws(
-        np.empty((n, suite.n_states)),
-        np.empty((n_steps, n, suite.n_dynamic)),
-        np.empty((n_steps + 1, n, *sigma.shape)),
-    )
-    for run, generator in enumerate(generators):
-        draws.errors[run] = model.initial_sigma * generator.standard_normal(suite.n_states)
-        drive = generator.standard_normal((n_steps, suite.n_dynamic))
-        draws.gyro_noise[:, run] = np.einsum("kj,ij->ki", drive, root)
-        draws.noise[:, run] = sigma * generator.standard_normal((n_steps + 1, *sigma.shape))
-    return draws

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.signal import lfilter
 
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import attitudes
 from mgeo_attitude.filter.timeline import flown
 from mgeo_attitude.flight.draws import Draws, at_rest
-from mgeo_attitude.rotation import matrix, multiply
+from mgeo_attitude.rotation import matrix
 from mgeo_attitude.sensors.readings import Readings, as_array
 
 Floats = NDArray[np.float64]
-
-#: Samples at a time: what is computed of some hundred runs stays in the cache.
-_SAMPLES = 256
 
 
 @dataclass(frozen=True)
@@ -48,17 +45,17 @@ class Motion:
 
 @dataclass(frozen=True)
 class Flight:
-    """What happened in r runs of n steps of one plan.
+    """What happened in a run of n steps.
 
     Attributes
     ----------
     motion : Motion
         What is flown, exactly, from another attitude than planned.
-    start : array, shape (3, 3, r)
+    start : array, shape (3, 3)
         True attitude at the start, GCRS to body.
-    errors : array, shape (r, n_states)
+    errors : array, shape (n_states,)
         True gyro and sensor states at the start; zero for the attitude.
-    gyro : array, shape (n + 1, r, n_dynamic - 3)
+    gyro : array, shape (n + 1, n_dynamic - 3)
         True states of the gyro at every sample.
     readings : Readings
     """
@@ -69,86 +66,44 @@ class Flight:
     gyro: Floats
     readings: Readings
 
-    def attitude(self, sample: int) -> Floats:
-        """True attitude at a sample, GCRS to body, shape (3, 3, r)."""
-        return multiply(self.motion.attitude[sample][..., None], self.start)
 
-    def states(self, sample: int) -> Floats:
-        """True gyro and sensor states at a sample, shape (n_states, r)."""
-        states = self.errors.copy()
-        states[:, 3 : 3 + self.gyro.shape[-1]] = self.gyro[sample]
-        return states.T
-
-
-def fly_runs(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
-    """Fly a plan once for each run that was drawn."""
-    start, errors = matrix(-draws.errors[:, :3].T), draws.errors.copy()
-    errors[:, :3] = 0.0
-    gyro = _gyro_states(model, draws)
+def fly(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
+    """Fly a plan with the errors that were drawn."""
+    suite, (F, _) = model.suite, at_rest(model)
+    start, errors = matrix(-draws.errors[:3]), draws.errors.copy()
+    errors[:3] = 0.0
+    gyro = np.vstack([errors[3 : len(F)], draws.gyro_noise[:, 3:]])
+    for state, decay in zip(gyro.T, np.diag(F)[3:], strict=True):
+        state[:] = lfilter([1.0], [1.0, -decay], state)  # a Markov process
+    x = {name: gyro[:-1, first - 3 : first] for name, first in suite.places(suite.gyro).items()}
+    # what bias and noise turn the attitude by in a step is reported as their mean over it
+    x["bias"] = -(np.diag(F[:3, 3:6]) * x["bias"] + draws.gyro_noise[:, :3]) / model.step
+    attitude = motion.attitude @ start
     readings = Readings(
         np.full(len(motion.rates), model.step),
-        _gyro_readings(model, motion, gyro, draws.gyro_noise),
+        suite.gyro.measured(SimpleNamespace(**x), motion.rates),
         tuple(
-            _sensor_readings(model, index, motion, start, errors, draws.noise[:, :, index])
-            for index in range(len(model.suite.sensors))
+            _reported(model, index, attitude, errors, draws.noise[:, index])
+            for index in range(len(suite.sensors))
         ),
     )
     return Flight(motion, start, errors, gyro, readings)
 
 
-def _gyro_states(model: FilterModel, draws: Draws) -> Floats:
-    """The gyro's states at every sample: each a Markov process of its own."""
-    noise = draws.gyro_noise[:, :, 3:]
-    decay = np.diag(at_rest(model)[0])[3:]
-    states = np.empty((len(noise) + 1, *noise.shape[1:]))
-    states[0] = draws.errors[:, 3 : 3 + len(decay)]
-    for k, added in enumerate(noise):
-        states[k + 1] = decay * states[k] + added
-    return states
-
-
-def _gyro_readings(model: FilterModel, motion: Motion, states: Floats, noise: Floats) -> Floats:
-    """Mean of the reported rate over each step, noise and drift of the bias included."""
-    gyro, places = model.suite.gyro, model.suite.places(model.suite.gyro)
-    turned = np.diag(at_rest(model)[0][:3, 3:6])  # what a bias of one turns the attitude by
-
-    def some(steps: slice) -> Floats:
-        x = {state: states[:-1][steps, :, first - 3 : first] for state, first in places.items()}
-        x["bias"] = -(turned * x["bias"] + noise[steps, :, :3]) / model.step
-        return gyro.measured(SimpleNamespace(**x), motion.rates[steps, None])
-
-    return _by_parts(some, len(motion.rates))
-
-
-def _sensor_readings(
-    model: FilterModel, index: int, motion: Motion, start: Floats, errors: Floats, noise: Floats
+def _reported(
+    model: FilterModel, index: int, attitude: Floats, errors: Floats, noise: Floats
 ) -> Floats:
     """What a sensor reports at every sample but the first, NaN where it sees nothing."""
     sensor = model.suite.sensors[index]
-    places = model.suite.places(sensor)
-    x = {state: errors[:, first : first + 3] for state, first in places.items()}
+    x = {name: errors[first : first + 3] for name, first in model.suite.places(sensor).items()}
     boresight, half_angle = sensor.field_of_view() or ((0.0, 0.0, 0.0), np.pi)
 
-    def some(samples: slice) -> Floats:
-        turn = motion.attitude[samples]
+    def to_body(vector: Floats) -> Floats:
+        turned: Floats = np.einsum("kij,kj->ki", attitude, np.broadcast_to(vector, noise.shape))
+        return turned
 
-        def to_body(vector: Floats) -> Floats:
-            vectors = np.einsum("ijr,kj->kri", start, np.broadcast_to(vector, (len(turn), 3)))
-            turned: Floats = np.einsum("kij,krj->kri", turn, vectors)
-            return turned
-
-        v = to_body(model.references[samples, index])
-        report = sensor.measured(SimpleNamespace(to_body=to_body, **x), v)
-        seen = (v * boresight).sum(axis=-1) >= np.cos(half_angle)
-        seen &= model.available[samples, index, None]
-        reported = as_array(sensor.with_noise(report, noise[samples]))
-        return np.where(seen[..., None, None], reported, np.nan)
-
-    readings = _by_parts(some, len(motion.attitude))
-    readings[0] = np.nan
-    return readings
-
-
-def _by_parts(function: Callable[[slice], Floats], n: int) -> Floats:
-    """A function of samples, some of them at a time."""
-    return np.concatenate([function(slice(k, k + _SAMPLES)) for k in range(0, n, _SAMPLES)])
+    v = to_body(model.references[:, index])
+    report = sensor.measured(SimpleNamespace(to_body=to_body, **x), v)
+    seen = model.available[:, index] & (v @ boresight >= np.cos(half_angle))
+    seen[0] = False  # the start is what is believed
+    return np.where(seen[:, None, None], as_array(sensor.with_noise(report, noise)), np.nan)

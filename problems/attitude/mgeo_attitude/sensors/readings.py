@@ -16,15 +16,15 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Readings:
-    """Reports of r runs of n steps, simulated or recorded.
+    """Reports of a run of n steps, simulated or recorded.
 
     Attributes
     ----------
     durations : array, shape (n,)
         Of the steps [s]; they need not be equal.
-    gyro : array, shape (n, r, 3)
+    gyro : array, shape (n, 3)
         Mean of the reported rate over each step [rad/s].
-    sensors : tuple of arrays, shape (n + 1, r, k, 3)
+    sensors : tuple of arrays, shape (n + 1, k, 3)
         The k vectors that each sensor reports at every sample, NaN where it reports nothing.
     """
 
