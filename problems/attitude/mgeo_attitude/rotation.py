@@ -17,9 +17,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from mgeo_attitude._typing import Floats
 
 #: Levi-Civita's symbol: (a × b)_i = Σ ε[i, j, k] a_j b_k.
 EPSILON = np.zeros((3, 3, 3))

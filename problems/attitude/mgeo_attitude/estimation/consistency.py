@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 from scipy.stats import binom, chi2
 
-from mgeo_attitude.estimation.monte_carlo import Floats, MonteCarlo
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.estimation.monte_carlo import MonteCarlo
 
 #: Probability that a Gaussian error is beyond three times its 1-sigma.
 _BEYOND_3_SIGMA = 0.0026997960632601866

@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.rotation import matrix, multiply, skew, vector
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

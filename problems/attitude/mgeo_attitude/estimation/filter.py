@@ -14,8 +14,8 @@ from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.estimation.estimate import Estimate, reset
 from mgeo_attitude.estimation.innovation import innovation, jacobian, second_moments
 from mgeo_attitude.fields import Validated, quantity
@@ -23,8 +23,6 @@ from mgeo_attitude.filter.discretization import discretize
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.rotation import exponential, multiply, vector
 from mgeo_attitude.sensors.readings import Readings, as_reported
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,7 +173,6 @@ class ErrorStateFilter:
         """
         options, P, seen = self.estimator, estimate.covariance, ~np.isnan(readings[:, 0, 0])
         y = as_reported(np.where(seen[:, None, None], readings, 0.0))
-        noise = np.diag(np.square(self.suite.sensors[index].noise()))[..., None]
         at, e, nis = estimate, np.zeros_like(estimate.states), np.zeros(0)
         for iteration in range(options.iterations):
             if iteration:
@@ -186,7 +183,9 @@ class ErrorStateFilter:
             states, H = jacobian(slopes)
             HP = multiply(H, P[states])
             z = r.value + (H * e[states]).sum(axis=1)
-            S = multiply(HP[:, states], H.swapaxes(0, 1)) + noise
+            S = multiply(HP[:, states], H.swapaxes(0, 1))
+            for i, sigma in enumerate(self.suite.sensors[index].noise()):
+                S[i, i] += sigma**2
             if options.second_order:
                 mean, covariance = second_moments(slopes, P)
                 z, S = z + mean, S + covariance

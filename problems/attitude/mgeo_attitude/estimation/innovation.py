@@ -8,14 +8,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.taylor import Taylor, uncertain, uncertain_rotation
 from mgeo_attitude.filter.suite import Suite
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 def innovation(
@@ -54,9 +51,10 @@ def innovation(
 def jacobian(r: Taylor) -> tuple[Ints, Floats]:
     """The m states that matter, shape (m,), and H = -∂r/∂e of these, shape (3, m, runs)."""
     numbers = tuple(term[0] for term in r.terms if len(term) == 1)
-    runs = r.value.shape[-1]
-    parts = [np.broadcast_to(-r.terms[(number,)], (3, 3, runs)) for number in numbers]
-    return _states(numbers), np.concatenate(parts, axis=1)
+    H = np.empty((3, 3 * len(numbers), r.value.shape[-1]))
+    for k, number in enumerate(numbers):
+        np.negative(r.terms[(number,)], out=H[:, 3 * k : 3 * k + 3])
+    return _states(numbers), H
 
 
 def second_moments(r: Taylor, P: Floats) -> tuple[Floats, Floats]:

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from mgeo_attitude._typing import Floats, Ints
 
 _AXES = ("x", "y", "z")
 
@@ -21,7 +20,7 @@ class Record:
     sigma: Floats
     nees: Floats
     nis: Floats
-    updates: NDArray[np.int64]
+    updates: Ints
     inside: Floats
 
 

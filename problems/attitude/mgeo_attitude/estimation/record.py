@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.filter import ErrorStateFilter, Estimator
 from mgeo_attitude.estimation.monte_carlo import Record
@@ -14,9 +14,6 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.flight import Flight
 from mgeo_attitude.rotation import multiply
 from mgeo_attitude.scenario import KeepOut
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 def record(
@@ -82,7 +79,7 @@ def record(
 
 def _inside(
     cones: Sequence[KeepOut], sun: Floats, planned: Floats, true: Floats, before: Estimate
-) -> NDArray[np.bool_]:
+) -> Bools:
     """Whether the Sun is inside, steered and open loop, shape (r, 2, n_cones).
 
     `before` is the estimate before the measurements of the sample.
@@ -92,5 +89,5 @@ def _inside(
     directions = np.stack([steered, np.broadcast_to(sun[:, None], steered.shape)])
     axes = np.array([cone.axis() for cone in cones])
     cosines = np.cos(np.radians([cone.half_angle_deg for cone in cones]))
-    inside: NDArray[np.bool_] = np.einsum("ci,ijr,wjr->rwc", axes, true, directions) > cosines
+    inside: Bools = np.einsum("ci,ijr,wjr->rwc", axes, true, directions) > cosines
     return inside

@@ -9,8 +9,9 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from mgeo_attitude._typing import Ints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.estimation.filter import Estimator
 from mgeo_attitude.estimation.monte_carlo import MonteCarlo, Record
@@ -21,7 +22,6 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.flight import Motion, draw, fly, other_truth
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors.readings import n_vectors
 
 #: Runs that are computed side by side: their covariances fit into a processor's cache.
 RUNS = 100
@@ -96,8 +96,6 @@ def simulate(
         warnings.warn(reason, OutsideValidity, stacklevel=2)
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
-    for sensor in model.suite.sensors:
-        n_vectors(sensor)  # a sensor that cannot be simulated is found out first
     real = model if truth is None else other_truth(truth, scenario, environment)
     t_end = reference_run(model, plan).t_end
     # with a window longer than the scenario the filter runs to its end
@@ -134,7 +132,7 @@ def simulate(
     )
 
 
-def _samples(model: FilterModel, t_end: float) -> NDArray[np.int64]:
+def _samples(model: FilterModel, t_end: float) -> Ints:
     """The start, about N_RECORDS steps at equal distance, that of `t_end`, and the last."""
     stride = -(-model.n_steps // N_RECORDS)
     steps = [*range(0, model.n_steps, stride), round(t_end / model.step), model.n_steps]

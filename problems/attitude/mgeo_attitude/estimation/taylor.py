@@ -11,11 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.rotation import EPSILON, multiply
-
-Floats = NDArray[np.float64]
 
 #: The errors are 3-vectors with numbers. A term (i, j) stands for Σ T[p, q] e_i[p] e_j[q].
 Term = tuple[int, ...]

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.discretization import discretize
 from mgeo_attitude.filter.model import FilterModel
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

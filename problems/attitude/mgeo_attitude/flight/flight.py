@@ -6,17 +6,16 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import attitudes
 from mgeo_attitude.filter.timeline import flown
 from mgeo_attitude.flight.draws import Draws, at_rest
 from mgeo_attitude.rotation import matrix
 from mgeo_attitude.sensors.readings import Readings, as_array
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.fields import Validated, quantity
 from mgeo_attitude.units import Unit
 from mgeo_attitude.vector import Vec3
@@ -77,7 +75,7 @@ class Sensor(Validated, ABC):
             f"{type(self).__name__} does not say what it measures: define `measured` to simulate it"
         )
 
-    def with_noise(self, measured: Any, noise: NDArray[np.float64]) -> Any:
+    def with_noise(self, measured: Any, noise: Floats) -> Any:
         """What it reports with noise, shape (..., 3) in the unit of `measure`."""
         return measured + noise
 
@@ -89,7 +87,7 @@ class Sensor(Validated, ABC):
     def noise(self) -> tuple[float, float, float]:
         """Measurement noise, 1-sigma per axis, in the unit of the measurement."""
 
-    def inertial_vector(self, environment: Environment) -> NDArray[np.float64] | None:
+    def inertial_vector(self, environment: Environment) -> Floats | None:
         """Vector it looks at, GCRS, shape (n_steps + 1, 3); None where `measure` uses none."""
         return None
 
@@ -99,6 +97,6 @@ class Sensor(Validated, ABC):
         """
         return None
 
-    def available(self, environment: Environment) -> NDArray[np.bool_] | None:
+    def available(self, environment: Environment) -> Bools | None:
         """Samples at which it can measure, shape (n_steps + 1,); None for all."""
         return None

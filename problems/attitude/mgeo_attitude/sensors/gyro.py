@@ -7,15 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import Validated, positive, quantity
 from mgeo_attitude.rotation import rotate, unrotate
 from mgeo_attitude.units import DEG, DEG_H, Unit
 from mgeo_attitude.vector import Vec3, cross, scale
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.base import Sensor
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

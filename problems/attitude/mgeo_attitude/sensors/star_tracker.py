@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import positive, quantity
 from mgeo_attitude.rotation import cross, dot, rotate, unrotate
 from mgeo_attitude.sensors.base import NAME, Sensor
@@ -50,9 +50,7 @@ class StarTracker(Sensor):
         """The axes of GCRS, in the tracker's."""
         return tuple(rotate(x.misalignment, x.to_body(axis)) for axis in np.eye(3))
 
-    def with_noise(
-        self, measured: tuple[Any, ...], noise: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], ...]:
+    def with_noise(self, measured: tuple[Any, ...], noise: Floats) -> tuple[Floats, ...]:
         """The axes turned by R(-noise), so that the `innovation` is the noise."""
         return tuple(unrotate(noise, axis) for axis in measured)
 

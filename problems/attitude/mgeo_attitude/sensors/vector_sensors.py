@@ -7,9 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.fields import InvalidValue, positive, quantity
 from mgeo_attitude.rotation import rotate
 from mgeo_attitude.sensors.base import NAME, Sensor
@@ -77,7 +75,7 @@ class SunSensor(VectorSensor):
         sigma = math.radians(self.noise_deg)
         return (sigma, sigma, sigma)
 
-    def inertial_vector(self, environment: Environment) -> NDArray[np.float64]:
+    def inertial_vector(self, environment: Environment) -> Floats:
         return environment.sun
 
     def field_of_view(self) -> tuple[tuple[float, float, float], float] | None:
@@ -85,7 +83,7 @@ class SunSensor(VectorSensor):
             return None
         return unit(self.boresight), math.radians(self.field_of_view_deg)
 
-    def available(self, environment: Environment) -> NDArray[np.bool_] | None:
+    def available(self, environment: Environment) -> Bools | None:
         return None if environment.sunlit.all() else environment.sunlit
 
 
@@ -116,5 +114,5 @@ class Magnetometer(VectorSensor):
         sigma = self.noise_nt / FIELD_UNIT_NT
         return (sigma, sigma, sigma)
 
-    def inertial_vector(self, environment: Environment) -> NDArray[np.float64]:
+    def inertial_vector(self, environment: Environment) -> Floats:
         return environment.field / FIELD_UNIT_NT
