@@ -107,7 +107,7 @@ def with_uncertainty(scenario: Scenario, values: dict[str, float]) -> Scenario:
         if what == "attitude [deg]":
             initial = dataclasses.replace(initial, attitude_deg=value)
         elif what == "gyro bias [deg/s]":
-            gyro = dataclasses.replace(gyro, bias_deg_s=value)
+            gyro = dataclasses.replace(gyro, initial_bias_deg_s=value)
         else:
             sensors = tuple(dataclasses.replace(s, misalignment_deg=value) for s in sensors)
     return dataclasses.replace(scenario, initial=initial, gyro=gyro, sensors=sensors)

@@ -314,10 +314,10 @@ def test_scenarios_outside_the_map_are_warned_of(paper):
     assert validity(Scenario.paper()) == ()
     assert validity(Scenario.cubesat_6u()) == ()
     scenario, environment = paper
-    gyro = dataclasses.replace(scenario.gyro, bias_deg_s=1.0)
+    gyro = dataclasses.replace(scenario.gyro, initial_bias_deg_s=1.0)
     large = dataclasses.replace(scenario, gyro=gyro)
-    assert [reason.split(" ")[0] for reason in validity(large)] == ["gyro.bias_deg_s"]
-    with pytest.warns(OutsideValidity, match=r"gyro.bias_deg_s = 1: .* true up to"):
+    assert [reason.split(" ")[0] for reason in validity(large)] == ["gyro.initial_bias_deg_s"]
+    with pytest.warns(OutsideValidity, match=r"gyro.initial_bias_deg_s = 1: .* true up to"):
         run((large, environment), 1)
 
 

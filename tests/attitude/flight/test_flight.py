@@ -109,12 +109,12 @@ def test_a_bias_decays_as_it_does_in_truth_whatever_the_estimator_believes(model
 def test_gyro_noise_is_the_markov_process_of_equation_2():
     """Bias and its integral over a step: an independent quadrature of their joint covariance."""
     gyro = dataclasses.replace(
-        Scenario.paper().gyro, bias_decay=0.3, rate_random_walk=0.02, bias_deg_s=1.0
+        Scenario.paper().gyro, bias_decay=0.3, rate_random_walk=0.02, initial_bias_deg_s=1.0
     )
     model = FilterModel.from_scenario(short(Scenario.paper(), gyro=gyro, step=0.5))
     F, Q = at_rest(model)
     A = np.array([[0.0, -1.0], [0.0, -0.3]])
-    D = np.diag([(np.radians(gyro.angle_random_walk_deg_sqrt_h) / 60.0) ** 2, 0.02**2])
+    D = np.diag([(np.radians(gyro.angle_random_walk_deg_per_sqrt_h) / 60.0) ** 2, 0.02**2])
     nodes, weights = np.polynomial.legendre.leggauss(20)
     expected = sum(
         0.25 * w * expm(A * s) @ D @ expm(A * s).T

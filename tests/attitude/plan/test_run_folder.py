@@ -143,8 +143,8 @@ def edit(folder, change):
         (lambda d: d["configuration"].update(problem="zdt1"), r"configuration\.problem = 'zdt1'"),
         (lambda d: d["configuration"].update(options=3), r"options = 3: expected a table"),
         (
-            lambda d: d["configuration"]["options"]["gyro"].update(bias_deg_s=-1.0),
-            r"configuration\.options\.gyro\.bias_deg_s = -1\.0",
+            lambda d: d["configuration"]["options"]["gyro"].update(initial_bias_deg_s=-1.0),
+            r"configuration\.options\.gyro\.initial_bias_deg_s = -1\.0",
         ),
         (
             lambda d: d["configuration"]["options"]["maneuvers"].update(count=10**8),

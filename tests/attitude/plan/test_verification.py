@@ -52,7 +52,7 @@ def test_a_real_plan(short_plan):
 def test_a_filter_that_is_promised_too_much_is_caught(short_plan, monkeypatch):
     """Truth with three times the Sun sensor's noise and bias."""
     sun, *others = short_plan.scenario.sensors
-    worse = dataclasses.replace(sun, noise_deg=6.0, bias=0.06)
+    worse = dataclasses.replace(sun, noise_deg=6.0, initial_bias=0.06)
     truth = dataclasses.replace(short_plan.scenario, sensors=(worse, *others))
     monkeypatch.setattr(
         verification,

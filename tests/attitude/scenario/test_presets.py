@@ -39,7 +39,7 @@ def test_paper_leaves_open_what_reproduces_its_fronts() -> None:
     assert scenario.initial.attitude_deg == 5.0
     assert dict(scenario.trace_weights) == {}
     gyro = scenario.gyro
-    assert gyro.angle_random_walk_deg_sqrt_h == 0.01
+    assert gyro.angle_random_walk_deg_per_sqrt_h == 0.01
     assert gyro.rate_random_walk == 3e-8
     assert gyro.bias_decay == 1e-5
     assert gyro.states() == {"bias": math.radians(0.01)}
@@ -72,15 +72,15 @@ def test_the_paper_has_18_states() -> None:
 def test_cubesat_instruments() -> None:
     scenario = Scenario.cubesat_6u()
     gyro, (sun, mag) = scenario.gyro, scenario.sensors
-    assert gyro.angle_random_walk_deg_sqrt_h == 0.15
+    assert gyro.angle_random_walk_deg_per_sqrt_h == 0.15
     assert gyro.rate_random_walk == 8.1e-8
-    assert gyro.bias_deg_s * 3600.0 == pytest.approx(10.0, rel=1e-15)  # deg/h
+    assert gyro.initial_bias_deg_s * 3600.0 == pytest.approx(10.0, rel=1e-15)  # deg/h
     assert isinstance(sun, SunSensor)
     assert sun.noise_deg == 0.5
     assert sun.misalignment_deg == 0.5
-    assert math.degrees(sun.bias) == pytest.approx(0.17, rel=1e-15)
+    assert math.degrees(sun.initial_bias) == pytest.approx(0.17, rel=1e-15)
     assert isinstance(mag, Magnetometer)
-    assert (mag.noise_nt, mag.misalignment_deg, mag.bias_nt) == (100.0, 1.0, 500.0)
+    assert (mag.noise_nt, mag.misalignment_deg, mag.initial_bias_nt) == (100.0, 1.0, 500.0)
     assert scenario.initial.attitude_deg == 10.0
     assert scenario.eclipse is True
 

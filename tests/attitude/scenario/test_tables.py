@@ -142,7 +142,7 @@ def test_a_missing_key_of_a_section_says_what_it_takes() -> None:
         ),
         (
             {"gyro": {"bias": 1.0}},
-            "gyro.bias: unknown key, did you mean 'bias_decay' or 'bias_d",
+            "gyro.bias: unknown key, did you mean 'bias_decay' or 'initial_bias_d",
         ),
         ({"initial": {"attitude": 1.0}}, "initial.attitude: unknown key, did you mean 'attitude_"),
         ({"maneuvers": {"counts": 1}}, "maneuvers.counts: unknown key, did you mean 'count'?"),
@@ -215,7 +215,10 @@ def test_values_that_are_refused(override: dict[str, Any], message: str) -> None
         ({"sensors": ["sun-sensor"]}, "sensors[0] = 'sun-sensor': expected a table"),
         ({"trace_weights": [1.0]}, "trace_weights = [1.0]: expected a table"),
         ({"epoch": 2018}, "epoch = 2018: expected a date and time"),
-        ({"gyro": {"bias_deg_s": True}}, "gyro.bias_deg_s = True: expected a number > 0 deg/s"),
+        (
+            {"gyro": {"initial_bias_deg_s": True}},
+            "gyro.initial_bias_deg_s = True: expected a number > 0 deg/s",
+        ),
         (
             {"initial": {"attitude_deg": "5"}},
             "initial.attitude_deg = '5': expected a number in",

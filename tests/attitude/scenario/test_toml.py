@@ -116,7 +116,7 @@ def test_an_epoch_with_an_offset_is_converted_to_utc() -> None:
             "sensors[1].name = 'mag': expected a name that no other sensor nor the gyro has",
         ),
         ("[[sensors]]\nkind = 'radar'", "sensors[0].kind = 'radar': unknown kind (known: 'sun-"),
-        ("[gyro]\nbiass = 1", "gyro.biass: unknown key, did you mean 'bias_d"),
+        ("[gyro]\nbias_decays = 1", "gyro.bias_decays: unknown key, did you mean 'bias_d"),
     ],
 )
 def test_an_error_names_file_and_key(tmp_path: Path, text: str, message: str) -> None:

@@ -24,7 +24,7 @@ def validity(scenario: Scenario) -> tuple[str, ...]:
     """
     limits = [
         ("initial.attitude_deg", scenario.initial.attitude_deg, MAX_ATTITUDE_DEG),
-        ("gyro.bias_deg_s", scenario.gyro.bias_deg_s, MAX_GYRO_BIAS_DEG_S),
+        ("gyro.initial_bias_deg_s", scenario.gyro.initial_bias_deg_s, MAX_GYRO_BIAS_DEG_S),
         ("gyro.misalignment_deg", scenario.gyro.misalignment_deg, MAX_MISALIGNMENT_DEG),
     ]
     for index, sensor in enumerate(scenario.sensors):

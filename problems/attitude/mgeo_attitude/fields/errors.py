@@ -35,8 +35,8 @@ class KeyProblem(InvalidValue):
 def known_names(name: object, known: Iterable[str]) -> str:
     """``, did you mean 'x'? (known: 'x', 'y')``, the question only if a known name is close."""
     names = list(known)
-    # the usual slip is a key without its unit: bias for bias_deg_s
-    longer = [candidate for candidate in names if candidate.startswith(f"{name}_")]
+    # the usual slip is a part of the key: without its unit, or bias_nt for initial_bias_nt
+    longer = [candidate for candidate in names if f"_{name}_" in f"_{candidate}_"]
     close = longer or get_close_matches(str(name), names, n=1)
     question = f", did you mean {' or '.join(map(repr, close))}?" if close else ""
     return f"{question} (known: {', '.join(map(repr, names))})"

@@ -23,7 +23,7 @@ class Gyro(Validated):
     #: See `Sensor.units`.
     units: ClassVar[Mapping[str, Unit]] = {"bias": DEG_H, "misalignment": DEG}
 
-    angle_random_walk_deg_sqrt_h: float = positive(
+    angle_random_walk_deg_per_sqrt_h: float = positive(
         0.01, unit="deg/sqrt(h)", doc="angle random walk, 1-sigma"
     )
     rate_random_walk: float = quantity(
@@ -32,7 +32,7 @@ class Gyro(Validated):
     bias_decay: float = quantity(
         1e-5, unit="1/s", low=0.0, doc="inverse correlation time of the bias"
     )
-    bias_deg_s: float = positive(0.01, unit="deg/s", doc="initial bias, 1-sigma per axis")
+    initial_bias_deg_s: float = positive(0.01, unit="deg/s", doc="initial bias, 1-sigma per axis")
     scale_factor: float = quantity(
         0.0, low=0.0, doc="scale-factor error, 1-sigma per axis; 0 leaves the states out"
     )
@@ -42,7 +42,7 @@ class Gyro(Validated):
 
     def states(self) -> dict[str, float]:
         """Error states it adds (3-vectors, body axes) with their initial 1-sigma per axis."""
-        states = {"bias": math.radians(self.bias_deg_s)}
+        states = {"bias": math.radians(self.initial_bias_deg_s)}
         if self.scale_factor:
             states["scale_factor"] = self.scale_factor
         if self.misalignment_deg:
@@ -92,6 +92,6 @@ class Gyro(Validated):
     def diffusion(self) -> dict[str, float]:
         """Power spectral density of the noise that drives each state, per axis."""
         return {
-            "theta": (math.radians(self.angle_random_walk_deg_sqrt_h) / 60.0) ** 2,
+            "theta": (math.radians(self.angle_random_walk_deg_per_sqrt_h) / 60.0) ** 2,
             "bias": self.rate_random_walk**2,
         }

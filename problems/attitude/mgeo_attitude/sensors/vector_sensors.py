@@ -49,7 +49,7 @@ class SunSensor(VectorSensor):
     misalignment_deg: float = positive(
         1.0, unit="deg", doc="initial misalignment, 1-sigma per axis"
     )
-    bias: float = positive(0.02, doc="initial bias of the unit vector, 1-sigma per axis")
+    initial_bias: float = positive(0.02, doc="initial bias of the unit vector, 1-sigma per axis")
 
     boresight: tuple[float, float, float] = quantity(
         (0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)"
@@ -69,7 +69,7 @@ class SunSensor(VectorSensor):
             raise InvalidValue("boresight", self.boresight, "expected a direction, not zero")
 
     def states(self) -> dict[str, float]:
-        return {"misalignment": math.radians(self.misalignment_deg), "bias": self.bias}
+        return {"misalignment": math.radians(self.misalignment_deg), "bias": self.initial_bias}
 
     def noise(self) -> tuple[float, float, float]:
         sigma = math.radians(self.noise_deg)
@@ -102,12 +102,12 @@ class Magnetometer(VectorSensor):
     misalignment_deg: float = positive(
         1.0, unit="deg", doc="initial misalignment, 1-sigma per axis"
     )
-    bias_nt: float = positive(2000.0, unit="nT", doc="initial bias, 1-sigma per axis")
+    initial_bias_nt: float = positive(2000.0, unit="nT", doc="initial bias, 1-sigma per axis")
 
     def states(self) -> dict[str, float]:
         return {
             "misalignment": math.radians(self.misalignment_deg),
-            "bias": self.bias_nt / FIELD_UNIT_NT,
+            "bias": self.initial_bias_nt / FIELD_UNIT_NT,
         }
 
     def noise(self) -> tuple[float, float, float]:
