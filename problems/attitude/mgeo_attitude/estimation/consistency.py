@@ -32,7 +32,7 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Consistency:
-    """The verdict on a Monte Carlo simulation, criterion by criterion."""
+    """Conclusions from a Monte Carlo simulation, criterion by criterion."""
 
     criteria: tuple[Criterion, ...]
 

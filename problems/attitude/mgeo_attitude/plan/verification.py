@@ -56,7 +56,7 @@ class Verification:
 
 
 def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification:
-    """Fly a plan `n_runs` times with other errors each time; see `truth.simulate`.
+    """Fly a plan `n_runs` times with other errors each time; see `estimation.simulate`.
 
     Raises
     ------
