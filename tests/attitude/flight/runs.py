@@ -2,7 +2,7 @@
 
 import numpy as np
 from mgeo_attitude import Estimator
-from mgeo_attitude.estimation.record import record
+from mgeo_attitude.estimation.simulate import record
 from mgeo_attitude.flight import Draws, Motion, fly
 
 

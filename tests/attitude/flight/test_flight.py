@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Gyro, Scenario, SunSensor
 from mgeo_attitude.flight import draw
-from mgeo_attitude.flight.draws import at_rest
+from mgeo_attitude.flight.flight import at_rest
 from mgeo_attitude.scenario import Convergence
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm

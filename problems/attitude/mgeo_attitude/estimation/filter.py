@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from types import SimpleNamespace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -54,31 +53,6 @@ class Estimator(Validated):
         return Estimator(jacobians="aligned", second_order=False, reset=False)
 
 
-class Transition(NamedTuple):
-    """A step of the n_dynamic states of attitude and gyro; the last axis is for runs."""
-
-    #: [s]
-    duration: float
-    #: What the gyro's errors add to that of the attitude, equation (7), (3, n_dynamic - 3, 1).
-    F: Floats
-    #: Process noise, shape (n_dynamic, n_dynamic, 1).
-    Q: Floats
-    #: What a gyro state of one becomes, and its error, shape (n_dynamic - 3, 1).
-    decay: Floats
-    #: Mean over the step of a bias that is one at first, shape (3, 1).
-    mean_bias: Floats
-
-    @classmethod
-    def of(cls, suite: Suite, rate: Sequence[float], duration: float) -> Transition:
-        """At a body rate [rad/s]."""
-        density = suite.diffusion()
-        F, Q = discretize(suite.dynamics_matrix(np.array(rate)), density, duration)
-        rest, _ = discretize(suite.dynamics_matrix(np.zeros(3)), density, duration)
-        mean_bias = -np.diag(rest[:3, 3:6]) / duration
-        F, Q = F[:3, 3:, None], Q[..., None]
-        return cls(duration, F, Q, np.diag(rest)[3:, None], mean_bias[:, None])
-
-
 @dataclass(frozen=True)
 class ErrorStateFilter:
     """A filter of a suite, multiplicative in rotations; errors are fed back after each update."""
@@ -107,7 +81,7 @@ class ErrorStateFilter:
         Estimates before and after the measurements of a sample, and the normalized squares of
         their innovations, shape (n_sensors, r), NaN where a sensor reports nothing.
         """
-        transition = cache(lambda rate, duration: Transition.of(self.suite, rate, duration))
+        at_rate = cache(partial(discretized, self.suite))
         gyro = np.stack([run.gyro for run in readings], axis=1)
         sensors = [
             np.stack(runs, axis=1) for runs in zip(*(run.sensors for run in readings), strict=True)
@@ -115,9 +89,10 @@ class ErrorStateFilter:
         estimate = start
         for k in range(len(vectors)):
             if k:
-                duration = float(readings[0].durations[k - 1])
-                step = transition(tuple(rates[k - 1].tolist()), duration)
-                estimate = self.predict(estimate, gyro[k - 1], step)
+                step = float(readings[0].durations[k - 1])
+                F, Q = at_rate(tuple(rates[k - 1].tolist()), step)
+                rest, _ = at_rate((0.0, 0.0, 0.0), step)
+                estimate = self.predict(estimate, gyro[k - 1], step, F, Q, rest)
             before, nis = estimate, np.full((len(sensors), len(readings)), np.nan)
             for index, reported in enumerate(sensors):
                 if not np.isnan(reported[k]).all():
@@ -126,31 +101,41 @@ class ErrorStateFilter:
                     )
             yield before, estimate, nis
 
-    def predict(self, estimate: Estimate, reported: Floats, step: Transition) -> Estimate:
-        """Over a step in which the gyro reports a mean rate, shape (r, 3), equation (3).
+    def predict(
+        self, estimate: Estimate, reported: Floats, step: float, F: Floats, Q: Floats, rest: Floats
+    ) -> Estimate:
+        """Over a step [s], equation (3); attitude follows the gyro, corrected by the estimate.
 
-        Attitude follows the gyro, corrected by what is estimated of its errors.
+        Parameters
+        ----------
+        reported : array, shape (r, 3)
+            Mean rate that the gyro reports.
+        F, Q, rest : arrays, shape (n_dynamic, n_dynamic)
+            Transition and process noise, see `discretized`, and the transition without rotation.
         """
+        decay, mean_bias = np.diag(rest)[3:, None], -np.diag(rest[:3, 3:6])[:, None] / step
         gyro, d = self.suite.gyro, self.suite.n_dynamic
         x = {state: estimate.states[i : i + 3] for state, i in self.suite.places(gyro).items()}
         for number, state in enumerate((s for s in x if s in gyro.rotations), start=1):
             x[state] = vector(estimate.rotations[:, :, number])
-        x["bias"] = step.mean_bias * x["bias"]
+        x["bias"] = mean_bias * x["bias"]
         own = SimpleNamespace(**{state: value.T for state, value in x.items()})
-        turn = exponential(-step.duration * gyro.corrected(own, reported).T)
+        turn = exponential(-step * gyro.corrected(own, reported).T)
         rotations, states = estimate.rotations.copy(), estimate.states.copy()
         rotations[:, :, 0] = multiply(rotations[:, :, 0], turn.swapaxes(0, 1))
-        states[3:d] *= step.decay
-        F = np.concatenate([turn, np.repeat(step.F, turn.shape[-1], axis=-1)], axis=1)
+        states[3:d] *= decay
+        # of the rows of F only those of the attitude are not diagonal
+        top = np.repeat(F[:3, :, None], turn.shape[-1], axis=-1)
+        top[:, :3] = turn
         P = estimate.covariance.copy()
-        rows = multiply(F, P[:d])
-        attitude = multiply(rows[:, :d], F.swapaxes(0, 1))
-        rows[:, 3:d] *= step.decay
-        P[3:d] *= step.decay[:, None]
-        P[:, 3:d] *= step.decay
+        rows = multiply(top, P[:d])
+        attitude = multiply(rows[:, :d], top.swapaxes(0, 1))
+        rows[:, 3:d] *= decay
+        P[3:d] *= decay[:, None]
+        P[:, 3:d] *= decay
         P[:3], P[:, :3] = rows, rows.swapaxes(0, 1)
         P[:3, :3] = 0.5 * (attitude + attitude.swapaxes(0, 1))
-        P[:d, :d] += step.Q
+        P[:d, :d] += Q[..., None]
         return Estimate(estimate.places, rotations, states, P)
 
     def update(
@@ -199,6 +184,12 @@ class ErrorStateFilter:
         if options.reset:
             reset(P, e, estimate.places)
         return estimate.corrected(e, P), nis
+
+
+def discretized(suite: Suite, rate: Sequence[float], duration: float) -> tuple[Floats, Floats]:
+    """F and Q of a step [s] at a body rate [rad/s], equation (7), both (n_dynamic, n_dynamic)."""
+    F, Q = discretize(suite.dynamics_matrix(np.array(rate)), suite.diffusion(), duration)
+    return F, Q
 
 
 def whiten(S: Floats, HP: Floats, z: Floats) -> tuple[Floats, Floats]:
