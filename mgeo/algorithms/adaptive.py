@@ -89,14 +89,14 @@ def next_tau(
 
     Parameters
     ----------
-    tau : (n_runs,) the last ones.
-    chance, previous : (n_runs,) chance of improvement, now and the time before.
-    normal, uniform : (n_runs,) a standard normal and a uniform draw each.
+    tau : (n_walkers,) the last ones.
+    chance, previous : (n_walkers,) chance of improvement, now and the time before.
+    normal, uniform : (n_walkers,) a standard normal and a uniform draw each.
     n : length of the string that a walker is: variables, or bits.
 
     Returns
     -------
-    (n_runs,) 0.5 LogNormal(0, 1/sqrt(n)) where the chance is 0; tau + (0.5 + chance) U where it
+    (n_walkers,) 0.5 LogNormal(0, 1/sqrt(n)) where the chance is 0; tau + (0.5 + chance) U where it
     is not above the previous one; else tau.
     """
     reset = START * np.exp(normal / math.sqrt(n))

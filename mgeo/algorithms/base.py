@@ -37,7 +37,7 @@ _OF_A_RUN = _OPTIONS | {"pf"}  # which pymoo's examples pass on, and pymoo itsel
 class ExtremalOptimization(Walkers, Algorithm):
     """Generalized extremal optimization with any number of objectives.
 
-    `n_runs` walkers go side by side. In a generation each one proposes candidates, every one of
+    `n_walkers` walkers go side by side. In a generation each one proposes candidates, every one of
     which differs from it in a single coordinate. All candidates are evaluated in one batch and
     put to the Pareto test. Then each walker draws an objective, ranks its candidates by it and
     accepts one with a probability proportional to k^-tau (one of each group, if the leaf has
@@ -53,7 +53,7 @@ class ExtremalOptimization(Walkers, Algorithm):
     Parameters
     ----------
     tau : greediness of the acceptance, >= 0; or a rule of `mgeo.algorithms.adaptive`.
-    n_runs : number of walkers.
+    n_walkers : number of walkers.
     restart : where a walker without progress begins anew, one of `RESTARTS`. Progress is a
         candidate that enters the archive, or betters the walker's own best in some objective.
     patience : generations without progress before a restart.
@@ -74,7 +74,7 @@ class ExtremalOptimization(Walkers, Algorithm):
         self,
         *,
         tau: float | str,
-        n_runs: int,
+        n_walkers: int,
         restart: str = "never",
         patience: int = 50,
         sampling: Sampling | ArrayLike | None = None,
@@ -87,7 +87,7 @@ class ExtremalOptimization(Walkers, Algorithm):
         options.setdefault("evaluator", TolerantEvaluator())
         super().__init__(**options)
         self.tau = greediness("tau", tau, adaptive.RULES)
-        self.n_runs = integer("n_runs", n_runs, low=1, high=MOST_RUNS)
+        self.n_walkers = integer("n_walkers", n_walkers, low=1, high=MOST_RUNS)
         self.restart = choice("restart", restart, RESTARTS)
         self.patience = integer("patience", patience, low=1)
         self.sampling = sampling
@@ -103,6 +103,11 @@ class ExtremalOptimization(Walkers, Algorithm):
     def n_generations(self) -> int:
         """How many generations are complete."""
         return 0 if self.problem is None else self.state.n_generations
+
+    @property
+    def n_runs(self) -> int:
+        """`n_walkers`, which the papers call n_i re-initializations."""
+        return self.n_walkers
 
     def setup(
         self, problem: Problem, verbose: bool = False, progress: bool = False, **options: Any
@@ -124,7 +129,7 @@ class ExtremalOptimization(Walkers, Algorithm):
         RuntimeError : if the algorithm has begun a run already.
         """
         name = type(self).__name__
-        own = keywords(type(self), ExtremalOptimization) - _OPTIONS
+        own = (keywords(type(self), ExtremalOptimization) | {"n_runs"}) - _OPTIONS
         if misplaced := sorted(own & options.keys()):
             raise TypeError(f"{misplaced[0]} is a parameter of {name}(...), not of a run")
         refuse_unknown(options, _OF_A_RUN, f"setup (or minimize) of {name}", instead=INSTEAD)
@@ -132,7 +137,7 @@ class ExtremalOptimization(Walkers, Algorithm):
         refuse_dynamic(problem, name)
         self.variables = self._variables(problem)
         if options.get("termination", self.termination) is None:
-            options["termination"] = default_termination(self.n_runs)
+            options["termination"] = default_termination(self.n_walkers)
         super().setup(problem, verbose=verbose or self.verbose, progress=progress, **options)
         self._begin(problem)
         return self
@@ -144,7 +149,7 @@ class ExtremalOptimization(Walkers, Algorithm):
 
     def _begin(self, problem: Problem) -> None:
         """What `_setup` is for, out of the way of pymoo's wrappers, which put theirs over it."""
-        seeds = self.random_state.bit_generator.seed_seq.spawn(self.n_runs)
+        seeds = self.random_state.bit_generator.seed_seq.spawn(self.n_walkers)
         streams = [np.random.default_rng(seed) for seed in seeds]
         try:
             front = ParetoArchive(problem.n_obj, self.archive_size)
@@ -153,7 +158,7 @@ class ExtremalOptimization(Walkers, Algorithm):
         starts = None
         if self.sampling is not None:
             starts = given_starts(
-                self.sampling, problem, self.variables, self.n_runs, self.random_state
+                self.sampling, problem, self.variables, self.n_walkers, self.random_state
             )
         self._place(streams, front, starts)
 
@@ -172,7 +177,7 @@ class ExtremalOptimization(Walkers, Algorithm):
         entered = self.front.add(F, infills, violation)
         progress = self._accept(F, tolerated)
         if self.restart != "never":
-            progress |= entered.reshape(self.n_runs, -1).any(axis=1)
+            progress |= entered.reshape(self.n_walkers, -1).any(axis=1)
             if len(stuck := self._stuck(progress)):
                 self._begin_anew(stuck, self._restarts_of(stuck))
         self.pop = infills
@@ -219,10 +224,10 @@ class ExtremalOptimization(Walkers, Algorithm):
         self.opt = self.front.individuals
 
 
-def default_termination(n_runs: int) -> Termination:
+def default_termination(n_walkers: int) -> Termination:
     """`EXECUTIONS` generations, shared among the walkers: a fixed number of evaluations.
 
     It is counted in generations, which is the same and also ends a run whose candidates are
     evaluated without pymoo's evaluator.
     """
-    return MaximumGenerationTermination(max(1, EXECUTIONS // n_runs))
+    return MaximumGenerationTermination(max(1, EXECUTIONS // n_walkers))

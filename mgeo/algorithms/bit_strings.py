@@ -13,6 +13,7 @@ from mgeo._typing import FloatArray
 from mgeo._validation import choice
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.coding import BitCode, bit_counts
+from mgeo.algorithms.constructors import takes_n_runs
 from mgeo.algorithms.variables import Variables
 
 CODINGS = ("plain", "gray")
@@ -23,18 +24,19 @@ class BitStrings(ExtremalOptimization, ABC):
 
     Parameters
     ----------
-    tau, n_runs, restart, patience, archive_size, options : as for `ExtremalOptimization`.
+    tau, n_walkers, restart, patience, archive_size, options : as for `ExtremalOptimization`.
     bits : of each real variable, 1 to 52: one number for all, or one per variable. Integer and
         binary variables take as many as their levels need.
     coding : "plain" binary numbers, or "gray" codes, where neighbors differ in one bit.
     sampling : starting points of the first walkers, rounded to the nearest string: array of up to
-        (n_runs, n_var), population or pymoo `Sampling`; the others begin with random strings.
+        (n_walkers, n_var), population or pymoo `Sampling`; the others begin with random strings.
     """
 
+    @takes_n_runs
     def __init__(
         self,
         tau: float | str = 3.0,
-        n_runs: int = 30,
+        n_walkers: int = 30,
         bits: int | Sequence[int] = 16,
         coding: str = "plain",
         *,
@@ -46,7 +48,7 @@ class BitStrings(ExtremalOptimization, ABC):
     ) -> None:
         super().__init__(
             tau=tau,
-            n_runs=n_runs,
+            n_walkers=n_walkers,
             restart=restart,
             patience=patience,
             sampling=sampling,

@@ -2,12 +2,44 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import re
-from collections.abc import Collection, Mapping
-from typing import Any
+from collections.abc import Callable, Collection, Mapping
+from typing import Any, TypeVar, cast
 
 import numpy as np
+
+F = TypeVar("F", bound=Callable[..., None])
+
+
+def with_n_walkers(keywords: Mapping[str, Any]) -> dict[str, Any]:
+    """Keywords with `n_walkers` where `n_runs`, the papers' n_i, was given.
+
+    Raises
+    ------
+    TypeError : if both are given.
+    """
+    if {"n_runs", "n_walkers"} <= keywords.keys():
+        raise TypeError(
+            f"n_walkers = {keywords['n_walkers']!r} and n_runs = {keywords['n_runs']!r}: expected "
+            "one of them, n_runs is another name of n_walkers"
+        )
+    return {"n_walkers" if key == "n_runs" else key: value for key, value in keywords.items()}
+
+
+def takes_n_runs(constructor: F) -> F:
+    """Let a constructor with `n_walkers` and `**options` take `n_runs` in place of the former."""
+    signature = inspect.signature(constructor)
+
+    @functools.wraps(constructor)
+    def construct(*args: Any, **kwargs: Any) -> None:
+        if "n_runs" in kwargs:
+            named = signature.bind(*args, **kwargs).arguments
+            args, kwargs = (), with_n_walkers({**named.pop("options"), **named})
+        constructor(*args, **kwargs)
+
+    return cast(F, construct)
 
 
 def parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:

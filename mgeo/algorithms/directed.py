@@ -45,13 +45,13 @@ class MGEODirected(ExtremalOptimization):
 
     Walkers are therefore not independent: a walker's path depends on the others. All numbers but
     random points to begin at come from the algorithm's one random stream. A generation costs
-    n_runs x min(n_var, max_candidates) evaluations; nothing depends on the termination. With one
+    n_walkers x min(n_var, max_candidates) evaluations; nothing depends on the termination. With one
     objective all walkers minimize it.
 
     Parameters
     ----------
     tau : greediness, >= 0: the candidate of rank k is accepted with probability ~ k^-tau.
-    n_runs : number of walkers.
+    n_walkers : number of walkers.
     ends : share of the walkers that head for an end of the front, in [0, 1].
     difference : share of the candidates made by differences, in [0, 1].
     coupling : mean probabilities that a candidate changes also each of the other variables: made
@@ -66,11 +66,11 @@ class MGEODirected(ExtremalOptimization):
         those between the ends, and of those that head for an end.
     max_candidates : largest number of candidates of a walker; with more variables than that, so
         many of them are drawn at random each generation.
-    sampling : starting points of the first walkers: array of up to (n_runs, n_var), population or
+    sampling : points at which the first walkers start: up to (n_walkers, n_var), population or
         pymoo `Sampling`; the others begin uniform within the bounds. Starting points are not
         evaluated themselves.
     archive_size : largest number of points in the front, None for all of them.
-    options : options of every pymoo algorithm: `termination` (5000 // n_runs generations unless
+    options : options of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
 
     Attributes
@@ -87,7 +87,7 @@ class MGEODirected(ExtremalOptimization):
     def __init__(
         self,
         tau: float = 3.0,
-        n_runs: int = 8,
+        n_walkers: int = 8,
         ends: float = 0.4,
         difference: float = 0.5,
         coupling: Sequence[float] = (0.25, 0.5),
@@ -103,7 +103,7 @@ class MGEODirected(ExtremalOptimization):
     ) -> None:
         super().__init__(
             tau=number("tau", tau, low=0),
-            n_runs=n_runs,
+            n_walkers=n_walkers,
             sampling=sampling,
             archive_size=archive_size,
             options=options,
@@ -156,9 +156,9 @@ class MGEODirected(ExtremalOptimization):
         return np.arange(len(self.variables.kinds), dtype=np.intp)[None, :]
 
     def _propose(self) -> FloatArray:
-        """(n_runs, n_candidates, n_var) whole points, each of which changes its own variable."""
+        """(n_walkers, n_candidates, n_var) whole points, each of which changes its own variable."""
         xl, xu = self.variables.xl, self.variables.xu
-        own = np.broadcast_to(np.arange(len(xl)), (self.n_runs, len(xl)))
+        own = np.broadcast_to(np.arange(len(xl)), (self.n_walkers, len(xl)))
         if len(xl) > self.max_candidates:
             own = self.random_state.permuted(own, axis=1)[:, : self.max_candidates]
         differences = self._differences if len(self.front) else None
@@ -172,7 +172,11 @@ class MGEODirected(ExtremalOptimization):
         """(..., n_var) differences of two points, each from the archive or a walker's memory."""
         rng, n = self.random_state, len(self.front)
         draws = [
-            (rng.integers(n, size=shape), rng.integers(self.n_runs, size=shape), rng.random(shape))
+            (
+                rng.integers(n, size=shape),
+                rng.integers(self.n_walkers, size=shape),
+                rng.random(shape),
+            )
             for _ in range(2)
         ]
         archived, remembered, coin = (np.stack(each) for each in zip(*draws, strict=True))
@@ -188,20 +192,20 @@ class MGEODirected(ExtremalOptimization):
 
     def _accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
         state = self.state
-        F = F.reshape(self.n_runs, -1, F.shape[1])
+        F = F.reshape(self.n_walkers, -1, F.shape[1])
         violation = np.where(np.isfinite(F).all(axis=2), violation.reshape(F.shape[:2]), np.inf)
         known = extent(state.front.F)
         merit = distance(F, state.directions[:, None], *known)
         rng, n = self.random_state, F.shape[1]
         ranking = rank(merit, violation, rng.random(merit.shape))
         accepted = ranking[
-            np.arange(self.n_runs), pick(rng.random(self.n_runs), n, float(self.tau))
+            np.arange(self.n_walkers), pick(rng.random(self.n_walkers), n, float(self.tau))
         ]
         less = self._remember_best(F, violation, merit, ranking[:, 0], known)
-        state.walkers = self._values[np.arange(self.n_runs), accepted]
+        state.walkers = self._values[np.arange(self.n_walkers), accepted]
         self._go_back(known)
         self._renew(less, known)
-        return np.zeros(self.n_runs, dtype=np.bool_)
+        return np.zeros(self.n_walkers, dtype=np.bool_)
 
     def _remember_best(
         self,
@@ -212,7 +216,7 @@ class MGEODirected(ExtremalOptimization):
         known: Extent,
     ) -> BoolArray:
         """Keep the best points; tells whose constraint violation is less than ever."""
-        state, one = self.state, (np.arange(self.n_runs), best)
+        state, one = self.state, (np.arange(self.n_walkers), best)
         before = distance(state.memory_F, state.directions, *known)
         less = violation[one] < state.memory_violation
         better = less | (
@@ -225,7 +229,7 @@ class MGEODirected(ExtremalOptimization):
         return np.asarray(less)
 
     def _go_back(self, known: Extent) -> None:
-        state, chance = self.state, self.random_state.random(self.n_runs)
+        state, chance = self.state, self.random_state.random(self.n_walkers)
         recalls = (chance < self.recall) & np.isfinite(state.memory_violation)
         state.walkers[recalls] = state.memory[recalls]
         adopt = np.where(self._between(), *self.adopt)
@@ -265,7 +269,7 @@ class MGEODirected(ExtremalOptimization):
             self._begin_anew(rows, None)
 
     def _between(self) -> BoolArray:
-        """(n_runs,) which walkers head for several objectives at once."""
+        """(n_walkers,) which walkers head for several objectives at once."""
         return np.asarray(self.state.directions.max(axis=1) < 1)
 
     def _decode(self, points: FloatArray) -> FloatArray:

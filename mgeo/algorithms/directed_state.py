@@ -12,11 +12,11 @@ class DirectedState(RunState):
 
     Attributes
     ----------
-    directions : (n_runs, n_obj) weights of the walkers' objectives.
-    memory : (n_runs, n_var) the best point of each walker since it began.
-    memory_F, memory_violation : its objectives, (n_runs, n_obj), and constraint violation,
-        (n_runs,), infinite while there is none.
-    marked_F : (n_runs, n_obj) objectives of the best point at its last progress, likewise;
+    directions : (n_walkers, n_obj) weights of the walkers' objectives.
+    memory : (n_walkers, n_var) the best point of each walker since it began.
+    memory_F, memory_violation : its objectives, (n_walkers, n_obj), and constraint violation,
+        (n_walkers,), infinite while there is none.
+    marked_F : (n_walkers, n_obj) objectives of the best point at its last progress, likewise;
         `idle` counts the generations since then.
     """
 

@@ -42,14 +42,14 @@ def perturb(
 
     Parameters
     ----------
-    x : (n_runs, n_var) where the walkers stand.
-    noise : (n_runs, n_var) standard normal draws.
+    x : (n_walkers, n_var) where the walkers stand.
+    noise : (n_walkers, n_var) standard normal draws.
     sigma : standard deviation, one for all or (n_var,).
     scale : what sigma is a multiple of: one of `SCALES`.
     xl, xu : (n_var,) bounds.
 
     Returns
     -------
-    (n_runs, n_var) values, of which a candidate takes one.
+    (n_walkers, n_var) values, of which a candidate takes one.
     """
     return np.clip(x + sigma * scale(x, xl, xu) * noise, xl, xu)

@@ -9,6 +9,7 @@ from pymoo.core.sampling import Sampling
 
 from mgeo._typing import FloatArray, IntArray
 from mgeo._validation import choice, integer, number
+from mgeo.algorithms.constructors import takes_n_runs
 from mgeo.algorithms.real_steps import RealSteps
 
 SCHEDULES = ("factorial", "geometric")
@@ -29,7 +30,7 @@ class MGEOReal2(RealSteps):
     variable alone is perturbed by normal steps of ever smaller deviation and clipped to its
     bounds. The steps of each variable are ranked among themselves and one of them is accepted, so
     that a walker moves in all variables at once. The point it reaches is evaluated with the next
-    candidates: a generation costs n_runs x (n_var x n_steps + 1) evaluations. With one objective
+    candidates: a generation costs n_walkers x (n_var x n_steps + 1) evaluations. With one objective
     it is GEO_real2.
 
     Parameters
@@ -37,7 +38,8 @@ class MGEOReal2(RealSteps):
     sigma : standard deviation of the widest step, > 0: a number, or one per variable.
     tau : greediness, >= 0: the step of rank k is accepted with probability ~ k^-tau; or "a-geo1"
         or "a-geo2" to let it follow the search (`mgeo.algorithms.adaptive`).
-    n_runs : number of independent walkers (re-initializations).
+    n_walkers : number of independent walkers; `n_runs`, after the n_i re-initializations of the
+        papers, is another name of it.
     perturbation : what sigma is a multiple of: "absolute" the variable's unit, "relative" its
         value (a variable at zero stays there), "range" the width of its bounds (for variables
         of different units).
@@ -47,10 +49,10 @@ class MGEOReal2(RealSteps):
     restart : "never", or where a walker begins anew that has not advanced for `patience`
         generations: at a "random" point, or at one of the "archive".
     patience : generations without progress before a restart.
-    sampling : starting points of the first walkers: array of up to (n_runs, n_var), population or
+    sampling : points at which the first walkers start: up to (n_walkers, n_var), population or
         pymoo `Sampling`; the others begin uniform within the bounds.
     archive_size : largest number of points in the front, None for all of them.
-    options : options of every pymoo algorithm: `termination` (5000 // n_runs generations unless
+    options : options of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
 
     Raises
@@ -67,11 +69,12 @@ class MGEOReal2(RealSteps):
 
     _evaluates_walkers = True
 
+    @takes_n_runs
     def __init__(
         self,
         sigma: float | ArrayLike = 1.0,
         tau: float | str = 3.0,
-        n_runs: int = 30,
+        n_walkers: int = 30,
         perturbation: str = "absolute",
         n_steps: int = 5,
         divisor: float = 2.0,
@@ -86,7 +89,7 @@ class MGEOReal2(RealSteps):
         super().__init__(
             sigma=sigma,
             tau=tau,
-            n_runs=n_runs,
+            n_walkers=n_walkers,
             perturbation=perturbation,
             restart=restart,
             patience=patience,

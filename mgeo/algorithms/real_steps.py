@@ -12,6 +12,7 @@ from pymoo.core.sampling import Sampling
 from mgeo._typing import FloatArray
 from mgeo._validation import choice, numbers
 from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.constructors import takes_n_runs
 from mgeo.algorithms.moves import SCALES, perturb
 from mgeo.algorithms.variables import Variables
 
@@ -23,15 +24,16 @@ class RealSteps(ExtremalOptimization, ABC):
     ----------
     sigma : standard deviation of a step, > 0: a number, or one per variable.
     perturbation : what sigma is a multiple of, one of `mgeo.algorithms.moves.SCALES`.
-    tau, n_runs, restart, patience, sampling, archive_size, options : as for
+    tau, n_walkers, restart, patience, sampling, archive_size, options : as for
         `ExtremalOptimization`.
     """
 
+    @takes_n_runs
     def __init__(
         self,
         sigma: float | ArrayLike = 1.0,
         tau: float | str = 3.0,
-        n_runs: int = 30,
+        n_walkers: int = 30,
         perturbation: str = "absolute",
         *,
         restart: str = "never",
@@ -42,7 +44,7 @@ class RealSteps(ExtremalOptimization, ABC):
     ) -> None:
         super().__init__(
             tau=tau,
-            n_runs=n_runs,
+            n_walkers=n_walkers,
             restart=restart,
             patience=patience,
             sampling=sampling,

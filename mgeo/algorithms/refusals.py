@@ -10,10 +10,12 @@ from pymoo.problems.dyn import DynamicProblem
 _OPERATORS = "the algorithm's own parameters say how candidates are made and chosen"
 
 # Options of pymoo's algorithms, in their constructors and in runs, that examples use.
+_WALKERS = "n_walkers is the number of walkers, each of which proposes candidates of its own"
 INSTEAD = {
-    "pop_size": "n_runs is the number of walkers, each of which proposes candidates of its own",
-    "n_offsprings": "n_runs is the number of walkers, each of which proposes candidates of its own",
-    "ref_dirs": "MGEODirected(n_runs=...) spreads its walkers over the objectives by itself",
+    "pop_size": _WALKERS,
+    "n_offsprings": _WALKERS,
+    "n_runs": _WALKERS,
+    "ref_dirs": "MGEODirected(n_walkers=...) spreads its walkers over the objectives by itself",
     "x0": "sampling=[x0] lets the first walker begin there",
     "repair": "repair the design within the problem, or let a constraint measure what is wrong",
     "eliminate_duplicates": "of equal objective vectors the front keeps one in any case",

@@ -26,11 +26,11 @@ class RunState:
     streams : one `numpy.random.Generator` per walker.
     front : the archive.
     n_generations : how many generations are complete.
-    walkers : (n_runs, n_coordinates) where the walkers stand.
-    taus, chances : (n_runs, n_obj) of an adaptive tau: greediness and last chance of improvement.
-    standing, best : (n_runs, 1 + n_obj) merits (`adaptive.merits`) of where the walkers stand, and
+    walkers : (n_walkers, n_coordinates) where the walkers stand.
+    taus, chances : (n_walkers, n_obj) of an adaptive tau: its value and last chance of improvement.
+    standing, best : (n_walkers, 1 + n_obj) merits (`adaptive.merits`) where the walkers stand, and
         the best they have seen; kept if tau is adaptive or walkers restart.
-    idle : (n_runs,) generations since a walker's last progress; kept if walkers restart.
+    idle : (n_walkers,) generations since a walker's last progress; kept if walkers restart.
     """
 
     streams: list[np.random.Generator]

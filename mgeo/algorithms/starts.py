@@ -14,7 +14,7 @@ def given_starts(
     sampling: Sampling | ArrayLike,
     problem: Problem,
     variables: Variables,
-    n_runs: int,
+    n_walkers: int,
     random_state: np.random.Generator,
 ) -> FloatArray:
     """(n, n_var) values chosen by the user: points, a population, or a pymoo sampling.
@@ -22,10 +22,10 @@ def given_starts(
     Raises
     ------
     TypeError : for anything else.
-    ValueError : if there are not 1 to n_runs points of n_var numbers each, within the bounds.
+    ValueError : if there are not 1 to n_walkers points of n_var numbers each, within the bounds.
     """
     if isinstance(sampling, Sampling):
-        sampling = sampling.do(problem, n_runs, random_state=random_state)
+        sampling = sampling.do(problem, n_walkers, random_state=random_state)
     X = sampling.get("X") if isinstance(sampling, Population) else sampling
     try:
         starts = variables.values(np.asarray(X))
@@ -39,10 +39,10 @@ def given_starts(
             f"sampling of shape {starts.shape}: expected one row of n_var = {problem.n_var} "
             "numbers for each point to start at"
         )
-    if len(starts) > n_runs:
+    if len(starts) > n_walkers:
         raise ValueError(
-            f"sampling of {len(starts)} points: expected at most one for each of the n_runs = "
-            f"{n_runs} walkers (n_runs={len(starts)} starts at all of them)"
+            f"sampling of {len(starts)} points: expected at most one for each of the n_walkers = "
+            f"{n_walkers} walkers (n_walkers={len(starts)} starts at all of them)"
         )
     outside = ~((starts >= variables.xl) & (starts <= variables.xu))
     if outside.any():

@@ -20,7 +20,8 @@ class MGEOVar(BitStrings):
     ----------
     tau : greediness, >= 0: the bit of rank k is accepted with probability ~ k^-tau; or "a-geo1"
         or "a-geo2" to let it follow the search (`mgeo.algorithms.adaptive`).
-    n_runs : number of independent walkers (re-initializations).
+    n_walkers : number of independent walkers; `n_runs`, after the n_i re-initializations of the
+        papers, is another name of it.
     bits : of each real variable, at least 2: one number for all, or one per variable. Integer
         variables take as many as their levels need.
     coding : "plain" binary numbers, or "gray" codes, where neighbors differ in one bit.
@@ -28,9 +29,9 @@ class MGEOVar(BitStrings):
         generations: at a "random" point, or at one of the "archive".
     patience : generations without progress before a restart.
     sampling : starting points of the first walkers, rounded to the nearest string: array of up to
-        (n_runs, n_var), population or pymoo `Sampling`; the others begin with random strings.
+        (n_walkers, n_var), population or pymoo `Sampling`; the others begin with random strings.
     archive_size : largest number of points in the front, None for all of them.
-    options : options of every pymoo algorithm: `termination` (5000 // n_runs generations unless
+    options : options of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
 
     Raises

@@ -37,7 +37,7 @@ class Walkers(ABC):
     _evaluates_walkers = False
 
     tau: float | str
-    n_runs: int
+    n_walkers: int
     restart: str
     patience: int
     variables: Variables
@@ -67,7 +67,7 @@ class Walkers(ABC):
 
     @abstractmethod
     def _propose(self) -> FloatArray:
-        """(n_runs, n_groups, group_size) new values of the coordinates of `_layout`."""
+        """(n_walkers, n_groups, group_size) new values of the coordinates of `_layout`."""
 
     @abstractmethod
     def _decode(self, points: FloatArray) -> FloatArray:
@@ -97,7 +97,7 @@ class Walkers(ABC):
 
     @property
     def walkers(self) -> FloatArray:
-        """(n_runs, n_coordinates) where the walkers stand."""
+        """(n_walkers, n_coordinates) where the walkers stand."""
         return self.state.walkers
 
     def _place(
@@ -117,10 +117,10 @@ class Walkers(ABC):
             walkers = self._draw(streams)
         else:
             given = self._encode(starts)
-            others = [self._draw(streams[len(given) :])] if len(given) < self.n_runs else []
+            others = [self._draw(streams[len(given) :])] if len(given) < self.n_walkers else []
             walkers = np.concatenate([given, *others])
         self.state = self._new_state(streams, front, walkers)
-        self._forget(np.arange(self.n_runs))
+        self._forget(np.arange(self.n_walkers))
 
     def _forget(self, rows: IntArray) -> None:
         """Let walkers begin: all but where they stand is as of a new one."""
@@ -131,13 +131,13 @@ class Walkers(ABC):
         state.idle[rows] = 0
 
     def _candidates(self) -> FloatArray:
-        """(n_runs * candidates a walker, n_var) variables to evaluate, walker by walker."""
+        """(n_walkers * candidates a walker, n_var) variables to evaluate, walker by walker."""
         self._values = self._propose()
         present = ... if self._present is None else self._present
         changed = self._coordinates[present].ravel()
         own = int(self._evaluates_walkers)
         points = np.repeat(self.walkers[:, None, :], own + len(changed), axis=1)
-        values = self._values[:, present].reshape(self.n_runs, -1)
+        values = self._values[:, present].reshape(self.n_walkers, -1)
         points[:, own + np.arange(len(changed)), changed] = values
         decoded = self._decode(points)
         return decoded.reshape(-1, decoded.shape[-1])
@@ -152,16 +152,19 @@ class Walkers(ABC):
 
         Returns
         -------
-        (n_runs,) mask of the walkers that bettered their own best in some objective; all False
+        (n_walkers,) mask of the walkers that bettered their own best in some objective; all False
         if that is not kept.
         """
-        F, violation = F.reshape(self.n_runs, -1, F.shape[1]), violation.reshape(self.n_runs, -1)
+        F, violation = (
+            F.reshape(self.n_walkers, -1, F.shape[1]),
+            violation.reshape(self.n_walkers, -1),
+        )
         groups = len(self._order)
         own = int(self._evaluates_walkers)
         n = F.shape[1] - own
         draws = np.array([stream.random(1 + n + groups) for stream in self.streams])
         objective = (draws[:, 0] * F.shape[2]).astype(np.intp)
-        improved = np.zeros(self.n_runs, dtype=np.bool_)
+        improved = np.zeros(self.n_walkers, dtype=np.bool_)
         tau: Any = self.tau
         if watched := isinstance(self.tau, str) or self.restart != "never":
             merit = adaptive.merits(F, violation)
@@ -176,27 +179,27 @@ class Walkers(ABC):
         ties = self._grouped(draws[:, 1 : 1 + n], 2.0)  # what is absent comes last
         ranking = rank(self._grouped(f, np.nan), self._grouped(violation[:, own:], 0.0), ties)
         place = pick(draws[:, 1 + n :], self._sizes, tau)
-        walker, group = np.arange(self.n_runs)[:, None], np.arange(groups)[None, :]
+        walker, group = np.arange(self.n_walkers)[:, None], np.arange(groups)[None, :]
         accepted = ranking[walker, group, place]
         changed = self._coordinates[group, accepted]
         self.walkers[walker, changed] = self._values[walker, group, accepted]
         if watched and groups == 1:
             self.state.standing = merit[
-                np.arange(self.n_runs), own + self._order[0, accepted[:, 0]]
+                np.arange(self.n_walkers), own + self._order[0, accepted[:, 0]]
             ]
         return improved
 
     def _grouped(self, values: FloatArray, absent: float) -> FloatArray:
-        """(n_runs, n_groups, group_size) of values of the candidates, (n_runs, n)."""
+        """(n_walkers, n_groups, group_size) of values of the candidates, (n_walkers, n)."""
         if self._present is None:
-            return values.reshape(self.n_runs, *self._order.shape)
+            return values.reshape(self.n_walkers, *self._order.shape)
         return np.where(self._present, values[:, self._order], absent)
 
     def _adapted(self, objective: IntArray, merit: FloatArray) -> FloatArray:
-        """(n_runs, 1) greediness by the rule, renewed."""
+        """(n_walkers, 1) greediness by the rule, renewed."""
         state = self.state
         reference = state.best if self.tau == "a-geo1" else state.standing
-        drawn = np.arange(self.n_runs), objective
+        drawn = np.arange(self.n_walkers), objective
         chance = adaptive.better(merit, reference[:, None]).mean(axis=1)[drawn]
         uniform = np.array([stream.random() for stream in self.streams])
         normal = np.array([stream.standard_normal() for stream in self.streams])
@@ -207,13 +210,13 @@ class Walkers(ABC):
         return state.taus[drawn][:, None]
 
     def _remember(self, merit: FloatArray) -> BoolArray:
-        """Keep the best of (n_runs, n, 1 + n_obj) merits; tells who bettered it."""
+        """Keep the best of (n_walkers, n, 1 + n_obj) merits; tells who bettered it."""
         before = self.state.best
         self.state.best = adaptive.best(np.concatenate([before[:, None], merit], axis=1))
         return np.asarray(adaptive.better(self.state.best, before).any(axis=1))
 
     def _stuck(self, progress: BoolArray) -> IntArray:
-        """The walkers without progress for `patience` generations; (n_runs,) who made some now."""
+        """The walkers without progress for `patience` generations."""
         self.state.idle = np.where(progress, 0, self.state.idle + 1)
         return np.flatnonzero(self.state.idle >= self.patience)
 

@@ -60,7 +60,7 @@ def solve(
     algorithm: options.Algorithm = "mgeo-real",
     sigma: options.Sigma = None,
     tau: options.Tau = None,
-    runs: options.Walkers = None,
+    walkers: options.Walkers = None,
     perturbation: options.Perturbation = None,
     population: options.Population = None,
     settings: options.Settings = None,
@@ -92,7 +92,7 @@ def solve(
         given = {
             "sigma": parse_numbers("--sigma", sigma) if sigma is not None else None,
             "tau": parse_value(tau) if tau is not None else None,
-            "n_runs": runs,
+            "n_walkers": walkers,
             "perturbation": perturbation,
             "population": population,
             **parse_settings(settings or []),

@@ -76,7 +76,7 @@ Tau = Annotated[
         autocompletion=completion.among_those_of("mgeo.algorithms.adaptive:RULES"),
     ),
 ]
-Walkers = Annotated[int | None, typer.Option()]
+Walkers = Annotated[int | None, typer.Option("--walkers", "--runs")]
 Perturbation = Annotated[
     str | None,
     typer.Option(

@@ -8,7 +8,7 @@ from typing import Any
 FLAGS: Mapping[str, str] = {
     "sigma": "--sigma",
     "tau": "--tau",
-    "n_runs": "--runs",
+    "n_walkers": "--walkers",
     "perturbation": "--perturbation",
     "population": "--population",
 }

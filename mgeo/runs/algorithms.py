@@ -86,6 +86,8 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
             f"{did_you_mean(name, ALGORITHMS)}"
         )
     defaults = _defaults(name)
+    if name in FAMILY:
+        parameters = constructors.with_n_walkers(parameters)
     for key in parameters:
         if key not in defaults:
             raise ValueError(
@@ -100,7 +102,7 @@ def default_evaluations(algorithm: Algorithm, problem: Problem) -> int:
     That is the paper's 5000 generations of one candidate per variable, shared by the walkers:
     59,760 for 12 variables and 30 walkers, which are also assumed where there are no walkers.
     """
-    walkers = getattr(algorithm, "n_runs", 30)
+    walkers = getattr(algorithm, "n_walkers", 30)
     return int(max(1, EXECUTIONS // walkers) * walkers * problem.n_var)
 
 

@@ -38,13 +38,13 @@ GENERATIONS = 40
 
 #: Evaluations a walker and generation, and the member with so many walkers.
 MEMBERS: dict[str, tuple[int, Callable[[int], Any]]] = {
-    "real": (12, lambda n: MGEOReal(0.1, n_runs=n)),
+    "real": (12, lambda n: MGEOReal(0.1, n_walkers=n)),
     "real, a-geo2": (12, lambda n: MGEOReal(0.1, "a-geo2", n)),
-    "real, restarts": (12, lambda n: MGEOReal(0.1, n_runs=n, restart="archive", patience=2)),
-    "real2": (25, lambda n: MGEOReal2(0.1, n_runs=n, n_steps=2)),
-    "canonical": (12, lambda n: MGEOCanonical(n_runs=n, bits=1)),
-    "var": (25, lambda n: MGEOVar(n_runs=n, bits=2, coding="gray")),
-    "directed": (12, lambda n: MGEODirected(n_runs=n)),
+    "real, restarts": (12, lambda n: MGEOReal(0.1, n_walkers=n, restart="archive", patience=2)),
+    "real2": (25, lambda n: MGEOReal2(0.1, n_walkers=n, n_steps=2)),
+    "canonical": (12, lambda n: MGEOCanonical(n_walkers=n, bits=1)),
+    "var": (25, lambda n: MGEOVar(n_walkers=n, bits=2, coding="gray")),
+    "directed": (12, lambda n: MGEODirected(n_walkers=n)),
 }
 OFFSPRING = (12, 120, 360)
 FRONTS = (100, 1000, 10_000)
@@ -86,9 +86,9 @@ def on_sphere(directions: NDArray[np.float64]) -> NDArray[np.float64]:
 def cost(member: str, offspring: int, front: int, n_obj: int) -> Cost:
     """One case: a member and NSGA-II take turns, so that what disturbs them disturbs both alike."""
     each, build = MEMBERS[member]
-    n_runs = max(1, offspring // each)
-    nsga2 = NSGA2(pop_size=n_runs * each)
-    ours = build(n_runs)
+    n_walkers = max(1, offspring // each)
+    nsga2 = NSGA2(pop_size=n_walkers * each)
+    ours = build(n_walkers)
     for algorithm in (nsga2, ours):
         algorithm.setup(Shells(n_obj), termination=NoTermination(), seed=1)
     directions = np.abs(np.random.default_rng(0).standard_normal((front, n_obj)))

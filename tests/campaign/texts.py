@@ -178,7 +178,7 @@ def configuration_made(box: Box) -> Attempt:
         "evaluations": 8,
         "seed": 1,
     }
-    name = box.pick(["sigma", "tau", "n_runs", "perturbation", "population", "bits",
+    name = box.pick(["sigma", "tau", "n_walkers", "perturbation", "population", "bits",
                      "ends", "coupling", "widths", "renew", "restart", "patience",
                      "max_candidates"])  # fmt: skip
     made["parameters"] = {name: 1}

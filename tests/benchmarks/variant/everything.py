@@ -27,7 +27,7 @@ CHANGES = (
     "", "ends=0.0", "difference=0.0", "coupling=(0.0,0.0)", "coupling=(0.1,0.5)",
     "coupling=(0.5,0.5)",
     "widths=(1.0,1.0)", "widths=(0.01,1.0)", "recall=0.0", "recall=0.7", "adopt=(0.0,0.0)",
-    "adopt=(0.2,0.2)", "tau=1.5", "tau=6.0", "n_runs=5", "n_runs=15", "max_candidates=6",
+    "adopt=(0.2,0.2)", "tau=1.5", "tau=6.0", "n_walkers=5", "n_walkers=15", "max_candidates=6",
 )  # fmt: skip
 ABLATION_SEEDS, ABLATION_EVALUATIONS = 6, 20_000
 

@@ -10,36 +10,36 @@ SIGMAS = (0.1, 0.2, 0.3, 0.4, 0.5)
 BITS = (3, 2, 7, 4, 5)
 
 
-def real(tau=3.0, n_runs=4, **options):
-    return MGEOReal(0.7, tau, n_runs, **options)
+def real(tau=3.0, n_walkers=4, **options):
+    return MGEOReal(0.7, tau, n_walkers, **options)
 
 
-def real_relative(tau=1.2, n_runs=4, **options):
-    return MGEOReal(1.0, tau, n_runs, "relative", **options)
+def real_relative(tau=1.2, n_walkers=4, **options):
+    return MGEOReal(1.0, tau, n_walkers, "relative", **options)
 
 
-def real2(tau=2.0, n_runs=4, **options):
-    return MGEOReal2(1.5, tau, n_runs, n_steps=4, **options)
+def real2(tau=2.0, n_walkers=4, **options):
+    return MGEOReal2(1.5, tau, n_walkers, n_steps=4, **options)
 
 
-def real2_geometric(tau=0.5, n_runs=4, **options):
-    return MGEOReal2(0.3, tau, n_runs, "range", 3, 5.0, "geometric", **options)
+def real2_geometric(tau=0.5, n_walkers=4, **options):
+    return MGEOReal2(0.3, tau, n_walkers, "range", 3, 5.0, "geometric", **options)
 
 
-def canonical(tau=1.0, n_runs=4, **options):
-    return MGEOCanonical(tau, n_runs, bits=6, **options)
+def canonical(tau=1.0, n_walkers=4, **options):
+    return MGEOCanonical(tau, n_walkers, bits=6, **options)
 
 
-def canonical_gray(tau=1.0, n_runs=4, **options):
-    return MGEOCanonical(tau, n_runs, bits=6, coding="gray", **options)
+def canonical_gray(tau=1.0, n_walkers=4, **options):
+    return MGEOCanonical(tau, n_walkers, bits=6, coding="gray", **options)
 
 
-def var(tau=1.5, n_runs=4, **options):
-    return MGEOVar(tau, n_runs, bits=6, **options)
+def var(tau=1.5, n_walkers=4, **options):
+    return MGEOVar(tau, n_walkers, bits=6, **options)
 
 
-def var_gray(tau=1.5, n_runs=4, **options):
-    return MGEOVar(tau, n_runs, bits=6, coding="gray", **options)
+def var_gray(tau=1.5, n_walkers=4, **options):
+    return MGEOVar(tau, n_walkers, bits=6, coding="gray", **options)
 
 
 MEMBERS = (

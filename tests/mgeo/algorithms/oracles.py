@@ -94,8 +94,8 @@ class Oracle:
         given = ", ".join(f"{key}={value!r}" for key, value in self.parameters.items())
         return f"{self.member.__name__}({given})"
 
-    def bests(self, n_runs, seed=1, evaluations=EVALUATIONS):
-        """(n_runs,) best value of each walker after so many evaluations of its own.
+    def bests(self, n_walkers, seed=1, evaluations=EVALUATIONS):
+        """(n_walkers,) best value of each walker after so many evaluations of its own.
 
         The walkers are independent, so these are as many runs. They are driven without pymoo's
         populations, which would cost more than all the rest.
@@ -104,15 +104,15 @@ class Oracle:
         if issubclass(self.member, BitStrings):
             parameters["bits"] = problem.n_bits
         elif parameters["perturbation"] == "relative":
-            starts = np.random.default_rng(seed).uniform(-1, 1, (n_runs, problem.n_var))
+            starts = np.random.default_rng(seed).uniform(-1, 1, (n_walkers, problem.n_var))
             parameters["sampling"] = problem.half * starts
             problem = Function(self.function, penalized=True)
-        algorithm = self.member(n_runs=n_runs, **parameters).setup(problem, seed=seed)
-        best, done = np.full(n_runs, np.inf), 0
+        algorithm = self.member(n_walkers=n_walkers, **parameters).setup(problem, seed=seed)
+        best, done = np.full(n_walkers, np.inf), 0
         while done < evaluations:
             f = problem.function(algorithm._candidates())
             algorithm._accept(f[:, None], np.zeros(len(f)))
-            by_walker = f.reshape(n_runs, -1)
+            by_walker = f.reshape(n_walkers, -1)
             best = np.minimum(best, by_walker.min(axis=1))
             done += by_walker.shape[1]
         return best

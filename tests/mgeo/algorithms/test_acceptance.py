@@ -70,7 +70,7 @@ def accepted_ranks(algorithm, generations, objectives=1):
         proposed = algorithm._values.copy()
         before = algorithm.walkers.copy()
         algorithm._accept(f, np.zeros(len(f)))
-        by_walker = f.reshape(algorithm.n_runs, -1, objectives)[:, own:]
+        by_walker = f.reshape(algorithm.n_walkers, -1, objectives)[:, own:]
         for walker, values in enumerate(by_walker):
             for group, row in enumerate(algorithm._order):
                 row = row[present[group]]

@@ -16,7 +16,7 @@ from .problems import Galski, Rosenbrock
 @pytest.mark.parametrize("options", [{}, {"tau": "a-geo2", "restart": "archive", "patience": 1}])
 @pytest.mark.parametrize("member", MEMBERS)
 def test_it_is_a_good_pymoo_algorithm(member, options):
-    check_algorithm(member(n_runs=3, **options))
+    check_algorithm(member(n_walkers=3, **options))
 
 
 @pytest.mark.parametrize("member", MEMBERS)
@@ -90,4 +90,4 @@ def test_the_point_a_walker_reaches_is_evaluated_next(member):
 
 def test_a_leaf_must_supply_its_part_of_the_loop():
     with pytest.raises(TypeError, match="abstract"):
-        ExtremalOptimization(tau=1.0, n_runs=1, archive_size=None, options={})
+        ExtremalOptimization(tau=1.0, n_walkers=1, archive_size=None, options={})

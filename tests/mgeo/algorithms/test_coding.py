@@ -63,7 +63,7 @@ def test_the_largest_integers_are_evaluated_within_their_bounds(member):
             assert low <= x["i"] <= high
             out["F"] = float(abs(x["i"] - low - 4))
 
-    assert minimize(Largest(), member(n_runs=4), ("n_gen", 30), seed=1).X["i"] == low + 4
+    assert minimize(Largest(), member(n_walkers=4), ("n_gen", 30), seed=1).X["i"] == low + 4
 
 
 @pytest.mark.parametrize("levels", [1, 2, 3, 5, 8, 11, 100])
@@ -151,9 +151,9 @@ def test_integer_variables_the_whole_front_is_found(member, coding):
 
 
 def test_integer_starting_points_are_kept():
-    algorithm = MGEOVar(n_runs=6, sampling=IntegerRandomSampling()).setup(Grid(), seed=2)
+    algorithm = MGEOVar(n_walkers=6, sampling=IntegerRandomSampling()).setup(Grid(), seed=2)
     starts = algorithm.ask().get("X").reshape(6, -1, 3)[:, 0]
-    again = MGEOVar(n_runs=6, sampling=starts).setup(Grid(), seed=3)
+    again = MGEOVar(n_walkers=6, sampling=starts).setup(Grid(), seed=3)
     assert np.array_equal(again.ask().get("X").reshape(6, -1, 3)[:, 0], starts)
 
 

@@ -29,16 +29,16 @@ def begun(algorithm, problem, generations=1, seed=5):
 
 
 def candidates(run):
-    """(n_runs, n_candidates, n_var) of the next generation, and where they start from."""
+    """(n_walkers, n_candidates, n_var) of the next generation, and where they start from."""
     walkers = run.walkers.copy()
-    return run.ask().get("X").reshape(run.n_runs, -1, walkers.shape[1]), walkers
+    return run.ask().get("X").reshape(run.n_walkers, -1, walkers.shape[1]), walkers
 
 
 @pytest.mark.parametrize(
     "algorithm",
     [
         MGEODirected(),
-        MGEODirected(n_runs=3, ends=1.0, archive_size=10),
+        MGEODirected(n_walkers=3, ends=1.0, archive_size=10),
         MGEODirected(1.0, 6, 0.0, 1.0, (0.0, 1.0), (0.1, 0.1), 1.0, (0.0, 0.0), max_candidates=2),
     ],
     ids=["default", "ends", "differences"],
@@ -122,7 +122,9 @@ def test_a_candidate_changes_its_own_variable_and_others_as_often_as_said():
     problem = ZDT1(n_var=6)
     changed = np.zeros((6, 6))
     for seed in range(60):
-        run = begun(MGEODirected(n_runs=5, coupling=(0.2, 0.5), difference=0.0), problem, 0, seed)
+        run = begun(
+            MGEODirected(n_walkers=5, coupling=(0.2, 0.5), difference=0.0), problem, 0, seed
+        )
         X, walkers = candidates(run)
         interior = (walkers > 0) & (walkers < 1)
         assert interior.all()
@@ -158,7 +160,7 @@ def test_normal_steps_are_as_wide_as_said():
 
 
 def test_of_many_variables_each_has_its_turn():
-    run = begun(MGEODirected(n_runs=40, coupling=(0.0, 0.0), max_candidates=3), ZDT1(n_var=9), 0)
+    run = begun(MGEODirected(n_walkers=40, coupling=(0.0, 0.0), max_candidates=3), ZDT1(n_var=9), 0)
     X, walkers = candidates(run)
     assert X.shape == (40, 3, 9)
     own = walkers[:, None] != X
@@ -168,7 +170,7 @@ def test_of_many_variables_each_has_its_turn():
 
 
 def test_differences_lie_between_points_of_the_company():
-    algorithm = MGEODirected(n_runs=4, difference=1.0, coupling=(0.0, 1.0), **STILL)
+    algorithm = MGEODirected(n_walkers=4, difference=1.0, coupling=(0.0, 1.0), **STILL)
     run = begun(algorithm, ZDT1(n_var=3), 3)
     company = np.vstack([run.front.individuals.get("X"), run.state.memory])
     between = (company[:, None] - company[None]).reshape(-1, 3)
@@ -188,7 +190,7 @@ def test_differences_lie_between_points_of_the_company():
 
 
 def test_a_walker_takes_one_of_its_candidates_whole():
-    run = begun(MGEODirected(n_runs=6, **STILL), ZDT1(n_var=5), 4)
+    run = begun(MGEODirected(n_walkers=6, **STILL), ZDT1(n_var=5), 4)
     infills = run.ask()
     run.evaluator.eval(run.problem, infills)
     X = infills.get("X").reshape(6, 5, 5).copy()
@@ -209,7 +211,7 @@ def test_greedy_walkers_take_the_nearest_candidate_along_their_direction():
 
 def test_memory_is_the_best_point_of_each_walker():
     problem = Rosenbrock(3)
-    run = begun(MGEODirected(n_runs=4, **STILL), problem, 0)
+    run = begun(MGEODirected(n_walkers=4, **STILL), problem, 0)
     best = np.full(4, np.inf)
     for _ in range(20):
         infills = run.ask()
@@ -221,9 +223,9 @@ def test_memory_is_the_best_point_of_each_walker():
 
 
 def test_walkers_go_back_to_their_memory_or_to_the_archive():
-    run = begun(MGEODirected(n_runs=5, recall=1.0, adopt=(0.0, 0.0)), ZDT1(n_var=4), 6)
+    run = begun(MGEODirected(n_walkers=5, recall=1.0, adopt=(0.0, 0.0)), ZDT1(n_var=4), 6)
     assert np.array_equal(run.walkers, run.state.memory)
-    run = begun(MGEODirected(n_runs=5, recall=0.0, adopt=(1.0, 0.0)), ZDT1(n_var=4), 6)
+    run = begun(MGEODirected(n_walkers=5, recall=0.0, adopt=(1.0, 0.0)), ZDT1(n_var=4), 6)
     ideal, nadir = run.front.F.min(axis=0), run.front.F.max(axis=0)
     between = run.state.directions.max(axis=1) < 1
     assert between.tolist() == [False, False, True, True, True]
@@ -238,7 +240,7 @@ def test_walkers_go_back_to_their_memory_or_to_the_archive():
 def test_a_walker_without_progress_begins_anew():
     still = Fixed([0.5, 0.5])  # no candidate is ever better than another
     options = {**STILL, "renew": (3, 5)}
-    run = begun(MGEODirected(n_runs=5, ends=0.4, **options), still, 3)
+    run = begun(MGEODirected(n_walkers=5, ends=0.4, **options), still, 3)
     between = np.array([False, False, True, True, True])
     first, memory = fan(5, 2, 0.4), run.state.memory.copy()
     assert np.array_equal(run.state.directions, first)
@@ -271,7 +273,9 @@ class Creep(Problem):
 
 
 def test_less_violation_is_progress():
-    run = begun(MGEODirected(n_runs=4, ends=1.0, renew=(1, 1), recall=1.0, adopt=(0, 0)), Creep())
+    run = begun(
+        MGEODirected(n_walkers=4, ends=1.0, renew=(1, 1), recall=1.0, adopt=(0, 0)), Creep()
+    )
     for _ in range(30):
         before = run.state.memory_violation.copy()
         run.next()
@@ -282,7 +286,7 @@ def test_less_violation_is_progress():
 
 
 def test_a_walker_that_makes_progress_does_not_begin_anew():
-    run = begun(MGEODirected(n_runs=1, renew=(1, 2), recall=1.0, adopt=(0, 0)), Rosenbrock(3), 0)
+    run = begun(MGEODirected(n_walkers=1, renew=(1, 2), recall=1.0, adopt=(0, 0)), Rosenbrock(3), 0)
     best, begun_anew = np.inf, 0
     for _ in range(60):
         before = run.state.memory_F[0, 0]
@@ -297,21 +301,21 @@ def test_a_walker_that_makes_progress_does_not_begin_anew():
 
 
 def test_a_run_does_not_depend_on_its_termination():
-    short = begun(MGEODirected(n_runs=4), BNH(), 12)
-    longer = minimize(BNH(), MGEODirected(n_runs=4), ("n_gen", 12), seed=5)
+    short = begun(MGEODirected(n_walkers=4), BNH(), 12)
+    longer = minimize(BNH(), MGEODirected(n_walkers=4), ("n_gen", 12), seed=5)
     assert np.array_equal(short.opt.get("F"), longer.opt.get("F"))
 
 
 def test_constraints_come_first():
     problem = BNH()
-    result = minimize(problem, MGEODirected(n_runs=8), ("n_gen", 150), seed=1)
+    result = minimize(problem, MGEODirected(n_walkers=8), ("n_gen", 150), seed=1)
     assert np.all(result.CV == 0)
     area = HV(ref_point=np.array([140.0, 50.0]))
     assert area(result.F) > 0.995 * area(problem.pareto_front())
 
 
 def test_where_nothing_can_be_evaluated_walkers_go_on():
-    run = begun(MGEODirected(n_runs=3), Fixed([np.nan, 1.0]), 5)
+    run = begun(MGEODirected(n_walkers=3), Fixed([np.nan, 1.0]), 5)
     assert len(run.front) == 0
     assert np.isinf(run.state.memory_violation).all()
 

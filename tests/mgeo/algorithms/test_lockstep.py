@@ -39,7 +39,7 @@ def assert_same_walks(problem, algorithm, generations, seed=7):
             problem, moves_of(algorithm, problem), algorithm.tau, seed, walker,
             isinstance(algorithm, MGEOReal2 | MGEOVar),
         )
-        for walker in range(algorithm.n_runs)
+        for walker in range(algorithm.n_walkers)
     ]  # fmt: skip
     for walker, walk in enumerate(walks):
         for _ in range(generations):
@@ -58,7 +58,7 @@ def assert_same_walks(problem, algorithm, generations, seed=7):
 
 
 def in_order_of_evaluation(by_walker, generations):
-    """(n_runs, generations * candidates, ...) to rows as the lockstep evaluates them."""
+    """(n_walkers, generations * candidates, ...) to rows as the lockstep evaluates them."""
     values = np.array(by_walker)
     values = values.reshape(len(values), generations, -1, *values.shape[2:])
     return values.swapaxes(0, 1).reshape(-1, *values.shape[3:])
@@ -67,7 +67,7 @@ def in_order_of_evaluation(by_walker, generations):
 @pytest.mark.parametrize("problem", [Mixture(), Rosenbrock(3)], ids=["mixture", "rosenbrock"])
 @pytest.mark.parametrize("member", MEMBERS)
 def test_walkers_in_lockstep_go_as_one_after_the_other(member, problem):
-    assert_same_walks(problem, member(n_runs=2), 12)
+    assert_same_walks(problem, member(n_walkers=2), 12)
 
 
 @pytest.mark.parametrize("problem", [Mixture(), Rosenbrock(3)], ids=["mixture", "rosenbrock"])
@@ -98,9 +98,9 @@ def test_so_do_those_whose_variables_differ(problem, algorithm):
 def test_a_walk_does_not_depend_on_how_many_go_beside_it(member, tau):
     problem = ZDT1(n_var=6)
     _, many, _ = run(problem, member(tau, 9), 15)
-    for n_runs in (1, 4):
-        _, few, _ = run(problem, member(tau, n_runs), 15)
-        assert np.array_equal(few, many[:, :n_runs])
+    for n_walkers in (1, 4):
+        _, few, _ = run(problem, member(tau, n_walkers), 15)
+        assert np.array_equal(few, many[:, :n_walkers])
 
 
 def test_a_failed_or_infeasible_point_is_never_better_than_a_feasible_one():

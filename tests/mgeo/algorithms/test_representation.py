@@ -38,8 +38,8 @@ def test_what_is_long_or_no_number_is_cut_short():
 
 
 def test_it_is_the_same_after_a_run():
-    result = minimize(ZDT1(n_var=3), MGEOReal(0.1, n_runs=3), ("n_gen", 3), seed=1)
-    assert repr(result.algorithm) == "MGEOReal(sigma=0.1, n_runs=3)"
+    result = minimize(ZDT1(n_var=3), MGEOReal(0.1, n_walkers=3), ("n_gen", 3), seed=1)
+    assert repr(result.algorithm) == "MGEOReal(sigma=0.1, n_walkers=3)"
 
 
 class Unkept(MGEOReal):

@@ -41,7 +41,7 @@ Dying.__name__ = "ZDT1"
 
 
 def solve(problem=PROBLEM, algorithm=None, n_gen=12, **options):
-    algorithm = algorithm or MGEOReal(0.2, n_runs=3)
+    algorithm = algorithm or MGEOReal(0.2, n_walkers=3)
     return minimize(problem, algorithm, ("n_gen", n_gen), **{"seed": 3, **options})
 
 
@@ -63,11 +63,11 @@ def same(a, b):
 @pytest.mark.parametrize("batches", [1, 5, 11])
 def test_every_member_ends_as_if_it_had_not_stopped(cls, batches, tmp_path):
     path = tmp_path / "run.checkpoint"
-    broken_off(path, batches, cls(n_runs=3))
+    broken_off(path, batches, cls(n_walkers=3))
     resumed = resume(path, PROBLEM)
     assert resumed.n_generations == batches
     result = resumed.run()
-    expected = solve(algorithm=cls(n_runs=3))
+    expected = solve(algorithm=cls(n_walkers=3))
     assert same(result, expected)
     assert np.array_equal(result.pop.get("X"), expected.pop.get("X"))
     assert resumed.evaluator.n_eval == expected.algorithm.evaluator.n_eval
@@ -271,7 +271,7 @@ def test_a_callers_mistake_is_not_the_files(checkpoint, options, error, message)
 
 def test_a_termination_that_cannot_be_kept_has_to_be_given_again(tmp_path):
     path = tmp_path / "run.checkpoint"
-    run = MGEOReal(0.2, n_runs=3).setup(
+    run = MGEOReal(0.2, n_walkers=3).setup(
         PROBLEM, termination=DefaultMultiObjectiveTermination(), seed=3
     )
     run.next()
