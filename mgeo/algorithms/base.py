@@ -13,7 +13,7 @@ from pymoo.core.termination import Termination
 from pymoo.termination.max_gen import MaximumGenerationTermination
 
 from mgeo._typing import FloatArray, IntArray
-from mgeo._validation import choice, greediness, integer, refuse_unknown
+from mgeo._validation import refuse_unknown, validate_choice, validate_integer, validate_number
 from mgeo.algorithms import adaptive
 from mgeo.algorithms.constructors import arguments, keywords, named
 from mgeo.algorithms.display import ArchiveOutput
@@ -86,13 +86,17 @@ class ExtremalOptimization(Walkers, Algorithm):
         options.setdefault("output", ArchiveOutput())
         options.setdefault("evaluator", TolerantEvaluator())
         super().__init__(**options)
-        self.tau = greediness("tau", tau, adaptive.RULES)
-        self.n_walkers = integer("n_walkers", n_walkers, low=1, high=MOST_RUNS)
-        self.restart = choice("restart", restart, RESTARTS)
-        self.patience = integer("patience", patience, low=1)
+        self.tau: float | str = (
+            validate_choice("tau", tau, adaptive.RULES)
+            if isinstance(tau, str)
+            else validate_number("tau", tau, low=0)
+        )
+        self.n_walkers = validate_integer("n_walkers", n_walkers, low=1, high=MOST_RUNS)
+        self.restart = validate_choice("restart", restart, RESTARTS)
+        self.patience = validate_integer("patience", patience, low=1)
         self.sampling = sampling
         self.archive_size = (
-            None if archive_size is None else integer("archive_size", archive_size, low=1)
+            None if archive_size is None else validate_integer("archive_size", archive_size, low=1)
         )
         self._asked: Any = None
 

@@ -10,9 +10,9 @@ from pymoo.core.problem import Problem
 from pymoo.core.sampling import Sampling
 
 from mgeo._typing import FloatArray
-from mgeo._validation import choice
+from mgeo._validation import validate_choice, validate_each, validate_integer
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.algorithms.coding import BitCode, bit_counts
+from mgeo.algorithms.coding import MOST_BITS, BitCode
 from mgeo.algorithms.constructors import takes_n_runs
 from mgeo.algorithms.variables import Variables
 
@@ -55,8 +55,8 @@ class BitStrings(ExtremalOptimization, ABC):
             archive_size=archive_size,
             options=options,
         )
-        self.bits = bit_counts(bits)
-        self.coding = choice("coding", coding, CODINGS)
+        self.bits = validate_each("bits", bits, validate_integer, low=1, high=MOST_BITS)
+        self.coding = validate_choice("coding", coding, CODINGS)
         self.code: BitCode
 
     def _variables(self, problem: Problem) -> Variables:

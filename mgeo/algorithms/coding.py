@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from mgeo._typing import FloatArray, IntArray
-from mgeo._validation import integer
 from mgeo.algorithms.variables import Variables
 
 MOST_BITS = 52  # of one variable: its number is exact in a float
@@ -113,22 +110,3 @@ class BitCode:
 
     def _weights(self) -> FloatArray:
         return 2.0 ** np.arange(self.places.shape[1] - 1, -1, -1)
-
-
-def bit_counts(value: Any) -> int | list[int]:
-    """`bits` as a user may give it: a number of bits from 1 to `MOST_BITS`, or a list of them.
-
-    Raises
-    ------
-    TypeError, ValueError : for anything else.
-    """
-    if np.ndim(value) == 0:
-        return _count("bits", value[()] if isinstance(value, np.ndarray) else value)
-    return [_count(f"bits[{i}]", entry) for i, entry in enumerate(value)]
-
-
-def _count(name: str, value: ArrayLike) -> int:
-    count = integer(name, value, low=1)
-    if count > MOST_BITS:
-        raise ValueError(f"{name} = {count}: expected at most {MOST_BITS}, to be exact in a float")
-    return count

@@ -9,7 +9,7 @@ from pymoo.core.problem import Problem
 from pymoo.core.sampling import Sampling
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
-from mgeo._validation import fraction, integer, number, pair
+from mgeo._validation import validate_fraction, validate_integer, validate_number, validate_pair
 from mgeo.algorithms.acceptance import pick, rank
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.directed_state import DirectedState
@@ -102,24 +102,24 @@ class MGEODirected(ExtremalOptimization):
         **options: Any,
     ) -> None:
         super().__init__(
-            tau=number("tau", tau, low=0),
+            tau=validate_number("tau", tau, low=0),
             n_walkers=n_walkers,
             sampling=sampling,
             archive_size=archive_size,
             options=options,
         )
-        self.ends = fraction("ends", ends)
-        self.difference = fraction("difference", difference)
-        self.coupling = pair("coupling", coupling, fraction)
-        self.widths = pair("widths", widths, number, above=0)
+        self.ends = validate_fraction("ends", ends)
+        self.difference = validate_fraction("difference", difference)
+        self.coupling = validate_pair("coupling", coupling, validate_fraction)
+        self.widths = validate_pair("widths", widths, validate_number, above=0)
         if self.widths[0] > self.widths[1]:
             raise ValueError(f"widths = {widths!r}: expected the smaller one first")
-        self.recall = fraction("recall", recall)
-        self.adopt = pair("adopt", adopt, fraction)
+        self.recall = validate_fraction("recall", recall)
+        self.adopt = validate_pair("adopt", adopt, validate_fraction)
         if self.recall + max(self.adopt) > 1:
             raise ValueError(f"recall = {recall!r}, adopt = {adopt!r}: expected sums of at most 1")
-        self.renew = pair("renew", renew, integer, low=1)
-        self.max_candidates = integer("max_candidates", max_candidates, low=1)
+        self.renew = validate_pair("renew", renew, validate_integer, low=1)
+        self.max_candidates = validate_integer("max_candidates", max_candidates, low=1)
 
     def _variables(self, problem: Problem) -> Variables:
         return Variables.of(problem, ["real"])

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from pymoo.core.sampling import Sampling
 
 from mgeo._typing import FloatArray, IntArray
-from mgeo._validation import choice, integer, number
+from mgeo._validation import validate_choice, validate_integer, validate_number
 from mgeo.algorithms.constructors import takes_n_runs
 from mgeo.algorithms.real_steps import RealSteps
 
@@ -97,9 +97,9 @@ class MGEOReal2(RealSteps):
             archive_size=archive_size,
             **options,
         )
-        self.n_steps = integer("n_steps", n_steps, low=2)
-        self.divisor = number("divisor", divisor, above=0)
-        self.schedule = choice("schedule", schedule, SCHEDULES)
+        self.n_steps = validate_integer("n_steps", n_steps, low=2)
+        self.divisor = validate_number("divisor", divisor, above=0)
+        self.schedule = validate_choice("schedule", schedule, SCHEDULES)
 
     def _layout(self) -> IntArray:
         return np.repeat(np.arange(self.problem.n_var, dtype=np.intp)[:, None], self.n_steps, 1)

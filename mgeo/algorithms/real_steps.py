@@ -10,7 +10,7 @@ from pymoo.core.problem import Problem
 from pymoo.core.sampling import Sampling
 
 from mgeo._typing import FloatArray
-from mgeo._validation import choice, numbers
+from mgeo._validation import validate_choice, validate_each, validate_number
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.constructors import takes_n_runs
 from mgeo.algorithms.moves import SCALES, perturb
@@ -51,8 +51,9 @@ class RealSteps(ExtremalOptimization, ABC):
             archive_size=archive_size,
             options=options,
         )
-        self.sigma = numbers("sigma", sigma, above=0)
-        self.perturbation = choice("perturbation", perturbation, SCALES)
+        checked = validate_each("sigma", sigma, validate_number, above=0)
+        self.sigma = np.array(checked) if isinstance(checked, list) else checked
+        self.perturbation = validate_choice("perturbation", perturbation, SCALES)
 
     @abstractmethod
     def _deviations(self, sigma: FloatArray) -> FloatArray:

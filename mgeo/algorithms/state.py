@@ -23,7 +23,7 @@ from pymoo.termination.max_gen import MaximumGenerationTermination
 from pymoo.termination.max_time import TimeBasedTermination
 from pymoo.util.misc import termination_from_tuple
 
-from mgeo._validation import integer
+from mgeo._validation import validate_integer
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.packing import (
     pack,
@@ -154,7 +154,7 @@ def _fill(algorithm: ExtremalOptimization, saved: SavedState) -> None:
         setattr(state, field.name, value)
     if not np.isfinite(state.walkers).all():
         raise ValueError("state.walkers: expected finite numbers")
-    integer("state.n_generations", state.n_generations, low=0)
+    validate_integer("state.n_generations", state.n_generations, low=0)
     algorithm.pop = unpack_population("pop", arrays, algorithm)
     _count_on(algorithm.evaluator, entry(data, "evaluations", dict))
     # a clock that was put back meanwhile must not make a run of less than no time
@@ -191,7 +191,7 @@ def _counts(evaluator: Evaluator) -> dict[str, Any]:
 
 
 def _count_on(evaluator: Evaluator, counts: Mapping[str, Any]) -> None:
-    integer("evaluations.n_eval", entry(counts, "n_eval", int, "evaluations."), low=0)
+    validate_integer("evaluations.n_eval", entry(counts, "n_eval", int, "evaluations."), low=0)
     for key, kind in (("n_failed", int), ("n_in_a_row", int), ("causes", dict[str, int])):
         if key in counts:
             entry(counts, key, kind, "evaluations.")

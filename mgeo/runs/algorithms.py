@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from mgeo._validation import did_you_mean, integer
+from mgeo._validation import did_you_mean, validate_integer
 from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
 
@@ -63,7 +63,9 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
         raise ValueError(f"algorithm {name!r} is not in the installed pymoo: {error}") from error
     if name in FAMILY:
         return cls(**complete)
-    population = integer("population", complete["population"], low=4, high=_MOST_POPULATION)
+    population = validate_integer(
+        "population", complete["population"], low=4, high=_MOST_POPULATION
+    )
     if name == "moead" and problem.has_constraints():
         raise ValueError("algorithm 'moead' does not treat constraints, which this problem has")
     given: dict[str, Any] = dict.fromkeys(ALGORITHMS[name][2:], population)
