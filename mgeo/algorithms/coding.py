@@ -77,6 +77,10 @@ class BitCode:
         """Bits of the whole string."""
         return int(self.bits.sum())
 
+    def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
+        """(n, length) a string from each of n streams."""
+        return np.array([stream.integers(0, 2, self.length) for stream in streams], dtype=float)
+
     def decode(self, strings: FloatArray) -> FloatArray:
         """(..., n_var) values of strings of 0 and 1, (..., length)."""
         if self.places.min() >= 0:  # all of one length: several times faster

@@ -73,14 +73,14 @@ Tau = Annotated[
     str | None,
     typer.Option(
         metavar="NUMBER|NAME",
-        autocompletion=completion.among_those_of("mgeo.algorithms.adaptive:RULES"),
+        autocompletion=completion.among_those_of("mgeo.algorithms.selection:RULES"),
     ),
 ]
 Walkers = Annotated[int | None, typer.Option("--walkers", "--runs")]
 Perturbation = Annotated[
     str | None,
     typer.Option(
-        metavar="NAME", autocompletion=completion.among_those_of("mgeo.algorithms.moves:SCALES")
+        metavar="NAME", autocompletion=completion.among_those_of("mgeo.algorithms.steps:SCALES")
     ),
 ]
 Population = Annotated[int | None, typer.Option()]

@@ -30,7 +30,7 @@ from mgeo.files.reading import entry, errors_of, from_npz, parse_json, read_file
 from mgeo.persistence.recorder import Recorder
 from mgeo.plugins.identity import difference, identity
 
-FORMAT = 2
+FORMAT = 3
 _MAGIC = b"mgeo checkpoint"
 _MAX_SHARE = 0.02  # of the time of a run may go into checkpoints by the clock
 

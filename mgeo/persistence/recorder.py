@@ -14,7 +14,7 @@ from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
 from mgeo._validation import validate_integer, validate_number
-from mgeo.evaluation.designs import as_numbers
+from mgeo.evaluation.individuals import as_numbers
 from mgeo.files.reading import FileError
 from mgeo.persistence import record_file
 from mgeo.plugins.protocol import column_names

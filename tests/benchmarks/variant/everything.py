@@ -24,16 +24,18 @@ PARTS = ("directed", "rivals", "ablation", "renewal", "elsewhere")
 
 # What each part of the variant is worth: each changed alone.
 CHANGES = (
-    "", "ends=0.0", "difference=0.0", "coupling=(0.0,0.0)", "coupling=(0.1,0.5)",
+    "", "extreme_weights=0.0", "difference=0.0", "coupling=(0.0,0.0)", "coupling=(0.1,0.5)",
     "coupling=(0.5,0.5)",
-    "widths=(1.0,1.0)", "widths=(0.01,1.0)", "recall=0.0", "recall=0.7", "adopt=(0.0,0.0)",
-    "adopt=(0.2,0.2)", "tau=1.5", "tau=6.0", "n_walkers=5", "n_walkers=15", "max_candidates=6",
+    "widths=(1.0,1.0)", "widths=(0.01,1.0)", "return_to_best=0.0", "return_to_best=0.7",
+    "migrate=(0.0,0.0)", "migrate=(0.2,0.2)",
+    "tau=1.5", "tau=6.0", "n_walkers=5", "n_walkers=15", "max_candidates=6",
 )  # fmt: skip
 ABLATION_SEEDS, ABLATION_EVALUATIONS = 6, 20_000
 
-# What beginning anew and the coupling are worth, which takes long runs and many seeds to see.
+# What restarts and the coupling are worth, which takes long runs and many seeds to see.
 RENEWALS = (
-    "", "renew=(1000000,1000000)", "renew=(4,1000000)", "renew=(1000000,50)", "renew=(50,50)",
+    "", "restart=(1000000,1000000)", "restart=(4,1000000)", "restart=(1000000,50)",
+    "restart=(50,50)",
     "coupling=(0.1,0.5)", "coupling=(0.4,0.6)",
 )  # fmt: skip
 RENEWAL_SEEDS = 16

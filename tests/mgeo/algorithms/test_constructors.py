@@ -123,8 +123,8 @@ def test_keywords_are_refused_wherever_they_belong_elsewhere():
         Wrong()
     with pytest.raises(TypeError, match=r"tau is a parameter of Fixed\(...\), not of a run"):
         minimize(PROBLEM, Fixed(), tau=1.0)
-    with pytest.raises(TypeError, match="MGEODirected got an unknown keyword 'restart'"):
-        MGEODirected(restart="random")
+    with pytest.raises(TypeError, match="MGEODirected got an unknown keyword 'patience'"):
+        MGEODirected(patience=5)
 
 
 def test_an_option_of_pymoo_that_a_constructor_names_may_be_given_to_a_run():

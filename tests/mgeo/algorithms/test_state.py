@@ -20,8 +20,8 @@ from mgeo import MGEOCanonical, MGEODirected, MGEOReal, ParetoArchive
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.state import SavedState, capture, restore
 
-from .members import MEMBERS
 from .problems import Fixed, Mixture
+from .variants import VARIANTS
 
 PUBLISHED = [getattr(mgeo.algorithms, name) for name in mgeo.algorithms.__all__]
 VALUES = ("X", "F", "G", "H", "CV", "n_gen")
@@ -59,14 +59,14 @@ def assert_same_end(one, two):
 @pytest.mark.parametrize("cls", PUBLISHED)
 @pytest.mark.parametrize("problem", [ZDT1(n_var=4), BNH(), Mixture()], ids=lambda p: p.name())
 @pytest.mark.parametrize("generations", [0, 1, 7, 12])
-def test_every_member_goes_on_bit_for_bit(cls, problem, generations):
+def test_every_variant_goes_on_bit_for_bit(cls, problem, generations):
     run = begun(cls(n_walkers=3, archive_size=10), problem, generations)
     assert_same_end(again(run), run)
 
 
-@pytest.mark.parametrize("member", MEMBERS)
-def test_so_does_every_adaptive_and_restarting_one(member):
-    run = begun(member("a-geo1", 3, restart="archive", patience=2), Mixture(), 7)
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_so_does_every_adaptive_and_restarting_one(variant):
+    run = begun(variant("a-geo1", 3, restart="archive", patience=2), Mixture(), 7)
     assert_same_end(again(run), run)
 
 
@@ -192,7 +192,7 @@ def test_what_does_not_fit_is_refused():
     run = begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 2)
     saved = capture(run)
     unknown = SavedState(saved.arrays, {**saved.data, "class": "os.system"})
-    with pytest.raises(ValueError, match=r"os\.system is no imported member of the family"):
+    with pytest.raises(ValueError, match=r"os\.system is no imported variant of the family"):
         restore(unknown, run.problem)
     arrays = {key: value for key, value in saved.arrays.items() if key != "state.walkers"}
     with pytest.raises(ValueError, match=r"state\.walkers is missing"):
@@ -231,14 +231,14 @@ def changed_attributes(algorithm, problem):
     return changed
 
 
-VARIANTS = [
+ALGORITHMS = [
     *(cls(n_walkers=3, archive_size=10) for cls in PUBLISHED),
-    MGEODirected(n_walkers=4, ends=0.5, renew=(1, 2), max_candidates=2),
-    *(member("a-geo2", 3, restart="random", patience=2) for member in MEMBERS),
+    MGEODirected(n_walkers=4, extreme_weights=0.5, restart=(1, 2), max_candidates=2),
+    *(variant("a-geo2", 3, restart="random", patience=2) for variant in VARIANTS),
 ]
 
 
-@pytest.mark.parametrize("algorithm", VARIANTS, ids=lambda a: type(a).__name__)
+@pytest.mark.parametrize("algorithm", ALGORITHMS, ids=lambda a: type(a).__name__)
 @pytest.mark.parametrize("problem", [ZDT1(n_var=4), BNH()], ids=lambda p: p.name())
 def test_all_that_a_generation_changes_is_in_the_state_or_pymoos(algorithm, problem):
     assert changed_attributes(algorithm, problem) - OF_PYMOO == {"state"}
@@ -269,7 +269,7 @@ class Counts(RunState):
 
 
 class Counting(MGEOReal):
-    """A leaf with a state of its own, on which its way depends."""
+    """A variant with a state of its own, on which its way depends."""
 
     def _new_state(self, streams, front, walkers):
         return Counts.begin(
@@ -286,7 +286,7 @@ class Counting(MGEOReal):
         return super()._accept(F + state.shift * F[:, ::-1], violation)
 
 
-def test_a_leaf_with_a_state_of_its_own_goes_on_bit_for_bit():
+def test_a_variant_with_a_state_of_its_own_goes_on_bit_for_bit():
     run = begun(Counting(n_walkers=3), ZDT1(n_var=4), 5)
     restored = again(run)
     for field in ("shift", "phase"):

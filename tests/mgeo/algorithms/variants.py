@@ -1,4 +1,4 @@
-"""Every member of the family, with parameters that exercise what is its own."""
+"""Every variant of the family, with parameters that exercise what is its own."""
 
 import numpy as np
 
@@ -42,7 +42,7 @@ def var_gray(tau=1.5, n_walkers=4, **options):
     return MGEOVar(tau, n_walkers, bits=6, coding="gray", **options)
 
 
-MEMBERS = (
+VARIANTS = (
     real, real_relative, real2, real2_geometric, canonical, canonical_gray, var, var_gray,
 )  # fmt: skip
 

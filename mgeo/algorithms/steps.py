@@ -1,12 +1,73 @@
-"""Steps of several variables at once: normal ones, and fractions of differences."""
+"""Steps of real variables: how far a candidate is from its walker, within the bounds."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from mgeo._typing import FloatArray, IntArray
+from mgeo.algorithms.variables import Variables
 
+Scale = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 Differences = Callable[[tuple[int, ...]], FloatArray]
+
+#: What sigma is a multiple of, given the variables and their lower and upper bounds: their unit,
+#: their value (a variable at zero stays there), or the width of their bounds.
+SCALES: dict[str, Scale] = {
+    "absolute": lambda x, xl, xu: np.ones_like(x),
+    "relative": lambda x, xl, xu: x,
+    "range": lambda x, xl, xu: np.broadcast_to(xu - xl, x.shape),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class RealCode:
+    """Walkers that are the variables themselves."""
+
+    variables: Variables
+
+    def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
+        """(n, n_var) a point from each of n streams, uniform within the bounds."""
+        xl, xu = self.variables.xl, self.variables.xu
+        unit = np.array([stream.random(len(xl)) for stream in streams])
+        points: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
+        return points
+
+    def decode(self, points: FloatArray) -> FloatArray:
+        """The points themselves."""
+        return points
+
+    def encode(self, values: FloatArray) -> FloatArray:
+        """The values themselves."""
+        return values
+
+
+def perturb(
+    x: FloatArray,
+    noise: FloatArray,
+    sigma: float | FloatArray,
+    scale: Scale,
+    xl: FloatArray,
+    xu: FloatArray,
+) -> FloatArray:
+    """New value of every variable, clipped to its bounds.
+
+    x + sigma scale(x) N(0, 1) (Mainenti-Lopes, Souza & de Sousa 2012); equation (9) of
+    docs/theory.md.
+
+    Parameters
+    ----------
+    x : (n_walkers, n_var) the walkers.
+    noise : (n_walkers, n_var) standard normal draws.
+    sigma : standard deviation, one for all or (n_var,).
+    scale : what sigma is a multiple of: one of `SCALES`.
+    xl, xu : (n_var,) bounds.
+
+    Returns
+    -------
+    (n_walkers, n_var) values, of which a candidate takes one.
+    """
+    return np.clip(x + sigma * scale(x, xl, xu) * noise, xl, xu)
 
 
 def joint_steps(
