@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,6 +30,9 @@ class Failure:
         return cls(text[:_LONGEST], "".join(traceback.format_exception(error)).rstrip())
 
 
+Part = tuple[Values, dict[int, Failure]]
+
+
 def attempt(
     problem: Problem, X: NDArray[Any], names: Sequence[str], options: Mapping[str, Any]
 ) -> tuple[Values, dict[int, Failure]]:
@@ -48,14 +51,14 @@ def attempt(
     failures : by row.
     """
 
-    def evaluate(candidates: NDArray[Any]) -> tuple[Values, dict[int, Failure]]:
+    def evaluate(candidates: NDArray[Any]) -> Part:
         guarded, in_elements = _guarded(problem)
         values = guarded.evaluate(
             candidates, return_values_of=names, return_as_dictionary=True, **options
         )
         return values, in_elements
 
-    parts = list(_by_halves(evaluate, X))
+    parts = _by_halves(evaluate, X)
     pattern = next((part[0] for part in parts if not isinstance(part, Failure)), None)
     if pattern is None:
         shapes = default_shape(problem, 0)
@@ -74,34 +77,25 @@ def attempt(
             pieces.append(values)
             row += len(next(iter(values.values())))
     joined = {name: np.concatenate([piece[name] for piece in pieces]) for name in pattern}
-    raised = list(failures)
     for name in joined.keys() & {"F", "G", "H"}:  # also where a problem replaces NaN
-        joined[name][raised] = np.nan
+        joined[name][list(failures)] = np.nan
     return joined, _not_finite(joined) | failures
 
 
-def _by_halves(
-    evaluate: Callable[[NDArray[Any]], tuple[Values, dict[int, Failure]]], X: NDArray[Any]
-) -> Iterator[tuple[Values, dict[int, Failure]] | Failure]:
+def _by_halves(evaluate: Callable[[NDArray[Any]], Part], X: NDArray[Any]) -> list[Part | Failure]:
     try:
-        values = evaluate(X)
+        return [evaluate(X)]
     except Exception as error:  # whatever a problem raises: foreign code
         if len(X) == 1:
-            yield Failure.of(error)
-            return
-    else:
-        yield values
-        return
+            return [Failure.of(error)]
     half = len(X) // 2
-    yield from _by_halves(evaluate, X[:half])
-    yield from _by_halves(evaluate, X[half:])
+    return _by_halves(evaluate, X[:half]) + _by_halves(evaluate, X[half:])
 
 
 def _missing(pattern: NDArray[Any]) -> NDArray[Any]:
     """One row like those of `pattern`, without values."""
-    if np.issubdtype(pattern.dtype, np.number):
-        return np.full((1, *pattern.shape[1:]), np.nan)
-    return np.full((1, *pattern.shape[1:]), None, dtype=object)
+    value = np.nan if np.issubdtype(pattern.dtype, np.number) else None
+    return np.full((1, *pattern.shape[1:]), value)
 
 
 def _not_finite(values: Values) -> dict[int, Failure]:

@@ -275,7 +275,7 @@ BROKEN = [
     (SummaryAsList(), r"front_summary\(F\) = \[1.0\]: expected a dict"),
     (OneForAll(), r"solution_figures\(X\) has 1 entries: expected 10"),
     (NoDicts(), r"solution_figures\(X\)\[0\]: expected a dict of plotly Figures"),
-    (FiguresAsList(), r"figures\(X\) is a list: no dict"),
+    (FiguresAsList(), r"figures\(X\): expected a dict of plotly Figures, got a list"),
     (NoFigure(), r"figures\(X\)\['front'\] is no plotly Figure"),
     (OptionsWithTuple(), "comes back from JSON as"),
     (OptionsOfAnother(), r"has other options\(\)"),
