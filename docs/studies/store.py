@@ -5,7 +5,7 @@
 
 Of the folder that ``mgeo study`` wrote, what `mgeo.studies.read_comparison` needs goes into
 ``docs/studies/data/NAME``, a folder each below it where there are several problems: numbers to six
-digits, the front of each algorithm's median run whole, those of its other runs thinned.
+digits, the front of each algorithm's median run whole, those of its other runs truncated.
 """
 
 import argparse

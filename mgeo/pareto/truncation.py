@@ -49,7 +49,7 @@ def _most_crowded(points: FloatArray, free: BoolArray, count: int) -> list[int]:
     """The first of the `count` free rows to remove: at least one, all if their neighbors suffice.
 
     Distances to the nearest rows that remain only grow. So a row that was the most crowded one
-    some time ago is so still, unless a neighbor of its own is gone: only then they are renewed.
+    some time ago is so still, unless a neighbor of its own is gone: only then they are updated.
     """
     from scipy.spatial import KDTree  # takes longer to import than all of mgeo
 

@@ -16,7 +16,7 @@ from mgeo.studies.record import Record
 
 
 class EvaluationLog:
-    """Keeps every evaluation that no earlier batch covers: all that any front can be made of.
+    """Keeps evaluations that no earlier batch weakly dominates: all that a front can be made of.
 
     Infeasible solutions, those that failed (see `mgeo.TolerantEvaluator`) and those with a value
     that is not finite count as evaluations and are otherwise left out, as is whatever comes after

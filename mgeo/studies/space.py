@@ -84,7 +84,7 @@ def indicator_space(
     (and of the reference front, if given) between 0 and 1, and the reference point at
     `BEYOND_NADIR`.
 
-    The reference front is the one given, or else the nondominated union, thinned to
+    The reference front is the one given, or else the nondominated union, truncated to
     `REFERENCE_SIZE` evenly spaced points: otherwise an algorithm that crowds its points would also
     decide where the indicators look. The problem's ``pareto_front()`` is not asked for: pymoo
     draws some of them at random, and downloads others. Where it is good, pass it.

@@ -179,7 +179,7 @@ def configuration_made(box: Box) -> Attempt:
         "seed": 1,
     }
     name = box.pick(["sigma", "tau", "n_walkers", "perturbation", "population", "bits",
-                     "ends", "coupling", "widths", "renew", "restart", "patience",
+                     "extreme_weights", "coupling", "widths", "restart", "patience",
                      "max_candidates"])  # fmt: skip
     made["parameters"] = {name: 1}
     tree = spoiled_tree(box, made)
