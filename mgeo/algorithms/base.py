@@ -1,8 +1,7 @@
 """The loop that all algorithms of the family share, as a pymoo `Algorithm`."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +14,7 @@ from pymoo.problems.dyn import DynamicProblem
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo._validation import refuse_unknown, validate_integer
+from mgeo.algorithms.coding import BitCode, RealCode
 from mgeo.algorithms.constructors import arguments, call, keywords, named
 from mgeo.algorithms.display import ArchiveOutput
 from mgeo.algorithms.run_state import RunState
@@ -44,23 +44,6 @@ _INSTEAD = {
     "n_gen": "termination=('n_gen', ...) says how long to run",
     "n_eval": "termination=('n_eval', ...) says how long to run",
 }
-
-
-class Code(Protocol):
-    """How walkers stand for variables; `steps.RealCode` and `coding.BitCode` do so."""
-
-    @property
-    def variables(self) -> Variables:
-        """Of the problem."""
-
-    def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
-        """(n, n_coordinates) a random point from each of n streams."""
-
-    def decode(self, points: FloatArray) -> FloatArray:
-        """(..., n_var) variables of points given by their (..., n_coordinates)."""
-
-    def encode(self, values: FloatArray) -> FloatArray:
-        """(..., n_coordinates) point nearest to given variables, (..., n_var)."""
 
 
 class ExtremalOptimization(Algorithm, ABC):
@@ -95,7 +78,7 @@ class ExtremalOptimization(Algorithm, ABC):
 
     takes_nan = True  # for `TolerantEvaluator`: a failed candidate is ranked last, not archived
 
-    code: Code
+    code: RealCode | BitCode
     variables: Variables
     state: RunState
     _values: FloatArray  # what is proposed, until it is accepted
@@ -197,7 +180,7 @@ class ExtremalOptimization(Algorithm, ABC):
     # ---- what a subclass supplies -----------------------------------------------------------
 
     @abstractmethod
-    def _code(self, problem: Problem) -> Code:
+    def _code(self, problem: Problem) -> RealCode | BitCode:
         """How walkers stand for the problem's variables, if the parameters fit them."""
 
     @abstractmethod

@@ -1,4 +1,4 @@
-"""Variables as strings of bits: plain binary numbers, or Gray codes."""
+"""Walkers as what they stand for: variables themselves, or strings of bits, plain or Gray."""
 
 from __future__ import annotations
 
@@ -11,6 +11,28 @@ from mgeo._typing import FloatArray, IntArray
 from mgeo.algorithms.variables import Variables
 
 MOST_BITS = 52  # of one variable: its number is exact in a float
+
+
+@dataclass(frozen=True, eq=False)
+class RealCode:
+    """Walkers that are the variables themselves."""
+
+    variables: Variables
+
+    def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
+        """(n, n_var) a point from each of n streams, uniform within the bounds."""
+        xl, xu = self.variables.xl, self.variables.xu
+        unit = np.array([stream.random(len(xl)) for stream in streams])
+        points: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
+        return points
+
+    def decode(self, points: FloatArray) -> FloatArray:
+        """The points themselves."""
+        return points
+
+    def encode(self, values: FloatArray) -> FloatArray:
+        """The values themselves."""
+        return values
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,16 +61,8 @@ class BitCode:
     def of(cls, variables: Variables, bits: int | Sequence[int], gray: bool) -> BitCode:
         """The code for some variables.
 
-        Parameters
-        ----------
-        variables : real, integer or binary ones.
-        bits : of each real variable, one number for all or one per variable; integer and binary
-            ones have as many as their levels need, whatever is said here.
-        gray : Gray codes in place of plain binary numbers.
-
-        Raises
-        ------
-        ValueError : if there are not as many numbers of bits as variables.
+        `bits` is for each real variable, one number for all or one per variable; integer and
+        binary ones have as many as their levels need. ValueError if that cannot be.
         """
         n_var = len(variables.kinds)
         if np.ndim(bits) and np.size(bits) != n_var:

@@ -16,12 +16,7 @@ _SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxtuple, _SHORT.maxstring = 1, 6, 6, 60
 
 
 def with_n_walkers(keywords: Mapping[str, Any]) -> dict[str, Any]:
-    """Keywords with `n_walkers` where `n_runs`, the papers' n_i, was given.
-
-    Raises
-    ------
-    TypeError : if both are given.
-    """
+    """Keywords with `n_walkers` for `n_runs`, the papers' n_i; TypeError if both are given."""
     if {"n_runs", "n_walkers"} <= keywords.keys():
         raise TypeError(
             f"n_walkers = {keywords['n_walkers']!r} and n_runs = {keywords['n_runs']!r}: expected "
@@ -74,18 +69,8 @@ def arguments(algorithm: Any, root: type, leave_out: Collection[str]) -> dict[st
     """Arguments by name with which its class makes an algorithm of the same parameters.
 
     They are the attributes under the names of the constructor's parameters, and of those of
-    inherited constructors what would be another value otherwise.
-
-    Parameters
-    ----------
-    algorithm : of the family of `root`.
-    root : the first class of the family.
-    leave_out : parameters that are not needed.
-
-    Raises
-    ------
-    TypeError : if there are none, because the constructor's parameters are not kept under their
-        names, or kept as something else than it takes.
+    inherited constructors what would be another value otherwise; TypeError if a parameter is not
+    kept under its name, or as something else than the constructor takes.
     """
     cls = type(algorithm)
     constructors = _constructors(cls, root)

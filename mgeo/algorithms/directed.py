@@ -10,9 +10,10 @@ from pymoo.core.problem import Problem
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo._validation import validate_fraction, validate_integer, validate_number, validate_pair
 from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import pick, rank
-from mgeo.algorithms.steps import RealCode, joint_steps
+from mgeo.algorithms.steps import joint_steps
 from mgeo.algorithms.variables import Variables
 from mgeo.algorithms.weights import distance, ideal_and_nadir, random_weights, weight_vectors
 from mgeo.pareto.archive import ParetoArchive

@@ -22,9 +22,7 @@ _GENERATORS = {cls.__name__: cls for cls in (np.random.PCG64, np.random.PCG64DXS
 def pack(name: str, value: Any, problem: Problem) -> tuple[dict[str, NDArray[Any]], Any]:
     """A field of a `RunState`, called `name`: arrays by name, and a JSON value.
 
-    Raises
-    ------
-    TypeError : for a value of a kind that `RunState` does not allow.
+    TypeError for a value of a kind that `RunState` does not allow.
     """
     if isinstance(value, np.ndarray) and not value.dtype.hasobject:
         return {name: value.copy()}, None
@@ -50,9 +48,7 @@ def unpack(
 ) -> Any:
     """The field that was packed, of the kind and shape that `fresh` has in a run that begins.
 
-    Raises
-    ------
-    TypeError, ValueError : if it is missing, or of another kind or shape.
+    TypeError or ValueError if it is missing, or of another kind or shape.
     """
     if isinstance(fresh, np.ndarray):
         return _array(arrays, name, fresh.shape).astype(fresh.dtype)
@@ -77,12 +73,7 @@ def unpack(
 
 
 def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
-    """The state of a random stream as JSON values.
-
-    Raises
-    ------
-    TypeError : for another generator than those that NumPy makes by default.
-    """
+    """The state of a random stream as JSON values; TypeError for one of another kind."""
     bits = stream.bit_generator
     seed = bits.seed_seq  # counts the streams spawned from this one
     if type(bits).__name__ not in _GENERATORS or not isinstance(seed, np.random.SeedSequence):
@@ -91,12 +82,7 @@ def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
 
 
 def unpack_stream(state: Mapping[str, Any]) -> np.random.Generator:
-    """The random stream of such a state.
-
-    Raises
-    ------
-    ValueError : if it is none.
-    """
+    """The random stream of such a state; ValueError if it is none."""
     try:
         bits = _GENERATORS[state["bits"]["bit_generator"]](np.random.SeedSequence(**state["seed"]))
         bits.state = state["bits"]
@@ -117,12 +103,7 @@ def pack_population(
 
 
 def unpack_population(prefix: str, arrays: Arrays, algorithm: ExtremalOptimization) -> Population:
-    """Individuals of such arrays.
-
-    Raises
-    ------
-    ValueError : if an array is missing or has another shape than the others ask for.
-    """
+    """Individuals of such arrays; ValueError if one is missing or has another shape."""
     given = {key: arrays[f"{prefix}_{key}"] for key in _VALUES if f"{prefix}_{key}" in arrays}
     if given:
         problem = algorithm.problem

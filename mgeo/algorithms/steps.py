@@ -1,12 +1,10 @@
 """Steps of real variables: how far a candidate is from its walker, within the bounds."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mgeo._typing import FloatArray, IntArray
-from mgeo.algorithms.variables import Variables
 
 Scale = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 Differences = Callable[[tuple[int, ...]], FloatArray]
@@ -18,28 +16,6 @@ SCALES: dict[str, Scale] = {
     "relative": lambda x, xl, xu: x,
     "range": lambda x, xl, xu: np.broadcast_to(xu - xl, x.shape),
 }
-
-
-@dataclass(frozen=True, eq=False)
-class RealCode:
-    """Walkers that are the variables themselves."""
-
-    variables: Variables
-
-    def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
-        """(n, n_var) a point from each of n streams, uniform within the bounds."""
-        xl, xu = self.variables.xl, self.variables.xu
-        unit = np.array([stream.random(len(xl)) for stream in streams])
-        points: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
-        return points
-
-    def decode(self, points: FloatArray) -> FloatArray:
-        """The points themselves."""
-        return points
-
-    def encode(self, values: FloatArray) -> FloatArray:
-        """The values themselves."""
-        return values
 
 
 def perturb(

@@ -140,10 +140,8 @@ def given_starts(
 ) -> FloatArray:
     """(n, n_var) values chosen by the user: points, a population, or a pymoo sampling.
 
-    Raises
-    ------
-    TypeError : for anything else.
-    ValueError : if there are not 1 to n_walkers points of n_var numbers each, within the bounds.
+    TypeError for anything else, ValueError if there are not 1 to n_walkers points of n_var numbers
+    each, within the bounds.
     """
     if isinstance(sampling, Sampling):
         sampling = sampling.do(problem, n_walkers, random_state=random_state)

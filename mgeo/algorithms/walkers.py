@@ -44,8 +44,7 @@ class IndependentWalkers(ExtremalOptimization, ABC):
 
     _coordinates: IntArray
     _order: IntArray  # of `_layout`: which candidate each entry is
-    _present: BoolArray | None  # of `_layout`: which entries are candidates; None if all are
-    _sizes: int | IntArray  # of the groups
+    _present: BoolArray  # of `_layout`: which entries are candidates
 
     def __init__(
         self,
@@ -77,10 +76,8 @@ class IndependentWalkers(ExtremalOptimization, ABC):
 
     def _begin(self, problem: Problem) -> None:
         self._coordinates = self._layout()
-        present = self._coordinates >= 0
+        self._present = present = self._coordinates >= 0
         self._order = np.where(present, np.cumsum(present).reshape(present.shape) - 1, -1)
-        self._present = None if present.all() else present
-        self._sizes = present.shape[1] if present.all() else np.count_nonzero(present, axis=1)
         super()._begin(problem)
 
     def _forget(self, rows: IntArray) -> None:
@@ -93,12 +90,10 @@ class IndependentWalkers(ExtremalOptimization, ABC):
 
     def _candidates(self) -> FloatArray:
         self._values = self._propose()
-        present = ... if self._present is None else self._present
-        changed = self._coordinates[present].ravel()
+        changed = self._coordinates[self._present]
         own = int(self._evaluates_walkers)
         points = np.repeat(self.walkers[:, None, :], own + len(changed), axis=1)
-        values = self._values[:, present].reshape(self.n_walkers, -1)
-        points[:, own + np.arange(len(changed)), changed] = values
+        points[:, own + np.arange(len(changed)), changed] = self._values[:, self._present]
         decoded = self.code.decode(points)
         return decoded.reshape(-1, decoded.shape[-1])
 
@@ -124,7 +119,7 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         f[~np.isfinite(F[:, own:]).all(axis=2)] = np.nan
         ties = self._grouped(draws[:, 1 : 1 + n], 2.0)  # what is absent comes last
         ranking = rank(self._grouped(f, np.nan), self._grouped(violation[:, own:], 0.0), ties)
-        place = pick(draws[:, 1 + n :], self._sizes, tau)
+        place = pick(draws[:, 1 + n :], np.count_nonzero(self._present, axis=1), tau)
         walker, group = np.arange(self.n_walkers)[:, None], np.arange(groups)[None, :]
         accepted = ranking[walker, group, place]
         changed = self._coordinates[group, accepted]
@@ -136,8 +131,6 @@ class IndependentWalkers(ExtremalOptimization, ABC):
 
     def _grouped(self, values: FloatArray, absent: float) -> FloatArray:
         """(n_walkers, n_groups, group_size) of values of the candidates, (n_walkers, n)."""
-        if self._present is None:
-            return values.reshape(self.n_walkers, *self._order.shape)
         return np.where(self._present, values[:, self._order], absent)
 
     def _adapt_tau(self, objective: IntArray, values: FloatArray) -> FloatArray:

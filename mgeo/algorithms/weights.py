@@ -8,18 +8,11 @@ _SUM = 1e-3  # share of the sum in a distance: of points equal otherwise, the no
 
 
 def weight_vectors(n: int, n_obj: int, extreme: float) -> FloatArray:
-    """Weights of n walkers: some of a single objective, the others evenly over all.
+    """(n, n_obj) weights of n walkers, >= 0, that sum to 1.
 
-    Parameters
-    ----------
-    n : number of weight vectors.
-    n_obj : number of objectives.
-    extreme : share of the extreme weights, of a single objective, each objective in turn.
-
-    Returns
-    -------
-    (n, n_obj) weights >= 0 that sum to 1. Those between the extremes are all above 0, and at even
-    distances: with two objectives a grid, with more a low-discrepancy sequence (`_even`).
+    A share of them is `extreme`, of a single objective, each objective in turn. The others are all
+    above 0, and at even distances: with two objectives a grid, with more a low-discrepancy
+    sequence (`_even`).
     """
     single = round(extreme * n)
     weights = np.zeros((n, n_obj))
