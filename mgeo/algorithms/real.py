@@ -22,11 +22,7 @@ SCHEDULES = ("factorial", "geometric")
 class RealSteps(IndependentWalkers, ABC):
     """Independent walkers that are points; a subclass says which steps they try.
 
-    Parameters
-    ----------
-    sigma : standard deviation of a step, > 0: a number, or one per variable.
-    perturbation : what sigma is a multiple of, one of `mgeo.algorithms.steps.SCALES`.
-    tau, n_walkers, options : as for `IndependentWalkers`.
+    Parameters are those of `MGEOReal`.
     """
 
     @takes_n_runs

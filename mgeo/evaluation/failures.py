@@ -5,6 +5,7 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -123,48 +124,36 @@ def _guarded(problem: Problem) -> tuple[Problem, dict[int, Failure]]:
         getattr(type(problem), name) is not getattr(Problem, name) for name in _BATCH
     ):
         return problem, {}
-    runner = _GuardedRunner(problem)
+    failures: dict[int, Failure] = {}
+
+    def run(f: Any, X: Any) -> list[dict[str, Any]]:
+        failures.clear()
+        results = list(problem.elementwise_runner(partial(_evaluated, f), X))
+        done = next((out for out in results if not isinstance(out, Failure)), None)
+        if done is None:
+            shapes = default_shape(problem, 1)
+            pattern = {name: np.empty(shapes[name]) for name in ("F", "G", "H")}
+        else:
+            pattern = {name: np.asarray([value]) for name, value in done.items()}
+        for i, out in enumerate(results):
+            if isinstance(out, Failure):
+                failures[i] = out
+                results[i] = {name: _missing(value)[0] for name, value in pattern.items()}
+        return results
+
     copy: Problem = object.__new__(type(problem))  # not by pickling, which may leave things out
     vars(copy).update(
         vars(problem),
         elementwise_func=lambda _, *arguments: problem.elementwise_func(problem, *arguments),
-        elementwise_runner=runner,
+        elementwise_runner=run,
     )
-    return copy, runner.failures
+    return copy, failures
 
 
-class _GuardedRunner:
-    """A pymoo runner under which an element that raises does not cost the others."""
-
-    def __init__(self, problem: Problem) -> None:
-        self.inner = problem.elementwise_runner
-        self.failures: dict[int, Failure] = {}
-        shapes = default_shape(problem, 1)
-        self._nothing = {name: np.empty(shapes[name]) for name in ("F", "G", "H")}
-
-    def __call__(self, f: Any, X: Any) -> list[dict[str, Any]]:
-        self.failures.clear()
-        results = list(self.inner(_GuardedFunction(f), X))
-        done = next((out for out in results if not isinstance(out, Failure)), None)
-        pattern = self._nothing
-        if done is not None:
-            pattern = {name: np.asarray([value]) for name, value in done.items()}
-        for i, out in enumerate(results):
-            if isinstance(out, Failure):
-                self.failures[i] = out
-                results[i] = {name: _missing(value)[0] for name, value in pattern.items()}
-        return results
-
-
-class _GuardedFunction:
-    """Evaluates one element, wherever the runner takes it; gives an exception back as text."""
-
-    def __init__(self, f: Any) -> None:
-        self.f = f
-
-    def __call__(self, x: Any) -> dict[str, Any] | Failure:
-        try:
-            out: dict[str, Any] = self.f(x)
-        except Exception as error:  # whatever a problem raises: foreign code
-            return Failure.of(error)
-        return out
+def _evaluated(f: Any, x: Any) -> dict[str, Any] | Failure:
+    """One element, evaluated wherever the runner takes it; an exception comes back as text."""
+    try:
+        out: dict[str, Any] = f(x)
+    except Exception as error:  # whatever a problem raises: foreign code
+        return Failure.of(error)
+    return out
