@@ -59,7 +59,7 @@ class MGEOCanonical(BitStrings):
         or "a-geo1" or "a-geo2" to let it follow the search (`mgeo.algorithms.selection`).
     n_walkers : number of independent walkers; `n_runs`, after the n_i re-initializations of the
         papers, is another name of it.
-    bits : of each real variable, 1 to 52: one number for all, or one per variable. Integer and binary
+    bits : of each real variable, 1 to 52: a number, or one per variable. Integer and binary
         variables take as many as their levels need.
     coding : "plain" binary numbers, or "gray" codes, where neighbors differ in one bit.
     options : `restart` and `patience` of `mgeo.algorithms.walkers.IndependentWalkers`, `sampling`
