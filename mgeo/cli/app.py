@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from mgeo.cli import options
+from mgeo.cli import completion, options
 from mgeo.cli.commands import RootCommands
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.examples import epilog
@@ -55,25 +55,63 @@ def _root(
 
 @app.command(cls=options.Solving, epilog=epilog("solve"))
 def solve(
-    problem: options.Problem,
-    scenario: options.Scenario = None,
-    algorithm: options.Algorithm = "mgeo-real",
-    sigma: options.Sigma = None,
-    tau: options.Tau = None,
-    walkers: options.Walkers = None,
-    perturbation: options.Perturbation = None,
-    population: options.Population = None,
-    settings: options.Settings = None,
-    evaluations: options.Budget = None,
-    seed: options.Seed = 1,
+    problem: Annotated[
+        str,
+        typer.Argument(
+            help="Name of a problem (see `mgeo problems`).", autocompletion=completion.problems
+        ),
+    ],
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE.toml|PRESET",
+            help="Options of the problem: a file, or a preset's name.",
+            autocompletion=completion.scenarios,
+        ),
+    ] = None,
+    algorithm: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            autocompletion=completion.among_those_of("mgeo.runs.algorithms:ALGORITHMS"),
+        ),
+    ] = "mgeo-real",
+    sigma: Annotated[str | None, typer.Option(metavar="NUMBER[,NUMBER...]")] = None,
+    tau: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NUMBER|NAME",
+            autocompletion=completion.among_those_of("mgeo.algorithms.selection:RULES"),
+        ),
+    ] = None,
+    walkers: Annotated[int | None, typer.Option("--walkers", "--runs")] = None,
+    perturbation: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", autocompletion=completion.among_those_of("mgeo.algorithms.steps:SCALES")
+        ),
+    ] = None,
+    population: Annotated[int | None, typer.Option()] = None,
+    settings: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE")] = None,
+    evaluations: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Budget [default: 5000 generations of one candidate per variable]."
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all randomness.")] = 1,
     out: Annotated[
         Path | None,
         typer.Option(
             metavar="DIR", help="Folder to write [default: runs/PROBLEM-ALGORITHM-seedSEED]."
         ),
     ] = None,
-    overwrite: options.Overwrite = False,
-    record: options.Record = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the run in an existing folder.")
+    ] = False,
+    record: Annotated[
+        bool, typer.Option("--record", help="Save every evaluation, in the folder's evaluations/.")
+    ] = False,
     dry_run: options.DryRun = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -83,38 +121,53 @@ def solve(
 
     The folder gets front.csv, run.json (how to run it again) and front.html. Ctrl-C ends the run
     and keeps what was found; a second one does so without waiting for the generation under way.
-    A run of the MGEO family keeps itself in run.checkpoint while it goes on: see `mgeo resume`.
+    A run of the MGEO family saves itself in run.checkpoint while it goes on: see `mgeo resume`.
     """
-    from mgeo.cli.parameters import parse_numbers, parse_settings, parse_value
-    from mgeo.cli.solve import Request, run
+    from mgeo.cli.dry_run import describe_run
+    from mgeo.cli.solve import run_to_folder
+    from mgeo.runs.folder import check_folder
+    from mgeo.runs.persistence import RunPersistence
+    from mgeo.runs.prepare import prepare
+    from mgeo.runs.scenario import read_scenario
 
+    folder = out or Path("runs", f"{problem}-{algorithm}-seed{seed}")
+    flags = {
+        "sigma": sigma,
+        "tau": tau,
+        "n_walkers": walkers,
+        "perturbation": perturbation,
+        "population": population,
+    }
     with bad_input():
-        given = {
-            "sigma": parse_numbers("--sigma", sigma) if sigma is not None else None,
-            "tau": parse_value(tau) if tau is not None else None,
-            "n_walkers": walkers,
-            "perturbation": perturbation,
-            "population": population,
-            **parse_settings(settings or []),
-        }
-    request = Request(
-        problem=problem,
-        scenario=scenario,
-        algorithm=algorithm,
-        parameters={key: value for key, value in given.items() if value is not None},
-        evaluations=evaluations,
-        seed=seed,
-        out=out or Path("runs", f"{problem}-{algorithm}-seed{seed}"),
-        overwrite=overwrite,
-        record=record,
-        dry_run=dry_run,
-    )
-    raise typer.Exit(run(request, Output(quiet, json)))
+        run = prepare(
+            problem,
+            parameters=options.parse_parameters(algorithm, flags, settings or []),
+            options=read_scenario(scenario),
+            algorithm=algorithm,
+            evaluations=evaluations,
+            seed=seed,
+        )
+        persistence = RunPersistence(folder, run.configuration, run.algorithm, record=record)
+        check_folder(folder, overwrite=overwrite)
+        if not dry_run:
+            folder.mkdir(parents=True, exist_ok=True)
+    output = Output(quiet, json)
+    if dry_run:
+        describe_run(run, persistence, output)
+    else:
+        raise typer.Exit(run_to_folder(run, persistence, output, overwrite=overwrite))
 
 
 @app.command(epilog=epilog("resume"))
 def resume(
-    folder: options.Unfinished,
+    folder: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DIR",
+            help="Folder of the run.",
+            autocompletion=completion.runs_with("run.checkpoint"),
+        ),
+    ],
     evaluations: Annotated[
         int | None,
         typer.Option(min=1, help="New budget, counted from the beginning of the run."),
@@ -138,14 +191,28 @@ def resume(
     It goes on from run.checkpoint in the folder, exactly as the run would have done, and writes
     the same files.
     """
-    from mgeo.cli.resume import run
+    from mgeo.cli.solve import resumed, run_to_folder
 
-    raise typer.Exit(run(folder, evaluations, generations, check, Output(quiet, json)))
+    output = Output(quiet, json)
+    with bad_input():
+        if evaluations is not None and generations is not None:
+            raise ValueError("--evaluations and --generations are both given: expected one")
+        run, persistence = resumed(
+            folder, output, evaluations=evaluations, generations=generations, check=check
+        )
+    raise typer.Exit(run_to_folder(run, persistence, output, overwrite=True))
 
 
 @app.command(epilog=epilog("report"))
 def report(
-    folder: options.Finished,
+    folder: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DIR",
+            help="Folder of the run.",
+            autocompletion=completion.runs_with("run.json"),
+        ),
+    ],
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="File to write [default: DIR/report.html].")
     ] = None,
@@ -165,14 +232,10 @@ def report(
     network. Pictures are of the front, the hypervolume, and the knee and the best solutions; they
     need kaleido (pip install 'mgeo[png]') and Chrome or Chromium.
     """
-    from mgeo.cli.report import run
+    from mgeo.cli.report import write_report
 
-    run(
-        folder,
-        out,
-        [kind for kind, wanted in (("png", png), ("pdf", pdf)) if wanted],
-        Output(quiet, json),
-    )
+    formats = [kind for kind, wanted in (("png", png), ("pdf", pdf)) if wanted]
+    write_report(folder, out, formats, Output(quiet, json))
 
 
 @app.command(epilog=epilog("problems"))
@@ -185,7 +248,12 @@ def problems(json: options.Json = False, debug: options.Debug = False) -> None:
 
 @app.command(epilog=epilog("study"))
 def study(
-    file: options.StudyFile,
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", help="A study as TOML.", autocompletion=completion.toml_files
+        ),
+    ],
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder to write [default: studies/FILE].")
     ] = None,
@@ -206,13 +274,28 @@ def study(
 ) -> None:
     """Compare algorithms as a file says, and write tables and figures.
 
-    Finished runs are kept in the folder: a study that was interrupted goes on when the same
+    Finished runs are saved in the folder: a study that was interrupted goes on when the same
     command is given again.
     """
-    from mgeo.cli.study import Request, run
+    from mgeo.cli.dry_run import describe_study
+    from mgeo.cli.study import notes, show, workers
+    from mgeo.studies.file import read_study
+    from mgeo.studies.outline import outline
+    from mgeo.studies.study import run_study
 
-    request = Request(file, out, evaluations, seeds, jobs, cluster, dry_run)
-    raise typer.Exit(run(request, Output(quiet, json)))
+    folder, output = out or Path("studies", file.stem), Output(quiet, json)
+    with bad_input(), notes(output):
+        read = read_study(file).reduced(evaluations, seeds)
+        with workers(jobs, cluster) as n_jobs:
+            if dry_run:
+                describe_study(outline(read, folder, n_jobs=n_jobs), folder, output)
+                return
+            try:
+                comparisons = run_study(read, folder, n_jobs=n_jobs, progress=not quiet)
+            except KeyboardInterrupt:
+                output.note(f"interrupted; the same command goes on with what is in {folder}")
+                raise typer.Exit(ExitCode.INTERRUPTED) from None
+    raise typer.Exit(show(read, comparisons, folder, output))
 
 
 @app.command(epilog=epilog("schema"))

@@ -74,14 +74,7 @@ class _NotImported(TyperCommand):
 
 
 def _imported(name: str) -> Any:
-    """A plugin's commands, with the help and the errors of mgeo's own.
-
-    Raises
-    ------
-    PluginError
-        If two plugins have this name, or it does not load.
-    """
-    app = find_plugin(name, COMMANDS).load()
+    """A plugin's commands, with the help and the errors of mgeo's own."""
     root = typer.Typer(rich_markup_mode=None)
-    root.add_typer(app, name=name, cls=Commands)
+    root.add_typer(find_plugin(name, COMMANDS).load(), name=name, cls=Commands)
     return typer.main.get_group(root).commands[name]

@@ -12,7 +12,7 @@ from typing import Any
 
 import typer
 
-from mgeo.cli.consoles import printable
+from mgeo.terminal import printable
 
 #: What typer raises for a command line that cannot be understood; where it is kept has changed.
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
@@ -83,39 +83,36 @@ def ended(ctx: Any) -> Iterator[None]:
         sys.stdout.flush()
     except (typer.Exit, typer.Abort, BrokenPipeError):
         raise
-    except UsageError as error:
+    except (Exception, KeyboardInterrupt) as error:
+        message, code = _told(error, ctx)
+        if ctx.meta.get(_DEBUG) and not isinstance(error, (UsageError, KeyboardInterrupt)):
+            traceback.print_exception(error.__cause__ if isinstance(error, Refused) else error)
+        typer.echo(f"Error: {printable(message)}", err=True)
+        raise typer.Exit(code) from error
+
+
+def _told(error: BaseException, ctx: Any) -> tuple[str, ExitCode]:
+    """What is said of an error, and the code it ends with."""
+    if isinstance(error, UsageError):
         at = getattr(error, "ctx", None) or ctx
-        help_of = f"see {at.command_path} --help"
-        message = _short(error.format_message())  # type: ignore[attr-defined]
-        raise _end(f"{message.rstrip('.')} ({help_of})", ExitCode.BAD_INPUT) from error
-    except Refused as error:
-        _show_traceback(ctx, error.__cause__)
-        raise _end(str(error), ExitCode.BAD_INPUT) from error
-    except KeyboardInterrupt as error:
-        raise _end("interrupted", ExitCode.INTERRUPTED) from error
-    except Exception as error:  # a bug, here or in a plugin
-        from mgeo.evaluation.evaluator import EvaluationError
-        from mgeo.files.reading import FileError
-        from mgeo.plugins.discovery import PluginError
+        message = _short(error.format_message()).rstrip(".")  # type: ignore[attr-defined]
+        return f"{message} (see {at.command_path} --help)", ExitCode.BAD_INPUT
+    if isinstance(error, Refused):
+        return str(error), ExitCode.BAD_INPUT
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted", ExitCode.INTERRUPTED
+    from mgeo.evaluation.evaluator import EvaluationError
+    from mgeo.files.reading import FileError
+    from mgeo.plugins.discovery import PluginError
 
-        _show_traceback(ctx, error)
-        if isinstance(error, PluginError | EvaluationError | FileError):
-            raise _end(_one_line(error), ExitCode.BAD_INPUT) from error
-        line = f"{type(error).__name__}: {_one_line(error)} ({_place(error)}; see --debug)"
-        raise _end(line, ExitCode.ERROR) from error
+    if isinstance(error, PluginError | EvaluationError | FileError):
+        return _one_line(error), ExitCode.BAD_INPUT
+    last = traceback.extract_tb(error.__traceback__)[-1]  # a bug, here or in a plugin
+    place = f"{Path(last.filename).name}, line {last.lineno}; see --debug"
+    return f"{type(error).__name__}: {_one_line(error)} ({place})", ExitCode.ERROR
 
 
-def _end(message: str, code: ExitCode) -> typer.Exit:
-    typer.echo(f"Error: {printable(message)}", err=True)
-    return typer.Exit(code)
-
-
-def _show_traceback(ctx: Any, error: BaseException | None) -> None:
-    if ctx.meta.get(_DEBUG):
-        traceback.print_exception(error)
-
-
-def _one_line(error: Exception) -> str:
+def _one_line(error: BaseException) -> str:
     return _short(str(error)) or type(error).__name__
 
 
@@ -124,8 +121,3 @@ def _short(message: str) -> str:
     line = " ".join(message.split())
     half = _LONGEST // 2
     return line if len(line) <= _LONGEST else f"{line[:half]} ... {line[-half:]}"
-
-
-def _place(error: Exception) -> str:
-    last = traceback.extract_tb(error.__traceback__)[-1]
-    return f"{Path(last.filename).name}, line {last.lineno}"

@@ -1,16 +1,40 @@
-"""Arguments and flags that commands have."""
+"""Flags that several commands have, and those that are parameters of an algorithm."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand
 
-from mgeo.cli import completion
 from mgeo.cli.errors import remember_debug
-from mgeo.cli.parameters import FLAGS
+
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print the result as one JSON document, for scripts.")
+]
+Debug = Annotated[
+    bool,
+    typer.Option("--debug", callback=remember_debug, help="Show the traceback of an error."),
+]
+DryRun = Annotated[
+    bool,
+    typer.Option(
+        "--dry-run",
+        help="Run and write nothing; tell the size, the files, and about how long it would take.",
+    ),
+]
+
+#: Parameters that have a flag of their own; any other is set by --set.
+FLAGS: Mapping[str, str] = {
+    "sigma": "--sigma",
+    "tau": "--tau",
+    "n_walkers": "--walkers",
+    "perturbation": "--perturbation",
+    "population": "--population",
+}
 
 
 class Solving(TyperCommand):
@@ -32,82 +56,74 @@ class Solving(TyperCommand):
         super().format_help(ctx, formatter)
 
 
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
-Json = Annotated[
-    bool, typer.Option("--json", help="Print the result as one JSON document, for scripts.")
-]
-Debug = Annotated[
-    bool,
-    typer.Option("--debug", callback=remember_debug, help="Show the traceback of an error."),
-]
-DryRun = Annotated[
-    bool,
-    typer.Option(
-        "--dry-run",
-        help="Run and write nothing; tell the size, the files, and about how long it would take.",
-    ),
-]
-Problem = Annotated[
-    str,
-    typer.Argument(
-        help="Name of a problem (see `mgeo problems`).", autocompletion=completion.problems
-    ),
-]
-Scenario = Annotated[
-    str | None,
-    typer.Option(
-        metavar="FILE.toml|PRESET",
-        help="Options of the problem: a file, or a preset's name.",
-        autocompletion=completion.scenarios,
-    ),
-]
-Algorithm = Annotated[
-    str,
-    typer.Option(
-        metavar="NAME",
-        autocompletion=completion.among_those_of("mgeo.runs.algorithms:ALGORITHMS"),
-    ),
-]
-Sigma = Annotated[str | None, typer.Option(metavar="NUMBER[,NUMBER...]")]
-Tau = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NUMBER|NAME",
-        autocompletion=completion.among_those_of("mgeo.algorithms.selection:RULES"),
-    ),
-]
-Walkers = Annotated[int | None, typer.Option("--walkers", "--runs")]
-Perturbation = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME", autocompletion=completion.among_those_of("mgeo.algorithms.steps:SCALES")
-    ),
-]
-Population = Annotated[int | None, typer.Option()]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE"),
-]
-Budget = Annotated[
-    int | None,
-    typer.Option(min=1, help="Budget [default: 5000 generations of one candidate per variable]."),
-]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of all randomness.")]
-Overwrite = Annotated[
-    bool, typer.Option("--overwrite", help="Replace the run in an existing folder.")
-]
-Record = Annotated[
-    bool, typer.Option("--record", help="Keep every evaluation, in the folder's evaluations/.")
-]
-Unfinished = Annotated[
-    Path,
-    typer.Argument(metavar="DIR", help="Folder of the run.", autocompletion=completion.kept_runs),
-]
-Finished = Annotated[
-    Path,
-    typer.Argument(metavar="DIR", help="Folder of the run.", autocompletion=completion.runs),
-]
-StudyFile = Annotated[
-    Path,
-    typer.Argument(metavar="FILE", help="A study as TOML.", autocompletion=completion.toml_files),
-]
+def parse_parameters(
+    algorithm: str, flags: Mapping[str, Any], settings: Sequence[str]
+) -> dict[str, Any]:
+    """The parameters of an algorithm from its flags, None where not given, and NAME=VALUE texts.
+
+    Raises
+    ------
+    ValueError
+        If a text is none of that form, names a parameter twice or one with a flag of its own, or
+        the algorithm has no such parameter: naming the flag, and those it takes.
+    """
+    from mgeo.runs.algorithms import complete_parameters
+
+    parameters = {key: value for key, value in flags.items() if value is not None}
+    if "sigma" in parameters:
+        parameters["sigma"] = parse_numbers("--sigma", parameters["sigma"])
+    if "tau" in parameters:
+        parameters["tau"] = _value(parameters["tau"])
+    parameters |= parse_settings(settings)
+    known = complete_parameters(algorithm, {})
+    for key in parameters:
+        if key not in known:
+            taken = ", ".join(map(_flag, known))
+            raise ValueError(f"{_flag(key)} does not apply to {algorithm}, which takes {taken}")
+    return parameters
+
+
+def parse_numbers(name: str, text: str) -> float | list[float]:
+    """One number, or a list where there are commas.
+
+    Raises
+    ------
+    ValueError
+        If an entry is no number.
+    """
+    try:
+        numbers = [float(entry) for entry in text.split(",")]
+    except ValueError as error:
+        raise ValueError(
+            f"{name} = {text!r}: expected a number or numbers separated by commas"
+        ) from error
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
+def parse_settings(settings: Sequence[str]) -> dict[str, Any]:
+    """The parameters of NAME=VALUE texts; raises as `parse_parameters`."""
+    parameters: dict[str, Any] = {}
+    for setting in settings:
+        name, equals, value = setting.partition("=")
+        if not (name and equals and value):
+            raise ValueError(f"--set {setting}: expected NAME=VALUE")
+        if name in FLAGS:
+            raise ValueError(f"--set {setting}: expected {FLAGS[name]} for this parameter")
+        if name in parameters:
+            raise ValueError(f"--set {setting}: {name} is given twice")
+        parameters[name] = _value(value)
+    return parameters
+
+
+def _value(text: str) -> Any:
+    """A whole number, another number, a list of them where there are commas, or a word."""
+    if "," in text:
+        return [_value(entry) for entry in text.split(",")]
+    for kind in (int, float):
+        with suppress(ValueError):
+            return kind(text)
+    return text
+
+
+def _flag(parameter: str) -> str:
+    return FLAGS.get(parameter, f"--set {parameter}=...")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +11,7 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-from mgeo.cli.consoles import console, plain, printable
+from mgeo.terminal import console, plain, printable
 
 
 @dataclass(frozen=True)
@@ -54,12 +53,7 @@ class Output:
 
 def json_text(document: Mapping[str, Any]) -> str:
     """The document, with null for numbers that JSON does not have."""
-    return json.dumps(_plain(document), indent=2, allow_nan=False)
+    from pydantic_core import to_jsonable_python
 
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    finite = to_jsonable_python(dict(document), inf_nan_mode="null")
+    return json.dumps(finite, indent=2, allow_nan=False)

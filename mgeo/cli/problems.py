@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from mgeo.cli.consoles import plain
 from mgeo.cli.output import Output
-from mgeo.cli.tables import table
 from mgeo.plugins.discovery import Plugin, installed_plugins, load_problem, preset_names
 from mgeo.plugins.protocol import problem_size
+from mgeo.terminal import plain, table
 
 
 def list_problems(output: Output) -> None:
@@ -18,15 +17,14 @@ def list_problems(output: Output) -> None:
     if not found:
         output.print("no problem is installed; the first to try: pip install mgeo-attitude")
         return
-    rows = []
+    rows, errors = [], []
     for one in found:
-        cells = ["-", "does not load"]
-        if one["error"] is None:
-            cells = [str(len(one["variables"])), ", ".join(one["objectives"])]
+        cells = [str(len(one["variables"])), ", ".join(one["objectives"])]
+        if one["error"] is not None:
+            cells = ["-", "does not load"]
+            errors.append(plain(f"Error: {one['name']}: {one['error']}", style="red"))
         rows.append([one["name"], f"{one['distribution']} {one['version']}", *cells])
-    errors = [f"Error: {one['name']}: {one['error']}" for one in found if one["error"] is not None]
-    titles = ("name", "distribution", "variables", "objectives")
-    output.print(table(titles, rows), *(plain(error, style="red") for error in errors))
+    output.print(table(("name", "distribution", "variables", "objectives"), rows), *errors)
 
 
 def _described(plugin: Plugin) -> dict[str, Any]:

@@ -14,7 +14,7 @@ REPORT_FILE = "report.html"
 FIGURES_FOLDER = "figures"
 
 
-def run(folder: Path, out: Path | None, formats: Sequence[str], output: Output) -> None:
+def write_report(folder: Path, out: Path | None, formats: Sequence[str], output: Output) -> None:
     """Write the report of a run folder, into it unless `out` is given, and pictures beside it.
 
     Nothing is written before all of it is made.
@@ -29,6 +29,12 @@ def run(folder: Path, out: Path | None, formats: Sequence[str], output: Output) 
     with bad_input((ValueError, TypeError, OSError, StaticExportError)):
         if path.suffix != ".html":  # an existing report is replaced, but nothing else
             raise ValueError(f"--out {path}: expected a name that ends in .html")
+        if out and not out.parent.is_dir():
+            raise FileNotFoundError(f"--out {out}: there is no folder {out.parent}")
+        if path.is_dir():
+            raise IsADirectoryError(f"{path} is a folder: expected a file, or none yet")
+        if formats and figures.exists() and not figures.is_dir():
+            raise FileExistsError(f"{figures} is a file: expected a folder to write figures into")
         html = report_html(folder).encode()
         pictures = static_figures(folder, formats) if formats else {}
         if pictures:

@@ -1,74 +1,156 @@
-"""``mgeo solve``: a new run in a folder of its own."""
+"""``mgeo solve`` and ``mgeo resume``: run, write the folder, show what was found."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import warnings
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
-from mgeo.cli.dry_run import describe_run
+from pymoo.core.problem import Problem
+from rich.table import Table
+
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.output import Output
-from mgeo.cli.parameters import flag
-from mgeo.cli.running import run_to_folder
-from mgeo.runs.algorithms import complete_parameters
-from mgeo.runs.folder import check_folder
-from mgeo.runs.persistence import RunPersistence
-from mgeo.runs.prepare import prepare
-from mgeo.runs.scenario import read_scenario
+from mgeo.cli.progress import Progress, clock, run_title
+from mgeo.cli.signals import stop_requests
+from mgeo.evaluation.evaluator import EvaluationError
+from mgeo.figures import MOST_OBJECTIVES, front_figure, page
+from mgeo.files.atomic import write_file
+from mgeo.files.lock import lock
+from mgeo.plugins import protocol
+from mgeo.runs.folder import (
+    FIGURE_FILE,
+    FRONT_FILE,
+    RUN_FILE,
+    Run,
+    check_folder,
+    front_table,
+    installed_versions,
+    run_document,
+    write_run,
+)
+from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
+from mgeo.runs.prepare import PreparedRun
+from mgeo.runs.representative import representative_solutions
+from mgeo.runs.resume import resume_run
+from mgeo.runs.solve import Outcome
+from mgeo.terminal import console, table
+
+_CAUSES = 3  # of failed evaluations are shown
 
 
-@dataclass(frozen=True)
-class Request:
-    """What was asked for on the command line."""
-
-    problem: str
-    scenario: str | None
-    algorithm: str
-    parameters: Mapping[str, Any]
-    evaluations: int | None
-    seed: int
-    out: Path
-    overwrite: bool
-    record: bool
-    dry_run: bool
+def resumed(folder: Path, output: Output, **options: Any) -> tuple[PreparedRun, RunPersistence]:
+    """The run of a folder (see `resume_run`); other versions than it was begun with are told."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", RuntimeWarning)
+        run = resume_run(folder, **options)
+    for warning in told:
+        output.note(f"Note: {warning.message}")
+    record = run.notes is not None and run.notes.record
+    return run, RunPersistence(folder, run.configuration, run.algorithm, record=record)
 
 
-def run(request: Request, output: Output) -> int:
-    """Do it; the exit code, as of `run_to_folder`."""
-    with bad_input():
-        check_flags(request.algorithm, request.parameters)
-        prepared = prepare(
-            request.problem,
-            read_scenario(request.scenario),
-            algorithm=request.algorithm,
-            parameters=request.parameters,
-            evaluations=request.evaluations,
-            seed=request.seed,
-        )
-        persistence = RunPersistence(
-            request.out, prepared.configuration, prepared.algorithm, record=request.record
-        )
-        check_folder(request.out, overwrite=request.overwrite)
-        if not request.dry_run:
-            request.out.mkdir(parents=True, exist_ok=True)
-    if request.dry_run:
-        describe_run(prepared, persistence, output)
-        return ExitCode.DONE
-    return run_to_folder(prepared, persistence, output, overwrite=request.overwrite)
+def run_to_folder(
+    run: PreparedRun, persistence: RunPersistence, output: Output, *, overwrite: bool
+) -> int:
+    """Run it to its end, write what it found into its folder; the exit code.
 
+    Without `overwrite` there may be nothing in the folder.
 
-def check_flags(algorithm: str, parameters: Mapping[str, Any]) -> None:
-    """Refuse flags that the algorithm does not take, in terms of flags.
-
-    Raises
-    ------
-    ValueError
-        Naming the flag and those the algorithm takes.
+    0 if the budget was used, 128 + the number of the signal that stopped the run.
     """
-    known = complete_parameters(algorithm, {})
-    for key in parameters:
-        if key not in known:
-            flags = ", ".join(map(flag, known))
-            raise ValueError(f"{flag(key)} does not apply to {algorithm}, which takes {flags}")
+    folder = persistence.folder
+    # until everything is written: impatience must not cost a run, nor another run its files
+    with ExitStack() as stack, stop_requests() as stop:
+        with bad_input():
+            stack.enter_context(lock(folder))
+            # another run may have ended there since somebody looked
+            check_folder(folder, overwrite=overwrite)
+        seen = None if output.quiet else console(stderr=True)
+        progress = Progress(seen, run_title(run.configuration), stop, persistence)
+        try:
+            # of errors while it runs only those of writing are the user's to put right
+            with bad_input((OSError,)), progress.shown():
+                outcome = run.solve(progress, persistence)
+        except BaseException as error:
+            persistence.drop_if_useless()
+            with suppress(OSError):  # a folder with something in it stays
+                folder.rmdir()
+            if persistence.can_resume and isinstance(error, EvaluationError):
+                output.note(f"To go on once that is put right: mgeo resume {folder}")
+            raise
+        made = Run(run.configuration, outcome, installed_versions(run.configuration.problem))
+        with bad_input():
+            # the folder was checked before the run: whatever is in it now may be replaced
+            write_run(folder, made, overwrite=True)
+        html = _front_page(run, outcome)
+        with bad_input():
+            if html is not None:
+                write_file(folder / FIGURE_FILE, html.encode())
+    _print_results(run.problem, outcome, persistence, html is not None, output)
+    output.result(_document(made, persistence))
+    return stop.exit_code if outcome.status == "interrupted" else ExitCode.DONE
+
+
+def _front_page(run: PreparedRun, outcome: Outcome) -> str | None:
+    """The plugin's picture of the front or else ours, None where neither can draw it."""
+    title = run_title(run.configuration)
+    figure = protocol.front_figure(run.problem, outcome.X) if len(outcome.X) else None
+    if figure is None and len(outcome.objectives) <= MOST_OBJECTIVES:
+        figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
+    return None if figure is None else page(figure, title)
+
+
+def _print_results(
+    problem: Problem, outcome: Outcome, persistence: RunPersistence, drawn: bool, output: Output
+) -> None:
+    found = f"solutions: {len(outcome.F):,}"
+    volume = outcome.hypervolume
+    if volume is not None:
+        seen = "" if volume.space == "problem" else " of the range this run saw"
+        found += f"; hypervolume {volume.value:.4f}{seen}"
+    took = f"{outcome.evaluations:,} evaluations in {clock(outcome.wall_time_s)}"
+    output.print(f"{outcome.status} after {took}; {found}")
+    if outcome.failures:
+        output.print(_failures(outcome))
+    if not len(outcome.F):
+        output.print("no feasible solution was found")
+    elif output.for_people:
+        output.print(_solutions(problem, outcome))
+    output.print(f"written: {persistence.folder / (FIGURE_FILE if drawn else '')}")
+    if persistence.error is not None:
+        output.print(f"no checkpoint: {persistence.error}")
+    elif outcome.status == "interrupted" and persistence.can_resume:
+        output.print(f"to go on: mgeo resume {persistence.folder}")
+
+
+def _failures(outcome: Outcome) -> str:
+    causes = [f"{cause} ({count:,})" for cause, count in outcome.failures.items()]
+    more = f" and {len(causes) - _CAUSES} more, see run.json" if len(causes) > _CAUSES else ""
+    total = sum(outcome.failures.values())
+    return f"failed evaluations: {total:,}; {', '.join(causes[:_CAUSES])}{more}"
+
+
+def _solutions(problem: Problem, outcome: Outcome) -> Table:
+    """One column per solution, one row per quantity: any number of variables fits a terminal.
+
+    The quantities are those of ``problem.describe``, or else objectives and variables.
+    """
+    chosen = representative_solutions(problem, outcome.F, outcome.objectives)
+    rows = [solution.row for solution in chosen]
+    described = protocol.describe(problem, outcome.X[rows])
+    if described is None:
+        described = front_table(outcome).iloc[rows][[*outcome.objectives, *outcome.variables]]
+    titles = ["", *(solution.label for solution in chosen)]
+    return table(titles, [(str(name), *described[name]) for name in described.columns])
+
+
+def _document(made: Run, persistence: RunPersistence) -> dict[str, Any]:
+    names = (FRONT_FILE, RUN_FILE, FIGURE_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
+    return {
+        "folder": str(persistence.folder),
+        "files": [name for name in names if (persistence.folder / name).exists()],
+        "checkpoint_error": None if persistence.error is None else str(persistence.error),
+        **run_document(made),
+    }

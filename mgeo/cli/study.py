@@ -4,54 +4,38 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import joblib
 
-from mgeo.cli.consoles import plain
-from mgeo.cli.dry_run import describe_study
-from mgeo.cli.errors import ExitCode, bad_input
+from mgeo.cli.errors import ExitCode
 from mgeo.cli.output import Output
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.file import Study, read_study
+from mgeo.studies.file import Study
 from mgeo.studies.folder import NotReusedWarning
-from mgeo.studies.outline import outline
-from mgeo.studies.study import REPORT, run_study
+from mgeo.studies.study import REPORT
 from mgeo.studies.verdict import verdict
+from mgeo.terminal import plain
 
 
-@dataclass(frozen=True)
-class Request:
-    """What was asked for on the command line."""
-
-    file: Path
-    out: Path | None
-    evaluations: int | None
-    seeds: int | None
-    jobs: int
-    cluster: str | None
-    dry_run: bool
-
-
-def run(request: Request, output: Output) -> int:
-    """Do it; the exit code tells if runs failed, or it was interrupted."""
-    with bad_input(), ExitStack() as stack:
-        stack.enter_context(_notes(output))
-        study = read_study(request.file).reduced(request.evaluations, request.seeds)
-        out = request.out or Path("studies", request.file.stem)
-        n_jobs = _where(request, stack)
-        if request.dry_run:
-            describe_study(outline(study, out, n_jobs=n_jobs), out, output)
-            return ExitCode.DONE
-        try:
-            comparisons = run_study(study, out, n_jobs=n_jobs, progress=not output.quiet)
-        except KeyboardInterrupt:
-            output.note(f"interrupted; the same command goes on with what is in {out}")
-            return ExitCode.INTERRUPTED
-    _print_results(study, comparisons, out, output)
+def show(study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output) -> int:
+    """Show what was found; the exit code tells if runs failed."""
+    for label, comparison in comparisons.items():
+        table = comparison.overview()
+        output.print(plain(f"\n{label}", style="bold"), table.to_string(), *verdict(comparison))
+    output.print(f"\nwritten: {folder / REPORT}")
+    output.result(
+        {
+            "title": study.title,
+            "folder": str(folder),
+            "report": str(folder / REPORT),
+            "evaluations": study.evaluations,
+            "seeds": list(study.seeds),
+            "problems": {label: _document(each) for label, each in comparisons.items()},
+        }
+    )
     failed = sum(_count(comparison, "failed") for comparison in comparisons.values())
     if failed:
         output.note(f"{failed} runs failed; the same command makes them again")
@@ -59,7 +43,7 @@ def run(request: Request, output: Output) -> int:
 
 
 @contextmanager
-def _notes(output: Output) -> Iterator[None]:
+def notes(output: Output) -> Iterator[None]:
     """Show what is said of runs that are not kept or not used as notes, each of them once."""
     with warnings.catch_warnings():
         shown = warnings.showwarning
@@ -74,36 +58,18 @@ def _notes(output: Output) -> Iterator[None]:
         yield
 
 
-def _where(request: Request, stack: ExitStack) -> int | None:
+@contextmanager
+def workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
     """Number of processes, or None on a cluster, which is then joblib's backend."""
-    if request.cluster is None:
-        return request.jobs
+    if cluster is None:
+        yield jobs
+        return
     try:
         from distributed import Client
     except ImportError as error:
         raise ValueError("--cluster needs the extra: pip install 'mgeo[distributed]'") from error
-    stack.enter_context(Client(request.cluster))
-    stack.enter_context(joblib.parallel_config("dask"))
-    return None
-
-
-def _print_results(
-    study: Study, comparisons: dict[str, Comparison], out: Path, output: Output
-) -> None:
-    for label, comparison in comparisons.items():
-        table = comparison.overview()
-        output.print(plain(f"\n{label}", style="bold"), table.to_string(), *verdict(comparison))
-    output.print(f"\nwritten: {out / REPORT}")
-    output.result(
-        {
-            "title": study.title,
-            "folder": str(out),
-            "report": str(out / REPORT),
-            "evaluations": study.evaluations,
-            "seeds": list(study.seeds),
-            "problems": {label: _document(each) for label, each in comparisons.items()},
-        }
-    )
+    with Client(cluster), joblib.parallel_config("dask"):
+        yield None
 
 
 def _document(comparison: Comparison) -> dict[str, Any]:

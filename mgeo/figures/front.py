@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 MOST_OBJECTIVES = 3
 
 _LOG_FROM = 20.0  # ratio of the values from which an axis may be logarithmic
-_MARKER = {"size": 7, "color": "#1f5fa8", "line": {"width": 0.5, "color": "white"}}
-_MARKER_3D = {"size": 4, "color": "#1f5fa8"}
+_COLOR = "#1f5fa8"
+_MARKER = {"size": 7, "color": _COLOR, "line": {"width": 0.5, "color": "white"}}
+_MARKER_3D = {"size": 4, "color": _COLOR}
+_BOUNDARY = {"shape": "hv", "width": 1, "color": "#9db7d5"}
 _GRID = "#e3e6ea"
 
 
@@ -43,16 +45,34 @@ def front_figure(
         raise ValueError(
             f"{len(objectives)} objectives: expected at most {MOST_OBJECTIVES} to draw the front"
         )
-    draw = (_one, _two, _three)[len(objectives) - 1]
-    figure = draw(F, objectives, hover_texts(X, F, variables, objectives))
-    figure.update_layout(
+    points = {
+        "mode": "markers",
+        "customdata": np.arange(len(F)),
+        "hovertext": hover_texts(X, F, variables, objectives),
+        "hoverinfo": "text",
+    }
+    axes = [axis(name, column) for name, column in zip(objectives, F.T, strict=True)]
+    figure = go.Figure()
+    if len(axes) == 1:
+        figure.add_scatter(x=np.arange(1, len(F) + 1), y=F[:, 0], marker=_MARKER, **points)
+        figure.update_xaxes(title="solution", dtick=1 if len(F) < 20 else None)
+        figure.update_yaxes(axes[0])
+    elif len(axes) == 2:
+        x, y = F[np.lexsort((F[:, 1], F[:, 0]))].T
+        figure.add_scatter(x=x, y=y, mode="lines", line=_BOUNDARY, hoverinfo="skip")
+        figure.add_scatter(x=F[:, 0], y=F[:, 1], marker=_MARKER, **points)
+        figure.update_xaxes(axes[0]).update_yaxes(axes[1])
+    else:
+        figure.add_scatter3d(x=F[:, 0], y=F[:, 1], z=F[:, 2], marker=_MARKER_3D, **points)
+        figure.update_scenes(dict(zip(("xaxis", "yaxis", "zaxis"), axes, strict=True)))
+        figure.update_scenes(camera_eye=dict.fromkeys("xyz", 1.45))  # all of it is in the picture
+    return figure.update_layout(
         title=title,
         template="plotly_white",
         showlegend=False,
         font_size=14,
         hoverlabel_align="left",
     )
-    return figure
 
 
 def hover_texts(
@@ -68,60 +88,6 @@ def hover_texts(
         lines += [f"{name}: {value:.5g}" for name, value in zip(variables, x, strict=True)]
         texts.append("<br>".join(lines))
     return texts
-
-
-def _one(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]) -> go.Figure:
-    number = np.arange(1, len(F) + 1)
-    figure = go.Figure(_points(number, F[:, 0], texts))
-    figure.update_xaxes(title="solution", dtick=1 if len(F) < 20 else None)
-    figure.update_yaxes(axis(objectives[0], F[:, 0]))
-    return figure
-
-
-def _two(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]) -> go.Figure:
-    order = np.lexsort((F[:, 1], F[:, 0]))
-    boundary = go.Scatter(
-        x=F[order, 0],
-        y=F[order, 1],
-        mode="lines",
-        line={"shape": "hv", "width": 1, "color": "#9db7d5"},
-        hoverinfo="skip",
-    )
-    figure = go.Figure([boundary, _points(F[:, 0], F[:, 1], texts)])
-    figure.update_xaxes(axis(objectives[0], F[:, 0]))
-    figure.update_yaxes(axis(objectives[1], F[:, 1]))
-    return figure
-
-
-def _three(F: NDArray[np.float64], objectives: tuple[str, ...], texts: list[str]) -> go.Figure:
-    figure = go.Figure(
-        go.Scatter3d(
-            x=F[:, 0],
-            y=F[:, 1],
-            z=F[:, 2],
-            mode="markers",
-            marker=_MARKER_3D,
-            customdata=np.arange(len(texts)),
-            hovertext=texts,
-            hoverinfo="text",
-        )
-    )
-    axes = zip(("xaxis", "yaxis", "zaxis"), objectives, F.T, strict=True)
-    figure.update_scenes({key: axis(name, column) for key, name, column in axes})
-    figure.update_scenes(camera_eye=dict.fromkeys("xyz", 1.45))  # all of the box is in the picture
-    return figure
-
-
-def _points(x: NDArray[np.generic], y: NDArray[np.float64], texts: list[str]) -> go.Scatter:
-    return go.Scatter(
-        x=x,
-        y=y,
-        mode="markers",
-        marker=_MARKER,
-        customdata=np.arange(len(texts)),
-        hovertext=texts,
-        hoverinfo="text",
-    )
 
 
 def axis(name: str, values: NDArray[np.float64]) -> dict[str, object]:
@@ -141,9 +107,9 @@ def axis(name: str, values: NDArray[np.float64]) -> dict[str, object]:
 def logarithmic(values: NDArray[np.float64]) -> bool:
     """Whether values spread more evenly on a logarithmic axis, and far enough to need one.
 
-    That is where they span a factor of `_LOG_FROM`, and their logarithms are less skewed than
-    they are. The outermost 2 % on either side have no say in the skewness: one value near zero
-    must not squeeze all others into a corner.
+    That is where they span a factor of 20, and their logarithms are less skewed than they are.
+    The outermost 2 % on either side have no say in the skewness: one value near zero must not
+    squeeze all others into a corner.
     """
     if not len(values) or values.min() <= 0 or values.max() < _LOG_FROM * values.min():
         return False

@@ -28,6 +28,7 @@ import numpy as np
 from plotly.basedatatypes import BaseFigure
 
 _TYPES = ("scatter3d", "mesh3d")
+_TURN = "times that ascend from 0 and x, y, z of one number less, all finite"
 
 
 def motion_of(figure: BaseFigure) -> Any:
@@ -52,19 +53,14 @@ def check_motion(figure: BaseFigure) -> None:
         turns = motion.get("turns")
         _require(isinstance(turns, Mapping), "motion: turns", "a dict", turns)
         for name, turn in turns.items():
-            _require(_well_formed(turn), f"motion: turns[{name!r}]", _TURN, turn)
+            _require(_is_turn(turn), f"motion: turns[{name!r}]", _TURN, turn)
         for phase in motion.get("phases", ()):
-            known = isinstance(phase, Mapping) and isinstance(phase.get("name"), str)
-            known = known and _time(phase.get("from")) and _time(phase.get("to"))
-            _require(known, "motion: phases", "dicts of name, from and to", phase)
+            _require(_is_phase(phase), "motion: phases", "dicts of name, from and to", phase)
     for trace in figure.data:
         own = trace.meta if isinstance(trace.meta, Mapping) else {}
         if "turn" in own:
             _require(own["turn"] in turns, "turn of a trace", f"one of {list(turns)}", own["turn"])
             _require(trace.type in _TYPES, "turning trace", " or ".join(_TYPES), trace.type)
-
-
-_TURN = "times that ascend from 0 and x, y, z of one number less, all finite"
 
 
 def _require(kept: bool, name: str, expected: str, found: Any) -> None:
@@ -77,18 +73,16 @@ def _time(value: Any) -> bool:
     return number and math.isfinite(value) and value >= 0.0
 
 
-def _well_formed(turn: Any) -> bool:
-    if not isinstance(turn, Mapping) or not {"times", "x", "y", "z"} <= turn.keys():
-        return False
+def _is_phase(phase: Any) -> bool:
+    named = isinstance(phase, Mapping) and isinstance(phase.get("name"), str)
+    return named and _time(phase.get("from")) and _time(phase.get("to"))
+
+
+def _is_turn(turn: Any) -> bool:
     try:
         times, *vector = (np.asarray(turn[key], dtype=float) for key in ("times", "x", "y", "z"))
-    except (TypeError, ValueError):
+    except (KeyError, TypeError, ValueError):
         return False
-    return (
-        times.ndim == 1
-        and times.size > 1
-        and times[0] == 0.0
-        and bool((np.diff(times) > 0.0).all())
-        and all(part.shape == (times.size - 1,) for part in vector)
-        and all(np.isfinite(part).all() for part in (times, *vector))
-    )
+    ascend = times.ndim == 1 and times.size > 1 and times[0] == 0.0 and (np.diff(times) > 0.0).all()
+    matches = all(part.shape == (times.size - 1,) for part in vector)
+    return bool(ascend and matches and np.isfinite([times[:-1], *vector, times[1:]]).all())

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import base64
 import json
-import math
-from collections.abc import Mapping, Sequence
+from base64 import b64decode, b64encode
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,23 +16,33 @@ HOLE = "$differs"
 Json = Any
 
 
-def figure_json(figure: go.Figure) -> dict[str, Json]:
-    """Traces and layout as JSON values; arrays of floats as float32, as plotly.js reads them.
+def figure_json(figure: go.Figure, *, lists: bool = False) -> dict[str, Json]:
+    """Traces and layout as JSON values; floats as float32, in the arrays that plotly.js reads.
 
     The layout's template is left out: the page's colors take its place.
+
+    Parameters
+    ----------
+    lists
+        Whether arrays are lists of numbers instead, for a page that looks into them.
     """
-    tree = figure.to_plotly_json()
-    layout = {key: value for key, value in tree.get("layout", {}).items() if key != "template"}
-    return {"data": _plain(tree.get("data", [])), "layout": _plain(layout)}
 
+    def encoded(node: dict[str, Json]) -> Json:
+        if not {"bdata", "dtype"} <= node.keys():
+            return node
+        array = np.frombuffer(b64decode(node["bdata"]), node["dtype"])
+        if "shape" in node:
+            array = array.reshape([int(n) for n in node["shape"].split(",")])
+        elif array.dtype == np.float64:
+            array = array.astype("<f4")
+            node = {"dtype": "f4", "bdata": b64encode(array.tobytes()).decode()}
+        if not (lists or array.ndim > 1):
+            return node
+        return json.loads(json.dumps(array.tolist()), parse_constant=lambda name: None)
 
-def decoded(tree: Json) -> Json:
-    """A tree in which encoded arrays of plotly's are lists of numbers again."""
-    if isinstance(tree, Mapping):
-        if "bdata" in tree:
-            return [_number(value) for value in _array(tree).tolist()]
-        return {key: decoded(value) for key, value in tree.items()}
-    return [decoded(value) for value in tree] if isinstance(tree, list) else tree
+    tree: dict[str, Json] = json.loads(figure.to_json(engine="json"), object_hook=encoded)
+    tree["layout"].pop("template", None)
+    return tree
 
 
 def shared(trees: Sequence[Json]) -> tuple[Json, list[list[Json]]]:
@@ -79,40 +88,3 @@ def script_json(value: Json) -> str:
 
 def _numbers(node: list[Json]) -> bool:
     return bool(node) and all(isinstance(value, int | float) for value in node)
-
-
-def _plain(value: Any) -> Json:
-    if isinstance(value, Mapping):
-        if "bdata" in value and "dtype" in value:
-            return _encoded(_array(value))
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, np.ndarray) and value.dtype.kind in "iuf" and value.ndim == 1:
-        return _encoded(value)
-    if isinstance(value, np.ndarray | list | tuple):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if value is None or isinstance(value, bool | int | str):
-        return value
-    return _number(value) if isinstance(value, float) else str(value)
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _array(encoded: Mapping[str, Any]) -> np.ndarray:
-    """An array as plotly encodes it."""
-    flat = np.frombuffer(base64.b64decode(encoded["bdata"]), dtype=np.dtype(encoded["dtype"]))
-    shape = str(encoded.get("shape", "")).replace(" ", "")
-    return flat.reshape([int(n) for n in shape.split(",")]) if shape else flat
-
-
-def _encoded(array: np.ndarray) -> Json:
-    if array.dtype == np.float64 and array.ndim == 1:
-        array = array.astype("<f4")
-    if array.ndim != 1 or array.dtype.itemsize > 4:
-        return _plain(array.tolist())
-    little = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
-    name = f"{array.dtype.kind}{array.dtype.itemsize}"
-    return {"dtype": name, "bdata": base64.b64encode(little.tobytes()).decode()}

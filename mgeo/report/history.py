@@ -17,10 +17,11 @@ from mgeo.runs.persistence import RECORD_FOLDER
 from mgeo.runs.solve import Outcome
 
 _SAMPLES = 60
+_TOLERANCE = 1e-4  # pymoo's, of an equality
 
 
 def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Figure | None:
-    """Hypervolume against evaluations; None of a run that kept no record, or has no hypervolume.
+    """Hypervolume against evaluations; None of a run that saved no record, or has no hypervolume.
 
     Raises
     ------
@@ -33,7 +34,18 @@ def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Fig
     except FileNotFoundError:
         return None
     found = hypervolume_history(problem, outcome, record)
-    return None if found is None else history_figure(*found)
+    if found is None:
+        return None
+    figure = go.Figure().add_scatter(
+        x=found[0],
+        y=found[1],
+        mode="lines",
+        line={"shape": "hv", "color": "#0072B2", "width": 2.5},
+        hovertemplate="%{x:,d} evaluations: %{y:.4f}<extra></extra>",
+    )
+    figure.update_xaxes(title="evaluations", type="log", dtick=1)
+    figure.update_yaxes(title="hypervolume", rangemode="tozero")
+    return figure.update_layout(margin={"l": 70, "r": 20, "t": 20, "b": 55}, height=340)
 
 
 def hypervolume_history(
@@ -54,8 +66,10 @@ def hypervolume_history(
     meter = HypervolumeMeter(problem)
     if outcome.hypervolume.space == "seen":
         meter.seen = [list(outcome.hypervolume.ideal), list(outcome.hypervolume.nadir)]
+    G, H = (record[_constraints(problem, kind)].to_numpy(float) for kind in "gh")
+    feasible = (G <= 0.0).all(axis=1) & (np.abs(H) <= _TOLERANCE).all(axis=1)
     F = record[list(outcome.objectives)].to_numpy(float).copy()
-    F[~_feasible(problem, record)] = np.nan
+    F[record["failed"].to_numpy(bool) | ~feasible] = np.nan
     ends = np.unique(np.geomspace(1, len(F), _SAMPLES).astype(np.int64))
     front, volumes, done = F[:0], [], 0
     for end in ends:
@@ -66,33 +80,6 @@ def hypervolume_history(
     return ends, np.array(volumes)
 
 
-def history_figure(evaluations: NDArray[np.int64], volumes: NDArray[np.float64]) -> go.Figure:
-    """Hypervolume against evaluations."""
-    figure = go.Figure(
-        go.Scatter(
-            x=evaluations,
-            y=volumes,
-            mode="lines",
-            line={"shape": "hv", "color": "#0072B2", "width": 2.5},
-            hovertemplate="%{x:,d} evaluations: %{y:.4f}<extra></extra>",
-        )
-    )
-    figure.update_xaxes(title="evaluations", type="log", dtick=1)
-    figure.update_yaxes(title="hypervolume", rangemode="tozero")
-    return figure.update_layout(margin={"l": 70, "r": 20, "t": 20, "b": 55}, height=340)
-
-
-def _feasible(problem: Problem, record: pd.DataFrame) -> NDArray[np.bool_]:
-    limits, equal = (_constraints(problem, kind) for kind in "gh")
-    kept: NDArray[np.bool_] = ~record["failed"].to_numpy(bool)
-    kept &= (record[limits].to_numpy(float) <= 0.0).all(axis=1)
-    kept &= (np.abs(record[equal].to_numpy(float)) <= _TOLERANCE).all(axis=1)
-    return kept
-
-
 def _constraints(problem: Problem, kind: str) -> list[str]:
     n = {"g": problem.n_ieq_constr, "h": problem.n_eq_constr}[kind]
     return [f"{kind}{j + 1}" for j in range(n)]
-
-
-_TOLERANCE = 1e-4  # pymoo's, of an equality

@@ -9,10 +9,11 @@ from pymoo.core.problem import Problem
 from mgeo.files.reading import errors_of
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.folder import RUN_FILE, Run, read_run
+from mgeo.runs.representative import RepresentativeSolution, representative_solutions
 
 
-def run_and_problem(folder: Path) -> tuple[Run, Problem]:
-    """The run of a folder, and its problem as it is installed.
+def read_subject(folder: Path) -> tuple[Run, Problem, list[RepresentativeSolution], str]:
+    """The run of a folder, its problem as it is installed, its representative solutions, a title.
 
     Raises
     ------
@@ -23,13 +24,16 @@ def run_and_problem(folder: Path) -> tuple[Run, Problem]:
         or objectives.
     """
     run = read_run(folder)
+    configuration, outcome = run.configuration, run.outcome
     with errors_of(folder / RUN_FILE):
-        problem = load_problem(run.configuration.problem, run.configuration.options)
-        counts = len(run.outcome.variables), len(run.outcome.objectives)
+        problem = load_problem(configuration.problem, configuration.options)
+        counts = len(outcome.variables), len(outcome.objectives)
         if counts != (problem.n_var, problem.n_obj):
             raise ValueError(
                 f"the front has {counts[0]} variables and {counts[1]} objectives: expected "
                 f"{problem.n_var} and {problem.n_obj}, as the installed problem "
-                f"{run.configuration.problem!r} has with these options"
+                f"{configuration.problem!r} has with these options"
             )
-    return run, problem
+    chosen = representative_solutions(problem, outcome.F, outcome.objectives)
+    title = f"{configuration.problem} · {configuration.algorithm} · seed {configuration.seed}"
+    return run, problem, chosen, title

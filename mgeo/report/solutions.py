@@ -11,10 +11,11 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
-from mgeo.figures.front import MOST_OBJECTIVES, front_figure
+from mgeo.figures import MOST_OBJECTIVES, front_figure
 from mgeo.figures.motion import check_motion
 from mgeo.plugins import protocol
-from mgeo.report.encode import Json, decoded, figure_json, shared
+from mgeo.report.encode import Json, figure_json, shared
+from mgeo.runs.folder import Run, front_table
 from mgeo.runs.representative import RepresentativeSolution
 from mgeo.runs.solve import Outcome
 
@@ -23,6 +24,28 @@ MOST_PLANS = 300
 
 #: Points up to which each has its variables in its hover text, and the plugin draws the front.
 _MOST_TEXTS = 2000
+
+
+def solutions_json(
+    problem: Problem, run: Run, chosen: Sequence[RepresentativeSolution], title: str
+) -> Json:
+    """What the page shows of the solutions, by name; all of them have their values."""
+    X, outcome = run.outcome.X, run.outcome
+    rows = planned_rows(chosen, len(X))
+    front = front_table(outcome)
+    picture = front_picture(problem, outcome, title)
+    return {
+        "table": {"columns": list(front.columns), "rows": front.to_numpy().tolist()},
+        "objectives": len(outcome.objectives),
+        "planned": rows.tolist(),
+        "described": _described(problem, outcome, rows),
+        "bounds": _bounds(problem),
+        "limits": _limits(problem, X, rows),
+        "labels": {str(solution.row): solution.label for solution in chosen},
+        "first": next((h.row for h in chosen if h.label == "knee"), chosen[0].row),
+        "front": None if picture is None else figure_json(picture, lists=True),
+        "plans": plans_json(problem, X, rows),
+    }
 
 
 def planned_rows(
@@ -45,24 +68,17 @@ def front_picture(problem: Problem, outcome: Outcome, title: str) -> go.Figure |
     It is the plugin's own where its points do so, see ``docs/plugins.md``.
     """
     n = len(outcome.X)
-    figure = None
     if n <= _MOST_TEXTS:
         figure = protocol.front_figure(problem, outcome.X)
-        if figure is not None and not _numbered(figure, n):
-            figure = None
-    if figure is None:
-        if len(outcome.objectives) > MOST_OBJECTIVES:
-            return None
-        figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
-        if n > _MOST_TEXTS:
-            numbered = {"customdata": np.arange(n), "hovertext": None, "hoverinfo": "all"}
-            figure.update_traces(numbered, selector={"mode": "markers"})
+        if figure is not None and _numbered(figure, n):
+            return figure
+    if len(outcome.objectives) > MOST_OBJECTIVES:
+        return None
+    figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
+    if n > _MOST_TEXTS:
+        numbered = {"customdata": np.arange(n), "hovertext": None, "hoverinfo": "all"}
+        figure.update_traces(numbered, selector={"mode": "markers"})
     return figure
-
-
-def front_json(figure: go.Figure | None) -> Json:
-    """The picture of the front for the page, which looks points up: as lists."""
-    return None if figure is None else decoded(figure_json(figure))
 
 
 def plans_json(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]) -> Json:
@@ -84,48 +100,43 @@ def plans_json(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]
     return {"common": common, "values": _by_row(values, rows)}
 
 
-def described(problem: Problem, outcome: Outcome, rows: NDArray[np.int64]) -> Json:
+def _described(problem: Problem, outcome: Outcome, rows: NDArray[np.int64]) -> Json:
     """Solutions in the problem's own terms, or else their objectives."""
     table = protocol.describe(problem, outcome.X[rows])
     if table is None:
         table = pd.DataFrame(outcome.F[rows], columns=list(outcome.objectives))
-    return {"columns": [str(name) for name in table.columns], "rows": _by_row(cells(table), rows)}
+    cells = [[_cell(value) for value in row] for row in table.itertuples(index=False, name=None)]
+    return {"columns": [str(name) for name in table.columns], "rows": _by_row(cells, rows)}
 
 
-def limits_json(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]) -> Json:
+def _limits(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]) -> Json:
     """Constraints of each solution: names, and values that are at most 0 where a limit is kept."""
     count = problem.n_ieq_constr
     if not count:
         return {"names": [], "rows": {}}
-    G = problem.evaluate(X[rows], return_values_of=["G"])
+    G = np.asarray(problem.evaluate(X[rows], return_values_of=["G"])).tolist()
+    values = [[float(f"{g:.6g}") if np.isfinite(g) else None for g in row] for row in G]
     names = getattr(problem, "constraint_names", None) or [f"g{j + 1}" for j in range(count)]
-    return {"names": [str(name) for name in names], "rows": _by_row(rounded(np.asarray(G)), rows)}
+    return {"names": [str(name) for name in names], "rows": _by_row(values, rows)}
+
+
+def _bounds(problem: Problem) -> Json:
+    """Lower and upper bounds, empty where the problem has none for each variable."""
+    bounds = problem.xl, problem.xu
+    known = all(isinstance(bound, np.ndarray) and bound.dtype.kind in "biuf" for bound in bounds)
+    return [bound.tolist() for bound in bounds] if known else [[], []]
 
 
 def _by_row(values: Sequence[Json], rows: NDArray[np.int64]) -> dict[str, Json]:
     return dict(zip(map(str, rows.tolist()), values, strict=True))
 
 
-def rounded(values: NDArray[np.float64], digits: int = 6) -> Json:
-    """Nested lists of numbers with so many digits, None for what is not finite."""
-    return [
-        [float(f"{v:.{digits}g}") if np.isfinite(v) else None for v in row]
-        for row in values.tolist()
-    ]
-
-
-def cells(table: pd.DataFrame) -> Json:
-    """Rows of a table as JSON: numbers stay numbers, all else is text."""
-    return [[_cell(value) for value in row] for row in table.itertuples(index=False, name=None)]
-
-
 def _cell(value: Any) -> Json:
-    if isinstance(value, bool | str):
+    """A number as such, all else as text."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         return str(value)
-    if isinstance(value, int | float | np.number):
-        number = float(value)
-        return float(f"{number:.7g}") if np.isfinite(number) else str(number)
-    return str(value)
+    number = float(value)
+    return float(f"{number:.7g}") if np.isfinite(number) else str(number)
 
 
 def _numbered(figure: go.Figure, n: int) -> bool:

@@ -14,11 +14,9 @@ import plotly.graph_objects as go
 
 from mgeo.figures.motion import motion_of
 from mgeo.plugins import protocol
-from mgeo.report import summary
 from mgeo.report.history import recorded_history
-from mgeo.report.reading import run_and_problem
+from mgeo.report.reading import read_subject
 from mgeo.report.solutions import front_picture
-from mgeo.runs.representative import representative_solutions
 
 #: Width and height [px] of figures that have no size of their own.
 _SIZE = (900, 560)
@@ -52,23 +50,20 @@ def static_figures(folder: Path | str, formats: Sequence[str]) -> dict[str, byte
         See `mgeo.report.report_html`.
     """
     try:
-        import kaleido
+        from kaleido import Kaleido
     except ImportError as error:
-        raise StaticExportError("PNG and PDF need kaleido: pip install 'mgeo[png]'") from error
-    if not hasattr(kaleido, "Kaleido"):
-        raise StaticExportError("PNG and PDF need kaleido 1 or newer: pip install 'mgeo[png]'")
-    pictures = _pictures(Path(folder))
-    return asyncio.run(_drawn(pictures, formats, kaleido.Kaleido))
+        needed = "kaleido 1 or newer: pip install 'mgeo[png]'"
+        raise StaticExportError(f"PNG and PDF need {needed}") from error
+    return asyncio.run(_drawn(_pictures(Path(folder)), formats, Kaleido))
 
 
 def _pictures(folder: Path) -> dict[str, go.Figure]:
-    run, problem = run_and_problem(folder)
+    run, problem, chosen, title = read_subject(folder)
     outcome = run.outcome
     found: dict[str, go.Figure | None] = {}
-    if len(outcome.X):
-        found["front"] = front_picture(problem, outcome, summary.title(run))
+    if chosen:
+        found["front"] = front_picture(problem, outcome, title)
     found["hypervolume"] = recorded_history(folder, problem, outcome)
-    chosen = representative_solutions(problem, outcome.F, outcome.objectives)
     told = [solution for solution in chosen if solution.label != "between"]
     drawn = protocol.solution_figures(problem, outcome.X[[solution.row for solution in told]])
     for solution, figures in zip(told, drawn, strict=bool(drawn)):
@@ -78,10 +73,9 @@ def _pictures(folder: Path) -> dict[str, go.Figure]:
     return {name: _sized(figure) for name, figure in found.items() if figure is not None}
 
 
-def _file_name(taken: Container[str], *parts: str) -> str:
-    """Words in lower case joined by dashes, whatever characters the parts have."""
-    words = [word for part in parts for word in re.findall(r"[a-z0-9_]+", part.lower())]
-    name = "-".join(words) or "figure"
+def _file_name(taken: Container[str], label: str, figure: str) -> str:
+    """Words in lower case joined by dashes, whatever characters the names have."""
+    name = "-".join(re.findall(r"[a-z0-9_]+", f"{label} {figure}".lower())) or "figure"
     numbered = (f"{name}-{number}" for number in itertools.count(2))
     return next(chosen for chosen in itertools.chain([name], numbered) if chosen not in taken)
 

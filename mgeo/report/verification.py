@@ -48,29 +48,22 @@ def verifications(
         found = read_json(path)
         with errors_of(path):
             _check_form(found)
-        yield path.name, _why_ignored(found, solved, solutions), found
-
-
-def _why_ignored(
-    found: Mapping[str, Any], solved: Mapping[str, Any], solutions: list[list[float]]
-) -> str:
-    missing = [key for key in (*solved, "design") if key not in found]
-    if missing:
-        return f"it does not say what it is about, its {' and '.join(missing)}"
-    other = difference(solved, {key: found[key] for key in solved})
-    if other:
-        return f"it is about another problem, {other:.{_LONGEST}}"
-    return "" if found["design"] in solutions else "its design is no solution of this front"
+        missing = [key for key in (*solved, "design") if key not in found]
+        why_ignored = ""
+        if missing:
+            why_ignored = f"it does not say what it is about, its {' and '.join(missing)}"
+        elif other := difference(solved, {key: found[key] for key in solved}):
+            why_ignored = f"it is about another problem, {other:.{_LONGEST}}"
+        elif found["design"] not in solutions:
+            why_ignored = "its design is no solution of this front"
+        yield path.name, why_ignored, found
 
 
 def _check_form(found: Any) -> None:
     for key in ("title", "verdict"):
         entry(found, key, str)
-    columns = entry(found, "columns", list[str])
+    n = len(entry(found, "columns", list[str]))
     for i, row in enumerate(entry(found, "rows", list)):
-        if not (
-            isinstance(row, list)
-            and len(row) == len(columns)
-            and all(isinstance(cell, str | int | float) for cell in row)
-        ):
-            raise ValueError(f"rows[{i}] = {row!r:.80}: expected {len(columns)} numbers or strings")
+        kept = isinstance(row, list) and len(row) == n
+        if not (kept and all(isinstance(cell, str | int | float) for cell in row)):
+            raise ValueError(f"rows[{i}] = {row!r:.80}: expected {n} numbers or strings")

@@ -11,7 +11,7 @@ from typing import Protocol
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.progress import TimeRemainingColumn as TimeLeftColumn
 
-from mgeo.cli.consoles import console, is_terminal
+from mgeo.terminal import console, is_terminal
 
 _LINES_EVERY = 1.0  # seconds at least between two lines about runs that finished
 

@@ -16,6 +16,8 @@ BELOW = {
     "plugins": {"evaluation"},
     "persistence": {"algorithms", "evaluation", "files", "plugins"},
     "runs": {"algorithms", "evaluation", "files", "persistence", "plugins"},
+    "terminal": set(),
+    "report": {"figures", "files", "pareto", "persistence", "plugins", "runs"},
 }
 
 

@@ -1,5 +1,5 @@
 import io
-from dataclasses import replace
+import re
 
 import numpy as np
 import pytest
@@ -7,98 +7,142 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.problems.multi import ZDT1
 from rich.console import Console
 
-from mgeo.cli.displays import LiveDisplay, PlainDisplay, clock, run_display
-from mgeo.cli.progress import Reporter, Snapshot
+from mgeo.cli.progress import Progress, clock
 from mgeo.cli.signals import StopRequest
+from mgeo.runs.hypervolume import Hypervolume
 from mgeo.runs.solve import solve
 
-SNAPSHOT = Snapshot(
-    evaluations=12_000,
-    failed=0,
-    trouble="",
-    budget=60_000,
-    elapsed=65.0,
-    left=3700.0,
-    solutions=1234,
-    best={"t_end [s]": 1040.25, "trace": 2.3e-6},
-    hypervolume=0.81234,
-    whole_space=True,
-    last=False,
-)
+#: Hypervolumes that compare with those of other runs, and that do not.
+COMPARABLE, OWN = (Hypervolume(value=0.81234, space=space) for space in ("problem", "seen"))
 
 
-class Recorder:
-    """A display that keeps what it is shown."""
+class Run:
+    """A run under way, as its callback sees it: a fifth is done, after a first generation."""
 
-    def __init__(self, interval):
-        self.interval, self.shown = interval, []
+    budget, objectives, failures = 60_000, ("t_end [s]", "trace"), {}
 
-    def show(self, snapshot):
-        self.shown.append(snapshot)
+    def __init__(self, volume=COMPARABLE, n=1234):
+        self.volume, self.n = volume, n
+        self.evaluations, self.elapsed, self.stopped = 3_000, 5.0, False
+
+    def front(self):
+        return np.ones((self.n, 12)), np.tile([1040.25, 2.3e-6], (self.n, 1))
+
+    def hypervolume(self, F):
+        return self.volume
+
+    def stop(self):
+        self.stopped = True
+
+    def after(self, evaluations, elapsed):
+        self.evaluations, self.elapsed = evaluations, elapsed
+        return self
 
 
-def rendered(display, terminal=False):
-    console = Console(file=io.StringIO(), width=100, force_terminal=terminal)
-    console.print(display)
+def a_fifth_of(run, progress):
+    """Shows a run after its first generation, and when a fifth of it is done."""
+    progress(run)
+    look(progress, run.after(12_000, 65.0))
+
+
+def look(progress, run):
+    """Takes a look now, whatever the one before has cost."""
+    progress._next = 0.0
+    progress(run)
+
+
+def lines_of(progress, evaluations=400, before=lambda state: None):
+    """What is shown, by column and line, of a run that makes 20 evaluations a generation."""
+
+    def callback(state):
+        before(state)
+        progress(state)
+
+    outcome = solve(ZDT1(), NSGA2(pop_size=20), evaluations, 1, callback)
+    lines = progress._console.file.getvalue().splitlines()
+    return outcome, [re.split("  +", line.strip()) for line in lines]
+
+
+def plain(request=None):
+    console = Console(file=io.StringIO(), width=40, force_terminal=False)
+    return Progress(console, "title", StopRequest() if request is None else request)
+
+
+def live(title="title", request=None):
+    console = Console(file=io.StringIO(), width=100, force_terminal=True)
+    return Progress(console, title, StopRequest() if request is None else request)
+
+
+def rendered(progress):
+    console = Console(file=io.StringIO(), width=100, force_terminal=False)
+    console.print(progress)
     return console.file.getvalue()
 
 
-def test_snapshots_say_what_the_run_has():
-    recorder = Recorder(interval=0.0)
-    outcome = solve(ZDT1(), NSGA2(pop_size=20), 60, 1, Reporter(recorder, StopRequest()))
-    last = recorder.shown[-1]
-    assert (last.evaluations, last.budget, last.solutions) == (60, 60, len(outcome.F))
-    assert last.best == {"f1": outcome.F[:, 0].min(), "f2": outcome.F[:, 1].min()}
-    assert last.hypervolume == outcome.hypervolume.value
-    assert not last.whole_space
-    assert last.left == 0
-    assert (recorder.shown[0].last, last.last) == (False, True)
-    assert recorder.shown[0].left is None  # one generation says nothing about the others
+def test_what_the_run_has_is_shown():
+    progress = plain()
+    progress.interval = 0.0
+    outcome, lines = lines_of(progress, 60)
+    f1, f2 = outcome.F.min(axis=0)
+    assert lines[-1] == [
+        "100%",
+        "60 of 60 evaluations",
+        f"front {len(outcome.F)}",
+        f"best f1 {f1:.6g}",
+        f"best f2 {f2:.6g}",
+        f"hypervolume (of the range seen) {outcome.hypervolume.value:.4f}",
+        lines[-1][-2],
+        "left 0:00",
+    ]
+    assert lines[0][-1] == "left -"  # one generation says nothing about the others
 
 
-def test_a_display_is_updated_no_more_often_than_it_wants_but_always_at_the_end():
-    recorder = Recorder(interval=60.0)
-    solve(ZDT1(), NSGA2(pop_size=20), 400, 1, Reporter(recorder, StopRequest()))
-    assert [snapshot.evaluations for snapshot in recorder.shown] == [20, 400]
+def test_it_looks_no_more_often_than_it_should_but_always_at_the_end():
+    progress = plain()
+    progress.interval = 60.0
+    _, lines = lines_of(progress)
+    assert [line[1].split()[0] for line in lines] == ["20", "400"]
 
 
-def test_a_costly_snapshot_is_taken_less_often(monkeypatch):
-    now = [0.0]
+def test_a_costly_look_is_taken_less_often(monkeypatch):
+    now, shown = [0.0], []
     for clock_of in ("monotonic", "process_time"):
         monkeypatch.setattr(f"mgeo.cli.progress.time.{clock_of}", lambda: now[0])
-    recorder = Recorder(interval=0.25)
-    recorder.show = lambda snapshot: (recorder.shown.append(now[0]), now.__setitem__(0, now[0] + 1))
-    reporter = Reporter(recorder, StopRequest())
+    progress = plain()
+    progress.interval = 0.25
+    progress._console.print = lambda *_, **__: (
+        shown.append(now[0]),
+        now.__setitem__(0, now[0] + 1),
+    )
 
     def callback(state):
-        reporter(state)
+        progress(state)
         now[0] += 10.0
 
     solve(ZDT1(), NSGA2(pop_size=20), 400, 1, callback)
-    # a snapshot takes 1 s of this clock: the next one comes 50 s later at the earliest
-    assert np.diff(recorder.shown[:-1]).min() >= 50
+    # a look takes 1 s of this clock: the next one comes 50 s later at the earliest
+    assert np.diff(shown[:-1]).min() >= 50
 
 
 def test_a_request_to_stop_reaches_the_run():
     request = StopRequest()
-    recorder = Recorder(interval=60.0)
-    reporter = Reporter(recorder, request)
+    progress = plain(request=request)
+    progress.interval = 60.0
 
-    def callback(state):
+    def interrupt(state):
         if state.evaluations == 60:
             request.signal = 2
-        reporter(state)
 
-    outcome = solve(ZDT1(), NSGA2(pop_size=20), 400, 1, callback)
+    outcome, lines = lines_of(progress, before=interrupt)
     assert (outcome.status, outcome.evaluations) == ("interrupted", 60)
-    assert recorder.shown[-1].evaluations == 60
+    assert lines[-1][1] == "60 of 400 evaluations"
 
 
-def test_the_live_display_shows_everything_with_units():
-    display = LiveDisplay("a title [s]", StopRequest())
-    assert "first generation" in rendered(display)
-    display.show(SNAPSHOT)
-    text = rendered(display)
+def test_a_terminal_shows_everything_with_units():
+    progress = live("a title [s]")
+    assert "first generation" in rendered(progress)
+    a_fifth_of(Run(), progress)
+    text = rendered(progress)
     for part in (
         "a title [s]",
         "12,000 of 60,000 evaluations",
@@ -108,44 +152,46 @@ def test_the_live_display_shows_everything_with_units():
         "2.3e-06",
         "0.8123",
         "1:05",
-        "1:01:40",
+        "5:20",
     ):
         assert part in text, part
     assert "range seen" not in text
     assert "Ctrl-C" not in text
 
 
-def test_the_live_display_says_what_a_hypervolume_means_and_that_it_is_stopping():
+def test_a_terminal_shows_what_a_hypervolume_means_and_that_it_is_stopping():
     request = StopRequest()
-    display = LiveDisplay("title", request)
-    display.show(replace(SNAPSHOT, whole_space=False))
+    progress = live(request=request)
+    run = Run(OWN)
+    a_fifth_of(run, progress)
     request.signal = 2
-    text = rendered(display)
+    text = rendered(progress)
     assert "hypervolume (of the range seen)" in text
     assert "Ctrl-C again to stop at once" in text
-    display.show(replace(SNAPSHOT, last=True))
-    assert "Ctrl-C" not in rendered(display)
+    progress(run)  # which ends there
+    assert "Ctrl-C" not in rendered(progress)
 
 
-def test_a_plain_display_writes_whole_lines_without_escapes():
-    console = Console(file=io.StringIO(), width=40, force_terminal=False)
-    with run_display(console, "title", StopRequest()) as display:
-        assert isinstance(display, PlainDisplay)
-        display.show(SNAPSHOT)
-        display.show(replace(SNAPSHOT, hypervolume=None, left=None, best={}))
-    assert console.file.getvalue().splitlines() == [
+def test_elsewhere_there_are_whole_lines_without_escapes():
+    progress = plain()
+    with progress.shown():
+        a_fifth_of(Run(), progress)
+        look(progress, Run(None, n=0).after(12_000, 65.0))
+    assert progress._console.file.getvalue().splitlines() == [
         "title",
+        "  5%  3,000 of 60,000 evaluations  front 1,234  best t_end [s] 1040.25  "
+        "best trace 2.3e-06  hypervolume 0.8123  elapsed 0:05  left -",
         " 20%  12,000 of 60,000 evaluations  front 1,234  best t_end [s] 1040.25  "
-        "best trace 2.3e-06  hypervolume 0.8123  elapsed 1:05  left 1:01:40",
-        " 20%  12,000 of 60,000 evaluations  front 1,234  elapsed 1:05  left -",
+        "best trace 2.3e-06  hypervolume 0.8123  elapsed 1:05  left 5:20",
+        " 20%  12,000 of 60,000 evaluations  front 0  elapsed 1:05  left 5:20",
     ]
 
 
-def test_a_terminal_gets_the_live_display():
-    console = Console(file=io.StringIO(), force_terminal=True, width=80)
-    with run_display(console, "title", StopRequest()) as display:
-        assert isinstance(display, LiveDisplay)
-    assert "\x1b[?25h" in console.file.getvalue()  # the cursor is shown again
+def test_a_terminal_is_redrawn():
+    progress = live()
+    with progress.shown():
+        pass
+    assert "\x1b[?25h" in progress._console.file.getvalue()  # the cursor is shown again
 
 
 @pytest.mark.parametrize(

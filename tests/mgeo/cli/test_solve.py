@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mgeo.cli import running
-from mgeo.cli.parameters import parse_numbers
+from mgeo.cli.options import parse_numbers
 from mgeo.files.lock import lock
 from mgeo.runs.algorithms import ALGORITHMS
 from mgeo.runs.folder import read_run
@@ -299,7 +298,7 @@ def test_a_run_that_ended_meanwhile_is_kept(mgeo, monkeypatch):
             (folder / "run.json").write_text("another")
             yield
 
-    monkeypatch.setattr(running, "lock", late)
+    monkeypatch.setattr("mgeo.cli.solve.lock", late)
     refused = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     assert refused.exit_code == 2
     assert refused.stderr.startswith("Error: a is not empty: choose another folder")

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mgeo.report.encode import HOLE, decoded, figure_json, script_json, shared
+from mgeo.report.encode import HOLE, figure_json, script_json, shared
 
 
 def filled(tree, values):
@@ -50,13 +50,16 @@ def test_what_is_common_is_kept_once_and_so_are_times_of_several_curves():
 
 def test_floats_are_float32_and_survive():
     x = np.array([1.0, np.pi, np.nan, 1e-12])
-    tree = figure_json(go.Figure(go.Scatter(x=x, y=np.arange(4))))
+    figure = go.Figure(go.Scatter(x=x, y=np.arange(4), customdata=np.ones((4, 2))))
+    tree = figure_json(figure)
     encoded = tree["data"][0]["x"]
     assert encoded["dtype"] == "f4"
     back = np.frombuffer(base64.b64decode(encoded["bdata"]), "<f4")
     np.testing.assert_allclose(back, x, rtol=1e-7)
-    assert decoded(tree)["data"][0]["x"][2] is None
-    assert decoded(tree)["data"][0]["y"] == [0, 1, 2, 3]
+    assert tree["data"][0]["customdata"] == [[1.0, 1.0]] * 4
+    lists = figure_json(figure, lists=True)["data"][0]
+    assert lists["x"] == [1.0, float(np.float32(np.pi)), None, float(np.float32(1e-12))]
+    assert lists["y"] == [0, 1, 2, 3]
     assert "template" not in tree["layout"]
 
 

@@ -67,6 +67,27 @@ def test_a_folder_without_a_run_is_one_line(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("out", "flags", "message"),
+    [
+        ("a.txt", [], "--out a.txt: expected a name that ends in .html"),
+        ("none/a.html", ["--png"], "--out none/a.html: there is no folder none"),
+        ("folder.html", [], "folder.html is a folder: expected a file, or none yet"),
+        ("a.html", ["--pdf"], "figures is a file: expected a folder to write figures into"),
+    ],
+)
+def test_what_cannot_be_written_is_refused_before_any_work(
+    tmp_path, monkeypatch, out, flags, message
+):
+    monkeypatch.setattr("mgeo.cli.report.report_html", lambda folder: pytest.fail("it was made"))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.html").mkdir()
+    (tmp_path / "figures").touch()
+    done = mgeo("report", tmp_path, "--out", out, *flags)
+    assert (done.exit_code, done.stdout, done.stderr) == (2, "", f"Error: {message}\n")
+    assert not (tmp_path / "none").exists()
+
+
 def test_it_loads_nothing_and_has_all_solutions(solved):
     folder = solved()
     tags = Tags(report_html(folder))
@@ -135,8 +156,8 @@ def test_the_history_of_a_recorded_run_ends_with_its_hypervolume(solved):
     assert (evaluations[0], evaluations[-1]) == (1, run.outcome.evaluations)
     assert (np.diff(volumes) >= -1e-12).all()
     assert volumes[-1] == pytest.approx(run.outcome.hypervolume.value, rel=1e-9)
-    assert "kept no record" not in report_html(folder)
-    assert "kept no record" in report_html(solved(name="other"))
+    assert "saved no record" not in report_html(folder)
+    assert "saved no record" in report_html(solved(name="other"))
 
 
 def test_a_run_of_another_problem_is_refused(solved):

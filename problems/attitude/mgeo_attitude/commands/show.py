@@ -10,11 +10,10 @@ import pandas as pd
 from rich.table import Table
 from rich.text import Text
 
-from mgeo.cli.consoles import plain
 from mgeo.cli.output import Output
-from mgeo.cli.tables import table
 from mgeo.figures import report_page
 from mgeo.files.atomic import write_file
+from mgeo.terminal import plain, table
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.figures import plan_figures
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from mgeo.cli.consoles import plain
 from mgeo.cli.output import Output
+from mgeo.terminal import plain
 from mgeo_attitude.commands.show import note, rows, titled
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM

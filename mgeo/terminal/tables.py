@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral, Real
 
 from rich.table import Table
 
-from mgeo.cli.consoles import plain
+from mgeo.terminal.consoles import plain
 
 
 def table(titles: Iterable[object], rows: Iterable[Sequence[object]], digits: int = 5) -> Table:
@@ -26,6 +26,14 @@ def table(titles: Iterable[object], rows: Iterable[Sequence[object]], digits: in
     for row in entries:
         made.add_row(*(plain(_shown(value, digits)) for value in row))
     return made
+
+
+def pairs(texts: Mapping[str, str]) -> Table:
+    """Names and what they stand for, a line each."""
+    grid = Table.grid(padding=(0, 2))
+    for name, text in texts.items():
+        grid.add_row(plain(name, style="dim"), plain(text))
+    return grid
 
 
 def _shown(value: object, digits: int) -> str:

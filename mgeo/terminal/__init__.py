@@ -1,0 +1,9 @@
+"""Text for terminals, pipes and logs: consoles, what may be printed on them, and tables.
+
+Commands, those of plugins too, and the progress of studies write through it.
+"""
+
+from mgeo.terminal.consoles import console, is_terminal, plain, printable
+from mgeo.terminal.tables import pairs, table
+
+__all__ = ["console", "is_terminal", "pairs", "plain", "printable", "table"]
