@@ -9,12 +9,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from mgeo._typing import FloatArray
-
 T = TypeVar("T")
 
 
-def integer(name: str, value: Any, *, low: int, high: int | None = None) -> int:
+def validate_integer(name: str, value: Any, *, low: int, high: int | None = None) -> int:
     """An int of at least `low` and, if that is given, at most `high`.
 
     Raises
@@ -22,18 +20,18 @@ def integer(name: str, value: Any, *, low: int, high: int | None = None) -> int:
     TypeError : for anything but an integer (bool included).
     ValueError : if out of range.
     """
-    expected = f"an integer of at least {low}"
-    if high is not None:
-        expected = f"an integer from {low} to {high:,}"
+    limits = f"of at least {low}" if high is None else f"from {low} to {high:,}"
     if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
-        raise TypeError(f"{name} = {value!r}: expected {expected}")
+        raise TypeError(f"{name} = {value!r}: expected an integer {limits}")
     converted = int(value)
     if converted < low or (high is not None and converted > high):
-        raise ValueError(f"{name} = {value!r}: expected {expected}")
+        raise ValueError(f"{name} = {value!r}: expected an integer {limits}")
     return converted
 
 
-def number(name: str, value: Any, *, above: float = -math.inf, low: float = -math.inf) -> float:
+def validate_number(
+    name: str, value: Any, *, above: float = -math.inf, low: float = -math.inf
+) -> float:
     """A finite float, greater than `above` and not less than `low`.
 
     Raises
@@ -53,28 +51,34 @@ def number(name: str, value: Any, *, above: float = -math.inf, low: float = -mat
     return converted
 
 
-def fraction(name: str, value: Any) -> float:
-    """A `number` in [0, 1]."""
-    converted = number(name, value, low=0)
-    if converted > 1:
+def validate_fraction(name: str, value: Any) -> float:
+    """A number in [0, 1]; raises as `validate_number`."""
+    if (converted := validate_number(name, value, low=0)) > 1:
         raise ValueError(f"{name} = {value!r}: expected a number in [0, 1]")
     return converted
 
 
-def numbers(name: str, value: Any, *, above: float) -> float | FloatArray:
-    """A `number`, or a one-dimensional array of them (a copy)."""
+def validate_each(name: str, value: Any, check: Callable[..., T], **limits: float) -> T | list[T]:
+    """One value, or a list of them, each converted and checked by one of these functions."""
     if np.ndim(value) == 0:
-        return number(name, value[()] if isinstance(value, np.ndarray) else value, above=above)
-    checked = [number(f"{name}[{i}]", entry, above=above) for i, entry in enumerate(value)]
-    return np.array(checked)
+        return check(name, value[()] if isinstance(value, np.ndarray) else value, **limits)
+    return [check(f"{name}[{i}]", entry, **limits) for i, entry in enumerate(value)]
 
 
-def greediness(name: str, value: Any, rules: Collection[str]) -> float | str:
-    """A `number` >= 0, or one of the `rules` by which it adapts itself."""
-    return choice(name, value, rules) if isinstance(value, str) else number(name, value, low=0)
+def validate_pair(name: str, value: Any, check: Callable[..., T], **limits: float) -> list[T]:
+    """Two entries, each converted and checked by one of these functions.
+
+    Raises
+    ------
+    TypeError : what `check` raises, for `name[0]` or `name[1]`.
+    ValueError : likewise, and for anything but two entries.
+    """
+    if np.shape(value) != (2,):
+        raise ValueError(f"{name} = {value!r}: expected two numbers")
+    return [check(f"{name}[{i}]", entry, **limits) for i, entry in enumerate(value)]
 
 
-def choice(name: str, value: Any, choices: Collection[str]) -> str:
+def validate_choice(name: str, value: Any, choices: Collection[str]) -> str:
     """One of `choices`.
 
     Raises
@@ -82,7 +86,7 @@ def choice(name: str, value: Any, choices: Collection[str]) -> str:
     ValueError : if it is none of them.
     """
     if not isinstance(value, str) or value not in choices:
-        known = ", ".join(repr(c) for c in choices)
+        known = ", ".join(map(repr, choices))
         raise ValueError(
             f"{name} = {value!r}: expected one of {known}{did_you_mean(value, choices)}"
         )
@@ -111,29 +115,12 @@ def refuse_unknown(
     TypeError : naming the first unknown keyword, where it came in, and what to do instead or the
         likeliest known one.
     """
-    expected = sorted({*known, *others})
     for name in given:
-        if name in known:
-            continue
-        if name in instead:
-            raise TypeError(f"{where} got an unknown keyword {name!r}: {instead[name]}")
-        raise TypeError(
-            f"{where} got an unknown keyword {name!r}{did_you_mean(name, expected)}; "
-            f"known are {', '.join(expected)}"
-        )
-
-
-def pair(name: str, value: Any, check: Callable[..., T], **limits: float) -> list[T]:
-    """Two entries, each converted and checked by one of the functions above.
-
-    Raises
-    ------
-    TypeError : what `check` raises, for `name[0]` or `name[1]`.
-    ValueError : likewise, and for anything but two entries.
-    """
-    if np.shape(value) != (2,):
-        raise ValueError(f"{name} = {value!r}: expected two numbers")
-    return [check(f"{name}[{i}]", entry, **limits) for i, entry in enumerate(value)]
+        if name not in known:
+            expected = sorted({*known, *others})
+            what = f"{did_you_mean(name, expected)}; known are {', '.join(expected)}"
+            what = f": {instead[name]}" if name in instead else what
+            raise TypeError(f"{where} got an unknown keyword {name!r}{what}")
 
 
 def did_you_mean(value: Any, known: Collection[str]) -> str:

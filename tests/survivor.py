@@ -46,7 +46,7 @@ def run(folder, *callbacks):
     )
     if begun:
         return resume(path, PROBLEM, callback=callback).run()
-    algorithm = MGEOReal(1.0, n_runs=4, perturbation="range")
+    algorithm = MGEOReal(1.0, n_walkers=4, perturbation="range")
     return minimize(PROBLEM, algorithm, ("n_gen", GENERATIONS), seed=7, callback=callback)
 
 

@@ -5,7 +5,7 @@
 
 Of the folder that ``mgeo study`` wrote, what `mgeo.studies.read_comparison` needs goes into
 ``docs/studies/data/NAME``, a folder each below it where there are several problems: numbers to six
-digits, the front of each algorithm's median run whole, those of its other runs thinned.
+digits, the front of each algorithm's median run whole, those of its other runs truncated.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from pathlib import Path
 import pandas as pd
 
 from mgeo.files.atomic import write_files
-from mgeo.pareto.truncation import thin
+from mgeo.pareto.truncation import truncate
 from mgeo.studies import Comparison, read_comparison
 from mgeo.studies.stored import FRONTS, PROVENANCE, RUNS, TABLE
 
@@ -64,7 +64,7 @@ def _fronts(comparison: Comparison) -> pd.DataFrame:
     for (name, seed), record in comparison.records.items():
         F = record.front_F
         if seed != median[name]:
-            F = F[thin(F, POINTS)]
+            F = F[truncate(F, POINTS)]
         front = pd.DataFrame(F, columns=list(comparison.objectives))
         front.insert(0, "algorithm", name)
         front.insert(1, "seed", seed)

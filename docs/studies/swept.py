@@ -6,7 +6,7 @@ from plotly.subplots import make_subplots
 
 from mgeo.studies import Comparison, Study
 
-PARAMETERS = {"perturbation": "perturbation", "tau": "τ", "n_runs": "n_i"}
+PARAMETERS = {"perturbation": "perturbation", "tau": "τ", "n_walkers": "n_i"}
 
 
 def swept(study: Study, comparison: Comparison) -> pd.DataFrame:
@@ -31,8 +31,8 @@ def swept_figure(runs: pd.DataFrame) -> go.Figure:
     figure = make_subplots(cols=len(kinds), subplot_titles=kinds, shared_yaxes=True)
     for column, kind in enumerate(kinds, 1):
         chosen = runs[runs["perturbation"] == kind]
-        means = chosen.pivot_table("hypervolume", "n_runs", "tau", aggfunc="mean")
-        spread = chosen.pivot_table("hypervolume", "n_runs", "tau", aggfunc="std")
+        means = chosen.pivot_table("hypervolume", "n_walkers", "tau", aggfunc="mean")
+        spread = chosen.pivot_table("hypervolume", "n_walkers", "tau", aggfunc="std")
         heat = go.Heatmap(
             x=[f"{value:g}" for value in means.columns],
             y=[f"{value:g}" for value in means.index],

@@ -1,9 +1,11 @@
-"""Algorithms of the generalized extremal optimization family."""
+"""Algorithms of the generalized extremal optimization family.
 
-from mgeo.algorithms.canonical import MGEOCanonical
+`real` and `binary` are the published variants, of `walkers`; `directed` is ours; `base` makes
+pymoo algorithms of them; `state` captures and restores runs.
+"""
+
+from mgeo.algorithms.binary import MGEOCanonical, MGEOVar
 from mgeo.algorithms.directed import MGEODirected
-from mgeo.algorithms.real import MGEOReal
-from mgeo.algorithms.real2 import MGEOReal2
-from mgeo.algorithms.var import MGEOVar
+from mgeo.algorithms.real import MGEOReal, MGEOReal2
 
 __all__ = ["MGEOCanonical", "MGEODirected", "MGEOReal", "MGEOReal2", "MGEOVar"]

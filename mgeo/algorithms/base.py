@@ -1,5 +1,6 @@
 """The loop that all algorithms of the family share, as a pymoo `Algorithm`."""
 
+from abc import ABC, abstractmethod
 from typing import Any
 
 import numpy as np
@@ -9,91 +10,99 @@ from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from pymoo.core.sampling import Sampling
-from pymoo.core.termination import Termination
-from pymoo.termination.max_gen import MaximumGenerationTermination
+from pymoo.problems.dyn import DynamicProblem
 
-from mgeo._typing import FloatArray, IntArray
-from mgeo._validation import choice, greediness, integer, refuse_unknown
-from mgeo.algorithms import adaptive
-from mgeo.algorithms.constructors import arguments, keywords, named
+from mgeo._typing import BoolArray, FloatArray, IntArray
+from mgeo._validation import refuse_unknown, validate_integer
+from mgeo.algorithms.coding import BitCode, RealCode
+from mgeo.algorithms.constructors import arguments, call, keywords, named
 from mgeo.algorithms.display import ArchiveOutput
-from mgeo.algorithms.refusals import INSTEAD, refuse_dynamic, refuse_used
-from mgeo.algorithms.representation import call
-from mgeo.algorithms.starts import given_starts
-from mgeo.algorithms.walkers import Walkers
+from mgeo.algorithms.run_state import RunState
+from mgeo.algorithms.variables import Variables, given_starts
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import individuals, values_of
 from mgeo.pareto.archive import ParetoArchive
 
 EXECUTIONS = 5000  # generations of all walkers together, unless a termination is given
-MOST_RUNS = 100_000  # each has its own random stream, of some kilobytes
-RESTARTS = ("never", "random", "archive")
-
+MOST_WALKERS = 100_000  # each has its own random stream, of some kilobytes
 
 _OPTIONS = named(Algorithm)
 _OF_A_RUN = _OPTIONS | {"pf"}  # which pymoo's examples pass on, and pymoo itself does not read
+_OPERATORS = "the algorithm's own parameters say how candidates are made and chosen"
+_WALKERS = "n_walkers is the number of walkers, each of which proposes candidates of its own"
+# Options of pymoo's algorithms, in their constructors and in runs, that examples use.
+_INSTEAD = {
+    "pop_size": _WALKERS,
+    "n_offsprings": _WALKERS,
+    "n_runs": _WALKERS,
+    "ref_dirs": "MGEODirected(n_walkers=...) spreads its walkers over the objectives by itself",
+    "x0": "sampling=[x0] lets the first walker begin there",
+    "repair": "repair the design within the problem, or let a constraint measure what is wrong",
+    "eliminate_duplicates": "of equal objective vectors the front keeps one in any case",
+    **dict.fromkeys(("crossover", "mutation", "selection", "survival"), _OPERATORS),
+    "disp": "verbose=True prints a line a generation",
+    "n_gen": "termination=('n_gen', ...) says how long to run",
+    "n_eval": "termination=('n_eval', ...) says how long to run",
+}
 
 
-class ExtremalOptimization(Walkers, Algorithm):
+class ExtremalOptimization(Algorithm, ABC):
     """Generalized extremal optimization with any number of objectives.
 
-    `n_runs` walkers go side by side. In a generation each one proposes candidates, every one of
-    which differs from it in a single coordinate. All candidates are evaluated in one batch and
-    put to the Pareto test. Then each walker draws an objective, ranks its candidates by it and
-    accepts one with a probability proportional to k^-tau (one of each group, if the leaf has
-    several groups), be it better or not.
+    `n_walkers` walkers go side by side. In a generation each one proposes candidates. All
+    candidates are evaluated in one batch and update the archive. Then each walker accepts one of
+    its own with a probability proportional to k^-tau, k being its rank, be it better or not.
 
-    Unless it restarts, a walker never looks at the archive or at other walkers, and it owns a
-    random stream (child i of the seed), so running side by side is the same as running one after
-    the other. Starting points are not evaluated, unless the leaf evaluates walkers. The loop
-    itself, and what a leaf supplies to it, is in `mgeo.algorithms.walkers`. A leaf keeps each
-    parameter of its constructor under the parameter's name, and all that it carries from one
-    generation to the next in its `mgeo.algorithms.run_state.RunState`.
+    A subclass says what is proposed, accepted and restarted. It keeps each parameter of its
+    constructor under the parameter's name, and all that it carries from one generation to the
+    next in its `mgeo.algorithms.run_state.RunState`.
 
     Parameters
     ----------
-    tau : greediness of the acceptance, >= 0; or a rule of `mgeo.algorithms.adaptive`.
-    n_runs : number of walkers.
-    restart : where a walker without progress begins anew, one of `RESTARTS`. Progress is a
-        candidate that enters the archive, or betters the walker's own best in some objective.
-    patience : generations without progress before a restart.
-    sampling : starting points of the first walkers; the leaf draws those of the others.
+    tau : selection pressure, as the subclass has checked it.
+    n_walkers : number of walkers.
+    sampling : starting points of the first walkers: array of up to (n_walkers, n_var), population
+        or pymoo `Sampling`; the others start at random. Where walkers are strings of bits, points
+        are rounded to the nearest string. Starting points are not evaluated themselves.
     archive_size : largest number of points in the front, None for all of them.
-    options : options of every pymoo algorithm: `termination`, `callback`, `verbose`, ...
+    options : options of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
+        given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
 
     Attributes
     ----------
     front : the `ParetoArchive`; `opt`, and so `res.X` and `res.F`, are its points.
-    state, walkers, streams : those of `Walkers`.
+    state : the `RunState`: all that is carried from one generation to the next.
+    walkers, streams : those of the state.
     n_generations : how many generations are complete.
     """
 
     takes_nan = True  # for `TolerantEvaluator`: a failed candidate is ranked last, not archived
 
+    code: RealCode | BitCode
+    variables: Variables
+    state: RunState
+    _values: FloatArray  # what is proposed, until it is accepted
+
     def __init__(
         self,
         *,
         tau: float | str,
-        n_runs: int,
-        restart: str = "never",
-        patience: int = 50,
+        n_walkers: int,
         sampling: Sampling | ArrayLike | None = None,
-        archive_size: int | None,
-        options: dict[str, Any],
+        archive_size: int | None = None,
+        **options: Any,
     ) -> None:
         known = keywords(type(self), ExtremalOptimization)
-        refuse_unknown(options, _OPTIONS, type(self).__name__, known, INSTEAD)
+        refuse_unknown(options, _OPTIONS, type(self).__name__, known, _INSTEAD)
         options.setdefault("output", ArchiveOutput())
         options.setdefault("evaluator", TolerantEvaluator())
         super().__init__(**options)
-        self.tau = greediness("tau", tau, adaptive.RULES)
-        self.n_runs = integer("n_runs", n_runs, low=1, high=MOST_RUNS)
-        self.restart = choice("restart", restart, RESTARTS)
-        self.patience = integer("patience", patience, low=1)
+        self.tau = tau
+        self.n_walkers = validate_integer("n_walkers", n_walkers, low=1, high=MOST_WALKERS)
         self.sampling = sampling
-        self.archive_size = (
-            None if archive_size is None else integer("archive_size", archive_size, low=1)
-        )
+        if archive_size is not None:
+            validate_integer("archive_size", archive_size, low=1)
+        self.archive_size = archive_size
         self._asked: Any = None
 
     def __repr__(self) -> str:
@@ -104,6 +113,26 @@ class ExtremalOptimization(Walkers, Algorithm):
         """How many generations are complete."""
         return 0 if self.problem is None else self.state.n_generations
 
+    @property
+    def n_runs(self) -> int:
+        """`n_walkers`, which the papers call n_i re-initializations."""
+        return self.n_walkers
+
+    @property
+    def front(self) -> ParetoArchive:
+        """The archive."""
+        return self.state.front
+
+    @property
+    def streams(self) -> list[np.random.Generator]:
+        """One random stream per walker."""
+        return self.state.streams
+
+    @property
+    def walkers(self) -> FloatArray:
+        """(n_walkers, n_coordinates) the current points."""
+        return self.state.walkers
+
     def setup(
         self, problem: Problem, verbose: bool = False, progress: bool = False, **options: Any
     ) -> "ExtremalOptimization":
@@ -111,7 +140,7 @@ class ExtremalOptimization(Walkers, Algorithm):
 
         Parameters
         ----------
-        problem : a pymoo problem with finite bounds, of variables that the leaf can treat,
+        problem : a pymoo problem with finite bounds, of variables that the algorithm can treat,
             whose values do not change during the run.
         verbose, progress, options : as for every pymoo algorithm. `pf`, of many of pymoo's
             examples, changes nothing, as in pymoo.
@@ -124,18 +153,69 @@ class ExtremalOptimization(Walkers, Algorithm):
         RuntimeError : if the algorithm has begun a run already.
         """
         name = type(self).__name__
-        own = keywords(type(self), ExtremalOptimization) - _OPTIONS
+        own = (keywords(type(self), ExtremalOptimization) | {"n_runs"}) - _OPTIONS
         if misplaced := sorted(own & options.keys()):
             raise TypeError(f"{misplaced[0]} is a parameter of {name}(...), not of a run")
-        refuse_unknown(options, _OF_A_RUN, f"setup (or minimize) of {name}", instead=INSTEAD)
-        refuse_used(self)
-        refuse_dynamic(problem, name)
-        self.variables = self._variables(problem)
+        refuse_unknown(options, _OF_A_RUN, f"setup (or minimize) of {name}", instead=_INSTEAD)
+        if self.n_iter is not None:
+            raise RuntimeError(
+                f"this {name} has begun a run: expected a new one to set up, or a copy.deepcopy of "
+                "one before its run"
+            )
+        if isinstance(problem, DynamicProblem) or callable(getattr(problem, "tic", None)):
+            raise ValueError(
+                f"{type(problem).__name__} is a dynamic problem, and the front of {name} would "
+                "keep objectives of times that are past: expected a problem whose values do not "
+                "change during a run (pymoo's DNSGA2 and KGB treat others)"
+            )
+        self.code = self._code(problem)
+        self.variables = self.code.variables
         if options.get("termination", self.termination) is None:
-            options["termination"] = default_termination(self.n_runs)
+            # counted in generations, to end also where pymoo's evaluator is not used
+            options["termination"] = ("n_gen", max(1, EXECUTIONS // self.n_walkers))
         super().setup(problem, verbose=verbose or self.verbose, progress=progress, **options)
         self._begin(problem)
         return self
+
+    # ---- what a subclass supplies -----------------------------------------------------------
+
+    @abstractmethod
+    def _code(self, problem: Problem) -> RealCode | BitCode:
+        """How walkers stand for the problem's variables, if the parameters fit them."""
+
+    @abstractmethod
+    def _candidates(self) -> FloatArray:
+        """(n_walkers * candidates a walker, n_var) variables to evaluate, walker by walker."""
+
+    @abstractmethod
+    def _accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
+        """Move the walkers by what their candidates are worth.
+
+        Parameters
+        ----------
+        F : (n, n_obj) objectives of `_candidates`.
+        violation : (n,) constraint violations, 0 where feasible.
+
+        Returns
+        -------
+        (n_walkers,) mask of the walkers that have made progress of their own.
+        """
+
+    @abstractmethod
+    def _restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
+        """Restart walkers without progress; (n_walkers,) who made it, whose candidates entered."""
+
+    def _new_state(
+        self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
+    ) -> RunState:
+        """The state to begin with; `_forget` fills in what is known of walkers."""
+        return RunState.begin(streams, front, walkers)
+
+    def _forget(self, rows: IntArray) -> None:
+        """Let walkers begin: all but their points is as of new ones."""
+        self.state.idle[rows] = 0
+
+    # ---- the loop ---------------------------------------------------------------------------
 
     @property
     def _parameters(self) -> dict[str, Any]:
@@ -144,18 +224,22 @@ class ExtremalOptimization(Walkers, Algorithm):
 
     def _begin(self, problem: Problem) -> None:
         """What `_setup` is for, out of the way of pymoo's wrappers, which put theirs over it."""
-        seeds = self.random_state.bit_generator.seed_seq.spawn(self.n_runs)
+        seeds = self.random_state.bit_generator.seed_seq.spawn(self.n_walkers)
         streams = [np.random.default_rng(seed) for seed in seeds]
         try:
             front = ParetoArchive(problem.n_obj, self.archive_size)
         except ValueError as error:
             raise ValueError(f"archive_size = {self.archive_size}: {error}") from error
-        starts = None
+        points: list[FloatArray] = []
         if self.sampling is not None:
             starts = given_starts(
-                self.sampling, problem, self.variables, self.n_runs, self.random_state
+                self.sampling, problem, self.variables, self.n_walkers, self.random_state
             )
-        self._place(streams, front, starts)
+            points.append(self.code.encode(starts))
+        if others := streams[sum(map(len, points)) :]:
+            points.append(self.code.draw(others))
+        self.state = self._new_state(streams, front, np.concatenate(points))
+        self._forget(np.arange(self.n_walkers))
 
     def _initialize_infill(self) -> Population:
         return self._infill()
@@ -171,20 +255,21 @@ class ExtremalOptimization(Walkers, Algorithm):
         F, violation, tolerated = self._told(infills)
         entered = self.front.add(F, infills, violation)
         progress = self._accept(F, tolerated)
-        if self.restart != "never":
-            progress |= entered.reshape(self.n_runs, -1).any(axis=1)
-            if len(stuck := self._stuck(progress)):
-                self._begin_anew(stuck, self._restarts_of(stuck))
+        self._restart_idle(progress, np.any(entered.reshape(self.n_walkers, -1), axis=1))
         self.pop = infills
         self._asked = None
         del self._values
         self.state.n_generations = self.n_iter
 
-    def _restarts_of(self, walkers: IntArray) -> FloatArray | None:
-        """(n, n_var) a point of the archive for each; None if they do not begin there."""
-        if self.restart != "archive" or not len(self.front):
-            return None
-        rows = [self.streams[walker].integers(len(self.front)) for walker in walkers]
+    def _restart(self, rows: IntArray, starts: FloatArray | None = None) -> None:
+        """Let some walkers begin at given variables, (n, n_var), or at random points."""
+        streams = [self.streams[walker] for walker in rows]
+        points = self.code.draw(streams) if starts is None else self.code.encode(starts)
+        self.walkers[rows] = points
+        self._forget(rows)
+
+    def _archived(self, rows: Any) -> FloatArray:
+        """(n, n_var) variables of points of the archive."""
         return self.variables.values(self.front.individuals[rows].get("X"))
 
     def _told(self, infills: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -217,12 +302,3 @@ class ExtremalOptimization(Walkers, Algorithm):
 
     def _set_optimum(self) -> None:
         self.opt = self.front.individuals
-
-
-def default_termination(n_runs: int) -> Termination:
-    """`EXECUTIONS` generations, shared among the walkers: a fixed number of evaluations.
-
-    It is counted in generations, which is the same and also ends a run whose candidates are
-    evaluated without pymoo's evaluator.
-    """
-    return MaximumGenerationTermination(max(1, EXECUTIONS // n_runs))

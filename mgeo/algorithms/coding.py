@@ -1,19 +1,38 @@
-"""Variables as strings of bits: plain binary numbers, or Gray codes."""
+"""Walkers as what they stand for: variables themselves, or strings of bits, plain or Gray."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from mgeo._typing import FloatArray, IntArray
-from mgeo._validation import integer
 from mgeo.algorithms.variables import Variables
 
 MOST_BITS = 52  # of one variable: its number is exact in a float
+
+
+@dataclass(frozen=True, eq=False)
+class RealCode:
+    """Walkers that are the variables themselves."""
+
+    variables: Variables
+
+    def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
+        """(n, n_var) a point from each of n streams, uniform within the bounds."""
+        xl, xu = self.variables.xl, self.variables.xu
+        unit = np.array([stream.random(len(xl)) for stream in streams])
+        points: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
+        return points
+
+    def decode(self, points: FloatArray) -> FloatArray:
+        """The points themselves."""
+        return points
+
+    def encode(self, values: FloatArray) -> FloatArray:
+        """The values themselves."""
+        return values
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,16 +61,8 @@ class BitCode:
     def of(cls, variables: Variables, bits: int | Sequence[int], gray: bool) -> BitCode:
         """The code for some variables.
 
-        Parameters
-        ----------
-        variables : real, integer or binary ones.
-        bits : of each real variable, one number for all or one per variable; integer and binary
-            ones have as many as their levels need, whatever is said here.
-        gray : Gray codes in place of plain binary numbers.
-
-        Raises
-        ------
-        ValueError : if there are not as many numbers of bits as variables.
+        `bits` is for each real variable, one number for all or one per variable; integer and
+        binary ones have as many as their levels need. ValueError if that cannot be.
         """
         n_var = len(variables.kinds)
         if np.ndim(bits) and np.size(bits) != n_var:
@@ -79,6 +90,10 @@ class BitCode:
     def length(self) -> int:
         """Bits of the whole string."""
         return int(self.bits.sum())
+
+    def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
+        """(n, length) a string from each of n streams."""
+        return np.array([stream.integers(0, 2, self.length) for stream in streams], dtype=float)
 
     def decode(self, strings: FloatArray) -> FloatArray:
         """(..., n_var) values of strings of 0 and 1, (..., length)."""
@@ -113,22 +128,3 @@ class BitCode:
 
     def _weights(self) -> FloatArray:
         return 2.0 ** np.arange(self.places.shape[1] - 1, -1, -1)
-
-
-def bit_counts(value: Any) -> int | list[int]:
-    """`bits` as a user may give it: a number of bits from 1 to `MOST_BITS`, or a list of them.
-
-    Raises
-    ------
-    TypeError, ValueError : for anything else.
-    """
-    if np.ndim(value) == 0:
-        return _count("bits", value[()] if isinstance(value, np.ndarray) else value)
-    return [_count(f"bits[{i}]", entry) for i, entry in enumerate(value)]
-
-
-def _count(name: str, value: ArrayLike) -> int:
-    count = integer(name, value, low=1)
-    if count > MOST_BITS:
-        raise ValueError(f"{name} = {count}: expected at most {MOST_BITS}, to be exact in a float")
-    return count

@@ -1,23 +1,52 @@
 """What an algorithm's constructor takes, and its arguments read back from the algorithm."""
 
-from __future__ import annotations
-
+import functools
 import inspect
 import re
-from collections.abc import Collection, Mapping
-from typing import Any
+import reprlib
+from collections.abc import Callable, Collection, Mapping
+from typing import Any, TypeVar, cast
 
 import numpy as np
+
+F = TypeVar("F", bound=Callable[..., None])
+
+_SHORT = reprlib.Repr()
+_SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxtuple, _SHORT.maxstring = 1, 6, 6, 60
+
+
+def with_n_walkers(keywords: Mapping[str, Any]) -> dict[str, Any]:
+    """Keywords with `n_walkers` for `n_runs`, the papers' n_i; TypeError if both are given."""
+    if {"n_runs", "n_walkers"} <= keywords.keys():
+        raise TypeError(
+            f"n_walkers = {keywords['n_walkers']!r} and n_runs = {keywords['n_runs']!r}: expected "
+            "one of them, n_runs is another name of n_walkers"
+        )
+    return {"n_walkers" if key == "n_runs" else key: value for key, value in keywords.items()}
+
+
+def takes_n_runs(constructor: F) -> F:
+    """Let a constructor with `n_walkers` and `**options` take `n_runs` in place of the former."""
+    signature = inspect.signature(constructor)
+
+    @functools.wraps(constructor)
+    def construct(*args: Any, **kwargs: Any) -> None:
+        if "n_runs" in kwargs:
+            named = signature.bind(*args, **kwargs).arguments
+            args, kwargs = (), with_n_walkers({**named.pop("options"), **named})
+        constructor(*args, **kwargs)
+
+    return cast(F, construct)
 
 
 def parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:
     """Parameters that `cls(...)` takes by name, in order.
 
     Those of its constructor and, as far as each passes on what it does not name, those of the
-    constructors that it inherits, except for `root`'s.
+    constructors that it inherits, `root`'s the last.
     """
     found: dict[str, inspect.Parameter] = {}
-    for constructor in _constructors(cls, root)[:-1]:
+    for constructor in _constructors(cls, root):
         found |= {name: p for name, p in _named(constructor).items() if name not in found}
         if not any(p.kind is p.VAR_KEYWORD for p in _parameters(constructor)):
             break
@@ -40,18 +69,8 @@ def arguments(algorithm: Any, root: type, leave_out: Collection[str]) -> dict[st
     """Arguments by name with which its class makes an algorithm of the same parameters.
 
     They are the attributes under the names of the constructor's parameters, and of those of
-    inherited constructors what would be another value otherwise.
-
-    Parameters
-    ----------
-    algorithm : of the family of `root`.
-    root : the first class of the family.
-    leave_out : parameters that are not needed.
-
-    Raises
-    ------
-    TypeError : if there are none, because the constructor's parameters are not kept under their
-        names, or kept as something else than it takes.
+    inherited constructors what would be another value otherwise; TypeError if a parameter is not
+    kept under its name, or as something else than the constructor takes.
     """
     cls = type(algorithm)
     constructors = _constructors(cls, root)
@@ -71,7 +90,7 @@ def arguments(algorithm: Any, root: type, leave_out: Collection[str]) -> dict[st
         wanted = frozenset(
             key
             for key in inherited
-            if hasattr(algorithm, key) and not same(getattr(again, key), getattr(algorithm, key))
+            if hasattr(algorithm, key) and not _same(getattr(again, key), getattr(algorithm, key))
         )
         if not wanted:
             return given
@@ -80,17 +99,44 @@ def arguments(algorithm: Any, root: type, leave_out: Collection[str]) -> dict[st
     raise TypeError(f"{refused}: {why}")
 
 
+def call(algorithm: object, root: type) -> str:
+    """``Class(name=value, ...)`` with the parameters that are not what they are by default.
+
+    A parameter is the attribute of its name. Where a constructor does not keep it, it is left out,
+    or is ``...`` if it has no default; so is what is too long to show.
+    """
+    shown: dict[str, str] = {}
+    for parameter in parameters(type(algorithm), root).values():
+        try:
+            value = getattr(algorithm, parameter.name)
+        except Exception:  # not kept, or read by foreign code; to show an object must not fail
+            value = ... if parameter.default is parameter.empty else parameter.default
+        if not _same(value, parameter.default):
+            shown[parameter.name] = _text(value)
+    given = ", ".join(f"{name}={text}" for name, text in shown.items())
+    return f"{type(algorithm).__name__}({given})"
+
+
 def named(constructor: type) -> frozenset[str]:
     """Parameters that the `__init__` of a class names."""
     return frozenset(_named(constructor))
 
 
-def same(a: Any, b: Any) -> bool:
-    """Whether two values of a parameter are equal; not if they cannot be compared."""
+def _same(a: Any, b: Any) -> bool:
     try:
         return a is b or bool(np.array_equal(a, b))
     except Exception:  # of foreign values, in whatever way they say so
         return False
+
+
+def _text(value: Any) -> str:
+    if value is ...:
+        return "..."
+    if type(value) is np.ndarray or isinstance(value, np.generic):
+        value = value.tolist()
+    if value is None or isinstance(value, bool | int | float | str | list | tuple | dict):
+        return _SHORT.repr(value)
+    return f"{type(value).__name__}(...)"
 
 
 def _named(constructor: type) -> dict[str, inspect.Parameter]:

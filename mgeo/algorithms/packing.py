@@ -1,33 +1,28 @@
 """What a run carries, value by value, as arrays of numbers and JSON values, and back."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from mgeo.evaluation.designs import as_numbers
+from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.evaluation.individuals import as_numbers
 from mgeo.files.reading import entry
 from mgeo.pareto.archive import ParetoArchive
 
-if TYPE_CHECKING:
-    from mgeo.algorithms.base import ExtremalOptimization
+Arrays = Mapping[str, NDArray[Any]]
 
 _VALUES = ("X", "F", "G", "H", "CV", "n_gen")
 _GENERATORS = {cls.__name__: cls for cls in (np.random.PCG64, np.random.PCG64DXSM)}
-_PLAIN = (bool, int, float, str)  # JSON values that are read as they were written
 
 
 def pack(name: str, value: Any, problem: Problem) -> tuple[dict[str, NDArray[Any]], Any]:
     """A field of a `RunState`, called `name`: arrays by name, and a JSON value.
 
-    Raises
-    ------
-    TypeError : for a value of a kind that `RunState` does not allow.
+    TypeError for a value of a kind that `RunState` does not allow.
     """
     if isinstance(value, np.ndarray) and not value.dtype.hasobject:
         return {name: value.copy()}, None
@@ -40,7 +35,7 @@ def pack(name: str, value: Any, problem: Problem) -> tuple[dict[str, NDArray[Any
         arrays = {f"{name}.{key}": np.array(count) for key, count in counts.items()}
         return arrays | pack_population(name, value.individuals, problem), None
     plain = value.item() if isinstance(value, np.generic) else value
-    if isinstance(plain, _PLAIN):
+    if isinstance(plain, bool | int | float | str):
         return {}, plain
     raise TypeError(
         f"{name} = {value!r:.80}: expected an array of numbers, random streams, an archive, a "
@@ -49,56 +44,36 @@ def pack(name: str, value: Any, problem: Problem) -> tuple[dict[str, NDArray[Any
 
 
 def unpack(
-    name: str,
-    arrays: Mapping[str, NDArray[Any]],
-    values: Mapping[str, Any],
-    fresh: Any,
-    algorithm: ExtremalOptimization,
+    name: str, arrays: Arrays, values: Any, fresh: Any, algorithm: ExtremalOptimization
 ) -> Any:
     """The field that was packed, of the kind and shape that `fresh` has in a run that begins.
 
-    Raises
-    ------
-    TypeError, ValueError : if it is missing, or of another kind or shape.
+    TypeError or ValueError if it is missing, or of another kind or shape.
     """
     if isinstance(fresh, np.ndarray):
         return _array(arrays, name, fresh.shape).astype(fresh.dtype)
+    if isinstance(fresh, ParetoArchive):
+        archive = ParetoArchive(fresh.F.shape[1], fresh.max_size)
+        archive.individuals = unpack_population(name, arrays, algorithm)
+        archive.F = archive.individuals.get("F").reshape(-1, fresh.F.shape[1])
+        archive.violation = float(_array(arrays, f"{name}.violation", ()))
+        archive.n_rejected = int(_array(arrays, f"{name}.n_rejected", ()))
+        if not np.isfinite(archive.F).all():
+            raise ValueError(f"{name}: expected finite objectives")
+        return archive
     where, _, key = name.rpartition(".")
     if isinstance(fresh, np.random.Generator):
         return unpack_stream(entry(values, key, dict, f"{where}."))
-    if isinstance(fresh, list):
-        states = entry(values, key, list, f"{where}.")
-        if len(states) != len(fresh):
-            raise ValueError(f"{name}: {len(states)} streams, expected {len(fresh)}")
-        return [unpack_stream(state) for state in states]
-    if isinstance(fresh, ParetoArchive):
-        return _unpack_archive(name, arrays, fresh, algorithm)
-    return entry(values, key, type(fresh), f"{where}.")
-
-
-def _unpack_archive(
-    name: str,
-    arrays: Mapping[str, NDArray[Any]],
-    fresh: ParetoArchive,
-    algorithm: ExtremalOptimization,
-) -> ParetoArchive:
-    archive = ParetoArchive(fresh.F.shape[1], fresh.max_size)
-    archive.individuals = unpack_population(name, arrays, algorithm)
-    archive.F = archive.individuals.get("F").reshape(-1, fresh.F.shape[1])
-    archive.violation = float(_array(arrays, f"{name}.violation", ()))
-    archive.n_rejected = int(_array(arrays, f"{name}.n_rejected", ()))
-    if not np.isfinite(archive.F).all():
-        raise ValueError(f"{name}: expected finite objectives")
-    return archive
+    packed = entry(values, key, type(fresh), f"{where}.")
+    if not isinstance(fresh, list):
+        return packed
+    if len(packed) != len(fresh):
+        raise ValueError(f"{name}: {len(packed)} streams, expected {len(fresh)}")
+    return [unpack_stream(state) for state in packed]
 
 
 def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
-    """The state of a random stream as JSON values.
-
-    Raises
-    ------
-    TypeError : for another generator than those that NumPy makes by default.
-    """
+    """The state of a random stream as JSON values; TypeError for one of another kind."""
     bits = stream.bit_generator
     seed = bits.seed_seq  # counts the streams spawned from this one
     if type(bits).__name__ not in _GENERATORS or not isinstance(seed, np.random.SeedSequence):
@@ -107,12 +82,7 @@ def pack_stream(stream: np.random.Generator) -> dict[str, Any]:
 
 
 def unpack_stream(state: Mapping[str, Any]) -> np.random.Generator:
-    """The random stream of such a state.
-
-    Raises
-    ------
-    ValueError : if it is none.
-    """
+    """The random stream of such a state; ValueError if it is none."""
     try:
         bits = _GENERATORS[state["bits"]["bit_generator"]](np.random.SeedSequence(**state["seed"]))
         bits.state = state["bits"]
@@ -132,35 +102,25 @@ def pack_population(
     return {f"{prefix}_{key}": column for key, column in columns.items() if column.dtype != object}
 
 
-def unpack_population(
-    prefix: str, arrays: Mapping[str, NDArray[Any]], algorithm: ExtremalOptimization
-) -> Population:
-    """Individuals of such arrays.
-
-    Raises
-    ------
-    ValueError : if an array is missing or has another shape than the others ask for.
-    """
+def unpack_population(prefix: str, arrays: Arrays, algorithm: ExtremalOptimization) -> Population:
+    """Individuals of such arrays; ValueError if one is missing or has another shape."""
     given = {key: arrays[f"{prefix}_{key}"] for key in _VALUES if f"{prefix}_{key}" in arrays}
-    problem, variables = algorithm.problem, algorithm.variables
     if given:
+        problem = algorithm.problem
         n = len(np.atleast_1d(_array(arrays, f"{prefix}_X")))
-        widths = {"X": problem.n_var, "F": problem.n_obj, "G": problem.n_ieq_constr,
-                  "H": problem.n_eq_constr, "CV": 1}  # fmt: skip
-        for key in {*widths, *given}:
-            shape = (n, widths[key]) if key in widths else (n,)
-            _array(arrays, f"{prefix}_{key}", shape)
-    if given and variables.names is not None:
-        given["X"] = variables.designs(given["X"])
+        shapes = {"X": (n, problem.n_var), "F": (n, problem.n_obj), "G": (n, problem.n_ieq_constr),
+                  "H": (n, problem.n_eq_constr), "CV": (n, 1)}  # fmt: skip
+        for key in {**shapes, **given}:
+            _array(arrays, f"{prefix}_{key}", shapes.get(key, (n,)))
+        if algorithm.variables.names is not None:
+            given["X"] = algorithm.variables.designs(given["X"])
     population: Population = Population.new(**given)
     for individual in population:
         individual.evaluated = {"F", "G", "H"}
     return population
 
 
-def _array(
-    arrays: Mapping[str, NDArray[Any]], name: str, shape: tuple[int, ...] | None = None
-) -> NDArray[Any]:
+def _array(arrays: Arrays, name: str, shape: tuple[int, ...] | None = None) -> NDArray[Any]:
     if name not in arrays:
         raise ValueError(f"{name} is missing from the saved state")
     if shape is not None and arrays[name].shape != shape:

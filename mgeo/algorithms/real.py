@@ -1,9 +1,63 @@
-"""MGEO_real: extremal optimization that perturbs one real variable at a time."""
+"""MGEO_real and MGEO_real2: extremal optimization that perturbs real variables by normal steps."""
+
+import math
+from abc import ABC, abstractmethod
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
+from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray, IntArray
-from mgeo.algorithms.real_steps import RealSteps
+from mgeo._validation import validate_choice, validate_each, validate_integer, validate_number
+from mgeo.algorithms.coding import RealCode
+from mgeo.algorithms.constructors import takes_n_runs
+from mgeo.algorithms.steps import SCALES, perturb
+from mgeo.algorithms.variables import Variables
+from mgeo.algorithms.walkers import IndependentWalkers
+
+SCHEDULES = ("factorial", "geometric")
+
+
+class RealSteps(IndependentWalkers, ABC):
+    """Independent walkers that are points; a subclass says which steps they try.
+
+    Parameters are those of `MGEOReal`.
+    """
+
+    @takes_n_runs
+    def __init__(
+        self,
+        sigma: float | ArrayLike = 1.0,
+        tau: float | str = 3.0,
+        n_walkers: int = 30,
+        perturbation: str = "absolute",
+        **options: Any,
+    ) -> None:
+        super().__init__(tau=tau, n_walkers=n_walkers, **options)
+        checked = validate_each("sigma", sigma, validate_number, above=0)
+        self.sigma = np.array(checked) if isinstance(checked, list) else checked
+        self.perturbation = validate_choice("perturbation", perturbation, SCALES)
+
+    @abstractmethod
+    def _deviations(self, sigma: FloatArray) -> FloatArray:
+        """Standard deviation of each step of `_layout`, from one per variable."""
+
+    def _code(self, problem: Problem) -> RealCode:
+        if np.size(self.sigma) not in (1, problem.n_var):
+            raise ValueError(
+                f"sigma of length {np.size(self.sigma)}: expected one number, or one for each of "
+                f"the {problem.n_var} variables"
+            )
+        return RealCode(Variables.of(problem, ["real"]))
+
+    def _propose(self) -> FloatArray:
+        steps = self._coordinates
+        noise = np.array([stream.standard_normal(steps.shape) for stream in self.streams])
+        xl, xu = self.variables.xl, self.variables.xu
+        sigma = self._deviations(np.broadcast_to(self.sigma, xl.shape))
+        scale = SCALES[self.perturbation]
+        return perturb(self.walkers[:, steps], noise, sigma, scale, xl[steps], xu[steps])
 
 
 class MGEOReal(RealSteps):
@@ -11,26 +65,21 @@ class MGEOReal(RealSteps):
 
     In every generation each variable of each walker gives one candidate, in which that variable
     alone is perturbed by a normal step and clipped to its bounds; one of them is accepted. A
-    generation therefore costs n_runs x n_var evaluations. With one objective it is GEO_real1.
+    generation therefore costs n_walkers x n_var evaluations. With one objective it is GEO_real1.
 
     Parameters
     ----------
     sigma : standard deviation of the step, > 0: a number, or one per variable.
-    tau : greediness, >= 0: the candidate of rank k is accepted with probability ~ k^-tau; or
-        "a-geo1" or "a-geo2" to let it follow the search (`mgeo.algorithms.adaptive`).
-    n_runs : number of independent walkers (re-initializations).
+    tau : selection pressure, >= 0: the candidate of rank k is accepted with probability ~ k^-tau;
+        or "a-geo1" or "a-geo2" to let it follow the search (`mgeo.algorithms.selection`).
+    n_walkers : number of independent walkers; `n_runs`, after the n_i re-initializations of the
+        papers, is another name of it.
     perturbation : what sigma is a multiple of: "absolute" the variable's unit, "relative" its
         value (a variable at zero stays there), "range" the width of its bounds (for variables
         of different units).
-    restart : "never", or where a walker begins anew that has not advanced for `patience`
-        generations: at a "random" point, or at one of the "archive".
-    patience : generations without progress before a restart.
-    sampling : starting points of the first walkers: array of up to (n_runs, n_var), population or
-        pymoo `Sampling`; the others begin uniform within the bounds. Starting points are not
-        evaluated themselves.
-    archive_size : largest number of points in the front, None for all of them.
-    options : options of every pymoo algorithm: `termination` (5000 // n_runs generations unless
-        given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
+    options : `restart` and `patience` of `mgeo.algorithms.walkers.IndependentWalkers`, `sampling`
+        and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and those of every
+        pymoo algorithm: `termination` (5000 // n_walkers generations unless given), `seed`, ...
 
     Raises
     ------
@@ -48,3 +97,62 @@ class MGEOReal(RealSteps):
 
     def _deviations(self, sigma: FloatArray) -> FloatArray:
         return sigma
+
+
+class MGEOReal2(RealSteps):
+    """Multiobjective generalized extremal optimization with several steps a variable (real2).
+
+    In every generation each variable of each walker gives `n_steps` candidates, in which that
+    variable alone is perturbed by normal steps of ever smaller deviation and clipped to its
+    bounds. The steps of each variable are ranked among themselves and one of them is accepted, so
+    that a walker moves in all variables at once. The point it reaches is evaluated with the next
+    candidates: a generation costs n_walkers x (n_var x n_steps + 1) evaluations. With one
+    objective it is GEO_real2.
+
+    Parameters
+    ----------
+    sigma : standard deviation of the widest step, > 0: a number, or one per variable.
+    n_steps : steps tried in each variable (P), at least 2.
+    divisor : by what the deviations shrink (s), > 0.
+    schedule : "factorial", sigma_{j+1} = sigma_j / (s j), or "geometric", sigma_j / s.
+    tau, n_walkers, perturbation, options : as for `MGEOReal`; tau ranks the steps of a variable.
+
+    Raises
+    ------
+    TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one.
+
+    References
+    ----------
+    GEO_real2 is of I. Mainenti-Lopes (INPE). We follow GEO_REAL2.cs of
+    leobeckerdaluz/GEO_OptimizationAlgorithms (master's thesis at INPE), where "factorial" with
+    s = 2 is called the original schedule; the thesis itself was not at hand. The step to several
+    objectives, in the way of MGEO_real, is our reading.
+    """
+
+    _evaluates_walkers = True
+
+    @takes_n_runs
+    def __init__(
+        self,
+        sigma: float | ArrayLike = 1.0,
+        tau: float | str = 3.0,
+        n_walkers: int = 30,
+        perturbation: str = "absolute",
+        n_steps: int = 5,
+        divisor: float = 2.0,
+        schedule: str = "factorial",
+        **options: Any,
+    ) -> None:
+        super().__init__(sigma, tau, n_walkers, perturbation, **options)
+        self.n_steps = validate_integer("n_steps", n_steps, low=2)
+        self.divisor = validate_number("divisor", divisor, above=0)
+        self.schedule = validate_choice("schedule", schedule, SCHEDULES)
+
+    def _layout(self) -> IntArray:
+        return np.repeat(np.arange(self.problem.n_var, dtype=np.intp)[:, None], self.n_steps, 1)
+
+    def _deviations(self, sigma: FloatArray) -> FloatArray:
+        shares = self.divisor ** -np.arange(float(self.n_steps))
+        if self.schedule == "factorial":
+            shares /= [math.factorial(j) for j in range(self.n_steps)]
+        return np.asarray(sigma[:, None] * shares)

@@ -1,7 +1,5 @@
 """What a run carries from one generation to the next, in one place."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -16,21 +14,21 @@ class RunState:
     """All that a run of the family carries from one generation to the next.
 
     A checkpoint takes every field (`mgeo.algorithms.state`), and what is not declared here cannot
-    be set here. A leaf that carries more declares it in a subclass of the same kind, and makes
-    that in `Walkers._new_state`. Fields are arrays of numbers whose shape stays, random streams,
-    lists of them, archives, numbers or text. Besides, there is only what pymoo's `Algorithm`
-    carries itself: candidates, counters, evaluator, its own random stream.
+    be set here. A variant that carries more declares it in a subclass of the same kind, and makes
+    that in `_new_state`. Fields are arrays of numbers whose shape stays, random streams, lists of
+    them, archives, numbers or text. Besides, there is only what pymoo's `Algorithm` carries
+    itself: candidates, counters, evaluator, its own random stream.
 
     Attributes
     ----------
     streams : one `numpy.random.Generator` per walker.
     front : the archive.
     n_generations : how many generations are complete.
-    walkers : (n_runs, n_coordinates) where the walkers stand.
-    taus, chances : (n_runs, n_obj) of an adaptive tau: greediness and last chance of improvement.
-    standing, best : (n_runs, 1 + n_obj) merits (`adaptive.merits`) of where the walkers stand, and
-        the best they have seen; kept if tau is adaptive or walkers restart.
-    idle : (n_runs,) generations since a walker's last progress; kept if walkers restart.
+    walkers : (n_walkers, n_coordinates) the current points.
+    taus, chances : (n_walkers, n_obj) of an adaptive tau: its value and last chance of improvement.
+    current_fitness, incumbent_fitness : (n_walkers, 1 + n_obj) `selection.fitness` of the walkers'
+        current points, and the best they have seen; kept if tau is adaptive or walkers restart.
+    idle : (n_walkers,) generations since a walker's last progress; kept if walkers restart.
     """
 
     streams: list[np.random.Generator]
@@ -39,8 +37,8 @@ class RunState:
     walkers: FloatArray
     taus: FloatArray
     chances: FloatArray
-    standing: FloatArray
-    best: FloatArray
+    current_fitness: FloatArray
+    incumbent_fitness: FloatArray
     idle: IntArray
 
     @classmethod
@@ -51,12 +49,9 @@ class RunState:
         walkers: FloatArray,
         **more: Any,
     ) -> Self:
-        """A state before the first generation; what is known of walkers is not filled in yet.
+        """A state before the first generation; `more` are fields of a subclass.
 
-        Parameters
-        ----------
-        streams, front, walkers : see above.
-        more : fields of a subclass.
+        What is known of walkers is not filled in yet.
         """
         n, n_obj = len(walkers), front.F.shape[1]
         return cls(
@@ -66,8 +61,8 @@ class RunState:
             walkers=walkers,
             taus=np.empty((n, n_obj)),
             chances=np.empty((n, n_obj)),
-            standing=np.empty((n, 1 + n_obj)),
-            best=np.empty((n, 1 + n_obj)),
+            current_fitness=np.empty((n, 1 + n_obj)),
+            incumbent_fitness=np.empty((n, 1 + n_obj)),
             idle=np.empty(n, dtype=np.intp),
             **more,
         )

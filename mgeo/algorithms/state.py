@@ -1,4 +1,4 @@
-"""The complete state of a member of the family between two generations, as plain data.
+"""The complete state of a variant of MGEO between two generations, as plain data.
 
 What `capture` returns can be written with NumPy and JSON alone, and `restore` makes of it an
 algorithm that goes on as if it had never stopped, random streams included.
@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pymoo.core.evaluator import Evaluator
 from pymoo.core.problem import Problem
 from pymoo.core.termination import NoTermination, Termination
 from pymoo.termination.max_eval import MaximumFunctionCallTermination
@@ -23,7 +22,7 @@ from pymoo.termination.max_gen import MaximumGenerationTermination
 from pymoo.termination.max_time import TimeBasedTermination
 from pymoo.util.misc import termination_from_tuple
 
-from mgeo._validation import integer
+from mgeo._validation import validate_integer
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.packing import (
     pack,
@@ -36,7 +35,6 @@ from mgeo.algorithms.packing import (
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.files.reading import entry, errors_of
 
-_START_ONLY = ("sampling",)  # parameters that say where to begin: not needed to go on
 _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {
     "n_gen": (MaximumGenerationTermination, "n_max_gen"),
     "n_eval": (MaximumFunctionCallTermination, "n_max_evals"),
@@ -74,7 +72,7 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
     """
     name = type(algorithm).__name__
     if not isinstance(algorithm, ExtremalOptimization):
-        raise TypeError(f"{name} is no member of the MGEO family, of which alone states are kept")
+        raise TypeError(f"{name} is no variant of MGEO, of which alone states are kept")
     if algorithm.problem is None:
         raise ValueError(f"this {name} has no state yet: expected one that was set up")
     if algorithm._asked is not None:
@@ -87,10 +85,14 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
         "parameters": {
             key: _plain(f"{name}.{key}", value)
             for key, value in algorithm._parameters.items()
-            if key not in _START_ONLY
+            if key != "sampling"  # says where to start: not needed to go on
         },
         "random_state": pack_stream(algorithm.random_state),
-        "evaluations": _counts(algorithm.evaluator),
+        "evaluations": (
+            algorithm.evaluator.counts()
+            if isinstance(algorithm.evaluator, TolerantEvaluator)
+            else {"n_eval": algorithm.evaluator.n_eval}
+        ),
         "elapsed_s": 0.0 if started is None else time.time() - started,
         "termination": _budget(algorithm.termination),
         "return_least_infeasible": bool(algorithm.return_least_infeasible),
@@ -154,9 +156,17 @@ def _fill(algorithm: ExtremalOptimization, saved: SavedState) -> None:
         setattr(state, field.name, value)
     if not np.isfinite(state.walkers).all():
         raise ValueError("state.walkers: expected finite numbers")
-    integer("state.n_generations", state.n_generations, low=0)
+    validate_integer("state.n_generations", state.n_generations, low=0)
     algorithm.pop = unpack_population("pop", arrays, algorithm)
-    _count_on(algorithm.evaluator, entry(data, "evaluations", dict))
+    counts, where = entry(data, "evaluations", dict), "evaluations."
+    validate_integer("evaluations.n_eval", entry(counts, "n_eval", int, where), low=0)
+    for key, kind in (("n_failed", int), ("n_in_a_row", int), ("causes", dict[str, int])):
+        if key in counts:
+            entry(counts, key, kind, where)
+    if isinstance(algorithm.evaluator, TolerantEvaluator):
+        algorithm.evaluator.count_on(counts)
+    else:
+        algorithm.evaluator.n_eval = counts["n_eval"]
     # a clock that was put back meanwhile must not make a run of less than no time
     algorithm.start_time = time.time() - max(0.0, entry(data, "elapsed_s", float))
 
@@ -171,34 +181,17 @@ def end_at(algorithm: ExtremalOptimization, termination: Any) -> None:
 
 
 def _converted(termination: Any) -> Termination:
+    cause = None
     try:
         converted = termination_from_tuple(copy.deepcopy(termination))
         if isinstance(converted, Termination):
             return converted
-        error = None
-    except Exception as raised:  # pymoo raises Exception itself for a name that it does not know
-        error = raised
+    except Exception as error:  # pymoo raises Exception itself for a name that it does not know
+        cause = error
     raise ValueError(
         f"termination = {termination!r:.80}: expected a pymoo Termination, or what stands for one, "
         "such as ('n_gen', 200)"
-    ) from error
-
-
-def _counts(evaluator: Evaluator) -> dict[str, Any]:
-    if isinstance(evaluator, TolerantEvaluator):
-        return evaluator.counts()
-    return {"n_eval": evaluator.n_eval}
-
-
-def _count_on(evaluator: Evaluator, counts: Mapping[str, Any]) -> None:
-    integer("evaluations.n_eval", entry(counts, "n_eval", int, "evaluations."), low=0)
-    for key, kind in (("n_failed", int), ("n_in_a_row", int), ("causes", dict[str, int])):
-        if key in counts:
-            entry(counts, key, kind, "evaluations.")
-    if isinstance(evaluator, TolerantEvaluator):
-        evaluator.count_on(counts)
-    else:
-        evaluator.n_eval = counts["n_eval"]
+    ) from cause
 
 
 def _full_name(cls: type) -> str:
@@ -213,7 +206,7 @@ def _find(full_name: str) -> type[ExtremalOptimization]:
     for cls in reversed(known):
         if _full_name(cls) == full_name:
             return cls
-    raise ValueError(f"{full_name} is no imported member of the family: import its module first")
+    raise ValueError(f"{full_name} is no imported variant of the family: import its module first")
 
 
 def _plain(name: str, value: Any) -> Any:

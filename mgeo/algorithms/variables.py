@@ -1,4 +1,4 @@
-"""Which variables a problem has, and how numbers become design vectors as it wants them."""
+"""Which variables a problem has, how numbers become its design vectors, where walkers start."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from pymoo.core.population import Population
 from pymoo.core.problem import Problem
+from pymoo.core.sampling import Sampling
 from pymoo.core.variable import Binary, Integer, Real, Variable
 
 from mgeo._typing import BoolArray, FloatArray
@@ -24,6 +26,7 @@ _OF_TYPE: tuple[tuple[tuple[type, ...], Kind], ...] = (
     ((float, np.floating), "real"),
 )
 _OF_VARIABLE: dict[type[Variable], Kind] = {Real: "real", Integer: "integer", Binary: "binary"}
+_TYPES: dict[Kind, type] = {"real": float, "integer": int, "binary": bool}
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,28 +55,27 @@ class Variables:
         ValueError : if a variable is of another kind than those allowed, is not bounded, or has
             bounds too large to compute with.
         """
-        name = type(problem).__name__
-        if (declared := getattr(problem, "vars", None)) is not None:
+        name, expected = type(problem).__name__, f"expected {' or '.join(allowed)} variables"
+        declared: dict[str, Variable] | None = getattr(problem, "vars", None)
+        if declared is None:
+            vtype = float if problem.vtype is None else problem.vtype
+            known = _OF_TYPE if isinstance(vtype, type) else ()
+            found = [kind for types, kind in known if issubclass(vtype, types)][:1]
+            if not set(found) & set(allowed):
+                raise ValueError(f"{name} has vtype = {problem.vtype!r}: {expected}")
+            kinds = found * problem.n_var
+            bounds = (0, 1) if found == ["binary"] else (problem.xl, problem.xu)
+            xl, xu = (_numbers(np.broadcast_to(bound, problem.n_var)) for bound in bounds)
+        else:
             for key, variable in declared.items():
                 if _OF_VARIABLE.get(type(variable)) not in allowed:
                     raise ValueError(
-                        f"{name}.vars[{key!r}] is a {type(variable).__name__}: expected "
-                        f"{_listed(allowed)} variables"
+                        f"{name}.vars[{key!r}] is a {type(variable).__name__}: {expected}"
                     )
-            names = tuple(declared)
-            kinds = tuple(_OF_VARIABLE[type(variable)] for variable in declared.values())
-            given = [
-                (0, 1) if isinstance(variable, Binary) else variable.bounds
-                for variable in declared.values()
-            ]
-            xl, xu = (_numbers([pair[side] for pair in given]) for side in (0, 1))
-        else:
-            names = None
-            kinds = (_kind(problem.vtype, name, allowed),) * problem.n_var
-            xl, xu = (_numbers(bound, problem.n_var) for bound in (problem.xl, problem.xu))
-            if kinds[0] == "binary":
-                xl, xu = np.zeros(problem.n_var), np.ones(problem.n_var)
-        variables = cls(kinds, xl, xu, names)
+            kinds = [_OF_VARIABLE[type(variable)] for variable in declared.values()]
+            pairs = [(0, 1) if isinstance(v, Binary) else v.bounds for v in declared.values()]
+            xl, xu = (_numbers([pair[side] for pair in pairs]) for side in (0, 1))
+        variables = cls(tuple(kinds), xl, xu, None if declared is None else tuple(declared))
         variables._check_bounds(problem)
         return variables
 
@@ -111,18 +113,16 @@ class Variables:
     def designs(self, values: FloatArray) -> NDArray[Any]:
         """(n, n_var) numbers as the problem takes them: floats, ints, bools, or (n,) dicts."""
         if self.names is not None:
-            types = [{"real": float, "integer": int, "binary": bool}[kind] for kind in self.kinds]
             columns = [
-                column.astype(kind).tolist() for column, kind in zip(values.T, types, strict=True)
+                column.astype(_TYPES[kind]).tolist()
+                for column, kind in zip(values.T, self.kinds, strict=True)
             ]
             rows = np.empty(len(values), dtype=object)
             rows[:] = [
                 dict(zip(self.names, row, strict=True)) for row in zip(*columns, strict=True)
             ]
             return rows
-        if self.kinds[0] == "real":
-            return values
-        return values.astype(bool if self.kinds[0] == "binary" else int)
+        return values.astype(_TYPES[self.kinds[0]], copy=False)
 
     def values(self, designs: NDArray[Any]) -> FloatArray:
         """(n, n_var) numbers of design vectors: the inverse of `designs`."""
@@ -131,24 +131,49 @@ class Variables:
         return np.array([[design[name] for name in self.names] for design in designs], dtype=float)
 
 
-def _kind(vtype: Any, name: str, allowed: Sequence[Kind]) -> Kind:
-    given = float if vtype is None else vtype
-    for types, kind in _OF_TYPE:
-        if isinstance(given, type) and issubclass(given, types):
-            if kind in allowed:
-                return kind
-            break
-    raise ValueError(f"{name} has vtype = {vtype!r}: expected {_listed(allowed)} variables")
+def given_starts(
+    sampling: Sampling | ArrayLike,
+    problem: Problem,
+    variables: Variables,
+    n_walkers: int,
+    random_state: np.random.Generator,
+) -> FloatArray:
+    """(n, n_var) values chosen by the user: points, a population, or a pymoo sampling.
+
+    TypeError for anything else, ValueError if there are not 1 to n_walkers points of n_var numbers
+    each, within the bounds.
+    """
+    if isinstance(sampling, Sampling):
+        sampling = sampling.do(problem, n_walkers, random_state=random_state)
+    X = sampling.get("X") if isinstance(sampling, Population) else sampling
+    try:
+        starts = variables.values(np.asarray(X))
+    except (TypeError, ValueError, KeyError) as error:
+        raise TypeError(
+            f"sampling = {sampling!r:.80}: expected None, a pymoo Sampling, a population, or an "
+            "array of numbers of shape (n, n_var)"
+        ) from error
+    if starts.ndim != 2 or not len(starts) or starts.shape[1] != problem.n_var:
+        raise ValueError(
+            f"sampling of shape {starts.shape}: expected one row of n_var = {problem.n_var} "
+            "numbers for each point to start at"
+        )
+    if len(starts) > n_walkers:
+        raise ValueError(
+            f"sampling of {len(starts)} points: expected at most one for each of the n_walkers = "
+            f"{n_walkers} walkers (n_walkers={len(starts)} starts at all of them)"
+        )
+    outside = ~((starts >= variables.xl) & (starts <= variables.xu))
+    for walker, variable in np.argwhere(outside):
+        raise ValueError(
+            f"sampling[{walker}, {variable}] = {starts[walker, variable]}: expected a number in "
+            f"[{variables.xl[variable]}, {variables.xu[variable]}]"
+        )
+    return starts
 
 
-def _listed(kinds: Sequence[Kind]) -> str:
-    return " or ".join(kinds)
-
-
-def _numbers(bound: Any, n: int | None = None) -> FloatArray:
-    if bound is None:
-        return np.full(n or 0, np.nan)
-    return np.array([_number(value) for value in np.ravel(bound)])
+def _numbers(bounds: Any) -> FloatArray:
+    return np.array([_number(bound) for bound in bounds])
 
 
 def _number(bound: Any) -> float:

@@ -81,14 +81,14 @@ def solve(
         str | None,
         typer.Option(
             metavar="NUMBER|NAME",
-            autocompletion=completion.among_those_of("mgeo.algorithms.adaptive:RULES"),
+            autocompletion=completion.among_those_of("mgeo.algorithms.selection:RULES"),
         ),
     ] = None,
-    runs: Annotated[int | None, typer.Option()] = None,
+    walkers: Annotated[int | None, typer.Option("--walkers", "--runs")] = None,
     perturbation: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME", autocompletion=completion.among_those_of("mgeo.algorithms.moves:SCALES")
+            metavar="NAME", autocompletion=completion.among_those_of("mgeo.algorithms.steps:SCALES")
         ),
     ] = None,
     population: Annotated[int | None, typer.Option()] = None,
@@ -134,7 +134,7 @@ def solve(
     flags = {
         "sigma": sigma,
         "tau": tau,
-        "n_runs": runs,
+        "n_walkers": walkers,
         "perturbation": perturbation,
         "population": population,
     }

@@ -31,7 +31,7 @@ DryRun = Annotated[
 FLAGS: Mapping[str, str] = {
     "sigma": "--sigma",
     "tau": "--tau",
-    "n_runs": "--runs",
+    "n_walkers": "--walkers",
     "perturbation": "--perturbation",
     "population": "--population",
 }

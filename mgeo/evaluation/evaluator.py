@@ -10,7 +10,7 @@ import numpy as np
 from pymoo.core.evaluator import Evaluator
 
 from mgeo._typing import BoolArray, FloatArray
-from mgeo._validation import integer
+from mgeo._validation import validate_integer
 from mgeo.evaluation.failures import Failure, attempt
 from mgeo.evaluation.individuals import own, values_of
 
@@ -60,7 +60,7 @@ class TolerantEvaluator(Evaluator):
 
     def __init__(self, *, patience: int = 100, warn: bool = True, **options: Any) -> None:
         super().__init__(**options)
-        self.patience = integer("patience", patience, low=1)
+        self.patience = validate_integer("patience", patience, low=1)
         self.warn = warn
         self.n_failed = 0
         self.n_in_a_row = 0

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,9 @@ class Failure:
         return cls(text[:_LONGEST], "".join(traceback.format_exception(error)).rstrip())
 
 
+Part = tuple[Values, dict[int, Failure]]
+
+
 def attempt(
     problem: Problem, X: NDArray[Any], names: Sequence[str], options: Mapping[str, Any]
 ) -> tuple[Values, dict[int, Failure]]:
@@ -48,14 +52,14 @@ def attempt(
     failures : by row.
     """
 
-    def evaluate(candidates: NDArray[Any]) -> tuple[Values, dict[int, Failure]]:
+    def evaluate(candidates: NDArray[Any]) -> Part:
         guarded, in_elements = _guarded(problem)
         values = guarded.evaluate(
             candidates, return_values_of=names, return_as_dictionary=True, **options
         )
         return values, in_elements
 
-    parts = list(_by_halves(evaluate, X))
+    parts = _by_halves(evaluate, X)
     pattern = next((part[0] for part in parts if not isinstance(part, Failure)), None)
     if pattern is None:
         shapes = default_shape(problem, 0)
@@ -74,34 +78,25 @@ def attempt(
             pieces.append(values)
             row += len(next(iter(values.values())))
     joined = {name: np.concatenate([piece[name] for piece in pieces]) for name in pattern}
-    raised = list(failures)
     for name in joined.keys() & {"F", "G", "H"}:  # also where a problem replaces NaN
-        joined[name][raised] = np.nan
+        joined[name][list(failures)] = np.nan
     return joined, _not_finite(joined) | failures
 
 
-def _by_halves(
-    evaluate: Callable[[NDArray[Any]], tuple[Values, dict[int, Failure]]], X: NDArray[Any]
-) -> Iterator[tuple[Values, dict[int, Failure]] | Failure]:
+def _by_halves(evaluate: Callable[[NDArray[Any]], Part], X: NDArray[Any]) -> list[Part | Failure]:
     try:
-        values = evaluate(X)
+        return [evaluate(X)]
     except Exception as error:  # whatever a problem raises: foreign code
         if len(X) == 1:
-            yield Failure.of(error)
-            return
-    else:
-        yield values
-        return
+            return [Failure.of(error)]
     half = len(X) // 2
-    yield from _by_halves(evaluate, X[:half])
-    yield from _by_halves(evaluate, X[half:])
+    return _by_halves(evaluate, X[:half]) + _by_halves(evaluate, X[half:])
 
 
 def _missing(pattern: NDArray[Any]) -> NDArray[Any]:
     """One row like those of `pattern`, without values."""
-    if np.issubdtype(pattern.dtype, np.number):
-        return np.full((1, *pattern.shape[1:]), np.nan)
-    return np.full((1, *pattern.shape[1:]), None, dtype=object)
+    value = np.nan if np.issubdtype(pattern.dtype, np.number) else None
+    return np.full((1, *pattern.shape[1:]), value)
 
 
 def _not_finite(values: Values) -> dict[int, Failure]:
@@ -129,48 +124,36 @@ def _guarded(problem: Problem) -> tuple[Problem, dict[int, Failure]]:
         getattr(type(problem), name) is not getattr(Problem, name) for name in _BATCH
     ):
         return problem, {}
-    runner = _GuardedRunner(problem)
+    failures: dict[int, Failure] = {}
+
+    def run(f: Any, X: Any) -> list[dict[str, Any]]:
+        failures.clear()
+        results = list(problem.elementwise_runner(partial(_evaluated, f), X))
+        done = next((out for out in results if not isinstance(out, Failure)), None)
+        if done is None:
+            shapes = default_shape(problem, 1)
+            pattern = {name: np.empty(shapes[name]) for name in ("F", "G", "H")}
+        else:
+            pattern = {name: np.asarray([value]) for name, value in done.items()}
+        for i, out in enumerate(results):
+            if isinstance(out, Failure):
+                failures[i] = out
+                results[i] = {name: _missing(value)[0] for name, value in pattern.items()}
+        return results
+
     copy: Problem = object.__new__(type(problem))  # not by pickling, which may leave things out
     vars(copy).update(
         vars(problem),
         elementwise_func=lambda _, *arguments: problem.elementwise_func(problem, *arguments),
-        elementwise_runner=runner,
+        elementwise_runner=run,
     )
-    return copy, runner.failures
+    return copy, failures
 
 
-class _GuardedRunner:
-    """A pymoo runner under which an element that raises does not cost the others."""
-
-    def __init__(self, problem: Problem) -> None:
-        self.inner = problem.elementwise_runner
-        self.failures: dict[int, Failure] = {}
-        shapes = default_shape(problem, 1)
-        self._nothing = {name: np.empty(shapes[name]) for name in ("F", "G", "H")}
-
-    def __call__(self, f: Any, X: Any) -> list[dict[str, Any]]:
-        self.failures.clear()
-        results = list(self.inner(_GuardedFunction(f), X))
-        done = next((out for out in results if not isinstance(out, Failure)), None)
-        pattern = self._nothing
-        if done is not None:
-            pattern = {name: np.asarray([value]) for name, value in done.items()}
-        for i, out in enumerate(results):
-            if isinstance(out, Failure):
-                self.failures[i] = out
-                results[i] = {name: _missing(value)[0] for name, value in pattern.items()}
-        return results
-
-
-class _GuardedFunction:
-    """Evaluates one element, wherever the runner takes it; gives an exception back as text."""
-
-    def __init__(self, f: Any) -> None:
-        self.f = f
-
-    def __call__(self, x: Any) -> dict[str, Any] | Failure:
-        try:
-            out: dict[str, Any] = self.f(x)
-        except Exception as error:  # whatever a problem raises: foreign code
-            return Failure.of(error)
-        return out
+def _evaluated(f: Any, x: Any) -> dict[str, Any] | Failure:
+    """One element, evaluated wherever the runner takes it; an exception comes back as text."""
+    try:
+        out: dict[str, Any] = f(x)
+    except Exception as error:  # whatever a problem raises: foreign code
+        return Failure.of(error)
+    return out

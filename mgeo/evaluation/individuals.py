@@ -1,4 +1,4 @@
-"""Populations of pymoo, made and read at a fraction of what their own methods cost."""
+"""Populations of pymoo, made and read at a fraction of the usual cost, and designs as numbers."""
 
 from typing import Any
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.individual import Individual
 from pymoo.core.population import Population
+from pymoo.core.problem import Problem
 
 
 def individuals(X: NDArray[Any]) -> Population:
@@ -32,3 +33,26 @@ def own(value: Any) -> Any:
 def values_of(population: Population, name: str) -> NDArray[Any]:
     """What `Population.get` gives for an attribute of individuals, such as "X" or "F"."""
     return np.array([getattr(individual, name) for individual in population.tolist()])
+
+
+def variable_names(problem: Problem) -> tuple[str, ...] | None:
+    """Names of the variables of a problem made by ``Problem(vars={...})``, else None."""
+    declared = getattr(problem, "vars", None)
+    return None if declared is None else tuple(declared)
+
+
+def as_numbers(problem: Problem, X: NDArray[Any]) -> NDArray[Any]:
+    """(n, n_var) design vectors as numbers, also where each of them is a dict.
+
+    Raises
+    ------
+    ValueError : if a variable is not a number.
+    """
+    names = variable_names(problem)
+    if names is not None and len(X) and isinstance(X[0], dict):
+        X = np.array([[design[name] for name in names] for design in X], dtype=object)
+    try:
+        X = X.astype(float) if X.dtype == object else X
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"variables of {type(problem).__name__}: {error}") from error
+    return X.reshape(-1, problem.n_var)

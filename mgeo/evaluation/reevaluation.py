@@ -47,13 +47,10 @@ def changed_value(problem: Problem, known: Population, options: Mapping[str, Any
             same = (found == expected) | (np.abs(found - expected) <= tolerance)
         for row, column in np.argwhere(~same):
             why = f" ({failures[row].cause})" if row in failures else ""
+            x = points[row].X
+            x = x.tolist() if isinstance(x, np.ndarray) else x
             return (
-                f"at {_design(points[row].X)} {name}[{column}] = {found[row, column]}{why}, "
+                f"at x = {x!r:.200} {name}[{column}] = {found[row, column]}{why}, "
                 f"expected {expected[row, column]}"
             )
     return ""
-
-
-def _design(x: Any) -> str:
-    plain = x.tolist() if isinstance(x, np.ndarray) else x
-    return f"x = {plain!r:.200}"

@@ -1,5 +1,5 @@
 """Sets of nondominated points.
 
-`dominance` compares points, `archive` keeps the nondominated ones, `truncation` gives up those that
-stand closest.
+`dominance` compares points, `archive` keeps the nondominated ones, `truncation` removes the most
+crowded.
 """

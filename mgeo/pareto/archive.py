@@ -1,14 +1,12 @@
 """The set of the best points found: exact, in a fixed order, cheap to extend."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.population import Population
 
 from mgeo._typing import BoolArray, FloatArray
-from mgeo.pareto.dominance import covered_rows, nondominated, uncovered
-from mgeo.pareto.truncation import thin
+from mgeo.pareto.dominance import nondominated, not_weakly_dominated, weakly_dominated_rows
+from mgeo.pareto.truncation import truncate
 
 
 class ParetoArchive:
@@ -20,8 +18,8 @@ class ParetoArchive:
       nondominated among them, if several share it); from then on feasible points only.
     - Points stand in ascending order of the first objective, and where that is equal (possible
       with three objectives or more) in the order in which they were found.
-    - With `max_size`, each batch is followed by `mgeo.pareto.truncation.thin`. The first and last
-      point of each objective stay; what was given up may return, so the set is no longer exact.
+    - With `max_size`, each batch is followed by `mgeo.pareto.truncation.truncate`. The first and
+      last point of each objective stay; what was removed may return, so the set is no longer exact.
 
     Parameters
     ----------
@@ -56,7 +54,7 @@ class ParetoArchive:
     def add(
         self, F: FloatArray, individuals: NDArray[np.object_], violation: FloatArray | None = None
     ) -> BoolArray:
-        """Put a batch to the Pareto test.
+        """Update the archive with a batch.
 
         Parameters
         ----------
@@ -66,7 +64,7 @@ class ParetoArchive:
 
         Returns
         -------
-        (k,) mask of the points that entered (before thinning).
+        (k,) mask of the points that entered (before truncation).
 
         Raises
         ------
@@ -87,7 +85,7 @@ class ParetoArchive:
             self._keep(np.empty(0, dtype=np.intp))
         entered &= violation == least
         entered[entered] = nondominated(F[entered])
-        entered[entered] = uncovered(F[entered], self.F)
+        entered[entered] = not_weakly_dominated(F[entered], self.F)
         if entered.any():
             self._insert(F[entered], individuals[entered])
         return entered
@@ -95,12 +93,14 @@ class ParetoArchive:
     def _insert(self, F: FloatArray, individuals: NDArray[np.object_]) -> None:
         order = np.argsort(F[:, 0], kind="stable")
         F, individuals = F[order], individuals[order]
-        places = np.searchsorted(self.F[:, 0], F[:, 0], side="right")
-        pairs = (self.F, F), (self.individuals, individuals)
-        self.F, known = _replace(covered_rows(self.F, F), places, *pairs)
-        self.individuals = known.view(Population)
+        kept = np.delete(np.arange(len(self.F)), weakly_dominated_rows(self.F, F))
+        places = np.searchsorted(self.F[kept, 0], F[:, 0], side="right")
+        rows = np.insert(kept, places, len(self.F) + np.arange(len(F)))
+        self.F = np.concatenate([self.F, F])
+        self.individuals = np.concatenate([self.individuals, individuals])
+        self._keep(rows)
         if self.max_size is not None and len(self.F) > self.max_size:
-            self._keep(np.flatnonzero(thin(self.F, self.max_size)))
+            self._keep(np.flatnonzero(truncate(self.F, self.max_size)))
 
     def _keep(self, rows: NDArray[np.intp]) -> None:
         self.F = self.F.take(rows, axis=0)
@@ -114,41 +114,3 @@ class ParetoArchive:
         for name, array in (("individuals", individuals), ("violation", violation)):
             if np.shape(array) != (len(F),):
                 raise ValueError(f"{name} of shape {np.shape(array)}: expected ({len(F)},)")
-
-
-_MOST_PIECES = 100  # up to so many, copying whole pieces is faster than taking row by row
-
-
-def _replace(
-    removed: NDArray[np.intp], places: NDArray[np.intp], *pairs: tuple[NDArray[Any], NDArray[Any]]
-) -> list[NDArray[Any]]:
-    """Remove rows, and insert others: as `np.delete` and `np.insert`, but faster for few.
-
-    A long front changes in a few places only; what lies between them is copied as a whole.
-
-    Parameters
-    ----------
-    removed : rows to remove.
-    places : (k,) ascending: before which row each new one goes.
-    pairs : arrays of n rows each, and k new rows for them.
-
-    Returns
-    -------
-    The changed arrays.
-    """
-    n = len(pairs[0][0])
-    if len(removed) + len(places) > _MOST_PIECES:
-        kept = np.delete(np.arange(n), removed)
-        rows = np.insert(kept, np.searchsorted(kept, places), n + np.arange(len(places)))
-        return [np.concatenate(pair).take(rows, axis=0) for pair in pairs]
-    changes = [(place, new) for new, place in enumerate(places.tolist())]
-    changes += [(row, len(places)) for row in removed.tolist()]  # after what goes before the row
-    pieces: list[list[NDArray[Any]]] = [[] for _ in pairs]
-    begin = 0
-    for row, new in sorted(changes):
-        for piece, (old, fresh) in zip(pieces, pairs, strict=True):
-            piece += [old[begin:row], fresh[new : new + 1]]
-        begin = row + (new == len(places))
-    return [
-        np.concatenate([*piece, old[begin:]]) for piece, (old, _) in zip(pieces, pairs, strict=True)
-    ]

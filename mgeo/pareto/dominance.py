@@ -1,7 +1,7 @@
 """Pareto dominance on arrays: every objective is minimized.
 
-A vector dominates another when it is nowhere larger and somewhere smaller. It *covers* another
-when it is nowhere larger, so that equal vectors cover each other.
+A vector dominates another when it is nowhere larger and somewhere smaller. It weakly dominates
+another when it is nowhere larger, so that equal vectors weakly dominate each other.
 """
 
 import numpy as np
@@ -32,8 +32,8 @@ def nondominated(F: FloatArray) -> BoolArray:
     return selected
 
 
-def uncovered(F: FloatArray, front: FloatArray) -> BoolArray:
-    """Rows of `F` that no row of `front` covers.
+def not_weakly_dominated(F: FloatArray, front: FloatArray) -> BoolArray:
+    """Rows of `F` that no row of `front` weakly dominates.
 
     Parameters
     ----------
@@ -44,21 +44,21 @@ def uncovered(F: FloatArray, front: FloatArray) -> BoolArray:
     -------
     (n,) mask. With two objectives the second descends along the front, so a binary search finds
     the only row that needs comparing, O(n log m). Otherwise all n x m pairs are compared, but for
-    rows that a sample of a long front covers: during a search these are most.
+    rows that a sample of a long front weakly dominates: during a search these are most.
     """
     if F.shape[1] == 2 and len(front):
         not_right = np.searchsorted(front[:, 0], F[:, 0], side="right")
         free: BoolArray = (front[:, 1].take(not_right - 1) > F[:, 1]) | (not_right == 0)
         return free
     if len(front) <= _LONG:
-        return ~_covered(_rows(F), _rows(front))
-    free = ~_covered(_rows(F), _rows(front[::_SAMPLE]))
-    free[free] = ~_covered(_rows(F[free]), _rows(front))
+        return ~_weakly_dominated(F, front)
+    free = ~_weakly_dominated(F, front[::_SAMPLE])
+    free[free] = ~_weakly_dominated(F[free], front)
     return free
 
 
-def covered_rows(front: FloatArray, F: FloatArray) -> NDArray[np.intp]:
-    """Rows of `front` that a row of `F` covers.
+def weakly_dominated_rows(front: FloatArray, F: FloatArray) -> NDArray[np.intp]:
+    """Rows of `front` that a row of `F` weakly dominates.
 
     Parameters
     ----------
@@ -71,31 +71,27 @@ def covered_rows(front: FloatArray, F: FloatArray) -> NDArray[np.intp]:
     finds, O(n log m).
     """
     if F.shape[1] != 2:
-        return np.flatnonzero(~uncovered(front, F))
+        return np.flatnonzero(~not_weakly_dominated(front, F))
     first = np.searchsorted(front[:, 0], F[:, 0], side="left")
     last = len(front) - np.searchsorted(front[::-1, 1], F[:, 1], side="left")
     runs = [np.arange(begin, end) for begin, end in zip(first, last, strict=True) if begin < end]
     return np.unique(np.concatenate(runs)) if runs else np.empty(0, dtype=np.intp)
 
 
-def _rows(F: FloatArray) -> FloatArray:
-    return np.ascontiguousarray(F.T)
-
-
-def _covered(F: FloatArray, front: FloatArray) -> BoolArray:
-    # Objectives are rows here. The longer set runs along the inner axis, where numpy is fast.
-    n, m = F.shape[1], front.shape[1]
-    covered = np.zeros(n, dtype=np.bool_)
+def _weakly_dominated(F: FloatArray, front: FloatArray) -> BoolArray:
+    # With objectives as rows, the longer set runs along the inner axis, where numpy is fast.
+    a, b = np.ascontiguousarray(F.T), np.ascontiguousarray(front.T)
+    n, m = len(F), len(front)
+    found = np.zeros(n, dtype=np.bool_)
+    step = max(1, _BLOCK // max(1, n, m))
     if n < m:
-        step = max(1, _BLOCK // m)
         for i in range(0, n, step):
-            pairs = _all_below(front[:, None, :], F[:, i : i + step, None])
-            covered[i : i + step] = pairs.any(axis=1)
+            pairs = _all_below(b[:, None, :], a[:, i : i + step, None])
+            found[i : i + step] = pairs.any(axis=1)
     else:
-        step = max(1, _BLOCK // max(1, n))
         for i in range(0, m, step):
-            covered |= _all_below(front[:, i : i + step, None], F[:, None, :]).any(axis=0)
-    return covered
+            found |= _all_below(b[:, i : i + step, None], a[:, None, :]).any(axis=0)
+    return found
 
 
 def _all_below(a: FloatArray, b: FloatArray) -> BoolArray:

@@ -1,4 +1,4 @@
-"""Thinning of a front: which points to give up when only so many may be kept."""
+"""Truncation of a front: which points to remove when only so many may be kept."""
 
 import heapq
 
@@ -9,18 +9,18 @@ from mgeo._typing import BoolArray, FloatArray
 _NEIGHBORS = 8  # looked up at once, the point itself among them; at least 3
 
 
-def thin(F: FloatArray, size: int) -> BoolArray:
-    """Keep `size` rows of a front, giving up the most crowded one at a time.
+def truncate(F: FloatArray, size: int) -> BoolArray:
+    """Keep `size` rows of a front, removing the most crowded one at a time.
 
     The most crowded is the row that has its nearest neighbor at the smallest distance, and of the
     two rows that have so, the one whose second neighbor is nearer: the truncation of SPEA2
     (Zitzler, Laumanns & Thiele 2001), which looks at two neighbors here. Distances are Euclidean
     in objectives scaled to the front's range. The first rows that are least and greatest in an
-    objective are never given up; of equally crowded rows, the first goes. Nothing is random.
+    objective are never removed; of equally crowded rows, the first goes. Nothing is random.
 
     Neighbors come from a k-d tree, which is built again whenever too many of those that were
     looked up are gone. To choose 500 of 50,000 rows takes about 0.6 s with two or three
-    objectives, 1 s with five and 5 s with eight; to give up 300 of 50,000, at most a third of it.
+    objectives, 1 s with five and 5 s with eight; to remove 300 of 50,000, at most a third of it.
 
     Parameters
     ----------
@@ -46,10 +46,10 @@ def thin(F: FloatArray, size: int) -> BoolArray:
 
 
 def _most_crowded(points: FloatArray, free: BoolArray, count: int) -> list[int]:
-    """The first of the `count` free rows to give up: at least one, all if their neighbors suffice.
+    """The first of the `count` free rows to remove: at least one, all if their neighbors suffice.
 
     Distances to the nearest rows that remain only grow. So a row that was the most crowded one
-    some time ago is so still, unless a neighbor of its own is gone: only then they are renewed.
+    some time ago is so still, unless a neighbor of its own is gone: only then they are updated.
     """
     from scipy.spatial import KDTree  # takes longer to import than all of mgeo
 

@@ -21,7 +21,7 @@ import numpy as np
 from pymoo.core.callback import Callback, CallbackCollection
 from pymoo.core.problem import Problem
 
-from mgeo._validation import integer, number
+from mgeo._validation import validate_integer, validate_number
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.state import SavedState, capture, restore
 from mgeo.evaluation.reevaluation import changed_value
@@ -30,7 +30,7 @@ from mgeo.files.reading import entry, errors_of, from_npz, parse_json, read_file
 from mgeo.persistence.recorder import Recorder
 from mgeo.plugins.identity import difference, identity
 
-FORMAT = 2
+FORMAT = 3
 _MAGIC = b"mgeo checkpoint"
 _MAX_SHARE = 0.02  # of the time of a run may go into checkpoints by the clock
 
@@ -77,9 +77,9 @@ class Checkpoint(Callback):
             raise FileNotFoundError(f"{self.path.parent} is no folder to write a checkpoint into")
         self.every_seconds = self.every_generations = math.inf
         if every_seconds is not None:
-            self.every_seconds = number("every_seconds", every_seconds, low=0)
+            self.every_seconds = validate_number("every_seconds", every_seconds, low=0)
         if every_generations is not None:
-            self.every_generations = integer("every_generations", every_generations, low=1)
+            self.every_generations = validate_integer("every_generations", every_generations, low=1)
         self.notes = notes
         self.warn = warn
         self.error: OSError | None = None

@@ -13,8 +13,8 @@ from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from mgeo._validation import integer, number
-from mgeo.evaluation.designs import as_numbers
+from mgeo._validation import validate_integer, validate_number
+from mgeo.evaluation.individuals import as_numbers
 from mgeo.files.reading import FileError
 from mgeo.persistence import record_file
 from mgeo.plugins.protocol import column_names
@@ -57,8 +57,8 @@ class Recorder(Callback):
         self.folder = Path(folder)
         if self.folder.exists() and not self.folder.is_dir():
             raise NotADirectoryError(f"{folder} is a file: expected a folder to record into")
-        self.every_seconds = number("every_seconds", every_seconds, low=0)
-        self.chunk_rows = integer("chunk_rows", chunk_rows, low=1)
+        self.every_seconds = validate_number("every_seconds", every_seconds, low=0)
+        self.chunk_rows = validate_integer("chunk_rows", chunk_rows, low=1)
         self.overwrite = overwrite
         self._buffer: list[tuple[int, record_file.Rows]] = []  # generations not yet written
         self._names: record_file.Names = {}

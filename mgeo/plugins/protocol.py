@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mgeo._typing import FloatArray
-from mgeo.evaluation.designs import variable_names
+from mgeo.evaluation.individuals import variable_names
 from mgeo.plugins.discovery import PluginError
 
 if TYPE_CHECKING:

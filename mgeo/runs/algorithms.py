@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from mgeo._validation import did_you_mean, integer
+from mgeo._validation import did_you_mean, validate_integer
 from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
 
@@ -63,7 +63,9 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
         raise ValueError(f"algorithm {name!r} is not in the installed pymoo: {error}") from error
     if name in FAMILY:
         return cls(**complete)
-    population = integer("population", complete["population"], low=4, high=_MOST_POPULATION)
+    population = validate_integer(
+        "population", complete["population"], low=4, high=_MOST_POPULATION
+    )
     if name == "moead" and problem.has_constraints():
         raise ValueError("algorithm 'moead' does not treat constraints, which this problem has")
     given: dict[str, Any] = dict.fromkeys(ALGORITHMS[name][2:], population)
@@ -86,6 +88,8 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
             f"{did_you_mean(name, ALGORITHMS)}"
         )
     defaults = _defaults(name)
+    if name in FAMILY:
+        parameters = constructors.with_n_walkers(parameters)
     for key in parameters:
         if key not in defaults:
             raise ValueError(
@@ -100,7 +104,7 @@ def default_evaluations(algorithm: Algorithm, problem: Problem) -> int:
     That is the paper's 5000 generations of one candidate per variable, shared by the walkers:
     59,760 for 12 variables and 30 walkers, which are also assumed where there are no walkers.
     """
-    walkers = getattr(algorithm, "n_runs", 30)
+    walkers = getattr(algorithm, "n_walkers", 30)
     return int(max(1, EXECUTIONS // walkers) * walkers * problem.n_var)
 
 

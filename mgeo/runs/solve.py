@@ -12,8 +12,8 @@ import numpy as np
 from pydantic import ConfigDict, Field, Strict
 
 from mgeo._typing import FloatArray
-from mgeo.evaluation.designs import as_numbers
 from mgeo.evaluation.evaluator import TolerantEvaluator
+from mgeo.evaluation.individuals import as_numbers
 from mgeo.files.models import Table
 from mgeo.plugins.protocol import column_names
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter

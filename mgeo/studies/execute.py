@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from mgeo._validation import integer
+from mgeo._validation import validate_integer
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.dispatch import Key, Result, run_all
 from mgeo.studies.folder import RunFolder
@@ -83,7 +83,7 @@ def compare(
         If every run failed (with the message of one of them), or none found a feasible solution.
     """
     named = _labeled(algorithms)
-    n_eval = integer("n_eval", n_eval, low=1)
+    n_eval = validate_integer("n_eval", n_eval, low=1)
     steps = _grid(grid, n_eval)
     keys = list(product(named, _seeds(seeds)))
     tasks = {(name, s): Task(problem, named[name], n_eval, s) for name, s in keys}
@@ -163,8 +163,8 @@ def _labeled(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[
 
 def _seeds(seeds: int | Iterable[int]) -> list[int]:
     if isinstance(seeds, int):
-        return list(range(1, integer("seeds", seeds, low=1) + 1))
-    listed = [integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(seeds)]
+        return list(range(1, validate_integer("seeds", seeds, low=1) + 1))
+    listed = [validate_integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(seeds)]
     if not listed or len(set(listed)) < len(listed):
         raise ValueError(f"seeds = {listed}: expected one or more different ones")
     return listed
@@ -172,9 +172,9 @@ def _seeds(seeds: int | Iterable[int]) -> list[int]:
 
 def _grid(grid: int | Sequence[int], n_eval: int) -> list[int]:
     if isinstance(grid, int):
-        steps = integer("grid", grid, low=1)
+        steps = validate_integer("grid", grid, low=1)
         return sorted({max(1, round(n_eval * i / steps)) for i in range(1, steps + 1)})
-    listed = {integer(f"grid[{i}]", step, low=1) for i, step in enumerate(grid)} | {n_eval}
+    listed = {validate_integer(f"grid[{i}]", step, low=1) for i, step in enumerate(grid)} | {n_eval}
     if max(listed) > n_eval:
         raise ValueError(f"grid goes to {max(listed)}: expected at most n_eval = {n_eval}")
     return sorted(listed)

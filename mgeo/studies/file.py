@@ -9,7 +9,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mgeo._validation import integer
+from mgeo._validation import validate_integer
 from mgeo.files.models import checked
 from mgeo.files.reading import errors_of, parse_toml, read_text
 from mgeo.plugins.discovery import built, load_problem
@@ -96,9 +96,9 @@ class Study:
         """
         changes: dict[str, Any] = {}
         if evaluations is not None:
-            changes["evaluations"] = integer("evaluations", evaluations, low=1)
+            changes["evaluations"] = validate_integer("evaluations", evaluations, low=1)
         if seeds is not None:
-            count = integer("seeds", seeds, low=1, high=MOST)
+            count = validate_integer("seeds", seeds, low=1, high=MOST)
             more = range(max(self.seeds) + 1, max(self.seeds) + 1 + count)
             changes["seeds"] = (*self.seeds, *more)[:count]
         return replace(self, **changes)

@@ -11,12 +11,12 @@ from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
 from mgeo.pareto.archive import ParetoArchive
-from mgeo.pareto.dominance import uncovered
+from mgeo.pareto.dominance import not_weakly_dominated
 from mgeo.studies.record import Record
 
 
 class EvaluationLog:
-    """Keeps every evaluation that no earlier batch covers: all that any front can be made of.
+    """Keeps evaluations that no earlier batch weakly dominates: all that a front can be made of.
 
     Infeasible solutions, those that failed (see `mgeo.TolerantEvaluator`) and those with a value
     that is not finite count as evaluations and are otherwise left out, as is whatever comes after
@@ -53,7 +53,7 @@ class EvaluationLog:
         self.failed += int(np.count_nonzero(failed & (numbers <= self.n_eval)))
         kept = population.get("feas") & np.isfinite(F).all(axis=1) & (numbers <= self.n_eval)
         kept &= ~failed
-        kept[kept] = uncovered(F[kept], self._archive.F)
+        kept[kept] = not_weakly_dominated(F[kept], self._archive.F)
         n = int(np.count_nonzero(kept))
         if not n:
             return

@@ -8,7 +8,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import ConfigDict, Field, PlainValidator
 from pydantic_core import PydanticCustomError
 
-from mgeo._validation import integer
+from mgeo._validation import validate_integer
 from mgeo.files.models import Table
 from mgeo.runs.algorithms import ALGORITHMS
 from mgeo.studies.execute import GRID_POINTS
@@ -25,8 +25,8 @@ def _listed(value: Any) -> list[str]:
 
 def _seeds(value: Any) -> tuple[int, ...]:
     if not isinstance(value, list):
-        return tuple(range(1, integer("seeds", value, low=1, high=MOST) + 1))
-    seeds = tuple(integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(value))
+        return tuple(range(1, validate_integer("seeds", value, low=1, high=MOST) + 1))
+    seeds = tuple(validate_integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(value))
     if not seeds or len(set(seeds)) < len(seeds):
         raise PydanticCustomError("expected", "one or more different ones")
     return seeds

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from mgeo._typing import FloatArray
 from mgeo.pareto.dominance import nondominated
-from mgeo.pareto.truncation import thin
+from mgeo.pareto.truncation import truncate
 from mgeo.plugins import protocol
 from mgeo.runs.hypervolume import scaled
 
@@ -84,7 +84,7 @@ def indicator_space(
     (and of the reference front, if given) between 0 and 1, and the reference point at
     `BEYOND_NADIR`.
 
-    The reference front is the one given, or else the nondominated union, thinned to
+    The reference front is the one given, or else the nondominated union, truncated to
     `REFERENCE_SIZE` evenly spaced points: otherwise an algorithm that crowds its points would also
     decide where the indicators look. The problem's ``pareto_front()`` is not asked for: pymoo
     draws some of them at random, and downloads others. Where it is good, pass it.
@@ -129,7 +129,7 @@ def indicator_space(
     bare = IndicatorSpace(ideal, nadir, reference_point, np.empty((0, n_obj)), origin, transform)
     points = bare(best if known is None else known)
     if known is None:
-        points = points[thin(points, max(REFERENCE_SIZE, 2 * n_obj))]
+        points = points[truncate(points, max(REFERENCE_SIZE, 2 * n_obj))]
     return IndicatorSpace(ideal, nadir, reference_point, points, origin, transform)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from mgeo._validation import integer
+from mgeo._validation import validate_integer
 from mgeo.files.reading import entry, errors_of, read_json
 from mgeo.files.tables import read_texts, to_csv
 from mgeo.plugins import protocol
@@ -70,7 +70,7 @@ def read_comparison(folder: Path | str) -> Comparison:
         name = entry(entry(data, "problem", dict), "name", str, "problem.")
         case = Case("", name, entry(data["problem"], "options", dict, "problem."))
         algorithms = tuple(entry(data, "algorithms", dict))
-        n_eval = integer("evaluations", entry(data, "evaluations", int), low=1)
+        n_eval = validate_integer("evaluations", entry(data, "evaluations", int), low=1)
         stated = entry(data, "space", dict)
         origin = entry(stated, "origin", str, "space.")
         if origin not in get_args(Origin):

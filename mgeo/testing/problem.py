@@ -124,10 +124,7 @@ def _check_copies(problem: Problem, X: FloatArray, values: Mapping[str, FloatArr
 
 def _check_presentation(problem: Problem, X: FloatArray, F: FloatArray) -> None:
     if hasattr(problem, "indicator_space"):
-        given = F.copy()
-        with no_error("indicator_space(F)"):
-            space = np.asarray(problem.indicator_space(given))
-        require_equal(given, F, "indicator_space(F) must not modify F")
+        space = np.asarray(_asked(problem, "indicator_space", F=F))
         require(space.shape == F.shape, f"indicator_space(F) of shape {space.shape}: not {F.shape}")
         require(np.isfinite(space).all(), "indicator_space(F) must be finite where F is")
         require(
@@ -135,63 +132,52 @@ def _check_presentation(problem: Problem, X: FloatArray, F: FloatArray) -> None:
             "indicator_space(F) must keep which points dominate which",
         )
     if hasattr(problem, "describe"):
-        _check_describe(problem, X)
+        from pandas import DataFrame
+
+        table = _asked(problem, "describe", X=X)
+        kind = type(table).__name__
+        require(isinstance(table, DataFrame), f"describe(X) is a {kind}: no DataFrame")
+        require(len(table) == len(X), f"describe(X) has {len(table)} rows: expected {len(X)}")
     if hasattr(problem, "front_summary"):
+        summary = _asked(problem, "front_summary", F=F)
         with no_error("front_summary(F), one row of JSON-able values"):
-            summary = problem.front_summary(F.copy())
             json.dumps(summary)
         require(
             isinstance(summary, dict) and all(isinstance(key, str) for key in summary),
             f"front_summary(F) = {summary!r}: expected a dict with strings as keys",
         )
     if hasattr(problem, "figures"):
-        _check_figures(problem, X)
+        _check_figures("figures(X)", _asked(problem, "figures", X=X))
     if hasattr(problem, "solution_figures"):
-        _check_solution_figures(problem, X)
+        from mgeo.figures.motion import check_motion
+
+        rows = list(_asked(problem, "solution_figures", X=X))
+        n = len(rows)
+        require(n == len(X), f"solution_figures(X) has {n} entries: expected {len(X)}")
+        for i, figures in enumerate(rows):
+            _check_figures(where := f"solution_figures(X)[{i}]", figures)
+            for name, figure in figures.items():
+                with no_error(f"{where}[{name!r}], a figure that moves or does not"):
+                    check_motion(figure)
 
 
-def _check_describe(problem: Problem, X: FloatArray) -> None:
-    from pandas import DataFrame
+def _asked(problem: Problem, method: str, **given: FloatArray) -> Any:
+    """What a method gives for an array, which it must leave as it is."""
+    ((name, array),) = given.items()
+    copy = array.copy()
+    with no_error(f"{method}({name})"):
+        answer = getattr(problem, method)(copy)
+    require_equal(copy, array, f"{method}({name}) must not modify {name}")
+    return answer
 
-    given = X.copy()
-    with no_error("describe(X)"):
-        table = problem.describe(given)
-    require_equal(given, X, "describe(X) must not modify X")
-    require(isinstance(table, DataFrame), f"describe(X) is a {type(table).__name__}: no DataFrame")
-    require(len(table) == len(X), f"describe(X) has {len(table)} rows: expected {len(X)}")
 
-
-def _check_figures(problem: Problem, X: FloatArray) -> None:
+def _check_figures(where: str, figures: Any) -> None:
     from plotly.basedatatypes import BaseFigure
 
-    given = X.copy()
-    with no_error("figures(X)"):
-        figures = problem.figures(given)
-    require_equal(given, X, "figures(X) must not modify X")
-    require(isinstance(figures, dict), f"figures(X) is a {type(figures).__name__}: no dict")
+    kind = type(figures).__name__
+    require(isinstance(figures, dict), f"{where}: expected a dict of plotly Figures, got a {kind}")
     for name, figure in figures.items():
-        require(isinstance(figure, BaseFigure), f"figures(X)[{name!r}] is no plotly Figure")
-
-
-def _check_solution_figures(problem: Problem, X: FloatArray) -> None:
-    from plotly.basedatatypes import BaseFigure
-
-    from mgeo.figures.motion import check_motion
-
-    given = X.copy()
-    with no_error("solution_figures(X)"):
-        rows = list(problem.solution_figures(given))
-    require_equal(given, X, "solution_figures(X) must not modify X")
-    require(len(rows) == len(X), f"solution_figures(X) has {len(rows)} entries: expected {len(X)}")
-    for i, figures in enumerate(rows):
-        require(
-            isinstance(figures, dict)
-            and all(isinstance(figure, BaseFigure) for figure in figures.values()),
-            f"solution_figures(X)[{i}]: expected a dict of plotly Figures",
-        )
-        for name, figure in figures.items():
-            with no_error(f"solution_figures(X)[{i}][{name!r}], a figure that moves or does not"):
-                check_motion(figure)
+        require(isinstance(figure, BaseFigure), f"{where}[{name!r}] is no plotly Figure")
 
 
 def _check_options(problem: Problem, X: FloatArray, values: Mapping[str, FloatArray]) -> None:

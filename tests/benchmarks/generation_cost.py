@@ -36,15 +36,15 @@ DOCUMENT = Path(__file__).parents[2] / "docs" / "bookkeeping.md"
 N_VAR = 12
 GENERATIONS = 40
 
-#: Evaluations a walker and generation, and the member with so many walkers.
-MEMBERS: dict[str, tuple[int, Callable[[int], Any]]] = {
-    "real": (12, lambda n: MGEOReal(0.1, n_runs=n)),
+#: Evaluations a walker and generation, and the variant with so many walkers.
+VARIANTS: dict[str, tuple[int, Callable[[int], Any]]] = {
+    "real": (12, lambda n: MGEOReal(0.1, n_walkers=n)),
     "real, a-geo2": (12, lambda n: MGEOReal(0.1, "a-geo2", n)),
-    "real, restarts": (12, lambda n: MGEOReal(0.1, n_runs=n, restart="archive", patience=2)),
-    "real2": (25, lambda n: MGEOReal2(0.1, n_runs=n, n_steps=2)),
-    "canonical": (12, lambda n: MGEOCanonical(n_runs=n, bits=1)),
-    "var": (25, lambda n: MGEOVar(n_runs=n, bits=2, coding="gray")),
-    "directed": (12, lambda n: MGEODirected(n_runs=n)),
+    "real, restarts": (12, lambda n: MGEOReal(0.1, n_walkers=n, restart="archive", patience=2)),
+    "real2": (25, lambda n: MGEOReal2(0.1, n_walkers=n, n_steps=2)),
+    "canonical": (12, lambda n: MGEOCanonical(n_walkers=n, bits=1)),
+    "var": (25, lambda n: MGEOVar(n_walkers=n, bits=2, coding="gray")),
+    "directed": (12, lambda n: MGEODirected(n_walkers=n)),
 }
 OFFSPRING = (12, 120, 360)
 FRONTS = (100, 1000, 10_000)
@@ -83,12 +83,12 @@ def on_sphere(directions: NDArray[np.float64]) -> NDArray[np.float64]:
     return directions / lengths
 
 
-def cost(member: str, offspring: int, front: int, n_obj: int) -> Cost:
-    """One case: a member and NSGA-II take turns, so that what disturbs them disturbs both alike."""
-    each, build = MEMBERS[member]
-    n_runs = max(1, offspring // each)
-    nsga2 = NSGA2(pop_size=n_runs * each)
-    ours = build(n_runs)
+def cost(variant: str, offspring: int, front: int, n_obj: int) -> Cost:
+    """One case: a variant and NSGA-II take turns, so that disturbances are those of both."""
+    each, build = VARIANTS[variant]
+    n_walkers = max(1, offspring // each)
+    nsga2 = NSGA2(pop_size=n_walkers * each)
+    ours = build(n_walkers)
     for algorithm in (nsga2, ours):
         algorithm.setup(Shells(n_obj), termination=NoTermination(), seed=1)
     directions = np.abs(np.random.default_rng(0).standard_normal((front, n_obj)))
@@ -111,26 +111,26 @@ def _milliseconds(*algorithms: Algorithm) -> list[float]:
 
 
 def table(costs: Mapping[tuple[str, int, int, int], Cost]) -> str:
-    """The least and greatest ratio of each member by offspring, as Markdown."""
+    """The least and greatest ratio of each variant by offspring, as Markdown."""
     rows = []
-    for member in MEMBERS:
+    for variant in VARIANTS:
         cells = []
         for offspring in OFFSPRING:
-            ratios = [c.ratio for key, c in costs.items() if key[:2] == (member, offspring)]
+            ratios = [c.ratio for key, c in costs.items() if key[:2] == (variant, offspring)]
             cells.append(f"{min(ratios):.2f} to {max(ratios):.2f}")
-        rows.append((member, *cells))
+        rows.append((variant, *cells))
     theirs = []
     for offspring in OFFSPRING:
         times = [c.theirs for key, c in costs.items() if key[1] == offspring]
         theirs.append(f"{min(times):.1f} to {max(times):.1f} ms")
     rows.append(("NSGA-II", *theirs))
-    head = ("member", *(f"{offspring} offspring" for offspring in OFFSPRING))
+    head = ("variant", *(f"{offspring} offspring" for offspring in OFFSPRING))
     return markdown(head, rows)
 
 
 def main() -> None:
     """Measure, and write the document."""
-    keys = list(itertools.product(MEMBERS, OFFSPRING, FRONTS, OBJECTIVES))
+    keys = list(itertools.product(VARIANTS, OFFSPRING, FRONTS, OBJECTIVES))
     costs = {key: cost(*key) for key in keys}
     where = (
         f"{processor()}, Python {platform.python_version()}, numpy {version('numpy')}, pymoo "

@@ -1,4 +1,4 @@
-"""The oracle table of docs/algorithms.md: published values beside those of the members here.
+"""The oracle table of docs/algorithms.md: published values beside those of the variants here.
 
     python -m tests.benchmarks.oracle_table FILE [FIRST:LAST]
 
@@ -21,7 +21,7 @@ def number(value):
 
 
 def line(oracle):
-    """A row of the table: function, member, published and found mean and median."""
+    """A row of the table: function, variant, published and found mean and median."""
     best = oracle.bests(N_RUNS)
     cells = (oracle.mean, best.mean(), oracle.median, np.median(best))
     return f"| {oracle.function} | `{oracle.label}` | {' | '.join(map(number, cells))} |"

@@ -19,7 +19,7 @@ _SOLVE: dict[str, list[str]] = {
     "--population": ["3", "1000000000000000000"],
     "--perturbation": ["absolut", "RANGE"],
     "--set": ["bits=0", "bits=100", "bits=1000000000000", "a=b", "patience=-1", "patience=nan",
-              "restart=x", "__class__=1", "sigma=1", "bits=", "=1", "n_runs=3", "bits=8",
+              "restart=x", "__class__=1", "sigma=1", "bits=", "=1", "n_walkers=3", "bits=8",
               "bits=1,2"],
     "--seed": ["1", "1000000000000000000000000000000"],
     "--algorithm": ["nsga2", "mgeo-var", "NSGA2", "moead", "mgeo_real", "ctaea", "nsde", "rvea"],

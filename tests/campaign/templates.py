@@ -41,7 +41,7 @@ options = { n_var = 4 }
 name = "mgeo-real"
 label = "MGEO {sigma}"
 sigma = [0.1, 0.2]
-n_runs = 2
+n_walkers = 2
 
 [[algorithms]]
 name = "nsga2"

@@ -178,8 +178,8 @@ def configuration_made(box: Box) -> Attempt:
         "evaluations": 8,
         "seed": 1,
     }
-    name = box.pick(["sigma", "tau", "n_runs", "perturbation", "population", "bits",
-                     "ends", "coupling", "widths", "renew", "restart", "patience",
+    name = box.pick(["sigma", "tau", "n_walkers", "perturbation", "population", "bits",
+                     "extreme_weights", "coupling", "widths", "restart", "patience",
                      "max_candidates"])  # fmt: skip
     made["parameters"] = {name: 1}
     tree = spoiled_tree(box, made)

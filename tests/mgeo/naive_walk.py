@@ -1,6 +1,6 @@
-"""One walker of each member on its own, in plain Python: the slow twin of the lockstep loop.
+"""One walker of each variant on its own, in plain Python: the slow twin of the lockstep loop.
 
-`moves` says how a member codes and changes a point: `start(stream)` is the first one,
+`moves` says how a variant codes and changes a point: `start(stream)` is the first one,
 `trials(point, stream)` are groups of (coordinate, new value), and `design(point)` its variables.
 """
 
@@ -102,7 +102,7 @@ class Walk:
     Attributes
     ----------
     path : its points after each generation.
-    taus : (if tau adapts) the greediness it used, generation by generation.
+    taus : (if tau adapts) the tau it used, generation by generation.
     X, F, violation : all that it evaluated, in order.
     """
 
@@ -115,10 +115,10 @@ class Walk:
         n_obj = problem.n_obj
         self.own_tau = [0.5] * n_obj
         self.chance = [1.0 / math.sqrt(problem.n_var)] * n_obj
-        self.standing = self.best = [(2, 0.0)] * n_obj  # nothing is known of a first point
+        self.current = self.best = [(2, 0.0)] * n_obj  # nothing is known of a first point
 
     def evaluate(self, point):
-        """Its merit in each objective: feasible, infeasible, failed; smaller is better."""
+        """Its fitness in each objective: feasible, infeasible, failed; smaller is better."""
         x = self.moves.design(point)
         out = self.problem.evaluate(
             np.array([x]), return_values_of=["F", "G", "H"], return_as_dictionary=True
@@ -135,33 +135,33 @@ class Walk:
 
     def generation(self):
         if self.evaluates_itself:
-            self.standing = self.evaluate(self.point)
-            self.remember([self.standing])
+            self.current = self.evaluate(self.point)
+            self.remember([self.current])
         groups = self.moves.trials(self.point, self.stream)
-        merits = []
+        values = []
         for group in groups:
-            merits.append([])
+            values.append([])
             for coordinate, value in group:
                 trial = list(self.point)
                 trial[coordinate] = value
-                merits[-1].append(self.evaluate(trial))
+                values[-1].append(self.evaluate(trial))
         chosen = int(self.stream.random() * self.problem.n_obj)
         ties = [self.stream.random(len(group)).tolist() for group in groups]
         picks = [self.stream.random() for _ in groups]
-        every = [merit for group in merits for merit in group]
+        every = [value for group in values for value in group]
         tau = self.adapt(chosen, every) if isinstance(self.tau, str) else self.tau
         self.remember(every)
-        for group, merit, tie, pick in zip(groups, merits, ties, picks, strict=True):
-            ranking = sorted(range(len(group)), key=lambda i: (merit[i][chosen], tie[i]))
+        for group, value, tie, pick in zip(groups, values, ties, picks, strict=True):
+            ranking = sorted(range(len(group)), key=lambda i: (value[i][chosen], tie[i]))
             taken = ranking[inverse_of_power_law(pick, len(group), tau) - 1]
             self.point[group[taken][0]] = group[taken][1]
-            self.standing = merit[taken]
+            self.current = value[taken]
         self.path.append(list(self.point))
         return self
 
-    def adapt(self, chosen, merits):
-        reference = (self.best if self.tau == "a-geo1" else self.standing)[chosen]
-        chance = sum(merit[chosen] < reference for merit in merits) / len(merits)
+    def adapt(self, chosen, values):
+        reference = (self.best if self.tau == "a-geo1" else self.current)[chosen]
+        chance = sum(value[chosen] < reference for value in values) / len(values)
         uniform, normal = self.stream.random(), self.stream.standard_normal()
         if chance == 0:
             self.own_tau[chosen] = 0.5 * math.exp(normal / math.sqrt(self.moves.length))
@@ -171,8 +171,8 @@ class Walk:
         self.taus.append(list(self.own_tau))
         return self.own_tau[chosen]
 
-    def remember(self, merits):
-        self.best = [min(column) for column in zip(self.best, *merits, strict=True)]
+    def remember(self, values):
+        self.best = [min(column) for column in zip(self.best, *values, strict=True)]
 
 
 def inverse_of_power_law(u, n, tau):

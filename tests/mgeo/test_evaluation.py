@@ -243,8 +243,8 @@ def solve(problem, algorithm, n_gen=40, **options):
     [(Batch(), Batch(np.nan)), *((Element(way), Element("nan")) for way in ("raise", "inf"))],
 )
 def test_a_run_goes_on_and_its_path_does_not_depend_on_the_way_of_failing(problem, alike):
-    result = solve(problem, MGEOReal(0.2, n_runs=5))
-    expected = solve(alike, MGEOReal(0.2, n_runs=5), evaluator=Evaluator())
+    result = solve(problem, MGEOReal(0.2, n_walkers=5))
+    expected = solve(alike, MGEOReal(0.2, n_walkers=5), evaluator=Evaluator())
     assert np.array_equal(result.X, expected.X)
     assert np.array_equal(result.F, expected.F)
     evaluator = result.algorithm.evaluator
@@ -294,7 +294,7 @@ class Never(Problem):
         out["F"] = X
 
 
-@pytest.mark.parametrize("algorithm", [MGEOReal(n_runs=2), NSGA2(4)], ids=["mgeo", "nsga2"])
+@pytest.mark.parametrize("algorithm", [MGEOReal(n_walkers=2), NSGA2(4)], ids=["mgeo", "nsga2"])
 @pytest.mark.parametrize("good", [0, 3])
 def test_errors_in_every_candidate_stop_the_run_with_the_first_cause(algorithm, good):
     evaluator = TolerantEvaluator(patience=10)
@@ -316,15 +316,15 @@ def test_one_success_in_a_batch_is_enough_to_go_on():
         def _evaluate(self, X, out, *args, **kwargs):
             out["F"] = np.where(np.arange(len(X))[:, None] == 3, X, np.nan)
 
-    result = solve(Rare(), MGEOReal(n_runs=8), evaluator=TolerantEvaluator(patience=15))
+    result = solve(Rare(), MGEOReal(n_walkers=8), evaluator=TolerantEvaluator(patience=15))
     assert result.algorithm.evaluator.n_failed == 40 * 15
 
 
 def test_the_first_exception_is_told_once_and_values_never():
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
-        solve(Batch(), MGEOReal(0.2, n_runs=5))
-        solve(Element("nan"), MGEOReal(0.2, n_runs=5))
+        solve(Batch(), MGEOReal(0.2, n_walkers=5))
+        solve(Element("nan"), MGEOReal(0.2, n_walkers=5))
     assert [str(warning.message)[:32] for warning in told] == ["a candidate failed with ZeroDivi"]
 
 

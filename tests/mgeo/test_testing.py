@@ -275,7 +275,7 @@ BROKEN = [
     (SummaryAsList(), r"front_summary\(F\) = \[1.0\]: expected a dict"),
     (OneForAll(), r"solution_figures\(X\) has 1 entries: expected 10"),
     (NoDicts(), r"solution_figures\(X\)\[0\]: expected a dict of plotly Figures"),
-    (FiguresAsList(), r"figures\(X\) is a list: no dict"),
+    (FiguresAsList(), r"figures\(X\): expected a dict of plotly Figures, got a list"),
     (NoFigure(), r"figures\(X\)\['front'\] is no plotly Figure"),
     (OptionsWithTuple(), "comes back from JSON as"),
     (OptionsOfAnother(), r"has other options\(\)"),
@@ -304,7 +304,7 @@ def test_rounding_between_groupings_is_tolerated_only_if_asked():
         check_problem(Rounds(), rtol=0)
 
 
-@pytest.mark.parametrize("algorithm", [MGEOReal(n_runs=2), NSGA2(pop_size=12)])
+@pytest.mark.parametrize("algorithm", [MGEOReal(n_walkers=2), NSGA2(pop_size=12)])
 def test_good_algorithms_pass(algorithm):
     check_algorithm(algorithm)
 
@@ -483,7 +483,7 @@ class Forgetful(MGEOReal):
 
 def test_a_member_of_the_family_that_forgets_is_caught():
     with pytest.raises(CheckError, match="a run that was kept and restored midway: X"):
-        check_algorithm(Forgetful(n_runs=3))
+        check_algorithm(Forgetful(n_walkers=3))
 
 
 class Unkept(Forgetful):
@@ -493,4 +493,4 @@ class Unkept(Forgetful):
 
 
 def test_one_that_says_so_need_not_be_kept():
-    check_algorithm(Unkept(n_runs=3), n_obj=(2,))
+    check_algorithm(Unkept(n_walkers=3), n_obj=(2,))

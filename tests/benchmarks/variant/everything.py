@@ -20,23 +20,25 @@ from .tables import FOLDER, OURS, RIVALS
 SEEDS = 20
 MORE_SEEDS = 40  # of ours and of the rival nearest to it, which 20 do not tell apart for certain
 NEAREST = ("nsga2", RAW)
-PARTS = ("directed", "rivals", "ablation", "renewal", "elsewhere")
+PARTS = ("directed", "rivals", "ablation", "restarts", "elsewhere")
 
 # What each part of the variant is worth: each changed alone.
 CHANGES = (
-    "", "ends=0.0", "difference=0.0", "coupling=(0.0,0.0)", "coupling=(0.1,0.5)",
+    "", "extreme_weights=0.0", "difference=0.0", "coupling=(0.0,0.0)", "coupling=(0.1,0.5)",
     "coupling=(0.5,0.5)",
-    "widths=(1.0,1.0)", "widths=(0.01,1.0)", "recall=0.0", "recall=0.7", "adopt=(0.0,0.0)",
-    "adopt=(0.2,0.2)", "tau=1.5", "tau=6.0", "n_runs=5", "n_runs=15", "max_candidates=6",
+    "widths=(1.0,1.0)", "widths=(0.01,1.0)", "return_to_best=0.0", "return_to_best=0.7",
+    "migrate=(0.0,0.0)", "migrate=(0.2,0.2)",
+    "tau=1.5", "tau=6.0", "n_walkers=5", "n_walkers=15", "max_candidates=6",
 )  # fmt: skip
 ABLATION_SEEDS, ABLATION_EVALUATIONS = 6, 20_000
 
-# What beginning anew and the coupling are worth, which takes long runs and many seeds to see.
-RENEWALS = (
-    "", "renew=(1000000,1000000)", "renew=(4,1000000)", "renew=(1000000,50)", "renew=(50,50)",
+# What restarts and the coupling are worth, which takes long runs and many seeds to see.
+RESTARTS = (
+    "", "restart=(1000000,1000000)", "restart=(4,1000000)", "restart=(1000000,50)",
+    "restart=(50,50)",
     "coupling=(0.1,0.5)", "coupling=(0.4,0.6)",
 )  # fmt: skip
-RENEWAL_SEEDS = 16
+RESTART_SEEDS = 16
 
 ELSEWHERE = (
     "zdt1", "zdt2", "zdt3", "zdt4", "zdt6", "dtlz1", "dtlz2", "dtlz7", "wfg1", "wfg4", "wfg9",
@@ -81,9 +83,9 @@ def wanted() -> Iterator[Wanted]:
             yield Wanted(
                 "ablation", "attitude", variant(change), RAW, ABLATION_EVALUATIONS, (seed,)
             )
-    for seed in range(1, RENEWAL_SEEDS + 1):
-        for text in (*(variant(change) for change in RENEWALS), "nsga2"):
-            yield Wanted("renewal", "attitude-coarse", text, RAW, 60_000, (seed,))
+    for seed in range(1, RESTART_SEEDS + 1):
+        for text in (*(variant(change) for change in RESTARTS), "nsga2"):
+            yield Wanted("restarts", "attitude-coarse", text, RAW, 60_000, (seed,))
     for algorithm in (OURS, *ELSEWHERE_RIVALS):
         for problem in ELSEWHERE:
             seeds = tuple(range(1, ELSEWHERE_SEEDS + 1))

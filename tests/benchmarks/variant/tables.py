@@ -135,7 +135,7 @@ def main() -> None:
     tables = {"bar": markdown(bar(attitude))}
     tables |= {f"against {n}": markdown(against(attitude, n)) for n in BUDGETS}
     tables["ablation"] = markdown(ablation(read("ablation.csv")))
-    tables["renewal"] = markdown(ablation(read("renewal.csv")))
+    tables["restarts"] = markdown(ablation(read("restarts.csv")))
     tables["elsewhere"] = markdown(elsewhere(read("elsewhere.csv")))
     path = FOLDER / "README.md"
     path.write_text(fill(path.read_text(encoding="utf-8"), tables), encoding="utf-8")

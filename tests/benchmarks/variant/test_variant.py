@@ -9,7 +9,7 @@ from mgeo.studies.statistics import holm, mann_whitney
 
 from . import everything, record, spaces, tables
 
-RUN = ("zdt1", "mgeo-directed:n_runs=3", "raw")
+RUN = ("zdt1", "mgeo-directed:n_walkers=3", "raw")
 
 
 def test_a_run_is_recorded_once_and_the_same_again(tmp_path):

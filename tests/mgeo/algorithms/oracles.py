@@ -1,4 +1,4 @@
-"""What others have published of one-objective members, and the functions they used.
+"""What others have published of one-objective variants, and the functions they used.
 
 Numbers: leobeckerdaluz/GEO_OptimizationAlgorithms (MIT; a master's thesis at INPE), mean and
 median of the best value of 50 runs of 100,000 evaluations each, one walker a run.
@@ -8,7 +8,7 @@ median of the best value of 50 runs of 100,000 evaluations each, one walker a ru
 - canonical, var and their A-GEO1: novo__exec_GEOAGEO.txt of February 2022, when b bits were read
   as xl + (xu - xl) m / 2^b, where here the divisor is 2^b - 1.
 - A-GEO2 of canonical and var: src/BINARIOS_ALL.txt of August 2022 (there A-GEO1 never meets a
-  chance above zero, see `mgeo.algorithms.adaptive`).
+  chance above zero, see `mgeo.algorithms.selection`).
 - A-GEO2 of real and real2: "AGEOreal1_P" and "AGEOreal2_P_DS" of DEPRECATED_xlsx/
   novo__AGEO2_GEOreal1P_AGEO2real1P_vs_AGEO2real1PAA.xlsx and novo_final_GEOreal2PDS_vs_
   AGEOreal2PDS.xlsx, February 2022.
@@ -20,7 +20,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from mgeo import MGEOCanonical, MGEOReal, MGEOReal2, MGEOVar
-from mgeo.algorithms.bit_strings import BitStrings
+from mgeo.algorithms.binary import BitStrings
 
 EVALUATIONS = 100_000
 
@@ -81,10 +81,10 @@ class Function(Problem):
 
 @dataclass(frozen=True)
 class Oracle:
-    """A member with its parameters on a function, and the published mean and median."""
+    """A variant with its parameters on a function, and the published mean and median."""
 
     function: str
-    member: type
+    variant: type
     parameters: dict
     mean: float
     median: float
@@ -92,27 +92,27 @@ class Oracle:
     @property
     def label(self):
         given = ", ".join(f"{key}={value!r}" for key, value in self.parameters.items())
-        return f"{self.member.__name__}({given})"
+        return f"{self.variant.__name__}({given})"
 
-    def bests(self, n_runs, seed=1, evaluations=EVALUATIONS):
-        """(n_runs,) best value of each walker after so many evaluations of its own.
+    def bests(self, n_walkers, seed=1, evaluations=EVALUATIONS):
+        """(n_walkers,) best value of each walker after so many evaluations of its own.
 
         The walkers are independent, so these are as many runs. They are driven without pymoo's
         populations, which would cost more than all the rest.
         """
         parameters, problem = dict(self.parameters), Function(self.function)
-        if issubclass(self.member, BitStrings):
+        if issubclass(self.variant, BitStrings):
             parameters["bits"] = problem.n_bits
         elif parameters["perturbation"] == "relative":
-            starts = np.random.default_rng(seed).uniform(-1, 1, (n_runs, problem.n_var))
+            starts = np.random.default_rng(seed).uniform(-1, 1, (n_walkers, problem.n_var))
             parameters["sampling"] = problem.half * starts
             problem = Function(self.function, penalized=True)
-        algorithm = self.member(n_runs=n_runs, **parameters).setup(problem, seed=seed)
-        best, done = np.full(n_runs, np.inf), 0
+        algorithm = self.variant(n_walkers=n_walkers, **parameters).setup(problem, seed=seed)
+        best, done = np.full(n_walkers, np.inf), 0
         while done < evaluations:
             f = problem.function(algorithm._candidates())
             algorithm._accept(f[:, None], np.zeros(len(f)))
-            by_walker = f.reshape(n_runs, -1)
+            by_walker = f.reshape(n_walkers, -1)
             best = np.minimum(best, by_walker.min(axis=1))
             done += by_walker.shape[1]
         return best
@@ -131,10 +131,10 @@ def _real2(function, perturbation, sigma, tau, n_steps, divisor, schedule, mean,
     return Oracle(function, MGEOReal2, parameters, mean, median)
 
 
-def _bits(member, tau, *rows):
+def _bits(variant, tau, *rows):
     taus = tau if isinstance(tau, list) else [tau] * len(rows)
     return [
-        Oracle(function, member, {"tau": tau}, mean, median)
+        Oracle(function, variant, {"tau": tau}, mean, median)
         for tau, (function, mean, median) in zip(taus, rows, strict=True)
     ]
 

@@ -50,8 +50,8 @@ def test_every_level_of_the_largest_integers_is_its_own_code(low, levels):
     assert np.array_equal(code.decode(code.encode(values)), values)
 
 
-@pytest.mark.parametrize("member", [MGEOCanonical, MGEOVar])
-def test_the_largest_integers_are_evaluated_within_their_bounds(member):
+@pytest.mark.parametrize("variant", [MGEOCanonical, MGEOVar])
+def test_the_largest_integers_are_evaluated_within_their_bounds(variant):
     low, high = 2**53 - 10, 2**53 - 1
 
     class Largest(ElementwiseProblem):
@@ -63,7 +63,7 @@ def test_the_largest_integers_are_evaluated_within_their_bounds(member):
             assert low <= x["i"] <= high
             out["F"] = float(abs(x["i"] - low - 4))
 
-    assert minimize(Largest(), member(n_runs=4), ("n_gen", 30), seed=1).X["i"] == low + 4
+    assert minimize(Largest(), variant(n_walkers=4), ("n_gen", 30), seed=1).X["i"] == low + 4
 
 
 @pytest.mark.parametrize("levels", [1, 2, 3, 5, 8, 11, 100])
@@ -139,21 +139,21 @@ class Grid(Problem):
         out["F"] = np.column_stack([((X - 4) ** 2).sum(axis=1), np.abs(X + 3).sum(axis=1)])
 
 
-@pytest.mark.parametrize("member", [MGEOCanonical, MGEOVar])
+@pytest.mark.parametrize("variant", [MGEOCanonical, MGEOVar])
 @pytest.mark.parametrize("coding", ["plain", "gray"])
-def test_integer_variables_the_whole_front_is_found(member, coding):
+def test_integer_variables_the_whole_front_is_found(variant, coding):
     problem = Grid()
     axes = [np.arange(low, high + 1) for low, high in zip(problem.xl, problem.xu, strict=True)]
     F = problem.evaluate(np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3).astype(int))
-    result = minimize(problem, member(0.5, 10, coding=coding), ("n_eval", 10_000), seed=1)
+    result = minimize(problem, variant(0.5, 10, coding=coding), ("n_eval", 10_000), seed=1)
     assert np.array_equal(result.F, F[naive.archive_rows(F.tolist(), [0.0] * len(F))])
     assert np.array_equal(problem.evaluate(result.X), result.F)
 
 
 def test_integer_starting_points_are_kept():
-    algorithm = MGEOVar(n_runs=6, sampling=IntegerRandomSampling()).setup(Grid(), seed=2)
+    algorithm = MGEOVar(n_walkers=6, sampling=IntegerRandomSampling()).setup(Grid(), seed=2)
     starts = algorithm.ask().get("X").reshape(6, -1, 3)[:, 0]
-    again = MGEOVar(n_runs=6, sampling=starts).setup(Grid(), seed=3)
+    again = MGEOVar(n_walkers=6, sampling=starts).setup(Grid(), seed=3)
     assert np.array_equal(again.ask().get("X").reshape(6, -1, 3)[:, 0], starts)
 
 
@@ -195,7 +195,7 @@ def test_dicts_of_the_archive_are_places_to_restart_at():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "member", "message"),
+    ("arguments", "variant", "message"),
     [
         ({"vars": {"c": Choice(options=["a", "b"])}}, MGEOCanonical, r"vars\['c'\] is a Choice"),
         ({"vars": {"b": Binary()}}, MGEOReal, r"vars\['b'\] is a Binary: expected real"),
@@ -226,6 +226,6 @@ def test_dicts_of_the_archive_are_places_to_restart_at():
         ({"vars": {"i": Integer(bounds=(0, 10**400))}}, MGEOVar, "expected a finite bound"),
     ],
 )
-def test_problems_that_cannot_be_coded_are_refused(arguments, member, message):
+def test_problems_that_cannot_be_coded_are_refused(arguments, variant, message):
     with pytest.raises(ValueError, match=message):
-        member().setup(Problem(n_obj=2, **arguments))
+        variant().setup(Problem(n_obj=2, **arguments))

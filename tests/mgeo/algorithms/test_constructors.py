@@ -15,8 +15,8 @@ PROBLEM = ZDT1(n_var=4)
 class Kept(MGEOReal):
     """Keeps its parameter under the parameter's name."""
 
-    def __init__(self, width, n_runs=3, **options):
-        super().__init__(sigma=width / 2, n_runs=n_runs, **options)
+    def __init__(self, width, n_walkers=3, **options):
+        super().__init__(sigma=width / 2, n_walkers=n_walkers, **options)
         self.width = width
 
 
@@ -40,14 +40,14 @@ class Fixed(MGEOReal):
 
 class Positional(MGEOReal):
     def __init__(self, *sigmas):
-        super().__init__(sigma=np.array(sigmas), n_runs=3)
+        super().__init__(sigma=np.array(sigmas), n_walkers=3)
 
 
 class Seeded(MGEOReal):
     """Has another default for an option of pymoo's."""
 
     def __init__(self, seed=5, **options):
-        super().__init__(n_runs=3, seed=seed, **options)
+        super().__init__(n_walkers=3, seed=seed, **options)
 
 
 class Wrong(MGEOReal):
@@ -57,18 +57,22 @@ class Wrong(MGEOReal):
 
 @pytest.mark.parametrize(
     "algorithm",
-    [Kept(0.4), Forgotten(0.4), Altered(0.4), Fixed(n_runs=3), Positional(0.1, 0.2, 0.3, 0.4)],
+    [Kept(0.4), Forgotten(0.4), Altered(0.4), Fixed(n_walkers=3), Positional(0.1, 0.2, 0.3, 0.4)],
     ids=lambda algorithm: type(algorithm).__name__,
 )
 def test_a_subclass_may_have_other_parameters(algorithm):
     result = minimize(PROBLEM, algorithm, ("n_gen", 5), seed=1)
-    expected = MGEOReal(algorithm.sigma, n_runs=algorithm.n_runs)
+    expected = MGEOReal(algorithm.sigma, n_walkers=algorithm.n_walkers)
     assert np.array_equal(result.F, minimize(PROBLEM, expected, ("n_gen", 5), seed=1).F)
 
 
 @pytest.mark.parametrize(
     "algorithm",
-    [Kept(0.4, tau=1.0), Fixed(n_runs=3, tau=1.0, restart="archive", patience=2), Seeded(tau=1.0)],
+    [
+        Kept(0.4, tau=1.0),
+        Fixed(n_walkers=3, tau=1.0, restart="archive", patience=2),
+        Seeded(tau=1.0),
+    ],
     ids=lambda algorithm: type(algorithm).__name__,
 )
 def test_it_goes_on_from_a_checkpoint_with_all_its_parameters(algorithm, tmp_path):
@@ -96,7 +100,7 @@ def test_a_parameter_changed_under_way_is_kept_as_it_is(tmp_path):
         (Forgotten(0.4), "has no attribute 'width'"),
         (Altered(0.4), "sigma = 0.2 would be 0.1"),
         (Positional(0.1, 0.2, 0.3, 0.4), r"sigma = array\(\[0.1, .* would be array"),
-        (AdaptiveEpsilonConstraintHandling(MGEOReal(n_runs=3)), "has no attribute 'algorithm'"),
+        (AdaptiveEpsilonConstraintHandling(MGEOReal(n_walkers=3)), "has no attribute 'algorithm'"),
     ],
     ids=lambda value: type(value).__name__,
 )
@@ -111,14 +115,16 @@ def test_one_that_could_not_be_resumed_is_refused_by_the_first_checkpoint(
 
 
 def test_keywords_are_refused_wherever_they_belong_elsewhere():
-    with pytest.raises(TypeError, match="Fixed got an unknown keyword 'n_run'; did you mean 'n_ru"):
-        Fixed(n_run=3)
+    with pytest.raises(
+        TypeError, match="Fixed got an unknown keyword 'n_walker'; did you mean 'n_"
+    ):
+        Fixed(n_walker=3)
     with pytest.raises(TypeError, match="Wrong got an unknown keyword 'steps'"):
         Wrong()
     with pytest.raises(TypeError, match=r"tau is a parameter of Fixed\(...\), not of a run"):
         minimize(PROBLEM, Fixed(), tau=1.0)
-    with pytest.raises(TypeError, match="MGEODirected got an unknown keyword 'restart'"):
-        MGEODirected(restart="random")
+    with pytest.raises(TypeError, match="MGEODirected got an unknown keyword 'patience'"):
+        MGEODirected(patience=5)
 
 
 def test_an_option_of_pymoo_that_a_constructor_names_may_be_given_to_a_run():
@@ -141,10 +147,12 @@ class Tolerance(Callback):
 @pytest.mark.parametrize(
     "algorithm",
     [
-        MGEOReal(0.2, n_runs=5, perturbation="range"),
-        MGEOReal(0.2, tau="a-geo2", n_runs=5, perturbation="range", restart="archive", patience=3),
-        MGEODirected(n_runs=5),
-        MGEOCanonical(n_runs=2, bits=8),
+        MGEOReal(0.2, n_walkers=5, perturbation="range"),
+        MGEOReal(
+            0.2, tau="a-geo2", n_walkers=5, perturbation="range", restart="archive", patience=3
+        ),
+        MGEODirected(n_walkers=5),
+        MGEOCanonical(n_walkers=2, bits=8),
     ],
     ids=["real", "adaptive", "directed", "canonical"],
 )

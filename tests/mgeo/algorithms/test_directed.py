@@ -11,14 +11,14 @@ from pymoo.problems.multi import BNH, ZDT1
 from scipy.spatial.distance import cdist
 
 from mgeo import MGEODirected
-from mgeo.algorithms.directions import distance, drawn, fan
-from mgeo.algorithms.joint_steps import joint_steps
+from mgeo.algorithms.steps import joint_steps
+from mgeo.algorithms.weights import distance, random_weights, weight_vectors
 from mgeo.testing import check_algorithm
 
 from .problems import Fixed, Rosenbrock
 
 NEVER = 10**9
-STILL = {"recall": 0.0, "adopt": (0.0, 0.0), "renew": (NEVER, NEVER)}
+STILL = {"return_to_best": 0.0, "migrate": (0.0, 0.0), "restart": (NEVER, NEVER)}
 
 
 def begun(algorithm, problem, generations=1, seed=5):
@@ -29,16 +29,16 @@ def begun(algorithm, problem, generations=1, seed=5):
 
 
 def candidates(run):
-    """(n_runs, n_candidates, n_var) of the next generation, and where they start from."""
+    """(n_walkers, n_candidates, n_var) of the next generation, and where they start from."""
     walkers = run.walkers.copy()
-    return run.ask().get("X").reshape(run.n_runs, -1, walkers.shape[1]), walkers
+    return run.ask().get("X").reshape(run.n_walkers, -1, walkers.shape[1]), walkers
 
 
 @pytest.mark.parametrize(
     "algorithm",
     [
         MGEODirected(),
-        MGEODirected(n_runs=3, ends=1.0, archive_size=10),
+        MGEODirected(n_walkers=3, extreme_weights=1.0, archive_size=10),
         MGEODirected(1.0, 6, 0.0, 1.0, (0.0, 1.0), (0.1, 0.1), 1.0, (0.0, 0.0), max_candidates=2),
     ],
     ids=["default", "ends", "differences"],
@@ -50,8 +50,10 @@ def test_it_is_a_good_pymoo_algorithm(algorithm):
 def test_directions_of_two_objectives_are_the_ends_and_an_even_grid():
     for n in range(1, 40):
         middle = 1.0 / n * (np.arange(n) + 0.5)
-        assert fan(n, 2, 0.0).tolist() == np.column_stack([middle, 1.0 - middle]).tolist()
-    weights = fan(7, 2, 0.43)
+        assert (
+            weight_vectors(n, 2, 0.0).tolist() == np.column_stack([middle, 1.0 - middle]).tolist()
+        )
+    weights = weight_vectors(7, 2, 0.43)
     assert weights[:3].tolist() == [[1, 0], [0, 1], [1, 0]]
     assert weights[3:, 0] == pytest.approx([0.125, 0.375, 0.625, 0.875])
     assert weights.sum(axis=1) == pytest.approx(np.ones(7))
@@ -59,7 +61,7 @@ def test_directions_of_two_objectives_are_the_ends_and_an_even_grid():
 
 @pytest.mark.parametrize("n_obj", [1, 3, 5, 9, 15, 30])
 def test_directions_fill_the_simplex(n_obj):
-    weights = fan(2000, n_obj, 0.0)
+    weights = weight_vectors(2000, n_obj, 0.0)
     assert (weights > 0).all()
     assert (weights < 1).all() or n_obj == 1
     assert weights.sum(axis=1) == pytest.approx(np.ones(2000))
@@ -81,15 +83,17 @@ def test_directions_of_many_objectives_keep_apart(n_obj, n, least, most_varied):
     def nearest(weights):
         return np.sort(cdist(weights, weights), axis=1)[:, 1]
 
-    ours = nearest(fan(n, n_obj, 0.0))
-    random = [nearest(drawn(n, n_obj, np.random.default_rng(seed))).min() for seed in range(20)]
+    ours = nearest(weight_vectors(n, n_obj, 0.0))
+    random = [
+        nearest(random_weights(n, n_obj, np.random.default_rng(seed))).min() for seed in range(20)
+    ]
     assert ours.min() > max(least, np.median(random))
     assert ours.std() < most_varied * ours.mean()
 
 
 @pytest.mark.parametrize("n_obj", [1, 2, 4])
 def test_drawn_directions_are_uniform_on_the_simplex(n_obj):
-    weights = drawn(20_000, n_obj, np.random.default_rng(1))
+    weights = random_weights(20_000, n_obj, np.random.default_rng(1))
     assert (weights >= 0).all()
     assert weights.sum(axis=1) == pytest.approx(np.ones(20_000))
     variance = (n_obj - 1) / (n_obj**2 * (n_obj + 1))
@@ -112,7 +116,7 @@ def test_of_equally_distant_points_the_dominating_one_is_nearer():
 
 def test_distance_is_the_same_in_other_units():
     rng = np.random.default_rng(0)
-    F, weights = rng.random((20, 3)), fan(20, 3, 0.2)
+    F, weights = rng.random((20, 3)), weight_vectors(20, 3, 0.2)
     unit, offset = np.array([1e-6, 1.0, 1e4]), np.array([3.0, -2.0, 1e3])
     one = distance(F, weights, np.zeros(3), np.ones(3))
     assert distance(F * unit + offset, weights, offset, offset + unit) == pytest.approx(one)
@@ -122,7 +126,9 @@ def test_a_candidate_changes_its_own_variable_and_others_as_often_as_said():
     problem = ZDT1(n_var=6)
     changed = np.zeros((6, 6))
     for seed in range(60):
-        run = begun(MGEODirected(n_runs=5, coupling=(0.2, 0.5), difference=0.0), problem, 0, seed)
+        run = begun(
+            MGEODirected(n_walkers=5, coupling=(0.2, 0.5), difference=0.0), problem, 0, seed
+        )
         X, walkers = candidates(run)
         interior = (walkers > 0) & (walkers < 1)
         assert interior.all()
@@ -158,7 +164,7 @@ def test_normal_steps_are_as_wide_as_said():
 
 
 def test_of_many_variables_each_has_its_turn():
-    run = begun(MGEODirected(n_runs=40, coupling=(0.0, 0.0), max_candidates=3), ZDT1(n_var=9), 0)
+    run = begun(MGEODirected(n_walkers=40, coupling=(0.0, 0.0), max_candidates=3), ZDT1(n_var=9), 0)
     X, walkers = candidates(run)
     assert X.shape == (40, 3, 9)
     own = walkers[:, None] != X
@@ -167,11 +173,11 @@ def test_of_many_variables_each_has_its_turn():
     assert (own.sum(axis=(0, 1)) > 3).all()
 
 
-def test_differences_lie_between_points_of_the_company():
-    algorithm = MGEODirected(n_runs=4, difference=1.0, coupling=(0.0, 1.0), **STILL)
+def test_differences_lie_between_points_of_the_donor_pool():
+    algorithm = MGEODirected(n_walkers=4, difference=1.0, coupling=(0.0, 1.0), **STILL)
     run = begun(algorithm, ZDT1(n_var=3), 3)
-    company = np.vstack([run.front.individuals.get("X"), run.state.memory])
-    between = (company[:, None] - company[None]).reshape(-1, 3)
+    pool = np.vstack([run.front.individuals.get("X"), run.state.incumbents])
+    between = (pool[:, None] - pool[None]).reshape(-1, 3)
     X, walkers = candidates(run)
     assert ((X > 0) & (X < 1)).any(axis=2).mean() > 0.5
     for start, points in zip(walkers, X, strict=True):
@@ -188,7 +194,7 @@ def test_differences_lie_between_points_of_the_company():
 
 
 def test_a_walker_takes_one_of_its_candidates_whole():
-    run = begun(MGEODirected(n_runs=6, **STILL), ZDT1(n_var=5), 4)
+    run = begun(MGEODirected(n_walkers=6, **STILL), ZDT1(n_var=5), 4)
     infills = run.ask()
     run.evaluator.eval(run.problem, infills)
     X = infills.get("X").reshape(6, 5, 5).copy()
@@ -196,67 +202,67 @@ def test_a_walker_takes_one_of_its_candidates_whole():
     assert (run.walkers[:, None] == X).all(axis=2).any(axis=1).all()
 
 
-def test_greedy_walkers_take_the_nearest_candidate_along_their_direction():
+def test_walkers_under_high_pressure_take_the_nearest_candidate_along_their_direction():
     run = begun(MGEODirected(60.0, 6, **STILL), ZDT1(n_var=5), 4)
     infills = run.ask()
     run.evaluator.eval(run.problem, infills)
     X, F = infills.get("X").reshape(6, 5, 5).copy(), infills.get("F").reshape(6, 5, 2).copy()
     run.tell(infills=infills)
     ideal, nadir = run.front.F.min(axis=0), run.front.F.max(axis=0)
-    best = distance(F, run.state.directions[:, None], ideal, nadir).argmin(axis=1)
+    best = distance(F, run.state.weights[:, None], ideal, nadir).argmin(axis=1)
     assert np.array_equal(run.walkers, X[np.arange(6), best])
 
 
 def test_memory_is_the_best_point_of_each_walker():
     problem = Rosenbrock(3)
-    run = begun(MGEODirected(n_runs=4, **STILL), problem, 0)
+    run = begun(MGEODirected(n_walkers=4, **STILL), problem, 0)
     best = np.full(4, np.inf)
     for _ in range(20):
         infills = run.ask()
         run.evaluator.eval(problem, infills)
         best = np.minimum(best, infills.get("F").reshape(4, -1).min(axis=1))
         run.tell(infills=infills)
-        assert np.array_equal(run.state.memory_F[:, 0], best)
-        assert np.array_equal(problem.evaluate(run.state.memory)[:, 0], best)
+        assert np.array_equal(run.state.incumbent_F[:, 0], best)
+        assert np.array_equal(problem.evaluate(run.state.incumbents)[:, 0], best)
 
 
 def test_walkers_go_back_to_their_memory_or_to_the_archive():
-    run = begun(MGEODirected(n_runs=5, recall=1.0, adopt=(0.0, 0.0)), ZDT1(n_var=4), 6)
-    assert np.array_equal(run.walkers, run.state.memory)
-    run = begun(MGEODirected(n_runs=5, recall=0.0, adopt=(1.0, 0.0)), ZDT1(n_var=4), 6)
+    run = begun(MGEODirected(n_walkers=5, return_to_best=1.0, migrate=(0.0, 0.0)), ZDT1(n_var=4), 6)
+    assert np.array_equal(run.walkers, run.state.incumbents)
+    run = begun(MGEODirected(n_walkers=5, return_to_best=0.0, migrate=(1.0, 0.0)), ZDT1(n_var=4), 6)
     ideal, nadir = run.front.F.min(axis=0), run.front.F.max(axis=0)
-    between = run.state.directions.max(axis=1) < 1
+    between = run.state.weights.max(axis=1) < 1
     assert between.tolist() == [False, False, True, True, True]
     for walker in np.flatnonzero(between):
-        far = distance(run.front.F, run.state.directions[walker], ideal, nadir)
+        far = distance(run.front.F, run.state.weights[walker], ideal, nadir)
         assert np.array_equal(run.walkers[walker], run.front.individuals[far.argmin()].X)
-        assert np.array_equal(run.state.memory_F[walker], run.front.F[far.argmin()])
+        assert np.array_equal(run.state.incumbent_F[walker], run.front.F[far.argmin()])
     archived = run.front.individuals.get("X")
     assert not (run.walkers[~between][:, None] == archived).all(axis=2).all()
 
 
-def test_a_walker_without_progress_begins_anew():
+def test_a_walker_without_progress_restarts():
     still = Fixed([0.5, 0.5])  # no candidate is ever better than another
-    options = {**STILL, "renew": (3, 5)}
-    run = begun(MGEODirected(n_runs=5, ends=0.4, **options), still, 3)
+    options = {**STILL, "restart": (3, 5)}
+    run = begun(MGEODirected(n_walkers=5, extreme_weights=0.4, **options), still, 3)
     between = np.array([False, False, True, True, True])
-    first, memory = fan(5, 2, 0.4), run.state.memory.copy()
-    assert np.array_equal(run.state.directions, first)
+    first, memory = weight_vectors(5, 2, 0.4), run.state.incumbents.copy()
+    assert np.array_equal(run.state.weights, first)
     assert run.state.idle.tolist() == [2, 2, 2, 2, 2]
     run.next()
     assert run.state.idle.tolist() == [3, 3, 0, 0, 0]
-    assert (run.state.directions[between] != first[between]).all()
-    assert np.array_equal(run.state.directions[~between], first[~between])
+    assert (run.state.weights[between] != first[between]).all()
+    assert np.array_equal(run.state.weights[~between], first[~between])
     archived = run.front.individuals.get("X")
     assert (run.walkers[between][:, None] == archived).all(axis=2).any(axis=1).all()
-    assert np.array_equal(run.state.memory[~between], memory[~between])
+    assert np.array_equal(run.state.incumbents[~between], memory[~between])
     run.next()
     run.next()
     assert run.state.idle[~between].tolist() == [0, 0]
-    assert np.array_equal(run.state.directions[~between], first[~between])
-    assert not (run.state.memory[~between] == memory[~between]).any()
-    assert np.isinf(run.state.memory_F[~between]).all()
-    assert np.isinf(run.state.memory_violation[~between]).all()
+    assert np.array_equal(run.state.weights[~between], first[~between])
+    assert not (run.state.incumbents[~between] == memory[~between]).any()
+    assert np.isinf(run.state.incumbent_F[~between]).all()
+    assert np.isinf(run.state.incumbent_violation[~between]).all()
 
 
 class Creep(Problem):
@@ -271,49 +277,58 @@ class Creep(Problem):
 
 
 def test_less_violation_is_progress():
-    run = begun(MGEODirected(n_runs=4, ends=1.0, renew=(1, 1), recall=1.0, adopt=(0, 0)), Creep())
+    run = begun(
+        MGEODirected(
+            n_walkers=4, extreme_weights=1.0, restart=(1, 1), return_to_best=1.0, migrate=(0, 0)
+        ),
+        Creep(),
+    )
     for _ in range(30):
-        before = run.state.memory_violation.copy()
+        before = run.state.incumbent_violation.copy()
         run.next()
-        less = run.state.memory_violation < before
-        assert (run.state.idle == 0).all()  # progress, or begun anew
-        assert (less | np.isinf(run.state.memory_violation)).all()
-    assert np.isinf(run.state.memory_violation).any()
+        less = run.state.incumbent_violation < before
+        assert (run.state.idle == 0).all()  # progress, or a restart
+        assert (less | np.isinf(run.state.incumbent_violation)).all()
+    assert np.isinf(run.state.incumbent_violation).any()
 
 
-def test_a_walker_that_makes_progress_does_not_begin_anew():
-    run = begun(MGEODirected(n_runs=1, renew=(1, 2), recall=1.0, adopt=(0, 0)), Rosenbrock(3), 0)
-    best, begun_anew = np.inf, 0
+def test_a_walker_that_makes_progress_does_not_restart():
+    run = begun(
+        MGEODirected(n_walkers=1, restart=(1, 2), return_to_best=1.0, migrate=(0, 0)),
+        Rosenbrock(3),
+        0,
+    )
+    best, restarted = np.inf, 0
     for _ in range(60):
-        before = run.state.memory_F[0, 0]
+        before = run.state.incumbent_F[0, 0]
         run.next()
-        if np.isinf(run.state.memory_F[0, 0]):
-            begun_anew += 1
+        if np.isinf(run.state.incumbent_F[0, 0]):
+            restarted += 1
         else:
-            assert run.state.memory_F[0, 0] <= before
+            assert run.state.incumbent_F[0, 0] <= before
         best = min(best, before)
-    assert run.front.F[0, 0] == pytest.approx(min(best, run.state.memory_F[0, 0]))
-    assert begun_anew > 5
+    assert run.front.F[0, 0] == pytest.approx(min(best, run.state.incumbent_F[0, 0]))
+    assert restarted > 5
 
 
 def test_a_run_does_not_depend_on_its_termination():
-    short = begun(MGEODirected(n_runs=4), BNH(), 12)
-    longer = minimize(BNH(), MGEODirected(n_runs=4), ("n_gen", 12), seed=5)
+    short = begun(MGEODirected(n_walkers=4), BNH(), 12)
+    longer = minimize(BNH(), MGEODirected(n_walkers=4), ("n_gen", 12), seed=5)
     assert np.array_equal(short.opt.get("F"), longer.opt.get("F"))
 
 
 def test_constraints_come_first():
     problem = BNH()
-    result = minimize(problem, MGEODirected(n_runs=8), ("n_gen", 150), seed=1)
+    result = minimize(problem, MGEODirected(n_walkers=8), ("n_gen", 150), seed=1)
     assert np.all(result.CV == 0)
     area = HV(ref_point=np.array([140.0, 50.0]))
     assert area(result.F) > 0.995 * area(problem.pareto_front())
 
 
 def test_where_nothing_can_be_evaluated_walkers_go_on():
-    run = begun(MGEODirected(n_runs=3), Fixed([np.nan, 1.0]), 5)
+    run = begun(MGEODirected(n_walkers=3), Fixed([np.nan, 1.0]), 5)
     assert len(run.front) == 0
-    assert np.isinf(run.state.memory_violation).all()
+    assert np.isinf(run.state.incumbent_violation).all()
 
 
 def test_one_objective_is_minimized():
@@ -324,14 +339,14 @@ def test_one_objective_is_minimized():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"ends": 1.5}, r"ends = 1.5: expected a number in \[0, 1\]"),
+        ({"extreme_weights": 1.5}, r"extreme_weights = 1.5: expected a number in \[0, 1\]"),
         ({"difference": -0.1}, "difference = -0.1: expected"),
         ({"coupling": (0.1,)}, r"coupling = \(0.1,\): expected two numbers"),
         ({"coupling": (0.1, 2.0)}, r"coupling\[1\] = 2.0: expected a number in \[0, 1\]"),
         ({"widths": (0.0, 1.0)}, r"widths\[0\] = 0.0: expected a finite number > 0"),
         ({"widths": (1.0, 0.1)}, "widths = .*: expected the smaller one first"),
-        ({"recall": 0.9, "adopt": (0.2, 0.0)}, "expected sums of at most 1"),
-        ({"renew": (0, 5)}, r"renew\[0\] = 0: expected an integer of at least 1"),
+        ({"return_to_best": 0.9, "migrate": (0.2, 0.0)}, "expected sums of at most 1"),
+        ({"restart": (0, 5)}, r"restart\[0\] = 0: expected an integer of at least 1"),
         ({"max_candidates": 0}, "max_candidates = 0: expected an integer of at least 1"),
     ],
 )

@@ -88,7 +88,7 @@ class BestOfEachWalker(Callback):
         self.best = np.inf
 
     def update(self, algorithm):
-        f = algorithm.pop.get("F").reshape(algorithm.n_runs, -1)
+        f = algorithm.pop.get("F").reshape(algorithm.n_walkers, -1)
         self.best = np.minimum(self.best, f.min(axis=1))
 
 
@@ -118,6 +118,6 @@ def test_best_values_are_distributed_as_those_of_a_plain_loop(n_var, generations
 
 @pytest.mark.parametrize("seed", range(3))
 def test_rosenbrock_valley_is_found(seed):
-    result = minimize(Rosenbrock(2), MGEOReal(0.1, n_runs=10), ("n_gen", 1000), seed=seed)
+    result = minimize(Rosenbrock(2), MGEOReal(0.1, n_walkers=10), ("n_gen", 1000), seed=seed)
     assert result.F[0] < 2e-3
     assert pytest.approx([1.0, 1.0], abs=0.1) == result.X

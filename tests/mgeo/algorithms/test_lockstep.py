@@ -1,4 +1,4 @@
-"""The lockstep loop against one walker after the other, step for step, for every member."""
+"""The lockstep loop against one walker after the other, step for step, for every variant."""
 
 import numpy as np
 import pytest
@@ -10,12 +10,12 @@ from mgeo import MGEOCanonical, MGEOReal, MGEOReal2, MGEOVar
 
 from .. import naive
 from ..naive_walk import Walk
-from .members import BITS, MEMBERS, SIGMAS, moves_of, real
 from .problems import Galski, Mixture, Rosenbrock
+from .variants import BITS, SIGMAS, VARIANTS, moves_of, real
 
 
 class Path(Callback):
-    """Where the walkers stand after each generation, and their greediness."""
+    """Where the walkers stand after each generation, and their tau."""
 
     def __init__(self):
         super().__init__()
@@ -39,7 +39,7 @@ def assert_same_walks(problem, algorithm, generations, seed=7):
             problem, moves_of(algorithm, problem), algorithm.tau, seed, walker,
             isinstance(algorithm, MGEOReal2 | MGEOVar),
         )
-        for walker in range(algorithm.n_runs)
+        for walker in range(algorithm.n_walkers)
     ]  # fmt: skip
     for walker, walk in enumerate(walks):
         for _ in range(generations):
@@ -58,23 +58,23 @@ def assert_same_walks(problem, algorithm, generations, seed=7):
 
 
 def in_order_of_evaluation(by_walker, generations):
-    """(n_runs, generations * candidates, ...) to rows as the lockstep evaluates them."""
+    """(n_walkers, generations * candidates, ...) to rows as the lockstep evaluates them."""
     values = np.array(by_walker)
     values = values.reshape(len(values), generations, -1, *values.shape[2:])
     return values.swapaxes(0, 1).reshape(-1, *values.shape[3:])
 
 
 @pytest.mark.parametrize("problem", [Mixture(), Rosenbrock(3)], ids=["mixture", "rosenbrock"])
-@pytest.mark.parametrize("member", MEMBERS)
-def test_walkers_in_lockstep_go_as_one_after_the_other(member, problem):
-    assert_same_walks(problem, member(n_runs=2), 12)
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_walkers_in_lockstep_go_as_one_after_the_other(variant, problem):
+    assert_same_walks(problem, variant(n_walkers=2), 12)
 
 
 @pytest.mark.parametrize("problem", [Mixture(), Rosenbrock(3)], ids=["mixture", "rosenbrock"])
 @pytest.mark.parametrize("rule", ["a-geo1", "a-geo2"])
-@pytest.mark.parametrize("member", MEMBERS)
-def test_so_do_those_whose_tau_adapts(member, rule, problem):
-    assert_same_walks(problem, member(rule, 2), 12)
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_so_do_those_whose_tau_adapts(variant, rule, problem):
+    assert_same_walks(problem, variant(rule, 2), 12)
 
 
 @pytest.mark.parametrize(
@@ -94,13 +94,13 @@ def test_so_do_those_whose_variables_differ(problem, algorithm):
 
 
 @pytest.mark.parametrize("tau", [2.0, "a-geo1", "a-geo2"])
-@pytest.mark.parametrize("member", MEMBERS)
-def test_a_walk_does_not_depend_on_how_many_go_beside_it(member, tau):
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_walk_does_not_depend_on_how_many_go_beside_it(variant, tau):
     problem = ZDT1(n_var=6)
-    _, many, _ = run(problem, member(tau, 9), 15)
-    for n_runs in (1, 4):
-        _, few, _ = run(problem, member(tau, n_runs), 15)
-        assert np.array_equal(few, many[:, :n_runs])
+    _, many, _ = run(problem, variant(tau, 9), 15)
+    for n_walkers in (1, 4):
+        _, few, _ = run(problem, variant(tau, n_walkers), 15)
+        assert np.array_equal(few, many[:, :n_walkers])
 
 
 def test_a_failed_or_infeasible_point_is_never_better_than_a_feasible_one():

@@ -1,4 +1,4 @@
-"""One-objective members against published experiments: 20 walkers of 100,000 evaluations each.
+"""One-objective variants against published experiments: 20 walkers of 100,000 evaluations each.
 
 docs/algorithms.md has all of them; those here are cheap, and their means are not a matter of
 one or two bad runs.
@@ -25,7 +25,7 @@ HERE = {
 
 
 def is_here(oracle):
-    return (oracle.member, oracle.parameters.get("perturbation"), oracle.function) in HERE
+    return (oracle.variant, oracle.parameters.get("perturbation"), oracle.function) in HERE
 
 
 ROUNDING = 1e-15  # a published zero is one of floating point

@@ -24,15 +24,19 @@ PROBLEM = ZDT1(n_var=3)
         ({"tau": -0.5}, ValueError, "tau = -0.5: expected a finite number >= 0"),
         ({"tau": np.inf}, ValueError, "tau = inf"),
         ({"tau": None}, TypeError, "tau = None"),
-        ({"n_runs": 0}, ValueError, "n_runs = 0: expected an integer from 1 to 100,000"),
-        ({"n_runs": 30.0}, TypeError, "n_runs = 30.0"),
-        ({"n_runs": True}, TypeError, "n_runs = True"),
+        ({"n_walkers": 0}, ValueError, "n_walkers = 0: expected an integer from 1 to 100,000"),
+        ({"n_walkers": 30.0}, TypeError, "n_walkers = 30.0"),
+        ({"n_walkers": True}, TypeError, "n_walkers = True"),
         ({"perturbation": "relativ"}, ValueError, "'relativ'.*did you mean 'relative'"),
         ({"perturbation": 3}, ValueError, "perturbation = 3: expected one of 'absolute'"),
         ({"archive_size": 0}, ValueError, "archive_size = 0"),
         ({"archive_size": 2.5}, TypeError, "archive_size = 2.5"),
-        ({"n_run": 4}, TypeError, "MGEOReal got an unknown keyword 'n_run'; did you mean 'n_runs'"),
-        ({"pop_size": 4}, TypeError, "MGEOReal got an unknown keyword 'pop_size': n_runs is the"),
+        ({"n_walker": 4}, TypeError, "unknown keyword 'n_walker'; did you mean 'n_walkers'"),
+        (
+            {"pop_size": 4},
+            TypeError,
+            "MGEOReal got an unknown keyword 'pop_size': n_walkers is the",
+        ),
         ({"repair": None}, TypeError, "keyword 'repair': repair the design within the problem"),
         ({"eliminate_duplicates": True}, TypeError, "'eliminate_duplicates': of equal objective"),
         ({"mutation": None}, TypeError, "'mutation': the algorithm's own parameters"),
@@ -51,7 +55,7 @@ def test_constructor_refuses(parameters, error, message):
         ({"n_gen": 5}, r"unknown keyword 'n_gen': termination=\('n_gen', ...\)"),
         ({"disp": False}, "unknown keyword 'disp': verbose=True"),
         ({"sigma": 0.1}, r"sigma is a parameter of MGEOReal\(...\), not of a run"),
-        ({"n_runs": 3}, "n_runs is a parameter"),
+        ({"n_walkers": 3}, "n_walkers is a parameter"),
     ],
 )
 def test_minimize_refuses_what_pymoo_would_swallow(options, message):
@@ -71,10 +75,13 @@ def test_minimize_refuses_what_pymoo_would_swallow(options, message):
         ({"sampling": np.zeros((0, 3))}, r"sampling of shape \(0, 3\)"),
         (
             {"sampling": np.zeros((31, 3))},
-            r"sampling of 31 points: expected at most .* n_runs = 30 walkers \(n_runs=31 starts",
+            r"sampling of 31 points: expected at most .* n_walkers = 30 walkers \(n_walkers=31 st",
         ),
-        ({"n_runs": 1, "sampling": [[0.5, 1.5, 0.5]]}, r"sampling\[0, 1\] = 1.5: .*\[0.0, 1.0\]"),
-        ({"n_runs": 1, "sampling": [[0.5, 0.5, np.nan]]}, r"sampling\[0, 2\] = nan"),
+        (
+            {"n_walkers": 1, "sampling": [[0.5, 1.5, 0.5]]},
+            r"sampling\[0, 1\] = 1.5: .*\[0.0, 1.0\]",
+        ),
+        ({"n_walkers": 1, "sampling": [[0.5, 0.5, np.nan]]}, r"sampling\[0, 2\] = nan"),
     ],
 )
 def test_parameters_that_do_not_fit_the_problem_are_refused(parameters, message):
@@ -122,8 +129,8 @@ def test_problems_that_are_not_real_and_bounded_are_refused(arguments, message):
 
 @pytest.mark.parametrize(
     "algorithm",
-    [*(cls(n_runs=2) for cls in (MGEOReal2, MGEODirected, MGEOCanonical, MGEOVar)),
-     *(MGEOReal(n_runs=2, perturbation=scale) for scale in ("absolute", "relative", "range"))],
+    [*(cls(n_walkers=2) for cls in (MGEOReal2, MGEODirected, MGEOCanonical, MGEOVar)),
+     *(MGEOReal(n_walkers=2, perturbation=scale) for scale in ("absolute", "relative", "range"))],
     ids=lambda algorithm: f"{type(algorithm).__name__}-{getattr(algorithm, 'perturbation', '')}",
 )  # fmt: skip
 def test_the_widest_bounds_allowed_are_computed_with(algorithm):
@@ -148,3 +155,18 @@ def test_given_sigma_and_sampling_are_not_shared():
     algorithm = MGEOReal(sigma)
     sigma[:] = 9.0
     assert algorithm.sigma.tolist() == [0.1, 0.2, 0.3]
+
+
+@pytest.mark.parametrize("cls", [MGEOReal, MGEOReal2, MGEOCanonical, MGEOVar])
+def test_n_runs_is_another_name_of_n_walkers(cls):
+    by_name, by_papers = cls(n_walkers=3), cls(n_runs=3)
+    assert repr(by_name) == repr(by_papers)
+    assert (by_papers.n_walkers, by_papers.n_runs) == (3, 3)
+    F = [minimize(PROBLEM, each, ("n_gen", 5), seed=1).F for each in (by_name, by_papers)]
+    assert np.array_equal(*F)
+    with pytest.raises(TypeError, match="n_walkers = 30 and n_runs = 30: expected one of them"):
+        cls(n_walkers=30, n_runs=30)
+    with pytest.raises(TypeError, match="n_runs is a parameter of MGEO"):
+        minimize(PROBLEM, cls(), n_runs=3)
+    with pytest.raises(ValueError, match="n_walkers = 0"):
+        cls(n_runs=0)

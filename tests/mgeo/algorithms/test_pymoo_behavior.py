@@ -24,7 +24,7 @@ from mgeo.evaluation.evaluator import EvaluationError
 from .problems import Fixed, Mixture, Rosenbrock
 
 PROBLEM = ZDT1(n_var=5)
-SMALL = MGEOReal(0.2, n_runs=4)
+SMALL = MGEOReal(0.2, n_walkers=4)
 
 
 def solve(problem=PROBLEM, algorithm=SMALL, n_gen=10, **options):
@@ -41,9 +41,9 @@ def test_default_budget_of_the_paper():
     assert result.algorithm.n_gen - 1 == 166
 
 
-@pytest.mark.parametrize(("n_runs", "generations"), [(1, 5000), (1000, 5), (9000, 1)])
-def test_default_budget_is_5000_generations_shared_by_the_walkers(n_runs, generations):
-    algorithm = MGEOReal(n_runs=n_runs).setup(PROBLEM)
+@pytest.mark.parametrize(("n_walkers", "generations"), [(1, 5000), (1000, 5), (9000, 1)])
+def test_default_budget_is_5000_generations_shared_by_the_walkers(n_walkers, generations):
+    algorithm = MGEOReal(n_walkers=n_walkers).setup(PROBLEM)
     assert algorithm.termination.n_max_gen == generations
 
 
@@ -74,12 +74,12 @@ def test_seed_none_draws_afresh_and_same_object_runs_twice():
 
 
 def test_seed_of_the_constructor_counts():
-    seeded = MGEOReal(0.2, n_runs=4, seed=3)
+    seeded = MGEOReal(0.2, n_walkers=4, seed=3)
     assert same(minimize(PROBLEM, seeded, ("n_gen", 10)), solve(seed=3))
 
 
 def test_without_copying_the_object_itself_is_run():
-    algorithm = MGEOReal(0.2, n_runs=4)
+    algorithm = MGEOReal(0.2, n_walkers=4)
     result = solve(algorithm=algorithm, copy_algorithm=False)
     assert result.algorithm is algorithm
     assert same(result, solve())
@@ -91,7 +91,7 @@ def test_pf_of_pymoos_examples_changes_nothing(pf):
     assert same(solve(pf=pf), solve())
 
 
-@pytest.mark.parametrize("algorithm", [MGEOReal(n_runs=4), MGEODirected(n_runs=4)])
+@pytest.mark.parametrize("algorithm", [MGEOReal(n_walkers=4), MGEODirected(n_walkers=4)])
 @pytest.mark.parametrize("asked", [False, True])
 def test_a_second_setup_of_a_used_algorithm_is_refused(algorithm, asked):
     run = copy.deepcopy(algorithm).setup(PROBLEM, termination=("n_gen", 3), seed=1)
@@ -107,7 +107,7 @@ def test_a_second_setup_of_a_used_algorithm_is_refused(algorithm, asked):
     assert same(first, solve(algorithm=algorithm, n_gen=3))
 
 
-@pytest.mark.parametrize("algorithm", [SMALL, MGEODirected(), MGEOCanonical(n_runs=2)])
+@pytest.mark.parametrize("algorithm", [SMALL, MGEODirected(), MGEOCanonical(n_walkers=2)])
 @pytest.mark.parametrize(
     "problem",
     [DF1(taut=2, n_var=2), ConstraintsAsPenalty(DF1(taut=2, n_var=2))],
@@ -131,7 +131,7 @@ def test_a_problem_with_a_clock_of_its_own_is_refused():
 
 @pytest.mark.parametrize(
     "algorithm",
-    [MGEOReal(0.2, n_runs=4), MGEODirected(n_runs=4), MGEOCanonical(n_runs=4, bits=10)],
+    [MGEOReal(0.2, n_walkers=4), MGEODirected(n_walkers=4), MGEOCanonical(n_walkers=4, bits=10)],
     ids=lambda algorithm: type(algorithm).__name__,
 )
 def test_fewer_starting_points_than_walkers_leave_the_others_as_they_were(algorithm):
@@ -140,7 +140,7 @@ def test_fewer_starting_points_than_walkers_leave_the_others_as_they_were(algori
     for n, sampling in {0: None, 1: X[:1].tolist(), 3: Population.new(X=X[:3]), 4: X}.items():
         run = copy.deepcopy(algorithm)
         run.sampling = sampling
-        placed[n] = run.setup(PROBLEM, seed=1)._decode(run.walkers)
+        placed[n] = run.setup(PROBLEM, seed=1).code.decode(run.walkers)
         assert placed[n][:n] == pytest.approx(X[:n], rel=1e-12)
     for n in (1, 3):
         assert np.array_equal(placed[n][n:], placed[0][n:])
@@ -158,7 +158,7 @@ def test_ask_and_tell_with_values_computed_elsewhere():
 
 
 def test_default_termination_ends_a_run_whose_evaluations_pymoo_does_not_count():
-    algorithm = MGEOReal(n_runs=1000).setup(PROBLEM, seed=1)
+    algorithm = MGEOReal(n_walkers=1000).setup(PROBLEM, seed=1)
     generations = 0
     while algorithm.has_next():
         infills = algorithm.ask()
@@ -254,7 +254,7 @@ def test_verbose_prints_a_line_a_generation(capsys):
 
 
 def test_verbose_of_the_constructor_counts(capsys):
-    solve(algorithm=MGEOReal(n_runs=2, verbose=True), n_gen=2)
+    solve(algorithm=MGEOReal(n_walkers=2, verbose=True), n_gen=2)
     assert len(capsys.readouterr().out.splitlines()) == 5
 
 
@@ -284,7 +284,7 @@ def test_constraints_are_met_and_the_front_approaches_the_known_one():
 
 
 def test_equality_constraints_count():
-    result = minimize(Mixture(), MGEOReal(1.0, n_runs=5), ("n_gen", 50), seed=1)
+    result = minimize(Mixture(), MGEOReal(1.0, n_walkers=5), ("n_gen", 50), seed=1)
     assert np.all(np.abs(result.H) <= 1e-4)
     assert np.all(result.G <= 0)
     assert np.isfinite(result.F).all()
@@ -320,7 +320,7 @@ def test_one_objective_gives_one_point():
 
 
 def test_limited_archive():
-    result = solve(algorithm=MGEOReal(0.2, n_runs=8, archive_size=6), n_gen=50)
+    result = solve(algorithm=MGEOReal(0.2, n_walkers=8, archive_size=6), n_gen=50)
     assert len(result.F) == 6
 
 

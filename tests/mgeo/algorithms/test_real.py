@@ -14,7 +14,7 @@ from .problems import Mixture
 
 def test_walkers_start_uniformly_and_their_starts_are_not_evaluated():
     problem = Mixture()
-    algorithm = MGEOReal(n_runs=500).setup(problem, seed=1)
+    algorithm = MGEOReal(n_walkers=500).setup(problem, seed=1)
     starts = algorithm.walkers.copy()
     assert np.all((starts >= problem.xl) & (starts <= problem.xu))
     share = (starts - problem.xl) / (problem.xu - problem.xl)
@@ -29,7 +29,7 @@ def test_walkers_start_uniformly_and_their_starts_are_not_evaluated():
 def test_given_starting_points_are_used(given):
     X = np.random.default_rng(0).random((3, 6))
     sampling = {"array": X, "list": X.tolist(), "population": Population.new("X", X)}[given]
-    algorithm = MGEOReal(n_runs=3, sampling=sampling).setup(ZDT1(n_var=6), seed=1)
+    algorithm = MGEOReal(n_walkers=3, sampling=sampling).setup(ZDT1(n_var=6), seed=1)
     assert np.array_equal(algorithm.walkers, X)
     algorithm.next()
     assert np.array_equal(X, np.random.default_rng(0).random((3, 6)))
@@ -37,7 +37,7 @@ def test_given_starting_points_are_used(given):
 
 def test_pymoo_sampling_places_the_walkers():
     problem = ZDT1(n_var=6)
-    first, again = (MGEOReal(n_runs=8, sampling=LHS()).setup(problem, seed=4) for _ in range(2))
+    first, again = (MGEOReal(n_walkers=8, sampling=LHS()).setup(problem, seed=4) for _ in range(2))
     assert np.array_equal(first.walkers, again.walkers)
     cells = np.sort((first.walkers * 8).astype(int), axis=0)
     assert np.array_equal(cells, np.tile(np.arange(8)[:, None], (1, 6)))  # one a stratum
@@ -46,9 +46,9 @@ def test_pymoo_sampling_places_the_walkers():
 @pytest.mark.parametrize(
     "algorithm",
     [
-        MGEOReal(n_runs=3),
+        MGEOReal(n_walkers=3),
         MGEOReal([0.5, 1.0, 0.1, 2.0], 1.0, 2, "range", archive_size=10),
-        MGEOReal(0.5, n_runs=4, perturbation="relative", sampling=LHS()),
+        MGEOReal(0.5, n_walkers=4, perturbation="relative", sampling=LHS()),
     ],
     ids=["default", "limited", "sampled"],
 )

@@ -21,8 +21,8 @@ from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
         (MGEOReal2(n_steps=np.int64(3)), "MGEOReal2(n_steps=3)"),
         (MGEOCanonical(bits=8, restart="random"), "MGEOCanonical(bits=8, restart='random')"),
         (MGEOVar(bits=[2, 3], archive_size=50), "MGEOVar(bits=[2, 3], archive_size=50)"),
-        (MGEODirected(widths=(1e-3, 1.0), renew=(4, 50)), "MGEODirected()"),
-        (MGEODirected(2.0, adopt=(0.1, 0)), "MGEODirected(tau=2.0, adopt=[0.1, 0.0])"),
+        (MGEODirected(widths=(1e-3, 1.0), restart=(4, 50)), "MGEODirected()"),
+        (MGEODirected(2.0, migrate=(0.1, 0)), "MGEODirected(tau=2.0, migrate=[0.1, 0.0])"),
     ],
 )
 def test_it_shows_what_is_not_by_default_and_evaluates_to_the_same(algorithm, text):
@@ -38,8 +38,8 @@ def test_what_is_long_or_no_number_is_cut_short():
 
 
 def test_it_is_the_same_after_a_run():
-    result = minimize(ZDT1(n_var=3), MGEOReal(0.1, n_runs=3), ("n_gen", 3), seed=1)
-    assert repr(result.algorithm) == "MGEOReal(sigma=0.1, n_runs=3)"
+    result = minimize(ZDT1(n_var=3), MGEOReal(0.1, n_walkers=3), ("n_gen", 3), seed=1)
+    assert repr(result.algorithm) == "MGEOReal(sigma=0.1, n_walkers=3)"
 
 
 class Unkept(MGEOReal):

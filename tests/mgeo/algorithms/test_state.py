@@ -20,8 +20,8 @@ from mgeo import MGEOCanonical, MGEODirected, MGEOReal, ParetoArchive
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.state import SavedState, capture, restore
 
-from .members import MEMBERS
 from .problems import Fixed, Mixture
+from .variants import VARIANTS
 
 PUBLISHED = [getattr(mgeo.algorithms, name) for name in mgeo.algorithms.__all__]
 VALUES = ("X", "F", "G", "H", "CV", "n_gen")
@@ -59,14 +59,14 @@ def assert_same_end(one, two):
 @pytest.mark.parametrize("cls", PUBLISHED)
 @pytest.mark.parametrize("problem", [ZDT1(n_var=4), BNH(), Mixture()], ids=lambda p: p.name())
 @pytest.mark.parametrize("generations", [0, 1, 7, 12])
-def test_every_member_goes_on_bit_for_bit(cls, problem, generations):
-    run = begun(cls(n_runs=3, archive_size=10), problem, generations)
+def test_every_variant_goes_on_bit_for_bit(cls, problem, generations):
+    run = begun(cls(n_walkers=3, archive_size=10), problem, generations)
     assert_same_end(again(run), run)
 
 
-@pytest.mark.parametrize("member", MEMBERS)
-def test_so_does_every_adaptive_and_restarting_one(member):
-    run = begun(member("a-geo1", 3, restart="archive", patience=2), Mixture(), 7)
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_so_does_every_adaptive_and_restarting_one(variant):
+    run = begun(variant("a-geo1", 3, restart="archive", patience=2), Mixture(), 7)
     assert_same_end(again(run), run)
 
 
@@ -91,7 +91,7 @@ class Whole(Problem):
 
 @pytest.mark.parametrize("problem", [Typed(), Whole()], ids=lambda p: p.name())
 def test_variables_of_every_type_come_back(problem):
-    algorithm = MGEOCanonical(n_runs=3, bits=5, restart="archive", patience=1)
+    algorithm = MGEOCanonical(n_walkers=3, bits=5, restart="archive", patience=1)
     run = begun(algorithm, problem, 6)
     assert isinstance(again(run).pop[0].X, type(run.pop[0].X))
     assert_same_end(again(run), run)
@@ -103,12 +103,12 @@ def test_parameters_are_kept_and_a_second_restore_is_the_first():
     run = begun(given, problem, 5)
     twice = again(again(run))
     assert twice.sigma.tolist() == [0.1, 0.2, 0.3]
-    assert (twice.tau, twice.n_runs, twice.perturbation) == (2.5, 4, "range")
+    assert (twice.tau, twice.n_walkers, twice.perturbation) == (2.5, 4, "range")
     assert_same_end(twice, run)
 
 
 def test_streams_spawned_later_are_the_same():
-    run = begun(MGEOReal(n_runs=2), ZDT1(n_var=3), 2)
+    run = begun(MGEOReal(n_walkers=2), ZDT1(n_var=3), 2)
     run.random_state.spawn(2)
     run.streams[1].spawn(1)
     restored = again(run)
@@ -119,7 +119,7 @@ def test_streams_spawned_later_are_the_same():
 
 def test_nothing_found_and_nothing_feasible():
     for problem in (Fixed([np.nan, 1.0]), Fixed([1.0, 2.0], violation=0.5)):
-        run = begun(MGEOReal(n_runs=2), problem, 3)
+        run = begun(MGEOReal(n_walkers=2), problem, 3)
         assert_same_end(again(run), run)
 
 
@@ -128,14 +128,14 @@ def test_nothing_found_and_nothing_feasible():
     [(None, 12), (("n_gen", 15), 15), (("n_eval", 240), 20), (("n_gen", 5), 6), (("n_gen", 6), 6)],
 )
 def test_a_new_termination_counts_from_the_first_generation(termination, generations):
-    restored = again(begun(MGEOReal(n_runs=3), ZDT1(n_var=4), 6), termination=termination)
+    restored = again(begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 6), termination=termination)
     while restored.has_next():
         restored.next()
     assert restored.n_generations == generations
 
 
 def test_time_stands_still_between_the_runs(monkeypatch):
-    run = begun(MGEOReal(n_runs=3), ZDT1(n_var=4), 2)
+    run = begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 2)
     run.start_time -= 40.0
     saved = capture(run)
     monkeypatch.setattr("time.time", lambda: run.start_time + 1e6)
@@ -145,7 +145,7 @@ def test_time_stands_still_between_the_runs(monkeypatch):
 
 def test_terminations_without_a_budget():
     problem = ZDT1(n_var=4)
-    run = begun(MGEOReal(n_runs=3), problem, 3)
+    run = begun(MGEOReal(n_walkers=3), problem, 3)
     run.termination = NoTermination()
     assert again(run).has_next()
     run.termination = DefaultMultiObjectiveTermination()
@@ -158,14 +158,14 @@ def test_no_state_to_be_had_is_refused():
     problem = ZDT1(n_var=4)
     with pytest.raises(ValueError, match="expected one that was set up"):
         capture(MGEOReal())
-    run = begun(MGEOReal(n_runs=3), problem, 1)
+    run = begun(MGEOReal(n_walkers=3), problem, 1)
     run.ask()
     with pytest.raises(ValueError, match="waits for tell"):
         capture(run)
     run = MGEOReal(archive=MultiObjectiveArchive()).setup(problem)
     with pytest.raises(ValueError, match="archive"):
         capture(run)
-    run = begun(MGEOReal(n_runs=3), problem, 1)
+    run = begun(MGEOReal(n_walkers=3), problem, 1)
     with pytest.raises(AttributeError):
         run.walkers = run.walkers.copy()
     run.state.walkers = run.walkers.tolist()
@@ -189,10 +189,10 @@ def test_parameters_that_are_no_data_are_refused():
 
 
 def test_what_does_not_fit_is_refused():
-    run = begun(MGEOReal(n_runs=3), ZDT1(n_var=4), 2)
+    run = begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 2)
     saved = capture(run)
     unknown = SavedState(saved.arrays, {**saved.data, "class": "os.system"})
-    with pytest.raises(ValueError, match=r"os\.system is no imported member of the family"):
+    with pytest.raises(ValueError, match=r"os\.system is no imported variant of the family"):
         restore(unknown, run.problem)
     arrays = {key: value for key, value in saved.arrays.items() if key != "state.walkers"}
     with pytest.raises(ValueError, match=r"state\.walkers is missing"):
@@ -231,14 +231,14 @@ def changed_attributes(algorithm, problem):
     return changed
 
 
-VARIANTS = [
-    *(cls(n_runs=3, archive_size=10) for cls in PUBLISHED),
-    MGEODirected(n_runs=4, ends=0.5, renew=(1, 2), max_candidates=2),
-    *(member("a-geo2", 3, restart="random", patience=2) for member in MEMBERS),
+ALGORITHMS = [
+    *(cls(n_walkers=3, archive_size=10) for cls in PUBLISHED),
+    MGEODirected(n_walkers=4, extreme_weights=0.5, restart=(1, 2), max_candidates=2),
+    *(variant("a-geo2", 3, restart="random", patience=2) for variant in VARIANTS),
 ]
 
 
-@pytest.mark.parametrize("algorithm", VARIANTS, ids=lambda a: type(a).__name__)
+@pytest.mark.parametrize("algorithm", ALGORITHMS, ids=lambda a: type(a).__name__)
 @pytest.mark.parametrize("problem", [ZDT1(n_var=4), BNH()], ids=lambda p: p.name())
 def test_all_that_a_generation_changes_is_in_the_state_or_pymoos(algorithm, problem):
     assert changed_attributes(algorithm, problem) - OF_PYMOO == {"state"}
@@ -255,7 +255,7 @@ class Forgetful(MGEOReal):
 
 
 def test_an_attribute_that_is_not_declared_would_be_noticed():
-    changed = changed_attributes(Forgetful(n_runs=3), ZDT1(n_var=4))
+    changed = changed_attributes(Forgetful(n_walkers=3), ZDT1(n_var=4))
     assert changed - OF_PYMOO == {"state", "counted"}
 
 
@@ -269,7 +269,7 @@ class Counts(RunState):
 
 
 class Counting(MGEOReal):
-    """A leaf with a state of its own, on which its way depends."""
+    """A variant with a state of its own, on which its way depends."""
 
     def _new_state(self, streams, front, walkers):
         return Counts.begin(
@@ -286,8 +286,8 @@ class Counting(MGEOReal):
         return super()._accept(F + state.shift * F[:, ::-1], violation)
 
 
-def test_a_leaf_with_a_state_of_its_own_goes_on_bit_for_bit():
-    run = begun(Counting(n_runs=3), ZDT1(n_var=4), 5)
+def test_a_variant_with_a_state_of_its_own_goes_on_bit_for_bit():
+    run = begun(Counting(n_walkers=3), ZDT1(n_var=4), 5)
     restored = again(run)
     for field in ("shift", "phase"):
         assert getattr(restored.state, field) == getattr(run.state, field)
@@ -298,7 +298,7 @@ def test_a_leaf_with_a_state_of_its_own_goes_on_bit_for_bit():
 
 
 def test_what_is_not_declared_cannot_be_set_or_is_refused():
-    run = begun(MGEOReal(n_runs=3), ZDT1(n_var=4), 1)
+    run = begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 1)
     with pytest.raises(AttributeError):
         run.state.forgotten = 1
     loose = type("Loose", (RunState,), {})  # no dataclass with slots

@@ -56,7 +56,7 @@ def test_flags_reach_the_configuration(mgeo):
     assert data["parameters"] == {
         "sigma": [0.05, 0.1],
         "tau": 2.5,
-        "n_runs": 3,
+        "n_walkers": 3,
         "perturbation": "range",
         "restart": "never",
         "patience": 50,
@@ -136,11 +136,11 @@ def test_an_existing_run_is_refused_unless_told(mgeo):
         ),
         (
             ["cantilever", "--population", "20"],
-            "--population does not apply to mgeo-real, which takes --sigma, --tau, --runs, --pert",
+            "--population does not apply to mgeo-real, which takes --sigma, --tau, --walkers, --p",
         ),
         (["cantilever", "--sigma", "1,x"], "--sigma = '1,x': expected a number or numbers"),
         (["cantilever", "--sigma", "1,2,3"], "sigma of length 3"),
-        (["cantilever", "--runs", "0"], "n_runs = 0"),
+        (["cantilever", "--runs", "0"], "n_walkers = 0"),
         (["cantilever", "--perturbation", "big"], "perturbation = 'big'"),
         (["cantilever", "--scenario", "huge"], "preset = 'huge': expected one of light, heavy"),
         (["cantilever", "--scenario", "no.toml"], "there is no scenario file no.toml"),
@@ -259,7 +259,7 @@ def test_any_other_parameter_is_set_by_name(mgeo):
     assert done.exit_code == 0, done.output
     assert json.loads(Path("a/run.json").read_text())["configuration"]["parameters"] == {
         "tau": "a-geo2",
-        "n_runs": 2,
+        "n_walkers": 2,
         "bits": [7, 9],
         "coding": "gray",
         "restart": "archive",

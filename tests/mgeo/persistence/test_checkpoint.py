@@ -41,7 +41,7 @@ Dying.__name__ = "ZDT1"
 
 
 def solve(problem=PROBLEM, algorithm=None, n_gen=12, **options):
-    algorithm = algorithm or MGEOReal(0.2, n_runs=3)
+    algorithm = algorithm or MGEOReal(0.2, n_walkers=3)
     return minimize(problem, algorithm, ("n_gen", n_gen), **{"seed": 3, **options})
 
 
@@ -63,11 +63,11 @@ def same(a, b):
 @pytest.mark.parametrize("batches", [1, 5, 11])
 def test_every_member_ends_as_if_it_had_not_stopped(cls, batches, tmp_path):
     path = tmp_path / "run.checkpoint"
-    broken_off(path, batches, cls(n_runs=3))
+    broken_off(path, batches, cls(n_walkers=3))
     resumed = resume(path, PROBLEM)
     assert resumed.n_generations == batches
     result = resumed.run()
-    expected = solve(algorithm=cls(n_runs=3))
+    expected = solve(algorithm=cls(n_walkers=3))
     assert same(result, expected)
     assert np.array_equal(result.pop.get("X"), expected.pop.get("X"))
     assert resumed.evaluator.n_eval == expected.algorithm.evaluator.n_eval
@@ -190,10 +190,10 @@ def test_any_cut_and_any_changed_byte_is_noticed(checkpoint, tmp_path):
 
 def test_another_version_is_named(checkpoint, tmp_path):
     path = tmp_path / "new"
-    for number in (1, 3):  # older, newer
+    for number in (2, 4):  # older, newer
         head = f"checkpoint {number} ".encode()
-        path.write_bytes(checkpoint.read_bytes().replace(b"checkpoint 2 ", head, 1))
-        message = rf"new has format {number}: this version of mgeo reads format 2$"
+        path.write_bytes(checkpoint.read_bytes().replace(b"checkpoint 3 ", head, 1))
+        message = rf"new has format {number}: this version of mgeo reads format 3$"
         for read in (lambda: resume(path, PROBLEM), lambda: read_notes(path)):
             with pytest.raises(ValueError, match=message):
                 read()
@@ -208,7 +208,7 @@ def test_a_change_of_versions_is_told(checkpoint, monkeypatch):
 def test_objects_in_a_file_are_not_unpickled(tmp_path):
     np.savez(tmp_path / "x.npz", json=np.array([print], dtype=object))
     body = (tmp_path / "x.npz").read_bytes()
-    head = f"mgeo checkpoint 2 {hashlib.sha256(body).hexdigest()}\n"
+    head = f"mgeo checkpoint 3 {hashlib.sha256(body).hexdigest()}\n"
     (tmp_path / "bad").write_bytes(head.encode() + body)
     with pytest.raises(ValueError, match="allow_pickle=False"):
         resume(tmp_path / "bad", PROBLEM)
@@ -249,7 +249,7 @@ def test_bad_arguments(tmp_path):
         Checkpoint(tmp_path / "a", every_generations=0)
     with pytest.raises(ValueError, match="every_seconds = -1"):
         Checkpoint(tmp_path / "a", every_seconds=-1)
-    with pytest.raises(TypeError, match="NSGA2 is no member of the MGEO family"):
+    with pytest.raises(TypeError, match="NSGA2 is no variant of MGEO"):
         solve(algorithm=NSGA2(8), callback=Checkpoint(tmp_path / "a"))
 
 
@@ -271,7 +271,7 @@ def test_a_callers_mistake_is_not_the_files(checkpoint, options, error, message)
 
 def test_a_termination_that_cannot_be_kept_has_to_be_given_again(tmp_path):
     path = tmp_path / "run.checkpoint"
-    run = MGEOReal(0.2, n_runs=3).setup(
+    run = MGEOReal(0.2, n_walkers=3).setup(
         PROBLEM, termination=DefaultMultiObjectiveTermination(), seed=3
     )
     run.next()

@@ -31,7 +31,7 @@ PROBLEM = ZDT1(n_var=3)
 
 
 def solve(problem=PROBLEM, algorithm=None, n_gen=10, **options):
-    algorithm = algorithm or MGEOReal(0.2, n_runs=4)
+    algorithm = algorithm or MGEOReal(0.2, n_walkers=4)
     return minimize(problem, algorithm, ("n_gen", n_gen), **{"seed": 1, **options})
 
 
@@ -44,7 +44,7 @@ class Spy(Evaluator):
 
 
 @pytest.mark.parametrize(
-    "algorithm", [MGEOReal(0.2, n_runs=4), NSGA2(12), GDE3(12)], ids=["mgeo", "nsga2", "gde3"]
+    "algorithm", [MGEOReal(0.2, n_walkers=4), NSGA2(12), GDE3(12)], ids=["mgeo", "nsga2", "gde3"]
 )
 @pytest.mark.parametrize("problem", [PROBLEM, BNH(), OSY()], ids=["zdt1", "bnh", "osy"])
 @pytest.mark.parametrize("chunk_rows", [1, 50, 10_000])
@@ -102,7 +102,7 @@ def test_failed_evaluations_are_marked(tmp_path):
             super()._evaluate(X, out, *args, **kwargs)
             out["F"][X[:, 0] > 0.7, 1] = np.inf
 
-    for algorithm in (MGEOReal(0.2, n_runs=4), NSGA2(12)):
+    for algorithm in (MGEOReal(0.2, n_walkers=4), NSGA2(12)):
         recorder = Recorder(tmp_path, overwrite=True)
         solve(Failing(n_var=3), algorithm, callback=recorder, evaluator=TolerantEvaluator())
         table = read_record(tmp_path)
@@ -184,7 +184,7 @@ def test_a_record_is_not_overwritten_unless_told(tmp_path):
 
 def test_a_resumed_run_needs_its_own_record(tmp_path):
     def begun(problem, n_iter=4):
-        run = MGEOReal(n_runs=4).setup(problem, seed=1)
+        run = MGEOReal(n_walkers=4).setup(problem, seed=1)
         for _ in range(n_iter):
             run.next()
         run.n_iter = n_iter
@@ -209,7 +209,7 @@ class Mixed(Problem):
         out["F"] = np.array([x["width"] + x["teeth"] for x in X])
 
 
-@pytest.mark.parametrize("algorithm", [MixedVariableGA(12), MGEOCanonical(n_runs=2, bits=3)])
+@pytest.mark.parametrize("algorithm", [MixedVariableGA(12), MGEOCanonical(n_walkers=2, bits=3)])
 def test_variables_of_several_types_are_columns_of_numbers(algorithm, tmp_path):
     result = solve(Mixed(), algorithm, callback=Recorder(tmp_path))
     table = read_record(tmp_path)

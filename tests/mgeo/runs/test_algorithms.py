@@ -14,11 +14,11 @@ from mgeo.runs.algorithms import (
 from mgeo.runs.solve import solve
 
 SMALL = {
-    "mgeo-real": {"n_runs": 4, "sigma": 0.1},
-    "mgeo-real2": {"n_runs": 1, "sigma": 0.2},
-    "mgeo-canonical": {"n_runs": 1, "bits": 5},
-    "mgeo-var": {"n_runs": 1, "bits": 5},
-    "mgeo-directed": {"n_runs": 4},
+    "mgeo-real": {"n_walkers": 4, "sigma": 0.1},
+    "mgeo-real2": {"n_walkers": 1, "sigma": 0.2},
+    "mgeo-canonical": {"n_walkers": 1, "bits": 5},
+    "mgeo-var": {"n_walkers": 1, "bits": 5},
+    "mgeo-directed": {"n_walkers": 4},
 }
 DIRECTED = ("nsga3", "u-nsga3", "moead", "ctaea", "rvea")
 AREA = HV(ref_point=np.array([1.1, 6.0]))
@@ -73,7 +73,7 @@ def test_parameters_are_completed():
     assert complete_parameters("mgeo-real", {"tau": 2.0}) == {
         "sigma": 1.0,
         "tau": 2.0,
-        "n_runs": 30,
+        "n_walkers": 30,
         "perturbation": "absolute",
         "restart": "never",
         "patience": 50,
@@ -84,7 +84,7 @@ def test_the_default_budget_is_the_papers_and_the_same_for_all():
     problem = ZDT1(n_var=12)
     for name in ("mgeo-real", "nsga2"):
         assert default_evaluations(build_algorithm(name, {}, problem), problem) == 59760
-    alone = build_algorithm("mgeo-real", {"n_runs": 1}, problem)
+    alone = build_algorithm("mgeo-real", {"n_walkers": 1}, problem)
     assert default_evaluations(alone, problem) == 60000
 
 
@@ -92,3 +92,9 @@ def test_an_algorithm_missing_from_pymoo_says_so(monkeypatch):
     monkeypatch.setattr("mgeo.runs.algorithms.import_module", lambda name: object())
     with pytest.raises(ValueError, match="'gde3' is not in the installed pymoo"):
         build_algorithm("gde3", {}, ZDT1())
+
+
+def test_n_runs_of_the_papers_and_of_older_files_is_n_walkers():
+    assert complete_parameters("mgeo-real", {"n_runs": 5})["n_walkers"] == 5
+    with pytest.raises(TypeError, match="n_walkers = 4 and n_runs = 5: expected one of them"):
+        complete_parameters("mgeo-real", {"n_runs": 5, "n_walkers": 4})

@@ -13,13 +13,13 @@ pytestmark = pytest.mark.usefixtures("stand_in")
 
 def test_a_configuration_states_everything():
     configuration = prepare(
-        "cantilever", {"preset": "heavy"}, parameters={"n_runs": 5}
+        "cantilever", {"preset": "heavy"}, parameters={"n_walkers": 5}
     ).configuration
     assert configuration.model_dump() == {
         "problem": "cantilever",
         "options": {"load": 2000.0},  # what the preset meant
         "algorithm": "mgeo-real",
-        "parameters": complete_parameters("mgeo-real", {"n_runs": 5}),
+        "parameters": complete_parameters("mgeo-real", {"n_walkers": 5}),
         "evaluations": 1000 * 5 * 2,
         "seed": 1,
     }
@@ -29,7 +29,7 @@ def test_the_same_configuration_gives_the_same_front_after_a_trip_through_json()
     prepared = prepare(
         "cantilever",
         {"load": 1234.5},
-        parameters={"sigma": (0.003, 0.1), "n_runs": 3},
+        parameters={"sigma": (0.003, 0.1), "n_walkers": 3},
         evaluations=300,
         seed=7,
     )
@@ -54,7 +54,7 @@ def test_a_problem_without_options_is_rebuilt_from_those_given():
     [
         ({"sigma": [0.1, 0.2, 0.3]}, "sigma of length 3.* 2 variables"),
         ({"sigma": -1.0}, "sigma = -1"),
-        ({"n_runs": 0}, "n_runs = 0"),
+        ({"n_walkers": 0}, "n_walkers = 0"),
         ({"perturbation": "big"}, "perturbation = 'big'"),
         ({"population": 10}, "'mgeo-real' has no parameter 'population'"),
     ],

@@ -10,7 +10,7 @@ pytestmark = pytest.mark.usefixtures("stand_in")
 
 def begun(folder, generations):
     """A run of 40 generations that was stopped, kept in a folder."""
-    run = prepare("cantilever", parameters={"n_runs": 4}, evaluations=320, seed=2)
+    run = prepare("cantilever", parameters={"n_walkers": 4}, evaluations=320, seed=2)
 
     def stop(state):
         if state.evaluations >= 8 * generations:
@@ -48,7 +48,7 @@ def test_one_budget_at_a_time(tmp_path):
 
 
 def test_a_run_killed_before_its_first_generation_begins_anew(tmp_path):
-    run = prepare("cantilever", parameters={"n_runs": 4}, evaluations=320, seed=2)
+    run = prepare("cantilever", parameters={"n_walkers": 4}, evaluations=320, seed=2)
 
     class Killed(BaseException):
         pass

@@ -20,7 +20,7 @@ distributed = pytest.importorskip(
 
 PROBLEM = ZDT1(n_var=6)
 ALGORITHMS = {
-    "MGEO": MGEOReal(sigma=0.3, n_runs=5, perturbation="range"),
+    "MGEO": MGEOReal(sigma=0.3, n_walkers=5, perturbation="range"),
     "NSGA-II": NSGA2(pop_size=20),
 }
 STUDY = {"n_eval": 2000, "seeds": 5, "grid": 4}

@@ -36,7 +36,7 @@ from .problems import DyingNSGA2, Element, FailingNSGA2, GlobalRandomSearch, Hal
 
 PROBLEM = ZDT1(n_var=4)
 ALGORITHMS = {
-    "MGEO": MGEOReal(sigma=0.3, n_runs=3, perturbation="range"),
+    "MGEO": MGEOReal(sigma=0.3, n_walkers=3, perturbation="range"),
     "NSGA-II": NSGA2(pop_size=12),
     "C-MOPSO": CMOPSO(pop_size=12),
     "RVEA": RVEA(get_reference_directions("das-dennis", 2, n_partitions=11)),
@@ -126,7 +126,7 @@ def test_finished_runs_are_not_run_again(serial, tmp_path, monkeypatch):
         (ZDT1(n_var=5), 0.3, 150),
         (PROBLEM, 0.2, 150),
     ):
-        algorithm = MGEOReal(sigma=sigma, n_runs=3, perturbation="range")
+        algorithm = MGEOReal(sigma=sigma, n_walkers=3, perturbation="range")
         compare(problem, {"MGEO": algorithm}, n_eval, seeds=1, folder=tmp_path)
     assert made == [2] * 4 + [1] * 3
 
@@ -354,7 +354,7 @@ class Shifted(Sphere):
 
 def test_of_one_objective_the_best_value_counts():
     algorithms = {
-        "GEO": MGEOReal(sigma=0.1, n_runs=3, perturbation="range"),
+        "GEO": MGEOReal(sigma=0.1, n_walkers=3, perturbation="range"),
         "GA": GA(pop_size=12),
         "random": RandomSearch(n_points_per_iteration=12),
     }

@@ -1,4 +1,4 @@
-"""What a walker heads for: one direction of the objective space, and how near a point is to it."""
+"""Weight vectors of a walker's objectives, and how near a point is to the front along them."""
 
 import numpy as np
 
@@ -7,36 +7,32 @@ from mgeo._typing import FloatArray
 _SUM = 1e-3  # share of the sum in a distance: of points equal otherwise, the nondominated is nearer
 
 
-def fan(n: int, n_obj: int, ends: float) -> FloatArray:
-    """Weights of n directions: some of a single objective, the others evenly over all.
+def weight_vectors(n: int, n_obj: int, extreme: float) -> FloatArray:
+    """(n, n_obj) weights of n walkers, >= 0, that sum to 1.
 
-    Parameters
-    ----------
-    n : number of directions.
-    n_obj : number of objectives.
-    ends : share of the directions that belong to single objectives, to each in turn.
-
-    Returns
-    -------
-    (n, n_obj) weights >= 0 that sum to 1. Those between the ends are all above 0, and at even
-    distances: with two objectives a grid, with more a low-discrepancy sequence (`_even`).
+    A share of them is `extreme`, of a single objective, each objective in turn. The others are all
+    above 0, and at even distances: with two objectives a grid, with more a low-discrepancy
+    sequence (`_even`).
     """
-    single = round(ends * n)
+    single = round(extreme * n)
     weights = np.zeros((n, n_obj))
     weights[np.arange(single), np.arange(single) % n_obj] = 1.0
-    weights[single:] = _spacings(_ascending(_even(n - single, n_obj - 1)))
+    # Uniform points become what uniform points are when each is sorted (the largest of k numbers
+    # is distributed as u^(1/k), the next one as a share of it, and so on). Sorting itself would
+    # fold the cube k! times, and what is far apart in it would come together.
+    shares: FloatArray = _even(n - single, n_obj - 1) ** (1.0 / np.arange(n_obj - 1, 0, -1))
+    weights[single:] = _spacings(np.asarray(np.cumprod(shares, axis=1)[:, ::-1]))
     return weights
 
 
-def drawn(n: int, n_obj: int, rng: np.random.Generator) -> FloatArray:
+def random_weights(n: int, n_obj: int, rng: np.random.Generator) -> FloatArray:
     """(n, n_obj) weights drawn uniformly among those >= 0 that sum to 1."""
-    return _spacings(rng.random((n, n_obj - 1)))
+    return _spacings(np.sort(rng.random((n, n_obj - 1)), axis=1))
 
 
 def _spacings(cuts: FloatArray) -> FloatArray:
-    """(n, k + 1) lengths of the pieces into which (n, k) points cut the unit interval."""
-    edges = np.zeros((len(cuts), 1))
-    return np.diff(np.hstack([edges, np.sort(cuts, axis=1), edges + 1.0]), axis=1)
+    """(n, k + 1) lengths of the pieces into which (n, k) ascending points cut [0, 1]."""
+    return np.diff(cuts, axis=1, prepend=0.0, append=1.0)
 
 
 def _even(n: int, k: int) -> FloatArray:
@@ -54,27 +50,15 @@ def _even(n: int, k: int) -> FloatArray:
     return points
 
 
-def _ascending(uniform: FloatArray) -> FloatArray:
-    """Points of the unit cube, (n, k), as (n, k) numbers in ascending order.
-
-    Uniform points become what uniform points are when each is sorted (the largest of k numbers is
-    distributed as u^(1/k), the next one as a share of it, and so on). Sorting itself would fold
-    the cube k! times, and what is far apart in it would come together.
-    """
-    k = uniform.shape[1]
-    shares: FloatArray = uniform ** (1.0 / np.arange(k, 0, -1))
-    return np.asarray(np.cumprod(shares, axis=1)[:, ::-1])
-
-
 def distance(
     F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray
 ) -> FloatArray:
-    """How far points are along directions: weighted Tchebycheff, scaled to what is known.
+    """How far points are along weight vectors: weighted Tchebycheff, scaled to what is known.
 
     Parameters
     ----------
     F : (..., n_obj) objectives, minimized.
-    weights : (..., n_obj) directions; they broadcast.
+    weights : (..., n_obj) weight vectors; they broadcast.
     ideal, nadir : (n_obj,) least and largest objectives of the front known so far: 0 and 1.
 
     Returns
@@ -94,7 +78,7 @@ def distance(
     return np.asarray(result if known else np.where(finite.all(axis=-1), result, np.nan))
 
 
-def extent(F: FloatArray) -> tuple[FloatArray, FloatArray]:
+def ideal_and_nadir(F: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(n_obj,) least and largest objectives of a front, (n, n_obj); 0 and 1 if it is empty."""
     columns = F.T  # numpy is slow at reducing a long array along its first axis
     if not len(F):

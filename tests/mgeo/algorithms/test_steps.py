@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from mgeo.algorithms.moves import SCALES, perturb
+from mgeo.algorithms.steps import SCALES, perturb
 
 XL, XU = np.array([-1e4, -1e4, 0.0]), np.array([1e4, 1e4, 0.0])
 

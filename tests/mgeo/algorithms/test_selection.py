@@ -5,11 +5,11 @@ import pytest
 from scipy.stats import chi2_contingency, chisquare
 
 from mgeo import MGEOVar
-from mgeo.algorithms.acceptance import pick, rank
+from mgeo.algorithms.selection import pick, rank
 
 from .. import naive
-from .members import MEMBERS, canonical, real, var
 from .problems import Fixed
+from .variants import VARIANTS, canonical, real, var
 
 DRAWS = 200_000
 
@@ -70,7 +70,7 @@ def accepted_ranks(algorithm, generations, objectives=1):
         proposed = algorithm._values.copy()
         before = algorithm.walkers.copy()
         algorithm._accept(f, np.zeros(len(f)))
-        by_walker = f.reshape(algorithm.n_runs, -1, objectives)[:, own:]
+        by_walker = f.reshape(algorithm.n_walkers, -1, objectives)[:, own:]
         for walker, values in enumerate(by_walker):
             for group, row in enumerate(algorithm._order):
                 row = row[present[group]]
@@ -88,9 +88,9 @@ def accepted_ranks(algorithm, generations, objectives=1):
 
 
 @pytest.mark.parametrize("tau", [0.0, 1.3, 3.0])
-@pytest.mark.parametrize("member", MEMBERS)
-def test_every_member_accepts_by_the_power_law(member, tau):
-    for size, (counts,) in accepted_ranks(member(tau, 200), 20).items():
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_every_variant_accepts_by_the_power_law(variant, tau):
+    for size, (counts,) in accepted_ranks(variant(tau, 200), 20).items():
         law = np.arange(1.0, size + 1) ** -tau
         assert counts.sum() > 2000
         assert chisquare(counts, counts.sum() * law / law.sum()).pvalue > 1e-3
@@ -105,10 +105,10 @@ def test_so_do_groups_of_different_length():
         assert chisquare(of_size, of_size.sum() * law / law.sum()).pvalue > 1e-3
 
 
-@pytest.mark.parametrize("member", [real, canonical, var])
-def test_every_objective_is_as_likely_to_rank_by(member):
-    # the greedy take the best of the one objective drawn, whose values are independent
-    counts = accepted_ranks(member(200.0, 300), 20, objectives=3)
+@pytest.mark.parametrize("variant", [real, canonical, var])
+def test_every_objective_is_as_likely_to_rank_by(variant):
+    # under high pressure, walkers take the best of the one objective drawn, independent of others
+    counts = accepted_ranks(variant(200.0, 300), 20, objectives=3)
     for size, by_objective in counts.items():
         total = by_objective[0].sum()
         expected = total * (1 / 3 + 2 / 3 / size)

@@ -1,4 +1,4 @@
-"""Steps of several variables at once: normal ones, and fractions of differences."""
+"""Steps of real variables: how far a candidate is from its walker, within the bounds."""
 
 from collections.abc import Callable, Sequence
 
@@ -6,7 +6,44 @@ import numpy as np
 
 from mgeo._typing import FloatArray, IntArray
 
+Scale = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 Differences = Callable[[tuple[int, ...]], FloatArray]
+
+#: What sigma is a multiple of, given the variables and their lower and upper bounds: their unit,
+#: their value (a variable at zero stays there), or the width of their bounds.
+SCALES: dict[str, Scale] = {
+    "absolute": lambda x, xl, xu: np.ones_like(x),
+    "relative": lambda x, xl, xu: x,
+    "range": lambda x, xl, xu: np.broadcast_to(xu - xl, x.shape),
+}
+
+
+def perturb(
+    x: FloatArray,
+    noise: FloatArray,
+    sigma: float | FloatArray,
+    scale: Scale,
+    xl: FloatArray,
+    xu: FloatArray,
+) -> FloatArray:
+    """New value of every variable, clipped to its bounds.
+
+    x + sigma scale(x) N(0, 1) (Mainenti-Lopes, Souza & de Sousa 2012); equation (9) of
+    docs/theory.md.
+
+    Parameters
+    ----------
+    x : (n_walkers, n_var) the walkers.
+    noise : (n_walkers, n_var) standard normal draws.
+    sigma : standard deviation, one for all or (n_var,).
+    scale : what sigma is a multiple of: one of `SCALES`.
+    xl, xu : (n_var,) bounds.
+
+    Returns
+    -------
+    (n_walkers, n_var) values, of which a candidate takes one.
+    """
+    return np.clip(x + sigma * scale(x, xl, xu) * noise, xl, xu)
 
 
 def joint_steps(
