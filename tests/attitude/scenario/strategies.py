@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from hypothesis import strategies as st
+from mgeo_attitude import Suite
 from mgeo_attitude.constants import EARTH_RADIUS
 from mgeo_attitude.fields import Quantity, declared
 from mgeo_attitude.scenario import (
@@ -15,7 +16,6 @@ from mgeo_attitude.scenario import (
     ManeuverLimits,
     Orbit,
     Scenario,
-    state_blocks,
 )
 from mgeo_attitude.scenario.objective_names import NAMES
 from mgeo_attitude.sensors import SENSORS, Gyro
@@ -57,7 +57,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
         for name in draw(st.lists(names, min_size=1, max_size=4, unique=True))
     )
     # attitude stays positive: all weights zero is refused
-    blocks = st.sampled_from(state_blocks(gyro, sensors)[1:])
+    blocks = st.sampled_from(Suite(gyro, sensors).blocks[1:])
     objectives = st.sampled_from(NAMES).filter("t_required".__ne__) | blocks.map("trace:{}".format)
     printable = st.characters(exclude_categories=("C", "Z"))
     return Scenario(

@@ -7,7 +7,8 @@ import math
 from datetime import UTC, datetime
 
 import pytest
-from mgeo_attitude.scenario import Convergence, Orbit, Scenario, state_blocks
+from mgeo_attitude import Suite
+from mgeo_attitude.scenario import Convergence, Orbit, Scenario
 from mgeo_attitude.scenario.presets import PRESETS
 from mgeo_attitude.sensors import Magnetometer, SunSensor
 
@@ -59,7 +60,7 @@ def test_paper_sensors_in_the_units_of_the_filter() -> None:
 
 def test_the_paper_has_18_states() -> None:
     scenario = Scenario.paper()
-    assert state_blocks(scenario.gyro, scenario.sensors) == (
+    assert Suite(scenario.gyro, scenario.sensors).blocks == (
         "attitude",
         "gyro.bias",
         "sun.misalignment",

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from mgeo_attitude import Suite
 from mgeo_attitude.fields import InvalidType, InvalidValue
 from mgeo_attitude.scenario import (
     Convergence,
@@ -19,7 +20,6 @@ from mgeo_attitude.scenario import (
     Scenario,
     TLEOrbit,
     TraceWeights,
-    state_blocks,
 )
 from mgeo_attitude.sensors import Gyro, Magnetometer, SunSensor
 
@@ -176,7 +176,7 @@ def test_an_element_set_of_another_time_is_refused() -> None:
 
 def test_weights_are_one_unless_given() -> None:
     scenario = changed(trace_weights={"attitude": 2, "mag.bias": 0.0})
-    blocks = state_blocks(scenario.gyro, scenario.sensors)
+    blocks = Suite(scenario.gyro, scenario.sensors).blocks
     weights = scenario.trace_weights
     assert isinstance(weights, TraceWeights)
     assert weights.of(blocks) == (2.0, 1.0, 1.0, 1.0, 1.0, 0.0)
@@ -185,7 +185,7 @@ def test_weights_are_one_unless_given() -> None:
 
 def test_weights_are_not_all_zero() -> None:
     paper = Scenario.paper()
-    blocks = state_blocks(paper.gyro, paper.sensors)
+    blocks = Suite(paper.gyro, paper.sensors).blocks
     with pytest.raises(InvalidValue, match=r"^trace_weights = .*: expected a weight above 0$"):
         changed(trace_weights=dict.fromkeys(blocks, 0.0))
 
@@ -200,7 +200,7 @@ def test_weights_do_not_follow_the_dict_they_were_made_from() -> None:
 
 def test_blocks_follow_the_states_of_the_suite() -> None:
     gyro = Gyro(scale_factor=1e-3)
-    assert state_blocks(gyro, (Magnetometer(name="boom"),)) == (
+    assert Suite(gyro, (Magnetometer(name="boom"),)).blocks == (
         "attitude",
         "gyro.bias",
         "gyro.scale_factor",

@@ -7,11 +7,11 @@ files and describes them to editors::
     # InvalidValue: eccentricity = 1.2: expected a number in [0, 1) (orbit eccentricity)
 """
 
-from .errors import InvalidType, InvalidValue, KeyProblem, known_names
-from .numbers import Numbers
-from .quantity import Kinds, Quantity, declared, positive, quantity
-from .section import Validated
-from .tables import require_same, to_table
+from mgeo_attitude.fields.errors import InvalidType, InvalidValue, KeyProblem, known_names
+from mgeo_attitude.fields.numbers import Numbers
+from mgeo_attitude.fields.quantity import Kinds, Quantity, declared, positive, quantity
+from mgeo_attitude.fields.section import Validated
+from mgeo_attitude.fields.tables import from_table, require_same, to_table
 
 __all__ = [
     "InvalidType",
@@ -22,6 +22,7 @@ __all__ = [
     "Quantity",
     "Validated",
     "declared",
+    "from_table",
     "known_names",
     "positive",
     "quantity",

@@ -1,167 +1,123 @@
-"""Sections as pydantic checks them, whether code makes them or a file's tables."""
+"""Sections as pydantic checks them and describes them to editors."""
 
 from __future__ import annotations
 
 import dataclasses
-import math
-from collections.abc import Mapping
-from dataclasses import MISSING, dataclass
-from datetime import datetime
+from collections.abc import Sequence
+from dataclasses import MISSING
 from functools import partial
-from numbers import Integral, Real
-from types import UnionType
-from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, create_model
-from pydantic import GetCoreSchemaHandler as Handler
-from pydantic import ValidationInfo as Info
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+import numpy as np
+import pydantic
+from pydantic import Field, GetCoreSchemaHandler, ValidationError
+from pydantic_core import CoreSchema, ErrorDetails, core_schema
 
-from .errors import InvalidValue, KeyProblem, known_names
-from .numbers import flattened
-from .quantity import Kinds, Quantity, declared, remembered
-from .words import in_words
+from mgeo_attitude.fields.errors import InvalidType, InvalidValue
+from mgeo_attitude.fields.numbers import flattened
+from mgeo_attitude.fields.quantity import Kinds, Quantity, declared, remembered
 
-_CONFIG = ConfigDict(
+_CONFIG = pydantic.ConfigDict(
     strict=True,
     extra="forbid",
+    allow_inf_nan=False,
     arbitrary_types_allowed=True,
     field_title_generator=lambda name, info: name,
 )
-_TABLE = "table"  # context of a validation in which sections and times are those of a file
-
-Section = TypeVar("Section")
-
-
-def from_table(
-    cls: type[Section], table: Mapping[str, Any], key: str = "", names: tuple[str, ...] = ()
-) -> Section:
-    """A section from a table of its fields and, perhaps, the further `key`, one of `names`.
-
-    Sections in it are tables, too, and times may be texts.
-
-    Raises
-    ------
-    KeyProblem, InvalidValue, InvalidType
-        Naming the full key (``orbit.eccentricity``): unknown, missing or of a bad value.
-    """
-    fields, model = declared(cls), section_model(cls, key, names)
-    with in_words(table, fields, model.model_fields, table=True):
-        read = model.model_validate(dict(table), context=_TABLE)
-    return cls(**{name: getattr(read, name) for name in fields if name in read.model_fields_set})
 
 
 def checked_fields(section: Any) -> dict[str, Any]:
-    """The fields of a section as their annotations want them: an int as float, a list as tuple."""
-    fields, model = declared(type(section)), section_model(type(section))
-    given = {name: getattr(section, name) for name in fields}
-    with in_words(given, fields):
-        read = model.model_validate(given)
-    return {name: getattr(read, name) for name in fields}
+    """The fields of a section as their annotations want them: an int as float, a list as tuple.
+
+    Raises
+    ------
+    InvalidValue, InvalidType
+        Naming the first that is refused, its value, and what was expected.
+    """
+    given = {name: getattr(section, name) for name in declared(type(section))}
+    plain = {name: _plain(value) for name, value in given.items()}
+    try:
+        read = section_model(type(section)).model_validate(plain)
+    except ValidationError as error:
+        raise _in_words(error.errors(include_url=False)[0], section) from None
+    return {name: getattr(read, name) for name in given}
 
 
 @remembered
-def section_model(cls: Any, key: str = "", names: tuple[str, ...] = ()) -> type[BaseModel]:
+def section_model(cls: Any, key: str = "", names: tuple[str, ...] = ()) -> type[pydantic.BaseModel]:
     """The pydantic model of a section's fields, with `key`, one of `names`, before them."""
     hints = get_type_hints(cls, include_extras=True)
-    entries: dict[str, Any] = {key: (Literal[names], Field(**_default(None)))} if key else {}
-    fields = {field.name: field for field in dataclasses.fields(cls)}
-    for name, (_, spec) in declared(cls).items():
-        field = fields[name]
-        required = field.default is MISSING and field.default_factory is MISSING
+    specs = declared(cls)
+    unsaid: dict[str, Any] = {"default_factory": lambda: None}  # a schema shows no default
+    entries: dict[str, Any] = {key: (Literal[names], Field(**unsaid))} if key else {}
+    for field in dataclasses.fields(cls):
+        spec = specs[field.name][1]
         text = f"{spec.doc} [{spec.unit}]" if spec.unit else spec.doc
-        default = {} if required else _default(field.default)
-        info = Field(description=text or None, **default)
-        entries[name] = (_checked_type(hints[name], spec), info)
-    return create_model(cls.__name__, __config__=_CONFIG, **entries)
+        required = field.default is field.default_factory is MISSING
+        shown = {"default": field.default} if field.default not in (None, MISSING) else unsaid
+        info = Field(description=text or None, **({} if required else shown))
+        entries[field.name] = (_checked_type(hints[field.name], spec), info)
+    return pydantic.create_model(cls.__name__, __config__=_CONFIG, **entries)
+
+
+def instance_schema(
+    classes: Any, models: Sequence[type[pydantic.BaseModel]], handler: GetCoreSchemaHandler
+) -> CoreSchema:
+    """In Python an instance of some classes, in JSON what one of the models says."""
+    return core_schema.json_or_python_schema(
+        core_schema.union_schema([handler.generate_schema(model) for model in models]),
+        core_schema.is_instance_schema(classes),
+    )
 
 
 def _checked_type(hint: Any, spec: Quantity) -> Any:
-    """A field's annotation as pydantic shall check it."""
+    """A field's annotation as pydantic shall check it: bounds hold for each number in it."""
     entries = get_args(hint)
     if get_origin(hint) is tuple:
-        own = tuple(kind if kind is Ellipsis else _checked_type(kind, spec) for kind in entries)
-        return Annotated[tuple[own], BeforeValidator(_as_tuple)]  # type: ignore[valid-type]
-    if spec.kinds:
-        return Annotated[hint, _Sections(entries or (hint,), spec.kinds)]
-    if get_origin(hint) in (Union, UnionType):
-        return Union[tuple(_checked_type(kind, spec) for kind in entries)]  # noqa: UP007
-    if hint is float:
-        bounds = Field(allow_inf_nan=False, **spec.bounds())
-        return Annotated[float, bounds, BeforeValidator(partial(_as_number, float, Real))]
-    if hint is int:
-        bounds = Field(**spec.bounds())
-        return Annotated[int, bounds, BeforeValidator(partial(_as_number, int, Integral))]
+        return tuple[tuple(e if e is Ellipsis else _checked_type(e, spec) for e in entries)]  # type: ignore[misc]
     if get_origin(hint) is Annotated:  # Mapping[str, float], made a subclass of Numbers
         number: Any = _checked_type(float, spec)
         nested = dict[str, number | dict[str, number]]
-        flat = BeforeValidator(flattened, json_schema_input_type=nested)
-        return Annotated[dict[str, number], flat, AfterValidator(entries[1])]
-    if hint is datetime:
-        return Annotated[datetime, BeforeValidator(_as_datetime)]
-    if hasattr(hint, "__dataclass_fields__"):
-        return Annotated[hint, _Sections((hint,))]
-    return Literal[spec.choices] if spec.choices else hint  # such as a class of somebody else's
+        flat = pydantic.BeforeValidator(flattened, json_schema_input_type=nested)
+        return Annotated[dict[str, number], flat, pydantic.AfterValidator(entries[1])]
+    if spec.kinds:
+        return Annotated[hint, pydantic.GetPydanticSchema(partial(_kinds_schema, kinds=spec.kinds))]
+    if spec.choices:
+        return Literal[spec.choices]
+    return Annotated[hint, Field(**spec.bounds())] if spec.bounds() else hint
 
 
-@dataclass(frozen=True)
-class _Sections:
-    """Reads a section of some classes: as it is or, from a table, of the kind that it names."""
-
-    classes: tuple[type[Any], ...]
-    kinds: Kinds | None = None
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Handler) -> CoreSchema:
-        kinds = self.kinds
-        models = [section_model(cls) for cls in self.classes]
-        if kinds:
-            each = dict.fromkeys(kinds.classes.values())
-            models = [section_model(cls, kinds.key, kinds.names(cls)) for cls in each]
-        shapes: list[Any] = [handler.generate_schema(model) for model in models]
-        return core_schema.with_info_plain_validator_function(
-            self._read, json_schema_input_schema=core_schema.union_schema(shapes)
-        )
-
-    def _read(self, value: Any, info: Info) -> Any:
-        if isinstance(value, self.classes):
-            return value
-        if not (info.context == _TABLE and isinstance(value, Mapping)):
-            raise PydanticCustomError("section_type", "no section")
-        if self.kinds is None:
-            return from_table(self.classes[0], value)
-        key, classes = self.kinds.key, self.kinds.classes
-        if not (key in value or self.kinds.default):
-            raise KeyProblem(key, None, f"missing{known_names('', classes)}")
-        name = value.get(key, self.kinds.default)
-        if not isinstance(name, str) or name not in classes:
-            raise InvalidValue(key, name, f"unknown {key}{known_names(name, classes)}")
-        return from_table(classes[name], value, key, self.kinds.names(classes[name]))
+def _kinds_schema(hint: Any, handler: GetCoreSchemaHandler, kinds: Kinds) -> CoreSchema:
+    names: dict[Any, tuple[str, ...]] = {}
+    for name, cls in kinds.classes.items():
+        names[cls] = (*names.get(cls, ()), name)
+    models = [section_model(cls, kinds.key, own) for cls, own in names.items()]
+    return instance_schema(hint, models, handler)
 
 
-def _default(value: Any) -> dict[str, Any]:
-    """A default as pydantic's `Field` takes it; a schema shows it if it is a plain value."""
-    plain = isinstance(value, bool | int | float | str | tuple)
-    return {"default": value} if plain else {"default_factory": lambda: None}
+def _plain(value: Any) -> Any:
+    """Numbers of numpy as Python's, and lists as tuples: all else is taken as it is or refused."""
+    if isinstance(value, list | tuple):
+        return tuple(map(_plain, value))
+    return value.item() if isinstance(value, np.generic) else value
 
 
-def _as_tuple(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
-
-
-def _as_number(kind: type[float], abstract: type[Any], value: Any) -> float:
-    """A number of Python; the abstract classes cover those of numpy."""
-    if isinstance(value, bool) or not isinstance(value, abstract):
-        raise PydanticCustomError("number_type", "no number")
-    try:
-        return kind(value)
-    except OverflowError:  # an integer that no float can hold
-        return math.inf
-
-
-def _as_datetime(value: Any, info: Info) -> Any:
-    if not (info.context == _TABLE and isinstance(value, str)):
-        return value
-    try:
-        return datetime.fromisoformat(value)
-    except ValueError:
-        raise PydanticCustomError("no_datetime", "no date and time") from None
+def _in_words(error: ErrorDetails, section: Any) -> InvalidValue:
+    """What pydantic refuses, in the words of the field: key, value, and what was expected."""
+    kind, (key, *places) = error["type"], error["loc"]
+    annotation, spec = declared(type(section))[str(key)]
+    value = getattr(section, str(key))
+    if kind == "missing":
+        places.pop()  # it is the list that is too short
+    for place in places:
+        entries = get_args(annotation)
+        if isinstance(place, str):  # of a mapping, or the entry's key if that is refused
+            key, value, annotation = f"{key}.{place}", error["input"], entries[-1]
+        else:
+            annotation = entries[0 if entries[-1] is Ellipsis else place]
+            key, value = f"{key}[{place}]", value[place]
+    cause = error.get("ctx", {}).get("error")
+    if isinstance(cause, InvalidValue):
+        return cause.under(str(key))
+    typed = kind.endswith(("_type", "_of")) or (not isinstance(value, str) and spec.choices)
+    return (InvalidType if typed else InvalidValue)(str(key), value, spec.expectation(annotation))

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from .errors import KeyProblem
+from mgeo_attitude.fields.errors import KeyProblem
 
 
 class Numbers(Mapping[str, float]):
     """Numbers by names with dots, such as ``mag.bias``; immutable and hashable."""
-
-    __slots__ = ("_values",)
 
     def __init__(self, values: Mapping[str, float] | None = None) -> None:
         self._values = dict(values or {})

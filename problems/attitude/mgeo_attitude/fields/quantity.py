@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass
@@ -23,16 +22,13 @@ class Kinds:
     classes: Mapping[str, type[Any]]
     default: str = ""
 
-    def names(self, cls: type) -> tuple[str, ...]:
-        """The names of one of the classes."""
-        return tuple(name for name, kind in self.classes.items() if kind is cls)
-
 
 @dataclass(frozen=True)
 class Quantity:
     """What a field holds: its meaning, unit, and allowed range (numbers) or choices (strings).
 
-    `kinds` are the classes of a section, or sections, of which a table has to name one.
+    `kinds` are the classes of a section, or sections, of which a table has to name one; `formerly`
+    is the key that the field had in older files.
     """
 
     doc: str = ""
@@ -43,6 +39,7 @@ class Quantity:
     open_high: bool = False
     choices: tuple[str, ...] = ()
     kinds: Kinds | None = None
+    formerly: str = ""
 
     def bounds(self) -> dict[str, Any]:
         """The finite ends of the range, as pydantic's `Field` takes them."""
@@ -110,10 +107,9 @@ def remembered(function: Function) -> Function:
 
 @remembered
 def declared(cls: type) -> dict[str, tuple[Any, Quantity]]:
-    """Annotation and `Quantity` of each field of a dataclass, its own before inherited ones."""
+    """Annotation and `Quantity` of each field of a dataclass."""
     hints = get_type_hints(cls)
-    own = inspect.get_annotations(cls)
     return {
         field.name: (hints[field.name], field.metadata.get("quantity", Quantity()))
-        for field in sorted(dataclasses.fields(cls), key=lambda field: field.name not in own)
+        for field in dataclasses.fields(cls)
     }

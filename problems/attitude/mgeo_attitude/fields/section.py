@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pydantic import GetCoreSchemaHandler
+    from pydantic_core import CoreSchema
+
 
 class Validated:
     """Base of frozen dataclasses whose fields are checked by annotation and `quantity`.
@@ -16,8 +22,16 @@ class Validated:
         (TypeError, ValueError) Naming the field, its value and what was expected.
     """
 
+    # pydantic takes a tenth of a second to import, which help and completion need not wait for
+
     def __post_init__(self) -> None:
-        from .checking import checked_fields  # pydantic takes a tenth of a second
+        from mgeo_attitude.fields.checking import checked_fields
 
         for name, value in checked_fields(self).items():
             object.__setattr__(self, name, value)  # the dataclass is frozen for everyone else
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        from mgeo_attitude.fields.checking import instance_schema, section_model
+
+        return instance_schema(cls, [section_model(cls)], handler)

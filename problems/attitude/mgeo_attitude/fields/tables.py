@@ -2,22 +2,51 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable, Mapping
-from dataclasses import is_dataclass
+from dataclasses import MISSING
 from datetime import datetime
-from typing import Any
+from typing import Any, TypeVar, get_args, get_origin
 
-from .errors import InvalidValue
-from .quantity import Kinds, declared
+from mgeo_attitude.fields.errors import InvalidType, InvalidValue, KeyProblem, known_names
+from mgeo_attitude.fields.numbers import flattened
+from mgeo_attitude.fields.quantity import Kinds, Quantity, declared
+from mgeo_attitude.fields.section import Validated
+
+Section = TypeVar("Section")
+
+
+def from_table(cls: type[Section], table: Mapping[str, Any], key: str = "") -> Section:
+    """A section from a table of its fields and, perhaps, the further `key`, which has been read.
+
+    Sections in it are tables, too, and times may be texts.
+
+    Raises
+    ------
+    KeyProblem, InvalidValue, InvalidType
+        Naming the full key (``orbit.eccentricity``): unknown, missing or of a bad value.
+    """
+    fields = declared(cls)
+    for name, value in table.items():
+        if name not in fields and name != key:
+            renamed = [new for new, (_, spec) in fields.items() if name == spec.formerly != ""]
+            known = known_names(name, dict.fromkeys([key, *fields] if key else fields))
+            expected = f"is now called {renamed[0]!r}" if renamed else f"unknown key{known}"
+            raise KeyProblem(str(name), value, expected)
+    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+        if field.name not in table and field.default is field.default_factory is MISSING:
+            annotation, spec = fields[field.name]
+            expected = f"missing; {spec.expectation(annotation, table=True)}"
+            raise KeyProblem(field.name, None, expected)
+    return cls(**{k: _read(k, table[k], *fields[k]) for k in fields if k in table})
 
 
 def to_table(section: Any) -> dict[str, Any]:
     """Inverse of `from_table`; times become ISO 8601 strings."""
-    values = {key: getattr(section, key) for key in declared(type(section))}
+    values = {k: (getattr(section, k), spec) for k, (_, spec) in declared(type(section)).items()}
     # TOML has no word for nothing: what is not given is left out
-    given = {key: value for key, value in values.items() if value is not None and value != ()}
-    kinds = {key: spec.kinds for key, (_, spec) in declared(type(section)).items()}
-    return {key: _plain(value, kinds[key]) for key, value in given.items()}
+    given = {k: pair for k, pair in values.items() if pair[0] is not None and pair[0] != ()}
+    return {k: _plain(value, spec.kinds) for k, (value, spec) in given.items()}
 
 
 def require_same(name: str, one: Any, other: Any, keys: Iterable[str]) -> None:
@@ -37,10 +66,47 @@ def require_same(name: str, one: Any, other: Any, keys: Iterable[str]) -> None:
     """
     own, others = to_table(one), to_table(other)
     for key in keys:
-        found = _difference(own.get(key), others.get(key), f"{name}.{key}")
-        if found:
-            place, value, expected = found
-            raise InvalidValue(place, value, f"expected the scenario's {expected!r}")
+        found, expected = (flattened({key: table.get(key)}) for table in (own, others))
+        for place in dict.fromkeys([*found, *expected]):
+            if found.get(place) != expected.get(place):
+                wanted = f"expected the scenario's {expected.get(place)!r}"
+                raise InvalidValue(f"{name}.{place}", found.get(place), wanted)
+
+
+def _read(key: str, value: Any, annotation: Any, spec: Quantity) -> Any:
+    """A value of a table, in which tables have become sections, and texts times."""
+    if value is None or isinstance(value, Validated):
+        return value
+    origin, entries = get_origin(annotation), get_args(annotation) or (annotation,)
+    if origin is tuple and isinstance(value, list | tuple):
+        return tuple(_read(f"{key}[{i}]", v, entries[0], spec) for i, v in enumerate(value))
+    expected = spec.expectation(annotation, table=True)
+    if annotation is datetime and isinstance(value, str):
+        try:
+            return datetime.fromisoformat(value)
+        except ValueError:
+            raise InvalidValue(key, value, expected) from None
+    sections = [cls for cls in entries if isinstance(cls, type) and issubclass(cls, Validated)]
+    wanted = Mapping if sections and origin is not tuple else origin or annotation
+    if wanted in (Mapping, datetime, tuple) and not isinstance(value, wanted):
+        raise InvalidType(key, value, expected)
+    try:
+        return _section(sections[0], value, spec.kinds) if sections else value
+    except InvalidValue as error:
+        raise error.under(key) from None
+
+
+def _section(cls: type[Any], table: Mapping[str, Any], kinds: Kinds | None) -> Any:
+    """A section from a table that names its kind, if there are several."""
+    if kinds is None:
+        return from_table(cls, table)
+    if not (kinds.key in table or kinds.default):
+        raise KeyProblem(kinds.key, None, f"missing{known_names('', kinds.classes)}")
+    name = table.get(kinds.key, kinds.default)
+    if not isinstance(name, str) or name not in kinds.classes:
+        expected = f"unknown {kinds.key}{known_names(name, kinds.classes)}"
+        raise InvalidValue(kinds.key, name, expected)
+    return from_table(kinds.classes[name], table, kinds.key)
 
 
 def _plain(value: Any, kinds: Kinds | None) -> Any:
@@ -50,17 +116,6 @@ def _plain(value: Any, kinds: Kinds | None) -> Any:
         return [_plain(entry, kinds) for entry in value]
     if isinstance(value, datetime):
         return value.isoformat().replace("+00:00", "Z")
-    if is_dataclass(value):
+    if isinstance(value, Validated):
         return ({kinds.key: getattr(value, kinds.key)} if kinds else {}) | to_table(value)
     return value
-
-
-def _difference(one: Any, other: Any, place: str) -> tuple[str, Any, Any] | None:
-    """Key and both values of the first entry that differs; None stands for one not given."""
-    if isinstance(one, Mapping) and isinstance(other, Mapping):
-        for key in dict.fromkeys([*one, *other]):
-            found = _difference(one.get(key), other.get(key), f"{place}.{key}")
-            if found:
-                return found
-        return None
-    return None if one == other else (place, one, other)

@@ -1,20 +1,19 @@
 """Scenarios: what a study depends on, from code, presets or TOML files."""
 
-from ..environment.orbit import Orbit
-from ..environment.tle import TLEOrbit
-from ..fields import KeyProblem
-from .limits import KeepOut, Wheels
-from .scenario import Scenario
-from .schema import scenario_schema
-from .settings import (
+from mgeo_attitude.environment.orbit import Orbit
+from mgeo_attitude.environment.tle import TLEOrbit
+from mgeo_attitude.fields import KeyProblem
+from mgeo_attitude.scenario.limits import KeepOut, Wheels
+from mgeo_attitude.scenario.scenario import Scenario
+from mgeo_attitude.scenario.schema import scenario_schema
+from mgeo_attitude.scenario.settings import (
     Convergence,
     InitialUncertainty,
     ManeuverLimits,
     RequiredSigma,
     TraceWeights,
-    state_blocks,
 )
-from .toml import ScenarioFileError
+from mgeo_attitude.scenario.toml import ScenarioFileError
 
 __all__ = [
     "Convergence",
@@ -30,5 +29,4 @@ __all__ = [
     "TraceWeights",
     "Wheels",
     "scenario_schema",
-    "state_blocks",
 ]

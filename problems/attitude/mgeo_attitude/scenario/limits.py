@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..fields import InvalidValue, Validated, positive, quantity
-from ..units import Unit
-from ..vector import unit
-from .settings import RequiredSigma, check_blocks
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.fields import InvalidValue, Validated, positive, quantity
+from mgeo_attitude.scenario.settings import check_name
+from mgeo_attitude.vector import unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,12 +40,10 @@ class Wheels(Validated):
                 f"expected a positive definite inertia matrix with {self.inertia} on the diagonal",
             )
 
-    def matrix(self) -> NDArray[np.float64]:
+    def matrix(self) -> Floats:
         """J, shape (3, 3) [kg m²]."""
-        xy, xz, yz = self.products_of_inertia
-        off = np.array([[0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0]])
-        matrix: NDArray[np.float64] = np.diag(self.inertia) + off
-        return matrix
+        (xx, yy, zz), (xy, xz, yz) = self.inertia, self.products_of_inertia
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,37 +65,10 @@ class KeepOut(Validated):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not self.name.isprintable() or not self.name.strip():
-            raise InvalidValue("name", self.name, "expected printable characters on one line")
+        check_name(self.name)
         if not any(self.boresight):
             raise InvalidValue("boresight", self.boresight, "expected a direction, not zero")
 
     def axis(self) -> tuple[float, float, float]:
         """Unit vector of the boresight."""
         return unit(self.boresight)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Limits(Validated):
-    """The part of a `Scenario` that plans have to keep."""
-
-    required_sigma: Annotated[Mapping[str, float], RequiredSigma] = positive(
-        factory=RequiredSigma,
-        doc="1-sigma that each axis of a state block must reach, by key with unit",
-    )
-    wheels: Wheels | None = quantity(None, doc="reaction wheels that turn the satellite")
-    keep_outs: tuple[KeepOut, ...] = quantity((), doc="cones that the Sun must stay out of")
-
-    def check_limits(self, units: Mapping[str, Unit], attitude_deg: float) -> None:
-        """Refuse, with an InvalidValue, what does not go with the state and its initial 1-sigma."""
-        keys = [unit.key(block) for block, unit in units.items()]
-        check_blocks("required_sigma", self.required_sigma, keys)
-        for i, cone in enumerate(self.keep_outs):
-            most = (180.0 - cone.half_angle_deg) / attitude_deg
-            if cone.attitude_sigmas >= most:
-                raise InvalidValue(
-                    f"keep_outs[{i}].attitude_sigmas",
-                    cone.attitude_sigmas,
-                    f"expected less than {most:.4g}: with initial.attitude_deg = {attitude_deg!r} "
-                    f"no attitude is that far from half_angle_deg = {cone.half_angle_deg!r}",
-                )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from ..fields import InvalidValue, known_names
+from mgeo_attitude.fields import InvalidValue, known_names
 
 #: The paper's two, equation (5).
 PAPER = ("t_end", "trace")
@@ -30,19 +30,9 @@ def blocks_of(name: str) -> list[str]:
 
 
 def check_objectives(names: Sequence[str], blocks: Collection[str], required: bool) -> None:
-    """Refuse names that do not say what to minimize.
+    """Refuse, with an InvalidValue, names that do not say what to minimize.
 
-    Parameters
-    ----------
-    blocks : collection of str
-        Of the state.
-    required : bool
-        Whether there are required 1-sigmas.
-
-    Raises
-    ------
-    InvalidValue
-        (ValueError) Naming the entry and what was expected.
+    They may refer to the `blocks` of the state and, if any are `required`, to required 1-sigmas.
     """
     if not names:
         raise InvalidValue("objectives", [], "expected at least one name")
@@ -50,10 +40,10 @@ def check_objectives(names: Sequence[str], blocks: Collection[str], required: bo
         key = f"objectives[{i}]"
         if name in names[:i]:
             raise InvalidValue(key, name, "expected each one once")
-        for block in blocks_of(name):
-            if block not in blocks:
-                expected = f"unknown state block {block!r}{known_names(block, blocks)}"
-                raise InvalidValue(key, name, expected)
+        unknown = [block for block in blocks_of(name) if block not in blocks]
+        if unknown:
+            known = known_names(unknown[0], blocks)
+            raise InvalidValue(key, name, f"unknown state block {unknown[0]!r}{known}")
         if name not in NAMES and not blocks_of(name):
             known = known_names(name, [*NAMES, f"{TRACE_OF}BLOCK"])
             raise InvalidValue(key, name, f"unknown objective{known}")

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..environment.orbit import ORBITS
-from ..fields import InvalidValue, known_names
+from mgeo_attitude.environment.orbit import ORBITS
+from mgeo_attitude.fields import InvalidValue, known_names
 
 Table = dict[str, Any]
 

@@ -5,41 +5,51 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..constants import FIELD_MODEL_END, FIELD_MODEL_START
-from ..environment.orbit import ORBITS, AnyOrbit
-from ..fields import InvalidValue, Kinds, positive, quantity, to_table
-from ..files import write_text
-from ..sensors import SENSORS, Gyro, Sensor
-from .limits import Limits
-from .objective_names import NAMES, PAPER, TRACE_OF, check_objectives
-from .presets import PRESETS, on_preset
-from .settings import (
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.constants import FIELD_MODEL_END, FIELD_MODEL_START
+from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
+from mgeo_attitude.fields import (
+    InvalidValue,
+    Kinds,
+    Validated,
+    from_table,
+    positive,
+    quantity,
+    to_table,
+)
+from mgeo_attitude.files import write_text
+from mgeo_attitude.scenario.limits import KeepOut, Wheels
+from mgeo_attitude.scenario.objective_names import NAMES, PAPER, TRACE_OF, check_objectives
+from mgeo_attitude.scenario.presets import on_preset
+from mgeo_attitude.scenario.settings import (
     Convergence,
     InitialUncertainty,
     ManeuverLimits,
+    RequiredSigma,
     TraceWeights,
     check_blocks,
+    check_name,
     state_units,
 )
-from .toml import ScenarioFileError, read_toml, to_toml
+from mgeo_attitude.scenario.toml import ScenarioFileError, read_toml, to_toml
+from mgeo_attitude.sensors import SENSORS, Gyro, Sensor
 
 _MAX_COUNT = 2**31  # with more steps than this any remainder would be within rounding
 # What is kept of each step would fill the memory: of the run, once; of the window, for each design.
 _MAX_STEPS = {"duration": 1_000_000, "convergence.window": 100_000}
-_MULTIPLE_TOLERANCE = 1e-9  # relative; decimal steps such as 0.1 s are not exact in binary
+_TOLERANCE = 1e-9  # relative; decimal steps such as 0.1 s are not exact in binary
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scenario(Limits):
+class Scenario(Validated):
     """Orbit, instruments, limits and criteria of one study; frozen, hashable and picklable.
 
     An epoch with another UTC offset is converted to UTC; a naive one is refused.
@@ -77,20 +87,28 @@ class Scenario(Limits):
         low=0.0,
         doc="weight of each state block in the trace, 1 where none is given",
     )
+    required_sigma: Annotated[Mapping[str, float], RequiredSigma] = positive(
+        factory=RequiredSigma,
+        doc="1-sigma that each axis of a state block must reach, by key with unit",
+    )
+    wheels: Wheels | None = quantity(None, doc="reaction wheels that turn the satellite")
+    keep_outs: tuple[KeepOut, ...] = quantity((), doc="cones that the Sun must stay out of")
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not self.name.isprintable() or not self.name.strip():
-            raise InvalidValue("name", self.name, "expected printable characters on one line")
-        self._check_steps()
-        self._check_epoch()
-        self._check_sensors()
+        check_name(self.name)
         units = state_units(self.gyro, self.sensors)
+        for holds, key, value, expected in self._expectations(units):
+            if not holds:
+                raise InvalidValue(key, value, f"expected {expected}")
+        object.__setattr__(self, "epoch", self.epoch.astimezone(UTC))
+        try:
+            self.orbit.check_epoch(self.epoch)
+        except InvalidValue as error:
+            raise error.under("orbit") from None
         check_blocks("trace_weights", self.trace_weights, units)
-        if not any(TraceWeights(self.trace_weights).of(units)):
-            expected = "expected a weight above 0"
-            raise InvalidValue("trace_weights", dict(self.trace_weights), expected)
-        self.check_limits(units, self.initial.attitude_deg)
+        keys = [unit.key(block) for block, unit in units.items()]
+        check_blocks("required_sigma", self.required_sigma, keys)
         check_objectives(self.objectives, units, bool(self.required_sigma))
 
     @property
@@ -99,7 +117,7 @@ class Scenario(Limits):
         return round(self.duration / self.step)
 
     @property
-    def times(self) -> NDArray[np.float64]:
+    def times(self) -> Floats:
         """Sample times k * step since the epoch [s], shape (n_steps + 1,)."""
         return self.step * np.arange(self.n_steps + 1, dtype=np.float64)
 
@@ -139,9 +157,7 @@ class Scenario(Limits):
         InvalidValue, InvalidType
             Naming the full key (``orbit.eccentricity``): unknown, missing or of a bad value.
         """
-        from ..fields.checking import from_table
-
-        return from_table(Scenario, on_preset(table), "preset", PRESETS)
+        return from_table(Scenario, on_preset(table), "preset")
 
     def to_toml(self) -> str:
         """The scenario as a TOML document with a comment on every key."""
@@ -178,60 +194,46 @@ class Scenario(Limits):
         """Write `to_toml` to a file, which is replaced as a whole or not at all."""
         write_text(Path(path), self.to_toml())
 
-    def _check_steps(self) -> None:
-        for key, span in (
-            ("duration", self.duration),
-            ("convergence.window", self.convergence.window),
-        ):
-            if not _is_multiple(span, self.step):
-                raise InvalidValue(key, span, f"expected a multiple of step = {self.step!r} s")
-            if round(span / self.step) > _MAX_STEPS[key]:
-                raise InvalidValue(
-                    key, span, f"expected at most {_MAX_STEPS[key]} times step = {self.step!r} s"
-                )
-        if self.convergence.window > self.duration:
-            raise InvalidValue(
-                "convergence.window",
-                self.convergence.window,
-                f"expected at most duration = {self.duration!r} s",
-            )
+    def _expectations(self, units: Iterable[str]) -> Iterator[tuple[bool, str, object, str]]:
+        """Whether it holds what is said of several fields, of which key and value, in words."""
+        step, window = f"step = {self.step!r} s", self.convergence.window
+        for key, span in (("duration", self.duration), ("convergence.window", window)):
+            yield _is_multiple(span, self.step), key, span, f"a multiple of {step}"
+            few = round(span / self.step) <= _MAX_STEPS[key]
+            yield few, key, span, f"at most {_MAX_STEPS[key]} times {step}"
+        most = f"at most duration = {self.duration!r} s"
+        yield window <= self.duration, "convergence.window", window, most
 
-    def _check_epoch(self) -> None:
-        if self.epoch.utcoffset() is None:
-            raise InvalidValue(
-                "epoch", self.epoch.isoformat(), "expected a UTC offset, such as a Z at the end"
-            )
-        start, end = FIELD_MODEL_START, FIELD_MODEL_END
-        if not start <= self.epoch <= end or self.duration > (end - self.epoch).total_seconds():
-            raise InvalidValue(
-                "epoch",
-                self.epoch.isoformat(),
-                f"expected a run of duration = {self.duration!r} s inside the field model IGRF-14, "
-                f"from {start:%Y-%m-%d} to {end:%Y-%m-%d} UTC",
-            )
-        object.__setattr__(self, "epoch", self.epoch.astimezone(UTC))
-        try:
-            self.orbit.check_epoch(self.epoch)
-        except InvalidValue as error:
-            raise error.under("orbit") from None
+        epoch, start, end = self.epoch, FIELD_MODEL_START, FIELD_MODEL_END
+        zone = epoch.utcoffset() is not None
+        yield zone, "epoch", epoch.isoformat(), "a UTC offset, such as a Z at the end"
+        inside = start <= epoch <= end and self.duration <= (end - epoch).total_seconds()
+        years = (
+            f"a run of duration = {self.duration!r} s inside the field model IGRF-14, from "
+            f"{start:%Y-%m-%d} to {end:%Y-%m-%d} UTC"
+        )
+        yield inside, "epoch", epoch.isoformat(), years
 
-    def _check_sensors(self) -> None:
-        if not self.sensors:
-            raise InvalidValue("sensors", [], "expected at least one sensor")
-        names: list[str] = []
-        for i, sensor in enumerate(self.sensors):
-            key = f"sensors[{i}].name"
-            if not re.fullmatch(r"[\w-]+", sensor.name, re.ASCII):
-                raise InvalidValue(key, sensor.name, "expected letters, digits, '-' and '_'")
-            if sensor.name in ("gyro", *names):
-                raise InvalidValue(
-                    key, sensor.name, "expected a name that no other sensor nor the gyro has"
-                )
-            names.append(sensor.name)
+        names = [sensor.name for sensor in self.sensors]
+        yield bool(names), "sensors", [], "at least one sensor"
+        for i, name in enumerate(names):
+            key, sound = f"sensors[{i}].name", re.fullmatch(r"[\w-]+", name, re.ASCII) is not None
+            yield sound, key, name, "letters, digits, '-' and '_'"
+            new = name not in ("gyro", *names[:i])
+            yield new, key, name, "a name that no other sensor nor the gyro has"
+
+        weights = TraceWeights(self.trace_weights)
+        yield any(weights.of(units)), "trace_weights", dict(weights), "a weight above 0"
+        for i, cone in enumerate(self.keep_outs):
+            limit = (180.0 - cone.half_angle_deg) / self.initial.attitude_deg
+            far = (
+                f"less than {limit:.4g}: with initial.attitude_deg = {self.initial.attitude_deg!r} "
+                f"no attitude is that far from half_angle_deg = {cone.half_angle_deg!r}"
+            )
+            key = f"keep_outs[{i}].attitude_sigmas"
+            yield cone.attitude_sigmas < limit, key, cone.attitude_sigmas, far
 
 
 def _is_multiple(span: float, step: float) -> bool:
-    ratio = span / step
-    if not 0.5 < ratio < _MAX_COUNT:
-        return False
-    return math.isclose(round(ratio) * step, span, rel_tol=_MULTIPLE_TOLERANCE)
+    count = span / step
+    return 0.5 < count < _MAX_COUNT and math.isclose(round(count) * step, span, rel_tol=_TOLERANCE)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from .presets import PRESETS
-from .scenario import Scenario
+from mgeo_attitude.scenario.presets import PRESETS
+from mgeo_attitude.scenario.scenario import Scenario
 
 
 def scenario_schema() -> dict[str, Any]:
@@ -14,7 +14,7 @@ def scenario_schema() -> dict[str, Any]:
     A file may leave out what its preset has, so only a file without one is told what is missing.
     What several keys say together, such as multiples of the step, is checked on reading only.
     """
-    from ..fields.checking import section_model
+    from mgeo_attitude.fields.checking import section_model
 
     dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     schema = section_model(Scenario, "preset", PRESETS).model_json_schema()

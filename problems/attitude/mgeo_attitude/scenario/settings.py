@@ -6,9 +6,9 @@ import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
-from ..fields import InvalidValue, Numbers, Validated, known_names, positive, quantity
-from ..sensors import Gyro, Sensor
-from ..units import DEG, DIMENSIONLESS, Unit
+from mgeo_attitude.fields import InvalidValue, Numbers, Validated, known_names, positive, quantity
+from mgeo_attitude.sensors import Gyro, Sensor
+from mgeo_attitude.units import DEG, DIMENSIONLESS, Unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,8 +56,6 @@ class Convergence(Validated):
 class TraceWeights(Numbers):
     """Weight, >= 0, of each state block in the trace, 1 where none is given."""
 
-    __slots__ = ()
-
     def of(self, blocks: Iterable[str]) -> tuple[float, ...]:
         """Weights of the given blocks, in their order."""
         return tuple(self.get(block, 1.0) for block in blocks)
@@ -70,8 +68,6 @@ class RequiredSigma(Numbers):
     ``gyro.bias_deg_h``, ``mag.bias_nt``; ``sun.bias`` has none.
     """
 
-    __slots__ = ()
-
     def of(self, units: Mapping[str, Unit]) -> tuple[float, ...]:
         """Requirements of blocks of these units, in the filter's; infinite where there is none."""
         return tuple(
@@ -79,18 +75,12 @@ class RequiredSigma(Numbers):
         )
 
 
-def state_blocks(gyro: Gyro, sensors: Iterable[Sensor]) -> tuple[str, ...]:
-    """Names of the 3-vectors of the error state: ``attitude``, ``gyro.bias``, ``sun.bias``..."""
-    return tuple(state_units(gyro, sensors))
-
-
 def state_units(gyro: Gyro, sensors: Iterable[Sensor]) -> dict[str, Unit]:
     """Unit of each 3-vector of the error state for people and scenario files, by its name."""
-    owners: list[tuple[str, Gyro | Sensor]]
-    owners = [("gyro", gyro), *((sensor.name, sensor) for sensor in sensors)]
+    owners: dict[str, Gyro | Sensor] = {"gyro": gyro} | {sensor.name: sensor for sensor in sensors}
     return {"attitude": DEG} | {
         f"{name}.{state}": owner.units.get(state, DIMENSIONLESS)
-        for name, owner in owners
+        for name, owner in owners.items()
         for state in owner.states()
     }
 
@@ -101,3 +91,9 @@ def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) 
         if block not in known:
             expected = f"unknown state block{known_names(block, known)}"
             raise InvalidValue(f"{key}.{block}", value, expected)
+
+
+def check_name(name: str) -> None:
+    """Refuse, with an InvalidValue, a ``name`` that would not fit a line of text."""
+    if not name.isprintable() or not name.strip():
+        raise InvalidValue("name", name, "expected printable characters on one line")

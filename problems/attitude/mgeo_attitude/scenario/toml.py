@@ -10,8 +10,8 @@ from typing import Any
 
 import tomlkit
 
-from ..fields import Validated, declared
-from .presets import PRESETS
+from mgeo_attitude.fields import Validated, declared
+from mgeo_attitude.scenario.presets import PRESETS
 
 #: The schema of a scenario file for editors, beside it: the output of the command ``schema``.
 SCHEMA_FILE = "scenario.schema.json"
