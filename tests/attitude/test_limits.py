@@ -420,7 +420,7 @@ def test_every_block_declares_the_unit_of_its_key():
     """What is asked of a block is shown in the unit that its key has."""
     tracker = {"kind": "star-tracker"}
     table = Scenario.paper().to_dict()
-    table["gyro"] |= {"scale_factor": 1e-3, "misalignment_deg": 0.1}
+    table["gyro"] |= {"initial_scale_factor": 1e-3, "initial_misalignment_deg": 0.1}
     text = Scenario.from_dict(table | {"sensors": [*table["sensors"], tracker]}).to_toml()
     keys = text.partition("[required_sigma]")[2].partition("The blocks: ")[2].splitlines()[0]
     assert keys.split(", ") == [

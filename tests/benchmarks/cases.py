@@ -27,7 +27,7 @@ SUITES = {
         Gyro(), (SunSensor(name="sun_1"), SunSensor(name="sun_2"), Magnetometer())
     ),
     "gyro scale factors and misalignments": Suite(
-        Gyro(scale_factor=1e-3, misalignment_deg=0.1), (SunSensor(), Magnetometer())
+        Gyro(initial_scale_factor=1e-3, initial_misalignment_deg=0.1), (SunSensor(), Magnetometer())
     ),
 }
 

@@ -109,7 +109,7 @@ def with_uncertainty(scenario: Scenario, values: dict[str, float]) -> Scenario:
         elif what == "gyro bias [deg/s]":
             gyro = dataclasses.replace(gyro, initial_bias_deg_s=value)
         else:
-            sensors = tuple(dataclasses.replace(s, misalignment_deg=value) for s in sensors)
+            sensors = tuple(dataclasses.replace(s, initial_misalignment_deg=value) for s in sensors)
     return dataclasses.replace(scenario, initial=initial, gyro=gyro, sensors=sensors)
 
 

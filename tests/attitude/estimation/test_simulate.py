@@ -77,7 +77,7 @@ def test_what_is_predicted_is_the_kernels(paper):
 
 def test_a_gyro_with_every_error_is_consistent(paper):
     scenario, environment = paper
-    gyro = Gyro(scale_factor=1e-3, misalignment_deg=0.2)
+    gyro = Gyro(initial_scale_factor=1e-3, initial_misalignment_deg=0.2)
     result = run((dataclasses.replace(scenario, gyro=gyro), environment), 40)
     assert result.states[6:12:3] == ("gyro.scale_factor.x", "gyro.misalignment.x")
     report = consistency(result, since=200.0)
@@ -207,7 +207,7 @@ def test_sensors_look_at_the_sun_and_field_of_the_true_orbit(paper, changes):
             {"convergence": Convergence(window=100.0)},
             r"truth\.convergence\.window = 100\.0: expected the scenario's 200\.0",
         ),
-        ({"gyro": Gyro(scale_factor=1e-3)}, "truth has the states .*scale_factor"),
+        ({"gyro": Gyro(initial_scale_factor=1e-3)}, "truth has the states .*scale_factor"),
         ({"sensors": Scenario.paper().sensors[:1]}, r"truth has the sensors \['sun'\]: expected"),
         (
             {"sensors": (SunSensor(name="s"), *Scenario.paper().sensors[1:])},

@@ -17,6 +17,6 @@ SUITES = {
     "star tracker": Suite(Gyro(), (StarTracker(), Magnetometer())),
     "random-walk bias": Suite(Gyro(bias_decay=0.0), (SunSensor(), Magnetometer())),
     "full gyro": Suite(
-        Gyro(scale_factor=1e-3, misalignment_deg=0.1), (SunSensor(), Magnetometer())
+        Gyro(initial_scale_factor=1e-3, initial_misalignment_deg=0.1), (SunSensor(), Magnetometer())
     ),
 }

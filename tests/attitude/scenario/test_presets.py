@@ -78,10 +78,10 @@ def test_cubesat_instruments() -> None:
     assert gyro.initial_bias_deg_s * 3600.0 == pytest.approx(10.0, rel=1e-15)  # deg/h
     assert isinstance(sun, SunSensor)
     assert sun.noise_deg == 0.5
-    assert sun.misalignment_deg == 0.5
+    assert sun.initial_misalignment_deg == 0.5
     assert math.degrees(sun.initial_bias) == pytest.approx(0.17, rel=1e-15)
     assert isinstance(mag, Magnetometer)
-    assert (mag.noise_nt, mag.misalignment_deg, mag.initial_bias_nt) == (100.0, 1.0, 500.0)
+    assert (mag.noise_nt, mag.initial_misalignment_deg, mag.initial_bias_nt) == (100.0, 1.0, 500.0)
     assert scenario.initial.attitude_deg == 10.0
     assert scenario.eclipse is True
 

@@ -199,7 +199,7 @@ def test_weights_do_not_follow_the_dict_they_were_made_from() -> None:
 
 
 def test_blocks_follow_the_states_of_the_suite() -> None:
-    gyro = Gyro(scale_factor=1e-3)
+    gyro = Gyro(initial_scale_factor=1e-3)
     assert Suite(gyro, (Magnetometer(name="boom"),)).blocks == (
         "attitude",
         "gyro.bias",

@@ -167,6 +167,30 @@ def test_keys_that_are_refused(override: dict[str, Any], message: str) -> None:
 @pytest.mark.parametrize(
     ("override", "message"),
     [
+        ({"gyro": {"bias_deg_s": 0.01}}, "gyro.bias_deg_s: is now called 'initial_bias_deg_s'"),
+        (
+            {"gyro": {"angle_random_walk_deg_sqrt_h": 0.01}},
+            "gyro.angle_random_walk_deg_sqrt_h: is now called 'angle_random_walk_deg_per_sqrt_h'",
+        ),
+        (
+            {"sensors": [{"kind": "sun-sensor"}, {"kind": "magnetometer", "bias_nt": 9.0}]},
+            "sensors[1].bias_nt: is now called 'initial_bias_nt'",
+        ),
+        (
+            {"sensors": [{"kind": "star-tracker", "misalignment_deg": 1.0}]},
+            "sensors[0].misalignment_deg: is now called 'initial_misalignment_deg'",
+        ),
+    ],
+)
+def test_keys_of_older_files_are_told_the_new_ones(override: dict[str, Any], message: str) -> None:
+    with pytest.raises(KeyProblem) as caught:
+        Scenario.from_dict(PAPER | override)
+    assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
         (
             {"preset": "papers"},
             "preset = 'papers': unknown preset, did you mean 'paper'? (known: 'paper', 'cubes",

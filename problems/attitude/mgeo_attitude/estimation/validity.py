@@ -25,11 +25,17 @@ def validity(scenario: Scenario) -> tuple[str, ...]:
     limits = [
         ("initial.attitude_deg", scenario.initial.attitude_deg, MAX_ATTITUDE_DEG),
         ("gyro.initial_bias_deg_s", scenario.gyro.initial_bias_deg_s, MAX_GYRO_BIAS_DEG_S),
-        ("gyro.misalignment_deg", scenario.gyro.misalignment_deg, MAX_MISALIGNMENT_DEG),
+        (
+            "gyro.initial_misalignment_deg",
+            scenario.gyro.initial_misalignment_deg,
+            MAX_MISALIGNMENT_DEG,
+        ),
     ]
     for index, sensor in enumerate(scenario.sensors):
-        misalignment = getattr(sensor, "misalignment_deg", 0.0)
-        limits.append((f"sensors[{index}].misalignment_deg", misalignment, MAX_MISALIGNMENT_DEG))
+        misalignment = getattr(sensor, "initial_misalignment_deg", 0.0)
+        limits.append(
+            (f"sensors[{index}].initial_misalignment_deg", misalignment, MAX_MISALIGNMENT_DEG)
+        )
     return tuple(
         f"{key} = {value:g}: the linear covariance was found true up to {limit:g}"
         for key, value, limit in limits

@@ -29,7 +29,7 @@ def from_table(cls: type[Section], table: Mapping[str, Any], key: str = "") -> S
     fields = declared(cls)
     for name, value in table.items():
         if name not in fields and name != key:
-            renamed = [new for new, (_, spec) in fields.items() if name == spec.formerly != ""]
+            renamed = [new for new, (_, spec) in fields.items() if spec.formerly == name]
             known = known_names(name, dict.fromkeys([key, *fields] if key else fields))
             expected = f"is now called {renamed[0]!r}" if renamed else f"unknown key{known}"
             raise KeyProblem(str(name), value, expected)
@@ -66,7 +66,9 @@ def require_same(name: str, one: Any, other: Any, keys: Iterable[str]) -> None:
     """
     own, others = to_table(one), to_table(other)
     for key in keys:
-        found, expected = (flattened({key: table.get(key)}) for table in (own, others))
+        found, expected = ({key: table.get(key)} for table in (own, others))
+        if isinstance(found[key], Mapping) and isinstance(expected[key], Mapping):
+            found, expected = flattened(found), flattened(expected)
         for place in dict.fromkeys([*found, *expected]):
             if found.get(place) != expected.get(place):
                 wanted = f"expected the scenario's {expected.get(place)!r}"

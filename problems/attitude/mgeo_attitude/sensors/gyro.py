@@ -24,7 +24,10 @@ class Gyro(Validated):
     units: ClassVar[Mapping[str, Unit]] = {"bias": DEG_H, "misalignment": DEG}
 
     angle_random_walk_deg_per_sqrt_h: float = positive(
-        0.01, unit="deg/sqrt(h)", doc="angle random walk, 1-sigma"
+        0.01,
+        unit="deg/sqrt(h)",
+        doc="angle random walk, 1-sigma",
+        formerly="angle_random_walk_deg_sqrt_h",
     )
     rate_random_walk: float = quantity(
         3e-8, unit="rad/s^1.5", low=0.0, doc="rate random walk that drives the bias, 1-sigma"
@@ -32,21 +35,30 @@ class Gyro(Validated):
     bias_decay: float = quantity(
         1e-5, unit="1/s", low=0.0, doc="inverse correlation time of the bias"
     )
-    initial_bias_deg_s: float = positive(0.01, unit="deg/s", doc="initial bias, 1-sigma per axis")
-    scale_factor: float = quantity(
-        0.0, low=0.0, doc="scale-factor error, 1-sigma per axis; 0 leaves the states out"
+    initial_bias_deg_s: float = positive(
+        0.01, unit="deg/s", doc="initial bias, 1-sigma per axis", formerly="bias_deg_s"
     )
-    misalignment_deg: float = quantity(
-        0.0, unit="deg", low=0.0, doc="misalignment, 1-sigma per axis; 0 leaves the states out"
+    initial_scale_factor: float = quantity(
+        0.0,
+        low=0.0,
+        doc="initial scale-factor error, 1-sigma per axis; 0 leaves the states out",
+        formerly="scale_factor",
+    )
+    initial_misalignment_deg: float = quantity(
+        0.0,
+        unit="deg",
+        low=0.0,
+        doc="initial misalignment, 1-sigma per axis; 0 leaves the states out",
+        formerly="misalignment_deg",
     )
 
     def states(self) -> dict[str, float]:
         """Error states it adds (3-vectors, body axes) with their initial 1-sigma per axis."""
         states = {"bias": math.radians(self.initial_bias_deg_s)}
-        if self.scale_factor:
-            states["scale_factor"] = self.scale_factor
-        if self.misalignment_deg:
-            states["misalignment"] = math.radians(self.misalignment_deg)
+        if self.initial_scale_factor:
+            states["scale_factor"] = self.initial_scale_factor
+        if self.initial_misalignment_deg:
+            states["misalignment"] = math.radians(self.initial_misalignment_deg)
         return states
 
     def derivative(self, x: Any, omega: Vec3) -> dict[str, Vec3]:
@@ -60,9 +72,9 @@ class Gyro(Validated):
             Body rate [rad/s].
         """
         theta = -cross(omega, x.theta) - x.bias
-        if self.scale_factor:
+        if self.initial_scale_factor:
             theta = theta - scale(omega, x.scale_factor)
-        if self.misalignment_deg:
+        if self.initial_misalignment_deg:
             theta = theta + cross(omega, x.misalignment)
         return {"theta": theta, "bias": -self.bias_decay * x.bias}
 
@@ -73,9 +85,9 @@ class Gyro(Validated):
         shape (..., 3), as the body rate `omega` [rad/s].
         """
         rate = omega
-        if self.scale_factor:
+        if self.initial_scale_factor:
             rate = rate + x.scale_factor * rate
-        if self.misalignment_deg:
+        if self.initial_misalignment_deg:
             rate = rotate(x.misalignment, rate)
         reported: Floats = rate + x.bias
         return reported
@@ -83,9 +95,9 @@ class Gyro(Validated):
     def corrected(self, x: Any, measured: Floats) -> Floats:
         """The body rate from the reported one: inverse of `measured`."""
         rate: Floats = measured - x.bias
-        if self.misalignment_deg:
+        if self.initial_misalignment_deg:
             rate = unrotate(x.misalignment, rate)
-        if self.scale_factor:
+        if self.initial_scale_factor:
             rate = rate / (1.0 + x.scale_factor)
         return rate
 

@@ -35,12 +35,15 @@ class StarTracker(Sensor):
     roll_noise_arcsec: float = positive(
         60.0, unit="arcsec", doc="noise about the boresight z, 1-sigma"
     )
-    misalignment_deg: float = positive(
-        0.2, unit="deg", doc="initial misalignment, 1-sigma per axis"
+    initial_misalignment_deg: float = positive(
+        0.2,
+        unit="deg",
+        doc="initial misalignment, 1-sigma per axis",
+        formerly="misalignment_deg",
     )
 
     def states(self) -> dict[str, float]:
-        return {"misalignment": math.radians(self.misalignment_deg)}
+        return {"misalignment": math.radians(self.initial_misalignment_deg)}
 
     def measure(self, x: Any, v: Vec3) -> Vec3:
         y: Vec3 = x.theta - x.misalignment

@@ -46,10 +46,15 @@ class SunSensor(VectorSensor):
 
     name: str = quantity("sun", doc=NAME)
     noise_deg: float = positive(2.0, unit="deg", doc="noise per sample, 1-sigma per axis")
-    misalignment_deg: float = positive(
-        1.0, unit="deg", doc="initial misalignment, 1-sigma per axis"
+    initial_misalignment_deg: float = positive(
+        1.0,
+        unit="deg",
+        doc="initial misalignment, 1-sigma per axis",
+        formerly="misalignment_deg",
     )
-    initial_bias: float = positive(0.02, doc="initial bias of the unit vector, 1-sigma per axis")
+    initial_bias: float = positive(
+        0.02, doc="initial bias of the unit vector, 1-sigma per axis", formerly="bias"
+    )
 
     boresight: tuple[float, float, float] = quantity(
         (0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)"
@@ -69,7 +74,10 @@ class SunSensor(VectorSensor):
             raise InvalidValue("boresight", self.boresight, "expected a direction, not zero")
 
     def states(self) -> dict[str, float]:
-        return {"misalignment": math.radians(self.misalignment_deg), "bias": self.initial_bias}
+        return {
+            "misalignment": math.radians(self.initial_misalignment_deg),
+            "bias": self.initial_bias,
+        }
 
     def noise(self) -> tuple[float, float, float]:
         sigma = math.radians(self.noise_deg)
@@ -99,14 +107,19 @@ class Magnetometer(VectorSensor):
 
     name: str = quantity("mag", doc=NAME)
     noise_nt: float = positive(500.0, unit="nT", doc="noise per sample, 1-sigma per axis")
-    misalignment_deg: float = positive(
-        1.0, unit="deg", doc="initial misalignment, 1-sigma per axis"
+    initial_misalignment_deg: float = positive(
+        1.0,
+        unit="deg",
+        doc="initial misalignment, 1-sigma per axis",
+        formerly="misalignment_deg",
     )
-    initial_bias_nt: float = positive(2000.0, unit="nT", doc="initial bias, 1-sigma per axis")
+    initial_bias_nt: float = positive(
+        2000.0, unit="nT", doc="initial bias, 1-sigma per axis", formerly="bias_nt"
+    )
 
     def states(self) -> dict[str, float]:
         return {
-            "misalignment": math.radians(self.misalignment_deg),
+            "misalignment": math.radians(self.initial_misalignment_deg),
             "bias": self.initial_bias_nt / FIELD_UNIT_NT,
         }
 
