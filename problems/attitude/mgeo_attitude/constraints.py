@@ -8,20 +8,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .describe import BlockUnit, block_units
-from .filter.keep_out import sun_clearance
-from .filter.model import FilterModel
-from .filter.suite import Suite
-from .filter.timeline import Schedule
-from .scenario.settings import RequiredSigma
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.describe import BlockUnit, block_units
+from mgeo_attitude.filter.keep_out import sun_clearance
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.filter.timeline import Schedule
+from mgeo_attitude.scenario.settings import RequiredSigma
 
 if TYPE_CHECKING:
-    from .filter.evaluator import Evaluation
-    from .scenario import KeepOut, Scenario
-
-Floats = NDArray[np.float64]
+    from mgeo_attitude.filter.evaluator import Evaluation
+    from mgeo_attitude.scenario import KeepOut, Scenario
 
 
 @dataclass(frozen=True)

@@ -6,20 +6,19 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from .filter.suite import Suite
-from .filter.timeline import VARIABLES_PER_MANEUVER
-from .objectives import OBJECTIVES
-from .scenario import Scenario
-from .scenario.objective_names import PAPER
+from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.filter.timeline import VARIABLES_PER_MANEUVER
+from mgeo_attitude.objectives import OBJECTIVES
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.objective_names import PAPER
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from .problem import AttitudeManeuverProblem
-
-Floats = NDArray[np.float64]
+    from mgeo_attitude.problem import AttitudeManeuverProblem
 
 
 @dataclass(frozen=True)
@@ -96,15 +95,15 @@ def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
     return {"points, first orbit": first, "points, second orbit": len(t_end) - first}
 
 
-def nondominated(F: Floats) -> NDArray[np.int64]:
+def nondominated(F: Floats) -> Ints:
     """Rows of `F`, shape (n, 2), that no other row dominates, by ascending first objective.
 
     Of equal rows the first is returned; rows that are not finite never are.
     """
-    rows: NDArray[np.int64] = np.flatnonzero(np.isfinite(F).all(axis=1))
+    rows: Ints = np.flatnonzero(np.isfinite(F).all(axis=1))
     rows = rows[np.lexsort((F[rows, 1], F[rows, 0]))]
     least_before = np.minimum.accumulate(np.concatenate([[np.inf], F[rows, 1]]))[:-1]
-    front: NDArray[np.int64] = rows[F[rows, 1] < least_before]
+    front: Ints = rows[F[rows, 1] < least_before]
     return front
 
 
@@ -139,7 +138,7 @@ def checked_designs(problem: AttitudeManeuverProblem, X: ArrayLike) -> Floats:
 
 def _final_values(problem: AttitudeManeuverProblem, designs: Floats) -> tuple[Floats, Floats]:
     """The paper's objectives and 1-sigma at t_end, shapes (n, 2) and (n, n_states)."""
-    from .filter.evaluator import evaluate  # compiles
+    from mgeo_attitude.filter.evaluator import evaluate  # compiles
 
     result = evaluate(problem.model, designs, problem.threads, covariance=True)
     variances = np.diagonal(result.covariance, axis1=1, axis2=2).copy()

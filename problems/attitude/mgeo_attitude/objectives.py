@@ -7,18 +7,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .filter.model import FilterModel
-from .filter.suite import Suite
-from .filter.timeline import Ints, Schedule
-from .scenario.objective_names import blocks_of
+from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.filter.timeline import Schedule
+from mgeo_attitude.scenario.objective_names import blocks_of
 
 if TYPE_CHECKING:
-    from .filter.evaluator import Evaluation
-    from .scenario import Scenario
-
-Floats = NDArray[np.float64]
+    from mgeo_attitude.filter.evaluator import Evaluation
+    from mgeo_attitude.scenario import Scenario
 
 
 @dataclass(frozen=True)

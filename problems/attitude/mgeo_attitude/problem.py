@@ -8,25 +8,24 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 
-from . import describe
-from .constraints import Constraint, constraints, warn_of_start
-from .environment import Environment
-from .filter.model import FilterModel
-from .filter.suite import Suite
-from .filter.timeline import VARIABLES_PER_MANEUVER, decode
-from .objectives import Objective, indicators, objective
-from .repeats import Repeats
-from .scenario import Scenario
-from .scenario.objective_names import PAPER
+from mgeo_attitude import describe
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.constraints import Constraint, constraints, warn_of_start
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.filter.timeline import VARIABLES_PER_MANEUVER, decode
+from mgeo_attitude.objectives import Objective, indicators, objective
+from mgeo_attitude.repeats import Repeats
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.objective_names import PAPER
 
 if TYPE_CHECKING:
     import pandas as pd
     import plotly.graph_objects as go
-
-Floats = NDArray[np.float64]
 
 
 class AttitudeManeuverProblem(Problem):
@@ -138,7 +137,9 @@ class AttitudeManeuverProblem(Problem):
 
     def _run(self, X: Floats) -> Floats:
         """Objectives and constraints, side by side, shape (n, n_obj + n_ieq_constr)."""
-        from .filter.evaluator import evaluate  # with the compiler, for which a list need not wait
+        from mgeo_attitude.filter.evaluator import (
+            evaluate,  # with the compiler, for which a list need not wait
+        )
 
         entries: list[Objective | Constraint]
         entries = [*self._objectives(), *constraints(self.scenario)]
@@ -191,12 +192,12 @@ class AttitudeManeuverProblem(Problem):
 
     def figures(self, X: ArrayLike) -> dict[str, go.Figure]:
         """Interactive figures of a set of solutions; ``front`` for the paper's objectives."""
-        from .figures import figures
+        from mgeo_attitude.figures import figures
 
         return figures(self, np.atleast_2d(np.asarray(X, dtype=float)))
 
     def solution_figures(self, X: ArrayLike) -> list[dict[str, go.Figure]]:
         """For each solution its own small figures: rates, directions of Sun and field, errors."""
-        from .figures import solution_figures
+        from mgeo_attitude.figures import solution_figures
 
         return list(solution_figures(self, np.atleast_2d(np.asarray(X, dtype=float))))

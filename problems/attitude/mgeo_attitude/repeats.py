@@ -6,9 +6,8 @@ import threading
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from mgeo_attitude._typing import Floats
 
 
 class Repeats:

@@ -10,14 +10,13 @@ from typing import Any, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fields import require_same
-from .field import geomagnetic_field
-from .orbit import AnyOrbit
-from .shadow import lit_fraction
-from .sun import sun_direction, sun_position
-from .time_frames import gcrs_to_itrs, instants, rotate
-
-Array = NDArray[np.float64]
+from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.environment.field import geomagnetic_field
+from mgeo_attitude.environment.orbit import AnyOrbit
+from mgeo_attitude.environment.shadow import lit_fraction
+from mgeo_attitude.environment.sun import sun_direction, sun_position
+from mgeo_attitude.environment.time_frames import gcrs_to_itrs, instants, rotate
+from mgeo_attitude.fields import require_same
 
 #: What the tables follow from, of a `Scenario`.
 KEYS = ("epoch", "duration", "step", "orbit")
@@ -33,7 +32,7 @@ class Course(Protocol):
     @property
     def orbit(self) -> AnyOrbit: ...
     @property
-    def times(self) -> Array: ...
+    def times(self) -> Floats: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +63,12 @@ class Environment:
         If `sunlit` is not of bool.
     """
 
-    times: Array
-    position: Array
-    velocity: Array
-    sun: Array
-    field: Array
-    sunlit: NDArray[np.bool_]
+    times: Floats
+    position: Floats
+    velocity: Floats
+    sun: Floats
+    field: Floats
+    sunlit: Bools
     origin: Course | None = None
 
     def __post_init__(self) -> None:
@@ -138,7 +137,7 @@ class Environment:
             )
 
 
-def _table(name: str, values: Any, shape: tuple[int, ...]) -> Array:
+def _table(name: str, values: Any, shape: tuple[int, ...]) -> Floats:
     table = _read_only(name, np.asarray(values, dtype=np.float64), shape)
     if not np.isfinite(table).all():
         raise ValueError(f"{name}: expected finite numbers, found NaN or infinity")

@@ -5,19 +5,17 @@ from __future__ import annotations
 from datetime import datetime
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..constants import FIELD_MODEL_END, FIELD_MODEL_START
-from .time_frames import as_utc
-
-Array = NDArray[np.float64]
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.constants import FIELD_MODEL_END, FIELD_MODEL_START
+from mgeo_attitude.environment.time_frames import as_utc
 
 # East and south are undefined on the axis. 1e-7° beside it (1 cm) they are, and the field vector
 # is the same to 1e-4 nT as long as these directions are taken at the same point.
 _NEAREST_TO_POLE = np.radians(1e-7)
 
 
-def geomagnetic_field(position: Array, date: datetime) -> Array:
+def geomagnetic_field(position: Floats, date: datetime) -> Floats:
     """Field [nT] at positions [m], both ITRS and of shape (n, 3), on one date for all of them.
 
     The field drifts by some 0.3 nT a day, so the middle of a run stands for all of it.

@@ -6,11 +6,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
-
-Array = NDArray[np.float64]
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
 
 _TOLERANCE = 1e-14  # rad, last Newton step
 _MAX_ITERATIONS = 50  # 6 are enough even at e = 1 - 1e-16; this only bounds the loop
@@ -33,7 +32,7 @@ def orbital_period(semi_major_axis: float) -> float:
     return math.tau * math.sqrt(semi_major_axis**3 / EARTH_MU)
 
 
-def two_body(elements: Elements, times: ArrayLike) -> tuple[Array, Array]:
+def two_body(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
     """Position [m] and velocity [m/s], shape (n, 3), at `times` [s] after the elements' epoch.
 
     They refer to the inertial axes of the elements.
@@ -41,7 +40,7 @@ def two_body(elements: Elements, times: ArrayLike) -> tuple[Array, Array]:
     return _propagate(elements, times, (0.0, 0.0, 0.0))
 
 
-def j2_secular(elements: Elements, times: ArrayLike) -> tuple[Array, Array]:
+def j2_secular(elements: Elements, times: ArrayLike) -> tuple[Floats, Floats]:
     """As `two_body`, with mean elements that drift by `secular_rates`.
 
     The velocity is the Keplerian one of the drifting elements: it leaves out the motion of the
@@ -74,7 +73,7 @@ def secular_rates(
     )
 
 
-def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Array:
+def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Floats:
     """Solve Kepler's equation M = E - e sin E for E [rad], any shape, e up to the last below 1.
 
     Newton's method from above the root, where the equation is convex and each step falls short of
@@ -123,7 +122,7 @@ def mean_from_true(true_anomaly: float, eccentricity: float) -> float:
 
 def _propagate(
     elements: Elements, times: ArrayLike, rates: tuple[float, float, float]
-) -> tuple[Array, Array]:
+) -> tuple[Floats, Floats]:
     a, e, inclination, raan, perigee, true_anomaly = elements
     t = np.asarray(times, dtype=np.float64)
     raan_rate, perigee_rate, mean_rate = rates
@@ -141,7 +140,7 @@ def _propagate(
     return position, velocity
 
 
-def _perifocal_axes(raan: Array, perigee: Array, inclination: float) -> tuple[Array, Array]:
+def _perifocal_axes(raan: Floats, perigee: Floats, inclination: float) -> tuple[Floats, Floats]:
     """Unit vectors toward perigee and 90° after it, shape (n, 3)."""
     zero = np.zeros_like(raan)
     node = np.stack([np.cos(raan), np.sin(raan), zero], axis=1)
@@ -157,12 +156,12 @@ def _perifocal_axes(raan: Array, perigee: Array, inclination: float) -> tuple[Ar
     return cosine * node + sine * ahead, cosine * ahead - sine * node
 
 
-def _mean_anomaly(eccentric: Array, eccentricity: float) -> Array:
+def _mean_anomaly(eccentric: Floats, eccentricity: float) -> Floats:
     """M = E - e sin E, written (1 - e) E + e (E - sin E) to keep its digits as e nears 1."""
     return (1.0 - eccentricity) * eccentric + eccentricity * _minus_sine(eccentric)
 
 
-def _minus_sine(angle: Array) -> Array:
+def _minus_sine(angle: Floats) -> Floats:
     """The difference of an angle and its sine, without cancellation at small angles."""
     square = np.minimum(angle * angle, _SERIES_BELOW**2)
     series = np.ones_like(square)

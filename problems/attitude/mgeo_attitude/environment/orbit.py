@@ -6,15 +6,11 @@ import math
 from dataclasses import dataclass
 from datetime import datetime
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ..constants import EARTH_RADIUS
-from ..fields import InvalidValue, Kinds, Validated, positive, quantity
-from .kepler import Elements, j2_secular, orbital_period, two_body
-from .tle import TLEOrbit
-
-Array = NDArray[np.float64]
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.constants import EARTH_RADIUS
+from mgeo_attitude.environment.kepler import Elements, j2_secular, orbital_period, two_body
+from mgeo_attitude.environment.tle import TLEOrbit
+from mgeo_attitude.fields import InvalidValue, Kinds, Validated, positive, quantity
 
 #: Functions of Keplerian elements and times, by the ``propagator`` that names them.
 ANALYTIC = {"two-body": two_body, "j2": j2_secular}
@@ -62,7 +58,7 @@ class Orbit(Validated):
         """Keplerian period [s]."""
         return orbital_period(self.semi_major_axis)
 
-    def propagate(self, epoch: datetime, times: Array) -> tuple[Array, Array]:
+    def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
         """Position [m] and velocity [m/s], shape (n, 3), at `times` [s] after the epoch."""
         elements = Elements(
             semi_major_axis=self.semi_major_axis,

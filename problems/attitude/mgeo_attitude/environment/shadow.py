@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..constants import EARTH_RADIUS, SUN_RADIUS
-
-Array = NDArray[np.float64]
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.constants import EARTH_RADIUS, SUN_RADIUS
 
 _SMALLEST_SEPARATION = 1e-9  # rad; keeps the division by it finite on the shadow's axis
 
 
-def lit_fraction(position: Array, sun: Array) -> Array:
+def lit_fraction(position: Floats, sun: Floats) -> Floats:
     """Visible fraction of the Sun's disc, shape (n,): 1 in sunlight, 0 in the umbra.
 
     Parameters

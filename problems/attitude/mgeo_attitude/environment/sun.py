@@ -8,21 +8,19 @@ from __future__ import annotations
 
 import erfa
 import numpy as np
-from numpy.typing import NDArray
 
-from ..constants import ASTRONOMICAL_UNIT
-from .time_frames import Instants
-
-Array = NDArray[np.float64]
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.constants import ASTRONOMICAL_UNIT
+from mgeo_attitude.environment.time_frames import Instants
 
 
-def sun_position(at: Instants) -> Array:
+def sun_position(at: Instants) -> Floats:
     """Vectors from the Earth's center to the Sun [m], GCRS, shape (n, 3)."""
     heliocentric_earth, _ = erfa.epv00(at.midnight, at.tt)
     return np.asarray(-ASTRONOMICAL_UNIT * heliocentric_earth["p"])
 
 
-def sun_direction(position: Array, sun: Array) -> Array:
+def sun_direction(position: Floats, sun: Floats) -> Floats:
     """Unit vectors from satellites at `position` to the Sun at `sun`, both (n, 3) in m."""
     to_sun = sun - position
     return np.asarray(to_sun / np.linalg.norm(to_sun, axis=-1, keepdims=True))

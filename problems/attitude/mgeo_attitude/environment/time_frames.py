@@ -11,11 +11,10 @@ from typing import NamedTuple
 
 import erfa
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..constants import DAY
-
-Array = NDArray[np.float64]
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.constants import DAY
 
 _MJD_ZERO = 2400000.5
 _MJD_START = datetime(1858, 11, 17, tzinfo=UTC)
@@ -29,8 +28,8 @@ class Instants(NamedTuple):
     """
 
     midnight: float
-    ut: Array
-    tt: Array
+    ut: Floats
+    tt: Floats
 
 
 def as_utc(epoch: datetime) -> datetime:
@@ -66,12 +65,12 @@ def instants(epoch: datetime, times: ArrayLike) -> Instants:
     )
 
 
-def gcrs_to_itrs(at: Instants) -> Array:
+def gcrs_to_itrs(at: Instants) -> Floats:
     """Rotation matrices, shape (n, 3, 3), that take GCRS vectors to ITRS."""
     return np.asarray(erfa.rz(erfa.era00(at.midnight, at.ut), _gcrs_to_cirs(at)))
 
 
-def teme_to_gcrs(at: Instants) -> Array:
+def teme_to_gcrs(at: Instants) -> Floats:
     """Rotation matrices, shape (n, 3, 3), that take TEME vectors (SGP4) to GCRS.
 
     TEME has no official definition. As in Vallado et al., "Revisiting Spacetrack Report #3" (AIAA
@@ -84,13 +83,13 @@ def teme_to_gcrs(at: Instants) -> Array:
     return np.asarray(cirs_to_gcrs @ erfa.rz(angle, np.eye(3)))
 
 
-def rotate(matrices: Array, vectors: Array) -> Array:
+def rotate(matrices: Floats, vectors: Floats) -> Floats:
     """Apply matrices (n, 3, 3) to vectors (n, 3), one by one."""
-    rotated: Array = np.einsum("nij,nj->ni", matrices, vectors)
+    rotated: Floats = np.einsum("nij,nj->ni", matrices, vectors)
     return rotated
 
 
-def _gcrs_to_cirs(at: Instants) -> Array:
+def _gcrs_to_cirs(at: Instants) -> Floats:
     """Bias, precession and nutation (IAU 2006/2000A), linear between the first and last instant.
 
     The 2000A series takes 0.04 ms an instant. A chord differs from it by 2e-10 rad over a few

@@ -13,16 +13,15 @@ from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..constants import DAY, EARTH_MU, EARTH_RADIUS
-from ..fields import InvalidValue, Validated, quantity
-from .time_frames import Instants, instants, rotate, teme_to_gcrs
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.constants import DAY, EARTH_MU, EARTH_RADIUS
+from mgeo_attitude.environment.time_frames import Instants, instants, rotate, teme_to_gcrs
+from mgeo_attitude.fields import InvalidValue, Validated, quantity
 
 if TYPE_CHECKING:
     from sgp4.api import Satrec
 
-Array = NDArray[np.float64]
 
 #: An element set older than this places the satellite tens of kilometers off and more.
 MAX_AGE = timedelta(days=30)
@@ -98,7 +97,7 @@ class TLEOrbit(Validated):
         """Period of the mean motion [s]."""
         return DAY / float(self.line2[52:63])
 
-    def propagate(self, epoch: datetime, times: Array) -> tuple[Array, Array]:
+    def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
         """As `sgp4_gcrs`, at `times` [s] after the epoch."""
         return sgp4_gcrs(self.line1, self.line2, instants(epoch, times))
 
@@ -113,7 +112,7 @@ class TLEOrbit(Validated):
             )
 
 
-def sgp4_gcrs(line1: str, line2: str, at: Instants) -> tuple[Array, Array]:
+def sgp4_gcrs(line1: str, line2: str, at: Instants) -> tuple[Floats, Floats]:
     """Position [m] and velocity [m/s], GCRS, shape (n, 3), from the two (checked) lines of a set.
 
     The velocity takes TEME as inertial, which costs 1e-4 m/s in a low orbit.
@@ -130,7 +129,7 @@ def sgp4_gcrs(line1: str, line2: str, at: Instants) -> tuple[Array, Array]:
     return rotate(rotation, position), rotate(rotation, velocity)
 
 
-def sgp4_teme(line1: str, line2: str, at: Instants) -> tuple[Array, Array]:
+def sgp4_teme(line1: str, line2: str, at: Instants) -> tuple[Floats, Floats]:
     """As `sgp4_gcrs`, in SGP4's own frame, the true equator and mean equinox of date."""
     satellite = _satellite(line1, line2)
     codes, position, velocity = satellite.sgp4_array(np.full_like(at.ut, at.midnight), at.ut)
