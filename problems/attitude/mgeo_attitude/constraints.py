@@ -5,16 +5,16 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.describe import BlockUnit, block_units
+from mgeo_attitude.describe import block_units
 from mgeo_attitude.filter.keep_out import sun_clearance
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.filter.timeline import Schedule
 from mgeo_attitude.scenario.settings import RequiredSigma
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class Constraint:
     limits: tuple[Limit, ...]
     needs_covariance: bool = False
 
-    def value(self, model: FilterModel, designs: Floats, result: Evaluation) -> Floats:
+    def value(self, model: FilterModel, result: Evaluation) -> Floats:
         """Greatest excess over its limits, shape (n,); NaN for a design without result."""
         greatest: Floats = np.max([limit.excess(result) for limit in self.limits], axis=0)
         return greatest
@@ -76,8 +76,11 @@ class Constraint:
 def constraints(scenario: Scenario) -> list[Constraint]:
     """Constraints that a scenario asks for, in a fixed order."""
     found = []
-    if scenario.wheels is not None and scenario.wheels.max_momentum is not None:
-        found.append(_wheel_momentum(scenario.wheels.matrix(), scenario.wheels.max_momentum))
+    wheels = scenario.wheels
+    if wheels is not None and wheels.max_momentum is not None:
+        momentum = partial(_wheel_momentum, inertia=wheels.matrix())
+        limit = Limit("wheel momentum", momentum, wheels.max_momentum, "N m s")
+        found.append(Constraint(limit.label, (limit,)))
     found += [_keep_out(i, cone) for i, cone in enumerate(scenario.keep_outs)]
     if scenario.required_sigma:
         found.append(_required_sigma(scenario))
@@ -108,54 +111,46 @@ def warn_of_start(scenario: Scenario, model: FilterModel) -> None:
             )
 
 
-def wheel_momentum(plan: Schedule, inertia: Floats) -> Floats:
+def _wheel_momentum(result: Evaluation, inertia: Floats) -> Floats:
     """Greatest momentum about a body axis that the wheels hold [N m s], shape (n,)."""
     # a ramp is straight, so the greatest momentum is at an end of one of its steps
-    momentum = np.abs(plan.end_rates @ inertia).max(axis=2)
-    greatest: Floats = np.where(plan.flown(), momentum, 0.0).max(axis=1)
+    momentum = np.abs(result.plan.end_rates @ inertia).max(axis=2)
+    greatest: Floats = np.where(result.plan.flown(), momentum, 0.0).max(axis=1)
     return greatest
 
 
-def _wheel_momentum(inertia: Floats, greatest: float) -> Constraint:
-    label = "wheel momentum"
-
-    def measured(result: Evaluation) -> Floats:
-        return wheel_momentum(result.plan, inertia)
-
-    return Constraint(label, (Limit(label, measured, greatest, "N m s"),))
-
-
 def _keep_out(index: int, cone: KeepOut) -> Constraint:
-    label, least = f"Sun off {cone.name}", np.radians(cone.half_angle_deg)
-    k = cone.attitude_sigmas
-
-    def measured(result: Evaluation) -> Floats:
-        angle: Floats = result.sun_angle[:, index]
-        return angle
-
-    margin = f" less {k:g} sigma" if k else ""
-    limit = Limit(label + margin, measured, least, "deg", float(np.degrees(1.0)), least=True)
+    label, sigmas = f"Sun off {cone.name}", cone.attitude_sigmas
+    limit = Limit(
+        f"{label} less {sigmas:g} sigma" if sigmas else label,
+        lambda result: result.sun_angle[:, index],
+        np.radians(cone.half_angle_deg),
+        "deg",
+        float(np.degrees(1.0)),
+        least=True,
+    )
     return Constraint(label, (limit,))
 
 
 def _required_sigma(scenario: Scenario) -> Constraint:
+    """Of the worst axis of each 3-vector of the state."""
     suite = Suite(scenario.gyro, scenario.sensors)
     required = RequiredSigma(scenario.required_sigma).of(suite.units)
     limits = (
-        _required_of_block(index, greatest, unit)
+        Limit(
+            f"required 1-sigma of {unit.label}",
+            partial(_worst_sigma, index=index),
+            greatest,
+            unit.unit,
+            unit.factor,
+        )
         for index, (greatest, unit) in enumerate(zip(required, block_units(suite), strict=True))
         if greatest < np.inf
     )
     return Constraint("required 1-sigma", tuple(limits), needs_covariance=True)
 
 
-def _required_of_block(index: int, greatest: float, unit: BlockUnit) -> Limit:
-    """Of the worst axis of a 3-vector of the state."""
-
-    def measured(result: Evaluation) -> Floats:
-        variances = np.diagonal(result.covariance, axis1=1, axis2=2)
-        worst: Floats = np.sqrt(variances[:, 3 * index : 3 * index + 3]).max(axis=1)
-        return worst
-
-    label = f"required 1-sigma of {unit.label}"
-    return Limit(label, measured, greatest, unit.unit, unit.factor)
+def _worst_sigma(result: Evaluation, index: int) -> Floats:
+    variances = np.diagonal(result.covariance, axis1=1, axis2=2)
+    worst: Floats = np.sqrt(variances[:, 3 * index : 3 * index + 3]).max(axis=1)
+    return worst

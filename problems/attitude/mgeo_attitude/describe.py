@@ -18,7 +18,7 @@ from mgeo_attitude.scenario.objective_names import PAPER
 if TYPE_CHECKING:
     import pandas as pd
 
-    from mgeo_attitude.problem import AttitudeManeuverProblem
+    from mgeo_attitude.protocol import ManeuverProblem
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class BlockUnit:
     factor: float
 
 
-def describe(problem: AttitudeManeuverProblem, X: ArrayLike) -> pd.DataFrame:
+def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     """One row per solution, numbered as in `X`.
 
     Columns: the objectives of the paper; ``t_end [orbits]``; ``maneuver time [s]``,
@@ -128,7 +128,7 @@ def block_units(suite: Suite) -> list[BlockUnit]:
     return units
 
 
-def checked_designs(problem: AttitudeManeuverProblem, X: ArrayLike) -> Floats:
+def checked_designs(problem: ManeuverProblem, X: ArrayLike) -> Floats:
     """`X` as an array of floats, shape (n, n_var), or a ValueError."""
     designs = np.asarray(X, dtype=float)
     if designs.ndim != 2 or designs.shape[1] != problem.n_var:
@@ -136,7 +136,7 @@ def checked_designs(problem: AttitudeManeuverProblem, X: ArrayLike) -> Floats:
     return designs
 
 
-def _final_values(problem: AttitudeManeuverProblem, designs: Floats) -> tuple[Floats, Floats]:
+def _final_values(problem: ManeuverProblem, designs: Floats) -> tuple[Floats, Floats]:
     """The paper's objectives and 1-sigma at t_end, shapes (n, 2) and (n, n_states)."""
     from mgeo_attitude.filter.evaluator import evaluate  # compiles
 

@@ -15,11 +15,11 @@ from mgeo_attitude import describe
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.constraints import Constraint, constraints, warn_of_start
 from mgeo_attitude.environment import Environment
+from mgeo_attitude.evaluation_cache import EvaluationCache
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.filter.timeline import VARIABLES_PER_MANEUVER, decode
 from mgeo_attitude.objectives import Objective, indicators, objective
-from mgeo_attitude.repeats import Repeats
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.objective_names import PAPER
 
@@ -46,12 +46,9 @@ class AttitudeManeuverProblem(Problem):
         Threads of one evaluation; default: the processors this process may use. The result does
         not depend on it.
     objectives : sequence of str, optional
-        What to minimize, if not the scenario's ``objectives``: "t_end" and "trace";
-        "normalized_trace", the mean of the variances relative to the initial ones; "log_det" and
-        "max_eigenvalue" of the covariance in units of the initial 1-sigmas (D- and E-optimal);
-        "trace:attitude,gyro.bias" for some blocks of the state; "t_required", the time from which
-        on the scenario's required 1-sigmas are met until t_end; "angle", turned through until
-        t_end [deg]; "rate_change", the sum of all changes of the rate until then [deg/s].
+        What to minimize, if not the scenario's ``objectives``; docs/limits.md explains each:
+        "t_end", "trace", "normalized_trace", "log_det", "max_eigenvalue", "t_required", "angle",
+        "rate_change", and "trace:attitude,gyro.bias" for some blocks of the state.
 
     Raises
     ------
@@ -78,38 +75,27 @@ class AttitudeManeuverProblem(Problem):
             )
         if threads is not None and (not isinstance(threads, int) or threads < 1):
             raise ValueError(f"threads = {threads!r}: expected an integer >= 1, or None")
-        changes: dict[str, Any] = {}
+        changes: dict[str, Any] = {} if objectives is None else {"objectives": objectives}
         if n_maneuvers is not None:
             changes["maneuvers"] = dataclasses.replace(scenario.maneuvers, count=n_maneuvers)
-        if objectives is not None:
-            changes["objectives"] = objectives
-        scenario = dataclasses.replace(scenario, **changes)
-        self.scenario = scenario
+        self.scenario = scenario = dataclasses.replace(scenario, **changes)
         self.threads = threads
         self.objectives = scenario.objectives
-        self._repeats = Repeats()
+        self._cache = EvaluationCache()
         self.obj_names = tuple(entry.label for entry in self._objectives())
         self.constraint_names = tuple(entry.label for entry in constraints(scenario))
         limits = scenario.maneuvers
-        rates = [limits.max_rate_deg_s] * 3
+        greatest = np.array([limits.max_rate_deg_s] * 3 + [limits.max_duration])
         super().__init__(
             n_var=VARIABLES_PER_MANEUVER * limits.count,
             n_obj=len(self.objectives),
             n_ieq_constr=len(self.constraint_names),
-            xl=np.tile([*(-rate for rate in rates), 0.0], limits.count),
-            xu=np.tile([*rates, limits.max_duration], limits.count),
+            xl=np.tile(greatest * [-1.0, -1.0, -1.0, 0.0], limits.count),
+            xu=np.tile(greatest, limits.count),
             vtype=float,
         )
-        self.var_names = [
-            f"{name}_{m} [{unit}]"
-            for m in range(1, limits.count + 1)
-            for name, unit in (
-                ("omega_x", "deg/s"),
-                ("omega_y", "deg/s"),
-                ("omega_z", "deg/s"),
-                ("duration", "s"),
-            )
-        ]
+        names = [*(f"omega_{axis}_{{}} [deg/s]" for axis in "xyz"), "duration_{} [s]"]
+        self.var_names = [name.format(m + 1) for m in range(limits.count) for name in names]
 
     @cached_property
     def environment(self) -> Environment:
@@ -132,20 +118,19 @@ class AttitudeManeuverProblem(Problem):
     def _evaluate(self, X: Floats, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         designs = np.asarray(X, dtype=float)
         decode(designs)  # tells of a bad design by its place among all of them
-        values = self._repeats.complete(designs, self._run)
+        values = self._cache.complete(designs, self._run)
         out["F"], out["G"] = np.split(values, [self.n_obj], axis=1)
 
     def _run(self, X: Floats) -> Floats:
         """Objectives and constraints, side by side, shape (n, n_obj + n_ieq_constr)."""
-        from mgeo_attitude.filter.evaluator import (
-            evaluate,  # with the compiler, for which a list need not wait
-        )
+        # with the compiler, for which a list of problems need not wait
+        from mgeo_attitude.filter.evaluator import evaluate
 
         entries: list[Objective | Constraint]
         entries = [*self._objectives(), *constraints(self.scenario)]
         covariance = any(entry.needs_covariance for entry in entries)
         result = evaluate(self.model, X, self.threads, covariance=covariance)
-        return np.column_stack([entry.value(self.model, X, result) for entry in entries])
+        return np.column_stack([entry.value(self.model, result) for entry in entries])
 
     def _objectives(self) -> list[Objective]:
         suite = Suite(self.scenario.gyro, self.scenario.sensors)

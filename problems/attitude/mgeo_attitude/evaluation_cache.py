@@ -10,7 +10,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 
 
-class Repeats:
+class EvaluationCache:
     """Looks designs up among those of the batch before, of the same thread.
 
     A step that is clipped to a bound, or leaves a variable at it, gives a design that the optimizer
@@ -21,8 +21,8 @@ class Repeats:
     def __init__(self) -> None:
         self._before = threading.local()
 
-    def __reduce__(self) -> tuple[type[Repeats], tuple[()]]:
-        return Repeats, ()  # a copy, in another process or a history, knows nothing yet
+    def __reduce__(self) -> tuple[type[EvaluationCache], tuple[()]]:
+        return EvaluationCache, ()  # a copy, in another process or a history, knows nothing yet
 
     def complete(self, designs: Floats, run: Callable[[Floats], Floats]) -> Floats:
         """Values of designs, shape (n, n_values).

@@ -8,8 +8,8 @@ from copy import deepcopy
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.evaluation_cache import EvaluationCache
 from mgeo_attitude.filter import evaluator
-from mgeo_attitude.repeats import Repeats
 from mgeo_attitude.scenario import Convergence, Wheels
 
 
@@ -20,7 +20,7 @@ def test_only_what_the_batch_before_had_not_is_run():
         runs.extend(designs[:, 0].tolist())
         return designs * 10.0
 
-    repeats = Repeats()
+    cache = EvaluationCache()
     for batch, ran in [
         ([1, 2, 3], [1, 2, 3]),
         ([3, 4, 1], [4]),
@@ -30,46 +30,46 @@ def test_only_what_the_batch_before_had_not_is_run():
         ([4], [4]),
     ]:
         designs = np.array(batch, dtype=float).reshape(-1, 1)
-        np.testing.assert_array_equal(repeats.complete(designs, run), 10.0 * designs)
+        np.testing.assert_array_equal(cache.complete(designs, run), 10.0 * designs)
         assert runs == ran
         runs.clear()
 
 
 def test_a_copy_knows_nothing():
-    repeats, designs = Repeats(), np.ones((2, 1))
-    repeats.complete(designs, np.copy)
-    np.testing.assert_array_equal(repeats.complete(designs, np.zeros_like), designs)
-    for copy in (pickle.loads(pickle.dumps(repeats)), deepcopy(repeats)):
+    cache, designs = EvaluationCache(), np.ones((2, 1))
+    cache.complete(designs, np.copy)
+    np.testing.assert_array_equal(cache.complete(designs, np.zeros_like), designs)
+    for copy in (pickle.loads(pickle.dumps(cache)), deepcopy(cache)):
         np.testing.assert_array_equal(copy.complete(designs, np.zeros_like), 0.0 * designs)
 
 
 def test_a_failed_run_leaves_nothing_behind():
-    repeats, designs = Repeats(), np.ones((2, 1))
+    cache, designs = EvaluationCache(), np.ones((2, 1))
 
     def fail(designs):
         raise ValueError("no result")
 
     with pytest.raises(ValueError, match="no result"):
-        repeats.complete(designs, fail)
-    np.testing.assert_array_equal(repeats.complete(designs, np.copy), designs)
+        cache.complete(designs, fail)
+    np.testing.assert_array_equal(cache.complete(designs, np.copy), designs)
 
 
 def test_a_batch_of_another_thread_in_between_takes_nothing_away():
-    repeats, known = Repeats(), np.array([[1.0], [2.0]])
-    repeats.complete(known, np.copy)
+    cache, known = EvaluationCache(), np.array([[1.0], [2.0]])
+    cache.complete(known, np.copy)
     ran = []
 
     def run(designs):
         ran.extend(designs[:, 0].tolist())
         with ThreadPoolExecutor(1) as other:
-            other.submit(repeats.complete, np.array([[9.0]]), np.copy).result()
+            other.submit(cache.complete, np.array([[9.0]]), np.copy).result()
         return designs.copy()
 
     for _ in range(2):
-        np.testing.assert_array_equal(repeats.complete(known, run), known)
+        np.testing.assert_array_equal(cache.complete(known, run), known)
     assert ran == []
     designs = np.array([[2.0], [3.0]])
-    np.testing.assert_array_equal(repeats.complete(designs, run), designs)
+    np.testing.assert_array_equal(cache.complete(designs, run), designs)
     assert ran == [3.0]
 
 

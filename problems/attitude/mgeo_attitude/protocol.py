@@ -1,0 +1,23 @@
+"""What tables and figures need of a problem; `AttitudeManeuverProblem` is one."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.scenario import Scenario
+
+
+class ManeuverProblem(Protocol):
+    """A problem whose designs are maneuvers of one scenario."""
+
+    scenario: Scenario
+    threads: int | None
+    objectives: tuple[str, ...]
+    n_var: int
+
+    @property
+    def environment(self) -> Environment: ...
+    @property
+    def model(self) -> FilterModel: ...
