@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.field import geomagnetic_field
 from mgeo_attitude.environment.orbit import AnyOrbit
-from mgeo_attitude.environment.shadow import lit_fraction
-from mgeo_attitude.environment.sun import sun_direction, sun_position
+from mgeo_attitude.environment.sun import lit_fraction, sun_direction, sun_position
 from mgeo_attitude.environment.time_frames import gcrs_to_itrs, instants, rotate
 from mgeo_attitude.fields import require_same
 
@@ -74,16 +73,24 @@ class Environment:
     def __post_init__(self) -> None:
         n = np.size(self.times)
         for name in ("times", "position", "velocity", "sun", "field"):
-            shape = (n,) if name == "times" else (n, 3)
-            object.__setattr__(self, name, _table(name, getattr(self, name), shape))
+            table = np.array(getattr(self, name), dtype=np.float64)
+            if not np.isfinite(table).all():
+                raise ValueError(f"{name}: expected finite numbers, found NaN or infinity")
+            self._keep(name, table, (n,) if name == "times" else (n, 3))
         if n == 0 or not (np.diff(self.times) > 0.0).all():
             raise ValueError("times: expected at least one instant, in increasing order [s]")
-        lengths = np.linalg.norm(self.sun, axis=1)
-        if np.abs(lengths - 1.0).max() > 1e-9:
+        if np.abs(np.linalg.norm(self.sun, axis=1) - 1.0).max() > 1e-9:
             raise ValueError("sun: expected unit vectors from the satellite to the Sun")
-        if np.asarray(self.sunlit).dtype != np.bool_:
-            raise TypeError(f"sunlit: expected bool, not {np.asarray(self.sunlit).dtype}")
-        object.__setattr__(self, "sunlit", _read_only("sunlit", self.sunlit, (n,)))
+        sunlit = np.array(self.sunlit)
+        if sunlit.dtype != np.bool_:
+            raise TypeError(f"sunlit: expected bool, not {sunlit.dtype}")
+        self._keep("sunlit", sunlit, (n,))
+
+    def _keep(self, name: str, table: NDArray[Any], shape: tuple[int, ...]) -> None:
+        if table.shape != shape:
+            raise ValueError(f"{name}: expected an array of shape {shape}, not {table.shape}")
+        table.setflags(write=False)
+        object.__setattr__(self, name, table)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Rebuild copies and pickles by the constructor: numpy would make them writable."""
@@ -135,18 +142,3 @@ class Environment:
                 f"environment.times: {len(times)} samples from {times[0]:g} to {times[-1]:g} s: "
                 f"expected the scenario's {len(scenario.times)}, one every {scenario.step:g} s"
             )
-
-
-def _table(name: str, values: Any, shape: tuple[int, ...]) -> Floats:
-    table = _read_only(name, np.asarray(values, dtype=np.float64), shape)
-    if not np.isfinite(table).all():
-        raise ValueError(f"{name}: expected finite numbers, found NaN or infinity")
-    return table
-
-
-def _read_only(name: str, values: Any, shape: tuple[int, ...]) -> NDArray[Any]:
-    table = np.array(values)
-    if table.shape != shape:
-        raise ValueError(f"{name}: expected an array of shape {shape}, not {table.shape}")
-    table.setflags(write=False)
-    return table

@@ -142,16 +142,10 @@ def _propagate(
 
 def _perifocal_axes(raan: Floats, perigee: Floats, inclination: float) -> tuple[Floats, Floats]:
     """Unit vectors toward perigee and 90° after it, shape (n, 3)."""
-    zero = np.zeros_like(raan)
-    node = np.stack([np.cos(raan), np.sin(raan), zero], axis=1)
-    ahead = np.stack(
-        [
-            -math.cos(inclination) * np.sin(raan),
-            math.cos(inclination) * np.cos(raan),
-            zero + math.sin(inclination),
-        ],
-        axis=1,
-    )
+    cos_r, sin_r, zero = np.cos(raan), np.sin(raan), np.zeros_like(raan)
+    cos_i, sin_i = math.cos(inclination), math.sin(inclination)
+    node = np.stack([cos_r, sin_r, zero], axis=1)
+    ahead = np.stack([-cos_i * sin_r, cos_i * cos_r, zero + sin_i], axis=1)
     cosine, sine = np.cos(perigee)[:, None], np.sin(perigee)[:, None]
     return cosine * node + sine * ahead, cosine * ahead - sine * node
 

@@ -60,14 +60,13 @@ class Orbit(Validated):
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
         """Position [m] and velocity [m/s], shape (n, 3), at `times` [s] after the epoch."""
-        elements = Elements(
-            semi_major_axis=self.semi_major_axis,
-            eccentricity=self.eccentricity,
-            inclination=math.radians(self.inclination_deg),
-            raan=math.radians(self.raan_deg),
-            argument_of_perigee=math.radians(self.argument_of_perigee_deg),
-            true_anomaly=math.radians(self.true_anomaly_deg),
+        angles = (
+            self.inclination_deg,
+            self.raan_deg,
+            self.argument_of_perigee_deg,
+            self.true_anomaly_deg,
         )
+        elements = Elements(self.semi_major_axis, self.eccentricity, *map(math.radians, angles))
         return ANALYTIC[self.propagator](elements, times)
 
     def check_epoch(self, epoch: datetime) -> None:

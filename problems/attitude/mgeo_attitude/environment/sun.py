@@ -1,7 +1,8 @@
-"""Where the Sun is: IAU SOFA's planetary theory (VSOP2000, as epv00), in GCRS axes.
+"""Where the Sun is, and how much of it the Earth covers.
 
-The direction is geometric: light time and the aberration by the Earth's motion (0.0057°) are not
-in it, as an ideal Sun sensor model would remove them.
+IAU SOFA's planetary theory (VSOP2000, as epv00), in GCRS axes. The direction is geometric: light
+time and the aberration by the Earth's motion (0.0057°) are not in it, as an ideal Sun sensor model
+would remove them. The Earth is a sphere without an atmosphere.
 """
 
 from __future__ import annotations
@@ -10,8 +11,10 @@ import erfa
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constants import ASTRONOMICAL_UNIT
+from mgeo_attitude.constants import ASTRONOMICAL_UNIT, EARTH_RADIUS, SUN_RADIUS
 from mgeo_attitude.environment.time_frames import Instants
+
+_SMALLEST_SEPARATION = 1e-9  # rad; keeps the division by it finite on the shadow's axis
 
 
 def sun_position(at: Instants) -> Floats:
@@ -24,3 +27,40 @@ def sun_direction(position: Floats, sun: Floats) -> Floats:
     """Unit vectors from satellites at `position` to the Sun at `sun`, both (n, 3) in m."""
     to_sun = sun - position
     return np.asarray(to_sun / np.linalg.norm(to_sun, axis=-1, keepdims=True))
+
+
+def lit_fraction(position: Floats, sun: Floats) -> Floats:
+    """Visible fraction of the Sun's disc, shape (n,): 1 in sunlight, 0 in the umbra.
+
+    Parameters
+    ----------
+    position, sun : array (n, 3)
+        Satellite and Sun [m] from the Earth's center, in common axes.
+
+    Raises
+    ------
+    ValueError
+        If a position is below the Earth's surface.
+
+    Notes
+    -----
+    The discs of Sun and Earth are circles on the sky that overlap in a lens (Montenbruck & Gill,
+    Satellite Orbits, section 3.4.2): exact for where the shadow's cones are.
+    """
+    distance = np.linalg.norm(position, axis=1)
+    if not (distance >= EARTH_RADIUS).all():
+        raise ValueError(
+            f"position: expected a satellite above the Earth's surface, |r| >= {EARTH_RADIUS} m, "
+            f"but the least |r| is {distance.min():.1f} m"
+        )
+    to_sun = sun - position
+    sun_distance = np.linalg.norm(to_sun, axis=1)
+    cosine = -np.einsum("ni,ni->n", position, to_sun) / (distance * sun_distance)
+    a = np.arcsin(SUN_RADIUS / sun_distance)
+    b = np.arcsin(EARTH_RADIUS / distance)
+    c = np.maximum(np.arccos(np.clip(cosine, -1.0, 1.0)), _SMALLEST_SEPARATION)
+    x = (c * c + a * a - b * b) / (2.0 * c)  # where the chord through the crossings cuts c
+    half_chord = np.sqrt(np.maximum(a * a - x * x, 0.0))
+    sun_sector = a * a * np.arccos(np.clip(x / a, -1.0, 1.0))
+    earth_sector = b * b * np.arccos(np.clip((c - x) / b, -1.0, 1.0))
+    return np.asarray(1.0 - (sun_sector + earth_sector - c * half_chord) / (a * a * np.pi))

@@ -28,11 +28,15 @@ MAX_AGE = timedelta(days=30)
 
 _LENGTH = 69
 _FIRST_YEAR = 57  # two-digit years from 57 on are 19yy (the first satellite flew in 1957)
-_ANGLES = (  # first and last column on line 2
-    (9, 16, "inclination"),
-    (18, 25, "right ascension of the node"),
-    (35, 42, "argument of perigee"),
-    (44, 51, "mean anomaly"),
+_ENTRIES = (  # line, its first and last column, meaning
+    ("line1", 21, 32, "day of the year"),
+    ("line1", 19, 20, "year"),
+    ("line2", 9, 16, "inclination"),
+    ("line2", 18, 25, "right ascension of the node"),
+    ("line2", 35, 42, "argument of perigee"),
+    ("line2", 44, 51, "mean anomaly"),
+    ("line2", 53, 63, "revolutions a day"),
+    ("line2", 27, 33, "eccentricity"),
 )
 
 
@@ -66,14 +70,13 @@ class TLEOrbit(Validated):
                 self.line2,
                 f"expected the satellite number of line 1, {self.line1[2:7]!r} (columns 3-7)",
             )
-        day = _entry("line1", self.line1, 21, 32, "day of the year")
-        if not 1.0 <= day < 367.0:
+        entries = {
+            meaning: _entry(key, getattr(self, key), first, last, meaning)
+            for key, first, last, meaning in _ENTRIES
+        }
+        if not 1.0 <= entries["day of the year"] < 367.0:
             raise InvalidValue("line1", self.line1, "expected a day in [1, 367) (columns 21-32)")
-        _entry("line1", self.line1, 19, 20, "year")
-        for first, last, element in _ANGLES:
-            _entry("line2", self.line2, first, last, element)
-        revolutions = _entry("line2", self.line2, 53, 63, "revolutions a day")
-        eccentricity = _entry("line2", self.line2, 27, 33, "eccentricity") * 1e-7
+        revolutions, eccentricity = entries["revolutions a day"], entries["eccentricity"] * 1e-7
         # Not only decayed satellites: the usual mistake is a line shifted by a column.
         fastest = DAY * math.sqrt(EARTH_MU * ((1.0 - eccentricity) / EARTH_RADIUS) ** 3) / math.tau
         if not 0.0 < revolutions < fastest:
