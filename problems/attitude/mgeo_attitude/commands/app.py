@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -73,12 +74,11 @@ def show(
 
     The comparison is after the plan's own time, with maneuvers as long as the plan's in all.
     """
-    from mgeo_attitude.commands.files import check_targets
+    from mgeo_attitude.commands.files import check_targets, load_plan
     from mgeo_attitude.commands.show import plan_document, print_plan, write_figures
-    from mgeo_attitude.commands.source import load_plan
 
     with bad_input(_USERS):
-        check_targets([html] if html else [], overwrite)
+        check_targets([html], overwrite)
         plan = load_plan(source, pick, time)
         if json:
             Output(json=True).result(plan_document(plan))
@@ -113,13 +113,12 @@ def verify(
     keep-out cones it says how often the Sun was inside.
     """
     from mgeo.files.atomic import write_file
-    from mgeo_attitude.commands.files import check_targets
-    from mgeo_attitude.commands.source import load_plan
+    from mgeo_attitude.commands.files import check_targets, load_plan
     from mgeo_attitude.commands.verify import print_verification, verification_document
     from mgeo_attitude.plan import verification
 
     with bad_input(_USERS):
-        check_targets([out] if out else [], overwrite)
+        check_targets([out], overwrite)
         plan = load_plan(source, pick, time)
         found = verification.verify(plan, runs, seed)
         document = verification_document(plan, found, seed)
@@ -175,22 +174,23 @@ def export(
     A plan that violates a constraint of its scenario is refused, unless told otherwise.
     """
     from mgeo.files.atomic import write_file
-    from mgeo_attitude.commands.files import SUFFIXES, check_constraints, check_targets, contents
-    from mgeo_attitude.commands.source import load_plan
+    from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
+    from mgeo_attitude.plan import aem_text, to_csv, to_json
 
     with bad_input(_USERS):
-        check_targets(files, overwrite, SUFFIXES)
+        check_targets(files, overwrite, plans=True)
         plan = load_plan(source, pick, time)
         check_constraints(plan, force)
-        texts = contents(
-            plan,
-            files,
-            object_name=object_name,
-            object_id=object_id,
-            originator=originator,
-            version=aem_version,
-            spacing=spacing,
-        )
+        aem: dict[str, Any] = {
+            "object_name": object_name,
+            "object_id": object_id,
+            "originator": originator,
+            "version": aem_version,
+            "spacing": spacing,
+        }
+        writers: dict[str, Any]
+        writers = {".json": to_json, ".csv": to_csv, ".aem": partial(aem_text, **aem)}
+        texts = {path: writers[path.suffix](plan) for path in files}
         output = Output(quiet, json)
         for path, text in texts.items():
             write_file(path, text.encode())

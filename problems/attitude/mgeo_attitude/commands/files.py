@@ -1,31 +1,52 @@
-"""Files that commands write."""
+"""Files that commands read and write."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-from mgeo_attitude.plan import ManeuverPlan, aem_text, to_csv, to_json
+from mgeo_attitude.plan import ManeuverPlan, read_front, read_json
+from mgeo_attitude.plan.run_folder import CHOICES
 
 SUFFIXES = (".json", ".csv", ".aem")
 
 
-def check_targets(
-    paths: Sequence[Path], overwrite: bool, suffixes: Sequence[str] | None = None
-) -> None:
+def load_plan(source: Path, pick: str | None = None, time: float | None = None) -> ManeuverPlan:
+    """Read a plan from its file, or pick one from a run folder: the knee unless told otherwise.
+
+    Raises
+    ------
+    OSError
+        If there is no such file or folder, or it cannot be read.
+    ValueError
+        For contradicting or unknown choices, or a file that does not hold what it should.
+    """
+    if pick is not None and pick not in CHOICES:
+        raise ValueError(f"--pick {pick}: expected one of {', '.join(CHOICES)}")
+    if pick is not None and time is not None:
+        raise ValueError("--pick and --time: expected one of the two")
+    if source.is_dir():
+        return read_front(source).plan(pick or "knee" if time is None else time)
+    if not source.exists():
+        raise FileNotFoundError(f"there is neither a run folder nor a plan {source}")
+    if pick is not None or time is not None:
+        raise ValueError(f"{source} is one plan: --pick and --time are for run folders")
+    return read_json(source)
+
+
+def check_targets(paths: Sequence[Path | None], overwrite: bool, plans: bool = False) -> None:
     """Refuse files that could not be written, before time is spent on what goes into them.
 
     Raises
     ------
     ValueError
-        For a suffix that is not one of `suffixes`, if there are any, or a file named twice.
+        For a file named twice or, if they are to be of `plans`, a suffix that is none of theirs.
     OSError
         For a file that is there already, unless `overwrite`, or whose folder is not.
     """
-    for path in paths:
-        if suffixes and path.suffix not in suffixes:
-            raise ValueError(f"{path}: expected a name that ends in {', '.join(suffixes)}")
+    for path in filter(None, paths):
+        if plans and path.suffix not in SUFFIXES:
+            raise ValueError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
         if list(paths).count(path) > 1:
             raise ValueError(f"{path} is named twice")
         if path.is_dir():
@@ -37,26 +58,10 @@ def check_targets(
 
 
 def check_constraints(plan: ManeuverPlan, force: bool) -> None:
-    """Refuse a plan that violates a constraint, unless `force`.
-
-    Raises
-    ------
-    ValueError
-        Naming the constraints and by how much they are violated.
-    """
+    """Refuse, with a ValueError, a plan that violates constraints, unless `force`."""
     found = plan.violations()
     if found and not force:
         raise ValueError(
             f"the plan violates {len(found)} of its scenario's constraints ({'; '.join(found)}): "
             "choose another plan or allow --force"
         )
-
-
-def contents(plan: ManeuverPlan, paths: Sequence[Path], **aem: Any) -> dict[Path, str]:
-    """Text of each file by its suffix; `aem` are keywords of `aem_text`."""
-    writers = {
-        ".json": lambda: to_json(plan),
-        ".csv": lambda: to_csv(plan),
-        ".aem": lambda: aem_text(plan, **aem),
-    }
-    return {path: writers[path.suffix]() for path in paths}

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from rich.table import Table
 from rich.text import Text
@@ -23,11 +23,11 @@ def print_plan(plan: ManeuverPlan, output: Output) -> None:
     ended = "converged" if plan.history.converged else "not converged at the end of the run,"
     orbits = plan.t_end / plan.scenario.orbit.period
     constraints = plan.constraints()
-    words = constraints["kept"].map({True: "kept", False: "violated"})
+    kept = constraints["kept"].map({True: "kept", False: "violated"})
     output.print(
         f"scenario {plan.scenario.name}: {ended} at {plan.t_end:.6g} s ({orbits:.3f} orbits), "
         f"trace {plan.trace:.4g}",
-        *(titled("Constraints", constraints.assign(kept=words)) if len(words) else ()),
+        *(titled("Constraints", constraints.assign(kept=kept)) if len(kept) else ()),
         *titled("Timeline", _timeline(plan).T, digits=6),
         *titled("Predicted 1-sigma", plan.accuracy()),
         *titled("What each phase bought", _contributions(plan).T),
@@ -89,12 +89,8 @@ def _timeline(plan: ManeuverPlan) -> pd.DataFrame:
 
 def _contributions(plan: ManeuverPlan) -> pd.DataFrame:
     table = plan.contributions()
-    worst = table.iloc[:, :3].copy()
-    sigmas = table.iloc[:, 3:]
-    for first in range(0, sigmas.shape[1], 3):
-        name = str(sigmas.columns[first]).replace(" x [", " [")
-        worst[name] = np.max(sigmas.iloc[:, first : first + 3].to_numpy(float), axis=1)
-    return worst
+    axes = table.iloc[:, 3:].T.groupby(lambda name: re.sub(" [xyz] ", " ", name), sort=False)
+    return table.iloc[:, :3].join(axes.max().T)
 
 
 def _others(plan: ManeuverPlan) -> pd.DataFrame:
