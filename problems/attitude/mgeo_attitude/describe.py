@@ -50,14 +50,18 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     """
     import pandas as pd
 
+    from mgeo_attitude.filter.evaluator import evaluate  # compiles
+
     designs = checked_designs(problem, X)
-    F, sigma = _final_values(problem, designs)
+    result = evaluate(problem.model, designs, problem.threads, covariance=True)
+    variances = np.diagonal(result.covariance, axis1=1, axis2=2)
+    sigma = np.sqrt(np.where(np.isnan(result.t_end)[:, None], np.nan, variances))
     t_end_name, trace_name = (OBJECTIVES[name].label for name in PAPER)
     durations = designs[:, VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
     columns: dict[str, object] = {
-        t_end_name: F[:, 0],
-        "t_end [orbits]": F[:, 0] / problem.scenario.orbit.period,
-        trace_name: F[:, 1],
+        t_end_name: result.t_end,
+        "t_end [orbits]": result.t_end / problem.scenario.orbit.period,
+        trace_name: result.trace,
         "maneuver time [s]": durations.sum(axis=1),
     }
     texts = [maneuver_texts(x) for x in designs]
@@ -134,13 +138,3 @@ def checked_designs(problem: ManeuverProblem, X: ArrayLike) -> Floats:
     if designs.ndim != 2 or designs.shape[1] != problem.n_var:
         raise ValueError(f"X of shape {designs.shape}: expected (n, {problem.n_var})")
     return designs
-
-
-def _final_values(problem: ManeuverProblem, designs: Floats) -> tuple[Floats, Floats]:
-    """The paper's objectives and 1-sigma at t_end, shapes (n, 2) and (n, n_states)."""
-    from mgeo_attitude.filter.evaluator import evaluate  # compiles
-
-    result = evaluate(problem.model, designs, problem.threads, covariance=True)
-    variances = np.diagonal(result.covariance, axis1=1, axis2=2).copy()
-    variances[np.isnan(result.t_end)] = np.nan
-    return np.column_stack([result.t_end, result.trace]), np.sqrt(variances)

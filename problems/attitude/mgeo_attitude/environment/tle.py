@@ -10,7 +10,7 @@ import math
 import re
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -18,10 +18,6 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.constants import DAY, EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.time_frames import Instants, instants, rotate, teme_to_gcrs
 from mgeo_attitude.fields import InvalidValue, Validated, quantity
-
-if TYPE_CHECKING:
-    from sgp4.api import Satrec
-
 
 #: An element set older than this places the satellite tens of kilometers off and more.
 MAX_AGE = timedelta(days=30)
@@ -134,45 +130,35 @@ def sgp4_gcrs(line1: str, line2: str, at: Instants) -> tuple[Floats, Floats]:
 
 def sgp4_teme(line1: str, line2: str, at: Instants) -> tuple[Floats, Floats]:
     """As `sgp4_gcrs`, in SGP4's own frame, the true equator and mean equinox of date."""
-    satellite = _satellite(line1, line2)
-    codes, position, velocity = satellite.sgp4_array(np.full_like(at.ut, at.midnight), at.ut)
-    failed = np.flatnonzero(codes)
-    if failed.size:
-        from sgp4.api import SGP4_ERRORS
-
-        seconds = (at.ut[failed[0]] - at.ut[0]) * DAY
-        raise SGP4Error(
-            f"satellite {line1[2:7]}: SGP4 error {codes[failed[0]]} at t = {seconds:.1f} s, "
-            f"{SGP4_ERRORS[int(codes[failed[0]])]}"
-        )
-    return 1e3 * position, 1e3 * velocity
-
-
-def _satellite(line1: str, line2: str) -> Satrec:
     try:
-        from sgp4.api import Satrec
+        from sgp4.api import SGP4_ERRORS, Satrec
     except ImportError as error:
         raise ImportError(
             'a two-line element set needs the package sgp4: pip install "mgeo-attitude[tle]"'
         ) from error
-    return Satrec.twoline2rv(line1, line2)  # with WGS72, for which element sets are made
+    satellite = Satrec.twoline2rv(line1, line2)  # with WGS72, for which element sets are made
+    codes, position, velocity = satellite.sgp4_array(np.full_like(at.ut, at.midnight), at.ut)
+    for k in np.flatnonzero(codes)[:1]:
+        raise SGP4Error(
+            f"satellite {line1[2:7]}: SGP4 error {codes[k]} at t = "
+            f"{(at.ut[k] - at.ut[0]) * DAY:.1f} s, {SGP4_ERRORS[int(codes[k])]}"
+        )
+    return 1e3 * position, 1e3 * velocity
 
 
 def _check_line(key: str, line: str, number: str) -> None:
+    # the digits before the last column, a minus sign counting one, modulo 10
+    digits = line[:-1].replace("-", "1")
+    checksum = sum(int(c) for c in digits if c in "0123456789") % 10
+    problem = ""
     if len(line) != _LENGTH or not line.isascii():
         problem = f"expected {_LENGTH} ASCII characters, not {len(line)}"
     elif not line.startswith(f"{number} "):
         problem = f"expected a line that starts with '{number} '"
-    elif line[-1] != (checksum := _checksum(line)):
+    elif line[-1] != str(checksum):
         problem = f"expected the checksum {checksum} in column {_LENGTH}, not {line[-1]!r}"
-    else:
-        return
-    raise InvalidValue(key, line, f"{problem} (two-line element set)")
-
-
-def _checksum(line: str) -> str:
-    """Sum of the digits before the last column, a minus sign counting one, modulo 10."""
-    return str(sum(1 if c == "-" else int(c) for c in line[:-1] if c.isdigit() or c == "-") % 10)
+    if problem:
+        raise InvalidValue(key, line, f"{problem} (two-line element set)")
 
 
 def _entry(key: str, line: str, first: int, last: int, meaning: str) -> float:
