@@ -37,16 +37,8 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     the sum of all durations; one text per maneuver, its rates about body x / y / z [deg/s] and
     its duration [s]; and for each 3-vector of the error state the predicted 1-sigma at t_end of
     its worst body axis (the largest of the three, as comparable to a data sheet's value per axis).
-    A design whose covariance lost positivity has NaN in objectives and 1-sigmas.
-
-    Parameters
-    ----------
-    X : array_like, shape (n, n_var)
-
-    Raises
-    ------
-    ValueError
-        For another number of columns, or a design that is no plan (see `timeline.decode`).
+    A design whose covariance lost positivity has NaN in objectives and 1-sigmas. Another shape
+    than (n, n_var), or a design that is no plan, is a ValueError.
     """
     import pandas as pd
 
@@ -78,18 +70,8 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
 def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
     """Distinct non-dominated points that converge within one orbital period, and later.
 
-    These are the counts of the paper's Table 3, whose runs last two orbits; in a longer run the
-    second count holds every later orbit too.
-
-    Parameters
-    ----------
-    F : array_like, shape (n, 2)
-        t_end [s] and trace.
-
-    Raises
-    ------
-    ValueError
-        For another number of columns.
+    F is (n, 2), t_end and trace. These are the counts of the paper's Table 3, whose runs last two
+    orbits; in a longer run the second count holds every later orbit too.
     """
     table = np.asarray(F, dtype=float)
     if table.ndim != 2 or table.shape[1] != 2:

@@ -11,14 +11,7 @@ from pathlib import Path
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file in UTF-8; a reader sees the old content or the new one, never a part.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written, or is there and no regular file; what was there before is then
-        unchanged.
-    """
+    """Write a file in UTF-8; a reader sees the old content or the new one, never a part."""
     if path.exists() and not path.is_file():  # the name of a device must not be taken over
         raise FileExistsError(f"{path} is a folder, a pipe or a device: expected a file")
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")

@@ -12,15 +12,7 @@ SUFFIXES = (".json", ".csv", ".aem")
 
 
 def load_plan(source: Path, pick: str | None = None, time: float | None = None) -> ManeuverPlan:
-    """Read a plan from its file, or pick one from a run folder: the knee unless told otherwise.
-
-    Raises
-    ------
-    OSError
-        If there is no such file or folder, or it cannot be read.
-    ValueError
-        For contradicting or unknown choices, or a file that does not hold what it should.
-    """
+    """Read a plan from its file, or pick one from a run folder: the knee unless told otherwise."""
     if pick is not None and pick not in CHOICES:
         raise ValueError(f"--pick {pick}: expected one of {', '.join(CHOICES)}")
     if pick is not None and time is not None:
@@ -37,12 +29,7 @@ def load_plan(source: Path, pick: str | None = None, time: float | None = None) 
 def check_targets(paths: Sequence[Path | None], overwrite: bool, plans: bool = False) -> None:
     """Refuse files that could not be written, before time is spent on what goes into them.
 
-    Raises
-    ------
-    ValueError
-        For a file named twice or, if they are to be of `plans`, a suffix that is none of theirs.
-    OSError
-        For a file that is there already, unless `overwrite`, or whose folder is not.
+    That is a ValueError or OSError; a suffix other than those of `plans` is refused, too.
     """
     for path in filter(None, paths):
         if plans and path.suffix not in SUFFIXES:

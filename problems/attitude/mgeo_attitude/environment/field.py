@@ -18,12 +18,8 @@ _NEAREST_TO_POLE = np.radians(1e-7)
 def geomagnetic_field(position: Floats, date: datetime) -> Floats:
     """Field [nT] at positions [m], both ITRS and of shape (n, 3), on one date for all of them.
 
-    The field drifts by some 0.3 nT a day, so the middle of a run stands for all of it.
-
-    Raises
-    ------
-    ValueError
-        If the date has no UTC offset or is outside the model's years, 1900 to 2030.
+    The field drifts by some 0.3 nT a day, so the middle of a run stands for all of it. A date
+    without UTC offset, or outside the model's years, is a ValueError.
     """
     import ppigrf  # it takes pandas a third of a second
 

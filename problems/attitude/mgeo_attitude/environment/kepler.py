@@ -77,14 +77,8 @@ def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Floats:
     """Solve Kepler's equation M = E - e sin E for E [rad], any shape, e up to the last below 1.
 
     Newton's method from above the root, where the equation is convex and each step falls short of
-    it, so that it cannot diverge. The revolution of M is kept.
-
-    Raises
-    ------
-    ValueError
-        If the eccentricity is outside [0, 1) or the mean anomaly is not finite.
-    ArithmeticError
-        If the last step stays above 1e-14 rad.
+    it, so that it cannot diverge. The revolution of M is kept. Another eccentricity, or an anomaly
+    that is not finite, is a ValueError.
     """
     _check_eccentricity(eccentricity)
     mean = np.asarray(mean_anomaly, dtype=np.float64)

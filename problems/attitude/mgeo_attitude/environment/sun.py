@@ -32,19 +32,8 @@ def sun_direction(position: Floats, sun: Floats) -> Floats:
 def lit_fraction(position: Floats, sun: Floats) -> Floats:
     """Visible fraction of the Sun's disc, shape (n,): 1 in sunlight, 0 in the umbra.
 
-    Parameters
-    ----------
-    position, sun : array (n, 3)
-        Satellite and Sun [m] from the Earth's center, in common axes.
-
-    Raises
-    ------
-    ValueError
-        If a position is below the Earth's surface.
-
-    Notes
-    -----
-    The discs of Sun and Earth are circles on the sky that overlap in a lens (Montenbruck & Gill,
+    Satellite and Sun are (n, 3) in m from the Earth's center; a position below the surface is a
+    ValueError. Their discs are circles on the sky that overlap in a lens (Montenbruck & Gill,
     Satellite Orbits, section 3.4.2): exact for where the shadow's cones are.
     """
     distance = np.linalg.norm(position, axis=1)

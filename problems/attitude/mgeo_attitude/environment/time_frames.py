@@ -33,13 +33,7 @@ class Instants(NamedTuple):
 
 
 def as_utc(epoch: datetime) -> datetime:
-    """The epoch in UTC.
-
-    Raises
-    ------
-    ValueError
-        If it has no UTC offset.
-    """
+    """The epoch in UTC; without a UTC offset it is a ValueError."""
     if epoch.utcoffset() is None:
         raise ValueError(f"epoch = {epoch.isoformat()}: expected a UTC offset, such as tzinfo=UTC")
     return epoch.astimezone(UTC)

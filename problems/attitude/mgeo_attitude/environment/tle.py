@@ -114,14 +114,8 @@ class TLEOrbit(Validated):
 def sgp4_gcrs(line1: str, line2: str, at: Instants) -> tuple[Floats, Floats]:
     """Position [m] and velocity [m/s], GCRS, shape (n, 3), from the two (checked) lines of a set.
 
-    The velocity takes TEME as inertial, which costs 1e-4 m/s in a low orbit.
-
-    Raises
-    ------
-    ImportError
-        If the package sgp4 is not installed.
-    SGP4Error
-        If SGP4 reports an error at some instant, such as a decayed satellite.
+    The velocity takes TEME as inertial, which costs 1e-4 m/s in a low orbit. A decayed satellite,
+    or what else SGP4 reports, is an SGP4Error; without the package sgp4 it is an ImportError.
     """
     position, velocity = sgp4_teme(line1, line2, at)
     rotation = teme_to_gcrs(at)

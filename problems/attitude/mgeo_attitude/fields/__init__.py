@@ -8,7 +8,6 @@ files and describes them to editors::
 """
 
 from mgeo_attitude.fields.errors import InvalidType, InvalidValue, KeyProblem, known_names
-from mgeo_attitude.fields.numbers import Numbers
 from mgeo_attitude.fields.quantity import Kinds, Quantity, declared, positive, quantity
 from mgeo_attitude.fields.section import Validated
 from mgeo_attitude.fields.tables import from_table, require_same, to_table
@@ -18,7 +17,6 @@ __all__ = [
     "InvalidValue",
     "KeyProblem",
     "Kinds",
-    "Numbers",
     "Quantity",
     "Validated",
     "declared",

@@ -14,8 +14,8 @@ from pydantic import Field, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, ErrorDetails, core_schema
 
 from mgeo_attitude.fields.errors import InvalidType, InvalidValue
-from mgeo_attitude.fields.numbers import flattened
 from mgeo_attitude.fields.quantity import Kinds, Quantity, declared, remembered
+from mgeo_attitude.fields.tables import flattened
 
 _CONFIG = pydantic.ConfigDict(
     strict=True,
@@ -27,13 +27,7 @@ _CONFIG = pydantic.ConfigDict(
 
 
 def checked_fields(section: Any) -> dict[str, Any]:
-    """The fields of a section as their annotations want them: an int as float, a list as tuple.
-
-    Raises
-    ------
-    InvalidValue, InvalidType
-        Naming the first that is refused, its value, and what was expected.
-    """
+    """The fields of a section as their annotations want them: an int as float, a list as tuple."""
     given = {name: getattr(section, name) for name in declared(type(section))}
     plain = {name: _plain(value) for name, value in given.items()}
     try:

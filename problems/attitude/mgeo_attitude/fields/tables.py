@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING
+from dataclasses import MISSING, is_dataclass
 from datetime import datetime
 from typing import Any, TypeVar, get_args, get_origin
 
 from mgeo_attitude.fields.errors import InvalidType, InvalidValue, KeyProblem, known_names
-from mgeo_attitude.fields.numbers import flattened
 from mgeo_attitude.fields.quantity import Kinds, Quantity, declared
-from mgeo_attitude.fields.section import Validated
 
 Section = TypeVar("Section")
 
@@ -19,12 +17,8 @@ Section = TypeVar("Section")
 def from_table(cls: type[Section], table: Mapping[str, Any], key: str = "") -> Section:
     """A section from a table of its fields and, perhaps, the further `key`, which has been read.
 
-    Sections in it are tables, too, and times may be texts.
-
-    Raises
-    ------
-    KeyProblem, InvalidValue, InvalidType
-        Naming the full key (``orbit.eccentricity``): unknown, missing or of a bad value.
+    Sections in it are tables, too, and times may be texts. A key that is unknown, missing or of a
+    bad value is an InvalidValue, InvalidType or KeyProblem with the full key, ``orbit.raan_deg``.
     """
     fields = declared(cls)
     for name, value in table.items():
@@ -49,20 +43,25 @@ def to_table(section: Any) -> dict[str, Any]:
     return {k: _plain(value, spec.kinds) for k, (value, spec) in given.items()}
 
 
+def flattened(values: Any) -> Any:
+    """``{"mag.bias": 1}`` from ``{"mag": {"bias": 1}}``, and what is no mapping as it is."""
+    if not isinstance(values, Mapping):
+        return values
+    flat: dict[str, Any] = {}
+    for name, value in values.items():
+        nested = flattened(value) if isinstance(value, Mapping) else {"": value}
+        for rest, number in nested.items():
+            key = f"{name}.{rest}" if rest else str(name)
+            if key in flat:
+                raise KeyProblem(key, number, "given twice")
+            flat[key] = number
+    return flat
+
+
 def require_same(name: str, one: Any, other: Any, keys: Iterable[str]) -> None:
-    """Refuse a section that differs from another in some keys.
+    """Refuse, with an InvalidValue, a section called `name` that differs from the scenario's.
 
-    Parameters
-    ----------
-    name : str
-        What the first one is called in the message; the other is the scenario.
-    keys : iterable of str
-        Such as ``step`` or ``orbit``.
-
-    Raises
-    ------
-    InvalidValue
-        (ValueError) Naming the first key that differs, ``orbit.eccentricity``, and both values.
+    The message names the first of the `keys` that differs, ``orbit.eccentricity``, and both values.
     """
     own, others = to_table(one), to_table(other)
     for key in keys:
@@ -77,7 +76,7 @@ def require_same(name: str, one: Any, other: Any, keys: Iterable[str]) -> None:
 
 def _read(key: str, value: Any, annotation: Any, spec: Quantity) -> Any:
     """A value of a table, in which tables have become sections, and texts times."""
-    if value is None or isinstance(value, Validated):
+    if value is None or is_dataclass(value):
         return value
     origin, entries = get_origin(annotation), get_args(annotation) or (annotation,)
     if origin is tuple and isinstance(value, list | tuple):
@@ -88,7 +87,7 @@ def _read(key: str, value: Any, annotation: Any, spec: Quantity) -> Any:
             return datetime.fromisoformat(value)
         except ValueError:
             raise InvalidValue(key, value, expected) from None
-    sections = [cls for cls in entries if isinstance(cls, type) and issubclass(cls, Validated)]
+    sections = [cls for cls in entries if isinstance(cls, type) and is_dataclass(cls)]
     wanted = Mapping if sections and origin is not tuple else origin or annotation
     if wanted in (Mapping, datetime, tuple) and not isinstance(value, wanted):
         raise InvalidType(key, value, expected)
@@ -118,6 +117,6 @@ def _plain(value: Any, kinds: Kinds | None) -> Any:
         return [_plain(entry, kinds) for entry in value]
     if isinstance(value, datetime):
         return value.isoformat().replace("+00:00", "Z")
-    if isinstance(value, Validated):
+    if is_dataclass(value):
         return ({kinds.key: getattr(value, kinds.key)} if kinds else {}) | to_table(value)
     return value

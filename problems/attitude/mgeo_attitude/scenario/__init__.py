@@ -4,8 +4,7 @@ from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import KeyProblem
 from mgeo_attitude.scenario.limits import KeepOut, Wheels
-from mgeo_attitude.scenario.scenario import Scenario
-from mgeo_attitude.scenario.schema import scenario_schema
+from mgeo_attitude.scenario.scenario import Scenario, scenario_schema
 from mgeo_attitude.scenario.settings import (
     Convergence,
     InitialUncertainty,

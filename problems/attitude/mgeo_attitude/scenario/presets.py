@@ -17,13 +17,7 @@ PRESETS = ("paper", "cubesat_6u")
 
 
 def on_preset(table: Mapping[str, Any]) -> Table:
-    """The table over the preset that it names, if it does, key by key; see `Scenario.from_dict`.
-
-    Raises
-    ------
-    InvalidValue
-        (ValueError) For an unknown preset.
-    """
+    """The table over the preset that it names, if it does, key by key; see `Scenario.from_dict`."""
     overrides = dict(table)
     if "preset" not in overrides:
         return overrides

@@ -28,7 +28,7 @@ from mgeo_attitude.fields import (
 from mgeo_attitude.files import write_text
 from mgeo_attitude.scenario.limits import KeepOut, Wheels
 from mgeo_attitude.scenario.objective_names import NAMES, PAPER, TRACE_OF, check_objectives
-from mgeo_attitude.scenario.presets import on_preset
+from mgeo_attitude.scenario.presets import PRESETS, on_preset
 from mgeo_attitude.scenario.settings import (
     Convergence,
     InitialUncertainty,
@@ -232,6 +232,22 @@ class Scenario(Validated):
             )
             key = f"keep_outs[{i}].attitude_sigmas"
             yield cone.attitude_sigmas < limit, key, cone.attitude_sigmas, far
+
+
+def scenario_schema() -> dict[str, Any]:
+    """JSON Schema (draft 2020-12) of what `Scenario.from_dict` takes, for editors.
+
+    A file may leave out what its preset has, so only a file without one is told what is missing.
+    What several keys say together, such as multiples of the step, is checked on reading only.
+    """
+    from mgeo_attitude.fields.checking import section_model
+
+    dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    schema = section_model(Scenario, "preset", PRESETS).model_json_schema()
+    for section in schema["$defs"].values():
+        section.pop("required", None)
+    alone = {"required": schema.pop("required")}
+    return dialect | schema | {"anyOf": [{"required": ["preset"]}, alone]}
 
 
 def _is_multiple(span: float, step: float) -> bool:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from mgeo_attitude.fields import InvalidValue, Numbers, Validated, known_names, positive, quantity
+from mgeo_attitude.fields import InvalidValue, Validated, known_names, positive, quantity
 from mgeo_attitude.sensors import Gyro, Sensor
 from mgeo_attitude.units import DEG, DIMENSIONLESS, Unit
 
@@ -51,6 +51,28 @@ class Convergence(Validated):
     allow_rise: bool = quantity(
         False, doc="whether a trace that rose over the window counts as converged too"
     )
+
+
+class Numbers(Mapping[str, float]):
+    """Numbers by names with dots, such as ``mag.bias``; immutable and hashable."""
+
+    def __init__(self, values: Mapping[str, float] | None = None) -> None:
+        self._values = dict(values or {})
+
+    def __getitem__(self, name: str) -> float:
+        return self._values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self._values.items()))
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self._values})"
 
 
 class TraceWeights(Numbers):
