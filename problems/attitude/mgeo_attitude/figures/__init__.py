@@ -16,12 +16,12 @@ from .single import solution_figures
 from .solutions import Solutions
 
 if TYPE_CHECKING:
-    from ..problem import AttitudeManeuverProblem
+    from mgeo_attitude.protocol import ManeuverProblem
 
 __all__ = ["figures", "solution_figures"]
 
 
-def figures(problem: AttitudeManeuverProblem, X: ArrayLike) -> dict[str, go.Figure]:
+def figures(problem: ManeuverProblem, X: ArrayLike) -> dict[str, go.Figure]:
     """Figures ``front``, ``maneuvers`` and ``convergence``; the latter two of up to six solutions.
 
     Solutions are numbered by their row in `X`. Those whose covariance broke down are left out.

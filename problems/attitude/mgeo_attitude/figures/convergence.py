@@ -17,7 +17,7 @@ from .solutions import Solutions
 from .style import line, panels_height
 
 if TYPE_CHECKING:
-    from ..problem import AttitudeManeuverProblem
+    from mgeo_attitude.protocol import ManeuverProblem
 
 Floats = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ _SAMPLES = 300
 _COLUMNS = 2
 
 
-def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -> go.Figure:
+def convergence_figure(problem: ManeuverProblem, solutions: Solutions) -> go.Figure:
     """Panels of the trace and of each state block's worst axis, one line per solution."""
     blocks = block_units(problem.model.suite)
     panels = ["trace [-]", *(f"{block.label}, 1-sigma [{block.unit}]" for block in blocks)]
@@ -67,7 +67,7 @@ def convergence_figure(problem: AttitudeManeuverProblem, solutions: Solutions) -
     return figure.update_layout(height=panels_height(rows))
 
 
-def curves(problem: AttitudeManeuverProblem, solutions: Solutions) -> list[tuple[Floats, Floats]]:
+def curves(problem: ManeuverProblem, solutions: Solutions) -> list[tuple[Floats, Floats]]:
     """For each solution, times [s], shape (k,), and the panels' values then, (1 + n_blocks, k)."""
     model = problem.model
     factors = [block.factor for block in block_units(model.suite)]

@@ -21,7 +21,7 @@ from ..phases import phases
 from .style import title
 
 if TYPE_CHECKING:
-    from ..problem import AttitudeManeuverProblem
+    from mgeo_attitude.protocol import ManeuverProblem
 
 Floats = NDArray[np.float64]
 
@@ -83,7 +83,7 @@ def directions(environment: Environment) -> dict[str, dict[str, Floats]]:
 
 
 def motion(
-    problem: AttitudeManeuverProblem,
+    problem: ManeuverProblem,
     x: Floats,
     t_end: float,
     body: Floats,

@@ -23,7 +23,7 @@ from .sphere import OUTLINE, graticule, projected
 from .style import line, title
 
 if TYPE_CHECKING:
-    from ..problem import AttitudeManeuverProblem
+    from mgeo_attitude.protocol import ManeuverProblem
 
 Floats = NDArray[np.float64]
 Intervals = list[tuple[float, float]]
@@ -35,7 +35,7 @@ _CHUNK_FLOATS = 2**23
 _SHADOW = "rgba(128,128,128,0.22)"
 
 
-def solution_figures(problem: AttitudeManeuverProblem, X: Floats) -> Iterator[dict[str, go.Figure]]:
+def solution_figures(problem: ManeuverProblem, X: Floats) -> Iterator[dict[str, go.Figure]]:
     """For each design, shape (n, n_var): rates, directions of Sun and field, attitude, 1-sigmas.
 
     Times in the Earth's shadow are shaded. A design whose covariance broke down has no figures.
@@ -81,7 +81,7 @@ def _against_time(layout: dict[str, Any], t_end: float, shadow: Intervals) -> No
     layout["shapes"] = [{**band, "x0": start, "x1": end} for start, end in shadow]
 
 
-def _rates(problem: AttitudeManeuverProblem, x: Floats, t_end: float) -> dict[str, Any]:
+def _rates(problem: ManeuverProblem, x: Floats, t_end: float) -> dict[str, Any]:
     model, limit = problem.model, problem.scenario.maneuvers.max_rate_deg_s
     times, rates = _drawn(flown(x, t_end, model.step, model.agility), model)
     rows = corners(times, rates, _SAMPLES)
@@ -107,9 +107,7 @@ def _drawn(flight: Flown, model: FilterModel) -> tuple[Floats, Floats]:
     return line[kept], np.degrees(np.repeat(flight.rates, 2, axis=0)[kept])
 
 
-def _errors(
-    problem: AttitudeManeuverProblem, t_end: float, variances: Floats
-) -> dict[str, dict[str, Any]]:
+def _errors(problem: ManeuverProblem, t_end: float, variances: Floats) -> dict[str, dict[str, Any]]:
     """Trace, and one figure for each 3-vector of the state with a line for each axis."""
     model = problem.model
     steps = sample_steps(round(t_end / model.step))
@@ -135,7 +133,7 @@ def _errors(
     return figures
 
 
-def _directions(problem: AttitudeManeuverProblem, body: Floats, t_end: float) -> dict[str, Any]:
+def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[str, Any]:
     """Where Sun and field stand as seen from the body, at even times: an equal-area map."""
     environment = problem.environment
     last = round(t_end / problem.model.step)
@@ -188,7 +186,7 @@ def _layout(text: str, axis: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _shadow(problem: AttitudeManeuverProblem) -> Intervals:
+def _shadow(problem: ManeuverProblem) -> Intervals:
     """Starts and ends [s] of the times in the Earth's shadow, the same for all plans."""
     if not problem.scenario.eclipse:
         return []

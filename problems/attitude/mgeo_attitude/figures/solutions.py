@@ -14,7 +14,7 @@ from ..describe import checked_designs, nondominated
 from ..filter.evaluator import evaluate
 
 if TYPE_CHECKING:
-    from ..problem import AttitudeManeuverProblem
+    from mgeo_attitude.protocol import ManeuverProblem
 
 Floats = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class Solutions:
     labels: tuple[str, ...]
 
     @classmethod
-    def evaluated(cls, problem: AttitudeManeuverProblem, X: ArrayLike) -> Solutions:
+    def evaluated(cls, problem: ManeuverProblem, X: ArrayLike) -> Solutions:
         """Evaluate designs, shape (n, n_var), and leave out those whose covariance broke down.
 
         Raises a ValueError for another number of columns, or if no design is left.

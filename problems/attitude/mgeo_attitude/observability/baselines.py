@@ -16,7 +16,7 @@ from ..filter.timeline import VARIABLES_PER_MANEUVER
 from ..scenario import Scenario
 
 if TYPE_CHECKING:
-    from ..problem import AttitudeManeuverProblem
+    from mgeo_attitude.protocol import ManeuverProblem
 
 _AXES = np.eye(3)
 
@@ -58,9 +58,7 @@ def baselines(
     }
 
 
-def compare(
-    problem: AttitudeManeuverProblem, designs: Mapping[str, ArrayLike], at: float
-) -> pd.DataFrame:
+def compare(problem: ManeuverProblem, designs: Mapping[str, ArrayLike], at: float) -> pd.DataFrame:
     """Designs side by side after the same time, whether or not the filter has converged by then.
 
     Parameters
