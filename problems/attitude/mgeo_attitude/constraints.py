@@ -26,15 +26,8 @@ if TYPE_CHECKING:
 class Limit:
     """A number that a plan must not exceed or, with `least`, not fall below.
 
-    Attributes
-    ----------
-    label : str
-    measured : function of an evaluation
-        The number of each design, shape (n,); NaN for one without result.
-    bound : float
-        The greatest, or least, that is allowed; above 0, in the unit of `measured`.
-    unit : str
-        In which it is shown, and `factor` to it.
+    `measured` is that of each design, shape (n,), NaN for one without result; the `bound` above 0
+    is in its unit. It is shown in `unit`, to which `factor` leads.
     """
 
     label: str
@@ -52,15 +45,9 @@ class Limit:
 
 @dataclass(frozen=True)
 class Constraint:
-    """Limits of the scenario that are kept or violated as one.
+    """Limits of the scenario, at least one, that are kept or violated as one.
 
-    Attributes
-    ----------
-    label : str
-    limits : tuple of Limit
-        At least one.
-    needs_covariance : bool
-        Whether the evaluation must contain the covariances at the end.
+    Where it `needs_covariance`, the evaluation must contain the covariances at the end.
     """
 
     label: str

@@ -15,7 +15,7 @@ class EvaluationCache:
 
     A step that is clipped to a bound, or leaves a variable at it, gives a design that the optimizer
     has just seen: in Table 3 of the paper up to one in seven is. Each thread has a batch of its
-    own, so that runs in several threads neither disturb one another nor lose their repeats.
+    own, so that runs in several threads neither disturb one another nor lose what they know.
     """
 
     def __init__(self) -> None:
@@ -25,14 +25,10 @@ class EvaluationCache:
         return EvaluationCache, ()  # a copy, in another process or a history, knows nothing yet
 
     def complete(self, designs: Floats, run: Callable[[Floats], Floats]) -> Floats:
-        """Values of designs, shape (n, n_values).
+        """Values of designs (n, n_var), shape (n, n_values).
 
-        Parameters
-        ----------
-        designs : array, shape (n, n_var)
-        run : function
-            Gives the values, shape (k, n_values), of the k designs that are not known, which may be
-            none. They may depend on nothing else.
+        `run` gives those of the k designs that are not known, which may be none, shape
+        (k, n_values). They may depend on nothing else.
         """
         known: dict[bytes, Floats] = getattr(self._before, "values", {})
         keys = [design.tobytes() for design in designs]

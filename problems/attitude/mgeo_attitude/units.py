@@ -8,21 +8,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Unit:
-    """An engineer's unit of a 3-vector of the state.
+    """An engineer's unit of a 3-vector of the state."""
 
-    Attributes
-    ----------
-    text : str
-        As it is shown: ``deg/h``.
-    suffix : str
-        As it ends the names of keys, ``deg_h``; empty for none.
-    factor : float
-        From the filter's unit to this one.
-    """
-
-    text: str
-    suffix: str
-    factor: float
+    text: str  # as it is shown: deg/h
+    suffix: str  # as it ends the names of keys, deg_h; empty for none
+    factor: float  # from the filter's unit to this one
 
     def key(self, name: str) -> str:
         """The key under which a scenario file gives the quantity `name` in this unit."""
