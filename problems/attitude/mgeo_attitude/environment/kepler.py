@@ -117,7 +117,7 @@ def mean_from_true(true_anomaly: float, eccentricity: float) -> float:
 def _propagate(
     elements: Elements, times: ArrayLike, rates: tuple[float, float, float]
 ) -> tuple[Floats, Floats]:
-    a, e, inclination, raan, perigee, true_anomaly = elements
+    a, e, i, raan, perigee, true_anomaly = elements
     t = np.asarray(times, dtype=np.float64)
     raan_rate, perigee_rate, mean_rate = rates
     motion = math.tau / orbital_period(a) + mean_rate
@@ -126,9 +126,7 @@ def _propagate(
     sin_e, cos_e = np.sin(eccentric), np.cos(eccentric)
     minor = math.sqrt(1.0 - e * e)
     speed = math.sqrt(EARTH_MU / a) / (1.0 - e * cos_e)
-    toward_perigee, along = _perifocal_axes(
-        raan + raan_rate * t, perigee + perigee_rate * t, inclination
-    )
+    toward_perigee, along = _perifocal_axes(raan + raan_rate * t, perigee + perigee_rate * t, i)
     position = (a * (cos_e - e))[:, None] * toward_perigee + (a * minor * sin_e)[:, None] * along
     velocity = (-speed * sin_e)[:, None] * toward_perigee + (speed * minor * cos_e)[:, None] * along
     return position, velocity

@@ -10,7 +10,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.constants import EARTH_RADIUS
 from mgeo_attitude.environment.kepler import Elements, j2_secular, orbital_period, two_body
 from mgeo_attitude.environment.tle import TLEOrbit
-from mgeo_attitude.fields import InvalidValue, Kinds, Validated, positive, quantity
+from mgeo_attitude.fields import Kinds, Validated, expect, positive, quantity
 
 #: Functions of Keplerian elements and times, by the ``propagator`` that names them.
 ANALYTIC = {"two-body": two_body, "j2": j2_secular}
@@ -45,13 +45,11 @@ class Orbit(Validated):
     def __post_init__(self) -> None:
         super().__post_init__()
         perigee = self.semi_major_axis * (1.0 - self.eccentricity)
-        if perigee <= EARTH_RADIUS:
-            raise InvalidValue(
-                "semi_major_axis",
-                self.semi_major_axis,
-                "expected a perigee above the Earth's surface, semi_major_axis * (1 - "
-                f"eccentricity) > {EARTH_RADIUS:.12g} m, not {perigee:.12g} m",
-            )
+        above = (
+            "a perigee above the Earth's surface, semi_major_axis * (1 - eccentricity) > "
+            f"{EARTH_RADIUS:.12g} m, not {perigee:.12g} m"
+        )
+        expect(perigee > EARTH_RADIUS, "semi_major_axis", self.semi_major_axis, above)
 
     @property
     def period(self) -> float:

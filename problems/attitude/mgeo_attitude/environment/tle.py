@@ -17,7 +17,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.constants import DAY, EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.time_frames import Instants, instants, rotate, teme_to_gcrs
-from mgeo_attitude.fields import InvalidValue, Validated, quantity
+from mgeo_attitude.fields import Validated, expect, quantity
 
 #: An element set older than this places the satellite tens of kilometers off and more.
 MAX_AGE = timedelta(days=30)
@@ -60,28 +60,23 @@ class TLEOrbit(Validated):
         super().__post_init__()
         _check_line("line1", self.line1, "1")
         _check_line("line2", self.line2, "2")
-        if self.line1[2:7] != self.line2[2:7]:
-            raise InvalidValue(
-                "line2",
-                self.line2,
-                f"expected the satellite number of line 1, {self.line1[2:7]!r} (columns 3-7)",
-            )
+        number = self.line1[2:7]
+        one = f"the satellite number of line 1, {number!r} (columns 3-7)"
+        expect(self.line2[2:7] == number, "line2", self.line2, one)
         entries = {
             meaning: _entry(key, getattr(self, key), first, last, meaning)
             for key, first, last, meaning in _ENTRIES
         }
-        if not 1.0 <= entries["day of the year"] < 367.0:
-            raise InvalidValue("line1", self.line1, "expected a day in [1, 367) (columns 21-32)")
+        day = entries["day of the year"]
+        expect(1.0 <= day < 367.0, "line1", self.line1, "a day in [1, 367) (columns 21-32)")
         revolutions, eccentricity = entries["revolutions a day"], entries["eccentricity"] * 1e-7
         # Not only decayed satellites: the usual mistake is a line shifted by a column.
         fastest = DAY * math.sqrt(EARTH_MU * ((1.0 - eccentricity) / EARTH_RADIUS) ** 3) / math.tau
-        if not 0.0 < revolutions < fastest:
-            raise InvalidValue(
-                "line2",
-                self.line2,
-                f"expected a perigee above the Earth's surface, between 0 and {fastest:.6g} "
-                "revolutions a day (columns 53-63)",
-            )
+        above = (
+            f"a perigee above the Earth's surface, between 0 and {fastest:.6g} revolutions a day "
+            "(columns 53-63)"
+        )
+        expect(0.0 < revolutions < fastest, "line2", self.line2, above)
 
     @property
     def epoch(self) -> datetime:
@@ -102,13 +97,11 @@ class TLEOrbit(Validated):
 
     def check_epoch(self, epoch: datetime) -> None:
         """Refuse an epoch that the set is too old, or too new, for."""
-        if abs(epoch - self.epoch) > MAX_AGE:
-            raise InvalidValue(
-                "line1",
-                self.line1,
-                f"expected an element set within {MAX_AGE.days} days of epoch = "
-                f"{epoch.isoformat()}, not of {self.epoch.isoformat()}",
-            )
+        near = (
+            f"an element set within {MAX_AGE.days} days of epoch = {epoch.isoformat()}, not of "
+            f"{self.epoch.isoformat()}"
+        )
+        expect(abs(epoch - self.epoch) <= MAX_AGE, "line1", self.line1, near)
 
 
 def sgp4_gcrs(line1: str, line2: str, at: Instants) -> tuple[Floats, Floats]:
@@ -144,22 +137,23 @@ def _check_line(key: str, line: str, number: str) -> None:
     # the digits before the last column, a minus sign counting one, modulo 10
     digits = line[:-1].replace("-", "1")
     checksum = sum(int(c) for c in digits if c in "0123456789") % 10
-    problem = ""
-    if len(line) != _LENGTH or not line.isascii():
-        problem = f"expected {_LENGTH} ASCII characters, not {len(line)}"
-    elif not line.startswith(f"{number} "):
-        problem = f"expected a line that starts with '{number} '"
-    elif line[-1] != str(checksum):
-        problem = f"expected the checksum {checksum} in column {_LENGTH}, not {line[-1]!r}"
-    if problem:
-        raise InvalidValue(key, line, f"{problem} (two-line element set)")
+    for holds, expected in (
+        (
+            len(line) == _LENGTH and line.isascii(),
+            f"{_LENGTH} ASCII characters, not {len(line)}",
+        ),
+        (line.startswith(f"{number} "), f"a line that starts with '{number} '"),
+        (
+            line[-1:] == str(checksum),
+            f"the checksum {checksum} in column {_LENGTH}, not {line[-1:]!r}",
+        ),
+    ):
+        expect(holds, key, line, f"{expected} (two-line element set)")
 
 
 def _entry(key: str, line: str, first: int, last: int, meaning: str) -> float:
     """The unsigned number in columns `first` to `last`, counted from 1."""
     text = line[first - 1 : last]
-    if not re.fullmatch(r" *\d+(\.\d+)? *", text):
-        raise InvalidValue(
-            key, line, f"expected the {meaning} in columns {first}-{last}, not {text!r}"
-        )
+    number = re.fullmatch(r" *\d+(\.\d+)? *", text)
+    expect(number, key, line, f"the {meaning} in columns {first}-{last}, not {text!r}")
     return float(text)

@@ -7,7 +7,7 @@ files and describes them to editors::
     # InvalidValue: eccentricity = 1.2: expected a number in [0, 1) (orbit eccentricity)
 """
 
-from mgeo_attitude.fields.errors import InvalidType, InvalidValue, KeyProblem, known_names
+from mgeo_attitude.fields.errors import InvalidType, InvalidValue, KeyProblem, expect, known_names
 from mgeo_attitude.fields.quantity import Kinds, Quantity, declared, positive, quantity
 from mgeo_attitude.fields.section import Validated
 from mgeo_attitude.fields.tables import from_table, require_same, to_table
@@ -20,6 +20,7 @@ __all__ = [
     "Quantity",
     "Validated",
     "declared",
+    "expect",
     "from_table",
     "known_names",
     "positive",

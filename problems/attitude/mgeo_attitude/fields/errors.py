@@ -32,6 +32,12 @@ class KeyProblem(InvalidValue):
         return f"{self.key}: {self.expected}"
 
 
+def expect(holds: object, key: str, value: object, expected: str) -> None:
+    """Refuse, with an InvalidValue, a value that is not what is `expected`."""
+    if not holds:
+        raise InvalidValue(key, value, f"expected {expected}")
+
+
 def known_names(name: object, known: Iterable[str]) -> str:
     """``, did you mean 'x'? (known: 'x', 'y')``, the question only if a known name is close."""
     names = list(known)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import InvalidValue, Validated, positive, quantity
+from mgeo_attitude.fields import Validated, expect, positive, quantity
 from mgeo_attitude.scenario.settings import check_name
 from mgeo_attitude.vector import unit
 
@@ -33,12 +33,9 @@ class Wheels(Validated):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if np.linalg.eigvalsh(self.matrix())[0] <= 0.0:
-            raise InvalidValue(
-                "products_of_inertia",
-                self.products_of_inertia,
-                f"expected a positive definite inertia matrix with {self.inertia} on the diagonal",
-            )
+        definite = f"a positive definite inertia matrix with {self.inertia} on the diagonal"
+        least = np.linalg.eigvalsh(self.matrix())[0]
+        expect(least > 0.0, "products_of_inertia", self.products_of_inertia, definite)
 
     def matrix(self) -> Floats:
         """J, shape (3, 3) [kg m²]."""
@@ -66,8 +63,7 @@ class KeepOut(Validated):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_name(self.name)
-        if not any(self.boresight):
-            raise InvalidValue("boresight", self.boresight, "expected a direction, not zero")
+        expect(any(self.boresight), "boresight", self.boresight, "a direction, not zero")
 
     def axis(self) -> tuple[float, float, float]:
         """Unit vector of the boresight."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -20,6 +20,7 @@ from mgeo_attitude.fields import (
     InvalidValue,
     Kinds,
     Validated,
+    expect,
     from_table,
     positive,
     quantity,
@@ -98,9 +99,7 @@ class Scenario(Validated):
         super().__post_init__()
         check_name(self.name)
         units = state_units(self.gyro, self.sensors)
-        for holds, key, value, expected in self._expectations(units):
-            if not holds:
-                raise InvalidValue(key, value, f"expected {expected}")
+        self._check_together(units)
         object.__setattr__(self, "epoch", self.epoch.astimezone(UTC))
         try:
             self.orbit.check_epoch(self.epoch)
@@ -194,36 +193,36 @@ class Scenario(Validated):
         """Write `to_toml` to a file, which is replaced as a whole or not at all."""
         write_text(Path(path), self.to_toml())
 
-    def _expectations(self, units: Iterable[str]) -> Iterator[tuple[bool, str, object, str]]:
-        """Whether it holds what is said of several fields, of which key and value, in words."""
+    def _check_together(self, units: Iterable[str]) -> None:
+        """Refuse, with an InvalidValue, what does not go with other fields."""
         step, window = f"step = {self.step!r} s", self.convergence.window
         for key, span in (("duration", self.duration), ("convergence.window", window)):
-            yield _is_multiple(span, self.step), key, span, f"a multiple of {step}"
+            expect(_is_multiple(span, self.step), key, span, f"a multiple of {step}")
             few = round(span / self.step) <= _MAX_STEPS[key]
-            yield few, key, span, f"at most {_MAX_STEPS[key]} times {step}"
+            expect(few, key, span, f"at most {_MAX_STEPS[key]} times {step}")
         most = f"at most duration = {self.duration!r} s"
-        yield window <= self.duration, "convergence.window", window, most
+        expect(window <= self.duration, "convergence.window", window, most)
 
         epoch, start, end = self.epoch, FIELD_MODEL_START, FIELD_MODEL_END
         zone = epoch.utcoffset() is not None
-        yield zone, "epoch", epoch.isoformat(), "a UTC offset, such as a Z at the end"
+        expect(zone, "epoch", epoch.isoformat(), "a UTC offset, such as a Z at the end")
         inside = start <= epoch <= end and self.duration <= (end - epoch).total_seconds()
         years = (
             f"a run of duration = {self.duration!r} s inside the field model IGRF-14, from "
             f"{start:%Y-%m-%d} to {end:%Y-%m-%d} UTC"
         )
-        yield inside, "epoch", epoch.isoformat(), years
+        expect(inside, "epoch", epoch.isoformat(), years)
 
         names = [sensor.name for sensor in self.sensors]
-        yield bool(names), "sensors", [], "at least one sensor"
+        expect(names, "sensors", [], "at least one sensor")
         for i, name in enumerate(names):
-            key, sound = f"sensors[{i}].name", re.fullmatch(r"[\w-]+", name, re.ASCII) is not None
-            yield sound, key, name, "letters, digits, '-' and '_'"
+            key, sound = f"sensors[{i}].name", re.fullmatch(r"[\w-]+", name, re.ASCII)
+            expect(sound, key, name, "letters, digits, '-' and '_'")
             new = name not in ("gyro", *names[:i])
-            yield new, key, name, "a name that no other sensor nor the gyro has"
+            expect(new, key, name, "a name that no other sensor nor the gyro has")
 
         weights = TraceWeights(self.trace_weights)
-        yield any(weights.of(units)), "trace_weights", dict(weights), "a weight above 0"
+        expect(any(weights.of(units)), "trace_weights", dict(weights), "a weight above 0")
         for i, cone in enumerate(self.keep_outs):
             limit = (180.0 - cone.half_angle_deg) / self.initial.attitude_deg
             far = (
@@ -231,7 +230,7 @@ class Scenario(Validated):
                 f"no attitude is that far from half_angle_deg = {cone.half_angle_deg!r}"
             )
             key = f"keep_outs[{i}].attitude_sigmas"
-            yield cone.attitude_sigmas < limit, key, cone.attitude_sigmas, far
+            expect(cone.attitude_sigmas < limit, key, cone.attitude_sigmas, far)
 
 
 def scenario_schema() -> dict[str, Any]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from mgeo_attitude.fields import InvalidValue, Validated, known_names, positive, quantity
+from mgeo_attitude.fields import InvalidValue, Validated, expect, known_names, positive, quantity
 from mgeo_attitude.sensors import Gyro, Sensor
 from mgeo_attitude.units import DEG, DIMENSIONLESS, Unit
 
@@ -117,5 +117,5 @@ def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) 
 
 def check_name(name: str) -> None:
     """Refuse, with an InvalidValue, a ``name`` that would not fit a line of text."""
-    if not name.isprintable() or not name.strip():
-        raise InvalidValue("name", name, "expected printable characters on one line")
+    sound = name.isprintable() and name.strip()
+    expect(sound, "name", name, "printable characters on one line")
