@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from mgeo.figures.style import finished, log_axis
+from mgeo_attitude._typing import Floats
 
 from ..describe import block_units
 from ..filter.evaluator import evaluate
@@ -19,7 +20,6 @@ from .style import line, panels_height
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
 
-Floats = NDArray[np.float64]
 
 #: Samples drawn of each curve, spread evenly, and as many again more densely at its start.
 _SAMPLES = 300

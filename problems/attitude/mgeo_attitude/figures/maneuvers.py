@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import plotly.graph_objects as go
-from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from mgeo.figures.style import finished
+from mgeo_attitude._typing import Floats
 
 from ..filter.model import agility
 from ..filter.timeline import flown
 from ..scenario import Scenario
 from .solutions import Solutions
 from .style import line, panels_height
-
-Floats = NDArray[np.float64]
 
 
 def maneuvers_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:

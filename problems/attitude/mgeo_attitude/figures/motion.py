@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from mgeo.figures.style import COLORS, GRAY
+from mgeo_attitude._typing import Floats
 
 from ..environment import Environment
 from ..filter.timeline import Flown, flown
@@ -23,7 +23,6 @@ from .style import title
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
 
-Floats = NDArray[np.float64]
 
 SHADOW = "Earth's shadow"
 

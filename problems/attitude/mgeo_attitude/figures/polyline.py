@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from mgeo_attitude._typing import Floats
 
 #: Of the extent of a curve: closer than this a line is the curve.
 _EXACT = 0.002

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import plotly.graph_objects as go
-from numpy.typing import NDArray
 
 from mgeo.figures.style import COLORS, GRAY, log_axis
+from mgeo_attitude._typing import Floats
 
 from ..describe import block_units, checked_designs
 from ..filter.evaluator import evaluate
@@ -25,7 +25,6 @@ from .style import line, title
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
 
-Floats = NDArray[np.float64]
 Intervals = list[tuple[float, float]]
 
 #: Samples of each curve, and of each path on the body sphere.

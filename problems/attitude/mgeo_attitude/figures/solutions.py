@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mgeo.runs.representative import knee
+from mgeo_attitude._typing import Floats
 
 from ..describe import checked_designs, nondominated
 from ..filter.evaluator import evaluate
@@ -16,7 +17,6 @@ from ..filter.evaluator import evaluate
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
 
-Floats = NDArray[np.float64]
 
 #: Up to this many solutions are all looked at closely.
 MOST_CHOSEN = 6

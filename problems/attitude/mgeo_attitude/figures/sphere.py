@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mgeo.figures.style import GRAY
+from mgeo_attitude._typing import Floats
 
-Floats = NDArray[np.float64]
 Shorts = NDArray[np.int16]
 
 #: Half the width and half the height of the map.

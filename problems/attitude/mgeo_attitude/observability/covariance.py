@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from mgeo_attitude._typing import Floats
 
 from ..describe import block_units
 from ..filter.model import FilterModel
 from .states import States
 from .words import in_words
-
-Floats = NDArray[np.float64]
 
 
 def correlations(model: FilterModel, covariance: ArrayLike) -> pd.DataFrame:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from mgeo_attitude._typing import Floats
 
 from ..describe import block_units
 from ..filter.suite import Suite
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+
+from mgeo_attitude._typing import Floats
 
 from ..describe import BlockUnit, block_units
 from ..filter.suite import Suite
-
-Floats = NDArray[np.float64]
 
 #: Share of the squared direction, in initial sigmas, from which a 3-vector is worth a word.
 _SHARE = 0.1

@@ -16,13 +16,12 @@ from datetime import UTC, datetime
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.phases import Phase
 from mgeo_attitude.plan.ccsds import sampled_quaternions, utc_texts
 from mgeo_attitude.plan.plan import ManeuverPlan
 
-Floats = NDArray[np.float64]
 Version = Literal["1.0", "2.0"]
 
 #: Digits of a quaternion after the point: 16 in all (6.8.4.1).

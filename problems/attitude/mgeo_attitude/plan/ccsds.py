@@ -6,13 +6,13 @@ from datetime import datetime
 
 import erfa
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation, Slerp
+
+from mgeo_attitude._typing import Floats
 
 from ..constants import DAY
 from ..environment.time_frames import as_utc
-
-Floats = NDArray[np.float64]
 
 
 def quaternions(matrices: Floats) -> Floats:

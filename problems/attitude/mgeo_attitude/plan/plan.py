@@ -20,8 +20,6 @@ from ..problem import AttitudeManeuverProblem
 from ..scenario import Scenario
 from .ccsds import quaternions, utc_texts
 
-Floats = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class ManeuverPlan(Validated):

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mgeo.files.reading import errors_of
 from mgeo.runs.folder import FRONT_FILE, RUN_FILE, read_run
 from mgeo.runs.representative import knee
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.describe import nondominated
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
@@ -26,7 +26,6 @@ from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.objective_names import PAPER
 
-Floats = NDArray[np.float64]
 Choice = Literal["knee", "fastest", "best"]
 
 CHOICES: tuple[Choice, ...] = get_args(Choice)
