@@ -8,7 +8,7 @@ from importlib.metadata import version
 from typing import Any
 
 from mgeo.plugins.discovery import plugin_versions
-from mgeo.studies.fingerprint.origins import distributions
+from mgeo.studies.fingerprint.modules import distributions
 
 _ALWAYS = ("mgeo", "pymoo", "numpy", "scipy", "moocore")
 

@@ -28,9 +28,8 @@ from typing import Any
 from pymoo.core.problem import Problem
 
 from mgeo.plugins import protocol
-from mgeo.studies.fingerprint.attributes import speaks_for_itself
-from mgeo.studies.fingerprint.uncertain import UncertainError
-from mgeo.studies.fingerprint.values import Walk
+from mgeo.studies.fingerprint.modules import UncertainError
+from mgeo.studies.fingerprint.values import Walk, has_all_options
 
 __all__ = ["UncertainError", "fingerprint"]
 
@@ -61,7 +60,7 @@ def fingerprint(*parts: Any) -> str:
 
 def _require_repeatable(part: Any, found: bytes) -> None:
     """A copy, taken apart and put together as for a worker, must come to the same."""
-    if isinstance(part, Problem) and speaks_for_itself(type(part)):
+    if isinstance(part, Problem) and has_all_options(type(part)):
         return
     try:
         twin = copy.deepcopy(part)

@@ -1,22 +1,47 @@
-"""Functions and classes by what they do: their bytecode and all that it names, or a version."""
+"""Functions and classes taken apart: their code and all that it names, or where it comes from."""
 
 from __future__ import annotations
 
+import dis
 import sys
-from collections.abc import Iterator
-from types import CodeType, FunctionType, ModuleType
-from typing import TYPE_CHECKING, Any
+from collections.abc import Collection, Iterator
+from functools import cached_property, lru_cache
+from types import (
+    BuiltinFunctionType,
+    CellType,
+    ClassMethodDescriptorType,
+    CodeType,
+    FunctionType,
+    GetSetDescriptorType,
+    MemberDescriptorType,
+    MethodDescriptorType,
+    MethodType,
+    ModuleType,
+    WrapperDescriptorType,
+)
+from typing import Any, NamedTuple
 
-from mgeo.studies.fingerprint.digest import mix
-from mgeo.studies.fingerprint.names import references
-from mgeo.studies.fingerprint.origins import installed, source_file
-from mgeo.studies.fingerprint.sources import imported, sources
+from mgeo.studies.fingerprint.modules import code_of, imported, installed, source_file
 
-if TYPE_CHECKING:
-    from mgeo.studies.fingerprint.values import Walk
-
-_COUNTS = ("co_argcount", "co_posonlyargcount", "co_kwonlyargcount", "co_flags")
-_NAMES = ("co_names", "co_varnames", "co_freevars", "co_cellvars")
+_OF_A_CLASS = ("__objclass__", "__name__")
+#: What pickle cannot take apart, or knows by its name only: the attributes that say what it does.
+ATTRIBUTES: dict[type, tuple[str, ...]] = {
+    CodeType: (
+        "co_code", "co_exceptiontable", "co_consts", "co_names", "co_varnames", "co_freevars",
+        "co_cellvars", "co_argcount", "co_posonlyargcount", "co_kwonlyargcount", "co_flags",
+    ),
+    MethodType: ("__func__", "__self__"),
+    ClassMethodDescriptorType: _OF_A_CLASS,
+    GetSetDescriptorType: _OF_A_CLASS,
+    MemberDescriptorType: _OF_A_CLASS,
+    MethodDescriptorType: _OF_A_CLASS,
+    WrapperDescriptorType: _OF_A_CLASS,
+    property: ("fget", "fset", "fdel"),
+    cached_property: ("func",),
+    staticmethod: ("__wrapped__",),
+    classmethod: ("__wrapped__",),
+    type(lru_cache(len)): ("__wrapped__",),
+}  # fmt: skip
 #: Entries of a class that say nothing of what it computes.
 _IDLE = {
     "__abstractmethods__", "__annotations__", "__dict__", "__doc__", "__firstlineno__",
@@ -24,106 +49,120 @@ _IDLE = {
     "__type_params__", "__weakref__", "_abc_impl", "_value2member_map_",
 }  # fmt: skip
 _IDLE_PREFIXES = ("__annotat", "__dataclass_")
+_GLOBAL = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS")
 
 
-def function(walk: Walk, value: FunctionType) -> bytes:
+class Part(NamedTuple):
+    """A value within another one, and how one gets there."""
+
+    value: Any
+    step: str = ""
+
+
+class Unknown(NamedTuple):
+    """What cannot be told for certain, and why."""
+
+    reason: str
+
+
+Parts = Iterator[str | bytes | Part | Unknown]
+
+
+def function_parts(value: FunctionType, vouched: bool) -> Parts:
     """What a function does: its code, what it holds, and what it names."""
     home = _home(value)
-    held = [
-        walk(value.__defaults__, " (its defaults)"),
-        walk(value.__kwdefaults__, " (its defaults)"),
-        *(
-            walk(cell, f" (its variable {name})")
-            for name, cell in zip(value.__code__.co_freevars, value.__closure__ or (), strict=True)
-        ),
-    ]
-    if walk.vouched:
-        return mix("function", value.__qualname__, *held)
-    own = walk(value.__code__)
-    if owner := installed(home):
-        return mix("function", owner, home, value.__qualname__, own, *held)
-    named = [digest for found in _named(walk, value, home) for digest in found]
-    return mix("function", own, walk(vars(value)), *held, *named, _files(walk, home))
+    yield from ("function", home, value.__qualname__)
+    yield Part(value.__defaults__, " (its defaults)")
+    yield Part(value.__kwdefaults__, " (its defaults)")
+    for name, cell in zip(value.__code__.co_freevars, value.__closure__ or (), strict=True):
+        if cell != CellType():
+            yield from (name, Part(cell.cell_contents, f" (its variable {name})"))
+    if vouched:
+        return
+    yield from (Part(value.__code__), code_of(home))
+    if installed(home):
+        return
+    yield Part(vars(value))
+    names, attributes, imports = _references(value.__code__)
+    for name in names:
+        if name in value.__globals__:  # not one of Python's own, or never defined
+            yield from _referred(value.__globals__[name], name, home, attributes)
+    for module, members, level in imports:
+        for found in imported(module, members, level, value.__globals__.get("__package__") or ""):
+            yield from (found, code_of(found))
 
 
-def class_(walk: Walk, value: type) -> bytes:
-    """A class by its entries and its bases, and by all files of its module."""
-    home = value.__module__
-    owner = installed(home)
-    if owner and _resolved(home, value.__qualname__) is value:
-        return mix("class", owner, home, value.__qualname__)
-    entries = (
-        part
-        for key, entry in sorted(vars(value).items())
-        if key not in _IDLE and not key.startswith(_IDLE_PREFIXES)
-        if not (walk.vouched and hasattr(entry, "__get__"))  # a method, a property
-        for part in (walk(key), walk(entry, f".{key}"))
-    )
-    above = (walk(each, f" (its base {each.__qualname__})") for each in value.__bases__)
-    made = walk(type(value), " (its metaclass)")
-    return mix("class", owner, value.__qualname__, made, *above, *entries, _files(walk, home))
+def class_parts(value: type, vouched: bool) -> Parts:
+    """A class by its entries and its bases, and by the code of its module."""
+    home, name = value.__module__, value.__qualname__
+    yield from ("class", home, name, "" if vouched else code_of(home))
+    if installed(home) and _resolved(home, name) is value:
+        return
+    yield Part(type(value), " (its metaclass)")
+    for base in value.__bases__:
+        yield Part(base, f" (its base {base.__qualname__})")
+    for key, entry in sorted(vars(value).items()):
+        idle = key in _IDLE or key.startswith(_IDLE_PREFIXES)
+        if not idle and not (vouched and hasattr(entry, "__get__")):  # a method, a property
+            yield from (key, Part(entry, f".{key}"))
 
 
-def instructions(walk: Walk, value: CodeType) -> bytes:
-    """Bytecode, wherever it stands in a file."""
-    names = [",".join(getattr(value, key)) for key in _NAMES]
-    counts = [str(getattr(value, key)) for key in _COUNTS]
-    constants = (walk(constant) for constant in value.co_consts)
-    table = value.co_exceptiontable
-    return mix("code", value.co_code, table, *counts, *names, *constants)
-
-
-def builtin(walk: Walk, value: Any) -> bytes:
-    """A function or an attribute that is compiled, by its name and what it is bound to."""
-    cls = getattr(value, "__objclass__", None)
-    home = value.__module__ if cls is None else cls.__module__
-    if cls is not None:
-        return mix(
-            "attribute", installed(home), _files(walk, home), cls.__qualname__, value.__name__
-        )
-    if home and _resolved(home, value.__qualname__) is value:
-        return mix("builtin", value.__qualname__, module(walk, home))
-    return mix("builtin", value.__qualname__, walk(value.__self__, " (what it is bound to)"))
-
-
-def module(walk: Walk, name: str) -> bytes:
+def module_parts(value: ModuleType, vouched: bool) -> Parts:
     """A module by its version, or by its files and those that it imports."""
-    if owner := installed(name):
-        return mix("module", owner, name)
-    if not (found := _files(walk, name)):
-        return walk.uncertain(f"is the module {name}, which has no file")
-    return mix("module", name, found)
+    name = value.__name__
+    yield from ("module", name, "" if vouched else code_of(name))
+    if not code_of(name):
+        yield Unknown(f"is the module {name}, which has no file")
 
 
-def _named(walk: Walk, value: FunctionType, home: str) -> Iterator[tuple[str, bytes]]:
-    """Names that a function's code refers to, with digests of what they stand for."""
-    found = references(value.__code__)
-    names = value.__globals__
-    for chain in found.dotted:
-        if chain[0] not in names:  # one of Python's own, or never defined
-            continue
-        thing, reached = names[chain[0]], chain[0]
-        for attribute in chain[1:]:
-            if not isinstance(thing, ModuleType) or installed(thing.__name__):
-                break
-            yield reached, _files(walk, thing.__name__)
-            if not hasattr(thing, attribute):
-                break
-            thing, reached = getattr(thing, attribute), f"{reached}.{attribute}"
-        yield reached, _referred(walk, thing, home, f" (global {reached})")
-    for target, members, level in found.imports:
-        package = names.get("__package__") or ""
-        for name in imported(target, list(members), level, package) if members else (target,):
-            yield name, mix(installed(name), _files(walk, name))
+def builtin_parts(value: BuiltinFunctionType) -> Parts:
+    """A compiled function by its name, and its module or what it is bound to."""
+    home = value.__module__ or ""
+    yield from ("builtin", value.__name__)
+    if _resolved(home, value.__name__) is value:
+        yield Part(sys.modules[home])
+    else:
+        yield Part(value.__self__, " (what it is bound to)")
 
 
-def _referred(walk: Walk, value: Any, home: str, step: str) -> bytes:
-    """What a global stands for; the files of another module say all of what that defines."""
+def _referred(
+    value: Any, name: str, home: str, attributes: Collection[str], seen: tuple[Any, ...] = ()
+) -> Parts:
+    """What a global stands for; of a module under development also what it may be asked for."""
+    yield name
     if isinstance(value, FunctionType | type):
         there = _home(value)
         if there != home and source_file(there) and _resolved(there, value.__qualname__) is value:
-            return mix("defined", there, value.__qualname__, _files(walk, there))
-    return walk(value, step)
+            # the files of another module say all of what it defines
+            yield from (there, value.__qualname__, code_of(there))
+            return
+    yield Part(value, f" (global {name})")
+    if isinstance(value, ModuleType) and not installed(value.__name__) and value not in seen:
+        for key in sorted(vars(value).keys() & attributes):
+            below = f"{name}.{key}"
+            yield from _referred(vars(value)[key], below, home, attributes, (*seen, value))
+
+
+@lru_cache(maxsize=4096)
+def _references(code: CodeType) -> tuple[list[str], set[str], list[tuple[str, Any, int]]]:
+    """Globals, attributes and imports, as (module, names, level), of code and what is nested."""
+    names: set[str] = set()
+    attributes = set(code.co_names)
+    imports = []
+    operations = [each for each in dis.get_instructions(code) if each.opname != "EXTENDED_ARG"]
+    for i, operation in enumerate(operations):
+        if operation.opname in _GLOBAL:
+            names.add(operation.argval)
+        elif operation.opname == "IMPORT_NAME":
+            level, members = (each.argval for each in operations[i - 2 : i])
+            imports.append((operation.argval, members or (), level))
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            below = _references(constant)
+            names.update(below[0])
+            attributes |= below[1]
+            imports += below[2]
+    return sorted(names), attributes, imports
 
 
 def _home(value: FunctionType | type) -> str:
@@ -138,7 +177,3 @@ def _resolved(home: str, qualname: str) -> Any:
     for name in qualname.split("."):
         found = getattr(found, name, None)
     return found
-
-
-def _files(walk: Walk, home: str) -> bytes:
-    return b"" if walk.vouched or source_file(home) is None else sources(home)

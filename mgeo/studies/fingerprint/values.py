@@ -4,48 +4,39 @@ from __future__ import annotations
 
 import copyreg
 import enum
+import hashlib
 import sys
 from _thread import LockType, RLock
 from collections.abc import Iterable
-from functools import cached_property, lru_cache
+from functools import cached_property
 from types import (
     BuiltinFunctionType,
-    CellType,
-    ClassMethodDescriptorType,
-    CodeType,
     EllipsisType,
     FunctionType,
-    GetSetDescriptorType,
     MappingProxyType,
-    MemberDescriptorType,
-    MethodDescriptorType,
-    MethodType,
     ModuleType,
     NotImplementedType,
-    WrapperDescriptorType,
 )
 from typing import Any, TypeVar
 
 import numpy as np
+from pymoo.core.meta import Meta
 from pymoo.core.problem import Problem
 
 from mgeo.plugins import protocol
-from mgeo.studies.fingerprint import code
-from mgeo.studies.fingerprint.attributes import counted, speaks_for_itself
-from mgeo.studies.fingerprint.digest import mix
-from mgeo.studies.fingerprint.origins import installed
-from mgeo.studies.fingerprint.uncertain import UncertainError
+from mgeo.studies.fingerprint.code import (
+    ATTRIBUTES,
+    Part,
+    Parts,
+    Unknown,
+    builtin_parts,
+    class_parts,
+    function_parts,
+    module_parts,
+)
+from mgeo.studies.fingerprint.modules import UncertainError, installed
 
 _ATOMS = (type(None), bool, float, complex, EllipsisType, NotImplementedType)
-_BUILTIN = (
-    BuiltinFunctionType,
-    ClassMethodDescriptorType,
-    GetSetDescriptorType,
-    MemberDescriptorType,
-    MethodDescriptorType,
-    WrapperDescriptorType,
-)
-_CACHED = type(lru_cache(len))
 _EMPTY = (LockType, RLock, TypeVar)  # nothing that is computed depends on them
 
 
@@ -58,7 +49,7 @@ class Walk:
     """
 
     def __init__(self, vouched: str = "") -> None:
-        self.vouched = vouched
+        self._vouched = vouched
         self._steps: list[str] = []
         self._inside: dict[int, int] = {}  # depths of the objects that contain this one, by id
         self._known: dict[int, tuple[Any, bytes]] = {}  # with the object, lest its id is reused
@@ -73,32 +64,30 @@ class Walk:
             Of which the message names the first thing that cannot be told, and where it is.
         """
         try:
-            return mix(self.vouched, self(value, type(value).__qualname__))
+            return _mix([self._vouched, self._digest(value, type(value).__qualname__)])
         except RecursionError:
             raise UncertainError(f"{type(value).__qualname__} is nested too deeply") from None
 
-    def __call__(self, value: Any, step: str = "") -> bytes:
-        """Digest of a value that is found by `step` in the one that contains it."""
+    def _digest(self, value: Any, step: str) -> bytes:
+        """Of a value that is found by `step` in the one that contains it."""
         kind = type(value)
         if kind in _ATOMS:
-            return mix(kind.__name__, repr(value))
-        if kind is int:
-            return mix("int", hex(value))
-        if kind is str:
-            return mix("str", value)
-        if kind is bytes:
-            return mix("bytes", value)
+            return _mix([kind.__name__, repr(value)])
+        if kind in (int, str, bytes):
+            return _mix([kind.__name__, hex(value) if kind is int else value])
         key = id(value)
         if key in self._known:
             return self._known[key][1]
         depth = len(self._inside)
         if key in self._inside:
             self._outermost = min(self._outermost, self._inside[key])
-            return mix("its container", str(depth - self._inside[key]))
+            return _mix(["its container", str(depth - self._inside[key])])
         before, self._outermost = self._outermost, sys.maxsize
         self._inside[key] = depth
         self._steps.append(step)
-        digest = self._composed(value)
+        digests = [self._bytes(part) for part in _parts(value, bool(self._vouched))]
+        # the order of a set's elements says nothing
+        digest = _mix(sorted(digests) if kind in (set, frozenset) else digests)
         self._steps.pop()
         del self._inside[key]
         if self._outermost >= depth:  # the same wherever it is found
@@ -108,130 +97,146 @@ class Walk:
             self._outermost = min(self._outermost, before)
         return digest
 
-    def uncertain(self, reason: str) -> bytes:
-        """Say that what is looked at cannot be told, unless its author vouches for it."""
-        if self.vouched:
-            return mix("vouched for")
-        raise UncertainError(f"{''.join(self._steps)} {reason}")
-
-    def _composed(self, value: Any) -> bytes:
-        kind = type(value)
-        if isinstance(value, np.generic) or kind is np.ndarray:
-            return self._array(np.asarray(value), kind.__name__)
-        if kind in (list, tuple):
-            return mix(kind.__name__, *(self(item, f"[{i}]") for i, item in enumerate(value)))
-        if kind in (set, frozenset):
-            return mix(kind.__name__, *sorted(self(item, " (an element)") for item in value))
-        if kind in (dict, MappingProxyType):
-            return mix(kind.__name__, *self._pairs(value.items()))
-        if kind is FunctionType:
-            return code.function(self, value)
-        if kind is CodeType:
-            return code.instructions(self, value)
-        if isinstance(value, type):
-            return code.class_(self, value)
-        if isinstance(value, ModuleType):
-            return code.module(self, value.__name__)
-        if kind in _BUILTIN:
-            return code.builtin(self, value)
-        if kind in _EMPTY:
-            return mix(kind.__name__)
-        if (inner := _parts(value)) is not None:
-            return mix(kind.__name__, *(self(each, step) for step, each in inner))
-        if isinstance(value, enum.Enum):
-            return mix("enum", self(kind), self(value.value))
-        if isinstance(value, Problem) and speaks_for_itself(kind):
-            return mix("problem", self(kind), self(protocol.options(value), ".options()"))
-        return self._object(value)
-
-    def _array(self, value: np.ndarray[Any, Any], kind: str) -> bytes:
-        shape, dtype = str(value.shape), repr(np.lib.format.dtype_to_descr(value.dtype))
-        if value.dtype.hasobject:
-            items = (self(item, f".flat[{i}]") for i, item in enumerate(value.ravel().tolist()))
-            return mix(kind, shape, dtype, *items)
-        return mix(kind, shape, dtype, np.ascontiguousarray(value).tobytes())
-
-    def _pairs(self, pairs: Iterable[tuple[Any, Any]]) -> Iterable[bytes]:
-        for key, item in pairs:
-            yield self(key, f" (the key {key!r:.40})")
-            yield self(item, f"[{key!r:.40}]")
-
-    def _object(self, value: Any) -> bytes:
-        kind = type(value)
-        if kind.__module__.startswith("numba.") and hasattr(value, "py_func"):
-            return mix("jit", self(kind), self(value.py_func), self(value.targetoptions))
-        try:
-            reduce = copyreg.dispatch_table.get(kind)
-            taken = reduce(value) if reduce else value.__reduce_ex__(4)
-        except Exception as error:  # whatever foreign code raises when it is to be pickled
-            return self.uncertain(f"is a {_name(kind)}, which cannot be looked into: {error}")
-        if isinstance(taken, str):
-            return self._global(value, taken)
-        make, arguments, state, items, pairs, setter = (*taken, None, None, None, None)[:6]
-        return mix(
-            "object",
-            self(make),
-            self(arguments),
-            *self._state(value, state),
-            mix(*(self(item, f"[{i}]") for i, item in enumerate(items or ()))),
-            mix(*self._pairs(pairs or ())),
-            self(setter),
-        )
-
-    def _state(self, value: Any, state: Any) -> Iterable[bytes]:
-        own, slots = state if isinstance(state, tuple) and len(state) == 2 else (state, None)
-        plain = all(isinstance(part, dict | None) for part in (own, slots))
-        if not plain or (own or {}).keys() & (slots or {}).keys():
-            yield self(state, " (its state)")
-            return
-        attributes = {**(own or {}), **(slots or {})}
-        if isinstance(value, Problem) and type(value).__getstate__ is Problem.__getstate__:
-            attributes = vars(value)  # with what pymoo leaves out of copies
-        for key in sorted(attributes, key=str):
-            for kept in counted(value, key, attributes[key]):
-                yield self(key)
-                yield self(kept, f".{key}")
-
-    def _global(self, value: Any, name: str) -> bytes:
-        """What pickle knows by its name alone, such as NumPy's functions."""
-        places = (
-            place
-            for place, module in list(sys.modules.items())
-            if getattr(module, "__dict__", {}).get(name) is value and installed(place)
-        )
-        owners = sorted({installed(place) for place in places}, key=_library_last)
-        if not owners:
-            return self.uncertain(f"is the {_name(type(value))} {name}, known by that name alone")
-        return mix("global", owners[-1], name)
+    def _bytes(self, part: str | bytes | Part | Unknown) -> bytes:
+        if isinstance(part, Part):
+            return self._digest(part.value, part.step)
+        if isinstance(part, Unknown) and not self._vouched:
+            raise UncertainError(f"{''.join(self._steps)} {part.reason}")
+        text = "vouched for" if isinstance(part, Unknown) else part
+        return text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text
 
 
-def _parts(value: Any) -> list[tuple[str, Any]] | None:
-    """What wrappers of functions that pickle does not know are made of."""
+def _parts(value: Any, vouched: bool) -> Parts:
+    """What a value is made of, after the name of its kind."""
     kind = type(value)
-    if kind is MethodType:
-        return [(".__func__", value.__func__), (".__self__", value.__self__)]
-    if kind is CellType:
-        return [("", value.cell_contents)] if _filled(value) else []
-    if kind is property:
-        return [(".fget", value.fget), (".fset", value.fset), (".fdel", value.fdel)]
-    if kind is cached_property:
-        return [(".func", value.func)]
-    if kind in (staticmethod, classmethod, _CACHED):
-        return [(".__wrapped__", value.__wrapped__)]
-    return None
+    if isinstance(value, np.generic) or kind is np.ndarray:
+        yield kind.__name__
+        yield from _array_parts(np.asarray(value))
+    elif kind in (list, tuple, set, frozenset):
+        yield kind.__name__
+        yield from _items(value)
+    elif kind in (dict, MappingProxyType):
+        yield kind.__name__
+        yield from _pairs(value.items())
+    elif kind is FunctionType:
+        yield from function_parts(value, vouched)
+    elif isinstance(value, type):
+        yield from class_parts(value, vouched)
+    elif isinstance(value, ModuleType):
+        yield from module_parts(value, vouched)
+    elif kind is BuiltinFunctionType:
+        yield from builtin_parts(value)
+    elif kind in _EMPTY:
+        yield kind.__name__
+    elif kind in ATTRIBUTES:
+        yield kind.__name__
+        yield from (Part(getattr(value, key), f".{key}") for key in ATTRIBUTES[kind])
+    elif isinstance(value, enum.Enum):
+        yield from ("enum", Part(kind), Part(value.value))
+    elif isinstance(value, Problem) and has_all_options(kind):
+        yield from ("problem", Part(kind), Part(protocol.options(value), ".options()"))
+    elif kind.__module__.startswith("numba.") and hasattr(value, "py_func"):
+        yield from ("jit", Part(kind), Part(value.py_func), Part(value.targetoptions))
+    else:
+        yield from _object_parts(value)
 
 
-def _filled(cell: CellType) -> bool:
+def _array_parts(value: np.ndarray[Any, Any]) -> Parts:
+    yield from (str(value.shape), repr(np.lib.format.dtype_to_descr(value.dtype)))
+    if value.dtype.hasobject:
+        yield from _items(value.ravel().tolist(), ".flat")
+    else:
+        yield np.ascontiguousarray(value).tobytes()
+
+
+def _items(items: Iterable[Any], name: str = "") -> Parts:
+    return (Part(item, f"{name}[{i}]") for i, item in enumerate(items))
+
+
+def _pairs(pairs: Iterable[tuple[Any, Any]]) -> Parts:
+    for key, item in pairs:
+        yield Part(key, f" (the key {key!r:.40})")
+        yield Part(item, f"[{key!r:.40}]")
+
+
+def _object_parts(value: Any) -> Parts:
+    kind = type(value)
+    name = f"{kind.__module__}.{kind.__qualname__}".removeprefix("builtins.")
     try:
-        _ = cell.cell_contents
-    except ValueError:
-        return False
-    return True
+        reduce = copyreg.dispatch_table.get(kind)
+        taken = reduce(value) if reduce else value.__reduce_ex__(4)
+    except Exception as error:  # whatever foreign code raises when it is to be pickled
+        yield Unknown(f"is a {name}, which cannot be looked into: {error}")
+        return
+    if isinstance(taken, str):  # what pickle knows by its name alone, such as NumPy's functions
+        owner = _owner(value, taken)
+        yield from ("global", taken, owner)
+        if not owner:
+            yield Unknown(f"is the {name} {taken}, known by that name alone")
+        return
+    make, arguments, state, items, pairs, setter = (*taken, None, None, None, None)[:6]
+    yield from ("object", Part(make), Part(arguments), Part(setter))
+    yield from _state_parts(value, state)
+    yield "items"
+    yield from _items(items or ())
+    yield "pairs"
+    yield from _pairs(pairs or ())
 
 
-def _library_last(owner: str) -> tuple[bool, str]:
-    return owner in ("numpy", "scipy"), owner  # others may only pass on what is theirs
+def _state_parts(value: Any, state: Any) -> Parts:
+    own, slots = state if isinstance(state, tuple) and len(state) == 2 else (state, None)
+    plain = all(isinstance(part, dict | None) for part in (own, slots))
+    if not plain or (own or {}).keys() & (slots or {}).keys():
+        yield Part(state, " (its state)")
+        return
+    attributes = {**(own or {}), **(slots or {})}
+    if isinstance(value, Problem) and type(value).__getstate__ is Problem.__getstate__:
+        attributes = vars(value)  # with what pymoo leaves out of copies
+    for key in sorted(attributes, key=str):
+        found = attributes[key]
+        if isinstance(value, Problem) and key == "cache" and isinstance(found, dict):
+            # without the fronts that pymoo keeps there
+            found = {name: each for name, each in found.items() if not hasattr(Problem, name)}
+            if not found:
+                continue
+        if not _idle(value, key):
+            yield from (Part(key), Part(found, f".{key}"))
 
 
-def _name(kind: type) -> str:
-    return f"{kind.__module__}.{kind.__qualname__}".removeprefix("builtins.")
+def _idle(value: Any, key: str) -> bool:
+    """Whether an attribute is no more than a memory of what was computed, or where."""
+    return (
+        isinstance(getattr(type(value), key, None), cached_property)
+        or (isinstance(value, Meta) and key == "__super__")  # the same attributes, but in no copy
+        or (isinstance(value, Problem) and key == "elementwise_runner")
+    )
+
+
+def has_all_options(cls: type) -> bool:
+    """Whether the ``options()`` of a problem's class know all that its constructor takes."""
+    speaker, maker = (
+        next((each for each in cls.__mro__ if name in vars(each)), object)
+        for name in ("options", "__init__")
+    )
+    return speaker is not object and issubclass(speaker, maker)
+
+
+def _owner(value: Any, name: str) -> str:
+    """The distribution in whose modules a value has this name; empty if there is none."""
+    owners = {
+        installed(place)
+        for place, module in list(sys.modules.items())
+        if getattr(module, "__dict__", {}).get(name) is value
+    }
+    # others than these may only pass on what is theirs
+    return max(owners | {""}, key=lambda owner: (owner in ("numpy", "scipy"), owner))
+
+
+def _mix(parts: Iterable[str | bytes]) -> bytes:
+    """SHA-256 of texts and digests, which are told apart by their lengths."""
+    digest = hashlib.sha256()
+    for part in parts:
+        data = part.encode("utf-8", "surrogatepass") if isinstance(part, str) else part
+        digest.update(len(data).to_bytes(8, "big"))
+        digest.update(data)
+    return digest.digest()

@@ -14,7 +14,7 @@ from pymoo.problems.functional import FunctionalProblem
 from pymoo.problems.multi import ZDT1
 from scipy.interpolate import CubicSpline
 
-from mgeo.studies.fingerprint import UncertainError, fingerprint, origins, sources
+from mgeo.studies.fingerprint import UncertainError, fingerprint, modules
 
 HEAD = """
 import functools, math
@@ -233,9 +233,9 @@ def forget():
 
     def clear():
         importlib.invalidate_caches()
-        for cached in (origins._owners, origins._installed, sources._closure, sources._read):
-            cached.cache_clear()
-        sources._imports.cache_clear()
+        for cached in vars(modules).values():
+            if hasattr(cached, "cache_clear"):
+                cached.cache_clear()
 
     yield clear
     clear()
@@ -393,7 +393,7 @@ def test_numpy_scipy_and_python_count_by_name(monkeypatch, forget):
     values = [np.mean, np.sin, functools.partial(pow, 2), CubicSpline([0, 1], [0, 2]), ZDT1]
     before = [fingerprint(value) for value in values]
     forget()
-    monkeypatch.setattr(origins, "_identity", lambda owner: f"{owner.name} 99.0")
+    monkeypatch.setattr(modules, "_identity", lambda owner: f"{owner.name} 99.0")
     after = [fingerprint(value) for value in values]
     assert after[:-1] == before[:-1]
     assert after[-1] != before[-1]  # pymoo's version is that of a problem
