@@ -30,6 +30,11 @@ class Indicator:
     larger: bool
     value: Callable[[FloatArray, IndicatorSpace], float]
 
+    @property
+    def direction(self) -> str:
+        """Which way is better, in words."""
+        return "higher is better" if self.larger else "lower is better"
+
     def better(self, values: Any) -> Any:
         """Values turned so that larger is better."""
         return values if self.larger else -values

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from mgeo.figures import report_page
-from mgeo.figures.comparison.ranks import ranks_figure
 from mgeo.figures.page import render
+from mgeo.studies.figures.ranks import ranks_figure
 from mgeo.studies.labels import folder_name
 from mgeo.studies.verdict import beside, verdict
 

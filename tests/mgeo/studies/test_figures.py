@@ -3,7 +3,8 @@ import pandas as pd
 import pytest
 from pymoo.problems.many import DTLZ2
 
-from mgeo.figures.comparison import (
+from mgeo.studies.comparison import Comparison
+from mgeo.studies.figures import (
     anytime_figure,
     attainment_figure,
     boxes_figure,
@@ -13,12 +14,11 @@ from mgeo.figures.comparison import (
     fronts_figure,
     ranks_figure,
 )
-from mgeo.figures.comparison.ranks import alike
-from mgeo.figures.comparison.style import looks
-from mgeo.studies.comparison import Comparison
+from mgeo.studies.figures.ranks import alike
+from mgeo.studies.figures.style import looks
 from mgeo.studies.statistics import friedman
 
-from ..studies.samples import FRONTS, VALUES, comparison, record
+from .samples import FRONTS, VALUES, comparison, record
 
 
 def lines(figure):

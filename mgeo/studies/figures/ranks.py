@@ -1,4 +1,4 @@
-"""Average ranks, and which algorithms they do not tell apart."""
+"""Average ranks, and which algorithms do not differ significantly by them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
 
-from mgeo.figures.comparison.style import finished, looks, row_height
+from mgeo.studies.figures.style import finished, looks, row_height
 
 if TYPE_CHECKING:
     from mgeo.studies.statistics import Friedman
@@ -25,28 +25,24 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
     figure = go.Figure()
     for row, (low, high) in enumerate(groups):
         members = ", ".join(names[low : high + 1])
-        figure.add_trace(
-            go.Scatter(
-                x=[ranks[low], (ranks[low] + ranks[high]) / 2, ranks[high]],
-                y=[0.6 + 0.45 * row] * 3,
-                mode="lines",
-                line={"width": 6, "color": "#8a8a8a"},
-                text=f"not told apart at 5 %:<br>{members}",
-                hoverinfo="text",
-            )
+        figure.add_scatter(
+            x=[ranks[low], (ranks[low] + ranks[high]) / 2, ranks[high]],
+            y=[0.6 + 0.45 * row] * 3,
+            mode="lines",
+            line={"width": 6, "color": "#8a8a8a"},
+            text=f"not significantly different at 5 %:<br>{members}",
+            hoverinfo="text",
         )
     for i, (name, rank) in enumerate(zip(names, ranks, strict=True)):
         look = style[name]
-        figure.add_trace(
-            go.Scatter(
-                x=[rank, rank],
-                y=[0, -1 - i],
-                mode="lines+markers",
-                line={"width": 1, "color": look.faint(0.5)},
-                marker={"size": [0, 12], "color": look.color, "symbol": look.symbol, "opacity": 1},
-                hovertext=f"<b>{name}</b><br>average rank {rank:.3f} over {ranked.blocks} problems",
-                hoverinfo="text",
-            )
+        figure.add_scatter(
+            x=[rank, rank],
+            y=[0, -1 - i],
+            mode="lines+markers",
+            line={"width": 1, "color": look.faint(0.5)},
+            marker={"size": [0, 12], "color": look.color, "symbol": look.symbol, "opacity": 1},
+            hovertext=f"<b>{name}</b><br>average rank {rank:.3f} over {ranked.blocks} problems",
+            hoverinfo="text",
         )
     k = len(names)
     figure.update_xaxes(title="average rank (1 is the best)", range=[0.8, k + 0.2], dtick=1)

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
 
 from mgeo.figures import style
+from mgeo.figures.front import axis
 from mgeo.figures.page import HEIGHT
 from mgeo.figures.style import COLORS, SYMBOLS
+
+if TYPE_CHECKING:
+    from pymoo.core.problem import Problem
+
+    from mgeo._typing import FloatArray
 
 # Where there are more algorithms than colors, dashes and symbols go on.
 _DASHES = ("solid", "6px,3px", "2px,2px")
@@ -37,6 +44,19 @@ def looks(algorithms: tuple[str, ...]) -> dict[str, Look]:
         )
         for i, name in enumerate(algorithms)
     }
+
+
+def require_objectives(problem: Problem, *numbers: int) -> None:
+    """Refuse a problem whose objectives are not so many as can be drawn."""
+    if problem.n_obj not in numbers:
+        expected = " or ".join(map(str, numbers))
+        raise ValueError(f"{problem.n_obj} objectives: expected {expected} to draw fronts")
+
+
+def set_axes(figure: go.Figure, names: tuple[str, ...], points: FloatArray) -> None:
+    """Axes of two objectives, for all points that are drawn."""
+    figure.update_xaxes(axis(names[0], points[:, 0]))
+    figure.update_yaxes(axis(names[1], points[:, 1]))
 
 
 def row_height(rows: int) -> int:

@@ -1,0 +1,126 @@
+"""How indicators develop with the number of evaluations, and scatter over the runs at the end."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from mgeo.figures.front import axis
+from mgeo.studies.figures.style import Look, finished, looks, row_height
+from mgeo.studies.statistics import bootstrap_band
+
+if TYPE_CHECKING:
+    from mgeo._typing import FloatArray
+    from mgeo.studies.results import Results
+
+
+def anytime_figure(results: Results, indicator: str | None = None) -> go.Figure:
+    """Mean over runs with a 95 % bootstrap band, against evaluations.
+
+    A curve begins where all its runs have a finite value (an empty front has none but of the
+    hypervolume). The axis is logarithmic where lower is better and all means are positive.
+
+    Raises
+    ------
+    ValueError
+        If the indicator is unknown.
+    """
+    chosen = results.indicator(indicator)
+    figure = go.Figure()
+    for name, look in looks(results.algorithms).items():
+        rows = results.table[results.table["algorithm"] == name]
+        wide = rows.pivot(index="seed", columns="evaluations", values=chosen.name)
+        wide = wide.loc[:, np.isfinite(wide.to_numpy(float)).all(axis=0)]
+        if wide.size:
+            values = wide.to_numpy(float)
+            figure.add_traces(_curve(name, look, wide.columns.to_numpy(int), values))
+    figure.update_xaxes(title="evaluations", tickformat=",d", rangemode="tozero")
+    positive = all(np.min(curve.y) > 0 for curve in figure.data if curve.mode == "lines")
+    figure.update_yaxes(
+        title=chosen.title,
+        type="log" if positive and not chosen.larger else "linear",
+        exponentformat="power",
+    )
+    return finished(
+        figure,
+        f"{chosen.title[0].upper()}{chosen.title[1:]} of all evaluations so far",
+        f"mean of the runs, {chosen.direction}; band: 95 % bootstrap interval of the mean; "
+        "click the legend to hide",
+    )
+
+
+def boxes_figure(results: Results) -> go.Figure:
+    """A box of each algorithm for each indicator, with the runs as points."""
+    figure = make_subplots(rows=1, cols=len(results.indicators), shared_yaxes=True)
+    final = results.final()
+    for name, look in looks(results.algorithms).items():
+        rows = final[final["algorithm"] == name]
+        for column, indicator in enumerate(results.indicators, 1):
+            values = rows[indicator.name].to_numpy(float)
+            shown = np.isfinite(values)
+            box = go.Box(
+                x=values[shown],
+                name=name,
+                orientation="h",
+                boxpoints="all",
+                jitter=0.5,
+                pointpos=0,
+                marker={"color": look.color, "size": 4, "opacity": 0.7},
+                line={"width": 1.2},
+                fillcolor=look.faint(0.2),
+                hovertext=[
+                    f"<b>{name}</b>, seed {seed}<br>{indicator.title}: {value:.5g}"
+                    for seed, value in zip(rows["seed"][shown], values[shown], strict=True)
+                ],
+                hoverinfo="text",
+                hoveron="points",
+                showlegend=False,
+            )
+            figure.add_trace(box, row=1, col=column)
+    for column, indicator in enumerate(results.indicators, 1):
+        values = final[indicator.name].to_numpy(float)
+        figure.update_xaxes(axis("", values[np.isfinite(values)]), col=column)
+        figure.update_xaxes(title=f"{indicator.title}<br>{indicator.direction}", col=column)
+    figure.update_xaxes(tickangle=0)
+    figure.update_yaxes(autorange="reversed", automargin=True)
+    empty = int((final["points"] == 0).sum())
+    return finished(
+        figure,
+        f"All runs after {results.n_eval:,} evaluations",
+        "box: quartiles and median; every point is a run, hover for its seed"
+        + (f"; without {empty} that found nothing feasible" if empty else ""),
+    ).update_layout(height=row_height(len(results.algorithms)))
+
+
+def _curve(name: str, look: Look, x: FloatArray, values: FloatArray) -> list[go.Scatter]:
+    mean = values.mean(axis=0)
+    low, high = bootstrap_band(values)
+    texts = [
+        f"<b>{name}</b><br>after {n:,} evaluations<br>mean of {len(values)} runs: {m:.5g}"
+        f"<br>95 % interval: {a:.5g} to {b:.5g}"
+        for n, m, a, b in zip(x, mean, low, high, strict=True)
+    ]
+    band = go.Scatter(
+        x=np.concatenate([x, x[::-1]]),
+        y=np.concatenate([high, low[::-1]]),
+        fill="toself",
+        fillcolor=look.faint(0.18),
+        line={"width": 0},
+        hoverinfo="skip",
+        legendgroup=name,
+        showlegend=False,
+    )
+    line = go.Scatter(
+        x=x,
+        y=mean,
+        mode="lines",
+        name=name,
+        legendgroup=name,
+        line={"color": look.color, "dash": look.dash, "width": 2},
+        hovertext=texts,
+        hoverinfo="text",
+    )
+    return [band, line]

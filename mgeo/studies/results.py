@@ -1,0 +1,108 @@
+"""Runs of several algorithms on one problem, measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from mgeo.plugins.protocol import column_names
+from mgeo.studies.indicators import Indicator, applicable
+from mgeo.studies.statistics import mean_ranks
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from pymoo.core.problem import Problem
+
+    from mgeo._typing import FloatArray
+    from mgeo.studies.record import Record
+    from mgeo.studies.space import IndicatorSpace
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """Runs of several algorithms on one problem, measured in one space.
+
+    Attributes
+    ----------
+    table : tidy: one row per algorithm, seed and number of ``evaluations`` of the grid, in that
+        order, with the indicators, the number of ``points`` on the front, and the columns of the
+        problem's ``front_summary``. It does not depend on where or in what order runs were made.
+    runs : one row per run: whether it finished, its wall time [s], how many of its evaluations
+        failed, its error if it failed as a whole, the versions it was made with if it did not.
+    records : the finished runs by (algorithm, seed).
+    space : where the indicators were measured.
+    """
+
+    problem: Problem
+    algorithms: tuple[str, ...]
+    n_eval: int
+    table: pd.DataFrame
+    runs: pd.DataFrame
+    records: Mapping[tuple[str, int], Record]
+    space: IndicatorSpace
+
+    @property
+    def indicators(self) -> list[Indicator]:
+        """Those measured; the first is what everything shows by default."""
+        return applicable(self.problem.n_obj)
+
+    @property
+    def objectives(self) -> tuple[str, ...]:
+        """Names of the objectives, with units."""
+        return column_names(self.problem)[1]
+
+    def final(self) -> pd.DataFrame:
+        """The rows of the table after all evaluations."""
+        return self.table[self.table["evaluations"] == self.n_eval].reset_index(drop=True)
+
+    def fronts(self, algorithm: str) -> list[FloatArray]:
+        """The final fronts of an algorithm's finished runs, (n, n_obj) each."""
+        return [r.front_F for (name, _), r in self.records.items() if name == algorithm]
+
+    def indicator(self, name: str | None = None) -> Indicator:
+        """One of `indicators` by name; None for the first.
+
+        Raises
+        ------
+        ValueError
+            If it is none of them.
+        """
+        known = {indicator.name: indicator for indicator in self.indicators}
+        if name is not None and name not in known:
+            raise ValueError(f"indicator = {name!r}: expected one of {', '.join(known)}")
+        return known[name or next(iter(known))]
+
+    def samples(self, indicator: str | None = None) -> dict[str, FloatArray]:
+        """The final values of each algorithm's finished runs, turned so that larger is better.
+
+        Raises
+        ------
+        ValueError
+            If the indicator is unknown.
+        """
+        chosen = self.indicator(indicator)
+        return {
+            str(name): chosen.better(group[chosen.name].to_numpy(float))
+            for name, group in self.final().groupby("algorithm", sort=False)
+        }
+
+    def order(self, indicator: str | None = None) -> list[str]:
+        """Algorithms with a finished run, the one with the best mean rank of its runs first.
+
+        These are the ranks that the tests are made of. An order by means would be another one
+        where a few runs are far from the others.
+
+        Raises
+        ------
+        ValueError
+            If the indicator is unknown.
+        """
+        return [str(name) for name in mean_ranks(self.samples(indicator)).index]
+
+    def median_seed(self, algorithm: str) -> int | None:
+        """Seed of the run with the median of the first indicator (the better of two), if any."""
+        final, chosen = self.final(), self.indicator()
+        rows = final[final["algorithm"] == algorithm]
+        order = chosen.better(rows[chosen.name]).sort_values(ascending=False, kind="stable").index
+        return int(rows.loc[order[(len(order) - 1) // 2], "seed"]) if len(order) else None
