@@ -8,10 +8,10 @@ import pandas as pd
 from IPython.display import Markdown
 
 from mgeo.studies import Comparison, Study, read_comparison, read_study
+from mgeo.studies.conclusions import against
 from mgeo.studies.labels import folder_name
 from mgeo.studies.stored import PROVENANCE
 from mgeo.studies.tables import markdown
-from mgeo.studies.verdict import against
 
 HERE = Path(__file__).parent
 
@@ -78,6 +78,6 @@ def means(found: Mapping[str, Comparison], suite: str) -> pd.DataFrame:
 def _places(name: str, study: Study) -> dict[str, Path]:
     """Folder of each problem's results."""
     data = HERE / "data" / name
-    if len(study.cases) == 1:
-        return {study.cases[0].label: data}
-    return {case.label: data / folder_name(case.label) for case in study.cases}
+    if len(study.problems) == 1:
+        return {study.problems[0].label: data}
+    return {case.label: data / folder_name(case.label) for case in study.problems}

@@ -279,8 +279,8 @@ def study(
     """
     from mgeo.cli.dry_run import describe_study
     from mgeo.cli.study import notes, show, workers
+    from mgeo.studies.estimate import estimate_study
     from mgeo.studies.file import read_study
-    from mgeo.studies.outline import outline
     from mgeo.studies.study import run_study
 
     folder, output = out or Path("studies", file.stem), Output(quiet, json)
@@ -288,7 +288,8 @@ def study(
         read = read_study(file).reduced(evaluations, seeds)
         with workers(jobs, cluster) as n_jobs:
             if dry_run:
-                describe_study(outline(read, folder, n_jobs=n_jobs), folder, output)
+                expected = estimate_study(read, folder, n_jobs=n_jobs)
+                describe_study(read, expected, folder, output)
                 return
             try:
                 comparisons = run_study(read, folder, n_jobs=n_jobs, progress=not quiet)

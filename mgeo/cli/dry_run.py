@@ -15,7 +15,8 @@ from mgeo.runs.estimate import estimate
 from mgeo.runs.folder import FIGURE_FILE, FRONT_FILE, RUN_FILE
 from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
 from mgeo.runs.prepare import PreparedRun
-from mgeo.studies.outline import Outline
+from mgeo.studies.estimate import StudyEstimate
+from mgeo.studies.file import Study
 from mgeo.terminal import pairs
 
 
@@ -47,27 +48,28 @@ def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) 
     _tell(run_title(configuration), texts, found, (expected.elapsed, expected.timed), output)
 
 
-def describe_study(outline: Outline, folder: Path, output: Output) -> None:
+def describe_study(study: Study, expected: StudyEstimate, folder: Path, output: Output) -> None:
     """Tell it about a study."""
-    sizes = {label: problem_size(problem) for label, problem in outline.problems.items()}
+    sizes = {label: problem_size(problem) for label, problem in expected.problems.items()}
+    algorithms = [algorithm.label for algorithm in study.algorithms]
     texts = {label: _size(size) for label, size in sizes.items()} | {
-        "algorithms": ", ".join(outline.algorithms),
-        "budget": f"{outline.runs:,} runs of {outline.evaluations:,} evaluations; "
-        f"{outline.found:,} of them found, {outline.runs - outline.found:,} to make",
+        "algorithms": ", ".join(algorithms),
+        "budget": f"{expected.runs:,} runs of {study.evaluations:,} evaluations; "
+        f"{expected.found:,} of them found, {expected.runs - expected.found:,} to make",
         "folder": str(folder),
     }
     found = {
-        "title": outline.title,
+        "title": study.title,
         "problems": sizes,
-        "algorithms": list(outline.algorithms),
-        "evaluations": outline.evaluations,
-        "runs": outline.runs,
-        "runs_found": outline.found,
-        "processes": outline.processes,
+        "algorithms": algorithms,
+        "evaluations": study.evaluations,
+        "runs": expected.runs,
+        "runs_found": expected.found,
+        "processes": expected.processes,
         "folder": str(folder),
     }
-    at_once = f", {outline.processes} at once"
-    _tell(outline.title, texts, found, (outline.seconds, outline.timed), output, at_once)
+    at_once = f", {expected.processes} at once"
+    _tell(study.title, texts, found, (expected.seconds, expected.timed), output, at_once)
 
 
 def _tell(

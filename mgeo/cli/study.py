@@ -16,7 +16,7 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import Study
 from mgeo.studies.folder import NotReusedWarning
 from mgeo.studies.study import REPORT
-from mgeo.studies.verdict import verdict
+from mgeo.studies.conclusions import conclusions
 from mgeo.terminal import plain
 
 
@@ -24,7 +24,7 @@ def show(study: Study, comparisons: dict[str, Comparison], folder: Path, output:
     """Show what was found; the exit code tells if runs failed."""
     for label, comparison in comparisons.items():
         table = comparison.overview()
-        output.print(plain(f"\n{label}", style="bold"), table.to_string(), *verdict(comparison))
+        output.print(plain(f"\n{label}", style="bold"), table.to_string(), *conclusions(comparison))
     output.print(f"\nwritten: {folder / REPORT}")
     output.result(
         {
@@ -86,7 +86,7 @@ def _document(comparison: Comparison) -> dict[str, Any]:
             }
             for label in comparison.algorithms
         },
-        "verdict": verdict(comparison),
+        "conclusions": conclusions(comparison),
     }
 
 

@@ -59,17 +59,8 @@ def check(folder: Path, study: Study) -> None:
 
 
 def _content(study: Study) -> bytes:
-    owner = {
-        "problems": {
-            case.label: {"name": case.name, "options": dict(case.options)} for case in study.cases
-        },
-        "algorithms": {
-            each.label: {"name": each.name, "parameters": dict(each.parameters)}
-            for each in study.contenders
-        },
-    }
     try:
-        return (json.dumps(owner, indent=2, allow_nan=False) + "\n").encode()
+        return (json.dumps(study.configuration(), indent=2, allow_nan=False) + "\n").encode()
     except (TypeError, ValueError) as error:  # a date, or an infinity
         raise ValueError(
             f"options or parameters that JSON cannot hold, and so no provenance: {error}"

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 GRID_POINTS = 50
+MOST = 100_000  # runs of a kind: more are a slip
 
 
 def compare(
@@ -85,7 +86,7 @@ def compare(
     named = _labeled(algorithms)
     n_eval = validate_integer("n_eval", n_eval, low=1)
     steps = _grid(grid, n_eval)
-    keys = list(product(named, _seeds(seeds)))
+    keys = list(product(named, seed_numbers(seeds)))
     tasks = {(name, s): Task(problem, named[name], n_eval, s) for name, s in keys}
     title = title or type(problem).__name__
     results = _found_or_made(title, tasks, folder, n_jobs, progress)
@@ -161,13 +162,20 @@ def _labeled(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[
     return named
 
 
-def _seeds(seeds: int | Iterable[int]) -> list[int]:
-    if isinstance(seeds, int):
-        return list(range(1, validate_integer("seeds", seeds, low=1) + 1))
+def seed_numbers(seeds: int | Iterable[int]) -> tuple[int, ...]:
+    """The seeds that are meant: so many from 1, or those listed.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they are no integers, none, or not different.
+    """
+    if not isinstance(seeds, Iterable):
+        return tuple(range(1, validate_integer("seeds", seeds, low=1, high=MOST) + 1))
     listed = [validate_integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(seeds)]
     if not listed or len(set(listed)) < len(listed):
         raise ValueError(f"seeds = {listed}: expected one or more different ones")
-    return listed
+    return tuple(listed)
 
 
 def _grid(grid: int | Sequence[int], n_eval: int) -> list[int]:

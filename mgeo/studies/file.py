@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,8 +16,9 @@ from mgeo.files.reading import errors_of, parse_toml, read_text
 from mgeo.plugins.discovery import built, load_problem
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.runs.scenario import read_scenario
+from mgeo.studies.execute import MOST
 from mgeo.studies.labels import distinct, filled
-from mgeo.studies.schema import MOST, AlgorithmTable, ProblemTable, PublishedTable, StudyTable
+from mgeo.studies.schema import AlgorithmTable, ProblemTable, PublishedTable, StudyTable
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -26,12 +28,12 @@ PYMOO = "pymoo:"  # before the name of one of pymoo's test problems
 
 
 @dataclass(frozen=True)
-class Case:
+class ProblemConfiguration:
     """One problem of a study."""
 
     label: str
     name: str
-    options: Mapping[str, Any] = field(default_factory=dict)
+    options: dict[str, Any]
 
     def build(self) -> Problem:
         """The installed problem of this name, or pymoo's if it begins with ``pymoo:``.
@@ -49,17 +51,17 @@ class Case:
         try:
             return built(self.name, lambda: get_problem(name, **self.options))
         except Exception as error:  # pymoo raises bare ones for names it does not know
-            given = dict(self.options)
-            raise ValueError(f"pymoo has no problem {name!r} with {given}: {error}") from error
+            given = f"{name!r} with {self.options}"
+            raise ValueError(f"pymoo has no problem {given}: {error}") from error
 
 
 @dataclass(frozen=True)
-class Contender:
+class AlgorithmConfiguration:
     """One algorithm of a study, with all its parameters."""
 
     label: str
     name: str
-    parameters: Mapping[str, Any]
+    parameters: dict[str, Any]
 
     def build(self, problem: Problem) -> Algorithm:
         """The algorithm, for this problem.
@@ -81,10 +83,19 @@ class Study:
     evaluations: int
     seeds: tuple[int, ...]
     grid: int
-    cases: tuple[Case, ...]
-    contenders: tuple[Contender, ...]
+    problems: tuple[ProblemConfiguration, ...]
+    algorithms: tuple[AlgorithmConfiguration, ...]
     published: PublishedTable | None
     text: str
+
+    def configuration(self) -> dict[str, dict[str, Any]]:
+        """What is compared, by label, as far as JSON has types for it."""
+        return {
+            "problems": {p.label: {"name": p.name, "options": p.options} for p in self.problems},
+            "algorithms": {
+                a.label: {"name": a.name, "parameters": a.parameters} for a in self.algorithms
+            },
+        }
 
     def reduced(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
         """The same study with another budget, or with its first so many seeds.
@@ -131,20 +142,22 @@ def parse_study(text: str, folder: Path) -> Study:
         As `read_study`, without the name of the file.
     """
     table = checked(StudyTable, parse_toml(text))
-    cases = _cases(table.problems, folder)
-    contenders = [c for i, each in enumerate(table.algorithms) for c in _contenders(each, i)]
-    labels = {
-        "problems": [case.label for case in cases],
-        "algorithms": [contender.label for contender in contenders],
-    }
-    for key, own in labels.items():
-        if twice := sorted({label for label in own if own.count(label) > 1}):
-            raise ValueError(f"{key}: {twice[0]!r} is there twice; expected different labels")
+    named = [each for i, one in enumerate(table.problems) for each in _problems(one, i, folder)]
+    labels = distinct([candidates for _, candidates in named])
+    problems = [
+        replace(problem, label=label) for (problem, _), label in zip(named, labels, strict=True)
+    ]
+    algorithms = [each for i, one in enumerate(table.algorithms) for each in _algorithms(one, i)]
+    for key, found in (("problems", problems), ("algorithms", algorithms)):
+        for label, times in Counter(each.label for each in found).items():
+            if times > 1:
+                raise ValueError(f"{key}: {label!r} is there twice; expected different labels")
+    known = [algorithm.label for algorithm in algorithms]
     for label in table.published.table if table.published else ():
-        if label not in labels["algorithms"]:
+        if label not in known:
             raise ValueError(
                 f"published.table: {label!r} is no algorithm of this study, which are "
-                f"{', '.join(sorted(labels['algorithms']))}"
+                f"{', '.join(sorted(known))}"
             )
     return Study(
         title=table.title,
@@ -152,63 +165,54 @@ def parse_study(text: str, folder: Path) -> Study:
         evaluations=table.evaluations,
         seeds=table.seeds,
         grid=table.grid,
-        cases=tuple(cases),
-        contenders=tuple(contenders),
+        problems=tuple(problems),
+        algorithms=tuple(algorithms),
         published=table.published,
         text=text,
     )
 
 
-def _cases(tables: Sequence[ProblemTable], folder: Path) -> list[Case]:
-    """Their problems, with longer labels where shorter ones would be the same."""
-    found = [each for i, table in enumerate(tables) for each in _named(table, i, folder)]
-    labels = distinct([candidates for _, candidates in found])
-    return [replace(case, label=label) for (case, _), label in zip(found, labels, strict=True)]
-
-
-def _named(table: ProblemTable, index: int, folder: Path) -> Iterator[tuple[Case, Sequence[str]]]:
+def _problems(
+    table: ProblemTable, index: int, folder: Path
+) -> Iterator[tuple[ProblemConfiguration, Sequence[str]]]:
     """Every problem of a table, and what it may be called, the shortest first."""
     where = f"problems[{index}]."
     if table.scenario is not None and table.options is not None:
         raise ValueError(f"{where}scenario and options: expected one of them")
-    options = table.options or {}
-
-    def called(values: Mapping[str, Any], *names: str) -> Sequence[str]:
-        return names if table.label is None else (filled(table.label, where, values),)
-
-    for full in table.name:
+    for full, scenario in product(table.name, table.scenario or ("",)):
         name = full.removeprefix(PYMOO)
-        for scenario in table.scenario or ():
-            stem = Path(scenario).stem
-            names = (f"{name} {stem}", f"{name} {scenario}", f"{full} {scenario}")
-            case = Case("", full, read_scenario(scenario, folder))
-            yield case, called({"name": name, "scenario": stem}, *names)
-        if table.scenario is None:
+        if not scenario:
+            options = table.options or {}
             details = [f"{key} = {value}" for key, value in options.items()]
-            names = (name, ", ".join([name, *details]), ", ".join([full, *details]))
-            yield Case("", full, options), called({**options, "name": name}, *names)
+            names = [name, ", ".join([name, *details]), ", ".join([full, *details])]
+            values = {**options, "name": name}
+        else:
+            options = read_scenario(scenario, folder)
+            stem = Path(scenario).stem
+            names = [f"{name} {stem}", f"{name} {scenario}", f"{full} {scenario}"]
+            values = {"name": name, "scenario": stem}
+        if table.label is not None:
+            names = [filled(table.label, where, values)]
+        yield ProblemConfiguration("", full, options), names
 
 
-def _contenders(table: AlgorithmTable, index: int) -> Iterator[Contender]:
+def _algorithms(table: AlgorithmTable, index: int) -> Iterator[AlgorithmConfiguration]:
     """Every combination of the values in lists; a list as one value is a list in a list."""
     where = f"algorithms[{index}]."
     given = table.parameters
-    count = math.prod(len(_listed(value)) for value in given.values())
+    swept = [key for key, value in given.items() if isinstance(value, list)]
+    lists = [value if isinstance(value, list) else [value] for value in given.values()]
+    count = math.prod(map(len, lists))
     if count > MOST:
         raise ValueError(f"{where[:-1]} stands for {count} algorithms: expected at most {MOST}")
-    swept = [key for key, value in given.items() if isinstance(value, list)]
     for name in table.name:
         try:
             complete_parameters(name, given)
         except ValueError as error:
             raise ValueError(f"{where}name: {error}") from error
-        for values in product(*map(_listed, given.values())):
+        for values in product(*lists):
             chosen = dict(zip(given, values, strict=True))
             label = ", ".join([name, *(f"{key} = {chosen[key]}" for key in swept)])
             if table.label is not None:
                 label = filled(table.label, where, {"name": name, **chosen})
-            yield Contender(label, name, chosen)
-
-
-def _listed(value: Any) -> list[Any]:
-    return value if isinstance(value, list) else [value]
+            yield AlgorithmConfiguration(label, name, chosen)

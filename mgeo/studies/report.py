@@ -9,9 +9,9 @@ import pandas as pd
 
 from mgeo.figures import report_page
 from mgeo.figures.page import render
-from mgeo.studies.figures.ranks import ranks_figure
+from mgeo.studies.conclusions import comparison_with_published, conclusions
+from mgeo.studies.figures import ranks_figure
 from mgeo.studies.labels import folder_name
-from mgeo.studies.verdict import beside, verdict
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
@@ -19,23 +19,26 @@ if TYPE_CHECKING:
     from mgeo.studies.statistics import Friedman
 
 
-def case_page(study: Study, label: str, comparison: Comparison) -> str:
-    """Everything about one problem: verdict, tables, figures, and how it was measured."""
+def problem_page(study: Study, label: str, comparison: Comparison) -> str:
+    """Everything about one problem: conclusions, tables, figures, and how it was measured."""
     runs, tests = comparison.runs, comparison.tests()
+    published = study.published and comparison_with_published(comparison, study.published)
     results = render(
         "studies/assets/results.html",
         study=study,
         label=label,
         comparison=comparison,
-        verdict=" ".join(verdict(comparison)),
-        published=beside(comparison, study.published) if study.published else None,
+        conclusions=" ".join(conclusions(comparison)),
+        published=published,
         failed=runs[runs["status"] == "failed"].to_dict("records"),
     )
+    formats = {"A": "{:.3f}".format, "p": "{:.2g}".format, "p_holm": "{:.2g}".format}
+    pairs = tests.pairs.assign(**{key: tests.pairs[key].map(to) for key, to in formats.items()})
     method = render(
         "studies/assets/method.html",
         study=study,
         comparison=comparison,
-        pairs=_readable(tests.pairs).set_index("a"),
+        pairs=pairs.rename(columns={"p_holm": "p (Holm)"}).set_index("a"),
         overall=tests.kruskal_wallis,
     )
     return report_page(study.title, [results, *comparison.figures().values(), method])
@@ -43,7 +46,7 @@ def case_page(study: Study, label: str, comparison: Comparison) -> str:
 
 def study_page(study: Study, comparisons: Mapping[str, Comparison], ranked: Friedman | None) -> str:
     """Several problems: means of the first indicator each, and ranks over problems."""
-    labels = tuple(contender.label for contender in study.contenders)
+    labels = tuple(algorithm.label for algorithm in study.algorithms)
     problems = render(
         "studies/assets/problems.html",
         study=study,
@@ -62,12 +65,3 @@ def by_problem(comparisons: Mapping[str, Comparison]) -> pd.DataFrame:
         for label, c in comparisons.items()
     }
     return pd.DataFrame(rows).T.rename_axis("problem")
-
-
-def _readable(pairs: pd.DataFrame) -> pd.DataFrame:
-    shown = pairs.assign(
-        A=pairs["A"].map("{:.3f}".format),
-        p=pairs["p"].map("{:.2g}".format),
-        p_holm=pairs["p_holm"].map("{:.2g}".format),
-    )
-    return shown.rename(columns={"p_holm": "p (Holm)"})

@@ -8,12 +8,9 @@ from typing import Annotated, Any, TypeVar
 from pydantic import ConfigDict, Field, PlainValidator
 from pydantic_core import PydanticCustomError
 
-from mgeo._validation import validate_integer
 from mgeo.files.models import Table
 from mgeo.runs.algorithms import ALGORITHMS
-from mgeo.studies.execute import GRID_POINTS
-
-MOST = 100_000  # runs of a kind: more are a slip
+from mgeo.studies.execute import GRID_POINTS, MOST, seed_numbers
 
 
 def _listed(value: Any) -> list[str]:
@@ -23,21 +20,12 @@ def _listed(value: Any) -> list[str]:
     return names
 
 
-def _seeds(value: Any) -> tuple[int, ...]:
-    if not isinstance(value, list):
-        return tuple(range(1, validate_integer("seeds", value, low=1, high=MOST) + 1))
-    seeds = tuple(validate_integer(f"seeds[{i}]", seed, low=0) for i, seed in enumerate(value))
-    if not seeds or len(set(seeds)) < len(seeds):
-        raise PydanticCustomError("expected", "one or more different ones")
-    return seeds
-
-
 T = TypeVar("T")
 Some = Annotated[list[T], Field(min_length=1)]
 Count = Annotated[int, Field(ge=1, le=MOST)]
 Seed = Annotated[int, Field(ge=0)]
 Names = Annotated[list[str], PlainValidator(_listed, str | Some[str])]
-Seeds = Annotated[tuple[int, ...], PlainValidator(_seeds, Count | Some[Seed])]
+Seeds = Annotated[tuple[int, ...], PlainValidator(seed_numbers, Count | Some[Seed])]
 
 
 class ProblemTable(Table):
@@ -64,7 +52,7 @@ class AlgorithmTable(Table):
 
 
 class PublishedTable(Table):
-    """Values of a publication to be shown beside the study's."""
+    """Values of a publication, to be compared with the study's."""
 
     source: str
     table: dict[str, dict[str, float]] = Field(description="by label, then by column")

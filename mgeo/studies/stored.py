@@ -16,7 +16,7 @@ from mgeo.files.tables import read_texts, to_csv
 from mgeo.plugins import protocol
 from mgeo.plugins.protocol import column_names
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.file import Case
+from mgeo.studies.file import ProblemConfiguration
 from mgeo.studies.indicators import applicable
 from mgeo.studies.record import Record
 from mgeo.studies.space import IndicatorSpace, Origin, objective_space
@@ -68,7 +68,7 @@ def read_comparison(folder: Path | str) -> Comparison:
     data = read_json(path)
     with errors_of(path):
         name = entry(entry(data, "problem", dict), "name", str, "problem.")
-        case = Case("", name, entry(data["problem"], "options", dict, "problem."))
+        case = ProblemConfiguration("", name, entry(data["problem"], "options", dict, "problem."))
         algorithms = tuple(entry(data, "algorithms", dict))
         n_eval = validate_integer("evaluations", entry(data, "evaluations", int), low=1)
         stated = entry(data, "space", dict)

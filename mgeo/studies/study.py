@@ -7,15 +7,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
 from mgeo.files.atomic import write_files
 from mgeo.studies.claim import check, claim
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.execute import compare
-from mgeo.studies.file import Case, Study
+from mgeo.studies.file import ProblemConfiguration, Study
 from mgeo.studies.labels import folder_name
-from mgeo.studies.report import by_problem, case_page, study_page
+from mgeo.studies.report import by_problem, problem_page, study_page
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.statistics import Friedman, friedman
 from mgeo.studies.stored import PROVENANCE, stored_tables
@@ -54,50 +55,49 @@ def run_study(
         If all runs of a problem failed, or none found a feasible solution; the others are done.
     """
     folder = Path(folder)
-    problems, algorithms = build(study)
+    built = build(study)
     check(folder, study)
     comparisons: dict[str, Comparison] = {}
     without: list[str] = []
-    for case, problem, contenders in zip(study.cases, problems, algorithms, strict=True):
+    for configuration, (problem, algorithms) in zip(study.problems, built, strict=True):
+        label = configuration.label
         try:
             comparison = compare(
                 problem,
-                contenders,
+                algorithms,
                 study.evaluations,
                 study.seeds,
                 folder=folder / RECORDS,
                 grid=study.grid,
                 n_jobs=n_jobs,
                 progress=progress,
-                title=case.label,
+                title=label,
             )
         except NothingToCompareError as error:
-            without.append(f"{case.label}: {error}")
+            without.append(f"{label}: {error}")
             continue
-        contents = _contents(study, case, comparison)
+        contents = _contents(study, configuration, comparison)
         claim(folder, study)
-        place = folder if len(study.cases) == 1 else folder / folder_name(case.label)
+        place = folder if len(study.problems) == 1 else folder / folder_name(label)
         place.mkdir(parents=True, exist_ok=True)
         write_files(place, contents)
-        comparisons[case.label] = comparison
-    if len(study.cases) > 1 and comparisons:
+        comparisons[label] = comparison
+    if len(study.problems) > 1 and comparisons:
         page = study_page(study, comparisons, over_problems(study, comparisons))
         table = by_problem(comparisons)
-        write_files(
-            folder,
-            {
-                "summary.md": markdown(table).encode(),
-                "summary.csv": table.to_csv(lineterminator="\n").encode(),
-                REPORT: page.encode(),
-            },
-        )
+        texts = {
+            "summary.md": markdown(table),
+            "summary.csv": table.to_csv(lineterminator="\n"),
+            REPORT: page,
+        }
+        write_files(folder, {name: text.encode() for name, text in texts.items()})
     if without:
         raise NothingToCompareError("; ".join(without))
     return comparisons
 
 
-def build(study: Study) -> tuple[list[Problem], list[dict[str, Algorithm]]]:
-    """The problem of each case, and the algorithms for it by their labels.
+def build(study: Study) -> list[tuple[Problem, dict[str, Algorithm]]]:
+    """Each problem, and the algorithms for it by their labels.
 
     All of them, before any is used: what cannot be built should not be found after hours.
 
@@ -106,8 +106,8 @@ def build(study: Study) -> tuple[list[Problem], list[dict[str, Algorithm]]]:
     ValueError, TypeError
         If one cannot be built.
     """
-    problems = [case.build() for case in study.cases]
-    return problems, [{c.label: c.build(p) for c in study.contenders} for p in problems]
+    problems = [configuration.build() for configuration in study.problems]
+    return [(p, {each.label: each.build(p) for each in study.algorithms}) for p in problems]
 
 
 def over_problems(study: Study, comparisons: dict[str, Comparison]) -> Friedman | None:
@@ -115,43 +115,43 @@ def over_problems(study: Study, comparisons: dict[str, Comparison]) -> Friedman 
 
     None for fewer than two problems or algorithms with finished runs on every problem.
     """
-    labels = [contender.label for contender in study.contenders]
-    rows = []
-    for comparison in comparisons.values():
-        final, chosen = comparison.final(), comparison.indicator()
-        medians = final.groupby("algorithm")[[chosen.name]].median()[chosen.name]
-        rows.append(chosen.better(medians).reindex(labels))
-    table = pd.DataFrame(rows).dropna(axis="columns")
+    rows = [
+        {label: np.median(values) for label, values in comparison.samples().items()}
+        for comparison in comparisons.values()
+    ]
+    columns = [algorithm.label for algorithm in study.algorithms]
+    table = pd.DataFrame(rows, columns=columns).dropna(axis="columns")
     if min(table.shape) < 2:
         return None
-    return friedman(table.to_numpy(float), [str(name) for name in table.columns])
+    return friedman(table.to_numpy(float), list(table.columns))
 
 
-def _contents(study: Study, case: Case, comparison: Comparison) -> dict[str, bytes]:
+def _contents(
+    study: Study, problem: ProblemConfiguration, comparison: Comparison
+) -> dict[str, bytes]:
+    indicators = [indicator.name for indicator in comparison.indicators]
     tests = pd.concat(
-        [
-            comparison.tests(i.name).pairs.assign(indicator=i.name).set_index("indicator")
-            for i in comparison.indicators
-        ]
+        [comparison.tests(name).pairs for name in indicators], keys=indicators, names=["indicator"]
     )
-    texts = {"tests.csv": tests.reset_index().to_csv(index=False, lineterminator="\n")}
-    texts["summary.md"] = markdown(comparison.overview())
-    texts["summary.tex"] = comparison.to_latex()
-    texts[REPORT] = case_page(study, case.label, comparison)
-    texts[PROVENANCE] = (
-        json.dumps(_provenance(study, case, comparison), indent=2, allow_nan=False) + "\n"
-    )
+    texts = {
+        "tests.csv": tests.reset_index(0).to_csv(index=False, lineterminator="\n"),
+        "summary.md": markdown(comparison.overview()),
+        "summary.tex": comparison.to_latex(),
+        REPORT: problem_page(study, problem.label, comparison),
+        PROVENANCE: json.dumps(_provenance(study, problem, comparison), indent=2, allow_nan=False)
+        + "\n",
+    }
     return stored_tables(comparison) | {name: text.encode() for name, text in texts.items()}
 
 
-def _provenance(study: Study, case: Case, comparison: Comparison) -> dict[str, Any]:
+def _provenance(
+    study: Study, problem: ProblemConfiguration, comparison: Comparison
+) -> dict[str, Any]:
     statuses = comparison.runs["status"]
     return {
         "title": study.title,
-        "problem": {"label": case.label, "name": case.name, "options": dict(case.options)},
-        "algorithms": {
-            c.label: {"name": c.name, "parameters": dict(c.parameters)} for c in study.contenders
-        },
+        "problem": {"label": problem.label, "name": problem.name, "options": problem.options},
+        "algorithms": study.configuration()["algorithms"],
         "evaluations": study.evaluations,
         "seeds": list(study.seeds),
         "space": comparison.space.describe(),

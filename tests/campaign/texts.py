@@ -92,7 +92,7 @@ def study_read(box: Box) -> Attempt:
 
     def action() -> Any:
         study = read_study(path).reduced(8, None)
-        return [c.build(case.build()) for case in study.cases for c in study.contenders[:5]]
+        return [c.build(case.build()) for case in study.problems for c in study.algorithms[:5]]
 
     return Attempt(action)
 

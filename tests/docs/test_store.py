@@ -79,10 +79,10 @@ def test_results_are_kept_of_every_study(path):
     """Of all its problems and algorithms; their size is what the provenance says."""
     study = read_study(path)
     folders = sorted(p.parent for p in (STUDIES / "data" / path.stem).rglob("provenance.json"))
-    assert len(folders) == len(study.cases)
+    assert len(folders) == len(study.problems)
     for folder in folders:
         data = json.loads((folder / "provenance.json").read_text(encoding="utf-8"))
-        assert list(data["algorithms"]) == [contender.label for contender in study.contenders]
+        assert list(data["algorithms"]) == [each.label for each in study.algorithms]
         runs = pd.read_csv(folder / "runs.csv")
         assert (runs["status"] == "finished").sum() == data["runs_finished"]
         assert len(runs) == len(data["seeds"]) * len(data["algorithms"])

@@ -70,7 +70,7 @@ def test_study(mgeo):
     assert (one["runs_finished"], one["runs_failed"]) == (4, 0)
     volumes = {label: each["hypervolume"]["mean"] for label, each in one["algorithms"].items()}
     assert one["best_first"] == sorted(volumes, key=volumes.get, reverse=True)
-    assert " ranks first: " in one["verdict"][0]
+    assert " ranks first: " in one["conclusions"][0]
 
 
 @pytest.mark.parametrize("command", [["solve", "zdt9"], ["resume", "a"], ["report", "a"]])

@@ -25,10 +25,10 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 import mgeo
 from mgeo import MGEOReal, compare
+from mgeo.studies.conclusions import conclusions
 from mgeo.studies.dispatch import run_all
 from mgeo.studies.run import Task, record
 from mgeo.studies.space import NothingToCompareError
-from mgeo.studies.verdict import verdict
 from mgeo.studies.versions import distinct
 
 from ..naive import nondominated_rows
@@ -379,7 +379,7 @@ def test_of_one_objective_the_best_value_counts():
     assert (
         f"\\textbf{{{found.overview().loc[found.order()[0], 'best value'][:5]}" in found.to_latex()
     )
-    sentences = verdict(found)
+    sentences = conclusions(found)
     assert len(sentences) == 2
     assert sentences[0].startswith(f"By best value, {found.order()[0]} ranks first: -2.9")
     assert len(found.tests().pairs) == 3

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from mgeo.studies.file import Case, parse_study, read_study
+from mgeo.studies.file import ProblemConfiguration, parse_study, read_study
 
 STUDIES = Path(__file__).parents[3] / "docs" / "studies"
 SMALL = """
@@ -25,17 +25,17 @@ def test_a_small_study():
     study = parsed()
     assert (study.title, study.about, study.evaluations) == ("small", "", 100)
     assert (study.seeds, study.grid, study.published) == ((1, 2), 50, None)
-    (case,), (contender,) = study.cases, study.contenders
-    assert (case.label, case.build().n_var) == ("zdt1", 30)
-    assert (contender.label, contender.name) == ("nsga2", "nsga2")
-    assert contender.build(case.build()).pop_size == 20
+    (problem,), (algorithm,) = study.problems, study.algorithms
+    assert (problem.label, problem.build().n_var) == ("zdt1", 30)
+    assert (algorithm.label, algorithm.name) == ("nsga2", "nsga2")
+    assert algorithm.build(problem.build()).pop_size == 20
 
 
 def test_lists_make_sweeps():
     study = parsed(
         SMALL.replace('name = "nsga2"', 'name = ["nsga2", "gde3"]').replace("= 20", "= [20, 30]")
     )
-    assert [(c.label, c.parameters["population"]) for c in study.contenders] == [
+    assert [(c.label, c.parameters["population"]) for c in study.algorithms] == [
         ("nsga2, population = 20", 20),
         ("nsga2, population = 30", 30),
         ("gde3, population = 20", 20),
@@ -47,7 +47,7 @@ def test_a_list_in_a_list_is_one_value():
     text = SMALL.replace('name = "nsga2"', 'name = "mgeo-real"').replace(
         "population = 20", 'sigma = [[0.1, 0.2], 3]\ntau = [1, 2]\nlabel = "{sigma}/{tau}"'
     )
-    found = [(c.label, c.parameters) for c in parsed(text).contenders]
+    found = [(c.label, c.parameters) for c in parsed(text).algorithms]
     assert found[0] == ("[0.1, 0.2]/1", {"sigma": [0.1, 0.2], "tau": 1})
     assert [label for label, _ in found] == ["[0.1, 0.2]/1", "[0.1, 0.2]/2", "3/1", "3/2"]
 
@@ -60,8 +60,8 @@ def test_problems_are_installed_ones_with_scenarios(stand_in, tmp_path):
     (tmp_path / "mine.toml").write_text("load = 3.5")
     table = 'name = "cantilever"\nscenario = ["heavy", "mine.toml"]'
     study = parsed(SMALL.replace('name = "pymoo:zdt1"', table), tmp_path)
-    assert [case.label for case in study.cases] == ["cantilever heavy", "cantilever mine"]
-    assert [case.build().load for case in study.cases] == [2000.0, 3.5]
+    assert [p.label for p in study.problems] == ["cantilever heavy", "cantilever mine"]
+    assert [p.build().load for p in study.problems] == [2000.0, 3.5]
 
 
 def test_a_problem_is_there_with_several_options():
@@ -70,32 +70,35 @@ name = "pymoo:dtlz2"
 options = { n_obj = 3 }
 """
     study = parsed(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz2"\n' + three))
-    assert [case.label for case in study.cases] == ["dtlz2", "dtlz2, n_obj = 3"]
-    assert [case.build().n_obj for case in study.cases] == [3, 3]
+    assert [p.label for p in study.problems] == ["dtlz2", "dtlz2, n_obj = 3"]
+    assert [p.build().n_obj for p in study.problems] == [3, 3]
     labeled = three.replace("options", 'label = "{name} {n_obj}D"\noptions')
     study = parsed(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz2"\n' + labeled))
-    assert [case.label for case in study.cases] == ["dtlz2", "dtlz2 3D"]
+    assert [p.label for p in study.problems] == ["dtlz2", "dtlz2 3D"]
     with pytest.raises(ValueError, match="problems: 'pymoo:dtlz2, n_obj = 3' is there twice"):
         parsed(SMALL.replace('name = "pymoo:zdt1"', 'name = "pymoo:dtlz1"\n' + three + three))
     with pytest.raises(ValueError, match=r"problems\[1\].label = .*braces hold only n_obj, name"):
         parsed(SMALL.replace('name = "pymoo:zdt1"', 'name = "a"\n' + labeled.replace("{n_o", "{o")))
 
 
-def test_scenarios_of_one_name_are_told_apart(stand_in, tmp_path):
+def test_scenarios_of_one_name_have_different_labels(stand_in, tmp_path):
     for folder, load in (("one", 1.0), ("two", 2.0)):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "mine.toml").write_text(f"load = {load}")
     table = 'name = "cantilever"\nscenario = ["one/mine.toml", "two/mine.toml", "heavy"]'
     study = parsed(SMALL.replace('name = "pymoo:zdt1"', table), tmp_path)
     labels = ["cantilever one/mine.toml", "cantilever two/mine.toml", "cantilever heavy"]
-    assert [case.label for case in study.cases] == labels
+    assert [p.label for p in study.problems] == labels
     labeled = parsed(
         SMALL.replace('name = "pymoo:zdt1"', 'label = "{scenario} of {name}"\n' + table).replace(
             '"two/mine.toml", ', ""
         ),
         tmp_path,
     )
-    assert [case.label for case in labeled.cases] == ["mine of cantilever", "heavy of cantilever"]
+    assert [p.label for p in labeled.problems] == [
+        "mine of cantilever",
+        "heavy of cantilever",
+    ]
 
 
 def test_it_can_be_reduced_and_extended():
@@ -153,14 +156,14 @@ def test_a_missing_file_is_named(tmp_path):
 
 
 def test_a_problem_that_pymoo_does_not_have_is_named():
-    (case,) = parsed(SMALL.replace("zdt1", "zdt99")).cases
+    (problem,) = parsed(SMALL.replace("zdt1", "zdt99")).problems
     with pytest.raises(ValueError, match="pymoo has no problem 'zdt99'"):
-        case.build()
+        problem.build()
 
 
 def test_a_problem_of_pymoo_that_cannot_be_searched_is_named():
     with pytest.raises(ValueError, match=r"'dtlz2' with .*: n_obj of problem .* = 2.5: expected"):
-        Case("", "pymoo:dtlz2", {"n_obj": 2.5}).build()
+        ProblemConfiguration("", "pymoo:dtlz2", {"n_obj": 2.5}).build()
 
 
 @pytest.mark.parametrize("name", ["table3", "tuning", "comparison", "benchmarks"])
@@ -169,8 +172,8 @@ def test_the_published_studies_can_be_built(name):
         pytest.importorskip("mgeo_attitude")
     study = read_study(STUDIES / f"{name}.toml")
     counts = {"table3": (1, 6), "tuning": (1, 36), "comparison": (2, 13), "benchmarks": (21, 13)}
-    assert (len(study.cases), len(study.contenders)) == counts[name]
-    for case in study.cases[:: max(1, len(study.cases) // 3)]:
-        problem = case.build()
-        for contender in study.contenders:
-            contender.build(problem)
+    assert (len(study.problems), len(study.algorithms)) == counts[name]
+    for configuration in study.problems[:: max(1, len(study.problems) // 3)]:
+        problem = configuration.build()
+        for algorithm in study.algorithms:
+            algorithm.build(problem)

@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 from mgeo import MGEOReal
 from mgeo.cli.app import app
 from mgeo.studies.comparison import Comparison
+from mgeo.studies.conclusions import comparison_with_published, conclusions
 from mgeo.studies.file import parse_study, read_study
 from mgeo.studies.labels import folder_name
 from mgeo.studies.run import Failure, record
@@ -23,7 +24,6 @@ from mgeo.studies.schema import PublishedTable
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.stored import read_comparison
 from mgeo.studies.study import over_problems, run_study
-from mgeo.studies.verdict import beside, verdict
 
 from .samples import comparison
 from .test_file import STUDIES
@@ -138,13 +138,14 @@ def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypat
     assert "dtlz2" in (tmp_path / "out" / "summary.md").read_text()
 
 
-def test_the_verdict_names_the_best_its_rivals_and_what_points_say():
+def test_the_conclusions_name_the_best_its_rivals_and_what_points_say():
     made = comparison()
     made.table.loc[made.table["algorithm"] == "B", "points"] = 99
-    assert verdict(made) == [
+    assert conclusions(made) == [
         "By hypervolume, A_1 ranks first: 0.60 ± 0.10, then C: 0.45 ± 0.23.",
-        "The runs do not tell it apart from any other (A from 0.72 to 1.00). A is the probability "
-        "that a run of it beats one of the other; Mann-Whitney test with Holm's correction, 5 %.",
+        "It is not significantly different from any other (A from 0.72 to 1.00). A is the "
+        "probability that a run of it beats one of the other; Mann-Whitney test with Holm's "
+        "correction, 5 %.",
         "By IGD+, A_1 ranks first, too.",
         "By additive epsilon, A_1 ranks first, too.",
         "The most points are on the fronts of B: 99 on average. By hypervolume it is number 3 of "
@@ -152,7 +153,7 @@ def test_the_verdict_names_the_best_its_rivals_and_what_points_say():
     ]
 
 
-def test_the_verdict_says_where_other_indicators_disagree():
+def test_the_conclusions_say_where_other_indicators_disagree():
     made = comparison()
     values = {"A_1": (0.7, 0.3, 0.2), "B": (0.1, 0.1, 0.3), "C": (0.2, 0.5, 0.21)}
     rows = [
@@ -163,7 +164,7 @@ def test_the_verdict_says_where_other_indicators_disagree():
         for name, v in values.items()
         for seed in range(1, 9)
     ]
-    found = verdict(Comparison(**{**vars(made), "table": pd.DataFrame(rows)}))
+    found = conclusions(Comparison(**{**vars(made), "table": pd.DataFrame(rows)}))
     assert found[2:4] == [
         "By IGD+, B ranks first: 0.117 ± 0.012, and A_1 number 2: 0.317 ± 0.012; B is "
         "significantly better (A = 1.00).",
@@ -172,14 +173,14 @@ def test_the_verdict_says_where_other_indicators_disagree():
     table = pd.DataFrame(rows)
     chosen = table["algorithm"] == "A_1"
     table.loc[chosen, "epsilon"] += 0.011  # behind C by a little
-    found = verdict(Comparison(**{**vars(made), "table": table}))
+    found = conclusions(Comparison(**{**vars(made), "table": table}))
     assert found[3] == (
         "By additive epsilon, C ranks first: 0.227 ± 0.012, and A_1 number 2: 0.229 ± 0.012; "
-        "the runs do not tell these two apart."
+        "these two are not significantly different."
     )
 
 
-def test_the_verdict_tells_rivals_from_others():
+def test_the_conclusions_part_rivals_from_others():
     made = comparison()
     spread = {"A_1": 0.7, "B": 0.1, "C": 0.69}
     rows = [
@@ -188,16 +189,18 @@ def test_the_verdict_tells_rivals_from_others():
         for seed, v in enumerate(value + 0.01 * np.arange(8), 1)
     ]
     table = pd.DataFrame(rows).assign(igd_plus=0.5, epsilon=0.5)
-    found = verdict(Comparison(**{**vars(made), "table": table}))
+    found = conclusions(Comparison(**{**vars(made), "table": table}))
     assert found[1].startswith(
-        "The runs do not tell it apart from C (A = 0.62); it is significantly better than all "
+        "It is not significantly different from C (A = 0.62); it is significantly better than all "
         "others (A = 1.00). "
     )
     table = table.query("algorithm != 'C'")
     two = Comparison(**{**vars(made), "table": table, "algorithms": ("A_1", "B")})
-    assert verdict(two)[1].startswith("It is significantly better than every other (A = 1.00). ")
+    assert conclusions(two)[1].startswith(
+        "It is significantly better than every other (A = 1.00). "
+    )
     one = Comparison(**{**vars(made), "table": table.query("algorithm == 'B'")})
-    assert verdict(one) == []
+    assert conclusions(one) == []
 
 
 def final(values, points=9):
@@ -217,7 +220,7 @@ def test_a_front_in_one_run_of_ten_is_not_the_best():
     made = final({"always": 0.50 + 0.001 * np.arange(10), "once": [0.0] * 9 + [0.9]})
     for indicator in (None, "igd_plus", "epsilon"):
         assert made.order(indicator) == ["always", "once"]
-    found = verdict(made)
+    found = conclusions(made)
     assert (
         found[0] == "By hypervolume, always ranks first: 0.5045 ± 0.0030, then once: 0.09 ± 0.28."
     )
@@ -239,13 +242,13 @@ def test_what_the_test_finds_worse_is_not_called_best_for_its_mean():
     assert pair["p_holm"] < 0.002
     assert made.summary()[("hypervolume", "mean")].idxmax() == "lucky"
     assert made.order() == ["steady", "lucky"]
-    found = verdict(made)
+    found = conclusions(made)
     assert found[0].startswith("By hypervolume, steady ranks first: 0.4295 ± 0.0059, then lucky: ")
     assert found[1].startswith("The best mean is that of lucky, 0.51 ± 0.20; ")
     assert found[2].startswith("It is significantly better than every other (A = 0.80). ")
 
 
-def test_a_verdict_names_what_beats_the_first():
+def test_conclusions_name_what_beats_the_first():
     """Ranks among all runs need not agree with every pair: where some runs fall behind all, the
     others may be ahead by little, and often.
     """
@@ -258,7 +261,7 @@ def test_a_verdict_names_what_beats_the_first():
         }
     )
     assert made.order()[:2] == ["steady", "risky"]
-    found = verdict(made)
+    found = conclusions(made)
     assert " ranks first: " in found[0]
     assert found[1].startswith(
         "It is significantly better than all others (A = 1.00); it is significantly worse than "
@@ -266,7 +269,7 @@ def test_a_verdict_names_what_beats_the_first():
     )
 
 
-def test_published_values_stand_beside_ours():
+def test_published_values_are_compared_with_ours():
     study = parse_study(
         TWO.replace('label = "{name} {population}"', 'label = "A_1"')
         .replace('["nsga2", "random"]', '"nsga2"')
@@ -274,14 +277,14 @@ def test_published_values_stand_beside_ours():
         + '[published]\nsource = "x"\ntable = { A_1 = { points = 7, other = 1 } }',
         None,
     )
-    table = beside(comparison(), study.published)
+    table = comparison_with_published(comparison(), study.published)
     assert table.loc["A_1"].tolist() == ["7", "20 ± 10", "1", "0.60 ± 0.10"]
     assert table.loc["B"].tolist() == ["-", "20 ± 10", "-", "0.20 ± 0.10"]
 
 
 def test_published_indicators_are_named_as_in_the_table():
     published = PublishedTable(source="x", table={"A_1": {"igd_plus": 0.5}})
-    table = beside(comparison(), published)
+    table = comparison_with_published(comparison(), published)
     assert table.loc["A_1"].tolist() == ["0.5", "0.40 ± 0.10", "0.60 ± 0.10"]
 
 
@@ -466,5 +469,5 @@ def test_the_papers_table_at_a_small_size(tmp_path):
     area = HV(ref_point=np.ones(2))(found.problem.indicator_space(result.F))
     assert row["hypervolume"] == pytest.approx(area, rel=1e-12)
     page = (tmp_path / "out" / "report.html").read_text()
-    assert "Beside Hott, Chagas and de Sousa, Table 3" in page
+    assert "Compared with Hott, Chagas and de Sousa, Table 3" in page
     assert "<td>266</td>" in page

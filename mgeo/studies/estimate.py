@@ -21,17 +21,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Outline:
+class StudyEstimate:
     """What would be run.
 
     ``found`` of the ``runs`` are in the folder already; for the others it would take about
     ``seconds``, ``processes`` at once, judged by ``timed`` evaluations made for that purpose.
     """
 
-    title: str
     problems: Mapping[str, Problem]
-    algorithms: tuple[str, ...]
-    evaluations: int
     runs: int
     found: int
     processes: int
@@ -39,9 +36,9 @@ class Outline:
     timed: int
 
 
-def outline(
+def estimate_study(
     study: Study, folder: Path | str, *, n_jobs: int | None = None, seconds: float = 5.0
-) -> Outline:
+) -> StudyEstimate:
     """Look at a study that is to be run by `run_study`; nothing is written.
 
     Each algorithm is tried on each problem, for about `seconds` in all. A run is expected to keep
@@ -52,34 +49,21 @@ def outline(
     ValueError, TypeError
         If a problem or an algorithm cannot be built, or the folder belongs to another study.
     """
-    problems, algorithms = build(study)
+    built = build(study)
     check(Path(folder), study)
     store = RunFolder(Path(folder) / RECORDS)
-    share = seconds / sum(map(len, algorithms))
-    runs = found = timed = 0
-    work = 0.0
-    for problem, contenders in zip(problems, algorithms, strict=True):
-        for label, algorithm in contenders.items():
-            tasks = {
-                (label, seed): Task(problem, algorithm, study.evaluations, seed)
-                for seed in study.seeds
-            }
+    share = seconds / (len(built) * len(study.algorithms))
+    n_eval, found, timed, work = study.evaluations, 0, 0, 0.0
+    for problem, algorithms in built:
+        for label, algorithm in algorithms.items():
+            tasks = {(label, s): Task(problem, algorithm, n_eval, s) for s in study.seeds}
             there = sum(path.is_file() for path in store.paths(tasks).values())
-            runs, found = runs + len(tasks), found + there
+            found += there
             if there < len(tasks):
-                expected = estimate(problem, algorithm, study.evaluations, study.seeds[0], share)
+                expected = estimate(problem, algorithm, n_eval, study.seeds[0], share)
                 work += (len(tasks) - there) * max(expected.elapsed, expected.processor)
                 timed += expected.timed
+    runs = len(built) * len(study.algorithms) * len(study.seeds)
     processes = max(1, min(joblib.effective_n_jobs(n_jobs), runs - found))
-    labels = [case.label for case in study.cases]
-    return Outline(
-        title=study.title,
-        problems=dict(zip(labels, problems, strict=True)),
-        algorithms=tuple(contender.label for contender in study.contenders),
-        evaluations=study.evaluations,
-        runs=runs,
-        found=found,
-        processes=processes,
-        seconds=work / processes,
-        timed=timed,
-    )
+    problems = {p.label: made for p, (made, _) in zip(study.problems, built, strict=True)}
+    return StudyEstimate(problems, runs, found, processes, work / processes, timed)

@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 _LEVEL = 0.05
 
 
-def verdict(comparison: Comparison) -> list[str]:
-    """Which algorithm ranks first by the first indicator, which ones the tests tell from it and in
-    what direction, and whether the other indicators and the number of points on a front say the
-    same.
+def conclusions(comparison: Comparison) -> list[str]:
+    """Which algorithm ranks first by the first indicator, from which others it differs
+    significantly and in what direction, and whether the other indicators and the number of points
+    on a front agree.
     """
     order = comparison.order()
     if len(order) < 2:
@@ -35,7 +35,7 @@ def verdict(comparison: Comparison) -> list[str]:
             f"The best mean is that of {highest}, {values[highest]}; ranks say how often a run is "
             "better, means also by how much."
         )
-    sentences.append(_told_apart(against(comparison, first)))
+    sentences.append(_differences(against(comparison, first)))
     sentences += _other_indicators(comparison, first)
     if comparison.problem.n_obj > 1:
         sentences += _points(comparison, order)
@@ -60,14 +60,14 @@ def against(comparison: Comparison, name: str, indicator: str | None = None) -> 
     return table.loc[[other for other in comparison.order(indicator) if other != name]]
 
 
-def _told_apart(rivals: pd.DataFrame) -> str:
+def _differences(rivals: pd.DataFrame) -> str:
     differs = rivals["p_holm"] < _LEVEL
     alike = rivals[~differs]
     worse, better = (rivals[differs & side] for side in (rivals["A"] > 0.5, rivals["A"] <= 0.5))
     parts = []
     if len(alike):
         whom = _whom(alike, len(rivals), "any other")
-        parts.append(f"the runs do not tell it apart from {whom}")
+        parts.append(f"it is not significantly different from {whom}")
     if len(worse):
         rest = "all others" if len(alike) or len(better) else "every other"
         parts.append(f"it is significantly better than {rest} ({_range(worse['A'])})")
@@ -103,7 +103,7 @@ def _other_indicators(comparison: Comparison, best: str) -> list[str]:
         values = overview[indicator.title]
         effect, p = against(comparison, first, indicator.name).loc[best].to_numpy(float)
         better, share = (first, effect) if effect > 0.5 else (best, 1.0 - effect)
-        found = "the runs do not tell these two apart"
+        found = "these two are not significantly different"
         if p < _LEVEL:
             found = f"{better} is significantly better (A = {share:.2f})"
         sentences.append(
@@ -127,7 +127,7 @@ def _points(comparison: Comparison, order: list[str]) -> list[str]:
     return [text]
 
 
-def beside(comparison: Comparison, published: PublishedTable) -> pd.DataFrame:
+def comparison_with_published(comparison: Comparison, published: PublishedTable) -> pd.DataFrame:
     """Published values and ours (mean ± sd) side by side, and ours of the first indicator."""
     overview = comparison.overview()
     titles = {indicator.name: indicator.title for indicator in comparison.indicators}
