@@ -12,7 +12,7 @@ import joblib
 from mgeo.runs.estimate import estimate
 from mgeo.studies.claim import check
 from mgeo.studies.file import Study
-from mgeo.studies.folder import RunFolder
+from mgeo.studies.folder import run_files
 from mgeo.studies.run import Task
 from mgeo.studies.study import RECORDS, build
 
@@ -51,13 +51,13 @@ def estimate_study(
     """
     built = build(study)
     check(Path(folder), study)
-    store = RunFolder(Path(folder) / RECORDS)
     share = seconds / (len(built) * len(study.algorithms))
     n_eval, found, timed, work = study.evaluations, 0, 0, 0.0
     for problem, algorithms in built:
         for label, algorithm in algorithms.items():
             tasks = {(label, s): Task(problem, algorithm, n_eval, s) for s in study.seeds}
-            there = sum(path.is_file() for path in store.paths(tasks).values())
+            files = run_files(Path(folder) / RECORDS, tasks).values()
+            there = sum(path.is_file() for path in files)
             found += there
             if there < len(tasks):
                 expected = estimate(problem, algorithm, n_eval, study.seeds[0], share)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike
 from mgeo._validation import validate_integer
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.dispatch import Key, Result, run_all
-from mgeo.studies.folder import RunFolder
+from mgeo.studies.folder import run_files
 from mgeo.studies.indicators import trace
 from mgeo.studies.progress import progress as progress_display
 from mgeo.studies.record import Record
@@ -73,8 +74,8 @@ def compare(
     Warns
     -----
     NotReusedWarning
-        If a problem or an algorithm has something that cannot be told from another's for certain:
-        its runs are made, but neither kept nor found.
+        If a problem or an algorithm cannot be identified for certain: its runs are made, but
+        neither kept nor found.
 
     Raises
     ------
@@ -116,44 +117,43 @@ def _found_or_made(
     n_jobs: int | None,
     shown: bool | None,
 ) -> dict[Key, Result]:
-    store = None if folder is None else RunFolder(folder)
-    paths = {} if store is None else store.paths(tasks)
+    files = {} if folder is None else run_files(Path(folder), tasks)
     results: dict[Key, Result] = {}
-    if store is not None:
-        found = ((key, store.read(path)) for key, path in paths.items())
-        results = {key: record for key, record in found if record is not None}
+    for key, path in files.items():
+        with suppress(FileNotFoundError):
+            results[key] = Record.read(path)
     missing = {key: task for key, task in tasks.items() if key not in results}
-    with progress_display(title, len(tasks), len(results), shown) as display:
-        for (name, seed), result in run_all(missing, n_jobs):
+    with progress_display(title, len(tasks), len(results), shown) as done:
+        for key, result in run_all(missing, n_jobs):
             # kept by this process, as soon as it is there: workers need not share a file system
-            if store is not None and isinstance(result, Record) and (name, seed) in paths:
-                store.write(paths[name, seed], result)
-            results[name, seed] = result
-            display.done(name, seed, result.error if isinstance(result, Failure) else None)
+            if isinstance(result, Record) and key in files:
+                result.write(files[key])
+            results[key] = result
+            done(*key, result.error if isinstance(result, Failure) else "")
     return results
 
 
 def _run_row(key: Key, result: Result) -> dict[str, Any]:
-    row: dict[str, Any] = {"algorithm": key[0], "seed": key[1]}
     if isinstance(result, Failure):
-        row |= {"status": "failed", "wall_time": np.nan, "failed_evaluations": 0}
-        return row | {"error": result.error, "versions": ""}
-    row |= {"status": "finished", "wall_time": result.wall_time}
-    versions = ", ".join(f"{name} {version}" for name, version in result.versions.items())
-    return row | {"failed_evaluations": result.failed, "error": "", "versions": versions}
+        values = ("failed", np.nan, 0, result.error, "")
+    else:
+        versions = ", ".join(f"{name} {version}" for name, version in result.versions.items())
+        values = ("finished", result.wall_time, result.failed, "", versions)
+    columns = ("status", "wall_time", "failed_evaluations", "error", "versions")
+    return {"algorithm": key[0], "seed": key[1], **dict(zip(columns, values, strict=True))}
 
 
 def _labeled(algorithms: Mapping[str, Algorithm] | Iterable[Algorithm]) -> dict[str, Algorithm]:
     if isinstance(algorithms, Mapping):
-        named = {str(name): algorithm for name, algorithm in algorithms.items()}
+        pairs = [(str(name), algorithm) for name, algorithm in algorithms.items()]
     else:
-        listed = list(algorithms)
-        named = {type(algorithm).__name__: algorithm for algorithm in listed}
-        if len(named) < len(listed):
-            raise ValueError(
-                f"algorithms of equal classes among {', '.join(named)}: expected labels, "
-                "{'label': algorithm, ...}"
-            )
+        pairs = [(type(algorithm).__name__, algorithm) for algorithm in algorithms]
+    named = dict(pairs)
+    if len(named) < len(pairs):
+        raise ValueError(
+            f"algorithms of equal names among {', '.join(named)}: expected labels, "
+            "{'label': algorithm, ...}"
+        )
     if not named:
         raise ValueError("algorithms is empty: expected at least one")
     for name, algorithm in named.items():

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Protocol
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.progress import TimeRemainingColumn as TimeLeftColumn
@@ -15,16 +14,11 @@ from mgeo.terminal import console, is_terminal
 
 _LINES_EVERY = 1.0  # seconds at least between two lines about runs that finished
 
-
-class Reporter(Protocol):
-    """Hears of each run that ends."""
-
-    def done(self, name: str, seed: int, error: str | None) -> None:
-        """A run finished, or failed with this error."""
+Done = Callable[[str, int, str], None]  # hears of each run that ends: algorithm, seed, its error
 
 
 @contextmanager
-def progress(title: str, total: int, found: int, shown: bool | None) -> Iterator[Reporter]:
+def progress(title: str, total: int, found: int, shown: bool | None) -> Iterator[Done]:
     """A bar on a terminal; elsewhere a line per run, or per second if they are shorter.
 
     Parameters
@@ -34,9 +28,9 @@ def progress(title: str, total: int, found: int, shown: bool | None) -> Iterator
     """
     terminal = is_terminal(stderr=True)
     if shown is False or (shown is None and not terminal):
-        yield _Silent()
+        yield lambda name, seed, error: None
     elif not terminal:
-        yield _Lines(title, total, found)
+        yield _lines(title, total, found)
     else:
         columns = (
             TextColumn("{task.description}", markup=False),
@@ -47,38 +41,35 @@ def progress(title: str, total: int, found: int, shown: bool | None) -> Iterator
             TimeLeftColumn(elapsed_when_finished=False),
         )
         with Progress(*columns, console=console(stderr=True)) as bar:
-            yield _Bar(bar, title, total, found)
+            yield _bar(bar, title, total, found)
 
 
-class _Silent:
-    def done(self, name: str, seed: int, error: str | None) -> None:
-        """Nothing is shown."""
+def _lines(title: str, total: int, found: int) -> Done:
+    print(f"{title}: {total} runs, {found} of them found on disk", file=sys.stderr)
+    ended, soonest = found, 0.0
+
+    def done(name: str, seed: int, error: str) -> None:
+        nonlocal ended, soonest
+        ended += 1
+        if error or time.monotonic() >= soonest or ended == total:
+            soonest = time.monotonic() + _LINES_EVERY
+            outcome = f"failed: {error}" if error else "finished"
+            line = f"{ended}/{total}  {name}, seed {seed}: {outcome}"
+            print(line, file=sys.stderr, flush=True)
+
+    return done
 
 
-class _Lines:
-    def __init__(self, title: str, total: int, found: int) -> None:
-        self._total, self._ended, self._next = total, found, 0.0
-        print(f"{title}: {total} runs, {found} of them found on disk", file=sys.stderr)
+def _bar(bar: Progress, title: str, total: int, found: int) -> Done:
+    task = bar.add_task(title, total=total, completed=found, failed="")
+    failed = 0
 
-    def done(self, name: str, seed: int, error: str | None) -> None:
-        self._ended += 1
-        now = time.monotonic()
-        if error is None and now < self._next and self._ended < self._total:
-            return
-        self._next = now + _LINES_EVERY
-        outcome = "finished" if error is None else f"failed: {error}"
-        line = f"{self._ended}/{self._total}  {name}, seed {seed}: {outcome}"
-        print(line, file=sys.stderr, flush=True)
+    def done(name: str, seed: int, error: str) -> None:
+        nonlocal failed
+        if error:
+            failed += 1
+            bar.update(task, failed=f"{failed} failed")
+            bar.console.print(f"{name}, seed {seed}: {error}", markup=False, style="red")
+        bar.advance(task)
 
-
-class _Bar:
-    def __init__(self, bar: Progress, title: str, total: int, found: int) -> None:
-        self._bar, self._failed = bar, 0
-        self._task = bar.add_task(title, total=total, completed=found, failed="")
-
-    def done(self, name: str, seed: int, error: str | None) -> None:
-        if error is not None:
-            self._failed += 1
-            self._bar.update(self._task, failed=f"{self._failed} failed")
-            self._bar.console.print(f"{name}, seed {seed}: {error}", markup=False, style="red")
-        self._bar.advance(self._task)
+    return done

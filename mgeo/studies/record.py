@@ -7,13 +7,15 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mgeo._typing import FloatArray
-from mgeo.files.reading import entry, from_npz, parse_json
+from mgeo.files.atomic import write_file
+from mgeo.files.reading import entry, from_npz, parse_json, read_file
 from mgeo.pareto.dominance import nondominated
 
 _ARRAYS = {  # kinds of entries, and dimensions
@@ -74,40 +76,47 @@ class Record:
             front, start = both[nondominated(both)], end
             yield front
 
-    def to_bytes(self) -> bytes:
+    def write(self, path: Path) -> None:
         """As a compressed NumPy archive without pickles; equal records give equal bytes."""
         buffer = io.BytesIO()
         text = np.frombuffer(json.dumps(dict(self.versions)).encode(), dtype=np.uint8)
         np.savez_compressed(buffer, **{**vars(self), "versions": text})
-        return buffer.getvalue()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_file(path, buffer.getvalue())
 
     @classmethod
-    def from_bytes(cls, content: bytes) -> Record:
-        """What `to_bytes` wrote; nothing is unpickled.
+    def read(cls, path: Path) -> Record:
+        """What `write` wrote; nothing is unpickled.
 
         Raises
         ------
+        FileNotFoundError
+            If there is no such file.
         ValueError
             If it is something else.
         """
+        content = read_file(path)
         try:
             return cls(**_checked(from_npz(content)))
         except (ValueError, TypeError) as error:
-            raise ValueError(f"not the record of a run: {error}") from error
+            raise ValueError(
+                f"{path}: not the record of a run: {error}; delete it to make the run again"
+            ) from error
 
 
 def _checked(data: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
     """The attributes of a record, from arrays that anybody may have written."""
+    values: dict[str, Any] = {}
     for name, (kinds, ndim) in _ARRAYS.items():
         if name not in data:
             raise ValueError(f"{name} is missing")
-        if data[name].dtype.kind not in kinds or data[name].ndim != ndim:
-            raise ValueError(f"{name} is an array {data[name].shape} of {data[name].dtype}")
-    values = {key: data[key] if ndim else data[key].item() for key, (_, ndim) in _ARRAYS.items()}
-    numbers, F, front = (values[name] for name in ("numbers", "F", "front"))
-    n_eval = values["n_eval"]
-    told = {"versions": parse_json(values["versions"].tobytes().decode("utf-8"))}
-    values["versions"] = entry(told, "versions", dict[str, str])
+        array = data[name]
+        if array.dtype.kind not in kinds or array.ndim != ndim:
+            raise ValueError(f"{name} is an array {array.shape} of {array.dtype}")
+        values[name] = array if ndim else array.item()
+    numbers, F, front, n_eval = (values[name] for name in ("numbers", "F", "front", "n_eval"))
+    texts = {"versions": parse_json(values["versions"].tobytes().decode("utf-8"))}
+    values["versions"] = entry(texts, "versions", dict[str, str])
     for expected, kept in {
         "one of numbers for each row of F": len(numbers) == len(F),
         "one row of X for each of front": len(values["X"]) == len(front),

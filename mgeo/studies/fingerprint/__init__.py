@@ -35,7 +35,7 @@ __all__ = ["UncertainError", "fingerprint"]
 
 
 def fingerprint(*parts: Any) -> str:
-    """Sixteen hexadecimal digits that are the same, in any process, for objects made alike.
+    """Twenty hexadecimal digits that are the same, in any process, for objects made alike.
 
     Of objects count their classes' code and their attributes, except those that are computed from
     others: cached properties and pymoo's caches. A problem that has ``options()`` is its class and
@@ -55,7 +55,7 @@ def fingerprint(*parts: Any) -> str:
         if not vouched:
             _require_repeatable(part, found)
         digest.update(found)
-    return digest.hexdigest()[:16]
+    return digest.hexdigest()[:20]
 
 
 def _require_repeatable(part: Any, found: bytes) -> None:

@@ -166,7 +166,7 @@ def test_runs_that_cannot_be_told_apart_are_made_and_not_kept(tmp_path, monkeypa
         (warning,) = told
         assert str(warning.message).startswith(
             "Connected.service.answers is a generator, which cannot be looked into: cannot pickle "
-            "'generator' object: it cannot be told whether a run of Connected is the one asked for"
+            "'generator' object: nobody knows whether a run of Connected is the one asked for"
         )
         assert "vouch by an attribute fingerprint of Connected" in str(warning.message)
         assert warning.filename == __file__

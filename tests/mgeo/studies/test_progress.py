@@ -15,10 +15,10 @@ class Terminal(io.StringIO):
 def shown(monkeypatch, stream, wanted):
     monkeypatch.setattr(sys, "stderr", stream)
     monkeypatch.setenv("TERM", "xterm")
-    with progress("study", total=5, found=1, shown=wanted) as reporter:
-        reporter.done("[A]", 1, None)
-        reporter.done("[A]", 2, "ValueError: [no]")
-        reporter.done("[A]", 3, "ValueError: [no]")
+    with progress("study", total=5, found=1, shown=wanted) as done:
+        done("[A]", 1, "")
+        done("[A]", 2, "ValueError: [no]")
+        done("[A]", 3, "ValueError: [no]")
     return re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", stream.getvalue())
 
 

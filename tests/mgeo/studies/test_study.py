@@ -373,8 +373,7 @@ def test_runs_that_are_not_used_are_one_note(mgeo, tmp_path):
         assert done.exit_code == 0, done.output
         notes = [line for line in done.stderr.splitlines() if line.startswith("Note: ")]
         assert notes == [
-            "Note: studies/mine/runs holds runs of an earlier mgeo (1), which did not look at the "
-            "code of problems: they are not used"
+            "Note: studies/mine/runs holds runs of an earlier mgeo (1): they are not used"
         ]
 
 
