@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -49,13 +49,12 @@ def _igd_plus(points: FloatArray, space: IndicatorSpace) -> float:
 
 
 def _epsilon(points: FloatArray, space: IndicatorSpace) -> float:
-    if not len(points):
-        return np.inf
-    return float(moocore.epsilon_additive(points, ref=space.reference_front))
+    known = space.reference_front
+    return float(moocore.epsilon_additive(points, ref=known)) if len(points) else np.inf
 
 
 def _best_value(points: FloatArray, space: IndicatorSpace) -> float:
-    return float(points.min()) if len(points) else np.inf
+    return float(points.min(initial=np.inf))
 
 
 #: Of a single objective: the least value found.
@@ -65,22 +64,19 @@ BEST_VALUE = Indicator("best_value", "best value", False, _best_value)
 #: Hypervolume: how much of the space up to the reference point is dominated; an empty front has 0.
 #: IGD+ (Ishibuchi et al. 2015): mean over the reference front of how far the nearest point of the
 #: front is from dominating it. Additive epsilon (Zitzler et al. 2003): by how much the front must
-#: be moved to cover the whole reference front. An empty front is infinitely far.
-INDICATORS: Mapping[str, Indicator] = {
-    indicator.name: indicator
-    for indicator in (
-        Indicator("hypervolume", "hypervolume", True, _hypervolume),
-        Indicator("igd_plus", "IGD+", False, _igd_plus),
-        Indicator("epsilon", "additive epsilon", False, _epsilon),
-    )
-}
+#: be moved to weakly dominate the whole reference front. An empty front is infinitely far.
+INDICATORS = (
+    Indicator("hypervolume", "hypervolume", True, _hypervolume),
+    Indicator("igd_plus", "IGD+", False, _igd_plus),
+    Indicator("epsilon", "additive epsilon", False, _epsilon),
+)
 
 
 def applicable(n_obj: int) -> list[Indicator]:
     """The indicators for so many objectives: the exact hypervolume up to `MAX_OBJECTIVES`."""
     if n_obj == 1:
         return [BEST_VALUE]
-    return [i for i in INDICATORS.values() if n_obj <= MAX_OBJECTIVES or i.name != "hypervolume"]
+    return [i for i in INDICATORS if n_obj <= MAX_OBJECTIVES or i.name != "hypervolume"]
 
 
 def trace(
@@ -89,16 +85,15 @@ def trace(
     """One row per number of evaluations in `grid`.
 
     Its columns are ``evaluations``, the indicators, ``points`` of the front (of a single objective
-    1, or 0 where nothing feasible was found), and what the
-    problem's optional ``front_summary(F)`` makes of the front in the problem's own objectives.
+    1, or 0 where nothing feasible was found), and what the problem's optional ``front_summary(F)``
+    makes of the front in the problem's own objectives.
     """
-    indicators = applicable(problem.n_obj)
     rows = []
     for evaluations, F in zip(grid, record.fronts(grid), strict=True):
         points = space(F)
-        row: dict[str, Any] = {"evaluations": int(evaluations)}
-        row |= {indicator.name: indicator.value(points, space) for indicator in indicators}
-        row["points"] = len(F)
-        row |= front_summary(problem, F)
-        rows.append(row)
+        values = {i.name: i.value(points, space) for i in applicable(problem.n_obj)}
+        rows.append(
+            {"evaluations": int(evaluations), **values, "points": len(F)}
+            | front_summary(problem, F)
+        )
     return rows

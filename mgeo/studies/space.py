@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 BEYOND_NADIR = 1.1  # reference point where the union of fronts spans 0 to 1
 REFERENCE_SIZE = 500  # points of the reference front
 
+POINTS = ("ideal", "nadir", "reference_point")
 Origin = Literal["problem", "union", "given", "objective"]
 
 
@@ -61,11 +62,10 @@ class IndicatorSpace:
         """What a reader must know to compute the same indicators, as JSON's types."""
         if self.origin == "objective":
             return {"origin": self.origin}
+        points = {key: getattr(self, key).tolist() for key in POINTS}
         return {
             "origin": self.origin,
-            "ideal": self.ideal.tolist(),
-            "nadir": self.nadir.tolist(),
-            "reference_point": self.reference_point.tolist(),
+            **points,
             "reference_front_points": len(self.reference_front),
         }
 
@@ -113,7 +113,7 @@ def indicator_space(
     if not len(best):
         raise NothingToCompareError("no run found a feasible solution")
     if n_obj == 1:
-        return objective_space()
+        return OBJECTIVE_SPACE
     transform = protocol.indicator_space(problem)
     ideal, nadir = np.zeros(n_obj), np.ones(n_obj)
     reference_point = np.ones(n_obj)
@@ -130,13 +130,11 @@ def indicator_space(
     points = bare(best if known is None else known)
     if known is None:
         points = points[truncate(points, max(REFERENCE_SIZE, 2 * n_obj))]
-    return IndicatorSpace(ideal, nadir, reference_point, points, origin, transform)
+    return replace(bare, reference_front=points)
 
 
-def objective_space() -> IndicatorSpace:
-    """The space of a single objective: its values as they are."""
-    zero, one = np.zeros(1), np.ones(1)
-    return IndicatorSpace(zero, one, one, np.empty((0, 1)), "objective")
+#: The space of a single objective: its values as they are.
+OBJECTIVE_SPACE = IndicatorSpace(np.zeros(1), np.ones(1), np.ones(1), np.empty((0, 1)), "objective")
 
 
 def _checked(front: ArrayLike, n_obj: int) -> FloatArray:

@@ -59,10 +59,7 @@ def mann_whitney(a: ArrayLike, b: ArrayLike) -> float:
 
     Exact for small samples without ties, or else the normal approximation corrected for ties.
     """
-    x, y = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
-    if np.unique(np.concatenate([x, y])).size == 1:
-        return 1.0
-    return float(stats.mannwhitneyu(x, y, alternative="two-sided").pvalue)
+    return float(stats.mannwhitneyu(a, b, alternative="two-sided").pvalue)
 
 
 def holm(p: ArrayLike) -> FloatArray:
@@ -70,9 +67,7 @@ def holm(p: ArrayLike) -> FloatArray:
     values = np.asarray(p, dtype=float)
     order = np.argsort(values, kind="stable")
     corrected = np.maximum.accumulate(values[order] * np.arange(len(values), 0, -1))
-    result = np.empty_like(values)
-    result[order] = np.minimum(corrected, 1.0)
-    return result
+    return np.minimum(corrected, 1.0)[np.argsort(order)]
 
 
 def vargha_delaney(a: ArrayLike, b: ArrayLike) -> float:
@@ -87,35 +82,33 @@ def magnitude(effect: float) -> str:
     return next((word for least, word in _MAGNITUDES if distance >= least), "negligible")
 
 
-def pairwise(samples: Mapping[str, ArrayLike]) -> pd.DataFrame:
+def pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.DataFrame:
     """All pairs of samples, larger values being better.
 
     Columns: ``a``, ``b``; ``A``, the probability that a run of a beats one of b, with its
     ``magnitude``; ``p`` of the Mann-Whitney test and ``p_holm``, corrected for all pairs.
     """
-    rows = []
-    for a, b in combinations(samples, 2):
-        effect = vargha_delaney(samples[a], samples[b])
-        p = mann_whitney(samples[a], samples[b])
-        rows.append({"a": a, "b": b, "A": effect, "magnitude": magnitude(effect), "p": p})
-    table = pd.DataFrame(rows, columns=["a", "b", "A", "magnitude", "p"])
-    return table.assign(p_holm=holm(table["p"].to_numpy(float)))
+    table = pd.DataFrame(combinations(samples, 2), columns=["a", "b"])
+    pairs = [(samples[a], samples[b]) for a, b in combinations(samples, 2)]
+    table["A"] = [vargha_delaney(*pair) for pair in pairs]
+    table["magnitude"] = [magnitude(effect) for effect in table["A"]]
+    table["p"] = [mann_whitney(*pair) for pair in pairs]
+    return table.assign(p_holm=holm(table["p"]))
 
 
-def mean_ranks(samples: Mapping[str, ArrayLike]) -> pd.Series[float]:
+def mean_ranks(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.Series[float]:
     """Mean rank of each sample's values among those of all samples, the best first.
 
     Rank 1 has the largest value; equal values share the mean of their ranks. Of two samples the
     one with the better mean rank is the one of which `vargha_delaney` is above one half.
     """
-    arrays = {name: np.asarray(values, dtype=float) for name, values in samples.items()}
-    ranks = stats.rankdata(-np.concatenate([np.empty(0), *arrays.values()]))
-    parts = np.split(ranks, np.cumsum([len(values) for values in arrays.values()])[:-1])
-    means = {name: part.mean() for name, part in zip(arrays, parts, strict=False) if len(part)}
-    return pd.Series(means, dtype=float, name="mean rank").sort_values(kind="stable")
+    names = np.repeat(list(samples), [len(values) for values in samples.values()])
+    values = np.concatenate([np.empty(0), *samples.values()])
+    ranks = pd.Series(stats.rankdata(-values), index=names, name="mean rank")
+    return ranks.groupby(level=0, sort=False).mean().sort_values(kind="stable")
 
 
-def kruskal_wallis(samples: Mapping[str, ArrayLike]) -> KruskalWallis:
+def kruskal_wallis(samples: Mapping[str, Sequence[float] | FloatArray]) -> KruskalWallis:
     """Kruskal and Wallis' test of independent samples, larger values being better.
 
     Raises
@@ -123,14 +116,13 @@ def kruskal_wallis(samples: Mapping[str, ArrayLike]) -> KruskalWallis:
     ValueError
         For fewer than two samples, or an empty one.
     """
-    arrays = [np.asarray(values, dtype=float) for values in samples.values()]
-    if len(arrays) < 2 or not all(map(len, arrays)):
-        sizes = {name: len(values) for name, values in zip(samples, arrays, strict=True)}
+    sizes = {name: len(values) for name, values in samples.items()}
+    if len(sizes) < 2 or 0 in sizes.values():
         raise ValueError(f"samples of sizes {sizes}: expected two or more, none of them empty")
     ranks = mean_ranks(samples)
-    if np.unique(np.concatenate(arrays)).size == 1:
+    if np.unique(np.concatenate(list(samples.values()))).size == 1:
         return KruskalWallis(0.0, 1.0, ranks)
-    found = stats.kruskal(*arrays)
+    found = stats.kruskal(*samples.values())
     return KruskalWallis(float(found.statistic), float(found.pvalue), ranks)
 
 

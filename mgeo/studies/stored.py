@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from mgeo._validation import validate_integer
 from mgeo.files.reading import entry, errors_of, read_json
@@ -19,7 +18,7 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import ProblemConfiguration
 from mgeo.studies.indicators import applicable
 from mgeo.studies.record import Record
-from mgeo.studies.space import IndicatorSpace, Origin, objective_space
+from mgeo.studies.space import OBJECTIVE_SPACE, POINTS, IndicatorSpace, Origin
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -31,18 +30,17 @@ _INTEGERS = ("seed", "failed_evaluations", "evaluations", "points")
 
 def stored_tables(comparison: Comparison) -> dict[str, bytes]:
     """The tables from which `read_comparison` makes the same tables and figures again, by file."""
-    fronts = [
-        pd.DataFrame(record.front_F, columns=list(comparison.objectives)).assign(
-            algorithm=name, seed=seed
-        )
-        for (name, seed), record in comparison.records.items()
-    ]
-    order = ["algorithm", "seed", *comparison.objectives]
+    fronts = []
+    for (name, seed), record in comparison.records.items():
+        front = pd.DataFrame(record.front_F, columns=list(comparison.objectives))
+        front.insert(0, "algorithm", name)
+        front.insert(1, "seed", seed)
+        fronts.append(front)
     tables = {
         TABLE: comparison.table,
         FINAL: comparison.final(),
         RUNS: comparison.runs,
-        FRONTS: pd.concat(fronts)[order],
+        FRONTS: pd.concat(fronts),
     }
     return {name: to_csv(table) for name, table in tables.items()}
 
@@ -68,19 +66,12 @@ def read_comparison(folder: Path | str) -> Comparison:
     data = read_json(path)
     with errors_of(path):
         name = entry(entry(data, "problem", dict), "name", str, "problem.")
-        case = ProblemConfiguration("", name, entry(data["problem"], "options", dict, "problem."))
+        options = entry(data["problem"], "options", dict, "problem.")
         algorithms = tuple(entry(data, "algorithms", dict))
         n_eval = validate_integer("evaluations", entry(data, "evaluations", int), low=1)
         stated = entry(data, "space", dict)
-        origin = entry(stated, "origin", str, "space.")
-        if origin not in get_args(Origin):
-            raise ValueError(
-                f"space.origin = {origin!r:.80}: expected {', '.join(get_args(Origin))}"
-            )
-        problem = case.build()
-        if (origin == "objective") != (problem.n_obj == 1):
-            raise ValueError(f"space.origin = {origin!r} with {problem.n_obj} objective(s)")
-        space = _space(problem, origin, stated)
+        problem = ProblemConfiguration("", name, options).build()
+        space = _space(problem, stated)
     indicators = [indicator.name for indicator in applicable(problem.n_obj)]
     counts = ["wall_time", "failed_evaluations"]
     table = _read(folder / TABLE, algorithms, ["evaluations", "points", *indicators])
@@ -96,21 +87,22 @@ def read_comparison(folder: Path | str) -> Comparison:
     return Comparison(problem, algorithms, n_eval, table, runs, records, space)
 
 
-def _space(problem: Problem, origin: Origin, stated: Mapping[str, Any]) -> IndicatorSpace:
-    if origin == "objective":
-        return objective_space()
+def _space(problem: Problem, stated: Mapping[str, Any]) -> IndicatorSpace:
+    origin = entry(stated, "origin", str, "space.")
+    if origin not in get_args(Origin):
+        raise ValueError(f"space.origin = {origin!r:.80}: expected {', '.join(get_args(Origin))}")
     n_obj = problem.n_obj
-    keys = ("ideal", "nadir", "reference_point")
-    ideal, nadir, point = (_point(stated, key, n_obj) for key in keys)
+    if (origin == "objective") != (n_obj == 1):
+        raise ValueError(f"space.origin = {origin!r} with {n_obj} objective(s)")
+    if origin == "objective":
+        return OBJECTIVE_SPACE
+    points = {key: np.array(entry(stated, key, list[float], "space."), float) for key in POINTS}
+    for key, point in points.items():
+        if len(point) != n_obj:
+            raise ValueError(f"space.{key} = {stated[key]!r:.80}: expected {n_obj} numbers")
     transform = protocol.indicator_space(problem) if origin == "problem" else None
-    return IndicatorSpace(ideal, nadir, point, np.empty((0, n_obj)), origin, transform)
-
-
-def _point(stated: Mapping[str, Any], key: str, n_obj: int) -> NDArray[np.float64]:
-    values = entry(stated, key, list[float], "space.")
-    if len(values) != n_obj:
-        raise ValueError(f"space.{key} = {values!r:.80}: expected {n_obj} numbers")
-    return np.array(values, dtype=float)
+    empty = np.empty((0, n_obj))
+    return IndicatorSpace(**points, reference_front=empty, origin=origin, transform=transform)
 
 
 def _read(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 
 import pandas as pd
 
@@ -19,11 +19,9 @@ _LATEX = {
 
 def markdown(table: pd.DataFrame) -> str:
     """A table with its index as the first column."""
-    header = [str(table.index.name or ""), *map(str, table.columns)]
-    rows = [
-        [str(name), *map(str, row)] for name, row in zip(table.index, _rows(table), strict=True)
-    ]
-    lines = [header, ["---", *["---:"] * len(table.columns)], *rows]
+    shown = table.rename_axis(str(table.index.name or "")).reset_index()
+    lines = [[str(name) for name in shown], ["---", *["---:"] * len(table.columns)]]
+    lines += shown.map(str).to_numpy().tolist()
     cells = [[cell.replace("|", r"\|") for cell in line] for line in lines]
     return "".join(f"| {' | '.join(line)} |\n" for line in cells)
 
@@ -35,27 +33,15 @@ def latex(table: pd.DataFrame, bold: Collection[tuple[str, str]] = ()) -> str:
     ----------
     bold : (row, column) of the cells to set in bold.
     """
-    names = [str(name) for name in table.columns]
-    header = [str(table.index.name or ""), *names]
-    lines = [rf"\begin{{tabular}}{{l{'r' * len(names)}}}", r"\toprule", _row(map(escape, header))]
-    lines.append(r"\midrule")
-    for index, row in zip(table.index, _rows(table), strict=True):
-        cells = [escape(str(index))]
-        for name, value in zip(names, row, strict=True):
-            text = escape(str(value))
-            cells.append(rf"\textbf{{{text}}}" if (index, name) in bold else text)
-        lines.append(_row(cells))
-    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
+    cells = table.map(escape)
+    for row, column in bold:
+        cells.at[row, column] = rf"\textbf{{{cells.at[row, column]!s}}}"
+    shown = cells.rename(index=escape).rename_axis(str(table.index.name or "")).reset_index()
+    columns = "l" + "r" * len(table.columns)
+    text: str = shown.rename(columns=escape).to_latex(index=False, column_format=columns)
+    return text
 
 
-def escape(text: str) -> str:
+def escape(text: object) -> str:
     """Text that LaTeX prints as it stands."""
-    return "".join(_LATEX.get(character, character) for character in text)
-
-
-def _rows(table: pd.DataFrame) -> list[list[object]]:
-    return table.astype(object).to_numpy().tolist()
-
-
-def _row(cells: Iterable[str]) -> str:
-    return " & ".join(cells) + r" \\"
+    return "".join(_LATEX.get(character, character) for character in str(text))

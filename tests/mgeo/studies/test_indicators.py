@@ -11,7 +11,7 @@ from mgeo.studies.indicators import INDICATORS, applicable, trace
 from mgeo.studies.record import Record
 from mgeo.studies.space import REFERENCE_SIZE, NothingToCompareError, indicator_space
 
-HV, IGD, EPS = INDICATORS.values()
+HV, IGD, EPS = INDICATORS
 unit = st.floats(0, 1, width=32)
 
 
@@ -123,7 +123,7 @@ def test_the_reference_of_three_objectives_is_evenly_spread():
 def test_an_empty_front_is_the_worst():
     space = indicator_space(Plain(), [np.array([[0.0, 1.0], [1.0, 0.0]])])
     points = space(np.empty((0, 2)))
-    assert [i.value(points, space) for i in INDICATORS.values()] == [0.0, np.inf, np.inf]
+    assert [i.value(points, space) for i in INDICATORS] == [0.0, np.inf, np.inf]
 
 
 @given(arrays(float, (5, 2), elements=unit), arrays(float, (4, 2), elements=unit))
