@@ -38,7 +38,7 @@ def conclusions(comparison: Comparison) -> list[str]:
     sentences.append(_differences(against(comparison, first)))
     sentences += _other_indicators(comparison, first)
     if comparison.problem.n_obj > 1:
-        sentences += _points(comparison, order)
+        sentences.append(_points(comparison, order))
     return sentences
 
 
@@ -61,15 +61,14 @@ def against(comparison: Comparison, name: str, indicator: str | None = None) -> 
 
 
 def _differences(rivals: pd.DataFrame) -> str:
-    differs = rivals["p_holm"] < _LEVEL
-    alike = rivals[~differs]
-    worse, better = (rivals[differs & side] for side in (rivals["A"] > 0.5, rivals["A"] <= 0.5))
+    differs, behind = rivals["p_holm"] < _LEVEL, rivals["A"] > 0.5
+    alike, worse, better = rivals[~differs], rivals[differs & behind], rivals[differs & ~behind]
     parts = []
     if len(alike):
         whom = _whom(alike, len(rivals), "any other")
         parts.append(f"it is not significantly different from {whom}")
     if len(worse):
-        rest = "all others" if len(alike) or len(better) else "every other"
+        rest = "every other" if len(worse) == len(rivals) else "all others"
         parts.append(f"it is significantly better than {rest} ({_range(worse['A'])})")
     if len(better):
         parts.append(f"it is significantly worse than {_whom(better, len(rivals), 'every other')}")
@@ -113,18 +112,16 @@ def _other_indicators(comparison: Comparison, best: str) -> list[str]:
     return sentences
 
 
-def _points(comparison: Comparison, order: list[str]) -> list[str]:
-    final = comparison.final()
-    means = final.groupby("algorithm", sort=False)[["points"]].mean()["points"][order]
-    most = str(means.idxmax())
-    text = f"The most points are on the fronts of {most}: {means.max():.0f} on average."
-    place = order.index(most) + 1
-    if place > 1:
-        text += (
-            f" By {comparison.indicator().title} it is number {place} of {len(order)}: "
-            "points say how finely a front was traced, not how far it reaches."
-        )
-    return [text]
+def _points(comparison: Comparison, order: list[str]) -> str:
+    means = comparison.summary()[("points", "mean")][order]
+    most, highest = str(means.idxmax()), means.max()
+    text = f"The most points are on the fronts of {most}: {highest:.0f} on average."
+    if (place := order.index(most) + 1) == 1:
+        return text
+    return (
+        f"{text} By {comparison.indicator().title} it is number {place} of {len(order)}: "
+        "points say how finely a front was traced, not how far it reaches."
+    )
 
 
 def comparison_with_published(comparison: Comparison, published: PublishedTable) -> pd.DataFrame:
@@ -133,12 +130,10 @@ def comparison_with_published(comparison: Comparison, published: PublishedTable)
     titles = {indicator.name: indicator.title for indicator in comparison.indicators}
     columns: dict[str, list[str]] = {}
     for name in dict.fromkeys(key for row in published.table.values() for key in row):
-        rows = [published.table.get(label, {}) for label in overview.index]
-        columns[f"{name}: published"] = [
-            f"{row[name]:.12g}" if name in row else "-" for row in rows
-        ]
+        values = [published.table.get(label, {}).get(name) for label in overview.index]
+        columns[f"{name}: published"] = ["-" if v is None else f"{v:.12g}" for v in values]
         if titles.get(name, name) in overview:
             columns[f"{name}: here"] = overview[titles.get(name, name)].tolist()
-    first = comparison.indicator()
-    columns[f"{first.title}: here"] = overview[first.title].tolist()
+    first = comparison.indicator().title
+    columns[f"{first}: here"] = overview[first].tolist()
     return pd.DataFrame(columns, index=overview.index)

@@ -56,7 +56,7 @@ def _alone(key: Key, task: Task, n_jobs: int | None) -> Result:
     try:
         ((_, result),) = _results({key: task}, n_jobs)
     except _deaths() as error:
-        return Failure(f"its process died: {type(error).__name__}", str(error))
+        return Failure(f"its process died: {type(error).__name__}")
     return result
 
 

@@ -53,8 +53,7 @@ def compare(
 
     Runs are spread by joblib: over processes with `n_jobs`, or as ``joblib.parallel_config``
     says, such as over a Dask cluster. The table does not depend on it. The default backend (loky)
-    and Dask survive a process that dies; multiprocessing does not, and keeps finished runs only
-    when each of its processes has one.
+    and Dask survive a process that dies.
 
     Parameters
     ----------

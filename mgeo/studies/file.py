@@ -159,17 +159,8 @@ def parse_study(text: str, folder: Path) -> Study:
                 f"published.table: {label!r} is no algorithm of this study, which are "
                 f"{', '.join(sorted(known))}"
             )
-    return Study(
-        title=table.title,
-        about=table.about,
-        evaluations=table.evaluations,
-        seeds=table.seeds,
-        grid=table.grid,
-        problems=tuple(problems),
-        algorithms=tuple(algorithms),
-        published=table.published,
-        text=text,
-    )
+    compared = {"problems": tuple(problems), "algorithms": tuple(algorithms)}
+    return Study(**{**dict(table), **compared, "text": text})
 
 
 def _problems(

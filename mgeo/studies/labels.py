@@ -33,19 +33,14 @@ def filled(text: str, where: str, values: Mapping[str, Any]) -> str:
 
 def distinct(candidates: Sequence[Sequence[str]]) -> list[str]:
     """One of its candidates for each, the first that nobody else has; or else its last."""
-    chosen = [0] * len(candidates)
+    left = [list(each) for each in candidates]
     while True:
-        labels = [each[i] for each, i in zip(candidates, chosen, strict=True)]
-        count = Counter(labels)
-        longer = [
-            i
-            for i, label in enumerate(labels)
-            if count[label] > 1 and chosen[i] < len(candidates[i]) - 1
-        ]
+        count = Counter(first for first, *_ in left)
+        longer = [each for each in left if count[each[0]] > 1 and len(each) > 1]
         if not longer:
-            return labels
-        for i in longer:
-            chosen[i] += 1
+            return [first for first, *_ in left]
+        for each in longer:
+            del each[0]
 
 
 def folder_name(label: str) -> str:

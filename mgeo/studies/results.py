@@ -74,13 +74,7 @@ class Results:
         return known[name or next(iter(known))]
 
     def samples(self, indicator: str | None = None) -> dict[str, FloatArray]:
-        """The final values of each algorithm's finished runs, turned so that larger is better.
-
-        Raises
-        ------
-        ValueError
-            If the indicator is unknown.
-        """
+        """The final values of each algorithm's finished runs, turned so that larger is better."""
         chosen = self.indicator(indicator)
         return {
             str(name): chosen.better(group[chosen.name].to_numpy(float))

@@ -1,25 +1,30 @@
-"""One run of a comparison, wherever it is made."""
+"""One run of a comparison, wherever it is made, watched from outside.
+
+That is the same for every pymoo algorithm, whatever it keeps or returns itself.
+"""
 
 from __future__ import annotations
 
 import random
 import time
-import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pymoo.core.evaluator import Evaluator
+from pymoo.core.population import Population
+from pymoo.core.problem import Problem
 
+from mgeo.pareto.archive import ParetoArchive
+from mgeo.pareto.dominance import not_weakly_dominated
 from mgeo.runs.solve import set_up
-from mgeo.studies.log import EvaluationLog, WatchedEvaluator
 from mgeo.studies.record import Record
 from mgeo.studies.versions import made_with
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
-    from pymoo.core.problem import Problem
 
 _PATIENCE = 1000  # steps without an evaluation after which a run counts as stuck
 
@@ -43,7 +48,6 @@ class Failure:
     """A run that ended in an exception."""
 
     error: str
-    traceback: str
 
 
 def run(task: Task) -> Record | Failure:
@@ -52,7 +56,7 @@ def run(task: Task) -> Record | Failure:
         return record(task)
     except Exception as error:  # foreign code: it may raise anything
         message = " ".join(str(error).split())
-        return Failure(f"{type(error).__name__}: {message}", traceback.format_exc())
+        return Failure(f"{type(error).__name__}: {message}")
 
 
 def record(task: Task) -> Record:
@@ -85,6 +89,87 @@ def record(task: Task) -> Record:
                 )
     versions = made_with(task.problem, task.algorithm)
     return replace(log.record(time.perf_counter() - began), versions=versions)
+
+
+class EvaluationLog:
+    """Keeps every evaluation that no earlier batch weakly dominates: all that a front can need.
+
+    Infeasible solutions, those that failed (see `mgeo.TolerantEvaluator`) and those with a value
+    that is not finite count as evaluations and are otherwise left out, as is whatever comes after
+    the first `n_eval`.
+
+    Parameters
+    ----------
+    n_obj : number of objectives.
+    n_eval : how many evaluations to look at.
+
+    Attributes
+    ----------
+    seen : evaluations so far, beyond `n_eval` too.
+    failed : how many of the first `n_eval` failed.
+    """
+
+    def __init__(self, n_obj: int, n_eval: int) -> None:
+        self.n_eval = n_eval
+        self.seen = 0
+        self.failed = 0
+        self._archive = ParetoArchive(n_obj)
+        self._numbers: list[Any] = []
+        self._F: list[Any] = [np.empty((0, n_obj))]
+        self._X: list[Any] = []
+
+    def __call__(self, population: Population) -> None:
+        """Take a batch that has just been evaluated, in the order of evaluation."""
+        F = population.get("F").astype(float)
+        numbers = np.arange(self.seen + 1, self.seen + 1 + len(F))
+        self.seen += len(F)
+        failed = np.array([mark is True for mark in population.get("failed")], dtype=np.bool_)
+        self.failed += int(np.count_nonzero(failed & (numbers <= self.n_eval)))
+        kept = population.get("feas") & np.isfinite(F).all(axis=1) & (numbers <= self.n_eval)
+        kept &= ~failed
+        kept[kept] = not_weakly_dominated(F[kept], self._archive.F)
+        if not kept.any():
+            return
+        first = sum(map(len, self._numbers))
+        rows = np.arange(first, first + np.count_nonzero(kept))
+        self._archive.add(F[kept], rows.astype(object))
+        self._numbers.append(numbers[kept])
+        self._F.append(F[kept])
+        self._X.append(np.array(population[kept].get("X")))
+
+    def record(self, wall_time: float) -> Record:
+        """All of it; `wall_time` in seconds goes with it."""
+        rows = np.array(self._archive.individuals, dtype=np.int64)
+        return Record(
+            numbers=np.concatenate([np.empty(0, dtype=np.int64), *self._numbers]),
+            F=np.concatenate(self._F),
+            front=rows,
+            X=_numeric(self._X, rows),
+            n_eval=self.n_eval,
+            evaluations=self.seen,
+            failed=self.failed,
+            wall_time=wall_time,
+        )
+
+
+class WatchedEvaluator(Evaluator):
+    """Another evaluator, with a look at each batch of solutions it really evaluates."""
+
+    def __init__(self, inner: Evaluator, watch: Callable[[Population], object]) -> None:
+        super().__init__(inner.skip_already_evaluated, inner.evaluate_values_of, inner.callback)
+        self._inner = inner
+        self._watch = watch
+
+    def _eval(self, problem: Problem, pop: Population, values: Any, **kwargs: Any) -> None:
+        self._inner._eval(problem, pop, values, **kwargs)
+        self._watch(pop)
+
+
+def _numeric(X: list[Any], rows: Any) -> Any:
+    """(n, n_var) floats of the rows asked for; no columns if the variables are not numbers."""
+    if not X or X[0].ndim != 2 or X[0].dtype == object:
+        return np.empty((len(rows), 0))
+    return np.concatenate(X)[rows].astype(float)
 
 
 @contextmanager

@@ -78,8 +78,7 @@ def vargha_delaney(a: ArrayLike, b: ArrayLike) -> float:
 
 def magnitude(effect: float) -> str:
     """Vargha and Delaney's word for an A: negligible, small, medium or large."""
-    distance = max(effect, 1.0 - effect)
-    return next((word for least, word in _MAGNITUDES if distance >= least), "negligible")
+    return next((w for least, w in _MAGNITUDES if max(effect, 1.0 - effect) >= least), "negligible")
 
 
 def pairwise(samples: Mapping[str, Sequence[float] | FloatArray]) -> pd.DataFrame:
@@ -142,18 +141,14 @@ def friedman(values: ArrayLike, names: Sequence[str]) -> Friedman:
         )
     n, k = table.shape
     ranks = stats.rankdata(-table, axis=1)
-    mean = ranks.mean(axis=0)
-    # The sum of squares of all ranks is smaller where there are ties, which is the correction.
+    mean = pd.Series(ranks.mean(axis=0), index=list(names), name="average rank")
+    # scipy's wants three algorithms or more. The sum of squares of all ranks is smaller where
+    # there are ties, which is the correction.
     spread = np.sum((ranks - (k + 1) / 2) ** 2) / (n * (k - 1))
     statistic = float(n * np.sum((mean - (k + 1) / 2) ** 2) / spread) if spread > 0 else 0.0
-    order = np.argsort(mean, kind="stable")
-    return Friedman(
-        statistic=statistic,
-        p=float(stats.chi2.sf(statistic, k - 1)),
-        ranks=pd.Series(mean[order], index=[names[i] for i in order], name="average rank"),
-        blocks=n,
-        critical_difference=critical_difference(k, n),
-    )
+    p = float(stats.chi2.sf(statistic, k - 1))
+    ordered = mean.sort_values(kind="stable")
+    return Friedman(statistic, p, ordered, n, critical_difference(k, n))
 
 
 def critical_difference(k: int, blocks: int, alpha: float = 0.05) -> float:

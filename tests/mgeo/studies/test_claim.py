@@ -101,7 +101,7 @@ def test_what_differs_is_named(old, new, message, tmp_path):
 
 def test_a_study_without_tables_leaves_the_folder_to_others(mgeo, tmp_path, monkeypatch):
     with monkeypatch.context() as patched:
-        patched.setattr("mgeo.studies.dispatch.run", lambda task: Failure("ValueError: no", ""))
+        patched.setattr("mgeo.studies.dispatch.run", lambda task: Failure("ValueError: no"))
         assert mgeo(STUDY).exit_code == 2
     assert not (tmp_path / "out").exists()
     assert mgeo(STUDY.replace("zdt1", "zdt3")).exit_code == 0

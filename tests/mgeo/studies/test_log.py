@@ -8,8 +8,8 @@ from pymoo.core.population import Population
 from pymoo.problems.multi import ZDT1
 
 from mgeo.runs.solve import set_up
-from mgeo.studies.log import EvaluationLog, WatchedEvaluator
 from mgeo.studies.record import Record
+from mgeo.studies.run import EvaluationLog, WatchedEvaluator
 
 from ..naive import nondominated_rows
 

@@ -128,7 +128,7 @@ def test_what_cannot_be_built_is_found_before_any_run(tmp_path):
 
 def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypatch):
     def failing(task):
-        return record(task) if task.problem.n_obj == 3 else Failure("ValueError: no", "")
+        return record(task) if task.problem.n_obj == 3 else Failure("ValueError: no")
 
     monkeypatch.setattr("mgeo.studies.dispatch.run", failing)
     study = parse_study(TWO, tmp_path).reduced(60, 1)
@@ -379,7 +379,7 @@ def test_runs_that_are_not_used_are_one_note(mgeo, tmp_path):
 
 def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
     def failing(task):
-        return record(task) if task.seed == 1 else Failure("ValueError: no", "")
+        return record(task) if task.seed == 1 else Failure("ValueError: no")
 
     monkeypatch.setattr("mgeo.studies.dispatch.run", failing)
     done = mgeo("mine.toml", "--jobs", 1, "--evaluations", 60)
