@@ -25,11 +25,8 @@ def made_with(*parts: Any) -> dict[str, str]:
 
 def distinct(versions: Iterable[Mapping[str, str]]) -> dict[str, str | list[str]]:
     """Of several runs: a package's version, or a list of them where the runs differ."""
-    seen: dict[str, list[str]] = {}
+    seen: dict[str, set[str]] = {}
     for run in versions:
         for name, value in run.items():
-            if value not in seen.setdefault(name, []):
-                seen[name].append(value)
-    return {
-        name: values[0] if len(values) == 1 else sorted(values) for name, values in seen.items()
-    }
+            seen.setdefault(name, set()).add(value)
+    return {name: sorted(v) if len(v) > 1 else v.pop() for name, v in seen.items()}

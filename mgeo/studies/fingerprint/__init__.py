@@ -1,22 +1,16 @@
 """Whether a run found on disk is the run asked for: problems and algorithms by their content.
 
-What counts is what an object would be rebuilt from by pickle, and the code that it runs, by which
-module that comes from:
+What counts is what pickle would rebuild an object from, and the code that it runs: of installed
+distributions the version (and the hashes of their files, if they came from a folder or a URL), of
+Python's library, NumPy and SciPy the name, of packages under development and modules beside the
+script their files and those of what they import, of a script or a notebook the bytecode and all
+that it names.
 
-- a distribution that is installed: its version, and if it came from a folder or a URL the hashes of
-  its files; of Python's library, NumPy and SciPy the name alone, since their versions are kept with
-  each run;
-- a package under development, or a module beside the script: its files, and those of what it
-  imports;
-- a script or a notebook, and besides every function and class of which the object is made: the
-  bytecode, defaults, the values that closures hold, class attributes, and the globals that are
-  named, with the functions and classes of the same module among them.
-
-What cannot be told for certain (a generator, a connection, what a weak reference points to) is an
+What cannot be known for certain (a generator, a connection, what a weak reference points to) is an
 `UncertainError` that says where it is. What cannot be seen: files, services and environment
 variables that are read while a problem is evaluated, code that is imported by a name made at run
 time, and constants of other modules that are changed after their import. An author vouches for all
-of that by an attribute ``fingerprint``, a text: it stands for the code and for what cannot be told.
+of that by an attribute ``fingerprint``, a text: it stands for the code and for what is uncertain.
 """
 
 from __future__ import annotations

@@ -121,8 +121,10 @@ def builtin_parts(value: BuiltinFunctionType) -> Parts:
     yield from ("builtin", value.__name__)
     if _resolved(home, value.__name__) is value:
         yield Part(sys.modules[home])
-    else:
+    elif value.__self__ is not None:
         yield Part(value.__self__, " (what it is bound to)")
+    else:
+        yield Unknown(f"is the function {value.__name__}, which is in no module")
 
 
 def _referred(
