@@ -18,7 +18,7 @@ from .spaces import INDICATOR, RAW
 from .tables import FOLDER, OURS, RIVALS
 
 SEEDS = 20
-MORE_SEEDS = 40  # of ours and of the rival nearest to it, from which 20 show no significant difference
+MORE_SEEDS = 40  # of ours and of its nearest rival, as 20 show no significant difference
 NEAREST = ("nsga2", RAW)
 PARTS = ("directed", "rivals", "ablation", "restarts", "elsewhere")
 
