@@ -46,13 +46,14 @@ def show(study: Study, comparisons: dict[str, Comparison], folder: Path, output:
 def notes(output: Output) -> Iterator[None]:
     """Show what is said of runs that are not kept or not used as notes, each of them once."""
     with warnings.catch_warnings():
-        shown = warnings.showwarning
+        shown, told = warnings.showwarning, set[str]()
 
         def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
-            if issubclass(category, NotReusedWarning):
-                output.note(f"Note: {message}")
-            else:
+            if not issubclass(category, NotReusedWarning):
                 shown(message, category, *where, **more)
+            elif str(message) not in told:
+                told.add(str(message))
+                output.note(f"Note: {message}")
 
         warnings.showwarning = show
         yield

@@ -368,6 +368,7 @@ def test_runs_that_are_not_used_are_one_note(mgeo, tmp_path):
     runs = tmp_path / "studies" / "mine" / "runs"
     runs.mkdir(parents=True)
     (runs / "NSGA2-0123456789ab-seed1.npz").write_bytes(b"old")
+    (tmp_path / "mine.toml").write_text(TWO)
     for more in ((), ("--dry-run",)):
         done = mgeo("mine.toml", "--jobs", 1, "--seeds", 1, "--evaluations", 60, *more)
         assert done.exit_code == 0, done.output
