@@ -13,10 +13,10 @@ import joblib
 from mgeo.cli.errors import ExitCode
 from mgeo.cli.output import Output
 from mgeo.studies.comparison import Comparison
+from mgeo.studies.conclusions import conclusions
 from mgeo.studies.file import Study
 from mgeo.studies.folder import NotReusedWarning
 from mgeo.studies.study import REPORT
-from mgeo.studies.conclusions import conclusions
 from mgeo.terminal import plain
 
 
