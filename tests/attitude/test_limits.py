@@ -9,8 +9,8 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, SunSensor, reference_run
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.maneuvers.phases import phases
 from mgeo_attitude.objectives import OBJECTIVES
-from mgeo_attitude.phases import phases
 from mgeo_attitude.scenario import Convergence, KeepOut, ManeuverLimits, Wheels
 from mgeo_attitude.scenario.objective_names import NAMES
 
@@ -181,7 +181,7 @@ def test_wheel_momentum_binds_on_the_fastest_heaviest_axis(limited):
         edges[-1] = np.inf  # the last ramp is not cut short
         for target, time in zip(np.radians(x[:, :3]), np.diff(edges), strict=True):
             change = target - rate
-            rate = rate + change * min(1.0, time / problem.model.agility.ramp_time(change))
+            rate = rate + change * min(1.0, time / problem.model.slew_limits.ramp_time(change))
             momenta.append(np.abs(rate * [0.02, 0.03, 0.04]).max())
         greatest.append(max(momenta))
     greatest = np.array(greatest)
@@ -282,9 +282,9 @@ def test_angle_is_what_the_phases_of_the_plan_sweep(acceleration):
     X[10:20, 3::4] *= np.random.default_rng(5).random((10, 3)) > 0.4
     X[20:, 3::4] *= 0.05
     F = evaluated(problem, X)["F"]
-    agility = problem.model.agility
+    slew_limits = problem.model.slew_limits
     swept = [
-        sum(phase.swept_deg for phase in phases(x, t_end, 1.0, agility))
+        sum(phase.swept_deg for phase in phases(x, t_end, 1.0, slew_limits))
         for x, t_end in zip(X, F[:, 0], strict=True)
     ]
     np.testing.assert_allclose(F[:, 1], swept, rtol=1e-12)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.filter.timeline import VARIABLES_PER_MANEUVER
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.objectives import OBJECTIVES
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.objective_names import PAPER

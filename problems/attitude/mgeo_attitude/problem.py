@@ -18,7 +18,7 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.evaluation_cache import EvaluationCache
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.filter.timeline import VARIABLES_PER_MANEUVER, decode
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
 from mgeo_attitude.objectives import Objective, indicators, objective
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.objective_names import PAPER

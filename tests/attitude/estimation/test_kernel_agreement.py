@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Estimator, FilterModel, Scenario, evaluate
-from mgeo_attitude.filter.ramps import Agility
+from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.flight import draw
 from mgeo_attitude.scenario import Convergence
 
@@ -31,7 +31,7 @@ def test_variances_of_a_run_without_errors_are_the_kernels(model, estimator):
 
 
 def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model):
-    ramped = dataclasses.replace(model, agility=Agility(np.radians(1.7), np.inf, np.eye(3)))
+    ramped = dataclasses.replace(model, slew_limits=SlewLimits(np.radians(1.7), np.inf, np.eye(3)))
     record = estimated(ramped, PLAN, np.arange(301), none(ramped, 300), Estimator.plain())
     kernel = evaluate(ramped, PLAN, history=True).variances[0]
     np.testing.assert_allclose(record.sigma[0] ** 2, kernel, rtol=1e-9)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Sensor, evaluate
 from mgeo_attitude.filter.evaluator import available_threads
-from mgeo_attitude.filter.ramps import Agility
+from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.vector import cross
 
 from .agreement import assert_agrees, designs, special_designs
@@ -40,7 +40,7 @@ def test_eclipse_agrees(short):
 def test_ramps_shorter_than_a_step_agree(short):
     """And such as are cut short within a maneuver of one step, or none."""
     model = FilterModel.from_scenario(short)
-    ramped = dataclasses.replace(model, agility=Agility(np.radians(0.7), np.inf, np.eye(3)))
+    ramped = dataclasses.replace(model, slew_limits=SlewLimits(np.radians(0.7), np.inf, np.eye(3)))
     X = designs(np.random.default_rng(14), 12, max_duration=300.0)
     X[:6, 3::4] = np.random.default_rng(15).uniform(0.0, 6.0, (6, 3))
     assert_agrees(ramped, X)

@@ -16,8 +16,8 @@ from mgeo.figures.style import COLORS, GRAY
 from mgeo_attitude._typing import Floats
 
 from ..environment import Environment
-from ..filter.timeline import Flown, flown
-from ..phases import phases
+from ..maneuvers.schedule import Flown, flown
+from ..maneuvers.phases import phases
 from .style import title
 
 if TYPE_CHECKING:
@@ -96,10 +96,10 @@ def motion(
     times without Sun.
     """
     environment, model = problem.environment, problem.model
-    flight = flown(x, t_end, model.step, model.agility)
+    flight = flown(x, t_end, model.step, model.slew_limits)
     stretches: list[dict[str, Any]] = [
         {"name": phase.label, "from": phase.start, "to": phase.end}
-        for phase in phases(x, t_end, model.step, model.agility)
+        for phase in phases(x, t_end, model.step, model.slew_limits)
     ]
     stretches += [{"name": SHADOW, "from": a, "to": b, "shaded": True} for a, b in shadow]
     field = environment.field[0] / np.linalg.norm(environment.field[0])

@@ -15,7 +15,7 @@ from ..describe import block_units, checked_designs
 from ..filter.evaluator import evaluate
 from ..filter.model import FilterModel
 from ..filter.reference import attitudes
-from ..filter.timeline import Flown, flown
+from ..maneuvers.schedule import Flown, flown
 from .convergence import sample_steps
 from .motion import directions, motion
 from .polyline import corners
@@ -82,7 +82,7 @@ def _against_time(layout: dict[str, Any], t_end: float, shadow: Intervals) -> No
 
 def _rates(problem: ManeuverProblem, x: Floats, t_end: float) -> dict[str, Any]:
     model, limit = problem.model, problem.scenario.maneuvers.max_rate_deg_s
-    times, rates = _drawn(flown(x, t_end, model.step, model.agility), model)
+    times, rates = _drawn(flown(x, t_end, model.step, model.slew_limits), model)
     rows = corners(times, rates, _SAMPLES)
     lines = [_line(times[rows], rates[rows, i], i) for i in range(3)]
     bound = {"showlegend": False, "hoverinfo": "skip", "name": "limit"}
@@ -99,7 +99,7 @@ def _drawn(flight: Flown, model: FilterModel) -> tuple[Floats, Floats]:
     Those of a ramp, a step long, are drawn as the straight line through their middles.
     """
     starts, ends = flight.times[:-1], flight.times[1:]
-    in_ramp = (ends - starts < 1.5 * model.step) & (model.agility is not None)
+    in_ramp = (ends - starts < 1.5 * model.step) & (model.slew_limits is not None)
     first = np.where(in_ramp, 0.5 * (starts + ends), starts)
     line = np.column_stack([first, np.where(in_ramp, np.nan, ends)]).ravel()
     kept = ~np.isnan(line)

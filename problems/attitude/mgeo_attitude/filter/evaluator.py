@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..maneuvers.schedule import Schedule
 from .codegen import step_constants
 from .jobs import separate, shared
 from .kernel import load_kernel
 from .model import FilterModel
 from .sun_excess import cone_constants
-from .timeline import Schedule
 
 Floats = NDArray[np.float64]
 

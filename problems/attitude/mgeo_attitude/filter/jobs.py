@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .timeline import Floats, Ints
+from ..maneuvers.schedule import Floats, Ints
 
 #: Beginnings shorter than this many steps are not worth a copy of the state.
 _WORTHWHILE = 16

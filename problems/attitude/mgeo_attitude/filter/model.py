@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..environment import Environment
+from ..maneuvers.schedule import Schedule, schedule
+from ..maneuvers.slew import SlewLimits, slew_limits
 from ..scenario.settings import RequiredSigma, TraceWeights
 from .monitors import Monitors
-from .ramps import Agility
 from .suite import Suite
-from .timeline import Schedule, schedule
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
@@ -46,7 +46,7 @@ class FilterModel:
         did not rise.
     allow_rise : bool
         Whether it has converged, too, when the trace rose.
-    agility : Agility, optional
+    slew_limits : SlewLimits, optional
         How fast rates can change; without it they change at once.
     cones : array, shape (n_cones, 3)
         Body axes that must stay off the Sun, unit vectors.
@@ -67,7 +67,7 @@ class FilterModel:
     window_steps: int
     relative_decrease: float
     allow_rise: bool
-    agility: Agility | None
+    slew_limits: SlewLimits | None
     cones: Floats
     cone_sigmas: Floats
     sun: Floats
@@ -115,7 +115,7 @@ class FilterModel:
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
             allow_rise=scenario.convergence.allow_rise,
-            agility=agility(scenario),
+            slew_limits=slew_limits(scenario),
             cones=cones,
             cone_sigmas=np.array(
                 [cone.attitude_sigmas for cone in scenario.keep_outs], dtype=float
@@ -160,22 +160,9 @@ class FilterModel:
 
     def schedule(self, designs: ArrayLike) -> Schedule:
         """What is flown of designs, shape (n, 4 m)."""
-        return schedule(designs, self.step, self.agility)
+        return schedule(designs, self.step, self.slew_limits)
 
     @property
     def gated(self) -> tuple[bool, ...]:
         """Which sensors are not available at every sample."""
         return tuple(bool(column.any()) for column in ~self.available.T)
-
-
-def agility(scenario: Scenario) -> Agility | None:
-    """How fast the scenario's satellite changes its rate; None where it does at once."""
-    acceleration, wheels = scenario.maneuvers.max_acceleration_deg_s2, scenario.wheels
-    torque = None if wheels is None else wheels.max_torque
-    if acceleration is None and torque is None:
-        return None
-    return Agility(
-        max_acceleration=np.inf if acceleration is None else float(np.radians(acceleration)),
-        max_torque=np.inf if torque is None else torque,
-        inertia=np.eye(3) if wheels is None else wheels.matrix(),
-    )

@@ -13,7 +13,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.discretization import discretize
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import attitudes
-from mgeo_attitude.filter.timeline import flown
+from mgeo_attitude.maneuvers.schedule import flown
 from mgeo_attitude.rotation import matrix
 from mgeo_attitude.sensors.readings import Readings, as_array
 
@@ -36,7 +36,7 @@ class Motion:
     @classmethod
     def of(cls, model: FilterModel, design: ArrayLike, n_steps: int) -> Motion:
         """Of a design, shape (4 m,)."""
-        plan = flown(design, n_steps * model.step, model.step, model.agility)
+        plan = flown(design, n_steps * model.step, model.step, model.slew_limits)
         starts = np.rint(plan.times[:-1] / model.step).astype(np.int64)
         stretch = np.searchsorted(starts, np.arange(n_steps), side="right") - 1
         return cls(plan.rates[stretch], attitudes(plan.rates, starts, n_steps, model.step))

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..describe import block_units
 from ..filter.evaluator import evaluate
-from ..filter.timeline import VARIABLES_PER_MANEUVER
+from ..maneuvers.schedule import VARIABLES_PER_MANEUVER
 from ..scenario import Scenario
 
 if TYPE_CHECKING:

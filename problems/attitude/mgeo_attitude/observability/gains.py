@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..filter.model import FilterModel
 from ..filter.reference import FilterHistory
-from ..phases import phases
+from ..maneuvers.phases import phases
 from .states import States
 
 
@@ -30,7 +30,7 @@ def gains(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.D
         state in the unit its name carries.
     """
     states = States.of(model.suite)
-    flown = phases(design, history.t_end, model.step, model.agility)
+    flown = phases(design, history.t_end, model.step, model.slew_limits)
     times = np.array([0.0, *(phase.end for phase in flown)])
     steps = np.rint(times / model.step).astype(np.int64)
     trace = history.trace[steps]

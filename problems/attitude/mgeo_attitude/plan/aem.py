@@ -18,7 +18,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.phases import Phase
+from mgeo_attitude.maneuvers.phases import Phase
 from mgeo_attitude.plan.ccsds import sampled_quaternions, utc_texts
 from mgeo_attitude.plan.plan import ManeuverPlan
 

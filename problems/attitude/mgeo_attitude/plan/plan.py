@@ -15,7 +15,7 @@ from ..constraints import constraints
 from ..fields import InvalidValue, Validated, quantity
 from ..filter.evaluator import evaluate
 from ..filter.reference import FilterHistory, reference_run
-from ..phases import HELD, Phase, phases
+from ..maneuvers.phases import HELD, Phase, phases
 from ..problem import AttitudeManeuverProblem
 from ..scenario import Scenario
 from .ccsds import quaternions, utc_texts
@@ -101,7 +101,7 @@ class ManeuverPlan(Validated):
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """Maneuvers flown, then the time for which the last rate is held."""
-        return phases(self.design, self.t_end, self.scenario.step, self.problem.model.agility)
+        return phases(self.design, self.t_end, self.scenario.step, self.problem.model.slew_limits)
 
     def steps(self, times: ArrayLike) -> NDArray[np.int64]:
         """Filter steps of times [s] that are on one."""

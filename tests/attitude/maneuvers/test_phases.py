@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter.ramps import Agility
-from mgeo_attitude.phases import HELD, phases
+from mgeo_attitude.maneuvers.phases import HELD, phases
+from mgeo_attitude.maneuvers.slew import SlewLimits
 
 
 def seen(design, t_end, step=1.0):
@@ -46,9 +46,9 @@ def test_rates_are_those_of_the_design_to_the_last_bit():
 
 def test_ramps_are_phases_of_their_own():
     """0.02 deg/s²: 20 s from rest to 0.4 deg/s, then 25 s down, cut short at 10 s."""
-    agile = Agility(np.radians(0.02), np.inf, np.eye(3))
+    slow = SlewLimits(np.radians(0.02), np.inf, np.eye(3))
     design = [0.4, 0.0, 0.0, 100.0, -0.1, 0.0, 0.0, 10.0, 0.495, 0.0, 0.0, 50.0]
-    found = phases(design, 200.0, 1.0, agile)
+    found = phases(design, 200.0, 1.0, slow)
     assert [(p.label, p.start, p.end) for p in found] == [
         ("ramp to maneuver 1", 0.0, 20.0),
         ("maneuver 1", 20.0, 100.0),

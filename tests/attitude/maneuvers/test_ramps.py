@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter.ramps import Agility
 from mgeo_attitude.filter.reference import attitudes
-from mgeo_attitude.filter.timeline import flown, schedule
+from mgeo_attitude.maneuvers.schedule import flown, schedule
+from mgeo_attitude.maneuvers.slew import SlewLimits
 from scipy.spatial.transform import Rotation
 
 STEP = 1.0
-SLOW = Agility(np.radians(0.02), np.inf, np.eye(3))
+SLOW = SlewLimits(np.radians(0.02), np.inf, np.eye(3))
 TURN = [0.4, 0.0, -0.2, 100.0, -0.1, 0.0, 0.0, 60.0]
 
 
@@ -63,7 +63,7 @@ SHORT = [
 @pytest.mark.parametrize(("design", "acceleration", "step"), SHORT)
 def test_each_step_of_a_ramp_has_its_exact_mean_rate(design, acceleration, step):
     n_steps = 40
-    plan = schedule([design], step, Agility(np.radians(acceleration), np.inf, np.eye(3)))
+    plan = schedule([design], step, SlewLimits(np.radians(acceleration), np.inf, np.eye(3)))
     turned, ends = exact(design, acceleration, step, n_steps)
     rates = rates_deg_s(plan, n_steps)
     np.testing.assert_allclose(rates, np.diff(turned, axis=0) / step, rtol=0, atol=1e-14)
@@ -81,12 +81,12 @@ def test_each_step_of_a_ramp_has_its_exact_mean_rate(design, acceleration, step)
 def test_the_attitude_after_ramps_about_one_axis_is_the_integral_of_the_rate(acceleration, step):
     axis = np.array([2.0, -1.0, 2.0]) / 3.0
     design = np.concatenate([[*(0.9 * axis), 33.0], [*(-0.6 * axis), 27.0], [*(0.3 * axis), 90.0]])
-    plan = schedule([design], step, Agility(np.radians(acceleration), np.inf, np.eye(3)))
+    plan = schedule([design], step, SlewLimits(np.radians(acceleration), np.inf, np.eye(3)))
     C = attitudes(plan.rates[0], plan.starts[0], 30, step)
     turned, _ = exact(design, acceleration, step, 30)
     expected = Rotation.from_rotvec(-turned, degrees=True).as_matrix()
     np.testing.assert_allclose(C, expected, rtol=0, atol=1e-13)
-    flight = flown(design, 30 * step, step, Agility(np.radians(acceleration), np.inf, np.eye(3)))
+    flight = flown(design, 30 * step, step, SlewLimits(np.radians(acceleration), np.inf, np.eye(3)))
     turns = np.degrees(np.diff(flight.times) @ flight.rates)
     np.testing.assert_allclose(turns, turned[-1], rtol=0, atol=1e-12)
 
@@ -94,8 +94,8 @@ def test_the_attitude_after_ramps_about_one_axis_is_the_integral_of_the_rate(acc
 def test_a_ramp_within_a_step_loses_half_its_time():
     """1 deg/s after half a second, or five: less by 0.25 and 2.5 deg than without a ramp."""
     for acceleration, step, less in ((2.0, 1.0, 0.25), (0.2, 10.0, 2.5)):
-        agile = Agility(np.radians(acceleration), np.inf, np.eye(3))
-        rates = rates_deg_s(schedule([[1.0, 0.0, 0.0, 100.0]], step, agile), 5)
+        limits = SlewLimits(np.radians(acceleration), np.inf, np.eye(3))
+        rates = rates_deg_s(schedule([[1.0, 0.0, 0.0, 100.0]], step, limits), 5)
         assert 5 * step - rates[:, 0].sum() * step == pytest.approx(less, rel=1e-12)
 
 
@@ -137,10 +137,10 @@ def test_the_last_rate_is_reached_and_held():
 
 def test_torque_limits_the_ramp_of_a_heavy_axis():
     """0.01 N m turn 2 kg m² at 0.005 rad/s²: 0.1 rad/s take 20 s."""
-    weak = Agility(np.inf, 0.01, np.diag([1.0, 2.0, 1.0]))
+    weak = SlewLimits(np.inf, 0.01, np.diag([1.0, 2.0, 1.0]))
     assert weak.ramp_time(np.array([0.0, 0.1, 0.0])) == pytest.approx(20.0)
     assert weak.ramp_time(np.array([0.1, 0.0, 0.0])) == pytest.approx(10.0)
-    tilted = Agility(np.inf, 0.01, np.array([[1.0, 0.5, 0.0], [0.5, 2.0, 0.0], [0.0, 0.0, 1.0]]))
+    tilted = SlewLimits(np.inf, 0.01, np.array([[1.0, 0.5, 0.0], [0.5, 2.0, 0.0], [0.0, 0.0, 1.0]]))
     assert tilted.ramp_time(np.array([0.1, 0.1, 0.0])) == pytest.approx(25.0)
 
 

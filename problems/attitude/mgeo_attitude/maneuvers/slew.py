@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from ..scenario import Scenario
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Agility:
+class SlewLimits:
     """How fast body rates can change.
 
     Attributes
@@ -52,7 +56,7 @@ def ramp_shares(begin: Floats, step: float, time: Floats) -> tuple[Floats, Float
     step : float
         Their length [s].
     time : array
-        How long the ramp takes [s], see `Agility.ramp_time`.
+        How long the ramp takes [s], see `SlewLimits.ramp_time`.
     """
     part = np.clip((time - begin) / step, 0.0, 1.0)  # of the step that belongs to the ramp
     mean = part * share_made(begin + 0.5 * part * step, time) + (1.0 - part)
@@ -63,3 +67,16 @@ def share_made(after: Floats, time: Floats) -> Floats:
     """Share of a change that is made `after` seconds of a ramp that takes `time`."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(time > 0.0, np.clip(after / time, 0.0, 1.0), 1.0)
+
+
+def slew_limits(scenario: Scenario) -> SlewLimits | None:
+    """How fast the scenario's satellite changes its rate; None where it does at once."""
+    acceleration, wheels = scenario.maneuvers.max_acceleration_deg_s2, scenario.wheels
+    torque = None if wheels is None else wheels.max_torque
+    if acceleration is None and torque is None:
+        return None
+    return SlewLimits(
+        max_acceleration=np.inf if acceleration is None else float(np.radians(acceleration)),
+        max_torque=np.inf if torque is None else torque,
+        inertia=np.eye(3) if wheels is None else wheels.matrix(),
+    )

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .filter.ramps import Agility
-from .filter.timeline import VARIABLES_PER_MANEUVER, flown
+from .schedule import VARIABLES_PER_MANEUVER, flown
+from .slew import SlewLimits
 
 HELD = "rate held"
 
@@ -45,14 +45,14 @@ class Phase:
 
 
 def phases(
-    design: ArrayLike, t_end: float, step: float, agility: Agility | None = None
+    design: ArrayLike, t_end: float, step: float, limits: SlewLimits | None = None
 ) -> tuple[Phase, ...]:
-    """Phases of one design, shape (4 m,), up to `t_end`, as `filter.timeline.flown` has them.
+    """Phases of one design, shape (4 m,), up to `t_end`, as `schedule.flown` has them.
 
     Maneuvers shorter than a step may be left out. No rate is held where the run ends with the last
     maneuver.
     """
-    flight = flown(design, t_end, step, agility)
+    flight = flown(design, t_end, step, limits)
     # not the flight's rates, which went through radians
     commanded = np.asarray(design, dtype=float).reshape(-1, VARIABLES_PER_MANEUVER)[:, :3]
     rates = np.degrees(flight.rates)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .ramps import Agility, ramp_shares, share_made
+from .slew import SlewLimits, ramp_shares, share_made
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -118,10 +118,10 @@ class Schedule:
         return self.lasting() > 0
 
 
-def schedule(designs: ArrayLike, step: float, agility: Agility | None = None) -> Schedule:
+def schedule(designs: ArrayLike, step: float, limits: SlewLimits | None = None) -> Schedule:
     """What is flown of designs, shape (n, 4 m).
 
-    Without `agility` rates change at once, as in the paper. With it the rate moves along a
+    Without `limits` rates change at once, as in the paper. With it the rate moves along a
     straight line to that of the next maneuver, from rest at first, as fast as it can; every step
     of such a ramp is a stretch at the exact mean of the rate during it. A ramp counts to the
     maneuver it leads into and is cut short where that ends first, except the last one, whose rate
@@ -136,14 +136,14 @@ def schedule(designs: ArrayLike, step: float, agility: Agility | None = None) ->
     starts, over = maneuver_steps(durations, step)
     n, m = starts.shape
     number = np.broadcast_to(np.arange(m), (n, m))
-    if agility is None:
+    if limits is None:
         return Schedule(rates, rates, starts, over, number)
     ends = np.column_stack([starts[:, 1:], np.full(n, NEVER)])
     reached = np.zeros((n, 3))
     parts: list[tuple[Floats, Floats, Ints, Ints]] = []
     for j in range(m):
         change = rates[:, j] - reached
-        time = agility.ramp_time(change)
+        time = limits.ramp_time(change)
         length = np.minimum(np.ceil(time / step).astype(np.int64), ends[:, j] - starts[:, j])
         place = np.arange(int(length.max(initial=0)) + 1)
         held = starts[:, j, None] + place
@@ -206,9 +206,9 @@ class Flown:
     over: float
 
 
-def flown(design: ArrayLike, t_end: float, step: float, agility: Agility | None = None) -> Flown:
+def flown(design: ArrayLike, t_end: float, step: float, limits: SlewLimits | None = None) -> Flown:
     """What is flown of one design, shape (4 m,), in a run of `t_end` seconds; see `schedule`."""
-    plan = schedule(np.atleast_1d(np.asarray(design, dtype=float))[None], step, agility)
+    plan = schedule(np.atleast_1d(np.asarray(design, dtype=float))[None], step, limits)
     starts, over = plan.starts[0], plan.over[0]
     stretches = np.flatnonzero(plan.flown()[0] & (starts * step < t_end))
     times = np.append(starts[stretches] * step, t_end)
