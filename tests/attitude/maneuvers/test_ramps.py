@@ -135,6 +135,19 @@ def test_the_last_rate_is_reached_and_held():
     np.testing.assert_allclose(rates_deg_s(plan, 80)[50:, 0], 1.0)
 
 
+@pytest.mark.parametrize("acceleration", [1e-9, 1e-300])
+def test_a_ramp_that_takes_for_ever_is_flown_until_the_end(acceleration):
+    """And no longer: the steps of the rest would fill the memory."""
+    limits = SlewLimits(np.radians(acceleration), np.inf, np.eye(3))
+    plan = schedule([TURN, TURN], STEP, limits, n_steps=130)
+    assert plan.rates.shape == (2, 132, 3)
+    assert plan.flown().sum(axis=1).tolist() == [130, 130]
+    # of the change of 0.5 deg/s about x the first 100 s make as much as the limit allows
+    change = rates_deg_s(plan, 130)[99, 0]
+    assert change == pytest.approx(99.5 * acceleration, rel=1e-12)
+    assert flown(TURN, 130.0, STEP, limits).times.tolist() == [*range(131)]
+
+
 def test_torque_limits_the_ramp_of_a_heavy_axis():
     """0.01 N m turn 2 kg m² at 0.005 rad/s²: 0.1 rad/s take 20 s."""
     weak = SlewLimits(np.inf, 0.01, np.diag([1.0, 2.0, 1.0]))

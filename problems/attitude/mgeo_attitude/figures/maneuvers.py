@@ -9,7 +9,7 @@ from plotly.subplots import make_subplots
 from mgeo.figures.style import finished
 from mgeo_attitude._typing import Floats
 
-from ..maneuvers.slew import slew_limits
+from ..maneuvers.slew import SlewLimits
 from ..maneuvers.schedule import flown
 from ..scenario import Scenario
 from .solutions import Solutions
@@ -68,6 +68,6 @@ def timeline(x: Floats, t_end: float, scenario: Scenario) -> tuple[Floats, Float
     over : float
         End of the last maneuver, or t_end if that comes first [s].
     """
-    flight = flown(x, t_end, scenario.step, slew_limits(scenario))
+    flight = flown(x, t_end, scenario.step, SlewLimits.of(scenario))
     rates = np.degrees(flight.rates)
     return flight.times, np.vstack([rates, rates[-1:]]), flight.over

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..environment import Environment
 from ..maneuvers.schedule import Schedule, schedule
-from ..maneuvers.slew import SlewLimits, slew_limits
+from ..maneuvers.slew import SlewLimits
 from ..scenario.settings import RequiredSigma, TraceWeights
 from .monitors import Monitors
 from .suite import Suite
@@ -115,7 +115,7 @@ class FilterModel:
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
             allow_rise=scenario.convergence.allow_rise,
-            slew_limits=slew_limits(scenario),
+            slew_limits=SlewLimits.of(scenario),
             cones=cones,
             cone_sigmas=np.array(
                 [cone.attitude_sigmas for cone in scenario.keep_outs], dtype=float
@@ -160,7 +160,7 @@ class FilterModel:
 
     def schedule(self, designs: ArrayLike) -> Schedule:
         """What is flown of designs, shape (n, 4 m)."""
-        return schedule(designs, self.step, self.slew_limits)
+        return schedule(designs, self.step, self.slew_limits, self.n_steps)
 
     @property
     def gated(self) -> tuple[bool, ...]:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .schedule import VARIABLES_PER_MANEUVER, flown
 from .slew import SlewLimits
 
-HELD = "rate held"
+Floats = NDArray[np.float64]
 
-#: Rates [deg/s] that differ by less are the same but for rounding.
-_SAME_RATE = 1e-12
+#: Label of the time for which the last rate is held.
+HELD = "rate held"
 
 
 @dataclass(frozen=True)
@@ -55,34 +55,26 @@ def phases(
     flight = flown(design, t_end, step, limits)
     # not the flight's rates, which went through radians
     commanded = np.asarray(design, dtype=float).reshape(-1, VARIABLES_PER_MANEUVER)[:, :3]
-    rates = np.degrees(flight.rates)
-    reached = (np.abs(rates - commanded[flight.numbers]) < _SAME_RATE).all(axis=1)
+    starts, ends = flight.times[:-1], flight.times[1:]
     found = []
+
+    def add(label: str, start: float, end: float, rate: Floats, swept: float) -> None:
+        x, y, z = rate.tolist()
+        found.append(Phase(label, float(start), float(end), (x, y, z), float(swept)))
+
     for number in dict.fromkeys(flight.numbers.tolist()):
-        own = np.flatnonzero(flight.numbers == number)
-        steady = own[reached[own]][:1]
-        ramp = own[own < steady[0]] if steady.size else own
-        if ramp.size:
-            lasting = np.diff(flight.times[ramp[0] : ramp[-1] + 2])
-            found.append(_ramp(number, flight.times[ramp[0]], rates[ramp], lasting))
-        if steady.size:
-            start, end = float(flight.times[steady[0]]), float(flight.times[own[-1] + 1])
+        own, rate = flight.numbers == number, commanded[number]
+        ramp = own & ~flight.steady
+        if ramp.any():
+            rates, lasting = np.degrees(flight.rates[ramp]), (ends - starts)[ramp]
+            mean, swept = lasting @ rates / lasting.sum(), lasting @ np.linalg.norm(rates, axis=1)
+            label = f"ramp to maneuver {number + 1}"
+            add(label, starts[ramp][0], ends[ramp][-1], mean, swept)
+        for start, end in zip(starts[own & flight.steady], ends[own & flight.steady], strict=True):
             stop = flight.over if end == t_end else end
-            if stop > start:  # the last of the design may be over before its first step
-                found.append(_steady(f"maneuver {number + 1}", start, stop, commanded[number]))
-            if stop < end:
-                found.append(_steady(HELD, stop, end, commanded[number]))
+            # the last of the design may be over before its first step
+            for label, begin, until in ((f"maneuver {number + 1}", start, stop), (HELD, stop, end)):
+                if begin < until:
+                    swept = float(np.linalg.norm(rate)) * (until - begin)
+                    add(label, begin, until, rate, swept)
     return tuple(found)
-
-
-def _steady(label: str, start: float, end: float, rate: np.ndarray) -> Phase:
-    x, y, z = (float(component) for component in rate)
-    return Phase(label, start, end, (x, y, z), float(np.linalg.norm(rate)) * (end - start))
-
-
-def _ramp(number: int, start: float, rates: np.ndarray, lasting: np.ndarray) -> Phase:
-    total = float(lasting.sum())
-    x, y, z = (float(component) for component in lasting @ rates / total)
-    swept = float(lasting @ np.linalg.norm(rates, axis=1))
-    label = f"ramp to maneuver {number + 1}"
-    return Phase(label, float(start), float(start) + total, (x, y, z), swept)

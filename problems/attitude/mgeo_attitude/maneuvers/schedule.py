@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .slew import SlewLimits, ramp_shares, share_made
+from .slew import SlewLimits
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -118,14 +119,16 @@ class Schedule:
         return self.lasting() > 0
 
 
-def schedule(designs: ArrayLike, step: float, limits: SlewLimits | None = None) -> Schedule:
-    """What is flown of designs, shape (n, 4 m).
+def schedule(
+    designs: ArrayLike, step: float, limits: SlewLimits | None = None, n_steps: int = NEVER
+) -> Schedule:
+    """What is flown of designs, shape (n, 4 m), until step `n_steps`.
 
-    Without `limits` rates change at once, as in the paper. With it the rate moves along a
+    Without `limits` rates change at once, as in the paper. With them the rate moves along a
     straight line to that of the next maneuver, from rest at first, as fast as it can; every step
     of such a ramp is a stretch at the exact mean of the rate during it. A ramp counts to the
     maneuver it leads into and is cut short where that ends first, except the last one, whose rate
-    is held.
+    is held. What would begin at `n_steps` or later starts at `NEVER`, or is left out.
 
     Raises
     ------
@@ -135,53 +138,46 @@ def schedule(designs: ArrayLike, step: float, limits: SlewLimits | None = None) 
     rates, durations = decode(designs)
     starts, over = maneuver_steps(durations, step)
     n, m = starts.shape
-    number = np.broadcast_to(np.arange(m), (n, m))
     if limits is None:
-        return Schedule(rates, rates, starts, over, number)
+        starts = np.where(starts < n_steps, starts, NEVER)
+        return Schedule(rates, rates, starts, over, np.broadcast_to(np.arange(m), (n, m)))
     ends = np.column_stack([starts[:, 1:], np.full(n, NEVER)])
-    reached = np.zeros((n, 3))
-    parts: list[tuple[Floats, Floats, Ints, Ints]] = []
+    time, length = np.empty((n, m)), np.empty((n, m), dtype=np.int64)
+    before = np.zeros((n, m, 3))  # the rate that each maneuver begins with
+    change = rates.copy()
     for j in range(m):
-        change = rates[:, j] - reached
-        time = limits.ramp_time(change)
-        length = np.minimum(np.ceil(time / step).astype(np.int64), ends[:, j] - starts[:, j])
-        place = np.arange(int(length.max(initial=0)) + 1)
-        held = starts[:, j, None] + place
-        # where the ramp is cut short, and beyond its end, nothing is left to fly
-        at = np.where(place <= length[:, None], np.minimum(held, ends[:, j, None]), -1)
-        mean, end = (
-            reached[:, None] + share[:, :, None] * change[:, None]
-            for share in ramp_shares(step * place.astype(float), step, time[:, None])
-        )
-        parts.append((mean, end, at, place * 0 + j))
-        reached = reached + share_made(length * step, time)[:, None] * change
-        if j == m - 1:
-            over = np.maximum(over, starts[:, j] + length)
-    return _packed(parts, over)
+        if j > 0:
+            made = _share_made(step * length[:, j - 1].astype(float), time[:, j - 1])
+            before[:, j] = before[:, j - 1] + made[:, None] * change[:, j - 1]
+        change[:, j] -= before[:, j]
+        time[:, j] = limits.ramp_time(change[:, j])
+        steps = np.ceil(np.minimum(time[:, j] / step, NEVER))
+        length[:, j] = np.minimum(steps, ends[:, j] - starts[:, j])
+    over = np.maximum(over, starts[:, -1] + length[:, -1])
 
-
-def _packed(parts: list[tuple[Floats, Floats, Ints, Ints]], over: Ints) -> Schedule:
-    """Stretches of all designs one after the other, those that start at -1 left out."""
-    starts = np.concatenate([part[2] for part in parts], axis=1)
-    maneuver = np.broadcast_to(np.concatenate([part[3] for part in parts]), starts.shape)
-    most = int((starts >= 0).sum(1).max(initial=1))  # each design has one at least
-    order = np.argsort(starts < 0, axis=1, kind="stable")[:, :most]
-    starts = np.take_along_axis(starts, order, axis=1)
-    empty = starts < 0
-    starts[empty] = NEVER
-
-    def packed(rates: list[Floats]) -> Floats:
-        found = np.take_along_axis(np.concatenate(rates, axis=1), order[:, :, None], axis=1)
-        found[empty] = 0.0
-        return found
-
-    return Schedule(
-        packed([part[0] for part in parts]),
-        packed([part[1] for part in parts]),
-        starts,
-        over,
-        np.take_along_axis(maneuver, order, axis=1),
+    # All designs' stretches one after the other: the steps of each ramp, then the rate held.
+    count = np.clip(n_steps - starts, 0, length) + 1
+    which = np.repeat(np.arange(n * m), count.ravel())
+    place = _places(count.ravel())
+    start = starts.ravel()[which] + place
+    mean, end = (
+        before.reshape(-1, 3)[which] + share[:, None] * change.reshape(-1, 3)[which]
+        for share in _shares(step * place.astype(float), step, time.ravel()[which])
     )
+    # And then in rows, a design in each.
+    row, column = which // m, _places(count.sum(axis=1))
+    shape = (n, column.max(initial=0) + 1)
+    plan = Schedule(
+        rates=np.zeros((*shape, 3)),
+        end_rates=np.zeros((*shape, 3)),
+        starts=np.full(shape, NEVER),
+        over=over,
+        maneuver=np.zeros(shape, dtype=np.int64),
+    )
+    plan.rates[row, column], plan.end_rates[row, column] = mean, end
+    plan.starts[row, column] = np.where(start < n_steps, start, NEVER)
+    plan.maneuver[row, column] = which % m
+    return plan
 
 
 @dataclass(frozen=True)
@@ -196,6 +192,8 @@ class Flown:
         Their starts, then the end of the run [s].
     rates : array, shape (k, 3)
         Body rates [rad/s].
+    steady : array of bool, shape (k,)
+        Whether that is the maneuver's own rate, and the stretch no step of a ramp.
     over : float
         End of the last maneuver, or of the run if that comes first [s]; the last rate is held.
     """
@@ -203,18 +201,43 @@ class Flown:
     numbers: Ints
     times: Floats
     rates: Floats
+    steady: NDArray[np.bool_]
     over: float
 
 
 def flown(design: ArrayLike, t_end: float, step: float, limits: SlewLimits | None = None) -> Flown:
     """What is flown of one design, shape (4 m,), in a run of `t_end` seconds; see `schedule`."""
-    plan = schedule(np.atleast_1d(np.asarray(design, dtype=float))[None], step, limits)
-    starts, over = plan.starts[0], plan.over[0]
-    stretches = np.flatnonzero(plan.flown()[0] & (starts * step < t_end))
-    times = np.append(starts[stretches] * step, t_end)
+    designs = np.atleast_1d(np.asarray(design, dtype=float))[None]
+    plan = schedule(designs, step, limits, math.ceil(t_end / step) + 1)
+    stretches = plan.flown()[0] & (plan.starts[0] * step < t_end)
+    rates = plan.rates[0, stretches]
     return Flown(
-        plan.maneuver[0, stretches],
-        times,
-        plan.rates[0, stretches],
-        min(float(over) * step, t_end),
+        numbers=plan.maneuver[0, stretches],
+        times=np.append(plan.starts[0, stretches] * step, t_end),
+        rates=rates,
+        steady=(rates == plan.end_rates[0, stretches]).all(axis=1),
+        over=min(float(plan.over[0]) * step, t_end),
     )
+
+
+def _places(counts: Ints) -> Ints:
+    """Places from 0 in groups of so many, one group after the other."""
+    places: Ints = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    return places
+
+
+def _shares(begin: Floats, step: float, time: Floats) -> tuple[Floats, Floats]:
+    """Share of a change that is made in steps of a ramp: their mean, and at their ends.
+
+    Steps begin `begin` seconds after the start of a ramp that takes `time` seconds, and may end
+    within one.
+    """
+    part = np.clip((time - begin) / step, 0.0, 1.0)  # of the step that belongs to the ramp
+    mean = part * _share_made(begin + 0.5 * part * step, time) + (1.0 - part)
+    return mean, _share_made(begin + step, time)
+
+
+def _share_made(after: Floats, time: Floats) -> Floats:
+    """Share of a change that is made `after` seconds of a ramp that takes `time`."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(time > 0.0, np.clip(after / time, 0.0, 1.0), 1.0)

@@ -1,4 +1,4 @@
-"""Ramps: how a body rate changes from that of one maneuver to that of the next."""
+"""How fast a satellite can change its body rate, and so how long a ramp between two rates takes."""
 
 from __future__ import annotations
 
@@ -32,6 +32,19 @@ class SlewLimits:
     max_torque: float
     inertia: Floats
 
+    @classmethod
+    def of(cls, scenario: Scenario) -> SlewLimits | None:
+        """Those of the scenario's satellite; None where rates change at once."""
+        acceleration, wheels = scenario.maneuvers.max_acceleration_deg_s2, scenario.wheels
+        torque = None if wheels is None else wheels.max_torque
+        if acceleration is None and torque is None:
+            return None
+        return cls(
+            max_acceleration=np.inf if acceleration is None else float(np.radians(acceleration)),
+            max_torque=np.inf if torque is None else torque,
+            inertia=np.eye(3) if wheels is None else wheels.matrix(),
+        )
+
     def ramp_time(self, change: Floats) -> Floats:
         """Least time [s] for changes of the rate, shape (..., 3) [rad/s], equation (12).
 
@@ -42,41 +55,3 @@ class SlewLimits:
         torque = np.abs(change @ self.inertia).max(axis=-1) / self.max_torque
         longest: Floats = np.maximum(acceleration, torque)
         return longest
-
-
-def ramp_shares(begin: Floats, step: float, time: Floats) -> tuple[Floats, Floats]:
-    """Share of a change that is made in steps of a ramp: their mean, and at their ends.
-
-    The share is proportional to time until the ramp ends, which may be within a step.
-
-    Parameters
-    ----------
-    begin : array
-        Starts of steps, from the ramp's start [s].
-    step : float
-        Their length [s].
-    time : array
-        How long the ramp takes [s], see `SlewLimits.ramp_time`.
-    """
-    part = np.clip((time - begin) / step, 0.0, 1.0)  # of the step that belongs to the ramp
-    mean = part * share_made(begin + 0.5 * part * step, time) + (1.0 - part)
-    return mean, share_made(begin + step, time)
-
-
-def share_made(after: Floats, time: Floats) -> Floats:
-    """Share of a change that is made `after` seconds of a ramp that takes `time`."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(time > 0.0, np.clip(after / time, 0.0, 1.0), 1.0)
-
-
-def slew_limits(scenario: Scenario) -> SlewLimits | None:
-    """How fast the scenario's satellite changes its rate; None where it does at once."""
-    acceleration, wheels = scenario.maneuvers.max_acceleration_deg_s2, scenario.wheels
-    torque = None if wheels is None else wheels.max_torque
-    if acceleration is None and torque is None:
-        return None
-    return SlewLimits(
-        max_acceleration=np.inf if acceleration is None else float(np.radians(acceleration)),
-        max_torque=np.inf if torque is None else torque,
-        inertia=np.eye(3) if wheels is None else wheels.matrix(),
-    )
