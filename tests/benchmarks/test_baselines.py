@@ -64,8 +64,9 @@ def test_what_is_not_straight_line_cannot_be_counted():
 def test_multiplications_of_the_paper_suite_by_hand(paper):
     n = 18
     turn, rotated_vector, trace = 27, 9, n
-    # F has rows of 6 (attitude) and 1 (bias); F P, then the lower triangle of (F P) Fᵀ
-    predict = n * (3 * 6 + 3 * 1) + (6 * 6 + 9 * 1 + 6 * 1)
+    # F has rows of 6 (attitude) and 1 (bias); F P, of which (F P) Fᵀ needs neither the bias rows in
+    # the columns of the attitude nor the upper triangle of the bias; then its lower triangle
+    predict = n * (3 * 6 + 3 * 1) - (9 + 3) + (6 * 6 + 9 * 1 + 6 * 1)
     # a row of H has 2 products: P Hᵀ, H P Hᵀ; factor; G (3 scaled, 3 eliminated); P - G Gᵀ
     update = n * 6 + 6 * 2 + 7 + n * 6 + n * (n + 1) // 2 * 3
     assert (

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, evaluate, reference_run
-from mgeo_attitude.filter.kernel import load_kernel
+from mgeo_attitude.filter.kernel import lanes, load_driver
 from mgeo_attitude.filter.reference import has_converged
 
 from .agreement import assert_agrees, designs
@@ -35,20 +35,18 @@ def cubesat():
     ],
 )
 @pytest.mark.parametrize("allow_rise", [False, True])
-def test_only_a_trace_that_fell_by_little_has_converged(window, converged, allow_rise, cubesat):
+def test_only_a_trace_that_fell_by_little_has_converged(window, converged, allow_rise):
     expected = converged or (allow_rise and window[-1] > window[0])
-    kernel = load_kernel(cubesat.suite, cubesat.gated, cubesat.monitors)
-    recent = np.zeros((4, kernel.LANES))
+    recent = np.zeros((4, lanes()))
     recent[:, 1] = np.roll(window, 2)  # a ring, whose last entry is at 1
-    assert kernel.converged(recent, 1, 1, WINDOW, DECREASE, allow_rise) == expected
+    assert load_driver().converged(recent, 1, 1, WINDOW, DECREASE, allow_rise) == expected
     assert has_converged(window[0], window[-1], DECREASE, allow_rise) == expected
 
 
-def test_a_run_without_result_ends(cubesat):
+def test_a_run_without_result_ends():
     """Of a covariance that has broken down nothing better is to come."""
-    kernel = load_kernel(cubesat.suite, cubesat.gated, cubesat.monitors)
-    recent = np.full((4, kernel.LANES), np.nan)
-    assert kernel.converged(recent, 0, 0, WINDOW, DECREASE, False)
+    recent = np.full((4, lanes()), np.nan)
+    assert load_driver().converged(recent, 0, 0, WINDOW, DECREASE, False)
 
 
 def test_a_trace_that_rises_in_eclipse_has_not_converged(cubesat):

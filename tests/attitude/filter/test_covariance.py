@@ -4,14 +4,12 @@ from functools import partial
 
 import numpy as np
 import pytest
-from mgeo_attitude.filter.covariance import FloatArithmetic, last_pivot, predict, update
+from mgeo_attitude.filter.covariance import last_pivot, predict, update
 from mgeo_attitude.filter.layout import transition_pattern
 from mgeo_attitude.vector import Vec3
 from scipy.linalg import expm
 
 from .suites import SUITES
-
-OPS = FloatArithmetic()
 
 
 class Lower(dict):
@@ -49,7 +47,7 @@ def test_predict_is_equation_3(name, seed):
     Q[:m, :m] = random_covariance(rng, m) * np.outer(noisy, noisy)
     lower = Lower(P)
     sparse_Q = {(i, j): Q[i, j] for i in range(m) for j in range(i + 1)}
-    predict(lower, n, sparse_F, sparse_Q, OPS)
+    predict(lower, n, sparse_F, sparse_Q)
     np.testing.assert_allclose(lower.dense(), F @ P @ F.T + Q, rtol=1e-12, atol=1e-12)
 
 
@@ -65,9 +63,9 @@ def test_update_is_equation_4(name, seed):
         lower, closed = Lower(P), Lower(P)
 
         measure = partial(suite.measure, sensor, Vec3(*v))
-        update(lower, suite.n_states, measure, np.diag(R), OPS)
+        update(lower, suite.n_states, measure, np.diag(R))
         np.testing.assert_allclose(lower.dense(), P - K @ H @ P, rtol=1e-10, atol=1e-10)
-        update(closed, suite.n_states, measure, np.diag(R), OPS, gate=0.0)
+        update(closed, suite.n_states, measure, np.diag(R), gate=0.0)
         np.testing.assert_array_equal(closed.dense(), Lower(P).dense())
 
 
@@ -89,8 +87,8 @@ def test_last_pivot_tells_positive_matrices_from_others(seed):
     rng = np.random.default_rng(seed)
     P = random_covariance(rng, 9)
     expected = np.linalg.cholesky(P)[-1, -1]
-    assert last_pivot(Lower(P), 9, OPS) == pytest.approx(expected, rel=1e-10)
+    assert last_pivot(Lower(P), 9) == pytest.approx(expected, rel=1e-10)
     values, vectors = np.linalg.eigh(P)
     values[3] *= -1e-3
-    with pytest.raises(ValueError, match=r"domain|nonnegative"):
-        last_pivot(Lower(vectors @ np.diag(values) @ vectors.T), 9, OPS)
+    with np.errstate(invalid="ignore"):
+        assert np.isnan(last_pivot(Lower(vectors @ np.diag(values) @ vectors.T), 9))

@@ -9,7 +9,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate, reference
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.keep_out import angle_sigma, sun_clearance, sun_clearances
 from mgeo_attitude.filter.sun_excess import arc, cone_constants, sun_excess
-from mgeo_attitude.filter.symbols import Symbol, SymbolArithmetic, SymbolTriangle
+from mgeo_attitude.filter.symbols import Code, Symbol, Triangle
 from mgeo_attitude.scenario import Convergence, InitialUncertainty, KeepOut
 from mgeo_attitude.vector import Vec3
 from scipy.spatial.transform import Rotation
@@ -38,12 +38,11 @@ def covariances(rng, n):
     return roots @ roots.transpose(0, 2, 1)
 
 
-def value(expression, ops, **names):
-    """What symbols stand for."""
+def value(symbol, **names):
+    """What a symbol stands for."""
     names |= {"sqrt": sqrt}
-    for line in ops.lines:
-        exec(line, names)
-    return eval(expression.text, names)
+    exec("\n".join(symbol.code.lines), names)
+    return names[symbol.name]
 
 
 def test_the_margin_is_how_far_turns_of_one_sigma_move_the_sun():
@@ -71,12 +70,12 @@ def test_no_sun_no_margin():
 
 
 def test_the_arc_is_exact_at_every_angle():
-    ops = SymbolArithmetic()
-    result = arc(Symbol("s"), Symbol("c"), ops)
+    code = Code()
+    result = arc(Symbol("s", code), Symbol("c", code))
     angles = [0.0, 1e-9, 1e-3, np.pi / 2, 3.0, np.pi - 1e-9, *np.linspace(0.0, np.pi, 500)]
     for angle in angles:
         s, c = np.sin(angle), np.cos(angle)
-        assert value(result, ops, s=s, c=c) == pytest.approx(np.arctan2(s, c), rel=1e-15, abs=1e-15)
+        assert value(result, s=s, c=c) == pytest.approx(np.arctan2(s, c), rel=1e-15, abs=1e-15)
 
 
 @pytest.mark.parametrize("sigmas", [0.5, 3.0])
@@ -88,15 +87,16 @@ def test_the_code_says_what_its_twin_says(sigmas):
     near = axis + 1e-5 * across
     sun = np.vstack([unit(rng, 50), axis, -axis, near / np.linalg.norm(near)])
     P = 0.01 * covariances(rng, len(sun))
-    ops = SymbolArithmetic()
-    triangle = SymbolTriangle(lambda i, j: f"P[{i}, {j}]", ops)
+    code = Code()
     C = cone_constants(axis[None], np.array([sigmas]))
-    frame = [Vec3(*(Symbol(f"C[{3 * i + k}]") for k in range(3))) for i in range(3)]
-    v = Vec3(*(Symbol(f"v[{k}]") for k in range(3)))
-    result = sun_excess(frame, Symbol("C[9]"), v, triangle, Symbol("dark"), ops)
-    found = [value(result, ops, C=C, v=v, P=p, dark=-7.0) for v, p in zip(sun, P, strict=True)]
+    frame = [Vec3(*(Symbol(f"C[{3 * i + k}]", code) for k in range(3))) for i in range(3)]
+    v = Vec3(*(Symbol(f"v[{k}]", code) for k in range(3)))
+    given = Symbol("C[9]", code), v, Triangle(code), Symbol("dark", code)
+    result = sun_excess(frame, *given)
+    W = P[:, *np.tril_indices(3)]
+    found = [value(result, C=C, v=v, W=w, dark=-7.0) for v, w in zip(sun, W, strict=True)]
     np.testing.assert_allclose(found, -sun_clearance(axis, sigmas, sun, P), rtol=0, atol=1e-10)
-    assert value(result, ops, C=C, v=np.zeros(3), P=P[0], dark=-7.0) == -7.0
+    assert value(result, C=C, v=np.zeros(3), W=W[0], dark=-7.0) == -7.0
 
 
 @pytest.fixture(scope="module")

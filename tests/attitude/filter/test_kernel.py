@@ -88,7 +88,7 @@ def test_two_processes_that_start_at_once_do_not_trip(tmp_path):
 @pytest.mark.slow
 def test_threads_that_start_at_once_do_not_trip_whether_the_kernel_is_there_or_not(tmp_path):
     cold = run(tmp_path / "cache", THREADS)
-    assert cold.stderr.count("compiling") == 1
+    assert cold.stderr.count("compiling") == 2  # kernel and driver, each once
     assert run(tmp_path / "cache", THREADS).stderr == ""
 
 

@@ -2,26 +2,26 @@
 
 A step is a few parts: turn the attitude and predict, update with each sensor, sum the trace. The
 text of a part means one candidate; `lanewise.py` compiles it for as many candidates as a vector
-register holds. All values of all candidates live in one flat workspace ``W`` at constant offsets.
-What feeds the lanes is the text of `lane.py` and `driver.py`, appended as it stands.
+register holds. All values of all candidates live in one flat workspace ``W`` at constant offsets,
+see `layout.py`. `driver.py` feeds the lanes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterable
 from functools import partial
-from importlib import resources
+from itertools import count, islice
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..vector import Vec3, dot
 from .covariance import last_pivot, predict, update
-from .layout import NO_MONITORS, Layout, layout
-from .monitors import Monitors
+from .layout import NO_MONITORS, Monitors, layout, transition_pattern
 from .suite import Suite
 from .sun_excess import sun_excess
-from .symbols import Symbol, SymbolArithmetic, SymbolTriangle
+from .symbols import Code, Symbol, Triangle, slot_of
 
 CHECK = "check"
 
@@ -31,201 +31,138 @@ def step_parts(
 ) -> dict[str, str]:
     """Text of a filter step of one candidate, part by part in order; and of `CHECK`.
 
-    Every part consists of assignments to names and to values ``W[k]`` of the candidate, see
-    `layout.py`. `CHECK`, which is no part of the step, finds the covariance's last pivot.
-
-    ``R[k]`` is what the orbit gives at the step: the reference of each sensor, the Sun if monitors
-    need it, and whether each gated sensor is available. ``C[k]`` is what all candidates share:
-    those of the keep-out cones (`sun_excess.cone_constants`); three noise variances and, with a
-    field of view, boresight and cosine of the half-angle for each sensor in turn; the requirements
-    of the monitors; then the trace weight of every state.
-    The compiler's time grows faster than a function: hence several parts.
+    Every part consists of assignments to names and to values ``W[k]`` of the candidate. `CHECK`,
+    which is no part of the step, finds the covariance's last pivot. The compiler's time grows
+    faster than a function: hence several parts.
     """
-    at = layout(suite, gated, monitors)
-    n = suite.n_states
-    parts: dict[str, str] = {}
-    n_constants = 0
+    at, n = layout(suite, gated, monitors), suite.n_states
+    parts: dict[str, Code] = {}
+    following = count(at.constants)
 
-    def slot(k: int) -> str:
-        return f"W[{k}]"
+    def part(name: str) -> Code:
+        return parts.setdefault(name, Code())
 
-    def slots(first: int, count: int) -> list[Symbol]:
-        return [Symbol(slot(first + k)) for k in range(count)]
+    def constants(code: Code, number: int) -> list[Symbol]:
+        """The next ones, in the order of `step_constants`."""
+        return [code.slot(k) for k in islice(following, number)]
 
-    def row(first: int, count: int) -> list[Symbol]:
-        return [Symbol(f"R[{first + k}]") for k in range(count)]
+    def in_body_axes(code: Code, first: int) -> Vec3:
+        """A given vector."""
+        C, v = code.slots(at.attitude, 9), code.slots(first, 3)
+        return Vec3(*(sum(C[3 * i + k] * v[k] for k in range(3)) for i in range(3)))
 
-    def constants(count: int) -> list[Symbol]:
-        nonlocal n_constants
-        n_constants += count
-        return [Symbol(f"C[{k}]") for k in range(n_constants - count, n_constants)]
-
-    def part(name: str, ops: SymbolArithmetic) -> None:
-        parts[name] = "\n".join(ops.lines)
-
-    def triangle(ops: SymbolArithmetic) -> SymbolTriangle:
-        return SymbolTriangle(lambda i, j: slot(i * (i + 1) // 2 + j), ops)
-
-    C, dC = slots(at.attitude, 9), slots(at.rotation, 9)
-    ops = SymbolArithmetic()
+    code = part("propagate")
+    C, dC = code.slots(at.attitude, 9), code.slots(at.rotation, 9)
     for j in range(3):
-        column = [ops.keep(sum(dC[3 * i + k] * C[3 * k + j] for k in range(3))) for i in range(3)]
+        column = [sum(dC[3 * i + k] * C[3 * k + j] for k in range(3)) for i in range(3)]
         for i in range(3):
-            ops.store(C[3 * i + j].text, column[i])
-    F = dict(zip(at.transition, slots(at.F, len(at.transition)), strict=True))
-    entries = [(i, j) for i in range(at.n_dynamic) for j in range(i + 1)]
-    Q = dict(zip(entries, slots(at.Q, len(entries)), strict=True))
-    predict(triangle(ops), n, F, Q, ops)
-    part("propagate", ops)
+            code.store(at.attitude + 3 * i + j, column[i])
+    F = {entry: code.slot(at.F + k) for k, entry in enumerate(transition_pattern(suite))}
+    m = suite.n_dynamic
+    Q = {(i, j): code.slot(at.Q + slot_of(i, j)) for i in range(m) for j in range(i + 1)}
+    predict(Triangle(code), n, F, Q)
 
     if monitors.cones:
         # before the measurements: the attitude was flown on what was known until now
-        ops = SymbolArithmetic()
-        sun = row(at.gate - 3, 3)
-        v = Vec3(*(ops.keep(sum(C[3 * i + k] * sun[k] for k in range(3))) for i in range(3)))
-        _watch_sun(monitors, slots(at.monitors, monitors.n_cones), v, constants, triangle(ops), ops)
-        part("watch_sun", ops)
+        code = part("watch_sun")
+        sun = in_body_axes(code, at.given + 3 * len(suite.sensors))
+        for k, margin in enumerate(monitors.cones):
+            value, axis = code.slot(at.monitors + k), Vec3(*constants(code, 3))
+            if margin:
+                frame = [axis, *(Vec3(*constants(code, 3)) for _ in range(2))]
+                now = sun_excess(frame, constants(code, 1)[0], sun, Triangle(code), value)
+            else:
+                now = dot(axis, sun)
+            code.store(at.monitors + k, now.maximum(value))
 
-    gates = iter(row(at.gate, at.n_gates))
+    gates = count(at.constants - sum(gated))
     for index, sensor in enumerate(suite.sensors):
-        ops = SymbolArithmetic()
-        r = row(3 * index, 3)
-        v = Vec3(*(ops.keep(sum(C[3 * i + k] * r[k] for k in range(3))) for i in range(3)))
-        variances = constants(3)
-        gate: Symbol | float = next(gates) if gated[index] else 1.0
+        code = part(f"update_{index}")
+        v, variances = in_body_axes(code, at.given + 3 * index), constants(code, 3)
+        gate: Any = code.slot(next(gates)) if gated[index] else 1.0
         if sensor.field_of_view() is not None:
-            *boresight, least = constants(4)
+            *boresight, least = constants(code, 4)
             cosine = sum(b * component for b, component in zip(boresight, v, strict=True))
-            gate = ops.keep(gate * ops.at_least(cosine, least))
-        measure = partial(suite.measure, sensor, v)
-        update(triangle(ops), n, measure, variances, ops, gate)
-        part(f"update_{index}", ops)
+            gate = gate * cosine.choose(least, 1.0, 0.0)
+        update(Triangle(code), n, partial(suite.measure, sensor, v), variances, gate)
 
     if monitors.states:
-        ops = SymbolArithmetic()
-        _watch(monitors, slots, constants, at, ops)
-        part("watch", ops)
+        code = part("watch")
+        ratios = [
+            code.slot(slot_of(i, i)) * weight
+            for i, weight in zip(
+                monitors.states, constants(code, len(monitors.states)), strict=True
+            )
+        ]
+        worst = ratios[0]
+        for ratio in ratios[1:]:
+            worst = worst.maximum(ratio)
+        samples = at.monitors + len(monitors.cones)
+        met = (-worst).choose(-1.0, code.slot(samples) + 1.0, 0.0)
+        code.store(samples, met)
 
-    ops, weights = SymbolArithmetic(), constants(n)
-    P = triangle(ops)
-    ops.store(slot(at.trace), sum(weights[i] * P[i, i] for i in range(n)))
-    part("sum_trace", ops)
-
-    ops = SymbolArithmetic()
-    ops.store(slot(at.pivot), last_pivot(triangle(ops), n, ops))
-    part(CHECK, ops)
-    return parts
-
-
-def _watch_sun(
-    monitors: Monitors,
-    values: list[Symbol],
-    sun: Vec3,
-    constants: Callable[[int], list[Symbol]],
-    P: SymbolTriangle,
-    ops: SymbolArithmetic,
-) -> None:
-    for value, margin in zip(values, monitors.cones, strict=True):
-        if margin:
-            frame, sigmas = [Vec3(*constants(3)) for _ in range(3)], constants(1)[0]
-            now = sun_excess(frame, sigmas, sun, P, value, ops)
-        else:
-            now = dot(Vec3(*constants(3)), sun)
-        ops.store(value.text, ops.maximum(now, value))
-
-
-def _watch(
-    monitors: Monitors,
-    slots: Callable[[int, int], list[Symbol]],
-    constants: Callable[[int], list[Symbol]],
-    at: Layout,
-    ops: SymbolArithmetic,
-) -> None:
-    values = slots(at.monitors, monitors.total)
-    first, *others = (
-        slots(i * (i + 1) // 2 + i, 1)[0] * weight
-        for i, weight in zip(monitors.states, constants(len(monitors.states)), strict=True)
-    )
-    worst = first
-    for ratio in others:
-        worst = ops.keep(ops.maximum(worst, ratio))
-    samples = values[-1]
-    ops.store(samples.text, (samples + 1.0) * ops.at_least(1.0, worst))
+    code = part("sum_trace")
+    P, weights = Triangle(code), constants(code, n)
+    code.store(at.trace, sum(weights[i] * P[i, i] for i in range(n)))
+    code = part(CHECK)
+    code.store(at.pivot, last_pivot(Triangle(code), n))
+    return {name: code.text for name, code in parts.items()}
 
 
 def step_constants(
-    suite: Suite, weights: np.ndarray, cones: Any = (), required: Any = ()
+    suite: Suite, weights: np.ndarray, cones: ArrayLike = (), required: Iterable[float] = ()
 ) -> np.ndarray:
-    """The array C of ``step(W, C)`` for trace `weights`, shape (n_states,).
+    """The constants of a step, for trace `weights` of shape (n_states,).
 
-    `cones` are the constants of the keep-out cones, `required` the 1-sigmas of the monitors.
+    Those of the keep-out cones (`sun_excess.cone_constants`); three noise variances and, with a
+    field of view, boresight and cosine of the half-angle for each sensor in turn; those of the
+    `required` 1-sigmas that are monitored; then the weights.
     """
-    values: list[float] = [*cones]
+    values: list[float] = []
     for sensor in suite.sensors:
         values.extend(sigma**2 for sigma in sensor.noise())
         view = sensor.field_of_view()
         if view is not None:
             boresight, half_angle = view
             values.extend([*boresight, float(np.cos(half_angle))])
-    return np.array([*values, *(sigma**-2 for sigma in required), *weights])
+    return np.concatenate([cones, values, [sigma**-2 for sigma in required], weights])
 
 
 def module_source(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors, lanes: int, cache: bool
 ) -> str:
-    """Source of the whole kernel module of a suite: constants, `step`, `check` and the driver."""
-    at = layout(suite, gated, monitors)
+    """Source of a suite's module, with the compiled functions ``step(W)`` and ``check(W)``."""
     parts = step_parts(suite, gated, monitors)
-    step = "\n".join(f"    {name}(W, C, R, rows)" for name in parts if name != CHECK)
-    package = (__package__ or "").rpartition(".")[0]
-    lane, driver = (_text(name, package) for name in ("lane.py", "driver.py"))
-    return f'''"""Filter kernel for {at.n_states} states. Generated; do not edit."""
+    functions = "\n\n".join(_compiled(name, text, lanes, cache) for name, text in parts.items())
+    step = "\n".join(f"    part_{name}(W)" for name in parts if name != CHECK)
+    return f'''"""Filter step of {suite.n_states} states. Generated; do not edit."""
 
-import numpy as np
-from numba import njit
+from numba import cfunc, njit
 
-from {package}.filter.lanewise import lanewise
+from {__package__}.lanewise import lanewise
 
-LANES = {lanes}
-CACHE = {cache}
-N_STATES = {at.n_states}
-N_DYNAMIC = {at.n_dynamic}
-F_ENTRIES = np.array({at.transition})
-ATTITUDE, ROTATION, F_SLOT, Q_SLOT = {at.attitude}, {at.rotation}, {at.F}, {at.Q}
-MONITORS, N_MONITORS = {at.monitors}, {at.n_monitors}
-TRACE, PIVOT, N_SLOTS = {at.trace}, {at.pivot}, {at.total}
+{functions}
 
-
-{_DIVIDER.join(_compiled(name, text, at.row) for name, text in parts.items())}
-
-
-{_DECORATOR}
-def step(W, C, R, rows):
+@cfunc("{_SIGNATURE}", cache={cache})
+def step(W):
 {step}
 
-
-{lane}
-
-{driver}'''
-
-
-def _text(name: str, package: str) -> str:
-    text = resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
-    return text.replace("from .", f"from {package}.filter.")
+@cfunc("{_SIGNATURE}", cache={cache})
+def check(W):
+    part_{CHECK}(W)
+'''
 
 
-_DIVIDER = "\n\n\n"
-# pointers, because arrays would compile three times slower
-_POINTERS = ", ".join(3 * ["CPointer(float64)"] + ["CPointer(int64)"])
-_DECORATOR = f'@njit("void({_POINTERS})", nogil=True, cache=CACHE)'
+# a pointer, because an array would compile three times slower
+_SIGNATURE = "void(CPointer(float64))"
 
 
-def _compiled(name: str, text: str, width: int) -> str:
-    return f'''{name}_lanewise = lanewise("""
+def _compiled(name: str, text: str, lanes: int, cache: bool) -> str:
+    return f'''{name} = lanewise("""
 {text}
-""", LANES, {width})
+""", {lanes})
 
-
-{_DECORATOR}
-def {name}(W, C, R, rows):
-    {name}_lanewise(W, C, R, rows)'''
+@njit("{_SIGNATURE}", cache={cache})
+def part_{name}(W):
+    {name}(W)
+'''

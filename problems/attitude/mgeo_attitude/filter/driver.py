@@ -1,38 +1,15 @@
-"""Feeds the lanes of the generated `step`: the text of this module ends every kernel module."""
+"""Runs designs through the generated filter step, one candidate in each lane.
 
-from typing import TYPE_CHECKING, Any
+Compiled once for all suites: `kernel.py` puts the text of this module into the user's cache.
+"""
 
 import numpy as np
 from numba import njit
 
-from .atomic import fetch_add, load_acquire, store_release
+from mgeo_attitude.filter.discretization import discretize, turn
+from mgeo_attitude.filter.intrinsics import call, fetch_add, load_acquire, store_release
 
-if TYPE_CHECKING:  # above this text in the generated module, see codegen.py
-    from .lane import (
-        ATTITUDE,
-        CACHE,
-        LANES,
-        MONITORS,
-        N_MONITORS,
-        N_STATES,
-        PIVOT,
-        TRACE,
-        converged,
-        load_maneuver,
-        reset,
-        restore,
-        ring,
-        save,
-        variance_slot,
-        workspace,
-    )
-
-    def step(W: Any, C: Any, R: Any, rows: Any) -> None:
-        """One filter step of all lanes, in place."""
-
-    def check(W: Any, C: Any, R: Any, rows: Any) -> None:
-        """Last pivot of the covariance of all lanes."""
-
+CACHE = True
 
 # Steps of a lane between two checks that its covariance is positive. Lost positivity stays lost
 # for long, and a check costs half a step.
@@ -43,28 +20,90 @@ NEVER = 2**62
 
 
 @njit(cache=CACHE)
-def take(queue, n):
-    """The next job's number, or -1 where none is left."""
-    i = fetch_add(queue, 1)
-    return i if i < n else -1
+def workspace(n_slots, lanes):
+    """Zeros that begin with a cache line: vectors across two lines load at half the speed."""
+    line = 8
+    buffer = np.zeros(n_slots * lanes + line)
+    skip = -(buffer.ctypes.data // buffer.itemsize) % line
+    return buffer[skip : skip + n_slots * lanes].reshape(n_slots, lanes)
 
 
 @njit(cache=CACHE)
-def parent_is_done(done, parent):
-    """Whether a job may start: its parent, if it has one, has left its final state."""
-    return parent < 0 or load_acquire(done, parent) != 0
+def ring(window, lanes):
+    """Room for the trace of all lanes over a window; a power of two, so that rows are found fast.
+
+    The whole history would not stay in the second-level cache.
+    """
+    size = 1
+    while size <= window:
+        size *= 2
+    return np.zeros((size, lanes))
+
+
+@njit(cache=CACHE, error_model="numpy")
+def load_maneuver(W, lane, rotation, omega, dynamics, density, pattern, dt):
+    """Write the maneuver's turn per step, exact transition and process noise to a lane."""
+    A = dynamics[0] + omega[0] * dynamics[1] + omega[1] * dynamics[2] + omega[2] * dynamics[3]
+    F, Q = discretize(A, density, dt)
+    turned = turn(omega, dt)
+    k = rotation
+    for i in range(3):
+        for j in range(3):
+            W[k, lane] = turned[i, j]
+            k += 1
+    for entry in pattern:
+        W[k, lane] = F[entry[0], entry[1]]
+        k += 1
+    for i in range(len(Q)):
+        for j in range(i + 1):
+            W[k, lane] = Q[i, j]
+            k += 1
+
+
+@njit(cache=CACHE)
+def save(W, lane, n_values, recent, now, n, state):
+    """Store a lane's covariance, attitude, monitors and the last n values of its trace."""
+    for j in range(n_values):
+        state[j] = W[j, lane]
+    for j in range(n):
+        state[n_values + j] = recent[(now - j) % len(recent), lane]
+
+
+@njit(cache=CACHE)
+def restore(W, lane, n_values, recent, now, n, state):
+    """Inverse of `save`."""
+    for j in range(n_values):
+        W[j, lane] = state[j]
+    for j in range(n):
+        recent[(now - j) % len(recent), lane] = state[n_values + j]
+
+
+@njit(cache=CACHE, error_model="numpy")
+def converged(recent, lane, now, window, decrease, allow_rise):
+    """Whether the trace fell by less than the least decrease, and did not rise, equation (6).
+
+    A rise may be allowed. A trace of NaN has nothing left to wait for.
+    """
+    before = recent[(now - window) & (len(recent) - 1), lane]
+    fall = before - recent[now, lane]
+    return not (fall >= decrease * before or (fall < 0.0 and not allow_rise))
 
 
 @njit(
-    "void(int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], int64[::1],"
-    "float64[:,::1], float64[:,:,::1], int64[:,::1], int64[::1], float64[:,:,::1], float64[::1],"
-    "float64[:,::1], float64[::1], float64[::1], float64[::1], int64, float64, boolean, float64,"
-    "int64[::1], float64[::1], float64[:,::1], float64[:,::1], float64[:,:,::1], int64)",
+    "void(int64, int64, int64, UniTuple(int64, 9), int64[::1], int64[::1],"
+    "int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], float64[:,::1],"
+    "float64[:,:,::1], int64[:,::1], int64[::1], float64[:,:,::1], float64[::1], int64[:,::1],"
+    "float64[:,::1], float64[::1], int64, float64, boolean, float64,"
+    "int64[::1], float64[::1], float64[:,::1], float64[:,::1], float64[:,:,::1])",
     error_model="numpy",
     nogil=True,
     cache=CACHE,
 )
 def run(
+    step,
+    check,
+    lanes,
+    layout,
     queue,
     done,
     designs,
@@ -72,16 +111,15 @@ def run(
     ends,
     parents,
     slots,
-    snapshots,
+    states,
     rates,
     starts,
     over,
     dynamics,
     density,
+    pattern,
     table,
-    variances,
-    monitors,
-    C,
+    constants,
     window,
     decrease,
     allow_rise,
@@ -91,7 +129,6 @@ def run(
     watched,
     final,
     record,
-    lanes,
 ):
     """Run jobs from the queue until it is empty; any number of threads may share it.
 
@@ -101,6 +138,12 @@ def run(
 
     Parameters
     ----------
+    step, check : int
+        Addresses of the suite's functions: one filter step, and the last pivot of the covariance,
+        of all lanes, in place.
+    lanes : int
+    layout : tuple of int
+        See `layout.Layout`.
     queue : array of one int
         Number of jobs already taken, shared by the threads.
     done : array of int, shape (n_jobs,)
@@ -108,8 +151,8 @@ def run(
         positivity. Shared by the threads.
     designs, begins, ends, parents, slots : arrays, shape (n_jobs,)
         See `jobs.Jobs`.
-    snapshots : array, shape (n_slots, ROTATION + window + 1)
-        States that jobs leave.
+    states : array, shape (n_slots + 1, ROTATION + window + 1)
+        States that jobs leave; the last one is that at time zero.
     rates : array, shape (n, n_maneuvers, 3)
         Body rates [rad/s].
     starts, over : arrays, shapes (n, n_maneuvers) and (n,)
@@ -118,12 +161,12 @@ def run(
         A at rest, and what a unit rate about each axis adds to it.
     density : array, shape (n_dynamic,)
         Process-noise density.
-    table : array, shape (n_steps + 1, n_values)
-        Reference vectors in GCRS and availabilities (one or zero) of the sensors.
-    variances, monitors : arrays, shapes (n_states,) and (n_monitors,)
-        Variances and monitors at time zero.
-    C : array
-        Constants of `step`.
+    pattern : array, shape (n_entries, 2)
+        Entries of the transition matrix that `step` reads.
+    table : array, shape (n_steps + 1, n_given)
+        What the orbit gives at each sample.
+    constants : array
+        The same for all candidates, see `codegen.step_constants`.
     window, decrease, allow_rise, dt
         Convergence window [steps], least relative decrease of the trace over it, whether it may
         have risen, step [s].
@@ -136,52 +179,50 @@ def run(
         Lower triangle of the covariance at the end, row by row, if asked for.
     record : array, shape (n or 0, n_steps + 1, n_states), written
         Variance of each state at each step, if asked for.
-    lanes
-        LANES, as a variable: loops over a constant would be unrolled, and compile twice as long.
     """
     n_jobs, n_maneuvers, last_step = len(designs), starts.shape[1], len(table) - 1
-    W, recent = workspace(), ring(window)
-    mask, now = len(recent) - 1, 0  # the row of `recent` for the present step of every lane
-    job = np.empty(LANES, dtype=np.int64)
-    clock = np.zeros(LANES, dtype=np.int64)
-    maneuver = np.zeros(LANES, dtype=np.int64)
-    running = np.zeros(LANES, dtype=np.int64)
-    healthy = np.ones(LANES, dtype=np.bool_)
-    test_from = np.full(LANES, NEVER)
+    attitude, monitors, rotation, _, _, trace_slot, pivot, given, first_constant = layout
+    W, recent = workspace(first_constant + len(constants), lanes), ring(window, lanes)
+    for k in range(len(constants)):
+        W[first_constant + k] = constants[k]
+    address, mask = W.ctypes.data, len(recent) - 1
+    now = 0  # the row of `recent` for the present step of every lane
+    job = np.empty(lanes, dtype=np.int64)
+    clock = np.zeros(lanes, dtype=np.int64)
+    maneuver = np.zeros(lanes, dtype=np.int64)
+    running = np.zeros(lanes, dtype=np.int64)
+    healthy = np.ones(lanes, dtype=np.bool_)
+    test_from = np.full(lanes, NEVER)
     active = 0
     for lane in range(lanes):
-        reset(W, lane, variances, monitors, C, recent, now)
-        job[lane] = take(queue, n_jobs)
-        active += job[lane] >= 0
+        job[lane] = fetch_add(queue, 1)
+        active += job[lane] < n_jobs
     while active > 0:
         # what is due before the next step, and how many steps there are until more is
         n_steps = NEVER
         for lane in range(lanes):
             this, k = job[lane], clock[lane]
-            if this < 0:
+            if this >= n_jobs:
                 continue
             i = designs[this]
             if not running[lane]:
                 parent = parents[this]
-                if not parent_is_done(done, parent):
+                left = 1 if parent < 0 else load_acquire(done, parent)
+                if left == 0:
                     continue
-                running[lane] = 1
+                running[lane], healthy[lane] = 1, left == 1
                 maneuver[lane] = 0
                 k = begins[this]
                 clock[lane] = k
                 test_from[lane] = max(over[i], window)
-                if parent < 0:
-                    reset(W, lane, variances, monitors, C, recent, now)
-                    healthy[lane] = True
-                else:
-                    restore(W, lane, recent, now, min(window, k) + 1, snapshots[slots[parent]])
-                    healthy[lane] = done[parent] == 1
+                state = states[-1 if parent < 0 else slots[parent]]
+                restore(W, lane, rotation, recent, now, min(window, k) + 1, state)
             m = maneuver[lane]
             while m < n_maneuvers and starts[i, m] <= k:
                 m += 1
             if m > maneuver[lane]:
                 # of several maneuvers that have started only the last one is flown
-                load_maneuver(W, lane, rates[i, m - 1], dynamics, density, dt)
+                load_maneuver(W, lane, rotation, rates[i, m - 1], dynamics, density, pattern, dt)
                 maneuver[lane] = m
             due = min(last_step, k - k % CHECK_PERIOD + CHECK_PERIOD)
             if m < n_maneuvers:
@@ -198,16 +239,19 @@ def run(
             now = (now + 1) & mask
             for lane in range(lanes):
                 clock[lane] += running[lane]
-            step(W.ctypes, C.ctypes, table.ctypes, clock.ctypes)
+            for k in range(table.shape[1]):
+                for lane in range(lanes):
+                    W[given + k, lane] = table[clock[lane], k]
+            call(step, address)
             for lane in range(lanes):
-                recent[now, lane] = W[TRACE * LANES + lane]
+                recent[now, lane] = W[trace_slot, lane]
                 tested = clock[lane] >= test_from[lane]
                 ended |= tested & converged(recent, lane, now, window, decrease, allow_rise)
             if len(record) > 0:
                 for lane in range(lanes):
                     if running[lane]:
-                        for j in range(N_STATES):
-                            variance = W[variance_slot(j) * LANES + lane]
+                        for j in range(record.shape[2]):
+                            variance = W[j * (j + 1) // 2 + j, lane]
                             record[designs[job[lane]], clock[lane], j] = variance
 
         checked = False
@@ -220,23 +264,24 @@ def run(
             )
             if at_end or k % CHECK_PERIOD == 0:
                 if not checked:
-                    check(W.ctypes, C.ctypes, table.ctypes, clock.ctypes)
+                    call(check, address)
                     checked = True
-                healthy[lane] &= W[PIVOT * LANES + lane] > 0.0
+                healthy[lane] &= W[pivot, lane] > 0.0
             if k == ends[this]:
-                save(W, lane, recent, now, min(window, k) + 1, snapshots[slots[this]])
+                state = states[slots[this]]
+                save(W, lane, rotation, recent, now, min(window, k) + 1, state)
                 store_release(done, this, 1 if healthy[lane] else 2)
             elif at_end:
                 i = designs[this]
                 end_step[i] = k
                 trace[i] = recent[now, lane] if healthy[lane] else np.nan
-                for j in range(N_MONITORS):
-                    watched[i, j] = W[(MONITORS + j) * LANES + lane]
+                for j in range(watched.shape[1]):
+                    watched[i, j] = W[monitors + j, lane]
                 if len(final) > 0:
-                    for j in range(ATTITUDE):
-                        final[i, j] = W[j * LANES + lane]
+                    for j in range(attitude):
+                        final[i, j] = W[j, lane]
             else:
                 continue
             running[lane], clock[lane], test_from[lane] = 0, 0, NEVER
-            job[lane] = take(queue, n_jobs)
-            active -= job[lane] < 0
+            job[lane] = fetch_add(queue, 1)
+            active -= job[lane] >= n_jobs

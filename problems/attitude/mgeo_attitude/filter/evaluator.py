@@ -14,11 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 from ..maneuvers.schedule import Schedule
 from .codegen import step_constants
 from .jobs import separate, shared
-from .kernel import load_kernel
+from .keep_out import sun_clearance
+from .kernel import lanes, load_driver, load_kernel
+from .layout import layout, transition_pattern
 from .model import FilterModel
 from .sun_excess import cone_constants
 
 Floats = NDArray[np.float64]
+
+#: The cosine of the angle to a Sun that has not shone.
+_NEVER_SEEN = -2.0
 
 
 @dataclass(frozen=True)
@@ -78,21 +83,23 @@ def evaluate(
         Whether to return the covariances at the end.
     """
     plan = model.schedule(designs)
-    suite, n = model.suite, len(plan.rates)
-    monitors = model.monitors
-    kernel = load_kernel(suite, model.gated, monitors)
+    suite, n, monitors = model.suite, len(plan.rates), model.monitors
+    kernel, driver = load_kernel(suite, model.gated, monitors), load_driver()
+    at = layout(suite, model.gated, monitors)
     # A history is recorded step by step, so every design is then run by itself from the start.
     jobs = separate(n) if history else shared(plan.rates, plan.starts, plan.over, model.n_steps)
     record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)
     record[:, 0] = model.initial_sigma**2
     end_step, trace = np.zeros(n, dtype=np.int64), np.empty(n)
     watched = np.empty((n, monitors.total))
-    final = np.empty((n if covariance else 0, kernel.ATTITUDE))
-    start = _monitors_at_start(model)
+    final = np.empty((n if covariance else 0, at.attitude))
+    cones = cone_constants(model.cones, model.cone_sigmas)
     required = model.required_sigma[list(monitors.states)]
-    # covariance, attitude, monitors and the trace over the last window
-    snapshot = kernel.ROTATION + model.window_steps + 1
     arguments: tuple[Any, ...] = (
+        kernel.step.address,
+        kernel.check.address,
+        lanes(),
+        tuple(at),
         np.zeros(1, dtype=np.int64),
         np.zeros(len(jobs.design), dtype=np.int64),
         jobs.design,
@@ -100,18 +107,15 @@ def evaluate(
         jobs.end,
         jobs.parent,
         jobs.snapshot,
-        np.empty(((jobs.snapshot >= 0).sum(), snapshot)),
+        _states(model, (jobs.snapshot >= 0).sum(), at.rotation),
         np.ascontiguousarray(plan.rates),
         np.ascontiguousarray(plan.starts),
         plan.over,
         model.dynamics,
         suite.diffusion(),
+        np.array(transition_pattern(suite)),
         model.table,
-        model.initial_sigma**2,
-        start,
-        step_constants(
-            suite, model.weights, cone_constants(model.cones, model.cone_sigmas), required
-        ),
+        step_constants(suite, model.weights, cones, required),
         model.window_steps,
         model.relative_decrease,
         model.allow_rise,
@@ -121,12 +125,11 @@ def evaluate(
         watched,
         final,
         record,
-        kernel.LANES,
     )
     others = min(threads or available_threads(), len(jobs.design)) - 1
     with ThreadPoolExecutor(max(others, 1)) as pool:  # it makes no thread before it needs one
-        futures = [pool.submit(kernel.run, *arguments) for _ in range(others)]
-        kernel.run(*arguments)
+        futures = [pool.submit(driver.run, *arguments) for _ in range(others)]
+        driver.run(*arguments)
     for future in futures:
         future.result()
     t_end, trace = model.step * end_step[jobs.twin].astype(float), trace[jobs.twin]
@@ -141,7 +144,7 @@ def evaluate(
         )
         t_end = np.where(lost, np.nan, t_end)
     watched = watched[jobs.twin]
-    sun = watched[:, : monitors.n_cones]
+    sun = watched[:, : len(monitors.cones)]
     sun_angle = np.where(monitors.cones, -sun, np.arccos(np.clip(sun, -1.0, 1.0)))
     t_required = np.full(n, np.inf)
     if monitors.states:
@@ -152,11 +155,32 @@ def evaluate(
     return Evaluation(t_end, trace, record, full, sun_angle, t_required, plan)
 
 
+def _states(model: FilterModel, count: int, n_values: int) -> Floats:
+    """Room for states that jobs leave, as `driver.save` does; the last one is that at time zero.
+
+    Covariance, attitude (body axes along GCRS), monitors and the trace over the last window.
+    """
+    states = np.zeros((count + 1, n_values + model.window_steps + 1))
+    variances = model.initial_sigma**2
+    start = [np.diag(variances)[np.tril_indices(len(variances))], np.eye(3).ravel()]
+    start += [_monitors_at_start(model), np.cumsum(model.weights * variances)[-1:]]
+    states[-1, : n_values + 1] = np.concatenate(start)
+    return states
+
+
 def _monitors_at_start(model: FilterModel) -> Floats:
-    sun = model.sun[0] if len(model.sun) else np.zeros(3)
-    return model.monitors.start(
-        model.cones, model.cone_sigmas, sun, model.initial_sigma, model.required_sigma
-    )
+    """What `layout.Monitors` says, at time zero."""
+    values = np.empty(0)
+    if len(model.cones):
+        sun, covariance = model.sun[:1], np.diag(model.initial_sigma[:3] ** 2)[None]
+        cosines = model.cones @ sun[0] if sun.any() else np.full(len(model.cones), _NEVER_SEEN)
+        cones = zip(model.cones, model.cone_sigmas, strict=True)
+        angles = [sun_clearance(axis, k, sun, covariance)[0] for axis, k in cones]
+        excess = np.maximum(-np.pi, -np.array(angles))
+        values = np.where(model.monitors.cones, excess, cosines)
+    if not model.monitors.states:
+        return values
+    return np.append(values, float(np.all(model.initial_sigma <= model.required_sigma)))
 
 
 def _symmetric(triangles: Floats, n: int) -> Floats:

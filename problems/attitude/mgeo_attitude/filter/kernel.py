@@ -1,6 +1,6 @@
-"""Finds, or generates and compiles, the filter kernel of a sensor suite.
+"""Finds, or generates and compiles, the filter step of a sensor suite, and the driver of all.
 
-The generated module lives in the user's cache folder under a hash of its text and of everything
+A module lives in the user's cache folder under a hash of its text and of everything
 that goes into its compilation; numba keeps the machine code beside it. So a suite is compiled once
 per machine. Two processes that start at once both compile and write the same bytes; threads of one
 process take turns.
@@ -19,6 +19,7 @@ import threading
 import warnings
 from collections.abc import Callable, Iterable
 from functools import cache, partial
+from importlib import resources
 from pathlib import Path
 from types import ModuleType
 
@@ -29,16 +30,12 @@ import numpy as np
 import platformdirs
 
 from ..files import write_text
-from . import atomic, discretization, lanewise
+from . import discretization, intrinsics, lanewise
 from .codegen import module_source
-from .layout import NO_MONITORS
-from .monitors import Monitors
+from .layout import NO_MONITORS, Monitors
 from .suite import Suite
 
 _log = logging.getLogger(__name__)
-
-#: Modules whose compiled functions the kernel calls: a change there must not find an old kernel.
-_INGREDIENTS = (atomic, discretization, lanewise)
 
 # A module is in sys.modules before it has been executed: numba looks for it there.
 _loading = threading.Lock()
@@ -54,7 +51,7 @@ def lanes() -> int:
 def load_kernel(
     suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
 ) -> ModuleType:
-    """Kernel module of a suite; see `driver.run` for its function ``run``.
+    """Module of a suite, whose C functions ``step`` and ``check`` the driver calls.
 
     Parameters
     ----------
@@ -65,7 +62,18 @@ def load_kernel(
         What is watched along a run.
     """
     source_of = partial(module_source, suite, gated, monitors, lanes())
-    return load_module("kernel", source_of, _INGREDIENTS)
+    return load_module("kernel", source_of, [lanewise])
+
+
+@cache
+def load_driver() -> ModuleType:
+    """Compiled module of the text of `driver.py`; see its function ``run``."""
+    text = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
+
+    def source_of(cache: bool) -> str:
+        return text if cache else text.replace("CACHE = True", "CACHE = False")
+
+    return load_module("driver", source_of, [discretization, intrinsics])
 
 
 def load_module(
@@ -97,7 +105,7 @@ def _load(kind: str, name: str, source: str, source_of: Callable[[bool], str]) -
     folder = Path(os.environ.get("MGEO_CACHE_DIR") or platformdirs.user_cache_dir("mgeo"))
     try:
         path = _stored(folder / f"{kind}s", name, source)
-        if not any(path.parent.glob(f"__pycache__/{name}.run-*.nbi")):
+        if not any(path.parent.glob(f"__pycache__/{name}.*.nbi")):
             _announce(kind)
         _import(name, path)
         return
@@ -170,6 +178,4 @@ def _import(name: str, path: Path) -> None:
 
 
 def _announce(kind: str) -> None:
-    _log.warning(
-        "compiling the filter %s of this sensor suite, once per machine (about 10 s)", kind
-    )
+    _log.warning("compiling the %s of the filter, once per machine (some seconds)", kind)

@@ -1,8 +1,8 @@
 """Compiles straight-line arithmetic into vector instructions, one candidate in each lane.
 
-The text is lines like ``t1 = W[3] * W[5] + C[0]`` and ``W[3] = sqrt(t1)``. It means one candidate;
-here every name becomes a vector of as many candidates as there are lanes. LLVM's own vectorizer
-gets to the same instructions from a loop over the lanes, but needs ten times as long.
+The text is lines like ``t1 = W[3] * W[5]`` and ``W[3] = t1``. It means one candidate; here every
+name becomes a vector of as many candidates as there are lanes. LLVM's own vectorizer gets to the
+same instructions from a loop over the lanes, but needs ten times as long.
 """
 
 from __future__ import annotations
@@ -21,21 +21,17 @@ _FLAGS = ("nsz", "arcp", "contract")
 _OPERATORS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 
 
-def lanewise(text: str, lanes: int, width: int = 0) -> Any:
-    """A function ``f(W, C, R, rows)`` for compiled code that runs `text` for all lanes at once.
+def lanewise(text: str, lanes: int) -> Any:
+    """A function ``f(W)`` for compiled code that runs `text` for all lanes at once.
 
-    W, C and R are pointers to float64, `rows` to int64. In the text ``W[k]`` is a lane's
-    ``W[k * lanes + lane]``, ``C[k]`` is the same for all lanes, and ``R[k]`` is a value of the
-    lane's row in a table: ``R[rows[lane] * width + k]``.
+    W is a pointer to float64: ``W[k]`` in the text is a lane's ``W[k * lanes + lane]``.
 
     Parameters
     ----------
     text : str
-        Assignments to names or ``W[k]`` of expressions of names, ``W[k]``, ``C[k]``, ``R[k]``,
-        numbers, ``+ - * /``, ``sqrt(x)`` and ``1.0 if x >= y else 0.0``.
+        Assignments to names or ``W[k]`` of expressions of names, ``W[k]``, numbers, ``+ - * /``,
+        ``sqrt(x)`` and ``a if x >= y else b``.
     lanes : int
-    width : int
-        Values in a row of R.
 
     Raises
     ------
@@ -44,9 +40,9 @@ def lanewise(text: str, lanes: int, width: int = 0) -> Any:
     """
 
     @intrinsic
-    def function(typing_context: Any, W: Any, C: Any, R: Any, rows: Any) -> Any:
+    def function(typing_context: Any, W: Any) -> Any:
         def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            writer = _Writer(builder, lanes, width, *args)
+            writer = _Writer(builder, lanes, args[0])
             # What does not fit the registers goes to the stack: there too a vector across two
             # cache lines takes twice as long.
             attributes = builder.function.attributes
@@ -56,7 +52,7 @@ def lanewise(text: str, lanes: int, width: int = 0) -> Any:
                 writer.assign(line)
             return context.get_dummy_value()
 
-        return types.void(W, C, R, rows), codegen
+        return types.void(W), codegen
 
     return function
 
@@ -64,9 +60,8 @@ def lanewise(text: str, lanes: int, width: int = 0) -> Any:
 class _Writer:
     """Writes one instruction for every operation, in the order of the text."""
 
-    def __init__(self, builder: ir.IRBuilder, lanes: int, width: int, *pointers: ir.Value) -> None:
-        self.builder, self.lanes, self.width = builder, lanes, width
-        self.W, self.C, self.R, self.rows = pointers
+    def __init__(self, builder: ir.IRBuilder, lanes: int, W: ir.Value) -> None:
+        self.builder, self.lanes, self.W = builder, lanes, W
         self.vector = ir.VectorType(ir.DoubleType(), lanes)
         self.values: dict[str, ir.Value] = {}
 
@@ -88,7 +83,10 @@ class _Writer:
             case ast.UnaryOp(ast.USub(), operand):
                 return builder.fneg(self.value(operand), flags=_FLAGS)
             case ast.Call(ast.Name("sqrt"), [argument]):
-                return self.root(self.value(argument))
+                kind = ir.FunctionType(self.vector, [self.vector])
+                name = f"llvm.sqrt.v{self.lanes}f64"
+                sqrt = cgutils.get_or_insert_function(builder.module, kind, name)
+                return builder.call(sqrt, [self.value(argument)], fastmath=_FLAGS)
             case ast.IfExp(ast.Compare(left, [ast.GtE()], [right]), yes, no):
                 test = builder.fcmp_ordered(">=", self.value(left), self.value(right))
                 return builder.select(test, self.value(yes), self.value(no))
@@ -98,41 +96,9 @@ class _Writer:
                 return self.values[name]
             case ast.Subscript(ast.Name("W"), ast.Constant(int(k))):
                 return builder.load(self.slot(k), align=8)
-            case ast.Subscript(ast.Name("C"), ast.Constant(int(k))):
-                return self.shared(k)
-            case ast.Subscript(ast.Name("R"), ast.Constant(int(k))) if k < self.width:
-                return self.own_row(k)
         raise ValueError(f"{ast.unparse(node)}: expected straight-line arithmetic")
-
-    def root(self, value: ir.Value) -> ir.Value:
-        name = f"llvm.sqrt.v{self.lanes}f64"
-        sqrt = cgutils.get_or_insert_function(
-            self.builder.module, ir.FunctionType(self.vector, [self.vector]), name
-        )
-        return self.builder.call(sqrt, [value], fastmath=_FLAGS)
 
     def slot(self, k: int) -> ir.Value:
         """Pointer to the vector of value k."""
         first = self.builder.gep(self.W, [ir.Constant(ir.IntType(64), k * self.lanes)])
         return self.builder.bitcast(first, self.vector.as_pointer())
-
-    def shared(self, k: int) -> ir.Value:
-        """Value k of C in every lane."""
-        builder, index = self.builder, ir.IntType(32)
-        number = builder.load(builder.gep(self.C, [ir.Constant(ir.IntType(64), k)]))
-        undefined = ir.Constant(self.vector, ir.Undefined)
-        first = builder.insert_element(undefined, number, ir.Constant(index, 0))
-        zeros = ir.Constant(ir.VectorType(index, self.lanes), [0] * self.lanes)
-        return builder.shuffle_vector(first, undefined, zeros)
-
-    def own_row(self, k: int) -> ir.Value:
-        """Value k of each lane's row of R."""
-        builder, index = self.builder, ir.IntType(64)
-        vector = ir.Constant(self.vector, ir.Undefined)
-        for lane in range(self.lanes):
-            row = builder.load(builder.gep(self.rows, [ir.Constant(index, lane)]))
-            first = builder.mul(row, ir.Constant(index, self.width))
-            place = builder.add(first, ir.Constant(index, k))
-            number = builder.load(builder.gep(self.R, [place]))
-            vector = builder.insert_element(vector, number, ir.Constant(ir.IntType(32), lane))
-        return vector

@@ -1,89 +1,78 @@
-"""Where the generated kernel keeps its values: the numbers of the workspace's slots."""
+"""What a generated kernel keeps of each candidate, and where: the slots of its workspace."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 
-from .monitors import Monitors
 from .suite import Suite
+
+
+@dataclass(frozen=True)
+class Monitors:
+    """What is watched of every design along its run, beside the filter itself.
+
+    Attributes
+    ----------
+    cones : tuple of bool
+        For each body axis that must stay off the Sun, whether it does with a margin for the unknown
+        attitude. With one, the greatest excess of the margin over the angle between is kept [rad];
+        without, the greatest cosine of the angle.
+    states : tuple of int
+        States with a required 1-sigma. If there are any, one value follows: at how many samples up
+        to now, without a break, all requirements have been met.
+    """
+
+    cones: tuple[bool, ...] = ()
+    states: tuple[int, ...] = ()
+
+    @property
+    def total(self) -> int:
+        return len(self.cones) + bool(self.states)
+
 
 NO_MONITORS = Monitors()
 
 
-@dataclass(frozen=True)
-class Layout:
-    """Numbers of the workspace's values: the first value of each kind, then the total.
+class Layout(NamedTuple):
+    """First slot of each kind of value, in this order.
 
-    What the orbit gives at a step, references and gates, lies in a row of a table of its own.
+    The covariance is before all others, from slot 0 on. It, the `attitude` and the `monitors` are a
+    candidate's state; `rotation`, `F` and `Q` are those of one step of its maneuver. `trace` and
+    `pivot` are what `step` and `check` find. `given` are what the orbit gives at the step; the
+    `constants` are the same for all candidates.
     """
 
-    n_states: int
-    #: Entries of the transition matrix that can differ from the identity's, by (row, column).
-    transition: tuple[tuple[int, int], ...]
-    n_dynamic: int
-    n_references: int
-    n_gates: int
-    n_monitors: int
-
-    @property
-    def attitude(self) -> int:
-        return self.n_states * (self.n_states + 1) // 2
-
-    @property
-    def monitors(self) -> int:
-        return self.attitude + 9
-
-    @property
-    def rotation(self) -> int:
-        return self.monitors + self.n_monitors
-
-    @property
-    def F(self) -> int:
-        return self.rotation + 9
-
-    @property
-    def Q(self) -> int:
-        return self.F + len(self.transition)
-
-    @property
-    def trace(self) -> int:
-        return self.Q + self.n_dynamic * (self.n_dynamic + 1) // 2
-
-    @property
-    def pivot(self) -> int:
-        return self.trace + 1
-
-    @property
-    def total(self) -> int:
-        return self.pivot + 1
-
-    @property
-    def gate(self) -> int:
-        """First gate in a row of references and gates."""
-        return 3 * self.n_references
-
-    @property
-    def row(self) -> int:
-        return self.gate + self.n_gates
+    attitude: int
+    monitors: int
+    rotation: int
+    F: int
+    Q: int
+    trace: int
+    pivot: int
+    given: int
+    constants: int
 
 
+@cache
 def layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS) -> Layout:
     """Workspace of a suite; `gated` tells which sensors are not available at every sample.
 
-    The Sun is one more reference, after those of the sensors, if cones must stay off it.
+    Given are the reference of each sensor, the Sun if cones must stay off it, and whether each
+    gated sensor is available: a row of `FilterModel.table`.
     """
-    return Layout(
-        n_states=suite.n_states,
-        transition=transition_pattern(suite),
-        n_dynamic=suite.n_dynamic,
-        n_references=len(suite.sensors) + (monitors.n_cones > 0),
-        n_gates=sum(gated),
-        n_monitors=monitors.total,
-    )
+    n, m = suite.n_states, suite.n_dynamic
+    given = 3 * (len(suite.sensors) + bool(monitors.cones)) + sum(gated)
+    n_transition = len(transition_pattern(suite))
+    sizes = [_half(n), 9, monitors.total, 9, n_transition, _half(m), 1, 1, given]
+    return Layout(*accumulate(sizes))
 
 
+@cache
 def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
     """Entries of exp(A dt), for any rate, in the rows of the states that change.
 
@@ -98,3 +87,8 @@ def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
         closure = closure @ closure
     rows = generic.any(axis=1) | (suite.diffusion() > 0.0)
     return tuple((int(i), int(j)) for i, j in np.argwhere(closure) if rows[i])
+
+
+def _half(n: int) -> int:
+    """Entries of a lower triangle."""
+    return n * (n + 1) // 2

@@ -14,7 +14,7 @@ from ..environment import Environment
 from ..maneuvers.schedule import Schedule, schedule
 from ..maneuvers.slew import SlewLimits
 from ..scenario.settings import RequiredSigma, TraceWeights
-from .monitors import Monitors
+from .layout import Monitors
 from .suite import Suite
 
 if TYPE_CHECKING:

@@ -1,99 +1,111 @@
-"""Symbols that write code: arithmetic on them becomes lines of straight-line Python."""
+"""Symbols that write code: every operation on them becomes a line of straight-line Python."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Symbol:
-    """A piece of source text that stands for a number; zeros and ones fold away."""
+    """A name in `code` for a number; products with zero, and what changes nothing, write no line.
 
-    text: str
-    #: How tightly the text binds: 0 for a sum, 1 for a product, 2 for a name.
-    binding: int = 2
+    ``np.sqrt`` takes one, as it takes every object with a method of that name.
+    """
 
-    def __add__(self, other: Symbol | float) -> Symbol | float:
-        if _is(other, 0.0):
-            return self
-        return Symbol(f"{self.text} + {_at(0, other)}", 0)
+    name: str
+    code: Code
 
-    def __radd__(self, other: float) -> Symbol | float:
-        return self if _is(other, 0.0) else Symbol(f"{other!r} + {self.text}", 0)
+    def __add__(self, other: Symbol | float) -> Symbol:
+        return self if _is(other, 0.0) else self.code.line(f"{self.name} + {_text(other)}")
 
-    def __sub__(self, other: Symbol | float) -> Symbol | float:
-        return self if _is(other, 0.0) else Symbol(f"{self.text} - {_at(1, other)}", 0)
+    def __radd__(self, other: float) -> Symbol:
+        return self if _is(other, 0.0) else self.code.line(f"{_text(other)} + {self.name}")
 
-    def __rsub__(self, other: float) -> Symbol | float:
-        return -self if _is(other, 0.0) else Symbol(f"{other!r} - {_at(1, self)}", 0)
+    def __sub__(self, other: Symbol | float) -> Symbol:
+        return self if _is(other, 0.0) else self.code.line(f"{self.name} - {_text(other)}")
+
+    def __rsub__(self, other: float) -> Symbol:
+        return -self if _is(other, 0.0) else self.code.line(f"{_text(other)} - {self.name}")
 
     def __neg__(self) -> Symbol:
-        return Symbol(f"-{_at(1, self)}", 1)
+        return self.code.line(f"-{self.name}")
 
-    def __mul__(self, other: Symbol | float) -> Symbol | float:
+    def __mul__(self, other: Symbol | float) -> Any:
         if _is(other, 0.0):
             return 0.0
-        return self if _is(other, 1.0) else Symbol(f"{_at(1, self)} * {_at(2, other)}", 1)
+        return self if _is(other, 1.0) else self.code.line(f"{self.name} * {_text(other)}")
 
-    def __rmul__(self, other: float) -> Symbol | float:
-        if _is(other, 0.0):
-            return 0.0
-        return self if _is(other, 1.0) else Symbol(f"{other!r} * {_at(1, self)}", 1)
+    def __rmul__(self, other: float) -> Any:
+        return self * other
 
     def __rtruediv__(self, other: float) -> Symbol:
-        return Symbol(f"{other!r} / {_at(2, self)}", 1)
+        return self.code.line(f"{_text(other)} / {self.name}")
+
+    def sqrt(self) -> Symbol:
+        return self.code.line(f"sqrt({self.name})")
+
+    def choose(self, bound: float | Symbol, yes: float | Symbol, no: float | Symbol) -> Symbol:
+        """One thing where this reaches the bound, another where it does not."""
+        text = f"{_text(yes)} if {self.name} >= {_text(bound)} else {_text(no)}"
+        return self.code.line(text)
+
+    def maximum(self, other: Symbol) -> Symbol:
+        return self.choose(other, self, other)
 
 
 @dataclass
-class SymbolArithmetic:
-    """Collects the lines; the `Arithmetic` of symbols."""
+class Code:
+    """Lines of assignments to names and to the slots ``W[k]`` of a workspace."""
 
     lines: list[str] = field(default_factory=list)
-    _temporaries: int = 0
 
-    def keep(self, value: Symbol | float) -> Symbol | float:
-        if not isinstance(value, Symbol) or value.binding == 2:
-            return value
-        self._temporaries += 1
-        name = Symbol(f"t{self._temporaries}")
-        self.lines.append(f"{name.text} = {value.text}")
-        return name
+    @property
+    def text(self) -> str:
+        """The lines that what is stored depends on."""
+        used: set[str] = set()
+        kept = []
+        for line in reversed(self.lines):
+            target, _, expression = line.partition(" = ")
+            if target in used or target.startswith("W"):
+                used.update(re.findall(r"t\d+", expression))
+                kept.append(line)
+        return "\n".join(reversed(kept))
 
-    def sqrt(self, value: Symbol | float) -> Symbol:
-        return Symbol(f"sqrt({_text(value)})")
+    def line(self, expression: str) -> Symbol:
+        """A new name for the value of an expression."""
+        self.lines.append(f"t{len(self.lines)} = {expression}")
+        return Symbol(f"t{len(self.lines) - 1}", self)
 
-    def at_least(self, value: Symbol | float, bound: Symbol | float) -> Symbol:
-        """One where the value reaches the bound, else zero."""
-        return self.choose(value, bound, 1.0, 0.0)
+    def slot(self, k: int) -> Symbol:
+        return Symbol(f"W[{k}]", self)
 
-    def maximum(self, a: Symbol | float, b: Symbol | float) -> Symbol:
-        """The greater of two values."""
-        a, b = self.keep(a), self.keep(b)
-        return self.choose(a, b, a, b)
+    def slots(self, first: int, count: int) -> Sequence[Symbol]:
+        return [self.slot(first + k) for k in range(count)]
 
-    def choose(
-        self, value: Symbol | float, bound: Symbol | float, yes: Symbol | float, no: Symbol | float
-    ) -> Symbol:
-        """One thing where the value reaches the bound, another where it does not."""
-        return Symbol(f"({_text(yes)} if {_text(value)} >= {_text(bound)} else {_text(no)})")
-
-    def store(self, slot: str, value: Symbol | float) -> None:
-        self.lines.append(f"{slot} = {_text(value)}")
+    def store(self, k: int, value: Symbol | float) -> None:
+        self.lines.append(f"W[{k}] = {_text(value)}")
 
 
 @dataclass(frozen=True)
-class SymbolTriangle:
-    """Lower triangle in named slots: reading gives the slot's name, writing records a store."""
+class Triangle:
+    """The lower triangle of a symmetric matrix, row by row, in the first slots of a workspace."""
 
-    slot: Callable[[int, int], str]
-    ops: SymbolArithmetic
+    code: Code
 
     def __getitem__(self, index: tuple[int, int]) -> Symbol:
-        return Symbol(self.slot(max(index), min(index)))
+        return self.code.slot(slot_of(*index))
 
     def __setitem__(self, index: tuple[int, int], value: Symbol | float) -> None:
-        self.ops.store(self.slot(max(index), min(index)), value)
+        self.code.store(slot_of(*index), value)
+
+
+def slot_of(i: int, j: int) -> int:
+    """Slot of entry (i, j) of a `Triangle`."""
+    row, column = max(i, j), min(i, j)
+    return row * (row + 1) // 2 + column
 
 
 def _is(value: Symbol | float, number: float) -> bool:
@@ -101,11 +113,4 @@ def _is(value: Symbol | float, number: float) -> bool:
 
 
 def _text(value: Symbol | float) -> str:
-    return value.text if isinstance(value, Symbol) else repr(float(value))
-
-
-def _at(binding: int, value: Symbol | float) -> str:
-    """Text of a value, in parentheses unless it binds at least as tightly as asked."""
-    if isinstance(value, Symbol) and value.binding < binding:
-        return f"({value.text})"
-    return _text(value)
+    return value.name if isinstance(value, Symbol) else repr(float(value))

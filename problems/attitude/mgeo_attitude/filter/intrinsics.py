@@ -1,4 +1,4 @@
-"""Atomic access to int64 arrays that threads of compiled code share.
+"""What compiled code needs and numba lacks: calls by address, and atomic access to int64 arrays.
 
 numba has no atomics for processors, LLVM has.
 """
@@ -7,11 +7,25 @@ from __future__ import annotations
 
 from typing import Any
 
+from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
 _ALIGNMENT = 8
+
+
+@intrinsic
+def call(typing_context: Any, function: Any, pointer: Any) -> Any:
+    """Call a C function ``void f(double *)`` by its address, with an address; both are int64."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        values = ir.DoubleType().as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [values]).as_pointer()
+        builder.call(builder.inttoptr(args[0], kind), [builder.inttoptr(args[1], values)])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64), codegen
 
 
 @intrinsic
