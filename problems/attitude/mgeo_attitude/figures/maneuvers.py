@@ -9,8 +9,8 @@ from plotly.subplots import make_subplots
 from mgeo.figures.style import finished
 from mgeo_attitude._typing import Floats
 
-from ..maneuvers.slew import SlewLimits
 from ..maneuvers.schedule import flown
+from ..maneuvers.slew import SlewLimits
 from ..scenario import Scenario
 from .solutions import Solutions
 from .style import line, panels_height

@@ -16,8 +16,8 @@ from mgeo.figures.style import COLORS, GRAY
 from mgeo_attitude._typing import Floats
 
 from ..environment import Environment
-from ..maneuvers.schedule import Flown, flown
 from ..maneuvers.phases import phases
+from ..maneuvers.schedule import Flown, flown
 from .style import title
 
 if TYPE_CHECKING:
