@@ -28,10 +28,10 @@ def test_tables_of_the_knee(run, folder, front):
     accuracy = table(text, "Predicted 1-sigma")
     after = plan.accuracy().loc["mag bias x", "after"]
     assert accuracy["mag bias x"] == ["nT", "2000", f"{after:.4g}", accuracy["mag bias x"][3]]
-    gains = table(text, "What each phase bought")
-    assert gains["trace [-]"][-1] == f"{plan.trace:.4g}"
+    contributions = table(text, "What each phase bought")
+    assert contributions["trace [-]"][-1] == f"{plan.trace:.4g}"
     worst = plan.accuracy().loc[[f"attitude {axis}" for axis in "xyz"], "after"].max()
-    assert gains["attitude [deg]"][-1] == f"{worst:.4g}"
+    assert contributions["attitude [deg]"][-1] == f"{worst:.4g}"
     assert len(table(text, "Least observable directions")) == 7  # heading, five, explanation
     others = table(text, "Beside plans that need no optimizer")
     assert others["trace [-]"][0] == f"{plan.trace:.4g}"

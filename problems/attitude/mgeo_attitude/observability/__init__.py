@@ -2,7 +2,7 @@
 
 from .baselines import baselines, compare
 from .covariance import correlations, least_observable, normalized
-from .gains import gains
+from .contributions import contributions
 from .states import States
 
 __all__ = [
@@ -10,7 +10,7 @@ __all__ = [
     "baselines",
     "compare",
     "correlations",
-    "gains",
+    "contributions",
     "least_observable",
     "normalized",
 ]

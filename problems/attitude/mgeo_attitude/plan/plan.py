@@ -179,8 +179,8 @@ class ManeuverPlan(Validated):
         ]
 
     def contributions(self) -> pd.DataFrame:
-        """What each phase bought; see `observability.gains`."""
-        return observability.gains(self.problem.model, self.design, self.history)
+        """What each phase bought; see `observability.contributions`."""
+        return observability.contributions(self.problem.model, self.design, self.history)
 
     def correlations(self) -> pd.DataFrame:
         """Correlations of the errors at `t_end`; see `observability.correlations`."""

@@ -12,7 +12,7 @@ from ..maneuvers.phases import phases
 from .states import States
 
 
-def gains(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.DataFrame:
+def contributions(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.DataFrame:
     """One row for the start and one for the end of each phase of a plan.
 
     Parameters
@@ -25,7 +25,7 @@ def gains(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.D
     -------
     DataFrame
         Index: ``start``, ``maneuver 1``, ..., ``rate held``. Columns: ``time [s]``; ``trace [-]``
-        then; ``share of the gain [%]``, the phase's part of the whole fall of the trace's logarithm
+        then; ``contribution [%]``, the phase's part of the whole fall of the trace's logarithm
         (phases multiply: the first halving counts as much as the last); and the 1-sigma of every
         state in the unit its name carries.
     """
@@ -36,7 +36,7 @@ def gains(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.D
     trace = history.trace[steps]
     fall = np.append(0.0, -np.diff(np.log(trace)))
     table = pd.DataFrame(
-        {"time [s]": times, "trace [-]": trace, "share of the gain [%]": 100.0 * fall / fall.sum()},
+        {"time [s]": times, "trace [-]": trace, "contribution [%]": 100.0 * fall / fall.sum()},
         index=["start", *(phase.label for phase in flown)],
     )
     sigma = pd.DataFrame(history.sigma[steps] * states.factors, table.index, states.columns)

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.observability import gains
+from mgeo_attitude.observability import contributions
 
 
 def test_rows_are_the_ends_of_the_phases(problem, design, history):
-    table = gains(problem.model, design, history)
+    table = contributions(problem.model, design, history)
     assert list(table.index) == ["start", "maneuver 1", "maneuver 3", "rate held"]
     assert table["time [s]"].tolist() == [0.0, 200.0, 351.0, history.t_end]
     np.testing.assert_array_equal(table["trace [-]"], history.trace[[0, 200, 351, -1]])
@@ -19,8 +19,8 @@ def test_rows_are_the_ends_of_the_phases(problem, design, history):
 
 
 def test_shares_are_of_the_fall_in_decades(problem, design, history):
-    table = gains(problem.model, design, history)
-    share = table["share of the gain [%]"]
+    table = contributions(problem.model, design, history)
+    share = table["contribution [%]"]
     assert share.sum() == pytest.approx(100.0, rel=1e-12)
     assert share["start"] == 0.0
     t0, t1, *_, t_end = table["trace [-]"]
