@@ -1,6 +1,10 @@
-"""The kernel against filterpy on 500 random designs, of the paper's case and of every suite."""
+"""The kernel against filterpy on random designs, of the paper's case and of every suite.
+
+`MGEO_DESIGNS` in the environment says on how many of each; 500 take six minutes.
+"""
 
 import dataclasses
+import os
 
 import numpy as np
 import pytest
@@ -9,10 +13,12 @@ from mgeo_attitude import FilterModel
 from .agreement import assert_agrees, designs
 from .suites import SUITES
 
+COUNT = int(os.environ.get("MGEO_DESIGNS", "50"))
+
 
 @pytest.mark.slow
 def test_random_designs_agree(paper):
-    assert_agrees(paper, designs(np.random.default_rng(2), 500))
+    assert_agrees(paper, designs(np.random.default_rng(2), COUNT))
 
 
 @pytest.mark.slow
@@ -20,5 +26,5 @@ def test_random_designs_agree(paper):
 def test_every_suite_agrees(name, short):
     suite = SUITES[name]
     scenario = dataclasses.replace(short, gyro=suite.gyro, sensors=suite.sensors)
-    X = designs(np.random.default_rng(3), 500, max_duration=300.0)
+    X = designs(np.random.default_rng(3), COUNT, max_duration=300.0)
     assert_agrees(FilterModel.from_scenario(scenario), X)

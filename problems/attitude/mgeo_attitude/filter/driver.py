@@ -41,9 +41,10 @@ def ring(window, lanes):
 
 
 @njit(cache=CACHE, error_model="numpy")
-def load_maneuver(W, lane, rotation, omega, dynamics, density, pattern, dt):
+def load_maneuver(W, lane, rotation, omega, dynamics):
     """Write the maneuver's turn per step, exact transition and process noise to a lane."""
-    A = dynamics[0] + omega[0] * dynamics[1] + omega[1] * dynamics[2] + omega[2] * dynamics[3]
+    parts, density, pattern, dt = dynamics
+    A = parts[0] + omega[0] * parts[1] + omega[1] * parts[2] + omega[2] * parts[3]
     F, Q = discretize(A, density, dt)
     turned = turn(omega, dt)
     k = rotation
@@ -90,44 +91,29 @@ def converged(recent, lane, now, window, decrease, allow_rise):
 
 
 @njit(
-    "void(int64, int64, int64, UniTuple(int64, 9), int64[::1], int64[::1],"
-    "int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], float64[:,::1],"
-    "float64[:,:,::1], int64[:,::1], int64[::1], float64[:,:,::1], float64[::1], int64[:,::1],"
-    "float64[:,::1], float64[::1], int64, float64, boolean, float64,"
-    "int64[::1], float64[::1], float64[:,::1], float64[:,::1], float64[:,:,::1])",
+    "void(UniTuple(int64, 3), UniTuple(int64, 9), UniTuple(int64[::1], 2), UniTuple(int64[::1], 5),"
+    "float64[:,::1], Tuple((float64[:,:,::1], int64[:,::1], int64[::1])),"
+    "Tuple((float64[:,:,::1], float64[::1], int64[:,::1], float64)), float64[:,::1], float64[::1],"
+    "Tuple((int64, float64, boolean)), int64[::1], float64[::1], UniTuple(float64[:,::1], 2),"
+    "float64[:,:,::1])",
     error_model="numpy",
     nogil=True,
     cache=CACHE,
 )
 def run(
-    step,
-    check,
-    lanes,
+    code,
     layout,
-    queue,
-    done,
-    designs,
-    begins,
-    ends,
-    parents,
-    slots,
+    shared,
+    jobs,
     states,
-    rates,
-    starts,
-    over,
+    plan,
     dynamics,
-    density,
-    pattern,
     table,
     constants,
-    window,
-    decrease,
-    allow_rise,
-    dt,
+    convergence,
     end_step,
     trace,
-    watched,
-    final,
+    at_end,
     record,
 ):
     """Run jobs from the queue until it is empty; any number of threads may share it.
@@ -138,48 +124,42 @@ def run(
 
     Parameters
     ----------
-    step, check : int
-        Addresses of the suite's functions: one filter step, and the last pivot of the covariance,
-        of all lanes, in place.
-    lanes : int
+    code : tuple of three int
+        Addresses of the suite's functions, one filter step and the last pivot of the covariance of
+        all lanes, in place; number of lanes.
     layout : tuple of int
         See `layout.Layout`.
-    queue : array of one int
-        Number of jobs already taken, shared by the threads.
-    done : array of int, shape (n_jobs,)
-        Zero until a job has left its final state; then 1, or 2 if its covariance had already lost
-        positivity. Shared by the threads.
-    designs, begins, ends, parents, slots : arrays, shape (n_jobs,)
+    shared : arrays of int, shapes (1,) and (n_jobs,)
+        Shared by the threads: the number of jobs already taken; and zero until a job has left its
+        final state, then 1, or 2 if its covariance had already lost positivity.
+    jobs : five arrays of int, shape (n_jobs,)
         See `jobs.Jobs`.
-    states : array, shape (n_slots + 1, ROTATION + window + 1)
+    states : array, shape (n_states + 1, rotation + window + 1)
         States that jobs leave; the last one is that at time zero.
-    rates : array, shape (n, n_maneuvers, 3)
-        Body rates [rad/s].
-    starts, over : arrays, shapes (n, n_maneuvers) and (n,)
-        Steps at which each maneuver begins, and at which the last one is over.
-    dynamics : array, shape (4, n_dynamic, n_dynamic)
-        A at rest, and what a unit rate about each axis adds to it.
-    density : array, shape (n_dynamic,)
-        Process-noise density.
-    pattern : array, shape (n_entries, 2)
-        Entries of the transition matrix that `step` reads.
+    plan : arrays, shapes (n, n_stretches, 3), (n, n_stretches) and (n,)
+        Body rates [rad/s], the steps they begin at, and that at which the last maneuver is over.
+    dynamics : arrays, shapes (4, n_dynamic, n_dynamic), (n_dynamic,) and (n_entries, 2); float
+        A at rest, and what a unit rate about each axis adds to it; process-noise density; entries
+        of the transition matrix that a step reads; step [s].
     table : array, shape (n_steps + 1, n_given)
         What the orbit gives at each sample.
     constants : array
         The same for all candidates, see `codegen.step_constants`.
-    window, decrease, allow_rise, dt
-        Convergence window [steps], least relative decrease of the trace over it, whether it may
-        have risen, step [s].
+    convergence : int, float, bool
+        Window [steps], least relative decrease of the trace over it, whether it may have risen.
     end_step, trace : arrays, shape (n,), written
-        Step at which the design ended and its trace there; NaN if the covariance lost
-        positivity.
-    watched : array, shape (n, n_monitors), written
-        Monitors at the end.
-    final : array, shape (n or 0, n_states (n_states + 1) / 2), written
-        Lower triangle of the covariance at the end, row by row, if asked for.
+        Step at which the design ended and its trace there; NaN if the covariance lost positivity.
+    at_end : arrays, shapes (n, n_monitors) and (n or 0, n_states (n_states + 1) / 2), written
+        Monitors then and, if asked for, the lower triangle of the covariance, row by row.
     record : array, shape (n or 0, n_steps + 1, n_states), written
         Variance of each state at each step, if asked for.
     """
+    step, check, lanes = code
+    taken, done = shared
+    designs, begins, ends, parents, slots = jobs
+    rates, starts, over = plan
+    window, decrease, allow_rise = convergence
+    watched, final = at_end
     n_jobs, n_maneuvers, last_step = len(designs), starts.shape[1], len(table) - 1
     attitude, monitors, rotation, _, _, trace_slot, pivot, given, first_constant = layout
     W, recent = workspace(first_constant + len(constants), lanes), ring(window, lanes)
@@ -195,7 +175,7 @@ def run(
     test_from = np.full(lanes, NEVER)
     active = 0
     for lane in range(lanes):
-        job[lane] = fetch_add(queue, 1)
+        job[lane] = fetch_add(taken, 1)
         active += job[lane] < n_jobs
     while active > 0:
         # what is due before the next step, and how many steps there are until more is
@@ -222,7 +202,7 @@ def run(
                 m += 1
             if m > maneuver[lane]:
                 # of several maneuvers that have started only the last one is flown
-                load_maneuver(W, lane, rotation, rates[i, m - 1], dynamics, density, pattern, dt)
+                load_maneuver(W, lane, rotation, rates[i, m - 1], dynamics)
                 maneuver[lane] = m
             due = min(last_step, k - k % CHECK_PERIOD + CHECK_PERIOD)
             if m < n_maneuvers:
@@ -259,10 +239,10 @@ def run(
             if not running[lane]:
                 continue
             this, k = job[lane], clock[lane]
-            at_end = k == last_step or (
+            over_now = k == last_step or (
                 k >= test_from[lane] and converged(recent, lane, now, window, decrease, allow_rise)
             )
-            if at_end or k % CHECK_PERIOD == 0:
+            if over_now or k % CHECK_PERIOD == 0:
                 if not checked:
                     call(check, address)
                     checked = True
@@ -271,7 +251,7 @@ def run(
                 state = states[slots[this]]
                 save(W, lane, rotation, recent, now, min(window, k) + 1, state)
                 store_release(done, this, 1 if healthy[lane] else 2)
-            elif at_end:
+            elif over_now:
                 i = designs[this]
                 end_step[i] = k
                 trace[i] = recent[now, lane] if healthy[lane] else np.nan
@@ -283,5 +263,5 @@ def run(
             else:
                 continue
             running[lane], clock[lane], test_from[lane] = 0, 0, NEVER
-            job[lane] = fetch_add(queue, 1)
+            job[lane] = fetch_add(taken, 1)
             active -= job[lane] >= n_jobs

@@ -88,45 +88,30 @@ def evaluate(
     at = layout(suite, model.gated, monitors)
     # A history is recorded step by step, so every design is then run by itself from the start.
     jobs = separate(n) if history else shared(plan.rates, plan.starts, plan.over, model.n_steps)
+    n_jobs = len(jobs.design)
     record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)
     record[:, 0] = model.initial_sigma**2
     end_step, trace = np.zeros(n, dtype=np.int64), np.empty(n)
-    watched = np.empty((n, monitors.total))
-    final = np.empty((n if covariance else 0, at.attitude))
+    watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
     cones = cone_constants(model.cones, model.cone_sigmas)
     required = model.required_sigma[list(monitors.states)]
     arguments: tuple[Any, ...] = (
-        kernel.step.address,
-        kernel.check.address,
-        lanes(),
+        (kernel.step.address, kernel.check.address, lanes()),
         tuple(at),
-        np.zeros(1, dtype=np.int64),
-        np.zeros(len(jobs.design), dtype=np.int64),
-        jobs.design,
-        jobs.begin,
-        jobs.end,
-        jobs.parent,
-        jobs.snapshot,
+        (np.zeros(1, dtype=np.int64), np.zeros(n_jobs, dtype=np.int64)),
+        jobs[:5],
         _states(model, (jobs.snapshot >= 0).sum(), at.rotation),
-        np.ascontiguousarray(plan.rates),
-        np.ascontiguousarray(plan.starts),
-        plan.over,
-        model.dynamics,
-        suite.diffusion(),
-        np.array(transition_pattern(suite)),
+        (np.ascontiguousarray(plan.rates), np.ascontiguousarray(plan.starts), plan.over),
+        (model.dynamics, suite.diffusion(), np.array(transition_pattern(suite)), model.step),
         model.table,
         step_constants(suite, model.weights, cones, required),
-        model.window_steps,
-        model.relative_decrease,
-        model.allow_rise,
-        model.step,
+        (model.window_steps, model.relative_decrease, model.allow_rise),
         end_step,
         trace,
-        watched,
-        final,
+        (watched, final),
         record,
     )
-    others = min(threads or available_threads(), len(jobs.design)) - 1
+    others = min(threads or available_threads(), n_jobs) - 1
     with ThreadPoolExecutor(max(others, 1)) as pool:  # it makes no thread before it needs one
         futures = [pool.submit(driver.run, *arguments) for _ in range(others)]
         driver.run(*arguments)

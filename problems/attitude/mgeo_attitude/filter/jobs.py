@@ -9,7 +9,7 @@ variable, has much in common; random designs have nothing and give one job each.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,8 +19,7 @@ from ..maneuvers.schedule import Floats, Ints
 _WORTHWHILE = 16
 
 
-@dataclass(frozen=True)
-class Jobs:
+class Jobs(NamedTuple):
     """n jobs; each comes after the one it leaves.
 
     Attributes
@@ -118,17 +117,17 @@ def _tree(unique: Ints, common: Ints, twin: Ints) -> Jobs:
             parent[last] = stack[-1]
         push(leaf, which)
 
-    nodes = np.array([design, depth, parent], dtype=np.int64)
-    begin, is_leaf = nodes[1, nodes[2, 1:]], nodes[1, 1:] == leaf
-    end = np.where(is_leaf, -1, nodes[1, 1:])
-    return _sorted_jobs(nodes[0, 1:], begin, end, nodes[2, 1:] - 1, twin)
-
-
-def _sorted_jobs(design: Ints, begin: Ints, end: Ints, parent: Ints, twin: Ints) -> Jobs:
-    """In the order of their first steps, which puts a job after the one it leaves."""
+    # In the order of their first steps, which puts a job after the one it leaves.
+    begin = np.array(depth)[parent[1:]]
     order = np.argsort(begin, kind="stable")
-    place = np.empty_like(order)
-    place[order] = np.arange(len(order))
-    parent = np.where(parent >= 0, place[parent], -1)[order]
-    snapshot = np.where(end[order] >= 0, np.cumsum(end[order] >= 0) - 1, -1)
-    return Jobs(design[order], begin[order], end[order], parent, snapshot, twin)
+    place = np.append(np.argsort(order), -1)  # the root, at -1, is no job
+    end = np.array(depth[1:])[order]
+    inner = end < leaf
+    return Jobs(
+        design=np.array(design[1:])[order],
+        begin=begin[order],
+        end=np.where(inner, end, -1),
+        parent=place[np.array(parent[1:]) - 1][order],
+        snapshot=np.where(inner, np.cumsum(inner) - 1, -1),
+        twin=twin,
+    )

@@ -1,16 +1,16 @@
 """What a plan teaches the filter, what it leaves unknown, and what simpler plans would do."""
 
 from .baselines import baselines, compare
-from .covariance import correlations, least_observable, normalized
 from .contributions import contributions
+from .covariance import correlations, least_observable, normalized
 from .states import States
 
 __all__ = [
     "States",
     "baselines",
     "compare",
-    "correlations",
     "contributions",
+    "correlations",
     "least_observable",
     "normalized",
 ]
