@@ -7,8 +7,13 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate, reference_run
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter.keep_out import angle_sigma, sun_clearance, sun_clearances
-from mgeo_attitude.filter.sun_excess import arc, cone_constants, sun_excess
+from mgeo_attitude.filter.keep_out import (
+    angle_sigma,
+    arc,
+    cone_constants,
+    sun_clearance,
+    sun_excess,
+)
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle
 from mgeo_attitude.scenario import Convergence, InitialUncertainty, KeepOut
 from mgeo_attitude.vector import Vec3
@@ -111,6 +116,14 @@ def watched():
     X = rng.uniform(-1.0, 1.0, (8, 12))
     X[:, 3::4] = rng.uniform(20.0, 150.0, (8, 3))
     return problem, X
+
+
+def sun_clearances(model, run):
+    """`sun_clearance` of every watched axis along a run of the reference filter."""
+    sun = np.einsum("kij,kj->ki", run.attitude, model.sun[: len(run.times)])
+    cones = zip(model.cones, model.cone_sigmas, strict=True)
+    clearances = [sun_clearance(axis, k, sun, run.predicted_attitude) for axis, k in cones]
+    return np.column_stack(clearances)
 
 
 def test_kernel_keeps_the_cones_that_the_reference_keeps(watched):

@@ -18,9 +18,9 @@ from numpy.typing import ArrayLike
 
 from ..vector import Vec3, dot
 from .covariance import last_pivot, predict, update
+from .keep_out import sun_excess
 from .layout import NO_MONITORS, Monitors, layout, transition_pattern
 from .suite import Suite
-from .sun_excess import sun_excess
 from .symbols import Code, Symbol, Triangle, slot_of
 
 CHECK = "check"
@@ -114,7 +114,7 @@ def step_constants(
 ) -> np.ndarray:
     """The constants of a step, for trace `weights` of shape (n_states,).
 
-    Those of the keep-out cones (`sun_excess.cone_constants`); three noise variances and, with a
+    Those of the keep-out cones (`keep_out.cone_constants`); three noise variances and, with a
     field of view, boresight and cosine of the half-angle for each sensor in turn; those of the
     `required` 1-sigmas that are monitored; then the weights.
     """

@@ -14,11 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from ..maneuvers.schedule import Schedule
 from .codegen import step_constants
 from .jobs import separate, shared
-from .keep_out import sun_clearance
+from .keep_out import cone_constants, sun_clearance
 from .kernel import lanes, load_driver, load_kernel
 from .layout import layout, transition_pattern
 from .model import FilterModel
-from .sun_excess import cone_constants
 
 Floats = NDArray[np.float64]
 

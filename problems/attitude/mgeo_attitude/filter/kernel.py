@@ -9,7 +9,6 @@ process take turns.
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import inspect
 import logging
 import os
@@ -37,7 +36,7 @@ from .suite import Suite
 
 _log = logging.getLogger(__name__)
 
-# A module is in sys.modules before it has been executed: numba looks for it there.
+# A module is in sys.modules before it has been executed.
 _loading = threading.Lock()
 
 
@@ -101,13 +100,13 @@ def load_module(
 
 
 def _load(kind: str, name: str, source: str, source_of: Callable[[bool], str]) -> None:
-    """Put a module, completely executed, into sys.modules."""
     folder = Path(os.environ.get("MGEO_CACHE_DIR") or platformdirs.user_cache_dir("mgeo"))
+    message = f"compiling the {kind} of the filter, once per machine (some seconds)"
     try:
         path = _stored(folder / f"{kind}s", name, source)
         if not any(path.parent.glob(f"__pycache__/{name}.*.nbi")):
-            _announce(kind)
-        _import(name, path)
+            _log.warning(message)
+        _execute(name, str(path), source)
         return
     except OSError as error:
         warnings.warn(
@@ -115,10 +114,18 @@ def _load(kind: str, name: str, source: str, source_of: Callable[[bool], str]) -
             "process. Set MGEO_CACHE_DIR to a folder of your own.",
             stacklevel=3,
         )
-    _announce(kind)
-    module = ModuleType(name)
-    exec(compile(source_of(False), name, "exec"), module.__dict__)
-    sys.modules[name] = module
+    _log.warning(message)
+    _execute(name, name, source_of(False))
+
+
+def _execute(name: str, filename: str, source: str) -> None:
+    """Put a module into sys.modules, where numba looks for it already while it is executed."""
+    module = sys.modules[name] = ModuleType(name)
+    try:
+        exec(compile(source, filename, "exec"), module.__dict__)
+    except BaseException:
+        del sys.modules[name]
+        raise
 
 
 def _digest(source: str, ingredients: Iterable[ModuleType]) -> str:
@@ -162,20 +169,3 @@ def check_private(folder: Path) -> None:
         shared = status.st_mode & others and not status.st_mode & stat.S_ISVTX
         if status.st_uid not in (os.getuid(), 0) or shared:
             raise PermissionError(f"{above} belongs to, or can be written by, somebody else")
-
-
-def _import(name: str, path: Path) -> None:
-    spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
-        raise ImportError(f"{path}: not a module")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    try:
-        spec.loader.exec_module(module)
-    except BaseException:
-        del sys.modules[name]
-        raise
-
-
-def _announce(kind: str) -> None:
-    _log.warning("compiling the %s of the filter, once per machine (some seconds)", kind)
