@@ -86,12 +86,7 @@ def _multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
 @njit(cache=True, error_model="numpy")
 def _norm(A: Floats) -> float:
     """Largest sum of magnitudes of a row."""
-    largest = 0.0
-    for i in range(A.shape[0]):
-        total = 0.0
-        for j in range(A.shape[1]):
-            total += abs(A[i, j])
-        largest = max(largest, total)
+    largest: float = np.abs(A).sum(axis=1).max()
     return largest
 
 

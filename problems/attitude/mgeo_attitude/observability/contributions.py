@@ -29,15 +29,14 @@ def contributions(model: FilterModel, design: ArrayLike, history: FilterHistory)
         (phases multiply: the first halving counts as much as the last); and the 1-sigma of every
         state in the unit its name carries.
     """
-    states = States.of(model.suite)
     flown = phases(design, history.t_end, model.step, model.slew_limits)
     times = np.array([0.0, *(phase.end for phase in flown)])
     steps = np.rint(times / model.step).astype(np.int64)
     trace = history.trace[steps]
     fall = np.append(0.0, -np.diff(np.log(trace)))
-    table = pd.DataFrame(
-        {"time [s]": times, "trace [-]": trace, "contribution [%]": 100.0 * fall / fall.sum()},
-        index=["start", *(phase.label for phase in flown)],
-    )
-    sigma = pd.DataFrame(history.sigma[steps] * states.factors, table.index, states.columns)
-    return pd.concat([table, sigma], axis=1)
+    columns = {"time [s]": times, "trace [-]": trace, "contribution [%]": 100.0 * fall / fall.sum()}
+    states = States.of(model.suite)
+    sigma = (history.sigma[steps] * states.factors).T
+    for name, unit, values in zip(states.names, states.units, sigma, strict=True):
+        columns[f"{name} [{unit}]"] = values
+    return pd.DataFrame(columns, index=["start", *(phase.label for phase in flown)])

@@ -30,7 +30,7 @@ def correlations(model: FilterModel, covariance: ArrayLike) -> pd.DataFrame:
     sigma = np.sqrt(np.diag(P))
     correlation = np.clip(P / np.outer(sigma, sigma), -1.0, 1.0)
     np.fill_diagonal(correlation, 1.0)
-    names = list(States.of(model.suite).names)
+    names = States.of(model.suite).names
     return pd.DataFrame(correlation, names, names)
 
 

@@ -2,45 +2,38 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-
-from mgeo_attitude._typing import Floats
+from numpy.typing import NDArray
 
 from ..describe import block_units
 from ..filter.suite import Suite
 
 
-@dataclass(frozen=True, eq=False)
-class States:
+class States(NamedTuple):
     """Names of the n states of a suite, in the order of the filter.
 
     Attributes
     ----------
-    names : tuple of str
+    names : list of str
         ``attitude x``, ``sun misalignment z``...
-    units : tuple of str
-        Unit in which each is shown.
+    units : list of str
+        Unit in which each is shown; that of `describe.block_units`.
     factors : array, shape (n,)
         From the filter's unit to that.
     """
 
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    factors: Floats
+    names: list[str]
+    units: list[str]
+    factors: NDArray[np.float64]
 
     @classmethod
     def of(cls, suite: Suite) -> States:
-        """States of a suite; units are those of `describe.block_units`."""
-        blocks = block_units(suite)
+        """States of a suite."""
+        each = [(block, axis) for block in block_units(suite) for axis in "xyz"]
         return cls(
-            names=tuple(f"{block.label} {axis}" for block in blocks for axis in "xyz"),
-            units=tuple(block.unit for block in blocks for _ in "xyz"),
-            factors=np.repeat([block.factor for block in blocks], 3).astype(np.float64),
+            names=[f"{block.label} {axis}" for block, axis in each],
+            units=[block.unit for block, _ in each],
+            factors=np.array([block.factor for block, _ in each]),
         )
-
-    @property
-    def columns(self) -> list[str]:
-        """Names with units, as columns of a table: ``attitude x [deg]``."""
-        return [f"{name} [{unit}]" for name, unit in zip(self.names, self.units, strict=True)]

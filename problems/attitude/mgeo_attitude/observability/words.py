@@ -8,7 +8,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 
-from ..describe import BlockUnit, block_units
+from ..describe import block_units
 from ..filter.suite import Suite
 
 #: Share of the squared direction, in initial sigmas, from which a 3-vector is worth a word.
@@ -35,58 +35,50 @@ def in_words(suite: Suite, initial_sigma: Floats, direction: Floats) -> str:
     blocks = dict(zip(suite.blocks, block_units(suite), strict=True))
     share = (direction.reshape(-1, 3) ** 2).sum(axis=1) / (direction @ direction)
     vector = dict(zip(blocks, (direction * initial_sigma).reshape(-1, 3), strict=True))
-    order = sorted(zip(-share, blocks, strict=True), key=lambda pair: pair[0])
-    named = [name for negative, name in order if -negative >= _SHARE] or [order[0][1]]
-    together = _rotated_alike(suite, named, vector)
+    order = np.argsort(-share, kind="stable")
+    least = min(_SHARE, share[order[0]])
+    named = [suite.blocks[i] for i in order if share[i] >= least]
+    # the gyro's misalignment turns with its rates, not with vectors
+    sensors = [f"{sensor.name}.misalignment" for sensor in suite.sensors]
+    sensors = [name for name in sensors if name in blocks]
+    together = _rotated_alike(sensors, named, vector)
     rest = [name for name in named if name not in together]
-    sign = _sign(vector[(together or rest)[0]])
+    first = vector[(together or rest)[0]]
+    sign = np.sign(first[np.argmax(np.abs(first))])
     phrases = []
     if together:
-        mean = np.mean([vector[name] for name in together], axis=0)
-        phrases = [f"common rotation of {_joined(suite, together)} about {_axis(sign * mean)}"]
-    phrases += [_phrase(name, blocks[name], sign * vector[name]) for name in rest]
+        mean = sign * np.mean([vector[name] for name in together], axis=0)
+        phrases = [f"common rotation of {_joined(together, len(sensors))} about {_axis(mean)}"]
+    for name in rest:
+        turns = name.endswith(("attitude", ".misalignment")) or name == "gyro.bias"
+        where = f"{'about' if turns else 'along'} {_axis(sign * vector[name])}"
+        phrases.append(f"{blocks[name].label} {where}")
     return " with ".join(phrases)
 
 
-def _rotated_alike(suite: Suite, named: Sequence[str], vector: dict[str, Floats]) -> list[str]:
+def _rotated_alike(
+    sensors: Sequence[str], named: Sequence[str], vector: dict[str, Floats]
+) -> list[str]:
     """What turns like the most prominent misalignment: sensors and attitude, or nothing else."""
-    tilts = [name for name in named if name in _misalignments(suite)]
+    tilts = [vector[name] for name in named if name in sensors]
     if not tilts:
         return []
-    first = vector[tilts[0]]
     alike = [
         name
-        for name in ("attitude", *_misalignments(suite))
-        if np.linalg.norm(vector[name] - first) < _ALIKE * np.linalg.norm(first)
+        for name in ("attitude", *sensors)
+        if np.linalg.norm(vector[name] - tilts[0]) < _ALIKE * np.linalg.norm(tilts[0])
     ]
     return alike if len(alike) > 1 else []
 
 
-def _misalignments(suite: Suite) -> list[str]:
-    """Names of the sensors' misalignments; the gyro's turns with its rates, not with vectors."""
-    names = [f"{sensor.name}.misalignment" for sensor in suite.sensors]
-    return [name for name in names if name in suite.blocks]
-
-
-def _joined(suite: Suite, names: Sequence[str]) -> str:
+def _joined(names: Sequence[str], every: int) -> str:
+    """``attitude and both sensors``, or names of sensors, `every` of which there are."""
     sensors = [name.partition(".")[0] for name in names if name != "attitude"]
-    every = len(_misalignments(suite))
     if len(sensors) == every > 1:
         text = "both sensors" if every == 2 else f"all {every} sensors"
     else:
         text = " and ".join(sensors)
     return f"attitude and {text}" if "attitude" in names else text
-
-
-def _phrase(name: str, block: BlockUnit, vector: Floats) -> str:
-    state = name.rpartition(".")[2]
-    turns = state in ("attitude", "misalignment") or name == "gyro.bias"
-    return f"{block.label} {'about' if turns else 'along'} {_axis(vector)}"
-
-
-def _sign(vector: Floats) -> float:
-    """What makes the largest component positive."""
-    return -1.0 if vector[np.argmax(np.abs(vector))] < 0.0 else 1.0
 
 
 def _axis(vector: Floats) -> str:
