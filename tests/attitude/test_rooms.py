@@ -15,6 +15,8 @@ BELOW = {
     "sensors": {"fields", "environment"},
     "environment": {"fields"},
     "scenario": {"fields", "sensors", "environment"},
+    "maneuvers": {"scenario"},
+    "filter": {"scenario", "sensors", "environment", "maneuvers"},
 }
 
 

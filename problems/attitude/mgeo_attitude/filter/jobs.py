@@ -57,7 +57,7 @@ def shared(rates: Floats, starts: Ints, over: Ints, n_steps: int) -> Jobs:
     ----------
     rates : array, shape (n, m, 3)
     starts, over : arrays, shapes (n, m) and (n,)
-        See `timeline.maneuver_steps`.
+        See `maneuvers.schedule.Schedule`.
     n_steps : int
         Length of the longest run.
     """
