@@ -64,8 +64,10 @@ def test_the_body_stands_as_the_filter_flew_it(request, X, name, most, row):
 
 
 def test_a_ramp_takes_few_turns(ramped, sharp, X):
-    few = [len(motion_of(ramped, x)[1]["turns"]["body"]["x"]) for x in X[:5]]
-    assert max(few) < 60 < ramped.model.schedule(X[:5]).flown().sum(axis=1).min()
+    few = np.array([len(motion_of(ramped, x)[1]["turns"]["body"]["x"]) for x in X[:5]])
+    stretches = ramped.model.schedule(X[:5]).flown().sum(axis=1)
+    assert (few < stretches / 4).all()
+    assert max(few) < 60 < max(stretches)
     assert len(motion_of(sharp, X[0])[1]["turns"]["body"]["x"]) <= 3
 
 

@@ -86,7 +86,12 @@ def _multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
 @njit(cache=True, error_model="numpy")
 def _norm(A: Floats) -> float:
     """Largest sum of magnitudes of a row."""
-    largest: float = np.abs(A).sum(axis=1).max()
+    largest = 0.0
+    for row in range(len(A)):  # without numpy's temporary arrays, which cost more than all else
+        total = 0.0
+        for entry in A[row]:
+            total += abs(entry)
+        largest = max(largest, total)
     return largest
 
 

@@ -52,8 +52,8 @@ def load_maneuver(W, lane, rotation, omega, dynamics):
         for j in range(3):
             W[k, lane] = turned[i, j]
             k += 1
-    for entry in pattern:
-        W[k, lane] = F[entry[0], entry[1]]
+    for entry in range(len(pattern)):
+        W[k, lane] = F[pattern[entry, 0], pattern[entry, 1]]
         k += 1
     for i in range(len(Q)):
         for j in range(i + 1):
