@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Estimator, FilterModel, Scenario, evaluate
-from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.flight import draw
+from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.scenario import Convergence
 
 from ..flight.runs import estimated, none

@@ -124,6 +124,6 @@ def test_generated_step_is_one_filter_step(name):
 
 def test_module_source_does_not_change_from_run_to_run():
     suite = SUITES["paper"]
-    first = module_source(suite, (False, False), NO_MONITORS, 8, cache=True)
-    assert first == module_source(suite, (False, False), NO_MONITORS, 8, cache=True)
+    first = module_source(suite, (False, False), NO_MONITORS, 8)
+    assert first == module_source(suite, (False, False), NO_MONITORS, 8)
     assert "W[0]" in first

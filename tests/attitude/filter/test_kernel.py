@@ -104,7 +104,7 @@ def test_a_module_is_executed_once_before_any_thread_gets_it(tmp_path, monkeypat
 
     def load(_):
         started.wait()
-        return load_module("slow", lambda keep: f"import time\ntime.sleep(0.2)\nrun = {usable}", ())
+        return load_module("slow", f"import time\ntime.sleep(0.2)\nrun = {usable}", ())
 
     with ThreadPoolExecutor(4) as pool:
         modules = list(pool.map(load, range(4)))

@@ -128,12 +128,10 @@ def step_constants(
     return np.concatenate([cones, values, [sigma**-2 for sigma in required], weights])
 
 
-def module_source(
-    suite: Suite, gated: tuple[bool, ...], monitors: Monitors, lanes: int, cache: bool
-) -> str:
+def module_source(suite: Suite, gated: tuple[bool, ...], monitors: Monitors, lanes: int) -> str:
     """Source of a suite's module, with the compiled functions ``step(W)`` and ``check(W)``."""
     parts = step_parts(suite, gated, monitors)
-    functions = "\n\n".join(_compiled(name, text, lanes, cache) for name, text in parts.items())
+    functions = "\n\n".join(_compiled(name, text, lanes) for name, text in parts.items())
     step = "\n".join(f"    part_{name}(W)" for name in parts if name != CHECK)
     return f'''"""Filter step of {suite.n_states} states. Generated; do not edit."""
 
@@ -143,11 +141,11 @@ from {__package__}.lanewise import lanewise
 
 {functions}
 
-@cfunc("{_SIGNATURE}", cache={cache})
+@cfunc("{_SIGNATURE}", cache=True)
 def step(W):
 {step}
 
-@cfunc("{_SIGNATURE}", cache={cache})
+@cfunc("{_SIGNATURE}", cache=True)
 def check(W):
     part_{CHECK}(W)
 '''
@@ -157,12 +155,12 @@ def check(W):
 _SIGNATURE = "void(CPointer(float64))"
 
 
-def _compiled(name: str, text: str, lanes: int, cache: bool) -> str:
+def _compiled(name: str, text: str, lanes: int) -> str:
     return f'''{name} = lanewise("""
 {text}
 """, {lanes})
 
-@njit("{_SIGNATURE}", cache={cache})
+@njit("{_SIGNATURE}", cache=True)
 def part_{name}(W):
     {name}(W)
 '''

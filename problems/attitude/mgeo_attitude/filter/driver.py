@@ -9,8 +9,6 @@ from numba import njit
 from mgeo_attitude.filter.discretization import discretize, turn
 from mgeo_attitude.filter.intrinsics import call, fetch_add, load_acquire, store_release
 
-CACHE = True
-
 # Steps of a lane between two checks that its covariance is positive. Lost positivity stays lost
 # for long, and a check costs half a step.
 CHECK_PERIOD = 256
@@ -19,7 +17,7 @@ CHECK_PERIOD = 256
 NEVER = 2**62
 
 
-@njit(cache=CACHE)
+@njit(cache=True)
 def workspace(n_slots, lanes):
     """Zeros that begin with a cache line: vectors across two lines load at half the speed."""
     line = 8
@@ -28,7 +26,7 @@ def workspace(n_slots, lanes):
     return buffer[skip : skip + n_slots * lanes].reshape(n_slots, lanes)
 
 
-@njit(cache=CACHE)
+@njit(cache=True)
 def ring(window, lanes):
     """Room for the trace of all lanes over a window; a power of two, so that rows are found fast.
 
@@ -40,7 +38,7 @@ def ring(window, lanes):
     return np.zeros((size, lanes))
 
 
-@njit(cache=CACHE, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def load_maneuver(W, lane, rotation, omega, dynamics):
     """Write the maneuver's turn per step, exact transition and process noise to a lane."""
     parts, density, pattern, dt = dynamics
@@ -61,7 +59,7 @@ def load_maneuver(W, lane, rotation, omega, dynamics):
             k += 1
 
 
-@njit(cache=CACHE)
+@njit(cache=True)
 def save(W, lane, n_values, recent, now, n, state):
     """Store a lane's covariance, attitude, monitors and the last n values of its trace."""
     for j in range(n_values):
@@ -70,7 +68,7 @@ def save(W, lane, n_values, recent, now, n, state):
         state[n_values + j] = recent[(now - j) % len(recent), lane]
 
 
-@njit(cache=CACHE)
+@njit(cache=True)
 def restore(W, lane, n_values, recent, now, n, state):
     """Inverse of `save`."""
     for j in range(n_values):
@@ -79,7 +77,7 @@ def restore(W, lane, n_values, recent, now, n, state):
         recent[(now - j) % len(recent), lane] = state[n_values + j]
 
 
-@njit(cache=CACHE, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def converged(recent, lane, now, window, decrease, allow_rise):
     """Whether the trace fell by less than the least decrease, and did not rise, equation (6).
 
@@ -98,7 +96,7 @@ def converged(recent, lane, now, window, decrease, allow_rise):
     "float64[:,:,::1])",
     error_model="numpy",
     nogil=True,
-    cache=CACHE,
+    cache=True,
 )
 def run(
     code,

@@ -16,8 +16,8 @@ import stat
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterable
-from functools import cache, partial
+from collections.abc import Iterable
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from types import ModuleType
@@ -60,25 +60,18 @@ def load_kernel(
     monitors : Monitors
         What is watched along a run.
     """
-    source_of = partial(module_source, suite, gated, monitors, lanes())
-    return load_module("kernel", source_of, [lanewise])
+    return load_module("kernel", module_source(suite, gated, monitors, lanes()), [lanewise])
 
 
 @cache
 def load_driver() -> ModuleType:
     """Compiled module of the text of `driver.py`; see its function ``run``."""
-    text = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
-
-    def source_of(cache: bool) -> str:
-        return text if cache else text.replace("CACHE = True", "CACHE = False")
-
-    return load_module("driver", source_of, [discretization, intrinsics])
+    source = resources.files(__package__).joinpath("driver.py").read_text(encoding="utf-8")
+    return load_module("driver", source, [discretization, intrinsics])
 
 
-def load_module(
-    kind: str, source_of: Callable[[bool], str], ingredients: Iterable[ModuleType]
-) -> ModuleType:
-    """A generated module, from memory, the user's cache or its source.
+def load_module(kind: str, source: str, ingredients: Iterable[ModuleType]) -> ModuleType:
+    """A module from memory, the user's cache or its source.
 
     Of threads that ask for modules at once, one loads and the others wait.
 
@@ -86,20 +79,22 @@ def load_module(
     ----------
     kind : str
         What it is called, and where in the cache.
-    source_of : function
-        Gives its text, for a module whose compiled functions are kept in the cache or not.
+    source : str
+        Its text.
     ingredients : modules
         Whose compiled functions it calls: a change there must not find an old module.
     """
-    source = source_of(True)
-    name = f"{kind}_{_digest(source, ingredients)}"
+    parts = [source, numba.__version__, llvmlite.__version__, np.__version__, sys.version]
+    parts += [inspect.getsource(module) for module in ingredients]
+    digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
+    name = f"{kind}_{digest[:16]}"
     with _loading:
         if name not in sys.modules:
-            _load(kind, name, source, source_of)
+            _load(kind, name, source)
         return sys.modules[name]
 
 
-def _load(kind: str, name: str, source: str, source_of: Callable[[bool], str]) -> None:
+def _load(kind: str, name: str, source: str) -> None:
     folder = Path(os.environ.get("MGEO_CACHE_DIR") or platformdirs.user_cache_dir("mgeo"))
     message = f"compiling the {kind} of the filter, once per machine (some seconds)"
     try:
@@ -115,7 +110,7 @@ def _load(kind: str, name: str, source: str, source_of: Callable[[bool], str]) -
             stacklevel=3,
         )
     _log.warning(message)
-    _execute(name, name, source_of(False))
+    _execute(name, name, source.replace("cache=True", "cache=False"))
 
 
 def _execute(name: str, filename: str, source: str) -> None:
@@ -126,12 +121,6 @@ def _execute(name: str, filename: str, source: str) -> None:
     except BaseException:
         del sys.modules[name]
         raise
-
-
-def _digest(source: str, ingredients: Iterable[ModuleType]) -> str:
-    parts = [source, numba.__version__, llvmlite.__version__, np.__version__, sys.version]
-    parts += [inspect.getsource(module) for module in ingredients]
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
 
 
 def _stored(folder: Path, name: str, source: str) -> Path:
