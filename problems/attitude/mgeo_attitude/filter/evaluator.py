@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .._typing import Floats
 from ..maneuvers.schedule import Schedule
 from .codegen import step_constants
 from .jobs import separate, shared
@@ -18,8 +19,6 @@ from .keep_out import cone_constants, sun_clearance
 from .kernel import lanes, load_driver, load_kernel
 from .layout import layout, transition_pattern
 from .model import FilterModel
-
-Floats = NDArray[np.float64]
 
 #: The cosine of the angle to a Sun that has not shone.
 _NEVER_SEEN = -2.0

@@ -14,12 +14,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._typing import Floats
 from ..vector import Vec3, dot
 from .symbols import Symbol
-
-Floats = NDArray[np.float64]
 
 #: Sine of the angle below which Sun and axis are parallel: no single turn changes the angle then.
 _PARALLEL = 1e-6

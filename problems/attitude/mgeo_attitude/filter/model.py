@@ -8,8 +8,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .._typing import Bools, Floats
 from ..environment import Environment
 from ..maneuvers.schedule import Schedule, schedule
 from ..maneuvers.slew import SlewLimits
@@ -19,8 +20,6 @@ from .suite import Suite
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class FilterModel:
     suite: Suite
     step: float
     references: Floats
-    available: NDArray[np.bool_]
+    available: Bools
     initial_sigma: Floats
     weights: Floats
     window_steps: int

@@ -11,13 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from filterpy.kalman import KalmanFilter
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import block_diag, expm
 from scipy.spatial.transform import Rotation
 
+from .._typing import Bools, Floats, Ints
 from .model import FilterModel
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,7 @@ def has_converged(before: float, now: float, relative_decrease: float, allow_ris
     return fall < relative_decrease * before and (allow_rise or fall >= 0.0)
 
 
-def attitudes(rates: Floats, starts: NDArray[np.int64], n_steps: int, step: float) -> Floats:
+def attitudes(rates: Floats, starts: Ints, n_steps: int, step: float) -> Floats:
     """Attitude at every sample of one design: GCRS to body, shape (n_steps + 1, 3, 3).
 
     Parameters
@@ -145,11 +144,11 @@ def van_loan(model: FilterModel, omega: Floats) -> tuple[Floats, Floats]:
     return block_diag(F, np.eye(constant)), block_diag(Q, np.zeros((constant, constant)))
 
 
-def _measurements(model: FilterModel, attitude: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+def _measurements(model: FilterModel, attitude: Floats) -> tuple[Floats, Floats, Bools]:
     """H and the diagonal of R of all sensors' rows, and which rows are seen, at every sample."""
     H: list[Floats] = []
     R: list[float] = []
-    seen: list[NDArray[np.bool_]] = []
+    seen: list[Bools] = []
     for index, sensor in enumerate(model.suite.sensors):
         v = np.einsum("kij,kj->ki", attitude, model.references[:, index])
         H.append(model.suite.measurement_matrix(sensor, v))

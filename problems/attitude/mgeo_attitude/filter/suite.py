@@ -9,14 +9,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._typing import Floats
 from ..scenario.settings import state_units
 from ..sensors import Gyro, Sensor
 from ..units import Unit
 from ..vector import Vec3
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

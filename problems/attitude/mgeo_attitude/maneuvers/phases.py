@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .._typing import Floats
 from .schedule import VARIABLES_PER_MANEUVER, flown
 from .slew import SlewLimits
-
-Floats = NDArray[np.float64]
 
 #: Label of the time for which the last rate is held.
 HELD = "rate held"

@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .._typing import Bools, Floats, Ints
 from .slew import SlewLimits
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 #: A step that no run reaches: the start of what is never flown.
 NEVER = 2**40
@@ -114,7 +112,7 @@ class Schedule:
         lasting: Ints = np.minimum(ends, limit) - np.minimum(self.starts, limit)
         return lasting
 
-    def flown(self) -> NDArray[np.bool_]:
+    def flown(self) -> Bools:
         """Which stretches last a step or more, shape (n, k)."""
         return self.lasting() > 0
 
@@ -201,7 +199,7 @@ class Flown:
     numbers: Ints
     times: Floats
     rates: Floats
-    steady: NDArray[np.bool_]
+    steady: Bools
     over: float
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._typing import Floats
 from ..describe import block_units
 from ..filter.suite import Suite
 
@@ -26,7 +26,7 @@ class States(NamedTuple):
 
     names: list[str]
     units: list[str]
-    factors: NDArray[np.float64]
+    factors: Floats
 
     @classmethod
     def of(cls, suite: Suite) -> States:
