@@ -166,7 +166,7 @@ def test_the_conclusions_say_where_other_indicators_disagree():
     ]
     found = conclusions(Comparison(**{**vars(made), "table": pd.DataFrame(rows)}))
     assert found[2:4] == [
-        "By IGD+, B ranks first: 0.114 ± 0.010, and A_1 number 2: 0.314 ± 0.010; B is "
+        "By IGD+, B ranks first: 0.1140 ± 0.0098, and A_1 number 2: 0.3140 ± 0.0098; B is "
         "significantly better (A = 1.00).",
         "By additive epsilon, A_1 ranks first, too.",
     ]
@@ -175,7 +175,7 @@ def test_the_conclusions_say_where_other_indicators_disagree():
     table.loc[chosen, "epsilon"] += 0.011  # behind C by a little
     found = conclusions(Comparison(**{**vars(made), "table": table}))
     assert found[3] == (
-        "By additive epsilon, C ranks first: 0.224 ± 0.010, and A_1 number 2: 0.225 ± 0.010; "
+        "By additive epsilon, C ranks first: 0.2240 ± 0.0098, and A_1 number 2: 0.2250 ± 0.0098; "
         "these two are not significantly different."
     )
 
