@@ -20,12 +20,15 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
 from mgeo_attitude.objectives import Objective, indicators, objective
-from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.robustness import Flight, draw_flights, judged, over_flights
+from mgeo_attitude.scenario import FlightErrors, Scenario
 from mgeo_attitude.scenario.objective_names import PAPER
 
 if TYPE_CHECKING:
     import pandas as pd
     import plotly.graph_objects as go
+
+    from mgeo_attitude.filter.evaluator import Evaluation
 
 
 class AttitudeManeuverProblem(Problem):
@@ -45,6 +48,11 @@ class AttitudeManeuverProblem(Problem):
     threads : int, optional
         Threads of one evaluation; default: the processors this process may use. The result does
         not depend on it.
+    flights : int, optional
+        Flights over which plans are judged, 0 for none, if not the scenario's ``flight.count``.
+    quantile : float, optional
+        Share of the flights that must keep the value of an objective, if not its
+        ``flight.quantile``.
     objectives : sequence of str, optional
         What to minimize, if not the scenario's ``objectives``; docs/limits.md explains each:
         "t_end", "trace", "normalized_trace", "log_det", "max_eigenvalue", "t_required", "angle",
@@ -66,6 +74,8 @@ class AttitudeManeuverProblem(Problem):
         n_maneuvers: int | None = None,
         threads: int | None = None,
         objectives: Sequence[str] | None = None,
+        flights: int | None = None,
+        quantile: float | None = None,
     ) -> None:
         scenario = Scenario.paper() if scenario is None else scenario
         if not isinstance(scenario, Scenario):
@@ -78,6 +88,12 @@ class AttitudeManeuverProblem(Problem):
         changes: dict[str, Any] = {} if objectives is None else {"objectives": objectives}
         if n_maneuvers is not None:
             changes["maneuvers"] = dataclasses.replace(scenario.maneuvers, count=n_maneuvers)
+        asked: dict[str, Any] = {"count": flights, "quantile": quantile}
+        asked = {key: value for key, value in asked.items() if value is not None}
+        if flights == 0:
+            changes["flight"] = None
+        elif asked:
+            changes["flight"] = dataclasses.replace(scenario.flight or FlightErrors(), **asked)
         self.scenario = scenario = dataclasses.replace(scenario, **changes)
         self.threads = threads
         self.objectives = scenario.objectives
@@ -115,6 +131,12 @@ class AttitudeManeuverProblem(Problem):
         warn_of_start(self.scenario, model)
         return model
 
+    @cached_property
+    def flights(self) -> list[Flight]:
+        """Flights over which plans are judged; drawn once, when first needed."""
+        errors = self.scenario.flight
+        return draw_flights(self.scenario, self.model, errors) if errors else []
+
     def _evaluate(self, X: Floats, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         designs = np.asarray(X, dtype=float)
         decode(designs)  # tells of a bad design by its place among all of them
@@ -123,14 +145,26 @@ class AttitudeManeuverProblem(Problem):
 
     def _run(self, X: Floats) -> Floats:
         """Objectives and constraints, side by side, shape (n, n_obj + n_ieq_constr)."""
+        errors = self.scenario.flight
+        if errors is None:
+            return self._values(X, None)
+        return judged(self._values(X, self.flights), self.n_obj, errors)
+
+    def _values(self, X: Floats, flights: list[Flight] | None) -> Floats:
+        """Both of designs as they are, shape (n, k), or in f flights, shape (f, n, k)."""
         # with the compiler, for which a list of problems need not wait
         from mgeo_attitude.filter.evaluator import evaluate
 
         entries: list[Objective | Constraint]
         entries = [*self._objectives(), *constraints(self.scenario)]
         covariance = any(entry.needs_covariance for entry in entries)
-        result = evaluate(self.model, X, self.threads, covariance=covariance)
-        return np.column_stack([entry.value(self.model, result) for entry in entries])
+
+        def values(model: FilterModel, result: Evaluation) -> Floats:
+            return np.column_stack([entry.value(model, result) for entry in entries])
+
+        if flights is not None:
+            return over_flights(flights, X, values, self.threads, covariance)
+        return values(self.model, evaluate(self.model, X, self.threads, covariance=covariance))
 
     def _objectives(self) -> list[Objective]:
         suite = Suite(self.scenario.gyro, self.scenario.sensors)
@@ -165,6 +199,37 @@ class AttitudeManeuverProblem(Problem):
     def describe(self, X: ArrayLike) -> pd.DataFrame:
         """Each solution, one row, in an engineer's terms."""
         return describe.describe(self, np.atleast_2d(np.asarray(X, dtype=float)))
+
+    def promises(
+        self, X: ArrayLike, flights: int = 200, share: float = 0.9, seed: int = 1
+    ) -> pd.DataFrame:
+        """What solutions promise, flown exactly, and what a share of other flights keeps.
+
+        Flights are drawn anew from the scenario's ``flight`` errors, or from its defaults.
+
+        Parameters
+        ----------
+        X : array_like, shape (n, n_var)
+
+        Returns
+        -------
+        DataFrame
+            A row a solution; for each objective the columns ``promised LABEL``, ``kept LABEL``
+            and, of both, ``kept / promised LABEL``.
+        """
+        import pandas as pd
+
+        designs = describe.checked_designs(self, X)
+        errors = self.scenario.flight or FlightErrors()
+        errors = dataclasses.replace(errors, count=flights, seed=seed, quantile=share, mean=False)
+        drawn = draw_flights(self.scenario, self.model, errors)
+        promised = self._values(designs, None)[:, : self.n_obj]
+        kept = judged(self._values(designs, drawn), self.n_obj, errors)[:, : self.n_obj]
+        columns = {}
+        for label, told, found in zip(self.obj_names, promised.T, kept.T, strict=True):
+            columns |= {f"promised {label}": told, f"kept {label}": found}
+            columns[f"kept / promised {label}"] = found / told
+        return pd.DataFrame(columns)
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
         """How many points of a front converge in the first orbit, and how many later.

@@ -3,6 +3,7 @@
 from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import KeyProblem
+from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.limits import KeepOut, Wheels
 from mgeo_attitude.scenario.scenario import Scenario, scenario_schema
 from mgeo_attitude.scenario.settings import (
@@ -16,6 +17,7 @@ from mgeo_attitude.scenario.toml import ScenarioFileError
 
 __all__ = [
     "Convergence",
+    "FlightErrors",
     "InitialUncertainty",
     "KeepOut",
     "KeyProblem",

@@ -27,6 +27,7 @@ from mgeo_attitude.fields import (
     to_table,
 )
 from mgeo_attitude.files import write_text
+from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.limits import KeepOut, Wheels
 from mgeo_attitude.scenario.objective_names import NAMES, PAPER, TRACE_OF, check_objectives
 from mgeo_attitude.scenario.presets import PRESETS, on_preset
@@ -94,6 +95,9 @@ class Scenario(Validated):
     )
     wheels: Wheels | None = quantity(None, doc="reaction wheels that turn the satellite")
     keep_outs: tuple[KeepOut, ...] = quantity((), doc="cones that the Sun must stay out of")
+    flight: FlightErrors | None = quantity(
+        None, doc="flights over which plans are judged; without it each is flown exactly"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()

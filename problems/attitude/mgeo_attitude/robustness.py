@@ -1,0 +1,135 @@
+"""Plans judged over flights: what they keep when they are not flown exactly.
+
+A flight starts from another attitude, turns at other rates for other times, or begins later than
+planned. Each is a `FilterModel` with turned tables and a changed design, so that the filter's
+kernel is the same, and designs share what they begin with as ever.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
+from mgeo_attitude.rotation import matrix
+from mgeo_attitude.scenario.flight import FlightErrors
+
+if TYPE_CHECKING:
+    from mgeo_attitude.filter.evaluator import Evaluation
+    from mgeo_attitude.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class Flight:
+    """One way in which plans are flown.
+
+    Attributes
+    ----------
+    model : FilterModel
+        Tables from the true attitude at the start, at the true time.
+    rates : array, shape (m, 3)
+        Added to the rate of each maneuver [deg/s].
+    durations : array, shape (m,)
+        Added to its duration [s].
+    delay : float
+        Of the start [s].
+    """
+
+    model: FilterModel
+    rates: Floats
+    durations: Floats
+    delay: float
+
+    def flown(self, designs: Floats) -> Floats:
+        """What becomes of designs, shape (n, 4 m); a duration below zero is none."""
+        maneuvers = designs.reshape(-1, len(self.rates), VARIABLES_PER_MANEUVER).copy()
+        maneuvers[:, :, :3] += self.rates
+        maneuvers[:, :, 3] = np.maximum(maneuvers[:, :, 3] + self.durations, 0.0)
+        return maneuvers.reshape(designs.shape)
+
+
+def draw_flights(scenario: Scenario, model: FilterModel, errors: FlightErrors) -> list[Flight]:
+    """Draw the flights of a scenario whose exact one is `model`.
+
+    Raises
+    ------
+    ValueError
+        If a delayed run leaves the years of the field model.
+    """
+    attitude, rate = errors.attitude_deg, errors.rate_error_deg_s
+    attitude = scenario.initial.attitude_deg if attitude is None else attitude
+    rate = scenario.gyro.initial_bias_deg_s if rate is None else rate
+    flights, count = [], scenario.maneuvers.count
+    for number in range(errors.count):
+        generator = np.random.default_rng([errors.seed, number])
+        turn = matrix(np.radians(attitude) * generator.standard_normal(3))
+        rates = rate * generator.standard_normal(3)
+        rates = rates + errors.maneuver_rate_error_deg_s * generator.standard_normal((count, 3))
+        durations = errors.duration_error * generator.standard_normal(count)
+        delay = errors.start_delay * generator.random()
+        later = _delayed(scenario, delay) if delay else model
+        turned = dataclasses.replace(
+            later, references=later.references @ turn, sun=later.sun @ turn
+        )
+        flights.append(Flight(turned, rates, durations, delay))
+    return flights
+
+
+def over_flights(
+    flights: list[Flight],
+    designs: Floats,
+    values: Callable[[FilterModel, Evaluation], Floats],
+    threads: int | None,
+    covariance: bool,
+) -> Floats:
+    """Values, shape (n, k), of n designs in each of f flights, shape (f, n, k).
+
+    Flights are run side by side, each in one thread: the result does not depend on how many.
+    """
+    from mgeo_attitude.filter.evaluator import available_threads, evaluate  # compiles
+
+    def one(flight: Flight) -> Floats:
+        flown = flight.flown(designs)
+        return values(flight.model, evaluate(flight.model, flown, 1, covariance=covariance))
+
+    with ThreadPoolExecutor(threads or available_threads()) as pool:
+        return np.array(list(pool.map(one, flights)))
+
+
+def kept_by(values: Floats, share: float) -> Floats:
+    """The least value that a share of the flights, the first axis, does not exceed.
+
+    NaN, a covariance that lost positivity, is above every number.
+    """
+    ordered = np.sort(values, axis=0)
+    kept: Floats = ordered[max(int(np.ceil(share * len(values) - 1e-9)), 1) - 1]
+    return kept
+
+
+def judged(values: Floats, n_objectives: int, errors: FlightErrors) -> Floats:
+    """Objectives and then constraints over flights, shape (f, n, k), as one value each, (n, k)."""
+    objectives, limits = np.split(values, [n_objectives], axis=2)
+    found = objectives.mean(axis=0) if errors.mean else kept_by(objectives, errors.quantile)
+    return np.hstack([found, kept_by(limits, errors.kept)])
+
+
+def _delayed(scenario: Scenario, delay: float) -> FilterModel:
+    course = SimpleNamespace(
+        epoch=scenario.epoch,
+        step=scenario.step,
+        orbit=scenario.orbit,
+        times=scenario.times + delay,
+    )
+    tables = Environment.from_scenario(course)
+    return FilterModel.from_scenario(
+        scenario, dataclasses.replace(tables, times=scenario.times, origin=None)
+    )

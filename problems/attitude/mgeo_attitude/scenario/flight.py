@@ -1,0 +1,56 @@
+"""What is not known when a plan is flown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mgeo_attitude.fields import Validated, quantity
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlightErrors(Validated):
+    """Flights over which a plan is judged, each with errors drawn from these.
+
+    Flight k of a seed is the same however many others there are.
+    """
+
+    count: int = quantity(16, low=1, high=10_000, doc="number of flights, the same for all plans")
+    seed: int = quantity(0, low=0, doc="seed of what is drawn")
+    quantile: float = quantity(
+        0.9,
+        low=0.0,
+        high=1.0,
+        open_low=True,
+        doc="share of the flights that must keep the value of an objective; 1 for the worst",
+    )
+    mean: bool = quantity(False, doc="whether objectives are means over the flights instead")
+    kept: float = quantity(
+        1.0, low=0.0, high=1.0, open_low=True, doc="share of the flights that must keep each limit"
+    )
+    attitude_deg: float | None = quantity(
+        None,
+        unit="deg",
+        low=0.0,
+        high=180.0,
+        doc="attitude error at the start, 1-sigma per axis; initial.attitude_deg if not given",
+    )
+    rate_error_deg_s: float | None = quantity(
+        None,
+        unit="deg/s",
+        low=0.0,
+        doc="error of all rates, 1-sigma per axis; the gyro's initial bias if not given",
+    )
+    maneuver_rate_error_deg_s: float = quantity(
+        0.0, unit="deg/s", low=0.0, doc="error of the rate of each maneuver, 1-sigma per axis"
+    )
+    duration_error: float = quantity(
+        0.0, unit="s", low=0.0, doc="error of the duration of each maneuver, 1-sigma"
+    )
+    start_delay: float = quantity(
+        0.0,
+        unit="s",
+        low=0.0,
+        high=31 * 86400.0,
+        doc="greatest delay of the start, of which all are equally likely; 604800 for a plan that "
+        "holds at any time of a week",
+    )

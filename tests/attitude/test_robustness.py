@@ -1,0 +1,148 @@
+"""Plans judged over flights."""
+
+import dataclasses
+import pickle
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.reference import reference_run
+from mgeo_attitude.robustness import draw_flights, judged, kept_by
+from mgeo_attitude.scenario import FlightErrors
+from scipy.spatial.transform import Rotation
+
+
+def scenario(**errors) -> Scenario:
+    paper = Scenario.paper()
+    convergence = dataclasses.replace(paper.convergence, window=60.0)
+    return dataclasses.replace(
+        paper, duration=900.0, convergence=convergence, flight=FlightErrors(**errors)
+    )
+
+
+def flights(**errors):
+    of = scenario(**errors)
+    return draw_flights(of, FilterModel.from_scenario(of), of.flight)
+
+
+def designs(n, seed=0):
+    rng = np.random.default_rng(seed)
+    rates, durations = rng.uniform(-1, 1, (n, 3, 3)), rng.uniform(20, 200, (n, 3, 1))
+    return np.concatenate([rates, durations], axis=2).reshape(n, 12)
+
+
+def test_values_are_those_of_the_reference_filter_in_each_flight():
+    X = designs(2)
+    problem = AttitudeManeuverProblem(
+        scenario(count=3, quantile=0.5, duration_error=5.0, maneuver_rate_error_deg_s=0.05)
+    )
+    by_hand = np.array(
+        [
+            [(run.t_end, run.trace[-1]) for run in (reference_run(f.model, x) for x in f.flown(X))]
+            for f in problem.flights
+        ]
+    )
+    F = problem.evaluate(X, return_values_of=["F"])
+    np.testing.assert_allclose(F, np.sort(by_hand, axis=0)[1], rtol=1e-9)
+
+
+def test_values_do_not_depend_on_threads():
+    X = designs(7)
+    alone, side_by_side = (
+        AttitudeManeuverProblem(scenario(count=5), threads=threads).evaluate(X)
+        for threads in (1, 4)
+    )
+    np.testing.assert_array_equal(alone, side_by_side)
+
+
+def test_flights_without_errors_are_the_plan():
+    exact = scenario(count=4, attitude_deg=0.0, rate_error_deg_s=0.0)
+    X = designs(3)
+    np.testing.assert_allclose(
+        AttitudeManeuverProblem(exact).evaluate(X),
+        AttitudeManeuverProblem(exact, flights=0).evaluate(X),
+        rtol=1e-12,
+    )
+
+
+def test_a_flight_begins_from_another_attitude_by_as_much_as_is_believed():
+    model = FilterModel.from_scenario(scenario())
+    turns = []
+    for flight in flights(count=400):
+        turn = Rotation.align_vectors(flight.model.references[:, 0], model.references[:, 0])
+        turns.append(turn[0].as_rotvec(degrees=True))
+        turned = turn[0].apply(model.references[9, 1])
+        np.testing.assert_allclose(flight.model.references[9, 1], turned, atol=1e-6)
+    # 1200 numbers: three standard deviations of their spread are 6 %
+    assert np.std(turns) == pytest.approx(5.0, rel=0.06)
+
+
+def test_rates_are_off_by_the_gyros_bias():
+    added = np.array([flight.rates for flight in flights(count=400)])
+    assert (added == added[:, :1]).all()  # the same for all maneuvers of a flight
+    assert np.std(added[:, 0]) == pytest.approx(0.01, rel=0.06)
+
+
+def test_the_first_flights_are_the_same_however_many_there_are():
+    few, many = flights(count=3), flights(count=8)
+    for a, b in zip(few, many, strict=False):
+        np.testing.assert_array_equal(a.model.references, b.model.references)
+        np.testing.assert_array_equal(a.rates, b.rates)
+    assert not np.array_equal(few[0].rates, flights(count=3, seed=1)[0].rates)
+
+
+def test_a_delayed_flight_sees_what_is_there_later():
+    of = scenario(count=1, attitude_deg=0.0, start_delay=300.0)
+    (flight,) = draw_flights(of, FilterModel.from_scenario(of), of.flight)
+    longer = FilterModel.from_scenario(dataclasses.replace(of, duration=1200.0))
+    assert 1.0 < flight.delay < 299.0
+    whole, part = divmod(flight.delay, 1.0)
+    for sample in (0, 400, 899):
+        before, after = longer.references[int(whole) + sample : int(whole) + sample + 2]
+        seen = flight.model.references[sample]
+        np.testing.assert_allclose(seen, before + part * (after - before), atol=2e-6)
+
+
+def test_kept_by_is_the_least_value_that_the_share_does_not_exceed():
+    values = np.random.default_rng(1).permutation(np.arange(1.0, 21.0))[:, None]
+    for share, expected in ((0.9, 18.0), (1.0, 20.0), (0.05, 1.0), (0.901, 19.0)):
+        assert kept_by(values, share) == expected
+        assert (values <= expected).mean() >= share
+        assert (values <= expected - 1.0).mean() < share
+
+
+def test_a_lost_covariance_is_above_every_number():
+    assert kept_by(np.array([[1.0], [np.nan], [2.0]]), 0.6) == 2.0
+    assert np.isnan(kept_by(np.array([[1.0], [np.nan], [2.0]]), 1.0))
+
+
+def test_objectives_may_be_means_and_limits_be_kept_by_some():
+    values = np.arange(12.0).reshape(4, 1, 3)
+    errors = FlightErrors(mean=True, kept=0.5)
+    np.testing.assert_array_equal(judged(values, 2, errors), [[4.5, 5.5, 5.0]])
+
+
+def test_flights_are_a_table_of_the_scenario():
+    of = scenario(count=7, quantile=0.8)
+    assert Scenario.from_toml(of.to_toml()) == of
+    problem = AttitudeManeuverProblem(Scenario.paper(), flights=7, quantile=0.8)
+    assert problem.scenario.flight == of.flight
+    assert pickle.loads(pickle.dumps(problem)).options() == problem.options()
+    assert (
+        "flight" not in Scenario.paper().to_dict() or Scenario.paper().to_dict()["flight"] is None
+    )
+    with pytest.raises(ValueError, match=r"flight.quantile = 1.5"):
+        Scenario.from_dict({"preset": "paper", "flight": {"quantile": 1.5}})
+
+
+def test_promises_are_those_of_the_plan_and_of_other_flights():
+    of = scenario(count=4)
+    problem, X = AttitudeManeuverProblem(of), designs(3)
+    table = problem.promises(X, flights=11, seed=5)
+    exact = AttitudeManeuverProblem(of, flights=0).evaluate(X, return_values_of=["F"])
+    others = dataclasses.replace(of, flight=FlightErrors(count=11, seed=5))
+    kept = AttitudeManeuverProblem(others).evaluate(X, return_values_of=["F"])
+    np.testing.assert_array_equal(table.filter(regex="^promised"), exact)
+    np.testing.assert_array_equal(table.filter(regex="^kept (?!/)"), kept)
+    np.testing.assert_allclose(table.filter(regex="^kept /"), kept / exact)
