@@ -225,7 +225,7 @@ class AttitudeManeuverProblem(Problem):
         drawn = draw_flights(self.scenario, self.model, errors)
         promised = self._values(designs, None)[:, : self.n_obj]
         kept = judged(self._values(designs, drawn), self.n_obj, errors)[:, : self.n_obj]
-        columns = {}
+        columns: dict[str, Floats] = {}
         for label, told, found in zip(self.obj_names, promised.T, kept.T, strict=True):
             columns |= {f"promised {label}": told, f"kept {label}": found}
             columns[f"kept / promised {label}"] = found / told
