@@ -19,6 +19,9 @@ from mgeo_attitude.environment.tle import sgp4_gcrs
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import EphemerisFile, EphemerisOrbit
 
+from mgeo.plugins.discovery import load_problem
+from mgeo.runs.scenario import read_scenario
+
 from ..scenario.test_orbit import ISS_1, ISS_2
 
 ISS = Path(__file__).parents[1] / "reference" / "iss-2008-09-20.oem"
@@ -188,6 +191,25 @@ def test_the_scenario_keeps_the_samples_and_not_the_file(tmp_path: Path) -> None
     environment = Environment.from_scenario(scenario)
     height = np.linalg.norm(environment.position, axis=1) - 6378136.3
     assert 330e3 < height.min() < height.max() < 380e3
+
+
+def test_a_run_is_of_the_samples_wherever_it_was_started(tmp_path: Path) -> None:
+    """Options as `mgeo solve` and `mgeo study` read them, with the file beside the scenario's."""
+    (tmp_path / "iss.oem").write_bytes(ISS.read_bytes())
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        'preset = "cubesat_6u"\nepoch = 2008-09-20T12:40:00Z\nduration = 5400.0\n'
+        '[orbit]\npropagator = "ephemeris-file"\nfile = "iss.oem"\n'
+    )
+    options = read_scenario("attitude", str(path))
+    (tmp_path / "iss.oem").unlink()
+    problem = load_problem("attitude", options)
+    assert problem.options() == options
+    assert len(options["orbit"]["times"]) == len(options["orbit"]["position"])
+    with pytest.raises(ValueError, match=r"mine\.toml: orbit\.file = .*iss\.oem': expected a file"):
+        read_scenario("attitude", str(path))
+    path.write_text('preset = "paper"')
+    assert read_scenario("attitude", str(path)) == {"preset": "paper"}
 
 
 def changed(text: str, *pairs: tuple[str, str]) -> str:
