@@ -1,10 +1,13 @@
-"""Interactive figures of the site, drawn from the data in this folder when it is built."""
+"""Interactive figures of the site, drawn when it is built, mostly from the data in this folder."""
 
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
+from mgeo_attitude import Scenario
+from mgeo_attitude.environment.interpolation import interpolate, nearest
 
 _FRONTS = Path(__file__).parents[1] / "fronts"
 
@@ -12,6 +15,14 @@ _FRONTS = Path(__file__).parents[1] / "fronts"
 SOURCES = (Path(__file__), *sorted(_FRONTS.glob("*.csv")))
 
 _NAMES = {"free": "cubesat_6u", "limits": "with limits.toml"}
+#: Name, samples that it goes through, with velocities or not, and color.
+_POLYNOMIALS = (
+    ("linear", 2, False, "#8a8a8a"),
+    ("Lagrange, degree 3", 4, False, "#e39b6f"),
+    ("Lagrange, degree 7", 8, False, "#c8501e"),
+    ("Hermite, degree 3", 2, True, "#7fa8d4"),
+    ("Hermite, degree 7", 4, True, "#1f5fa8"),
+)
 _COLORS = {"free": "#1f5fa8", "limits": "#c8501e"}
 
 
@@ -42,7 +53,31 @@ def limits() -> go.Figure:
     return figure
 
 
-FIGURES: dict[str, Callable[[], go.Figure]] = {"limits": limits}
+def interpolation() -> go.Figure:
+    """Greatest error of interpolated positions over two hours of the paper's orbit."""
+    orbit, epoch = Scenario.paper().orbit, Scenario.paper().epoch
+    at = np.arange(0.0, 7200.0, 3.7)
+    truth, _ = orbit.propagate(epoch, at)
+    spacings = np.geomspace(10.0, 600.0, 30)
+    figure = go.Figure()
+    for name, count, slopes, color in _POLYNOMIALS:
+        errors = []
+        for spacing in spacings:
+            times = spacing * np.arange(-count, 7200.0 / spacing + count + 1.0)
+            position, velocity = orbit.propagate(epoch, times)
+            rows = nearest(times, at, count)
+            found, _ = interpolate(times, position, velocity if slopes else None, rows, at)
+            errors.append(float(np.linalg.norm(found - truth, axis=1).max()))
+        figure.add_scatter(x=spacings.tolist(), y=errors, name=name, line={"color": color})
+    figure.update_xaxes(title="time between samples [s]", type="log")
+    figure.update_yaxes(title="error [m]", type="log", dtick=2, exponentformat="power")
+    figure.update_layout(
+        template="plotly_white", height=420, margin={"l": 60, "r": 20, "t": 20, "b": 50}
+    )
+    return figure
+
+
+FIGURES: dict[str, Callable[[], go.Figure]] = {"limits": limits, "interpolation": interpolation}
 
 
 def _hover_texts(table: pd.DataFrame) -> list[str]:

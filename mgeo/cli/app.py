@@ -142,7 +142,7 @@ def solve(
         run = prepare(
             problem,
             parameters=options.parse_parameters(algorithm, flags, settings or []),
-            options=read_scenario(scenario),
+            options=read_scenario(problem, scenario),
             algorithm=algorithm,
             evaluations=evaluations,
             seed=seed,

@@ -28,6 +28,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from numbers import Integral
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -142,6 +143,36 @@ def load_problem(name: str, options: Mapping[str, Any] | None = None) -> Problem
             f"expected {' or '.join(sorted(accepted)) or 'no options'}"
         )
     return built(name, lambda: cls(**given))
+
+
+def read_files(name: str, options: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Options of a scenario file in `folder` as the problem's ``read_files`` gives them.
+
+    Without one they are what they were, and of a name that no or more than one plugin has, which
+    is refused when it is built.
+
+    Raises
+    ------
+    PluginError
+        If it fails by an error of its code, or gives something else than a dict.
+    ValueError, OSError
+        Of ``read_files``, in its own words.
+    """
+    plugins = [plugin for plugin in installed_plugins() if plugin.name == name]
+    reader = getattr(plugins[0].load(), "read_files", None) if len(plugins) == 1 else None
+    if reader is None:
+        return options
+    try:
+        given = reader(options, folder)
+    except Exception as error:  # whatever foreign code raises
+        if isinstance(error, ValueError | OSError):
+            raise
+        raise PluginError(
+            f"read_files of problem {name!r} raised {type(error).__name__}: {error}"
+        ) from error
+    if not isinstance(given, dict):
+        raise PluginError(f"read_files of problem {name!r} gives {given!r:.80}: expected a dict")
+    return given
 
 
 def built(name: str, build: Callable[[], Any]) -> Problem:

@@ -81,12 +81,16 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     ------
     ValueError
         If the name or a parameter is unknown.
+    TypeError
+        If `parameters` is no mapping.
     """
     if name not in ALGORITHMS:
         raise ValueError(
             f"no algorithm is called {name!r}: expected one of {', '.join(ALGORITHMS)}"
             f"{did_you_mean(name, ALGORITHMS)}"
         )
+    if not isinstance(parameters, Mapping):
+        raise TypeError(f"parameters = {parameters!r}: expected a mapping of names to values")
     defaults = _defaults(name)
     if name in FAMILY:
         parameters = constructors.with_n_walkers(parameters)

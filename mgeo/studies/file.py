@@ -178,7 +178,7 @@ def _problems(
             names = [name, ", ".join([name, *details]), ", ".join([full, *details])]
             values = {**options, "name": name}
         else:
-            options = read_scenario(scenario, folder)
+            options = read_scenario(full, scenario, folder)
             stem = Path(scenario).stem
             names = [f"{name} {stem}", f"{name} {scenario}", f"{full} {scenario}"]
             values = {"name": name, "scenario": stem}

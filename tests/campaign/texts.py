@@ -71,7 +71,7 @@ def scenario_solved(box: Box) -> Attempt:
     _toml(box, path, _scenario_text(box))
 
     def action() -> Any:
-        return load_problem("attitude", read_scenario(str(path)))
+        return load_problem("attitude", read_scenario("attitude", str(path)))
 
     return Attempt(action, sound=lambda problem: json.dumps(problem.options(), allow_nan=False))
 

@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.environment.orbit import ORBITS
+from mgeo_attitude.environment.position_table import read_position_table
 from mgeo_attitude.objectives import OBJECTIVES
 from typer.testing import CliRunner
 
@@ -117,6 +119,30 @@ def test_the_scenario_of_getting_started_is_read():
     scenario = Scenario.from_toml(text)
     assert scenario.maneuvers.max_rate_deg_s == 0.5
     assert scenario.sensors == Scenario.cubesat_6u().sensors
+
+
+def test_the_ways_to_an_orbit(tmp_path, monkeypatch):
+    """The element set's file, the page's Python, and the files that name what it writes."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(DOCS / "scenarios" / "iss.toml", tmp_path)
+    (code,) = blocks("orbit.md", "python")
+    exec(code.replace('Path("iss.csv").unlink()', ""), {"__name__": "page"})
+    table = tomllib.loads(blocks("orbit.md", "toml")[1].replace("ITRF", "GCRF"))
+    scenario = Scenario.from_dict(table)
+    assert scenario.orbit.source.startswith("iss.csv, SHA-256 ")
+    message = tomllib.loads(blocks("orbit.md", "toml")[0])
+    with pytest.raises(ValueError, match=r"orbit\.file = 'orbits/iss\.oem': expected a file"):
+        Scenario.from_dict(message)
+    (sample,) = blocks("orbit.md", "text")
+    header = sample.splitlines()[0].split(",")
+    assert read_position_table(sample, scenario.epoch, "ITRF").velocity.shape == (1, 3)
+    assert header[0] == "time_utc"
+
+
+def test_every_propagator_is_on_the_page():
+    rows = re.findall(r"^\| (`.*?) \|", page("orbit.md"), re.M)[1:]
+    named = [name for row in rows for name in re.findall(r"`(.*?)`", row)]
+    assert set(named) == set(ORBITS.classes)
 
 
 @pytest.mark.slow

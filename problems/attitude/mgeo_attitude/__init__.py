@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from mgeo_attitude.filter.reference import FilterHistory, reference_run
     from mgeo_attitude.filter.suite import Suite
     from mgeo_attitude.problem import AttitudeManeuverProblem
-    from mgeo_attitude.scenario import Scenario
+    from mgeo_attitude.scenario import Scenario, scenario_schema
     from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
 
 __version__ = "0.1.0"
@@ -34,6 +34,7 @@ __all__ = [
     "consistency",
     "evaluate",
     "reference_run",
+    "scenario_schema",
     "simulate",
     "validity",
 ]
@@ -46,7 +47,7 @@ _HOMES = {
     "mgeo_attitude.filter.reference": ("FilterHistory", "reference_run"),
     "mgeo_attitude.filter.suite": ("Suite",),
     "mgeo_attitude.problem": ("AttitudeManeuverProblem",),
-    "mgeo_attitude.scenario": ("Scenario",),
+    "mgeo_attitude.scenario": ("Scenario", "scenario_schema"),
     "mgeo_attitude.sensors": ("Gyro", "Magnetometer", "Sensor", "StarTracker", "SunSensor"),
 }
 

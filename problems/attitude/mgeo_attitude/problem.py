@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -174,6 +175,14 @@ class AttitudeManeuverProblem(Problem):
     def from_options(cls, options: Mapping[str, Any]) -> AttitudeManeuverProblem:
         """Build it from a scenario as nested dicts, see `Scenario.from_dict`; {} is the paper's."""
         return cls(Scenario.from_dict(options) if options else None)
+
+    @classmethod
+    def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+        """Options of a scenario file in `folder`, with the ephemeris that they name, if any."""
+        orbit = options.get("orbit")
+        if not isinstance(orbit, Mapping) or "file" not in orbit:
+            return dict(options)
+        return Scenario.from_dict(options, folder).to_dict()
 
     def options(self) -> dict[str, Any]:
         """The scenario as nested dicts of JSON's types."""

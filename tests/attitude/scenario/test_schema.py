@@ -48,6 +48,21 @@ def test_files_that_are_there_keep_to_it(path: Path) -> None:
     Scenario.from_dict(table)
 
 
+@pytest.mark.parametrize(
+    ("keys", "allowed"),
+    [
+        ({}, True),
+        ({"frame": "ITRF", "degree": 5}, True),
+        ({"degree": 16}, False),
+        ({"interpolation": "cubic"}, False),
+        ({"epoch": "2018"}, False),
+    ],
+)
+def test_a_file_of_an_ephemeris(keys: dict[str, Any], allowed: bool) -> None:
+    orbit = {"propagator": "ephemeris-file", "file": "iss.csv"} | keys
+    assert SCHEMA.is_valid({"preset": "paper", "orbit": orbit}) == allowed
+
+
 @settings(max_examples=30, deadline=None)
 @given(scenario=scenarios())
 def test_scenarios_keep_to_it(scenario: Scenario) -> None:

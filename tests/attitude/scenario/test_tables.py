@@ -200,7 +200,7 @@ def test_keys_of_older_files_are_told_the_new_ones(override: dict[str, Any], mes
         (
             {"orbit": {"propagator": "j22"}},
             "orbit.propagator = 'j22': unknown propagator, did you mean 'j2'? (known: 'two-body', "
-            "'j2', 'sgp4')",
+            "'j2', 'sgp4', 'ephemeris', 'ephemeris-file')",
         ),
         (
             {"sensors": [{"kind": "sunsensor"}]},

@@ -11,6 +11,8 @@ from hypothesis import given, settings
 from mgeo_attitude.fields import declared
 from mgeo_attitude.scenario import (
     Convergence,
+    EphemerisFile,
+    EphemerisOrbit,
     InitialUncertainty,
     ManeuverLimits,
     Orbit,
@@ -25,8 +27,8 @@ from .strategies import scenarios
 from .test_orbit import ISS_1, ISS_2
 
 SECTIONS = (
-    Scenario, Orbit, TLEOrbit, Gyro, InitialUncertainty, ManeuverLimits, Convergence,
-    *SENSORS.values(),
+    Scenario, Orbit, TLEOrbit, EphemerisOrbit, EphemerisFile, Gyro, InitialUncertainty,
+    ManeuverLimits, Convergence, *SENSORS.values(),
 )  # fmt: skip
 
 

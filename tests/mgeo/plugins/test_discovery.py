@@ -5,7 +5,14 @@ from importlib.metadata import EntryPoint
 import numpy as np
 import pytest
 
-from mgeo.plugins.discovery import Plugin, PluginError, find_plugin, installed_plugins, load_problem
+from mgeo.plugins.discovery import (
+    Plugin,
+    PluginError,
+    find_plugin,
+    installed_plugins,
+    load_problem,
+    read_files,
+)
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
@@ -45,6 +52,26 @@ def test_options_that_a_constructor_would_swallow_are_refused():
 def test_a_problem_refuses_its_own_options():
     with pytest.raises(ValueError, match="load = -1"):
         load_problem("cantilever", {"load": -1})
+
+
+def test_files_are_read_by_the_problem_that_reads_any(tmp_path, monkeypatch):
+    options = {"beam": "beam.txt"}
+    for name in ("cantilever", "zdt1", "pymoo:zdt1", "missing"):
+        assert read_files(name, options, tmp_path) is options
+    (tmp_path / "beam.txt").write_text("3.5")
+
+    def reader(options, folder):
+        return {"load": float((folder / options["beam"]).read_text())}
+
+    monkeypatch.setattr(find_plugin("cantilever").load(), "read_files", reader, raising=False)
+    assert read_files("cantilever", options, tmp_path) == {"load": 3.5}
+    with pytest.raises(FileNotFoundError, match=r"beam\.txt"):
+        read_files("cantilever", options, tmp_path / "elsewhere")
+    with pytest.raises(PluginError, match="read_files of problem 'cantilever' raised KeyError: 'b"):
+        read_files("cantilever", {}, tmp_path)
+    monkeypatch.setattr(find_plugin("cantilever").load(), "read_files", lambda *given: 3)
+    with pytest.raises(PluginError, match="read_files of problem 'cantilever' gives 3: expected a"):
+        read_files("cantilever", options, tmp_path)
 
 
 def test_an_unknown_name_is_refused_with_what_is_installed_and_a_suggestion():

@@ -6,15 +6,15 @@ from mgeo.runs.scenario import read_scenario
 def test_nothing_a_preset_and_a_file(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('load = 3.5\n[orbit]\nkind = "low"\n')
-    assert read_scenario(None) == {}
-    assert read_scenario("heavy") == {"preset": "heavy"}
-    assert read_scenario(str(path)) == {"load": 3.5, "orbit": {"kind": "low"}}
+    assert read_scenario("cantilever", None) == {}
+    assert read_scenario("cantilever", "heavy") == {"preset": "heavy"}
+    assert read_scenario("cantilever", str(path)) == {"load": 3.5, "orbit": {"kind": "low"}}
 
 
 @pytest.mark.parametrize("name", ["missing.toml", "folder/missing"])
 def test_a_missing_file_is_named(name):
     with pytest.raises(FileNotFoundError, match=f"no scenario file {name}"):
-        read_scenario(name)
+        read_scenario("cantilever", name)
 
 
 @pytest.mark.parametrize("content", [b"load = = 3", b"load = '\xff'"])
@@ -22,4 +22,4 @@ def test_a_file_that_is_no_toml_is_named(tmp_path, content):
     path = tmp_path / "bad.toml"
     path.write_bytes(content)
     with pytest.raises(ValueError, match=r"bad\.toml: (no valid TOML|.utf-8. codec)"):
-        read_scenario(str(path))
+        read_scenario("cantilever", str(path))

@@ -409,7 +409,9 @@ SLOW = ONE.replace('"cantilever"', '"slow-cantilever"')
 def test_a_study_that_is_interrupted_goes_on(tmp_path, stand_in_environment, stand_in):
     (tmp_path / "slow.toml").write_text(SLOW)
     command = [sys.executable, "-m", "mgeo", "study", "slow.toml", "--jobs", "1"]
-    settings = {"cwd": tmp_path, "env": stand_in_environment, "text": True}
+    # on a loaded machine the signal comes seconds late: what is left must take longer
+    slowly = stand_in_environment | {"STAND_IN_SECONDS": "0.3"}
+    settings = {"cwd": tmp_path, "env": slowly, "text": True}
     runs = tmp_path / "studies" / "slow" / "runs"
 
     def files():

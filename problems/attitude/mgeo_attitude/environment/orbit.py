@@ -1,13 +1,16 @@
-"""How the satellite moves: Keplerian elements at the epoch, or a two-line element set."""
+"""How the satellite moves: elements at the epoch, a two-line element set, or an ephemeris."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Self
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.constants import EARTH_RADIUS
+from mgeo_attitude.environment.ephemeris import EphemerisOrbit
+from mgeo_attitude.environment.ephemeris_file import EphemerisFile
 from mgeo_attitude.environment.kepler import Elements, j2_secular, orbital_period, two_body
 from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import Kinds, Validated, expect, positive, quantity
@@ -67,16 +70,18 @@ class Orbit(Validated):
         elements = Elements(self.semi_major_axis, self.eccentricity, *map(math.radians, angles))
         return ANALYTIC[self.propagator](elements, times)
 
-    def check_epoch(self, epoch: datetime) -> None:
-        """Accept every epoch: the elements are those of the epoch."""
+    def for_run(self, epoch: datetime, duration: float) -> Self:
+        """Itself: the elements are those of the epoch, whatever it is."""
+        return self
 
 
-AnyOrbit = Orbit | TLEOrbit
+AnyOrbit = Orbit | TLEOrbit | EphemerisOrbit
 
-#: Orbit classes by the ``propagator`` that names them in a scenario file. Each has a `period`,
-#: `propagate` and `check_epoch`.
+#: Orbit classes by the ``propagator`` that names them in a scenario file. `for_run` gives the orbit
+#: of a run, which has a `period` and `propagate`.
 ORBITS = Kinds(
     "propagator",
-    dict.fromkeys(ANALYTIC, Orbit) | {TLEOrbit.propagator: TLEOrbit},
+    dict.fromkeys(ANALYTIC, Orbit)
+    | {cls.propagator: cls for cls in (TLEOrbit, EphemerisOrbit, EphemerisFile)},
     default="two-body",
 )

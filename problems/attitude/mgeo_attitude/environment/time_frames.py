@@ -49,14 +49,26 @@ def instants(epoch: datetime, times: ArrayLike) -> Instants:
     utc = as_utc(epoch)
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
     day_fraction = (utc - midnight).total_seconds() / DAY
-    # erfa.dat would warn of such years, and filters of warnings are shared by all threads
-    leap_seconds, _ = erfa.ufunc.dat(utc.year, utc.month, utc.day, day_fraction)
     ut = day_fraction + np.asarray(times, dtype=np.float64) / DAY
     return Instants(
         midnight=_MJD_ZERO + (midnight - _MJD_START).days,
         ut=ut,
-        tt=ut + (float(leap_seconds) + erfa.TTMTAI) / DAY,
+        tt=ut + (tai_minus_utc(utc) + erfa.TTMTAI) / DAY,
     )
+
+
+def elapsed(since: datetime, until: datetime) -> float:
+    """SI seconds from one instant to another, with the leap seconds between them."""
+    start, end = as_utc(since), as_utc(until)
+    return (end - start).total_seconds() + tai_minus_utc(end) - tai_minus_utc(start)
+
+
+def tai_minus_utc(utc: datetime) -> float:
+    """Seconds by which TAI is ahead of UTC then, see `instants`."""
+    midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
+    # erfa.dat would warn of some years, and filters of warnings are shared by all threads
+    fraction = (utc - midnight).total_seconds() / DAY
+    return float(erfa.ufunc.dat(utc.year, utc.month, utc.day, fraction)[0])
 
 
 def gcrs_to_itrs(at: Instants) -> Floats:

@@ -10,7 +10,7 @@ import math
 import re
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -95,13 +95,14 @@ class TLEOrbit(Validated):
         """As `sgp4_gcrs`, at `times` [s] after the epoch."""
         return sgp4_gcrs(self.line1, self.line2, instants(epoch, times))
 
-    def check_epoch(self, epoch: datetime) -> None:
-        """Refuse an epoch that the set is too old, or too new, for."""
+    def for_run(self, epoch: datetime, duration: float) -> Self:
+        """Itself, or an InvalidValue for an epoch that the set is too old, or too new, for."""
         near = (
             f"an element set within {MAX_AGE.days} days of epoch = {epoch.isoformat()}, not of "
             f"{self.epoch.isoformat()}"
         )
         expect(abs(epoch - self.epoch) <= MAX_AGE, "line1", self.line1, near)
+        return self
 
 
 def sgp4_gcrs(line1: str, line2: str, at: Instants) -> tuple[Floats, Floats]:

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import MISSING
 from functools import partial
+from types import NoneType
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -77,7 +78,8 @@ def _checked_type(hint: Any, spec: Quantity) -> Any:
     if spec.kinds:
         return Annotated[hint, pydantic.GetPydanticSchema(partial(_kinds_schema, kinds=spec.kinds))]
     if spec.choices:
-        return Literal[spec.choices]
+        allowed: Any = Literal[spec.choices]
+        return allowed | None if NoneType in entries else allowed
     return Annotated[hint, Field(**spec.bounds())] if spec.bounds() else hint
 
 
@@ -86,7 +88,7 @@ def _kinds_schema(hint: Any, handler: GetCoreSchemaHandler, kinds: Kinds) -> Cor
     for name, cls in kinds.classes.items():
         names[cls] = (*names.get(cls, ()), name)
     models = [section_model(cls, kinds.key, own) for cls, own in names.items()]
-    return instance_schema(hint, models, handler)
+    return instance_schema((hint, *names), models, handler)
 
 
 def _plain(value: Any) -> Any:

@@ -14,7 +14,7 @@ class InvalidValue(ValueError):
         self.key, self.value, self.expected = key, value, expected
 
     def __str__(self) -> str:
-        return f"{self.key} = {self.value!r}: {self.expected}"
+        return f"{self.key} = {self.value!r:.300}: {self.expected}"
 
     def under(self, section: str) -> InvalidValue:
         """The same error with its key inside `section`: ``a`` becomes ``section.a``."""

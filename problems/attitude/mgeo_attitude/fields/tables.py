@@ -70,7 +70,7 @@ def require_same(name: str, one: Any, other: Any, keys: Iterable[str]) -> None:
             found, expected = flattened(found), flattened(expected)
         for place in dict.fromkeys([*found, *expected]):
             if found.get(place) != expected.get(place):
-                wanted = f"expected the scenario's {expected.get(place)!r}"
+                wanted = f"expected the scenario's {expected.get(place)!r:.300}"
                 raise InvalidValue(f"{name}.{place}", found.get(place), wanted)
 
 

@@ -1,5 +1,7 @@
 """Scenarios: what a study depends on, from code, presets or TOML files."""
 
+from mgeo_attitude.environment.ephemeris import EphemerisOrbit
+from mgeo_attitude.environment.ephemeris_file import EphemerisFile
 from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import KeyProblem
@@ -17,6 +19,8 @@ from mgeo_attitude.scenario.toml import ScenarioFileError
 
 __all__ = [
     "Convergence",
+    "EphemerisFile",
+    "EphemerisOrbit",
     "FlightErrors",
     "InitialUncertainty",
     "KeepOut",

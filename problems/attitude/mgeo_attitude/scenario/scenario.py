@@ -71,7 +71,7 @@ class Scenario(Validated):
         PAPER, doc=f"what to minimize, of {', '.join(NAMES)}, {TRACE_OF}BLOCK,BLOCK..."
     )
     orbit: AnyOrbit = quantity(
-        kinds=ORBITS, doc="elements at the epoch, or propagator = 'sgp4' with line1 and line2"
+        kinds=ORBITS, doc="elements at the epoch, a two-line element set, or an ephemeris"
     )
     gyro: Gyro = quantity(factory=Gyro, doc="three-axis gyro")
     sensors: tuple[Sensor, ...] = quantity(
@@ -106,7 +106,7 @@ class Scenario(Validated):
         self._check_together(units)
         object.__setattr__(self, "epoch", self.epoch.astimezone(UTC))
         try:
-            self.orbit.check_epoch(self.epoch)
+            object.__setattr__(self, "orbit", self.orbit.for_run(self.epoch, self.duration))
         except InvalidValue as error:
             raise error.under("orbit") from None
         check_blocks("trace_weights", self.trace_weights, units)
@@ -148,19 +148,19 @@ class Scenario(Validated):
         return table
 
     @staticmethod
-    def from_dict(table: Mapping[str, Any]) -> Scenario:
+    def from_dict(table: Mapping[str, Any], folder: str | os.PathLike[str] = "") -> Scenario:
         """Inverse of `to_dict`; ``preset`` names a preset that `table` overrides key by key.
 
         A list of sensors replaces the preset's. What one of them leaves out is that of the preset's
         sensor of the same name and kind, or else of its only one of the kind, or else the kind's
-        default.
+        default. An ephemeris is read from the file that ``orbit.file`` names in `folder`.
 
         Raises
         ------
         InvalidValue, InvalidType
             Naming the full key (``orbit.eccentricity``): unknown, missing or of a bad value.
         """
-        return from_table(Scenario, on_preset(table), "preset")
+        return from_table(Scenario, _in_folder(on_preset(table), folder), "preset")
 
     def to_toml(self) -> str:
         """The scenario as a TOML document with a comment on every key."""
@@ -170,11 +170,13 @@ class Scenario(Validated):
             "required_sigma": [unit.key(block) for block, unit in units.items()],
         }
         notes = {key: f"The blocks: {', '.join(blocks)}" for key, blocks in keys.items()}
-        return to_toml(self, self.to_dict() | {"epoch": self.epoch}, notes)
+        return to_toml(self, self.to_dict(), notes)
 
     @staticmethod
     def from_toml(source: str | os.PathLike[str]) -> Scenario:
         """Read a TOML file, or TOML text; ``preset = "..."`` works as in `from_dict`.
+
+        An ephemeris that it names is read from the file's own folder.
 
         Parameters
         ----------
@@ -187,9 +189,9 @@ class Scenario(Validated):
         ScenarioFileError
             (ValueError) Naming the file and the key, or the line where it is no TOML.
         """
-        origin, table = read_toml(source)
+        origin, folder, table = read_toml(source)
         try:
-            return Scenario.from_dict(table)
+            return Scenario.from_dict(table, folder)
         except ValueError as error:
             raise ScenarioFileError(f"{origin}: {error}") from error
 
@@ -251,6 +253,14 @@ def scenario_schema() -> dict[str, Any]:
         section.pop("required", None)
     alone = {"required": schema.pop("required")}
     return dialect | schema | {"anyOf": [{"required": ["preset"]}, alone]}
+
+
+def _in_folder(table: dict[str, Any], folder: str | os.PathLike[str]) -> dict[str, Any]:
+    """The table with the full name of the orbit's file, if it names one."""
+    orbit = table.get("orbit")
+    if not isinstance(orbit, Mapping) or not isinstance(orbit.get("file"), str):
+        return table
+    return table | {"orbit": {**orbit, "file": os.path.join(folder, orbit["file"])}}
 
 
 def _is_multiple(span: float, step: float) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tomllib
 from collections.abc import Iterator, Mapping
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -27,13 +28,16 @@ class ScenarioFileError(ValueError):
     """A scenario file, or text, that cannot be read; the message says which and where."""
 
 
-def read_toml(source: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
-    """What a file or text is called in messages, and its table; see `Scenario.from_toml`."""
+def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, dict[str, Any]]:
+    """What a file or text is called in messages, its folder and its table.
+
+    See `Scenario.from_toml`.
+    """
     if isinstance(source, str) and ("\n" in source or not source.endswith(".toml")):
         hint = "" if "\n" in source else " (a file's name would end in .toml)"
-        origin, text = f"TOML text{hint}", source
+        origin, folder, text = f"TOML text{hint}", Path(), source
     else:
-        origin = os.fspath(source)
+        origin, folder = os.fspath(source), Path(source).parent
         try:  # some editors write a byte-order mark
             text = Path(source).read_text(encoding="utf-8-sig")
         except UnicodeDecodeError as error:
@@ -44,7 +48,7 @@ def read_toml(source: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
         raise ScenarioFileError(f"{origin}: not TOML: {error}") from None
     if not table:
         raise ScenarioFileError(f'{origin}: empty; the least it can say is preset = "paper"')
-    return origin, table
+    return origin, folder, table
 
 
 def to_toml(scenario: Validated, table: Mapping[str, Any], notes: Mapping[str, str]) -> str:
@@ -68,9 +72,16 @@ def _lines(values: Mapping[str, Any], section: Any, names: str = "") -> Iterator
     """Key, value, and a comment: meaning and range or choices; `names` where it is no field."""
     fields = declared(type(section)) if isinstance(section, Validated) else {}
     for key, value in values.items():
+        own = getattr(section, key, None)
+        value = own if isinstance(own, datetime) else value  # TOML has them
         comment = names
         if key in fields:
             spec = fields[key][1]
             limits = ", ".join(map(repr, spec.choices)) or spec.range_text()
             comment = f" # {spec.doc}: {limits}" if limits else f" # {spec.doc}"
-        yield f"{tomlkit.key(key).as_string()} = {tomlkit.item(value).as_string()}{comment}"
+        if isinstance(value, list) and isinstance(value[0], list):  # a row a line
+            rows = (f"  {tomlkit.item(row).as_string()},\n" for row in value)
+            text = f"[{comment}\n{''.join(rows)}]"
+        else:
+            text = f"{tomlkit.item(value).as_string()}{comment}"
+        yield f"{tomlkit.key(key).as_string()} = {text}"

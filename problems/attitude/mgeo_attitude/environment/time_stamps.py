@@ -1,0 +1,66 @@
+"""Instants as files write them: ISO 8601 in UTC and in time scales that run parallel to TAI."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from datetime import date, datetime, timedelta
+
+import erfa
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.constants import DAY
+from mgeo_attitude.environment.time_frames import as_utc, tai_minus_utc
+
+#: Time scales by their names in CCSDS messages: TAI is ahead of them by so many seconds.
+SYSTEMS = {"UTC": None, "TAI": 0.0, "TT": -erfa.TTMTAI, "GPS": 19.0}
+
+# calendar dates and days of the year: CCSDS 301.0-B, sections 3.5.1.1 and 3.5.1.2
+_STAMP = re.compile(
+    r"(\d{4})-(?:(\d\d)-(\d\d)|(\d{3}))[T ](\d\d):(\d\d)(?::(\d\d(?:\.\d*)?))?(?:Z|\+00:00)?"
+)
+
+
+def seconds_after(epoch: datetime, stamps: Sequence[str], system: str = "UTC") -> Floats:
+    """SI seconds from an epoch with a UTC offset to stamps of one of the `SYSTEMS`, shape (n,).
+
+    Between 23:59:59 and midnight UTC a leap second is second 60. A stamp that is none is a
+    ValueError, and so is another system.
+    """
+    if system not in SYSTEMS:
+        raise ValueError(f"time system {system!r}: expected {', '.join(SYSTEMS)}")
+    utc = as_utc(epoch)
+    days, clocks = zip(*map(_parts, stamps), strict=True) if stamps else ((), ())
+    seconds = np.array([DAY * (day - utc.date()).days for day in days]) + np.array(clocks)
+    if system == "UTC":
+        dates = np.array([(day.year, day.month, day.day) for day in days]).reshape(-1, 3)
+        ahead, _ = erfa.ufunc.dat(*dates.T, np.minimum(np.array(clocks) / DAY, 1.0))
+    else:
+        ahead = SYSTEMS[system]
+    midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
+    # whole numbers first: sums of hours and fractions keep the last digit of a microsecond
+    return np.asarray(seconds - (utc - midnight).total_seconds() + (ahead - tai_minus_utc(utc)))
+
+
+def _parts(stamp: str) -> tuple[date, float]:
+    """The day, and seconds since its midnight."""
+    found = _STAMP.fullmatch(stamp)
+    try:
+        if found is None:
+            raise ValueError("no such format")
+        year, month, day, ordinal, hour, minute, second = found.groups("0")
+        if int(ordinal):
+            when = date(int(year), 1, 1) + timedelta(days=int(ordinal) - 1)
+            if when.year != int(year):
+                raise ValueError("no such day")
+        else:
+            when = date(int(year), int(month), int(day))
+        last = 61.0 if (hour, minute) == ("23", "59") else 60.0
+        if int(hour) > 23 or int(minute) > 59 or float(second) >= last:
+            raise ValueError("no such time of day")
+    except (ValueError, OverflowError):
+        raise ValueError(
+            f"time {stamp!r:.60}: expected one such as 2018-06-05T00:00:00.000 or 2018-156T00:00:00"
+        ) from None
+    return when, 3600.0 * int(hour) + 60.0 * int(minute) + float(second)

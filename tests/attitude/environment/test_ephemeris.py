@@ -1,0 +1,201 @@
+"""Ephemerides against the orbits that they are samples of, and what is refused in them."""
+
+from __future__ import annotations
+
+import dataclasses
+from datetime import datetime, timedelta
+from typing import Any
+
+import numpy as np
+import pytest
+from mgeo_attitude import Environment, Scenario
+from mgeo_attitude.constants import EARTH_MU
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.scenario import EphemerisOrbit, Orbit
+
+WRONG = ": it is wrong, samples are too far apart, or velocities have another unit or frame"
+SCENARIO = dataclasses.replace(Scenario.paper(), step=20.0, duration=12000.0)
+
+
+def sampled(
+    orbit: Orbit = SCENARIO.orbit, spacing: float = 60.0, velocities: bool = True, **changes: Any
+) -> EphemerisOrbit:
+    """Samples of a two-body orbit from ten minutes before the run to ten minutes after it."""
+    times = np.arange(-600.0, SCENARIO.duration + 601.0, spacing)
+    position, velocity = orbit.propagate(SCENARIO.epoch, times)
+    given = {
+        "epoch": SCENARIO.epoch,
+        "times": times.tolist(),
+        "position": position.tolist(),
+        "velocity": velocity.tolist() if velocities else (),
+    }
+    return EphemerisOrbit(**given | changes)
+
+
+def spin(position: list[Any]) -> np.ndarray:
+    """What an axis of the Earth adds to velocities there."""
+    return np.cross([0.0, 0.0, 7.292115e-5], position)
+
+
+def moved(entries: list[Any], k: int, by: Any) -> list[Any]:
+    """The entries with one changed."""
+    return [*entries[:k], (np.array(entries[k]) + by).tolist(), *entries[k + 1 :]]
+
+
+def test_samples_every_minute_give_the_environment_of_the_orbit() -> None:
+    expected = Environment.from_scenario(SCENARIO)
+    found = Environment.from_scenario(dataclasses.replace(SCENARIO, orbit=sampled()))
+    assert np.abs(found.position - expected.position).max() < 1e-6
+    assert np.abs(found.velocity - expected.velocity).max() < 1e-8
+    assert np.abs(found.field - expected.field).max() < 1e-6
+    np.testing.assert_allclose(found.sun, expected.sun, rtol=0.0, atol=1e-15)
+    np.testing.assert_array_equal(found.sunlit, expected.sunlit)
+    assert (found.position != expected.position).any()  # nobody has computed it the other way
+
+
+@pytest.mark.parametrize(
+    ("velocities", "degree", "samples", "spacing"),
+    [
+        (True, 3, 2, 100.0),
+        (True, 5, 3, 200.0),
+        (True, 7, 4, 300.0),
+        (False, 3, 4, 100.0),
+        (False, 5, 6, 200.0),
+        (False, 7, 8, 300.0),
+    ],
+)
+def test_the_error_is_that_of_the_polynomial(
+    velocities: bool, degree: int, samples: int, spacing: float
+) -> None:
+    """On a circle f - p = f^(n+1) / (n+1)! times the product of distances to the nodes."""
+    circle = dataclasses.replace(SCENARIO.orbit, eccentricity=0.0)
+    radius = circle.semi_major_axis
+    orbit = sampled(circle, spacing, velocities, degree=degree)
+    times = np.arange(3000.0, 6000.0, 5.0)
+    found, _ = orbit.propagate(SCENARIO.epoch, times)
+    error = np.linalg.norm(found - circle.propagate(SCENARIO.epoch, times)[0], axis=1)
+    rate = np.sqrt(EARTH_MU / radius**3)
+    nodes = spacing * (np.arange(samples) - (samples - 1) // 2)
+    between = np.linspace(*((0.0, 1.0) if samples % 2 == 0 else (-0.5, 0.5)), 61) * spacing
+    product = np.abs(np.prod(between[:, None] - nodes, axis=1)).max() ** (1 + velocities)
+    bound = radius * rate ** (degree + 1) / np.prod(np.arange(1.0, degree + 2)) * product
+    assert 0.9 * bound < error.max() < 1.1 * bound
+
+
+def test_the_velocity_is_the_slope() -> None:
+    times = np.arange(0.0, 3000.0, 7.0)
+    for velocities in (True, False):
+        orbit = sampled(velocities=velocities)
+        velocity = orbit.propagate(SCENARIO.epoch, times)[1]
+        ahead, _ = orbit.propagate(SCENARIO.epoch, times + 0.5)
+        behind, _ = orbit.propagate(SCENARIO.epoch, times - 0.5)
+        assert np.abs(ahead - behind - velocity).max() < 1e-3
+        expected = SCENARIO.orbit.propagate(SCENARIO.epoch, times)[1]
+        assert np.abs(velocity - expected).max() < 1e-6
+
+
+def test_blocks_join_seamlessly(monkeypatch: pytest.MonkeyPatch) -> None:
+    times = np.arange(0.0, 9000.0, 10.0)
+    whole = sampled().propagate(SCENARIO.epoch, times)
+    monkeypatch.setattr("mgeo_attitude.environment.ephemeris._BLOCK", 13)
+    np.testing.assert_array_equal(sampled().propagate(SCENARIO.epoch, times), whole)
+
+
+def test_the_samples_stay_where_they_are_when_the_run_moves() -> None:
+    later = SCENARIO.epoch + timedelta(seconds=480.0)
+    expected, _ = SCENARIO.orbit.propagate(SCENARIO.epoch, np.array([480.0, 500.0]))
+    found, _ = sampled().propagate(later, np.array([0.0, 20.0]))
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-6)
+
+
+def test_the_period_is_that_of_the_orbit() -> None:
+    expected = SCENARIO.orbit.period
+    for velocities in (True, False):
+        assert sampled(velocities=velocities).period == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_scenario_with_samples_reads_back_from_both_its_forms() -> None:
+    scenario = dataclasses.replace(SCENARIO, orbit=sampled(velocities=False))
+    assert Scenario.from_dict(scenario.to_dict()) == scenario
+    assert Scenario.from_toml(scenario.to_toml()) == scenario
+    assert hash(Scenario.from_toml(scenario.to_toml())) == hash(scenario)
+    assert f"epoch = {SCENARIO.epoch:%Y-%m-%dT%H:%M:%S}Z # instant" in scenario.to_toml()
+
+
+def test_the_environment_is_of_no_other_samples() -> None:
+    """The message does not show all of them."""
+    environment = Environment.from_scenario(dataclasses.replace(SCENARIO, orbit=sampled()))
+    other = dataclasses.replace(SCENARIO, orbit=sampled(spacing=30.0))
+    with pytest.raises(InvalidValue, match=r"^environment\.orbit\.times = \[-600") as caught:
+        environment.require(other)
+    assert "expected the scenario's [-600.0, -570.0, " in str(caught.value)
+    assert len(str(caught.value)) < 700
+
+
+def test_a_run_that_the_samples_do_not_cover() -> None:
+    for changes, span in (
+        ({"duration": 12620.0}, "from 0 to 12620 s"),
+        ({"epoch": SCENARIO.epoch - timedelta(seconds=601.0)}, "from -601 to 11399 s"),
+    ):
+        with pytest.raises(InvalidValue) as caught:
+            dataclasses.replace(SCENARIO, orbit=sampled(), **changes)
+        message = str(caught.value)
+        assert message.startswith(f"orbit.times = '-600 to 12600': expected samples for the whole "
+                                  f"run, {span} after orbit.epoch = 2018-06-05")  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            lambda o: {"epoch": datetime(2018, 6, 5)},
+            "epoch = '2018-06-05T00:00:00': expected a UTC",
+        ),
+        (lambda o: {"degree": 16}, "degree = 16: expected an integer in [1, 15]"),
+        (lambda o: {"times": o["times"][:-1]}, "position = '221 vectors': expected 220, one"),
+        (lambda o: {"velocity": o["velocity"][1:]}, "velocity = '220 vectors': expected 221, one"),
+        (
+            lambda o: {key: o[key][:4] for key in ("times", "position", "velocity")},
+            "times = '4 samples': expected at least 5 for degree = 7",
+        ),
+        (
+            lambda o: {"times": moved(o["times"], 7, -60.0)},
+            "times[7] = -240.0: expected more than the -240.0 s before it",
+        ),
+        (
+            lambda o: {"position": (1e-3 * np.array(o["position"])).tolist()},
+            "not 7131.12 m",  # km where m is meant
+        ),
+        (
+            lambda o: {"position": (1e3 * np.array(o["position"])).tolist()},
+            "not 7.13112e+09 m",
+        ),
+        (lambda o: {"position": moved(o["position"], 9, 5000.0)}, WRONG),
+        (lambda o: {"velocity": (1e-3 * np.array(o["velocity"])).tolist()}, WRONG),
+        (  # relative to ITRF, and not to the inertial axes of the positions
+            lambda o: {"velocity": (np.array(o["velocity"]) - spin(o["position"])).tolist()},
+            WRONG,
+        ),
+        (lambda o: {key: o[key][::20] for key in ("times", "position", "velocity")}, WRONG),
+        (  # six times as fast
+            lambda o: {
+                "times": (np.array(o["times"]) / 6.0).tolist(),
+                "velocity": (6.0 * np.array(o["velocity"])).tolist(),
+            },
+            "expected a position and a speed with which the Earth holds the satellite",
+        ),
+        (
+            lambda o: {key: o[key][:40] + o[key][55:] for key in ("times", "position", "velocity")},
+            "times[40] = 2700.0: expected no gap: at most 4 times the usual 60 s",
+        ),
+        (lambda o: {"position": moved(o["position"], 3, float("inf"))}, "position[3][0] = inf"),
+        (lambda o: {"position": o["position"][0]}, "position[0] = "),
+    ],
+)
+def test_samples_that_are_refused(change, message: str) -> None:
+    table = Scenario.to_dict(dataclasses.replace(SCENARIO, orbit=sampled()))["orbit"]
+    del table["propagator"], table["source"]
+    given = table | {"epoch": SCENARIO.epoch}
+    with pytest.raises(InvalidValue) as caught:
+        EphemerisOrbit(**given | change(given))
+    assert message in str(caught.value)

@@ -1,0 +1,50 @@
+"""Frames of files against brahe's, an independent implementation of the same conventions."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+import brahe
+import numpy as np
+import pytest
+from mgeo_attitude.environment.frames import frame_name, to_gcrs
+from mgeo_attitude.environment.time_frames import instants
+
+EPOCH = datetime(2018, 6, 5, 3, 4, 5, tzinfo=UTC)
+STATE = np.array([7e6, 1e5, 2e5, 10.0, 7500.0, 100.0])
+
+
+@pytest.mark.parametrize(
+    ("frame", "there", "meters"),
+    [
+        ("GCRF", lambda at, state: state, 0.0),
+        ("EME2000", lambda at, state: brahe.state_gcrf_to_eme2000(state), 1e-4),
+        ("ITRF", brahe.state_gcrf_to_itrf, 1e-3),
+        ("TEME", brahe.state_gcrf_to_teme, 1.0),  # defined in two ways
+    ],
+)
+def test_states_come_back_to_gcrs(frame: str, there, meters: float) -> None:
+    brahe.set_global_eop_provider(brahe.StaticEOPProvider.from_zero())
+    at = brahe.Epoch.from_datetime(2018, 6, 5, 3, 4, 5.0, 0.0, brahe.TimeSystem.UTC)
+    state = there(at, STATE)
+    found = to_gcrs(frame, instants(EPOCH, [0.0]), state[None, :3], state[None, 3:])
+    assert np.abs(found[0] - STATE[:3]).max() <= meters
+    assert np.abs(found[1] - STATE[3:]).max() <= 2e-3 * meters
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("ICRF", "GCRF"), ("gcrf", "GCRF"), ("ICRF3", "GCRF"), ("J2000", "EME2000"),
+        ("ITRF2000", "ITRF"), ("ITRF-97", "ITRF"), ("WGS-84", "ITRF"), ("TEME", "TEME"),
+        ("TEMEOFDATE", "TEME"),
+    ],
+)  # fmt: skip
+def test_names_of_frames(text: str, name: str) -> None:
+    assert frame_name(text) == name
+
+
+@pytest.mark.parametrize("text", ["TOD", "MOD", "RTN", "TEMEOFEPOCH", "EME1950", ""])
+def test_other_frames_are_refused_by_name(text: str) -> None:
+    with pytest.raises(ValueError, match=rf"^reference frame '{text}': expected GCRF \(ICRF"):
+        frame_name(text)

@@ -1,0 +1,58 @@
+"""Instants of files, with leap seconds, against erfa and astronomers' definitions."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta, timezone
+
+import erfa
+import numpy as np
+import pytest
+from mgeo_attitude.environment.time_frames import elapsed
+from mgeo_attitude.environment.time_stamps import seconds_after
+
+EPOCH = datetime(2016, 12, 31, 23, 59, 50, 250000, tzinfo=UTC)
+
+
+def test_seconds_run_through_a_leap_second() -> None:
+    stamps = ["2016-12-31T23:59:59.25", "2016-12-31T23:59:60.25", "2017-01-01T00:00:00.25"]
+    np.testing.assert_allclose(seconds_after(EPOCH, stamps), [9.0, 10.0, 11.0], rtol=0, atol=1e-9)
+    assert elapsed(EPOCH, EPOCH + timedelta(seconds=10)) == pytest.approx(11.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("stamp", "system"),
+    [
+        ("2017-01-01T00:00:27.25", "TAI"),  # 36 s ahead of UTC in 2016
+        ("2017-01-01T00:00:59.434", "TT"),  # 32.184 s ahead of TAI
+        ("2017-01-01T00:00:08.25", "GPS"),  # 19 s behind TAI
+        ("2016-12-31T23:59:51.25", "UTC"),
+        ("2016-366T23:59:51.25Z", "UTC"),  # day of the year
+    ],
+)
+def test_time_systems(stamp: str, system: str) -> None:
+    assert seconds_after(EPOCH, [stamp], system)[0] == pytest.approx(1.0, abs=1e-9)
+
+
+def test_against_erfa_over_years() -> None:
+    epoch = datetime(1972, 7, 1, 3, tzinfo=timezone(timedelta(hours=1)))
+    start = sum(np.array(erfa.utctai(*erfa.dtf2d("UTC", 1972, 7, 1, 2, 0, 0.0))))
+    for year in range(1973, 2024):
+        end = sum(np.array(erfa.utctai(*erfa.dtf2d("UTC", year, 2, 3, 4, 5, 6.0))))
+        found = seconds_after(epoch, [f"{year}-02-03T04:05:06"])[0]
+        assert found == pytest.approx(86400.0 * (end - start), abs=1e-4)  # one float a Julian date
+        assert found == elapsed(epoch, datetime(year, 2, 3, 4, 5, 6, tzinfo=UTC))
+
+
+@pytest.mark.parametrize(
+    "stamp",
+    ["", "2018", "2018-02-30T00:00:00", "2018-366T00:00:00", "2018-01-01T24:00:00",
+     "2018-01-01T00:60:00", "2018-01-01T00:00:60", "2018-01-01T00:00:00+01:00", "0000-001T00:00"],
+)  # fmt: skip
+def test_what_is_no_stamp(stamp: str) -> None:
+    with pytest.raises(ValueError, match=r"^time '.*': expected one such as 2018-06-05T00:00:00"):
+        seconds_after(EPOCH, [stamp])
+
+
+def test_unknown_time_system() -> None:
+    with pytest.raises(ValueError, match=r"^time system 'UT1': expected UTC, TAI, TT, GPS$"):
+        seconds_after(EPOCH, ["2018-01-01T00:00:00"], "UT1")
