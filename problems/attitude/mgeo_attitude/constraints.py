@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -12,14 +11,16 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.describe import block_units
-from mgeo_attitude.filter.keep_out import sun_clearance
+from mgeo_attitude.environment.directions import DIRECTIONS
+from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.path_limits import excess
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.scenario.settings import RequiredSigma
 
 if TYPE_CHECKING:
     from mgeo_attitude.filter.evaluator import Evaluation
-    from mgeo_attitude.scenario import KeepOut, Scenario
+    from mgeo_attitude.scenario import PathLimit, Scenario
 
 
 @dataclass(frozen=True)
@@ -68,33 +69,37 @@ def constraints(scenario: Scenario) -> list[Constraint]:
         momentum = partial(_wheel_momentum, inertia=wheels.matrix())
         limit = Limit("wheel momentum", momentum, wheels.max_momentum, "N m s")
         found.append(Constraint(limit.label, (limit,)))
-    found += [_keep_out(i, cone) for i, cone in enumerate(scenario.keep_outs)]
+    found += [_path_limit(i, limit) for i, limit in enumerate(scenario.path_limits)]
     if scenario.required_sigma:
         found.append(_required_sigma(scenario))
     return found
 
 
-def warn_of_start(scenario: Scenario, model: FilterModel) -> None:
-    """Say of keep-out cones that no plan keeps: the attitude at the start is given, and the Sun.
+def check_start(scenario: Scenario, model: FilterModel) -> None:
+    """Refuse path limits that no plan keeps: the attitude at the start is given, and directions.
 
-    Warns
-    -----
-    UserWarning
-        For a cone that the Sun is in at the start, or within the margin of.
+    Raises
+    ------
+    InvalidValue
+        For one that the start violates, if only by its margin.
     """
-    initial = np.diag(model.initial_sigma[:3] ** 2)[None]
-    for i, (cone, axis) in enumerate(zip(scenario.keep_outs, model.cones, strict=True)):
-        angle, clearance = (
-            np.degrees(sun_clearance(axis, k, model.sun[:1], initial)[0])
-            for k in (0.0, cone.attitude_sigmas)
+    known = np.diag(model.initial_sigma[:3] ** 2)[None]
+    for i, limit in enumerate(model.path_limits):
+        cone, half_angle = limit.cone(), limit.half_angle_deg
+        direction, radius = model.direction(cone.direction, slice(1))
+        sign, least = (1.0, "at least") if cone.inside else (-1.0, "at most")
+        angle, bound = (
+            sign * np.degrees(excess(cone, k, direction, known, radius)[0])
+            for k in (0.0, limit.attitude_sigmas)
         )
-        if clearance < cone.half_angle_deg:
-            warnings.warn(
-                f"keep_outs[{i}] ({cone.name}): no plan keeps it, because at the start the Sun is "
-                f"{angle:.4g} deg from the boresight, and half_angle_deg = {cone.half_angle_deg:g} "
-                f"with attitude_sigmas = {cone.attitude_sigmas:g} times initial.attitude_deg = "
-                f"{scenario.initial.attitude_deg:g} is more",
-                stacklevel=3,
+        if half_angle < bound if cone.inside else half_angle > bound:
+            raise InvalidValue(
+                f"path_limits[{i}].half_angle_deg",
+                half_angle,
+                f"no plan keeps it ({limit.name}): at the start {DIRECTIONS[cone.direction].label} "
+                f"is {angle:.4g} deg from the boresight, and with attitude_sigmas = "
+                f"{limit.attitude_sigmas:g} times initial.attitude_deg = "
+                f"{scenario.initial.attitude_deg:g} it may be {least} {bound:.4g}",
             )
 
 
@@ -106,17 +111,17 @@ def _wheel_momentum(result: Evaluation, inertia: Floats) -> Floats:
     return greatest
 
 
-def _keep_out(index: int, cone: KeepOut) -> Constraint:
-    label, sigmas = f"Sun off {cone.name}", cone.attitude_sigmas
-    limit = Limit(
-        f"{label} less {sigmas:g} sigma" if sigmas else label,
-        lambda result: result.sun_angle[:, index],
-        np.radians(cone.half_angle_deg),
+def _path_limit(index: int, limit: PathLimit) -> Constraint:
+    sigmas, sign = limit.attitude_sigmas, "and" if limit.keep_in else "less"
+    angle = Limit(
+        f"{limit.label} {sign} {sigmas:g} sigma" if sigmas else limit.label,
+        lambda result: result.path_angle[:, index],
+        np.radians(limit.half_angle_deg),
         "deg",
         float(np.degrees(1.0)),
-        least=True,
+        least=not limit.keep_in,
     )
-    return Constraint(label, (limit,))
+    return Constraint(limit.label, (angle,))
 
 
 def _required_sigma(scenario: Scenario) -> Constraint:

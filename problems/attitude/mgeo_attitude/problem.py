@@ -14,7 +14,7 @@ from pymoo.core.problem import Problem
 
 from mgeo_attitude import describe
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constraints import Constraint, constraints, warn_of_start
+from mgeo_attitude.constraints import Constraint, check_start, constraints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.evaluation_cache import EvaluationCache
 from mgeo_attitude.filter.model import FilterModel
@@ -123,13 +123,13 @@ class AttitudeManeuverProblem(Problem):
     def model(self) -> FilterModel:
         """Tables of the filter; computed once, when first needed.
 
-        Warns
-        -----
-        UserWarning
-            For a keep-out cone that no plan keeps; see `constraints.warn_of_start`.
+        Raises
+        ------
+        InvalidValue
+            For a path limit that no plan keeps; see `constraints.check_start`.
         """
         model = FilterModel.from_scenario(self.scenario, self.environment)
-        warn_of_start(self.scenario, model)
+        check_start(self.scenario, model)
         return model
 
     @cached_property

@@ -77,10 +77,7 @@ def draw_flights(scenario: Scenario, model: FilterModel, errors: FlightErrors) -
         durations = errors.duration_error * generator.standard_normal(count)
         delay = errors.start_delay * generator.random()
         later = _delayed(scenario, delay) if delay else model
-        turned = dataclasses.replace(
-            later, references=later.references @ turn, sun=later.sun @ turn
-        )
-        flights.append(Flight(turned, rates, durations, delay))
+        flights.append(Flight(later.turned(turn), rates, durations, delay))
     return flights
 
 

@@ -110,7 +110,7 @@ def verify(
     """Fly a plan many times in simulation; exit with 3 if it does not achieve what it promises.
 
     The truth is nonlinear, the errors are drawn from the scenario, the filter feeds them back. Of
-    keep-out cones it says how often the Sun was inside.
+    path limits it says how often they were broken.
     """
     from mgeo.files.atomic import write_file
     from mgeo_attitude.commands.files import check_targets, load_plan

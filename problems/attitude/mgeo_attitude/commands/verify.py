@@ -18,9 +18,9 @@ def print_verification(plan: ManeuverPlan, found: Verification, output: Output) 
         *titled(f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s", found.table),
         note(f"by chance no ratio exceeds {found.greatest_ratio:.3f}"),
     )
-    if len(found.keep_outs):
+    if len(found.path_limits):
         output.print(
-            *titled("Sun inside keep-out cones", found.keep_outs),
+            *titled("path limits broken", found.path_limits),
             note("steered by the estimate, and flown open loop, of all flights"),
         )
     low, high = found.nees_bounds
@@ -38,27 +38,27 @@ def verification_document(plan: ManeuverPlan, found: Verification, seed: int) ->
         "title": f"{found.n_runs} simulated flights of the plan with t_end {plan.t_end:.6g} s and "
         f"trace {plan.trace:.5g}, seed {seed}",
         "verdict": f"{_verdict(found)}; NEES per state {found.nees:.3f}, expected {low:.3f} to "
-        f"{high:.3f}; by chance no ratio exceeds {found.greatest_ratio:.3f}{_cones(found)}",
+        f"{high:.3f}; by chance no ratio exceeds {found.greatest_ratio:.3f}{_limits(found)}",
         "columns": [str(name) for name in table.columns],
         "rows": table.to_numpy(object).tolist(),
         "problem": PROBLEM,
         "options": plan.problem.options(),
         "design": list(plan.design),
         "achieved": bool(found.achieved),
-        "keep_outs": rows(found.keep_outs),
+        "path_limits": rows(found.path_limits),
     }
 
 
-def _cones(found: Verification) -> str:
-    """How often cones were broken, in words."""
+def _limits(found: Verification) -> str:
+    """How often path limits were broken, in words."""
     parts = []
-    for name, row in found.keep_outs.iterrows():
+    for name, row in found.path_limits.iterrows():
         ways = ", ".join(
             f"{row[f'{way}: flights [%]']:.3g} % of flights ({row[f'{way}: time [%]']:.3g} % of "
             f"the time) {way}"
             for way in ("steered", "open loop")
         )
-        parts.append(f"; Sun inside {name} in {ways}")
+        parts.append(f"; {name} broken in {ways}")
     return "".join(parts)
 
 

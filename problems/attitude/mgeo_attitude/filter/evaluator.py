@@ -15,12 +15,12 @@ from .._typing import Floats
 from ..maneuvers.schedule import Schedule
 from .codegen import step_constants
 from .jobs import separate, shared
-from .keep_out import cone_constants, sun_clearance
 from .kernel import lanes, load_driver, load_kernel
 from .layout import layout, transition_pattern
 from .model import FilterModel
+from .path_limits import excess
 
-#: The cosine of the angle to a Sun that has not shone.
+#: The cosine of the angle to what has not been seen.
 _NEVER_SEEN = -2.0
 
 
@@ -38,9 +38,9 @@ class Evaluation:
         History of the variances, NaN after `t_end`, if asked for.
     covariance : array, shape (n, n_states, n_states) or (0, n_states, n_states)
         Covariance at `t_end`, if asked for.
-    sun_angle : array, shape (n, n_cones)
-        Least angle [rad] between the Sun, while it shines, and each axis that must stay off it,
-        less the margin for the unknown attitude (`keep_out.sun_clearance`).
+    path_angle : array, shape (n, n_path_limits)
+        Least angle [rad] between the direction and the axis of each path limit, less the margin for
+        the unknown attitude; to keep in, the greatest, with the margin. See `path_limits.excess`.
     t_required : array, shape (n,)
         Time from which on all required 1-sigmas are met until `t_end` [s]; infinite if they are not
         met then, or there are none.
@@ -54,7 +54,7 @@ class Evaluation:
     trace: Floats
     variances: Floats
     covariance: Floats
-    sun_angle: Floats
+    path_angle: Floats
     t_required: Floats
     plan: Schedule
 
@@ -91,7 +91,6 @@ def evaluate(
     record[:, 0] = model.initial_sigma**2
     end_step, trace = np.zeros(n, dtype=np.int64), np.empty(n)
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
-    cones = cone_constants(model.cones, model.cone_sigmas)
     required = model.required_sigma[list(monitors.states)]
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, lanes()),
@@ -102,7 +101,7 @@ def evaluate(
         (np.ascontiguousarray(plan.rates), np.ascontiguousarray(plan.starts), plan.over),
         (model.dynamics, suite.diffusion(), np.array(transition_pattern(suite)), model.step),
         model.table,
-        step_constants(suite, model.weights, cones, required),
+        step_constants(suite, model.weights, model.path_limits, required),
         (model.window_steps, model.relative_decrease, model.allow_rise),
         end_step,
         trace,
@@ -127,15 +126,17 @@ def evaluate(
         )
         t_end = np.where(lost, np.nan, t_end)
     watched = watched[jobs.twin]
-    sun = watched[:, : len(monitors.cones)]
-    sun_angle = np.where(monitors.cones, -sun, np.arccos(np.clip(sun, -1.0, 1.0)))
+    path = watched[:, : len(monitors.limits)]
+    path_angle = np.where([watch.inside for watch in monitors.limits], path, -path)
+    plain = [watch.plain for watch in monitors.limits]
+    path_angle = np.where(plain, np.arccos(np.clip(path, -1.0, 1.0)), path_angle)
     t_required = np.full(n, np.inf)
     if monitors.states:
         samples = watched[:, -1]
         met = samples > 0.0
         t_required[met] = model.step * (end_step[jobs.twin] + 1.0 - samples)[met]
     full = _symmetric(final[jobs.twin] if covariance else final, suite.n_states)
-    return Evaluation(t_end, trace, record, full, sun_angle, t_required, plan)
+    return Evaluation(t_end, trace, record, full, path_angle, t_required, plan)
 
 
 def _states(model: FilterModel, count: int, n_values: int) -> Floats:
@@ -153,16 +154,18 @@ def _states(model: FilterModel, count: int, n_values: int) -> Floats:
 
 def _monitors_at_start(model: FilterModel) -> Floats:
     """What `layout.Monitors` says, at time zero."""
-    values = np.empty(0)
-    if len(model.cones):
-        sun, covariance = model.sun[:1], np.diag(model.initial_sigma[:3] ** 2)[None]
-        cosines = model.cones @ sun[0] if sun.any() else np.full(len(model.cones), _NEVER_SEEN)
-        cones = zip(model.cones, model.cone_sigmas, strict=True)
-        angles = [sun_clearance(axis, k, sun, covariance)[0] for axis, k in cones]
-        excess = np.maximum(-np.pi, -np.array(angles))
-        values = np.where(model.monitors.cones, excess, cosines)
+    covariance = np.diag(model.initial_sigma[:3] ** 2)[None]
+    values = []
+    for limit, watch in zip(model.path_limits, model.monitors.limits, strict=True):
+        cone = limit.cone()
+        direction, radius = model.direction(cone.direction, slice(1))
+        if watch.plain:
+            values.append(direction[0] @ cone.axis if direction.any() else _NEVER_SEEN)
+        else:
+            at_start = excess(cone, limit.attitude_sigmas, direction, covariance, radius)[0]
+            values.append(max(-np.pi, at_start))
     if not model.monitors.states:
-        return values
+        return np.array(values)
     return np.append(values, float(np.all(model.initial_sigma <= model.required_sigma)))
 
 

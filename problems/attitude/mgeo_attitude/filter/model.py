@@ -12,14 +12,15 @@ from numpy.typing import ArrayLike
 
 from .._typing import Bools, Floats
 from ..environment import Environment
+from ..environment.directions import directions, radii
 from ..maneuvers.schedule import Schedule, schedule
 from ..maneuvers.slew import SlewLimits
 from ..scenario.settings import RequiredSigma, TraceWeights
-from .layout import Monitors
+from .layout import Monitors, Watch, directions_of, discs
 from .suite import Suite
 
 if TYPE_CHECKING:
-    from ..scenario import Scenario
+    from ..scenario import PathLimit, Scenario
 
 
 @dataclass(frozen=True)
@@ -47,12 +48,13 @@ class FilterModel:
         Whether it has converged, too, when the trace rose.
     slew_limits : SlewLimits, optional
         How fast rates can change; without it they change at once.
-    cones : array, shape (n_cones, 3)
-        Body axes that must stay off the Sun, unit vectors.
-    cone_sigmas : array, shape (n_cones,)
-        By how many 1-sigmas of the angle between more than they must.
-    sun : array, shape (n_steps + 1, 3) or (0, 3)
-        Direction to the Sun where it shines, else zero, GCRS; empty if no axis is watched.
+    path_limits : tuple of PathLimit
+    directions : array, shape (n_steps + 1, n_directions, 3)
+        Unit vectors that path limits and views of sensors look at, in the order of
+        `layout.directions_of`, GCRS; zero where there is nothing to be seen: of the Sun, in
+        eclipse.
+    radii : array, shape (n_steps + 1, n_directions)
+        Their apparent radii [rad]; zero for what is no disc.
     required_sigma : array, shape (n_states,)
         1-sigma that a plan must reach; infinite for a state without requirement.
     """
@@ -67,9 +69,9 @@ class FilterModel:
     relative_decrease: float
     allow_rise: bool
     slew_limits: SlewLimits | None
-    cones: Floats
-    cone_sigmas: Floats
-    sun: Floats
+    path_limits: tuple[PathLimit, ...]
+    directions: Floats
+    radii: Floats
     required_sigma: Floats
 
     @classmethod
@@ -102,8 +104,8 @@ class FilterModel:
                 available[:, index] = mask
         weights = np.repeat(TraceWeights(scenario.trace_weights).of(suite.blocks), 3)
         required = RequiredSigma(scenario.required_sigma)
-        cones = np.array([cone.axis() for cone in scenario.keep_outs]).reshape(-1, 3)
-        sun = environment.sun * environment.sunlit[:, None]
+        watches = tuple(map(Watch.of, scenario.path_limits))
+        names = directions_of(suite, Monitors(watches))
         return cls(
             suite=suite,
             step=scenario.step,
@@ -115,13 +117,16 @@ class FilterModel:
             relative_decrease=scenario.convergence.relative_decrease,
             allow_rise=scenario.convergence.allow_rise,
             slew_limits=SlewLimits.of(scenario),
-            cones=cones,
-            cone_sigmas=np.array(
-                [cone.attitude_sigmas for cone in scenario.keep_outs], dtype=float
-            ),
-            sun=sun if len(cones) else np.zeros((0, 3)),
+            path_limits=scenario.path_limits,
+            directions=directions(names, environment, scenario.epoch),
+            radii=radii(names, environment),
             required_sigma=np.repeat(required.of(suite.units), 3),
         )
+
+    def turned(self, turn: Floats) -> FilterModel:
+        """The same with body axes at the start that are those of a matrix's columns, (3, 3)."""
+        directions = (self.directions.reshape(-1, 3) @ turn).reshape(self.directions.shape)
+        return dataclasses.replace(self, references=self.references @ turn, directions=directions)
 
     @property
     def n_steps(self) -> int:
@@ -137,18 +142,25 @@ class FilterModel:
     def monitors(self) -> Monitors:
         """What is watched along a run."""
         states = np.flatnonzero(self.required_sigma < np.inf)
-        margins = tuple(bool(sigmas > 0.0) for sigmas in self.cone_sigmas)
-        return Monitors(margins, tuple(int(state) for state in states))
+        watches = tuple(map(Watch.of, self.path_limits))
+        return Monitors(watches, tuple(int(state) for state in states))
+
+    def direction(self, name: str, samples: slice = slice(None)) -> tuple[Floats, Floats]:
+        """One of `directions`, shape (n, 3), and its radius, shape (n,)."""
+        index = directions_of(self.suite, self.monitors).index(name)
+        return self.directions[samples, index], self.radii[samples, index]
 
     @cached_property
     def table(self) -> Floats:
         """What a filter step needs of the orbit, side by side at every sample.
 
-        The references; if an axis is watched, the Sun; and whether each gated sensor is available.
+        See `layout.layout`.
         """
-        parts = [self.references.reshape(len(self.references), -1)]
-        if len(self.cones):
-            parts.append(self.sun)
+        n, names = len(self.references), directions_of(self.suite, self.monitors)
+        parts = [self.references.reshape(n, -1), self.directions.reshape(n, -1)]
+        for name in discs(names):
+            _, radius = self.direction(name)
+            parts.append(np.column_stack([radius, np.cos(radius), np.sin(radius)]))
         return np.hstack([*parts, self.available[:, self.gated]])
 
     @cached_property

@@ -32,8 +32,8 @@ class Verification:
         Mean normalized error squared per state, eᵀ P⁻¹ e / n_states; 1 for a consistent filter.
     nees_bounds : tuple of two floats
         Between which it lies, but once in 1 / `SIGNIFICANCE` times.
-    keep_outs : DataFrame
-        How often the Sun was truly inside each keep-out cone; see `MonteCarlo.keep_outs`.
+    path_limits : DataFrame
+        How often each path limit was truly broken; see `MonteCarlo.broken_limits`.
     """
 
     n_runs: int
@@ -41,7 +41,7 @@ class Verification:
     greatest_ratio: float
     nees: float
     nees_bounds: tuple[float, float]
-    keep_outs: pd.DataFrame
+    path_limits: pd.DataFrame
 
     @property
     def worse(self) -> list[str]:
@@ -89,5 +89,5 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
         greatest_ratio=float(np.sqrt(chi2.isf(SIGNIFICANCE / len(table), n_runs) / n_runs)),
         nees=float(flights.nees[:, flights.sample()].mean() / len(table)),
         nees_bounds=(float(low), float(high)),
-        keep_outs=flights.keep_outs(),
+        path_limits=flights.broken_limits(),
     )

@@ -1,4 +1,4 @@
-"""Limits of a real satellite that a plan has to keep; `mgeo_attitude.constraints` measures them."""
+"""Reaction wheels, which limit torque and momentum; `mgeo_attitude.constraints` measures them."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import Validated, expect, positive, quantity
-from mgeo_attitude.scenario.settings import check_name
-from mgeo_attitude.vector import unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,30 +39,3 @@ class Wheels(Validated):
         """J, shape (3, 3) [kg m²]."""
         (xx, yy, zz), (xy, xz, yz) = self.inertia, self.products_of_inertia
         return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-@dataclass(frozen=True, kw_only=True)
-class KeepOut(Validated):
-    """A cone around a body axis, a camera's say, in which the Sun must not be while it shines.
-
-    The axis is where the filter believes it: the cone is kept with a margin of `attitude_sigmas`
-    times the 1-sigma of the angle to the Sun; equation (14) of docs/theory.md.
-    """
-
-    name: str = quantity("payload", doc="name of the cone, for people")
-    boresight: tuple[float, float, float] = quantity(doc="axis of the cone, body axes (any length)")
-    half_angle_deg: float = quantity(
-        unit="deg", low=0.0, high=90.0, open_low=True, open_high=True, doc="half-angle of the cone"
-    )
-    attitude_sigmas: float = quantity(
-        3.0, low=0.0, doc="margin for the unknown attitude, in 1-sigmas of the angle; 0 is none"
-    )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_name(self.name)
-        expect(any(self.boresight), "boresight", self.boresight, "a direction, not zero")
-
-    def axis(self) -> tuple[float, float, float]:
-        """Unit vector of the boresight."""
-        return unit(self.boresight)
