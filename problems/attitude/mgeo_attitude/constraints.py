@@ -16,6 +16,7 @@ from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.path_limits import excess
 from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.maneuvers.allocation import ALLOCATIONS
 from mgeo_attitude.scenario.settings import RequiredSigma
 
 if TYPE_CHECKING:
@@ -66,8 +67,13 @@ def constraints(scenario: Scenario) -> list[Constraint]:
     found = []
     wheels = scenario.wheels
     if wheels is not None and wheels.max_momentum is not None:
-        momentum = partial(_wheel_momentum, inertia=wheels.matrix())
-        limit = Limit("wheel momentum", momentum, wheels.max_momentum, "N m s")
+        allocation = ALLOCATIONS[wheels.allocation](wheels.spin_axes())
+        momentum = partial(_wheel_momentum, inertia=wheels.matrix(), allocation=allocation)
+        load = _budgeted_momentum if wheels.budgeted else momentum
+        limit = Limit("wheel momentum", load, wheels.max_momentum, "N m s")
+        found.append(Constraint(limit.label, (limit,)))
+    if wheels is not None and wheels.max_torque is not None and wheels.budgeted:
+        limit = Limit("wheel torque", _budgeted_torque, wheels.max_torque, "N m")
         found.append(Constraint(limit.label, (limit,)))
     found += [_path_limit(i, limit) for i, limit in enumerate(scenario.path_limits)]
     if scenario.required_sigma:
@@ -103,10 +109,18 @@ def check_start(scenario: Scenario, model: FilterModel) -> None:
             )
 
 
-def _wheel_momentum(result: Evaluation, inertia: Floats) -> Floats:
-    """Greatest momentum about a body axis that the wheels hold [N m s], shape (n,)."""
+def _budgeted_momentum(result: Evaluation) -> Floats:
+    return result.wheel_load[:, 0]
+
+
+def _budgeted_torque(result: Evaluation) -> Floats:
+    return result.wheel_load[:, 1]
+
+
+def _wheel_momentum(result: Evaluation, inertia: Floats, allocation: Floats) -> Floats:
+    """Greatest momentum of a wheel [N m s], shape (n,), if the satellite's is zero."""
     # a ramp is straight, so the greatest momentum is at an end of one of its steps
-    momentum = np.abs(result.plan.end_rates @ inertia).max(axis=2)
+    momentum = np.abs(result.plan.end_rates @ inertia @ allocation.T).max(axis=2)
     greatest: Floats = np.where(result.plan.flown(), momentum, 0.0).max(axis=1)
     return greatest
 

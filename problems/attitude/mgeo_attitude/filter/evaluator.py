@@ -44,6 +44,9 @@ class Evaluation:
     t_required : array, shape (n,)
         Time from which on all required 1-sigmas are met until `t_end` [s]; infinite if they are not
         met then, or there are none.
+    wheel_load : array, shape (n, 2)
+        Greatest momentum [N m s] and torque [N m] of a wheel until `t_end`, with a budget; see
+        `momentum.MomentumBudget`. NaN without one.
     plan : Schedule
         What is flown.
 
@@ -56,6 +59,7 @@ class Evaluation:
     covariance: Floats
     path_angle: Floats
     t_required: Floats
+    wheel_load: Floats
     plan: Schedule
 
 
@@ -136,7 +140,11 @@ def evaluate(
         met = samples > 0.0
         t_required[met] = model.step * (end_step[jobs.twin] + 1.0 - samples)[met]
     full = _symmetric(final[jobs.twin] if covariance else final, suite.n_states)
-    return Evaluation(t_end, trace, record, full, path_angle, t_required, plan)
+    wheel_load = np.full((n, 2), np.nan)
+    if model.budget is not None:
+        ends = end_step[jobs.twin]
+        wheel_load = model.budget.greatest(plan, ends, model.step, threads or available_threads())
+    return Evaluation(t_end, trace, record, full, path_angle, t_required, wheel_load, plan)
 
 
 def _states(model: FilterModel, count: int, n_values: int) -> Floats:

@@ -17,6 +17,7 @@ from ..maneuvers.schedule import Schedule, schedule
 from ..maneuvers.slew import SlewLimits
 from ..scenario.settings import RequiredSigma, TraceWeights
 from .layout import Monitors, Watch, directions_of, discs
+from .momentum import MomentumBudget
 from .suite import Suite
 
 if TYPE_CHECKING:
@@ -55,6 +56,8 @@ class FilterModel:
         eclipse.
     radii : array, shape (n_steps + 1, n_directions)
         Their apparent radii [rad]; zero for what is no disc.
+    budget : MomentumBudget, optional
+        Of wheels whose load does not follow from the rates alone.
     required_sigma : array, shape (n_states,)
         1-sigma that a plan must reach; infinite for a state without requirement.
     """
@@ -72,6 +75,7 @@ class FilterModel:
     path_limits: tuple[PathLimit, ...]
     directions: Floats
     radii: Floats
+    budget: MomentumBudget | None
     required_sigma: Floats
 
     @classmethod
@@ -120,6 +124,7 @@ class FilterModel:
             path_limits=scenario.path_limits,
             directions=directions(names, environment, scenario.epoch),
             radii=radii(names, environment),
+            budget=MomentumBudget.of(scenario, environment),
             required_sigma=np.repeat(required.of(suite.units), 3),
         )
 
