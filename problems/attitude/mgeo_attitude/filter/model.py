@@ -129,9 +129,13 @@ class FilterModel:
         )
 
     def turned(self, turn: Floats) -> FilterModel:
-        """The same with body axes at the start that are those of a matrix's columns, (3, 3)."""
-        directions = (self.directions.reshape(-1, 3) @ turn).reshape(self.directions.shape)
-        return dataclasses.replace(self, references=self.references @ turn, directions=directions)
+        """The same from another attitude: at the start body axes are the columns of `turn`."""
+        return dataclasses.replace(
+            self,
+            references=self.references @ turn,
+            directions=(self.directions.reshape(-1, 3) @ turn).reshape(self.directions.shape),
+            budget=self.budget and self.budget.turned(turn),
+        )
 
     @property
     def n_steps(self) -> int:

@@ -9,6 +9,7 @@ of what the disturbances T and D add times a margin.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -90,6 +91,10 @@ class MomentumBudget:
             gradient=float(wheels.gravity_gradient),
             margin=wheels.disturbance_margin,
         )
+
+    def turned(self, turn: Floats) -> MomentumBudget:
+        """See `FilterModel.turned`."""
+        return dataclasses.replace(self, position=self.position @ turn, field=self.field @ turn)
 
     def greatest(self, plan: Schedule, end_steps: Ints, step: float, threads: int) -> Floats:
         """Greatest momentum [N m s] and torque [N m] of a wheel until `end_steps`, shape (n, 2).
