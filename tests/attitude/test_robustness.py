@@ -6,10 +6,12 @@ import pickle
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.environment.moon import moon_position
+from mgeo_attitude.environment.time_frames import instants
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.robustness import draw_flights, judged, kept_by
-from mgeo_attitude.scenario import FlightErrors
+from mgeo_attitude.scenario import FlightErrors, PathLimit
 from scipy.spatial.transform import Rotation
 
 
@@ -102,6 +104,21 @@ def test_a_delayed_flight_sees_what_is_there_later():
         before, after = longer.references[int(whole) + sample : int(whole) + sample + 2]
         seen = flight.model.references[sample]
         np.testing.assert_allclose(seen, before + part * (after - before), atol=2e-6)
+
+
+def test_a_delayed_flight_has_the_moon_of_its_day():
+    """It moves by 13 deg a day; the satellite's own place shifts it by a degree."""
+    moon = PathLimit(reference="moon", boresight=(0.0, 0.0, 1.0), half_angle_deg=1.0)
+    of = scenario(count=1, attitude_deg=0.0, start_delay=20 * 86400.0)
+    of = dataclasses.replace(of, path_limits=(moon,))
+    model = FilterModel.from_scenario(of)
+    (flight,) = draw_flights(of, model, of.flight)
+    later = moon_position(instants(of.epoch, [flight.delay]))[0]
+    later /= np.linalg.norm(later)
+    found, _ = flight.model.direction("moon")
+    assert flight.delay > 86400.0
+    assert np.degrees(np.arccos(found[0] @ later)) < 1.2
+    assert np.degrees(np.arccos(model.direction("moon")[0][0] @ later)) > 10.0
 
 
 def test_kept_by_is_the_least_value_that_the_share_does_not_exceed():

@@ -11,6 +11,7 @@ import dataclasses
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from datetime import timedelta
 from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
@@ -128,5 +129,7 @@ def _delayed(scenario: Scenario, delay: float) -> FilterModel:
     )
     tables = Environment.from_scenario(course)
     return FilterModel.from_scenario(
-        scenario, dataclasses.replace(tables, times=scenario.times, origin=None)
+        scenario,
+        dataclasses.replace(tables, times=scenario.times, origin=None),
+        scenario.epoch + timedelta(seconds=delay),
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from datetime import datetime
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -80,9 +81,14 @@ class FilterModel:
 
     @classmethod
     def from_scenario(
-        cls, scenario: Scenario, environment: Environment | None = None
+        cls,
+        scenario: Scenario,
+        environment: Environment | None = None,
+        epoch: datetime | None = None,
     ) -> FilterModel:
         """Build the tables; `environment` saves computing it again.
+
+        Its times count from `epoch`, if not from the scenario's.
 
         Raises
         ------
@@ -122,7 +128,7 @@ class FilterModel:
             allow_rise=scenario.convergence.allow_rise,
             slew_limits=SlewLimits.of(scenario),
             path_limits=scenario.path_limits,
-            directions=directions(names, environment, scenario.epoch),
+            directions=directions(names, environment, epoch or scenario.epoch),
             radii=radii(names, environment),
             budget=MomentumBudget.of(scenario, environment),
             required_sigma=np.repeat(required.of(suite.units), 3),
