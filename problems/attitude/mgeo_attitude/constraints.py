@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -81,7 +82,7 @@ def constraints(scenario: Scenario) -> list[Constraint]:
     return found
 
 
-def check_start(scenario: Scenario, model: FilterModel) -> None:
+def check_start(scenario: Scenario) -> None:
     """Refuse path limits that no plan keeps: the attitude at the start is given, and directions.
 
     Raises
@@ -89,11 +90,16 @@ def check_start(scenario: Scenario, model: FilterModel) -> None:
     InvalidValue
         For one that the start violates, if only by its margin.
     """
+    if not scenario.path_limits:
+        return
+    short = dataclasses.replace(scenario.convergence, window=scenario.step)
+    first = dataclasses.replace(scenario, duration=scenario.step, convergence=short)
+    model = FilterModel.from_scenario(first)
     known = np.diag(model.initial_sigma[:3] ** 2)[None]
     for i, limit in enumerate(model.path_limits):
         cone, half_angle = limit.cone(), limit.half_angle_deg
         direction, radius = model.direction(cone.direction, slice(1))
-        sign, least = (1.0, "at least") if cone.inside else (-1.0, "at most")
+        sign, most, less = (1.0, "least", "and") if cone.inside else (-1.0, "most", "less")
         angle, bound = (
             sign * np.degrees(excess(cone, k, direction, known, radius)[0])
             for k in (0.0, limit.attitude_sigmas)
@@ -102,10 +108,10 @@ def check_start(scenario: Scenario, model: FilterModel) -> None:
             raise InvalidValue(
                 f"path_limits[{i}].half_angle_deg",
                 half_angle,
-                f"no plan keeps it ({limit.name}): at the start {DIRECTIONS[cone.direction].label} "
-                f"is {angle:.4g} deg from the boresight, and with attitude_sigmas = "
-                f"{limit.attitude_sigmas:g} times initial.attitude_deg = "
-                f"{scenario.initial.attitude_deg:g} it may be {least} {bound:.4g}",
+                f"expected at {most} {bound:.4g}: at the start {DIRECTIONS[cone.direction].label} "
+                f"is {angle:.4g} deg from the boresight of {limit.name!r}, {less} attitude_sigmas "
+                f"= {limit.attitude_sigmas:g} of initial.attitude_deg = "
+                f"{scenario.initial.attitude_deg:g}",
             )
 
 

@@ -62,7 +62,8 @@ class AttitudeManeuverProblem(Problem):
     Raises
     ------
     TypeError, ValueError
-        For a scenario of another type, a count below one, or an objective that is not known.
+        For a scenario of another type, a count below one, an objective that is not known, or a path
+        limit that the start violates.
     """
 
     var_names: list[str]
@@ -96,6 +97,7 @@ class AttitudeManeuverProblem(Problem):
         elif asked:
             changes["flight"] = dataclasses.replace(scenario.flight or FlightErrors(), **asked)
         self.scenario = scenario = dataclasses.replace(scenario, **changes)
+        check_start(scenario)
         self.threads = threads
         self.objectives = scenario.objectives
         self._cache = EvaluationCache()
@@ -121,16 +123,8 @@ class AttitudeManeuverProblem(Problem):
 
     @cached_property
     def model(self) -> FilterModel:
-        """Tables of the filter; computed once, when first needed.
-
-        Raises
-        ------
-        InvalidValue
-            For a path limit that no plan keeps; see `constraints.check_start`.
-        """
-        model = FilterModel.from_scenario(self.scenario, self.environment)
-        check_start(self.scenario, model)
-        return model
+        """Tables of the filter; computed once, when first needed."""
+        return FilterModel.from_scenario(self.scenario, self.environment)
 
     @cached_property
     def flights(self) -> list[Flight]:

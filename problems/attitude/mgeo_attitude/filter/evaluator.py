@@ -19,6 +19,7 @@ from .kernel import lanes, load_driver, load_kernel
 from .layout import layout, transition_pattern
 from .model import FilterModel
 from .path_limits import excess
+from .wheel_load import wheel_loads
 
 #: The cosine of the angle to what has not been seen.
 _NEVER_SEEN = -2.0
@@ -143,7 +144,9 @@ def evaluate(
     wheel_load = np.full((n, 2), np.nan)
     if model.budget is not None:
         ends = end_step[jobs.twin]
-        wheel_load = model.budget.greatest(plan, ends, model.step, threads or available_threads())
+        wheel_load = wheel_loads(
+            model.budget, plan, ends, model.step, threads or available_threads()
+        )
     return Evaluation(t_end, trace, record, full, path_angle, t_required, wheel_load, plan)
 
 

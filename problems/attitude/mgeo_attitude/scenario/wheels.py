@@ -20,7 +20,7 @@ class Wheels(Validated):
 
     Their momentum and torque follow from the plan: together they hold what is the satellite's
     angular momentum but not the body's J ω. It is constant, in inertial axes, but for what gravity
-    gradient and a residual dipole add (`filter.momentum`).
+    gradient and a residual dipole add (`filter.wheel_load`).
     """
 
     inertia: tuple[float, float, float] = positive(
