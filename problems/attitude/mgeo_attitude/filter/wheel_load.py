@@ -66,7 +66,7 @@ def _greatest(plan, end_steps, step, wheels, outside, found):  # type: ignore[no
     rate, acceleration = np.zeros(3), np.zeros(3)
     torque, magnetic, vector = np.zeros(3), np.zeros(3), np.zeros(3)
     added, now, last = np.zeros(3), np.zeros(3), np.zeros(3)
-    own, extra = np.zeros(3), np.zeros(3)
+    own, extra, room = np.zeros(3), np.zeros(3), np.zeros((4, 3))
     for i in range(len(end_steps)):
         C[:] = np.eye(3)
         rate[:], added[:] = 0.0, 0.0
@@ -87,7 +87,7 @@ def _greatest(plan, end_steps, step, wheels, outside, found):  # type: ignore[no
             _product(C, added, extra)
             if k > 0:  # at the end of a step
                 rate[:] = end_rates[i, m]
-                _load(rate, acceleration, own, extra, torque, wheels, outside[4], found[i])
+                _load(rate, acceleration, own, extra, torque, wheels, outside[4], room, found[i])
             if k == end_steps[i]:
                 break
             before = m
@@ -97,7 +97,7 @@ def _greatest(plan, end_steps, step, wheels, outside, found):  # type: ignore[no
                 turned[:] = turn(rates[i, m], step)
                 if not _accelerate(rate, rates[i, m], end_rates[i, m], step, acceleration):
                     rate[:] = rates[i, m]
-                _load(rate, acceleration, own, extra, torque, wheels, outside[4], found[i])
+                _load(rate, acceleration, own, extra, torque, wheels, outside[4], room, found[i])
             old[:] = C
             for a in range(3):
                 _product(turned, old[:, a], vector)
@@ -105,15 +105,15 @@ def _greatest(plan, end_steps, step, wheels, outside, found):  # type: ignore[no
 
 
 @njit(cache=True, error_model="numpy")
-def _load(rate, acceleration, own, extra, torque, wheels, margin, found):  # type: ignore[no-untyped-def]
+def _load(rate, acceleration, own, extra, torque, wheels, margin, room, found):  # type: ignore[no-untyped-def]
     """Raise `found` to the momentum and torque of the most loaded wheel, if they are greater.
 
     `own` is the satellite's momentum in body axes by the plan alone, `extra` what disturbances
-    added, `torque` what they are.
+    added, `torque` what they are. There is `room`, shape (4, 3), because to make it takes as long
+    as all else.
     """
     inertia, allocation, circulating, _ = wheels
-    spin, needed = np.empty(3), np.empty(3)
-    turning, turned = np.empty(3), np.empty(3)
+    spin, needed, turning, turned = room[0], room[1], room[2], room[3]
     _product(inertia, rate, spin)
     _product(inertia, acceleration, needed)
     _cross(rate, own, turning)
