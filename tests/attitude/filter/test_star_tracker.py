@@ -4,7 +4,15 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Gyro, Scenario, StarTracker, Suite
+from mgeo_attitude import (
+    AttitudeManeuverProblem,
+    Gyro,
+    Scenario,
+    StarTracker,
+    Suite,
+    consistency,
+    simulate,
+)
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import can_measure, reference_run
@@ -105,6 +113,17 @@ def test_flights_report_when_it_measures(model):
     expected[0] = False
     np.testing.assert_array_equal(reported, expected)
     assert set(reported[1:].tolist()) == {True, False}
+
+
+@pytest.mark.slow
+def test_flights_with_it_are_consistent():
+    """Whatever way it looks, noise is about the axes in which the estimator believes it."""
+    x = [0.2, 0.3, -0.1, 300.0, 0.0, -0.6, 0.6, 200.0, 0.1, 0.1, 0.3, 300.0]
+    result = simulate(scenario(), x, 100, seed=2)
+    report = consistency(result, since=100.0)
+    assert result.updates[:, :, 0].sum() > 10_000
+    assert report["nees"].passed, report.table()
+    assert report["nis tracker"].passed, report.table()
 
 
 @pytest.mark.parametrize("boresight", [(0.0, 0.0, 1.0), (0.0, 0.0, -2.0), (1.0, -2.0, 0.5)])
