@@ -50,6 +50,7 @@ def test_flags_reach_the_configuration(mgeo):
     done = mgeo(
         *("solve", "cantilever", "--sigma", "0.05,0.1", "--tau", "2.5", "--runs", "3"),
         *("--perturbation", "range", "--evaluations", "60", "--scenario", "heavy", "--out", "a"),
+        *("--set", "bounds=reflect"),
     )
     assert done.exit_code == 0, done.output
     data = json.loads(Path("a/run.json").read_text())["configuration"]
@@ -58,6 +59,7 @@ def test_flags_reach_the_configuration(mgeo):
         "tau": 2.5,
         "n_walkers": 3,
         "perturbation": "range",
+        "bounds": "reflect",
         "restart": "never",
         "patience": 50,
     }
