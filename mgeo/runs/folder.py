@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mgeo.benchmarks.collections import distributions, is_benchmark
 from mgeo.files.atomic import write_files
 from mgeo.files.models import checked
 from mgeo.files.reading import entry, errors_of, read_json
@@ -135,11 +136,15 @@ def front_table(outcome: Outcome) -> pd.DataFrame:
 
 def installed_versions(problem: str) -> dict[str, str]:
     """Versions of what a run of this problem depends on."""
-    plugin = find_plugin(problem)
+    if is_benchmark(problem):
+        own = {name: version(name) for name in distributions(problem)}
+    else:
+        plugin = find_plugin(problem)
+        own = {plugin.distribution: plugin.version}
     return {
         "python": platform.python_version(),
         **{name: version(name) for name in ("mgeo", "pymoo", "numpy")},
-        plugin.distribution: plugin.version,
+        **own,
     }
 
 

@@ -31,7 +31,10 @@ Seeds = Annotated[tuple[int, ...], PlainValidator(seed_numbers, Count | Some[See
 class ProblemTable(Table):
     """One problem, or several that differ in name or scenario."""
 
-    name: Names = Field(description="of an installed problem, or pymoo:NAME for one of pymoo's")
+    name: Names = Field(
+        description="of an installed problem, or of a collection: pymoo:NAME, shifted:NAME for one "
+        "of pymoo's with its optimum off the bounds, or COCO's coco:SUITE/fN/dN/iN with ranges"
+    )
     label: str | None = Field(None, description="braces hold name, an option, or scenario")
     scenario: Names | None = Field(None, description="files relative to this one, or presets")
     options: dict[str, Any] | None = Field(None, description="options of the problem")

@@ -162,7 +162,7 @@ def test_a_problem_that_pymoo_does_not_have_is_named():
 
 
 def test_a_problem_of_pymoo_that_cannot_be_searched_is_named():
-    with pytest.raises(ValueError, match=r"'dtlz2' with .*: n_obj of problem .* = 2.5: expected"):
+    with pytest.raises(ValueError, match=r"n_obj of problem 'pymoo:dtlz2' = 2\.5: expected"):
         ProblemConfiguration("", "pymoo:dtlz2", {"n_obj": 2.5}).build()
 
 
