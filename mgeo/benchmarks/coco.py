@@ -114,7 +114,21 @@ def _numbers(name: str, text: str) -> list[int]:
 
 @lru_cache(maxsize=_KEPT)
 def _coco(suite: str, function: int, dimension: int, instance: int) -> Any:
-    """COCO's own problem, which lives as long as the suite that it knows."""
+    """COCO's own problem."""
+    found = _suite(suite, instance)
+    try:
+        with _LOCK:
+            return found.get_problem_by_function_dimension_instance(function, dimension, instance)
+    except Exception as error:  # COCO's are of several kinds
+        raise ValueError(
+            f"COCO's suite {suite!r} has no function {function} in {dimension} dimensions, "
+            f"instance {instance}"
+        ) from error
+
+
+@lru_cache(maxsize=_KEPT)
+def _suite(suite: str, instance: int) -> Any:
+    """COCO's own suite of one instance."""
     if suite not in _SUITES:
         raise ValueError(f"COCO's suite {suite!r}: expected one of {', '.join(_SUITES)}")
     if "biobj" in suite and instance > _BIOBJECTIVE_INSTANCES:
@@ -127,13 +141,11 @@ def _coco(suite: str, function: int, dimension: int, instance: int) -> Any:
         raise ValueError(
             "COCO's functions need the extra 'coco': pip install 'mgeo[coco]'"
         ) from error
-    what = f"function {function} in {dimension} dimensions, instance {instance}"
     with _LOCK:
-        level = cocoex.log_level("error")
+        level = cocoex.log_level("error")  # what is wrong is said in our words
         try:
-            found = cocoex.Suite(suite, f"instances: {instance}", "")
-            return found.get_problem_by_function_dimension_instance(function, dimension, instance)
-        except Exception as error:  # COCO's are of several kinds
-            raise ValueError(f"COCO's suite {suite!r} has no {what}") from error
+            return cocoex.Suite(suite, f"instances: {instance}", "")
+        except Exception as error:
+            raise ValueError(f"COCO's suite {suite!r} has no instance {instance}") from error
         finally:
             cocoex.log_level(level)

@@ -71,8 +71,9 @@ class Study:
     title: str
     about: str
     evaluations: int
+    per_variable: bool
     seeds: tuple[int, ...]
-    grid: int
+    grid: int | tuple[int, ...]
     problems: tuple[ProblemConfiguration, ...]
     algorithms: tuple[AlgorithmConfiguration, ...]
     published: PublishedTable | None
@@ -86,6 +87,14 @@ class Study:
                 a.label: {"name": a.name, "parameters": a.parameters} for a in self.algorithms
             },
         }
+
+    def budget(self, problem: Problem) -> tuple[int, int | list[int]]:
+        """Evaluations of a run on a problem, and at how many of them, or at which, to measure."""
+        each = problem.n_var if self.per_variable else 1
+        if isinstance(self.grid, int):
+            return self.evaluations * each, self.grid
+        steps = [step * each for step in self.grid if step <= self.evaluations]
+        return self.evaluations * each, steps
 
     def reduced(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
         """The same study with another budget, or with its first so many seeds.

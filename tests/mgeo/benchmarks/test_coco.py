@@ -1,5 +1,6 @@
 """COCO's functions as pymoo problems, against COCO itself and its functions' definition."""
 
+import gc
 import pickle
 import subprocess
 import sys
@@ -76,7 +77,9 @@ def test_threads_and_processes_find_the_same():
 def test_functions_forgotten_by_the_process_are_made_again(monkeypatch):
     problem, X = load_problem(NAME), points(5)
     expected = problem.evaluate(X)
+    coco._suite.cache_clear()
     coco._coco.cache_clear()
+    gc.collect()
     assert np.array_equal(problem.evaluate(X), expected)
 
 
@@ -105,6 +108,7 @@ def test_it_takes_no_options():
 
 def test_without_the_extra_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "cocoex", None)
+    coco._suite.cache_clear()
     coco._coco.cache_clear()
     with pytest.raises(ValueError, match=r"need the extra 'coco': pip install 'mgeo\[coco\]'"):
         load_problem(NAME)
