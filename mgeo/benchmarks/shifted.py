@@ -10,8 +10,9 @@ from pymoo.core.problem import Problem
 from mgeo._typing import FloatArray
 
 #: By how much the box is wider on each side, as shares of its width. They differ, so that an
-#: optimum in the middle of the box, as that of DTLZ1 and ZDT4, is not there either.
-BELOW, ABOVE = 0.35, 0.15
+#: optimum in the middle of the box, as that of DTLZ1 and ZDT4, is not there either; and the points
+#: mirrored by the new bounds are far from any optimum, too, such as 0.35 of WFG, 0 and 0.5.
+BELOW, ABOVE = 0.7, 0.2
 
 
 class Shifted(Problem):
