@@ -46,7 +46,7 @@ def simulate(
 
     The truth is not linear: attitude by exact rotations at the plan's rates, misalignments as
     rotations, the gyro's bias as a Markov process, noise, eclipse and fields of view. At the start
-    the estimator believes the body axes along GCRS and every error zero; the true ones are drawn
+    the estimator believes the scenario's attitude and every error zero; the true ones are drawn
     from the scenario. The estimator is an error-state filter that feeds its errors back.
 
     A run has a random stream of its own, so it is the same whatever `n_runs` and `threads` are.
@@ -175,7 +175,7 @@ def record(
         inside=np.zeros((n_runs, 2, len(cones))),
     )
     estimates = ErrorStateFilter(suite, estimator).run(
-        Estimate.at_start(suite, model.initial_sigma, n_runs),
+        Estimate.at_start(suite, model.initial_sigma, n_runs, model.initial_attitude),
         [flight.readings for flight in flights],
         motion.rates,
         model.references,

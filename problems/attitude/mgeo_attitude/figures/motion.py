@@ -35,11 +35,12 @@ _HALF = (0.2, 0.32, 0.12)
 
 
 def turns_of_body(flight: Flown, body: Floats, step: float) -> dict[str, Floats]:
-    """Turns of the body between times, about its own axes, from GCRS to body at every step.
+    """Turns of the body between times, from GCRS to body at every step.
 
     At each of the ``times`` [s], shape (k + 1,), the attitude is exactly the filter's; the rotation
     vectors ``x``, ``y``, ``z`` [deg], shape (k,) each, lead from each to the next, at constant
-    rates as they are outside of ramps.
+    rates as they are outside of ramps. They are about the axes that turn with the body and were
+    those of GCRS at first.
     """
     turns = flight.rates * np.diff(flight.times)[:, None]
     size = np.linalg.norm(turns, axis=1)
@@ -52,7 +53,7 @@ def turns_of_body(flight: Flown, body: Floats, step: float) -> dict[str, Floats]
     merged = Rotation.from_matrix(at[:-1] @ at[1:].transpose(0, 2, 1)).as_rotvec()
     whole = np.diff(edges) == 1
     merged[whole] = turns[edges[:-1][whole]]
-    return _turns(times, merged)
+    return _turns(times, merged @ body[0])
 
 
 def turns_of_direction(times: Floats, vectors: Floats) -> dict[str, Floats]:
@@ -112,7 +113,7 @@ def motion(
             *_sphere(),
             _arrow("Sun", environment.sun[0], 4) | {"meta": {"turn": "Sun", "faint": SHADOW}},
             _arrow("field", field, 5) | {"meta": {"turn": "field"}},
-            *(trace | {"meta": {"turn": "body"}} for trace in (*_box(), *axes)),
+            *(_stood(trace, body[0]) for trace in (*_box(), *axes)),
         ],
         "layout": {
             "title": title("Attitude in space"),
@@ -181,6 +182,12 @@ def _box() -> list[dict[str, Any]]:
         _points(corners, **hull),
         _points(stroke, mode="lines", line={"color": "#4a5560", "width": 3}),
     ]
+
+
+def _stood(trace: dict[str, Any], start: Floats) -> dict[str, Any]:
+    """What is drawn in body axes, at the attitude of the start."""
+    points = np.column_stack([trace[axis] for axis in "xyz"]) @ start
+    return trace | dict(zip("xyz", points.T, strict=True)) | {"meta": {"turn": "body"}}
 
 
 def _points(points: Floats, **look: Any) -> dict[str, Any]:

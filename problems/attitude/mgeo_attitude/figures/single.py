@@ -14,7 +14,7 @@ from mgeo_attitude._typing import Floats
 from ..describe import block_units, checked_designs
 from ..filter.evaluator import evaluate
 from ..filter.model import FilterModel
-from ..filter.reference import attitudes
+from ..maneuvers.attitude import attitudes
 from ..maneuvers.schedule import Flown, flown
 from .convergence import sample_steps
 from .motion import directions, motion
@@ -57,7 +57,9 @@ def solution_figures(problem: ManeuverProblem, X: Floats) -> Iterator[dict[str, 
                 yield {}
                 continue
             plan = model.schedule(x)
-            body = attitudes(plan.rates[0], plan.starts[0], model.n_steps, model.step)
+            body = attitudes(
+                plan.rates[0], plan.starts[0], model.n_steps, model.step, model.initial_attitude
+            )
             figures = {
                 "rates": _rates(problem, x, t_end),
                 "motion": motion(problem, x, t_end, body, inertial, shadow),

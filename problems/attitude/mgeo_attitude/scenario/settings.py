@@ -1,4 +1,4 @@
-"""The small sections of a scenario: initial uncertainty, maneuvers, convergence, trace weights."""
+"""The small sections of a scenario: maneuvers, convergence, trace weights."""
 
 from __future__ import annotations
 
@@ -9,15 +9,6 @@ from dataclasses import dataclass
 from mgeo_attitude.fields import InvalidValue, Validated, expect, known_names, positive, quantity
 from mgeo_attitude.sensors import Gyro, Sensor
 from mgeo_attitude.units import DEG, DIMENSIONLESS, Unit
-
-
-@dataclass(frozen=True, kw_only=True)
-class InitialUncertainty(Validated):
-    """What is known of the attitude at the start; gyro and sensors carry that of their errors."""
-
-    attitude_deg: float = quantity(
-        5.0, unit="deg", low=0.0, high=180.0, open_low=True, doc="attitude error, 1-sigma per axis"
-    )
 
 
 @dataclass(frozen=True, kw_only=True)
