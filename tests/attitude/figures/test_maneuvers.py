@@ -21,7 +21,7 @@ def design(*durations):
 def test_timeline_flown_step_by_step_gives_the_reference_attitude(problem, durations):
     x = design(*durations)
     history = reference_run(problem.model, x)
-    times, rates, over = timeline(x, history.t_end, problem.model)
+    times, rates, over = timeline(problem, x, history.t_end)
     assert times[0] == 0.0
     assert times[-1] == history.t_end
     assert (np.diff(times) > 0.0).all()
@@ -34,7 +34,7 @@ def test_timeline_flown_step_by_step_gives_the_reference_attitude(problem, durat
 
 def test_timeline_stops_with_the_run(problem):
     """Maneuvers that the run does not reach are not shown."""
-    times, rates, over = timeline(design(100.0, 200.0, 50.0), 250.0, problem.model)
+    times, rates, over = timeline(problem, design(100.0, 200.0, 50.0), 250.0)
     np.testing.assert_array_equal(times, [0.0, 100.0, 250.0])
     np.testing.assert_allclose(rates, [[0.5, -1.0, 0.25], [-0.125, 0.75, 1.0], [-0.125, 0.75, 1.0]])
     assert over == 250.0

@@ -16,9 +16,9 @@ from mgeo.figures.style import COLORS, GRAY
 from mgeo_attitude._typing import Floats
 
 from ..environment import Environment
-from ..maneuvers.phases import phases
-from ..maneuvers.schedule import Flown, flown
+from ..maneuvers.schedule import Flown
 from .style import title
+from .whole import Whole
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
@@ -84,23 +84,18 @@ def directions(environment: Environment) -> dict[str, dict[str, Floats]]:
 
 def motion(
     problem: ManeuverProblem,
-    x: Floats,
-    t_end: float,
-    body: Floats,
+    whole: Whole,
     inertial: dict[str, dict[str, Floats]],
     shadow: Sequence[tuple[float, float]],
 ) -> dict[str, Any]:
     """Traces and layout: the body with its axes, Sun and field against the inertial axes.
 
-    Of a design, shape (n_var,), until its `t_end` [s]; `body` is GCRS to body at every step, shape
-    (n_steps + 1, 3, 3), `inertial` what `directions` gives, `shadow` starts and ends [s] of the
-    times without Sun.
+    `inertial` is what `directions` gives, `shadow` starts and ends [s] of the times without Sun.
     """
-    environment, model = problem.environment, problem.model
-    flight = flown(x, t_end, model.step, model.slew_limits)
+    environment, (flight, phases, body) = problem.environment, whole
+    turns = turns_of_body(flight, body, problem.model.step)
     stretches: list[dict[str, Any]] = [
-        {"name": phase.label, "from": phase.start, "to": phase.end}
-        for phase in phases(x, t_end, model.step, model.slew_limits)
+        {"name": phase.label, "from": phase.start, "to": phase.end} for phase in phases
     ]
     stretches += [{"name": SHADOW, "from": a, "to": b, "shaded": True} for a, b in shadow]
     field = environment.field[0] / np.linalg.norm(environment.field[0])
@@ -132,8 +127,8 @@ def motion(
             "showlegend": False,
             "meta": {
                 "motion": {
-                    "end": float(t_end),
-                    "turns": {"body": turns_of_body(flight, body, model.step), **inertial},
+                    "end": float(flight.times[-1]),
+                    "turns": {"body": turns, **inertial},
                     "phases": stretches,
                 }
             },

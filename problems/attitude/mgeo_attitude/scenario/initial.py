@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.constants import EARTH_MU
 from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
+
+if TYPE_CHECKING:
+    from mgeo_attitude.environment.environment import Course
 
 #: Unit vectors and right angles may be off by this: numbers are typed with four digits.
 _TOLERANCE = 1e-3
@@ -147,6 +150,16 @@ class InitialConditions(Validated):
             return np.zeros((len(at.position), 3))
         rates: Floats = np.einsum("kij,kj->ki", self.attitude(at), _LAWS[self.pointing][2](at))
         return rates
+
+    def law(self, course: Course, time: float) -> tuple[Floats, Floats]:
+        """Attitude, GCRS to body, and body rate of the law at a time [s], shapes (3, 3) and (3,).
+
+        It may be later than the scenario's run ends.
+        """
+        from mgeo_attitude.environment.pointing import Place  # imports scipy
+
+        at = Place.at(course, np.array([time]))
+        return self.attitude(at)[0], self.law_rate(at)[0]
 
     def rate(self, at: Sight) -> Floats:
         """Body rate at the first instant [rad/s], shape (3,)."""

@@ -23,6 +23,9 @@ class ManeuverLimits(Validated):
         unit="deg/s²",
         doc="greatest angular acceleration per axis; without it rates change at once",
     )
+    slew_back: bool = quantity(
+        False, doc="whether a plan ends, after t_end, with a slew back to the attitude of [initial]"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
