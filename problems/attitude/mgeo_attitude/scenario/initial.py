@@ -158,6 +158,8 @@ class InitialConditions(Validated):
         """
         from mgeo_attitude.environment.pointing import Place  # imports scipy
 
+        if self.pointing == "inertial":  # wherever the satellite is
+            return self._fixed(), np.zeros(3)
         at = Place.at(course, np.array([time]))
         return self.attitude(at)[0], self.law_rate(at)[0]
 
