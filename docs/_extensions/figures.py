@@ -1,6 +1,6 @@
 """Interactive figures of the site, drawn when it is built, mostly from the data in this folder."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,12 @@ _FRONTS = Path(__file__).parents[1] / "fronts"
 #: Files that figures are drawn from; a page is built again when one of them changes.
 SOURCES = (Path(__file__), *sorted(_FRONTS.glob("*.csv")))
 
-_NAMES = {"free": "cubesat_6u", "limits": "with limits.toml"}
+_LIMITS = {"free": ("cubesat_6u", "#1f5fa8"), "limits": ("with limits.toml", "#c8501e")}
+_STARTS = {
+    "free": ("from GCRS", "#1f5fa8"),
+    "nadir": ("from nadir", "#c8501e"),
+    "sun": ("from the Sun", "#3d8b4f"),
+}
 #: Name, samples that it goes through, with velocities or not, and color.
 _POLYNOMIALS = (
     ("linear", 2, False, "#8a8a8a"),
@@ -23,20 +28,29 @@ _POLYNOMIALS = (
     ("Hermite, degree 3", 2, True, "#7fa8d4"),
     ("Hermite, degree 7", 4, True, "#1f5fa8"),
 )
-_COLORS = {"free": "#1f5fa8", "limits": "#c8501e"}
 
 
 def limits() -> go.Figure:
     """Fronts of `cubesat_6u` with and without its limits."""
+    return _fronts(_LIMITS)
+
+
+def starts() -> go.Figure:
+    """Fronts of `cubesat_6u` from several attitudes."""
+    return _fronts(_STARTS)
+
+
+def _fronts(runs: Mapping[str, tuple[str, str]]) -> go.Figure:
+    """Stored fronts by file, with name and color of each."""
     figure = go.Figure()
-    for run, name in _NAMES.items():
+    for run, (name, color) in runs.items():
         table = pd.read_csv(_FRONTS / f"{run}.csv").sort_values("t_end [s]")
         time, trace = table["t_end [s]"], table["trace [-]"]
         figure.add_scatter(
             x=time.tolist(),
             y=trace.tolist(),
             mode="lines+markers",
-            line={"shape": "hv", "color": _COLORS[run], "width": 1},
+            line={"shape": "hv", "color": color, "width": 1},
             marker={"size": 6},
             name=name,
             text=_hover_texts(table),
@@ -77,7 +91,11 @@ def interpolation() -> go.Figure:
     return figure
 
 
-FIGURES: dict[str, Callable[[], go.Figure]] = {"limits": limits, "interpolation": interpolation}
+FIGURES: dict[str, Callable[[], go.Figure]] = {
+    "limits": limits,
+    "starts": starts,
+    "interpolation": interpolation,
+}
 
 
 def _hover_texts(table: pd.DataFrame) -> list[str]:

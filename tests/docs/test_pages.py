@@ -14,7 +14,9 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.environment.orbit import ORBITS
 from mgeo_attitude.environment.position_table import read_position_table
+from mgeo_attitude.fields import declared
 from mgeo_attitude.objectives import OBJECTIVES
+from mgeo_attitude.scenario import InitialConditions
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
@@ -137,6 +139,30 @@ def test_the_ways_to_an_orbit(tmp_path, monkeypatch):
     header = sample.splitlines()[0].split(",")
     assert read_position_table(sample, scenario.epoch, "ITRF").velocity.shape == (1, 3)
     assert header[0] == "time_utc"
+
+
+def test_a_start_and_a_slew_back(tmp_path, monkeypatch, capsys):
+    """The page's Python over its file; the nadir front is one of plans that slew back."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(DOCS / "scenarios" / "nadir.toml", tmp_path)
+    names = {}
+    (code,) = blocks("start-and-end.md", "python")
+    exec(code, names)
+    assert "ramp" not in capsys.readouterr().out
+    assert 0.0 < names["seconds"] < 300.0
+    assert names["plan"].phases[-1].label == "slew back"
+    rows = re.findall(r"^\| `(\w+)` .*?\|", page("start-and-end.md"), re.M)[1:]
+    assert rows == [*declared(InitialConditions)["pointing"][1].choices]
+    for key in declared(InitialConditions):
+        assert f"`{key}`" in page("start-and-end.md").replace("initial.attitude", "attitude")
+
+
+@pytest.mark.parametrize("start", ["nadir", "sun"])
+def test_stored_fronts_are_of_their_scenarios(start):
+    table = np.loadtxt(DOCS / "fronts" / f"{start}.csv", delimiter=",", skiprows=1)
+    problem = AttitudeManeuverProblem(Scenario.from_toml(DOCS / "scenarios" / f"{start}.toml"))
+    X, F = table[:3, : problem.n_var], table[:3, problem.n_var : problem.n_var + 2]
+    np.testing.assert_allclose(problem.evaluate(X, return_values_of=["F"]), F, rtol=1e-9)
 
 
 def test_every_propagator_is_on_the_page():

@@ -38,6 +38,8 @@ NUMBERS = {
     "ramp": 12,
     "criterion": 13,
     "clearance": 14,
+    "triad": 15,
+    "pointing-rate": 16,
 }
 
 pytestmark = pytest.mark.slow

@@ -14,7 +14,7 @@ from pymoo.core.problem import Problem
 
 from mgeo_attitude import describe
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constraints import Constraint, constraints, warn_of_start
+from mgeo_attitude.constraints import Constraint, check_start, constraints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.evaluation_cache import EvaluationCache
 from mgeo_attitude.filter.model import FilterModel
@@ -62,7 +62,8 @@ class AttitudeManeuverProblem(Problem):
     Raises
     ------
     TypeError, ValueError
-        For a scenario of another type, a count below one, or an objective that is not known.
+        For a scenario of another type, a count below one, an objective that is not known, or a
+        start that breaks a limit; see `constraints.check_start`.
     """
 
     var_names: list[str]
@@ -96,6 +97,7 @@ class AttitudeManeuverProblem(Problem):
         elif asked:
             changes["flight"] = dataclasses.replace(scenario.flight or FlightErrors(), **asked)
         self.scenario = scenario = dataclasses.replace(scenario, **changes)
+        check_start(scenario)
         self.threads = threads
         self.objectives = scenario.objectives
         self._cache = EvaluationCache()
@@ -121,16 +123,8 @@ class AttitudeManeuverProblem(Problem):
 
     @cached_property
     def model(self) -> FilterModel:
-        """Tables of the filter; computed once, when first needed.
-
-        Warns
-        -----
-        UserWarning
-            For a keep-out cone that no plan keeps; see `constraints.warn_of_start`.
-        """
-        model = FilterModel.from_scenario(self.scenario, self.environment)
-        warn_of_start(self.scenario, model)
-        return model
+        """Tables of the filter; computed once, when first needed."""
+        return FilterModel.from_scenario(self.scenario, self.environment)
 
     @cached_property
     def flights(self) -> list[Flight]:

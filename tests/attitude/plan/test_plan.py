@@ -9,7 +9,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.observability import baselines
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.scenario import ManeuverLimits
+from mgeo_attitude.scenario import InitialConditions, ManeuverLimits
 from scipy.spatial.transform import Rotation
 
 from .conftest import DESIGN
@@ -33,6 +33,18 @@ def test_one_maneuver_of_90_degrees_about_z():
     np.testing.assert_allclose(
         first[[f"end q{c}" for c in "123c"]].astype(float), [0, 0, HALF, HALF], atol=1e-14
     )
+
+
+def test_a_plan_starts_at_the_quaternion_it_is_given():
+    """Where another plan ended, say; turned by 90 degrees about z from there."""
+    initial = InitialConditions(quaternion=(0.5, 0.5, 0.5, 0.5))
+    scenario = dataclasses.replace(Scenario.paper(), duration=600.0, initial=initial)
+    problem = AttitudeManeuverProblem(scenario, n_maneuvers=1)
+    first = ManeuverPlan.from_design(problem, [0.0, 0.0, 0.5, 180.0]).timeline().iloc[0]
+    start, end = (first[[f"{at} q{c}" for c in "123c"]].to_numpy(float) for at in ("start", "end"))
+    np.testing.assert_allclose(start, [0.5, 0.5, 0.5, 0.5], atol=1e-15)
+    expected = Rotation.from_quat(start) * Rotation.from_rotvec([0.0, 0.0, 90.0], degrees=True)
+    assert (expected.inv() * Rotation.from_quat(end)).magnitude() < 1e-14
 
 
 def test_the_attitude_after_a_ramp_shorter_than_a_step_is_exact():

@@ -27,6 +27,7 @@ def print_plan(plan: ManeuverPlan, output: Output) -> None:
     output.print(
         f"scenario {plan.scenario.name}: {ended} at {plan.t_end:.6g} s ({orbits:.3f} orbits), "
         f"trace {plan.trace:.4g}",
+        *([f"slew back until {plan.duration:.6g} s"] if plan.slew_back else []),
         *(titled("Constraints", constraints.assign(kept=kept)) if len(kept) else ()),
         *titled("Timeline", _timeline(plan).T, digits=6),
         *titled("Predicted 1-sigma", plan.accuracy()),
@@ -56,6 +57,7 @@ def plan_document(plan: ManeuverPlan) -> dict[str, Any]:
         "scenario": plan.scenario.name,
         "converged": bool(plan.history.converged),
         "t_end_s": plan.t_end,
+        "duration_s": plan.duration,
         "trace": plan.trace,
         "design": list(plan.design),
         "constraints": rows(plan.constraints()),

@@ -110,6 +110,8 @@ def _in_words(error: ErrorDetails, section: Any) -> InvalidValue:
         if isinstance(place, str):  # of a mapping, or the entry's key if that is refused
             key, value, annotation = f"{key}.{place}", error["input"], entries[-1]
         else:
+            if entries[-1] is NoneType:
+                entries = get_args(entries[0])
             annotation = entries[0 if entries[-1] is Ellipsis else place]
             key, value = f"{key}[{place}]", value[place]
     cause = error.get("ctx", {}).get("error")

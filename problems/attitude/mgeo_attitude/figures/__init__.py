@@ -42,6 +42,6 @@ def figures(problem: ManeuverProblem, X: ArrayLike) -> dict[str, go.Figure]:
     if problem.objectives == PAPER:
         front["front"] = front_figure(problem.scenario, solutions)
     return front | {
-        "maneuvers": maneuvers_figure(problem.scenario, few),
+        "maneuvers": maneuvers_figure(problem, few),
         "convergence": convergence_figure(problem, few),
     }

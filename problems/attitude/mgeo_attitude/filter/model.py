@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from .._typing import Bools, Floats
 from ..environment import Environment
+from ..environment.pointing import Place
 from ..maneuvers.schedule import Schedule, schedule
 from ..maneuvers.slew import SlewLimits
 from ..scenario.settings import RequiredSigma, TraceWeights
@@ -45,6 +46,10 @@ class FilterModel:
         did not rise.
     allow_rise : bool
         Whether it has converged, too, when the trace rose.
+    initial_attitude : array, shape (3, 3)
+        GCRS to body at the start.
+    initial_rate : array, shape (3,)
+        Body rate before the first maneuver [rad/s]; the ramps of `slew_limits` begin at it.
     slew_limits : SlewLimits, optional
         How fast rates can change; without it they change at once.
     cones : array, shape (n_cones, 3)
@@ -66,6 +71,8 @@ class FilterModel:
     window_steps: int
     relative_decrease: float
     allow_rise: bool
+    initial_attitude: Floats
+    initial_rate: Floats
     slew_limits: SlewLimits | None
     cones: Floats
     cone_sigmas: Floats
@@ -81,7 +88,8 @@ class FilterModel:
         Raises
         ------
         ValueError
-            If `environment` is of another orbit, epoch, duration or step.
+            If `environment` is of another orbit, epoch, duration or step, or what is pointed at
+            at the start leaves the clock angle open.
         """
         if environment is None:
             environment = Environment.from_scenario(scenario)
@@ -104,6 +112,13 @@ class FilterModel:
         required = RequiredSigma(scenario.required_sigma)
         cones = np.array([cone.axis() for cone in scenario.keep_outs]).reshape(-1, 3)
         sun = environment.sun * environment.sunlit[:, None]
+        start = Place(
+            environment.position[:1],
+            environment.velocity[:1],
+            environment.sun[:1],
+            environment.sunlit[:1],
+        )
+        initial_rate = scenario.initial.rate(start)
         return cls(
             suite=suite,
             step=scenario.step,
@@ -114,7 +129,9 @@ class FilterModel:
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
             allow_rise=scenario.convergence.allow_rise,
-            slew_limits=SlewLimits.of(scenario),
+            initial_attitude=scenario.initial.attitude(start)[0],
+            initial_rate=initial_rate,
+            slew_limits=SlewLimits.of(scenario, initial_rate),
             cones=cones,
             cone_sigmas=np.array(
                 [cone.attitude_sigmas for cone in scenario.keep_outs], dtype=float

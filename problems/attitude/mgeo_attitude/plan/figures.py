@@ -23,7 +23,7 @@ def plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
         labels=("plan",),
     )
     return {
-        "rates": maneuvers_figure(plan.scenario, flown),
+        "rates": maneuvers_figure(plan.problem, flown),
         "contributions": _contributions(plan),
         "correlation": _correlation(plan),
     }

@@ -124,11 +124,13 @@ def read_json(path: Path | str) -> ManeuverPlan:
 
 
 def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
+    slew_back = {"slew back until [s]": plan.duration} if plan.slew_back else {}
     return {
         "predicted": {
             "t_end [s]": plan.t_end,
             "trace [-]": plan.trace,
             "converged": plan.history.converged,
+            **slew_back,
         },
         # without margins: differences of near numbers, which other libraries round otherwise
         "constraints": plan.constraints().drop(columns="margin").reset_index().to_dict("records"),
