@@ -20,7 +20,7 @@ from mgeo_attitude.estimation.validity import OutsideValidity, validity
 from mgeo_attitude.filter.evaluator import available_threads
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
-from mgeo_attitude.flight import Flight, Motion, draw, fly, other_truth
+from mgeo_attitude.flight import Flight, Motion, draw, fly_run, other_truth
 from mgeo_attitude.maneuvers.slew_back import slew_back
 from mgeo_attitude.rotation import multiply
 from mgeo_attitude.scenario import KeepOut, Scenario
@@ -112,7 +112,7 @@ def simulate(
     motion = Motion.of(model, whole, model.n_steps)
 
     def some(generators: Sequence[np.random.Generator]) -> Record:
-        flights = [fly(real, motion, draw(real, model.n_steps, each)) for each in generators]
+        flights = [fly_run(real, motion, draw(real, model.n_steps, each)) for each in generators]
         return record(model, flights, estimator or Estimator(), samples, scenario.keep_outs, sun)
 
     generators = np.random.default_rng(seed).spawn(n_runs)

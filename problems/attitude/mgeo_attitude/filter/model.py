@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -96,18 +95,9 @@ class FilterModel:
         else:
             environment.require(scenario)
         if not scenario.eclipse:
-            sunlit = np.ones_like(environment.sunlit)
-            environment = dataclasses.replace(environment, sunlit=sunlit)
+            environment = environment.without_shadow()
         suite = Suite(scenario.gyro, scenario.sensors)
-        n = len(environment.times)
-        references = np.zeros((n, len(suite.sensors), 3))
-        available = np.ones((n, len(suite.sensors)), dtype=bool)
-        for index, sensor in enumerate(suite.sensors):
-            reference, mask = sensor.inertial_vector(environment), sensor.available(environment)
-            if reference is not None:
-                references[:, index] = reference
-            if mask is not None:
-                available[:, index] = mask
+        references, available = inertial_vectors(suite, environment)
         weights = np.repeat(TraceWeights(scenario.trace_weights).of(suite.blocks), 3)
         required = RequiredSigma(scenario.required_sigma)
         cones = np.array([cone.axis() for cone in scenario.keep_outs]).reshape(-1, 3)
@@ -182,3 +172,19 @@ class FilterModel:
     def gated(self) -> tuple[bool, ...]:
         """Which sensors are not available at every sample."""
         return tuple(bool(column.any()) for column in ~self.available.T)
+
+
+def inertial_vectors(
+    suite: Suite, environment: Environment
+) -> tuple[Floats, Bools]:
+    """`FilterModel.references` and `FilterModel.available` of all samples."""
+    n = len(environment.times)
+    references = np.zeros((n, len(suite.sensors), 3))
+    available = np.ones((n, len(suite.sensors)), dtype=bool)
+    for index, sensor in enumerate(suite.sensors):
+        reference, mask = sensor.inertial_vector(environment), sensor.available(environment)
+        if reference is not None:
+            references[:, index] = reference
+        if mask is not None:
+            available[:, index] = mask
+    return references, available

@@ -113,7 +113,7 @@ class Flight:
     readings: Readings
 
 
-def fly(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
+def fly_run(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
     """Fly a plan with the errors that were drawn."""
     suite, (F, _) = model.suite, at_rest(model)
     start, errors = matrix(-draws.errors[:3] @ motion.attitude[0]), draws.errors.copy()

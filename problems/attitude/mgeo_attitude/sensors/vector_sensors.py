@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 #: Unit of the field inside the filter [nT], so that every state is of order one or less.
 FIELD_UNIT_NT = 50_000.0
+_NT = Unit("nT", "nt", FIELD_UNIT_NT)
 
 
 class VectorSensor(Sensor):
@@ -100,10 +101,8 @@ class Magnetometer(VectorSensor):
     """y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT."""
 
     kind: ClassVar[str] = "magnetometer"
-    units: ClassVar[Mapping[str, Unit]] = {
-        "misalignment": DEG,
-        "bias": Unit("nT", "nt", FIELD_UNIT_NT),
-    }
+    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": _NT}
+    channel_unit: ClassVar[Unit] = _NT
 
     name: str = quantity("mag", doc=NAME)
     noise_nt: float = positive(500.0, unit="nT", doc="noise per sample, 1-sigma per axis")

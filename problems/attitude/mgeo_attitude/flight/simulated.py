@@ -1,0 +1,75 @@
+"""Telemetry out of the simulation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.flight.flight import Motion, draw, fly_run
+from mgeo_attitude.flight.telemetry import Telemetry, Truth
+from mgeo_attitude.flight.truth import other_truth
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors.readings import to_channels
+
+
+def fly(
+    scenario: Scenario,
+    plan: Any,
+    seed: int | np.random.Generator | None = None,
+    *,
+    truth: Scenario | None = None,
+    environment: Environment | None = None,
+) -> Telemetry:
+    """Fly a plan once, to the end of the scenario, and send down what gyro and sensors report.
+
+    What happens is what `estimation.simulate` flies: true errors are drawn from the scenario, the
+    plan's rates are flown exactly, from an attitude that is not the planned one. As there, nothing
+    is reported at the start.
+
+    Parameters
+    ----------
+    plan : ManeuverPlan or array_like, shape (4 m,)
+        Or its design: rates [deg/s] and duration [s] of each maneuver.
+    seed : int or Generator, optional
+        None takes fresh entropy.
+    truth : Scenario, optional
+        What is true, if it is not the scenario; see `estimation.simulate`.
+    environment : Environment, optional
+        Saves computing that of the scenario again.
+
+    Returns
+    -------
+    Telemetry
+        With its `truth`.
+
+    Raises
+    ------
+    ValueError
+        For a design that is no plan, or as `estimation.simulate`.
+    """
+    design = np.asarray(getattr(plan, "design", plan), dtype=float)
+    environment = environment or Environment.from_scenario(scenario)
+    model = (
+        FilterModel.from_scenario(scenario, environment)
+        if truth is None
+        else other_truth(truth, scenario, environment)
+    )
+    n, suite = model.n_steps, model.suite
+    motion = Motion.of(model, design, n)
+    flight = fly_run(model, motion, draw(model, n, np.random.default_rng(seed)))
+    states = np.tile(flight.errors, (n + 1, 1))
+    states[:, 3 : suite.n_dynamic] = flight.gyro
+    gyro = np.full((n + 1, 3), np.nan)
+    gyro[1:] = np.degrees(flight.readings.gyro)
+    return Telemetry(
+        times=model.times,
+        gyro_deg_s=gyro,
+        sensors={
+            sensor.name: to_channels(sensor, vectors)
+            for sensor, vectors in zip(suite.sensors, flight.readings.sensors, strict=True)
+        },
+        truth=Truth(attitude=motion.attitude @ flight.start, states=states),
+    )
