@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli.completion import among
+from mgeo.cli.completion import among, toml_files
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.examples import epilog
 from mgeo.cli.options import Debug, Json, Quiet
@@ -28,6 +28,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "verify": (
         "mgeo attitude verify plan.json --runs 500",
         "mgeo attitude verify runs/first --pick best --out runs/first/verification-best.json",
+    ),
+    "calibrate": (
+        "mgeo attitude calibrate telemetry.csv --scenario mine.toml --out calibration",
+        "mgeo attitude calibrate telemetry.csv --plan plan.json --mapping columns.toml",
     ),
     "schema": ("mgeo attitude schema > scenario.schema.json",),
     "export": (
@@ -196,6 +200,64 @@ def export(
             write_file(path, text.encode())
             output.print(f"wrote {path}")
     output.result({"files": [str(path) for path in texts]})
+
+
+@app.command(epilog=epilog("calibrate", EXAMPLES))
+def calibrate(
+    telemetry: Annotated[
+        Path, typer.Argument(metavar="TELEMETRY", help="Table of samples: CSV, or .parquet.")
+    ],
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE.toml|PRESET",
+            help="Satellite, orbit and epoch [default: those of --plan].",
+            autocompletion=toml_files,
+        ),
+    ] = None,
+    plan: Annotated[
+        Path | None,
+        typer.Option(metavar="PLAN.json", help="Compare with the 1-sigmas that a plan promised."),
+    ] = None,
+    mapping: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml",
+            help="Columns, units and mounting frames, where they are not the usual ones.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Also write JSON, CSV and an HTML report there."),
+    ] = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Calibrate gyro and sensors from telemetry; exit with 3 if innovations do not support it.
+
+    Nothing has to be known of the attitude. Outliers are left out, and listed.
+    """
+    from mgeo_attitude.calibration import calibrate as calibrated
+    from mgeo_attitude.commands import calibrate as command
+    from mgeo_attitude.flight import TelemetryMapping
+    from mgeo_attitude.plan import read_json
+
+    with bad_input(_USERS):
+        if out:
+            command.check_folder(out, overwrite)
+        flown = read_json(plan) if plan else None
+        read = TelemetryMapping.from_toml(mapping) if mapping else None
+        found = calibrated(command.scenario_of(scenario, flown), telemetry, read)
+        promised = found.compare(flown) if flown else None
+        files = command.write_calibration(found, promised, out) if out else []
+    output = Output(quiet, json)
+    command.print_calibration(found, promised, output)
+    for file in files:
+        output.print(f"wrote {file}")
+    output.result(command.calibration_document(found, promised, files))
+    raise typer.Exit(ExitCode.DONE if found.supported else ExitCode.INCOMPLETE)
 
 
 @app.command(epilog=epilog("schema", EXAMPLES))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.stats import chi2
@@ -17,6 +18,7 @@ from mgeo_attitude.estimation.start import accumulated, check_unit_of_rates, fir
 #: Samples of the first stretch, and how much longer each next one is.
 FIRST, GROWTH = 200, 3
 _ITERATIONS = 4, 30  # of a stretch, of the whole
+_TOLERANCE = 1e4, 1.0  # of a stretch, of the whole; see `Solution.settled`
 _ROUNDS = 10  # of leaving out outliers
 
 
@@ -81,12 +83,12 @@ def fit(batch: Batch, sigma: Floats, gate: float) -> Fit:
         known = Trajectory(at.attitude[low:high], at.states[low:high])
         cut = tuple(no[low:high] for no in rejected)
         last = high - low == N
-        found = _without_outliers(part, sigma, known, cut, limit, _ITERATIONS[last])
+        found = _without_outliers(part, sigma, known, cut, limit, last)
         at.attitude[low:high] = found.solution.trajectory.attitude
         at.states[low:high] = found.solution.trajectory.states
         for no, new in zip(rejected, found.rejected, strict=True):
             no[low:high] = new
-    if not found.solution.settled:
+    if not found.solution.settled():
         raise ValueError(
             "the estimate does not settle: are orbit, epoch and mounting frames those of the "
             "satellite?"
@@ -100,11 +102,11 @@ def _without_outliers(
     at: Trajectory,
     rejected: tuple[Bools, ...],
     limit: float,
-    iterations: int,
+    last: bool,
 ) -> Fit:
     """Solve until the readings beyond the limit are those that were left out."""
     for _ in range(_ROUNDS):
-        solution = solve(batch.without(rejected), sigma, at, iterations)
+        solution = solve(batch.without(rejected), sigma, at, _ITERATIONS[last], _TOLERANCE[last])
         given = smoothed_covariances(solution)
         squares = chi_squares(batch, solution, given, rejected)
         beyond = tuple(square > limit for square in squares)
@@ -128,7 +130,7 @@ def _grown(low: int, high: int, more: int, arcs: np.ndarray) -> tuple[int, int]:
     N = int(arcs[-1])
     left, right = max(0, low - more), min(N, high + more)
     first = int(arcs[np.searchsorted(arcs, low, side="right") - 1])
-    last = int(arcs[np.searchsorted(arcs, high, side="left")])
+    last = int(arcs[np.searchsorted(arcs, max(high, low + 1), side="left")])
     if left < first:
         left = int(arcs[np.searchsorted(arcs, left, side="right") - 1])
     if right > last:
@@ -145,8 +147,8 @@ def _carried(
     if high > low:
         states[left:low] = states[low]
         states[high:right] = states[high - 1]
-    for first, end in zip(arcs[:-1], arcs[1:], strict=True):
-        a, b = max(int(first), left), min(int(end), right)
+    for first, end in pairwise(arcs.tolist()):
+        a, b = max(first, left), min(end, right)
         known = max(a, low), min(b, high)
         if a >= b:
             continue

@@ -110,8 +110,9 @@ def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
     """
     gyro, suite, dt = batch.suite.gyro, batch.suite, batch.durations
     x = {name: states[:-1, i : i + 3] for name, i in suite.places(gyro).items()}
-    decay = gyro.bias_decay * dt
-    x["bias"] = x["bias"] * np.divide(-np.expm1(-decay), decay, out=np.ones_like(dt), where=decay > 0)[:, None]  # fmt: skip
+    half = 0.5 * gyro.bias_decay * dt[:, None]
+    # a decaying bias's mean over the step, (1 - exp(-2 h)) / (2 h)
+    x["bias"] = x["bias"] * np.exp(-half) * _sinhc(half)
     rates = gyro.corrected(SimpleNamespace(**x), batch.gyro)
     return rates, np.moveaxis(exponential(-(dt[:, None] * rates).T), -1, 0)
 
@@ -123,17 +124,15 @@ def steps(batch: Batch, at: Trajectory, parts: Partition) -> Steps:
     F, Q = discretized(suite, rates, batch.durations)
     constant = parts.constant[parts.constant < suite.n_dynamic]
     growth = np.ones((n + 1, len(parts.constant)))
-    growth[1:, : len(constant)] = np.cumprod(
-        np.einsum("nii->ni", F)[:, constant], axis=0
-    )
+    growth[1:, : len(constant)] = np.cumprod(np.einsum("nii->ni", F)[:, constant], axis=0)
     G = np.zeros((n, len(parts.driven), len(parts.constant)))
     G[:, :, : len(constant)] = (
         F[:, parts.driven[:, None], constant] * growth[:-1, None, : len(constant)]
     )
     bias = parts.driven[3:]
     defect = np.zeros((n, len(parts.driven)))
-    reached = np.einsum("nji,njk,nlk->iln", at.attitude[1:], at.attitude[:-1], turn)
-    defect[:, :3] = vector(reached).T
+    reached = at.attitude[1:].swapaxes(1, 2) @ at.attitude[:-1] @ turn.swapaxes(1, 2)
+    defect[:, :3] = vector(np.moveaxis(reached, 0, -1)).T
     defect[:, 3:] = np.einsum("nii->ni", F)[:, bias] * at.states[:-1, bias] - at.states[1:, bias]
     F, Q = F[:, parts.driven[:, None], parts.driven], Q[:, parts.driven[:, None], parts.driven]
     Q[:, range(3), range(3)] += batch.interpolated[:, None]
@@ -228,3 +227,9 @@ def discretized(suite: Suite, rates: Floats, durations: Floats) -> tuple[Floats,
         Q = Q + F @ Q @ F.swapaxes(1, 2)
         F = F @ F
     return F, Q
+
+
+def _sinhc(x: Floats) -> Floats:
+    """sinh(x) / x."""
+    ratio: Floats = np.divide(np.sinh(x), x, out=np.ones_like(x), where=x != 0.0)
+    return ratio

@@ -29,7 +29,8 @@ class Innovations:
     @property
     def nis(self) -> Floats:
         """Normalized innovation squared, shape (m,)."""
-        return (self.whitened**2).sum(axis=1)
+        nis: Floats = (self.whitened**2).sum(axis=1)
+        return nis
 
 
 def chi_squares(
@@ -114,11 +115,23 @@ def filtered(solution: Solution) -> tuple[Floats, Floats]:
     Ft = move.F.swapaxes(1, 2)
     weights = np.linalg.inv(move.Q)
     information[:-1] -= Ft @ weights @ move.F
-    P = np.linalg.inv(0.5 * (information + information.swapaxes(1, 2)))
-    estimate = np.zeros(solution.e.shape)
+    symmetric: Floats = 0.5 * (information + information.swapaxes(1, 2))
+    P: Floats = np.asarray(np.linalg.inv(symmetric), dtype=np.float64)
+    estimate = np.zeros_like(solution.e)
     flow = np.einsum("nij,njk,nk->ni", Ft, weights, move.defect)
     estimate[:-1] = np.einsum("nij,nj->ni", P[:-1], flow)
     return estimate, P
+
+
+def filtered_covariances(solution: Solution, given: Floats) -> Floats:
+    """Those of `filtered`, P, shape (N, d, d), with the uncertainty of the constants in them."""
+    move, border = solution.steps, solution.border
+    follow = diagonal_blocks(solution) @ border
+    flow = np.linalg.solve(move.Q, move.F).swapaxes(1, 2)
+    follow[:-1] -= flow @ (border[1:] + move.G)
+    own = given @ follow
+    P: Floats = given + own @ solution.covariance @ own.swapaxes(1, 2)
+    return P
 
 
 def _derivatives(seen: Sightings, solution: Solution) -> tuple[Floats, Floats]:

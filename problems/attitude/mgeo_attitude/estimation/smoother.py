@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, cho_solve_banded, cholesky_banded
 
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.estimation.batch import Batch
 from mgeo_attitude.estimation.linearization import (
     Partition,
@@ -66,14 +66,16 @@ class Solution:
     e: Floats
     e_c: Floats
 
-    @property
-    def settled(self) -> bool:
-        """Whether the step is small enough to be the last."""
+    def settled(self, times: float = 1.0) -> bool:
+        """Whether the step is small enough to be the last, so many times `CONVERGED`."""
         step = np.abs(self.e_c / np.sqrt(np.diag(self.covariance))).max(initial=0.0)
-        return bool(step < CONVERGED[0] and np.abs(self.e[:, :3]).max() < CONVERGED[1])
+        turn = np.abs(self.e[:, :3]).max()
+        return bool(step < times * CONVERGED[0] and turn < times * CONVERGED[1])
 
 
-def solve(batch: Batch, sigma: Floats, start: Trajectory, iterations: int) -> Solution:
+def solve(
+    batch: Batch, sigma: Floats, start: Trajectory, iterations: int, tolerance: float = 1.0
+) -> Solution:
     """Iterate from a trajectory until it is `settled`, at most so many times.
 
     Parameters
@@ -84,7 +86,7 @@ def solve(batch: Batch, sigma: Floats, start: Trajectory, iterations: int) -> So
     parts = Partition.of(batch.suite)
     found = linear_solution(batch, sigma, start, parts)
     for _ in range(iterations):
-        if found.settled:
+        if found.settled(tolerance):
             break
         share = 1.0
         for _ in range(_HALVINGS):
@@ -125,25 +127,24 @@ def linear_solution(batch: Batch, sigma: Floats, at: Trajectory, parts: Partitio
     below[:-1] = -IF
     B[1:] -= IG
     B[:-1] += Ft @ IG
-    C += np.einsum("nia,nib->ab", move.G, IG)
+    C += _inner(move.G, IG)
     g[1:] += Id
     g[:-1] -= np.einsum("nij,nj->ni", Ft, Id)
-    g_c -= np.einsum("nia,ni->a", move.G, Id)
+    g_c -= _inner(move.G, Id[..., None])[:, 0]
     cost += float(np.einsum("ni,ni->", move.defect, Id))
 
     for each in seen:
         k = each.samples
         H, z = each.H / each.noise[:, None], each.z / each.noise
-        full = np.zeros((len(k), 3, batch.suite.n_states))
-        full[:, :, each.states] = H
-        own, others = full[:, :, parts.driven], full[:, :, parts.constant]
-        others = others * move.growth[k][:, None]
+        own, driven = _columns(H, each.states, parts.driven)
+        others, constant = _columns(H, each.states, parts.constant)
+        others = others * move.growth[k][:, None, constant]
         t = own.swapaxes(1, 2)
-        A[k] += t @ own
-        B[k] += t @ others
-        C += np.tensordot(others, others, axes=([0, 1], [0, 1]))
-        g[k] += np.einsum("nij,nj->ni", t, z)
-        g_c += np.tensordot(others, z, axes=([0, 1], [0, 1]))
+        A[k[:, None, None], driven[:, None], driven] += t @ own
+        B[k[:, None, None], driven[:, None], constant] += t @ others
+        C[np.ix_(constant, constant)] += _inner(others, others)
+        g[k[:, None], driven] += np.einsum("nij,ni->nj", own, z)
+        g_c[constant] += _inner(others, z[..., None])[:, 0]
         cost += float(np.einsum("ni,ni->", z, z))
 
     factor = cholesky_banded(_banded(A, below), lower=True, check_finite=False)
@@ -184,7 +185,7 @@ def diagonal_blocks(solution: Solution) -> Floats:
 
 def smoothed_covariances(solution: Solution) -> Floats:
     """Of the driven states at every sample, shape (N, d, d), constants known; see `covariances`."""
-    D = np.linalg.inv(diagonal_blocks(solution))
+    D = np.linalg.inv(diagonal_blocks(solution)).astype(np.float64, copy=False)
     # e_k = D⁻¹ (y_k + Fᵀ Q⁻¹ e_{k+1})
     gain = D[:-1] @ np.linalg.solve(solution.steps.Q, solution.steps.F).swapaxes(1, 2)
     P = D.copy()
@@ -218,6 +219,18 @@ def last_covariance(solution: Solution, given: Floats) -> Floats:
     P[np.ix_(parts.driven, parts.constant)] = cross
     P[np.ix_(parts.constant, parts.driven)] = cross.T
     return P
+
+
+def _columns(H: Floats, states: Ints, wanted: Ints) -> tuple[Floats, Ints]:
+    """Derivatives by some of the wanted states, and which of these they are."""
+    found = np.flatnonzero(np.isin(states, wanted))
+    return np.ascontiguousarray(H[:, :, found]), np.searchsorted(wanted, states[found])
+
+
+def _inner(a: Floats, b: Floats) -> Floats:
+    """Sum over n of a_nᵀ b_n, of arrays of shapes (n, k, i) and (n, k, j)."""
+    product: Floats = a.reshape(-1, a.shape[-1]).T @ b.reshape(-1, b.shape[-1])
+    return product
 
 
 def _banded(A: Floats, below: Floats) -> Floats:

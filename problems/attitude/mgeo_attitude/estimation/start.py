@@ -106,7 +106,11 @@ def directions(batch: Batch, relative: Floats) -> Directions:
     for index, rows in enumerate(batch.sensors):
         k = np.flatnonzero(np.isfinite(rows[:, 0, 0]))
         for i in range(rows.shape[1]):
-            known = batch.vectors[k, index] if rows.shape[1] == 1 else np.tile(np.eye(3)[i], (len(k), 1))
+            known = (
+                batch.vectors[k, index]
+                if rows.shape[1] == 1
+                else np.tile(np.eye(3)[i], (len(k), 1))
+            )
             lengths = [np.linalg.norm(v, axis=1) for v in (rows[k, i], known)]
             some = (lengths[0] > 0.0) & (lengths[1] > 0.0)
             turned = np.einsum("nij,nj->ni", relative[k], rows[k, i])

@@ -174,9 +174,7 @@ class FilterModel:
         return tuple(bool(column.any()) for column in ~self.available.T)
 
 
-def inertial_vectors(
-    suite: Suite, environment: Environment
-) -> tuple[Floats, Bools]:
+def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bools]:
     """`FilterModel.references` and `FilterModel.available` of all samples."""
     n = len(environment.times)
     references = np.zeros((n, len(suite.sensors), 3))

@@ -88,18 +88,18 @@ def _csv(path: Path) -> pd.DataFrame:
 
 def _parquet(path: Path) -> pd.DataFrame:
     try:
-        import pyarrow
+        from pyarrow import ArrowException
     except ImportError:
         raise ImportError(f"{path}: Parquet needs pyarrow: pip install pyarrow") from None
     try:
         return pd.read_parquet(path, engine="pyarrow")
-    except pyarrow.ArrowException as error:
+    except ArrowException as error:
         raise ValueError(f"no Parquet: {error}") from None
 
 
 def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMapping) -> Telemetry:
     names = [sensor.name for sensor in scenario.sensors]
-    given = {entry.name: entry for entry in mapping.sensors}
+    given: dict[str, Channels] = {entry.name: entry for entry in mapping.sensors}
     for i, entry in enumerate(mapping.sensors):
         if entry.name not in names:
             expected = f"unknown sensor{known_names(entry.name, names)}"
@@ -108,8 +108,8 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
         "gyro": (mapping.gyro, _asked("gyro", mapping.gyro))
     }
     for sensor in scenario.sensors:
-        entry = given.get(sensor.name, Channels())
-        asked[sensor.name] = entry, _asked(sensor.name, entry, len(sensor.channels))
+        own = given.get(sensor.name, Channels())
+        asked[sensor.name] = own, _asked(sensor.name, own, len(sensor.channels))
     position = _asked("position", mapping.position)
     if "position" not in names and (
         mapping.position.columns or set(position) & set(map(str, frame.columns))
@@ -173,7 +173,7 @@ def _numbers(column: pd.Series, name: str) -> Floats:
     if column.dtype.kind in "iuf":
         values: Floats = column.to_numpy(dtype=float)
     else:
-        values = np.array([_number(cell) for cell in column], dtype=float)
+        values = np.asarray([_number(cell) for cell in column], dtype=np.float64)
     if np.isinf(values).any():
         row = int(np.argmax(np.isinf(values)))
         raise ValueError(f"row {row + 1}, {name} = {column.iloc[row]!r:.40}: expected a number")
@@ -204,12 +204,13 @@ def _seconds(column: pd.Series, scenario: Scenario) -> Floats:
     is_text = column.dtype.kind not in "iufM"
     if is_text and not math.isinf(_number(column.iloc[0])):
         is_text, column = False, pd.Series(_numbers(column, name), name=column.name)
+    times: Floats
     if column.dtype.kind != "M" and not is_text:
         times = _numbers(column, name)
     else:
         at = pd.to_datetime(column, utc=True, format="ISO8601", errors="coerce")
-        times = (at - pd.Timestamp(scenario.epoch)).dt.total_seconds().to_numpy(dtype=float)
-        times = times + _leap_seconds(at) - _leap_seconds(pd.Series([scenario.epoch]))
+        calendar = (at - pd.Timestamp(scenario.epoch)).dt.total_seconds().to_numpy(dtype=float)
+        times = calendar + (_leap_seconds(at) - _leap_seconds(pd.Series([scenario.epoch])))
     if np.isnan(times).any():
         row = int(np.argmax(np.isnan(times)))
         raise ValueError(

@@ -1,0 +1,47 @@
+"""What a plan has promised beside what came out."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pandas as pd
+
+from mgeo_attitude.calibration.calibration import Calibration
+from mgeo_attitude.filter.reference import reference_run
+from mgeo_attitude.observability import States
+from mgeo_attitude.plan import ManeuverPlan
+
+
+def promised(calibration: Calibration, plan: ManeuverPlan) -> pd.DataFrame:
+    """Per state ``unit``, ``predicted`` and ``achieved`` 1-sigma, and their ratio.
+
+    The plan's linear covariance is that at the calibration's last sample, or at the end of the
+    plan's scenario if that is earlier.
+
+    Raises
+    ------
+    ValueError
+        For a plan of a satellite with other states.
+    """
+    model = plan.problem.model
+    if model.suite.blocks != calibration.suite.blocks:
+        raise ValueError(
+            f"the plan is for a satellite with the states {list(model.suite.blocks)}: expected "
+            f"the calibration's {list(calibration.suite.blocks)}"
+        )
+    endless = dataclasses.replace(model, window_steps=model.n_steps + 1)
+    history = reference_run(endless, plan.design)
+    k = int(np.argmin(np.abs(history.times - calibration.time)))
+    states = States.of(model.suite)
+    predicted = history.sigma[k] * states.factors
+    achieved = np.sqrt(np.diag(calibration.covariance)) * states.factors
+    return pd.DataFrame(
+        {
+            "unit": states.units,
+            "predicted": predicted,
+            "achieved": achieved,
+            "achieved / predicted [-]": achieved / predicted,
+        },
+        index=pd.Index(states.names, name="state"),
+    )
