@@ -36,7 +36,7 @@ class History:
     times : array, shape (N,)
         [s]
     smoothed, filtered : arrays, shape (N, 3, 3)
-        GCRS to body: by all readings, and by those until the sample (the constants by all).
+        GCRS to body: by all readings, and by those until the sample.
     smoothed_sigma, filtered_sigma : arrays, shape (N, 3)
         1-sigma about the body axes [rad].
     innovations : tuple of Innovations

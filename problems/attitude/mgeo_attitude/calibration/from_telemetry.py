@@ -19,9 +19,9 @@ from mgeo_attitude.estimation.batch import batch
 from mgeo_attitude.estimation.fit import Fit, fit
 from mgeo_attitude.estimation.linearization import Trajectory, sightings
 from mgeo_attitude.estimation.residuals import (
+    Filtered,
     Innovations,
     filtered,
-    filtered_covariances,
     innovations,
 )
 from mgeo_attitude.estimation.smoother import covariances, last_covariance
@@ -73,7 +73,8 @@ def calibrate(
     data = batch(scenario, telemetry)
     found = fit(data, data.suite.initial_sigma(0.0), gate)
     last = found.solution.trajectory
-    white = innovations(found.solution)
+    past = filtered(found.solution)
+    white = innovations(found.solution, past)
     return Calibration(
         scenario=scenario,
         time=float(data.times[-1]),
@@ -82,7 +83,7 @@ def calibrate(
         covariance=last_covariance(found.solution, found.given),
         tests=_tests(found, white),
         rejected=_rejected(found),
-        history=_history(found, white),
+        history=_history(found, past, white),
     )
 
 
@@ -135,12 +136,11 @@ def _tests(found: Fit, white: tuple[Innovations, ...]) -> tuple[SensorTest, ...]
     return tuple(made)
 
 
-def _history(found: Fit, white: tuple[Innovations, ...]) -> History:
+def _history(found: Fit, past: Filtered, white: tuple[Innovations, ...]) -> History:
     solution = found.solution
     attitude = solution.trajectory.attitude
-    errors, P = filtered(solution)
+    errors, until = past.errors(solution), past.covariances(solution)
     smoothed = covariances(solution, found.given)
-    until = filtered_covariances(solution, P)
     at_time = attitude @ np.moveaxis(matrix(errors[:, :3].T), -1, 0)
     return History(
         times=found.batch.times,

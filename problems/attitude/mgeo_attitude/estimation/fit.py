@@ -18,7 +18,7 @@ from mgeo_attitude.estimation.start import accumulated, check_unit_of_rates, fir
 #: Samples of the first stretch, and how much longer each next one is.
 FIRST, GROWTH = 200, 3
 _ITERATIONS = 4, 30  # of a stretch, of the whole
-_TOLERANCE = 1e4, 1.0  # of a stretch, of the whole; see `Solution.settled`
+_TOLERANCE = 1e3, 1.0  # of a stretch, of the whole; see `Solution.settled`
 _ROUNDS = 10  # of leaving out outliers
 
 
@@ -145,8 +145,10 @@ def _carried(
     (low, high), (left, right) = old, new
     states, attitude = at.states, at.attitude
     if high > low:
-        states[left:low] = states[low]
-        states[high:right] = states[high - 1]
+        for k, span in ((low, slice(left, low)), (high - 1, slice(high, right))):
+            states[span] = states[k]
+            elapsed = batch.times[span, None] - batch.times[k]
+            states[span, 3:6] *= np.exp(-batch.suite.gyro.bias_decay * elapsed)
     for first, end in pairwise(arcs.tolist()):
         a, b = max(first, left), min(end, right)
         known = max(a, low), min(b, high)

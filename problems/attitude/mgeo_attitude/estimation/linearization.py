@@ -147,6 +147,9 @@ def sightings(batch: Batch, index: int, at: Trajectory) -> Sightings:
     """The readings of a sensor of the suite, by its number."""
     suite, sensor = batch.suite, batch.suite.sensors[index]
     samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
+    noise = np.array(sensor.noise())
+    if not len(samples):
+        return Sightings(samples, np.zeros((0, 3)), samples, np.zeros((0, 3, 0)), noise)
     places = np.arange(3)[:, None] + np.array(suite.rotations)
     states = at.states[samples].T
     rotations = matrix(states[places])
@@ -156,7 +159,7 @@ def sightings(batch: Batch, index: int, at: Trajectory) -> Sightings:
     r = innovation(suite, index, y, batch.vectors[samples, index], estimate)
     found, H = jacobian(r)
     H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
-    return Sightings(samples, r.value.T, found, H, np.array(sensor.noise()))
+    return Sightings(samples, r.value.T, found, H, noise)
 
 
 def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floats,

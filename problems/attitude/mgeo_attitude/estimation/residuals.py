@@ -8,13 +8,13 @@ import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.estimation.batch import Batch
-from mgeo_attitude.estimation.linearization import Sightings, sightings
-from mgeo_attitude.estimation.smoother import Solution, diagonal_blocks
+from mgeo_attitude.estimation.linearization import sightings
+from mgeo_attitude.estimation.smoother import Solution, derivatives, diagonal_blocks
 
 
 @dataclass(frozen=True, eq=False)
 class Innovations:
-    """Of m readings of a sensor, each predicted from those before it, constants known.
+    """Of m readings of a sensor, each predicted from those before it.
 
     Attributes
     ----------
@@ -58,7 +58,8 @@ def chi_squares(
     found = []
     for index, without in enumerate(rejected):
         seen = sightings(batch, index, solution.trajectory)
-        own, total = _derivatives(seen, solution)
+        own, total = derivatives(seen, solution.parts, solution.steps, solution.follow)
+        total = total - own @ solution.border[seen.samples]
         HPH = own @ given[seen.samples] @ own.swapaxes(1, 2)
         HPH += total @ solution.covariance @ total.swapaxes(1, 2)
         sign = np.where(without[seen.samples], 1.0, -1.0)[:, None, None]
@@ -69,79 +70,102 @@ def chi_squares(
     return tuple(found)
 
 
-def innovations(solution: Solution) -> tuple[Innovations, ...]:
-    """Of every sensor, by the Kalman filter that is linear about a settled solution.
-
-    Its information at a sample is what Cholesky's factor has of it less that of the step after it,
-    and as the gradient is zero at every sample, its estimate there is off the smoothed one by
-    Λ⁻¹ Fᵀ Q⁻¹ defect. So nothing is done one sample after the other.
-    """
-    estimate, P = predicted(solution)
-    found = []
+def innovations(solution: Solution, past: Filtered) -> tuple[Innovations, ...]:
+    """Of every sensor, by the Kalman filter that is linear about a solution."""
+    move, found = solution.steps, []
+    F, Ft = move.F, move.F.swapaxes(1, 2)
+    # of every sample by what came before: δ = offset - slope c, and its covariance for a known c
+    offset, slope, P = (np.zeros_like(part) for part in (past.offset, past.slope, past.given))
+    offset[1:] = np.einsum("nij,nj->ni", F, past.offset[:-1]) + move.defect
+    slope[1:] = F @ past.slope[:-1]
+    P[1:] = F @ past.given[:-1] @ Ft + move.Q
+    information, gradient = solution.prior
+    first = np.linalg.inv(information)
+    common = np.concatenate([(first @ gradient)[None], past.common[:-1]])
+    covariance = np.concatenate([first[None], past.covariance[:-1]])
     for seen in solution.sightings:
-        own, _ = _derivatives(seen, solution)
-        S = own @ P[seen.samples] @ own.swapaxes(1, 2) + np.diag(seen.noise**2)
-        r = seen.z - np.einsum("nij,nj->ni", own, estimate[seen.samples])
+        k = seen.samples
+        own, total = derivatives(seen, solution.parts, move, solution.follow)
+        total = total - own @ slope[k]
+        r = seen.z - np.einsum("nij,nj->ni", own, offset[k])
+        r -= np.einsum("nij,nj->ni", total, common[k])
+        S = own @ P[k] @ own.swapaxes(1, 2) + total @ covariance[k] @ total.swapaxes(1, 2)
+        S += np.diag(seen.noise**2)
         whitened = np.linalg.solve(np.linalg.cholesky(S), r[..., None])[..., 0]
-        found.append(Innovations(seen.samples, whitened))
+        found.append(Innovations(k, whitened))
     return tuple(found)
 
 
-def predicted(solution: Solution) -> tuple[Floats, Floats]:
-    """Of the linear filter before the readings of each sample: errors (N, d) and covariances."""
-    estimate, P = filtered(solution)
-    move = solution.steps
-    before, Pb = np.zeros_like(estimate), np.empty_like(P)
-    Pb[0] = P[0]
-    before[1:] = np.einsum("nij,nj->ni", move.F, estimate[:-1]) + move.defect
-    Pb[1:] = move.F @ P[:-1] @ move.F.swapaxes(1, 2) + move.Q
-    first = np.linalg.inv(P[0])
-    for seen in solution.sightings:  # what the first sample's readings have brought
-        own, _ = _derivatives(seen, solution)
-        for k in np.flatnonzero(seen.samples == 0):
-            H = own[k] / seen.noise[:, None]
-            first -= H.T @ H
-    Pb[0] = np.linalg.inv(first)
-    return before, Pb
+@dataclass(frozen=True, eq=False)
+class Filtered:
+    """The linear filter after the readings of each of N samples.
 
-
-def filtered(solution: Solution) -> tuple[Floats, Floats]:
-    """Of the linear filter after the readings of each sample: errors (N, d) and covariances.
-
-    Constants are known.
+    Attributes
+    ----------
+    common, covariance : arrays, shapes (N, q) and (N, q, q)
+        c, the errors at the start and of the constants.
+    offset, slope, given : arrays, shapes (N, d), (N, d, q) and (N, d, d)
+        δ = offset - slope c, with this covariance for a known c.
     """
-    move = solution.steps
-    information = diagonal_blocks(solution)
-    Ft = move.F.swapaxes(1, 2)
-    weights = np.linalg.inv(move.Q)
-    information[:-1] -= Ft @ weights @ move.F
-    symmetric: Floats = 0.5 * (information + information.swapaxes(1, 2))
-    P: Floats = np.asarray(np.linalg.inv(symmetric), dtype=np.float64)
-    estimate = np.zeros_like(solution.e)
-    flow = np.einsum("nij,njk,nk->ni", Ft, weights, move.defect)
-    estimate[:-1] = np.einsum("nij,nj->ni", P[:-1], flow)
-    return estimate, P
+
+    common: Floats
+    covariance: Floats
+    offset: Floats
+    slope: Floats
+    given: Floats
+
+    def errors(self, solution: Solution) -> Floats:
+        """Estimated driven errors of the solution's trajectory, shape (N, d)."""
+        J = solution.follow - self.slope
+        e: Floats = self.offset + np.einsum("nij,nj->ni", J, self.common)
+        return e
+
+    def covariances(self, solution: Solution) -> Floats:
+        """Of the driven states, shape (N, d, d)."""
+        J = solution.follow - self.slope
+        P: Floats = self.given + J @ self.covariance @ J.swapaxes(1, 2)
+        return P
 
 
-def filtered_covariances(solution: Solution, given: Floats) -> Floats:
-    """Those of `filtered`, P, shape (N, d, d), with the uncertainty of the constants in them."""
-    move, border = solution.steps, solution.border
-    follow = diagonal_blocks(solution) @ border
-    flow = np.linalg.solve(move.Q, move.F).swapaxes(1, 2)
-    follow[:-1] -= flow @ (border[1:] + move.G)
-    own = given @ follow
-    P: Floats = given + own @ solution.covariance @ own.swapaxes(1, 2)
-    return P
+def filtered(solution: Solution) -> Filtered:
+    """The filter that is linear about a solution, read off its Cholesky factor.
 
+    The factor's block of a sample is the filter's information there with that of the step after
+    it, and the solution tells what forward substitution has come to. So nothing is done one sample
+    after the other.
+    """
+    move, (N, d) = solution.steps, solution.free.shape
+    q = solution.follow.shape[-1]
+    D = diagonal_blocks(solution)
+    flow = np.linalg.solve(move.Q, move.F).swapaxes(1, 2)[1:]  # Fᵀ Q⁻¹
+    y, y_c = (D @ x[1:].reshape(N - 1, d, -1) for x in (solution.free, solution.border))
+    y[:-1] -= flow @ solution.free[2:, :, None]
+    y_c[:-1] -= flow @ solution.border[2:]
+    eliminated = np.linalg.solve(D, np.concatenate([y, y_c], axis=2))
+    information = D.copy()
+    information[:-1] -= flow @ move.F[1:]
+    y[:-1] += flow @ move.defect[1:, :, None]
 
-def _derivatives(seen: Sightings, solution: Solution) -> tuple[Floats, Floats]:
-    """Of readings: by driven errors, and by constants that the driven ones follow."""
-    parts, k = solution.parts, seen.samples
-    full = np.zeros((len(k), 3, len(parts.driven) + len(parts.constant)))
-    full[:, :, seen.states] = seen.H
-    own = full[:, :, parts.driven]
-    others = full[:, :, parts.constant] * solution.steps.growth[k][:, None]
-    return own, others - own @ solution.border[k]
+    given, offset, slope = np.zeros((N, d, d)), np.zeros((N, d)), np.zeros((N, d, q))
+    given[1:] = np.linalg.inv(0.5 * (information + information.swapaxes(1, 2)))
+    offset[1:], slope[1:] = (given[1:] @ y)[..., 0], given[1:] @ y_c
+
+    C, g = np.zeros((N, q, q)), np.zeros((N, q))
+    C[0], g[0] = solution.prior
+    for seen in solution.sightings:
+        _, total = derivatives(seen, solution.parts, move, solution.follow)
+        total = total / seen.noise[:, None]
+        C[seen.samples] += total.swapaxes(1, 2) @ total
+        g[seen.samples] += np.einsum("nij,ni->nj", total, seen.z / seen.noise)
+    t = y_c.swapaxes(1, 2)[:-1]
+    C[2:] -= t @ eliminated[:-1, :, 1:]
+    g[2:] -= (t @ eliminated[:-1, :, :1])[..., 0]
+    C, g = C.cumsum(axis=0), g.cumsum(axis=0)
+    C[1:] -= y_c.swapaxes(1, 2) @ slope[1:]
+    g[1:] -= np.einsum("nij,ni->nj", y_c, offset[1:])
+    covariance = np.linalg.inv(0.5 * (C + C.swapaxes(1, 2))).astype(np.float64, copy=False)
+    common: Floats = np.einsum("nij,nj->ni", covariance, g)
+    return Filtered(common, covariance, offset, slope, given)
 
 
 def _squares(S: Floats, r: Floats) -> Floats:

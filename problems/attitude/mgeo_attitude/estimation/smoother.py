@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, cho_solve_banded, cholesky_banded
 
-from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.estimation.batch import Batch
 from mgeo_attitude.estimation.linearization import (
     Partition,
@@ -26,13 +26,17 @@ from mgeo_attitude.estimation.linearization import (
 )
 
 #: A step this small, in 1-sigmas of the constants and in rad, is the last.
-CONVERGED = 1e-6, 1e-9
+CONVERGED = 1e-5, 1e-7
 _HALVINGS = 4  # of a step that makes it worse
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
     """The normal equations at a trajectory, solved.
+
+    Driven errors are e_k = Ψ_k c + δ_k: what errors c at the start and of the constants lead to,
+    and what noise has added since, with δ_0 = 0. So the banded part is well conditioned, however
+    little is known of the attitude and however good the gyro is.
 
     Attributes
     ----------
@@ -44,15 +48,19 @@ class Solution:
         One a sensor.
     cost : float
         Sum of squares of all residuals over their 1-sigmas.
-    factor : array, shape (2 d, N d)
-        Banded Cholesky factor of the driven states' part.
-    border : array, shape (N, d, c)
-        How the driven states follow the constants: -∂e/∂e_c.
-    covariance : array, shape (c, c)
-        Of the constants.
-    e : array, shape (N, d)
-    e_c : array, shape (c,)
-        Errors of the trajectory, to be taken out.
+    prior : tuple of arrays
+        Information on c from what is believed, shape (q, q), and its gradient, shape (q,).
+    follow : array, shape (N, d, q)
+        Ψ.
+    factor : array, shape (2 d, (N - 1) d)
+        Banded Cholesky factor of the information on δ_1, δ_2...
+    free : array, shape (N, d)
+    border : array, shape (N, d, q)
+        δ = free - border c.
+    covariance : array, shape (q, q)
+        Of c: of the driven errors at the first sample, then of those of the constants.
+    common : array, shape (q,)
+        c, to be taken out.
     """
 
     trajectory: Trajectory
@@ -60,15 +68,34 @@ class Solution:
     steps: Steps
     sightings: tuple[Sightings, ...]
     cost: float
+    prior: tuple[Floats, Floats]
+    follow: Floats
     factor: Floats
+    free: Floats
     border: Floats
     covariance: Floats
-    e: Floats
-    e_c: Floats
+    common: Floats
+
+    @property
+    def e(self) -> Floats:
+        """Driven errors, to be taken out, shape (N, d)."""
+        e: Floats = self.free + (self.follow - self.border) @ self.common
+        return e
+
+    @property
+    def e_c(self) -> Floats:
+        """Errors of the constants, to be taken out, shape (c,)."""
+        return self.common[len(self.parts.driven) :]
+
+    @property
+    def constants_covariance(self) -> Floats:
+        """Of the constants, shape (c, c)."""
+        d = len(self.parts.driven)
+        return self.covariance[d:, d:]
 
     def settled(self, times: float = 1.0) -> bool:
         """Whether the step is small enough to be the last, so many times `CONVERGED`."""
-        step = np.abs(self.e_c / np.sqrt(np.diag(self.covariance))).max(initial=0.0)
+        step = np.abs(self.e_c / np.sqrt(np.diag(self.constants_covariance))).max(initial=0.0)
         turn = np.abs(self.e[:, :3]).max()
         return bool(step < times * CONVERGED[0] and turn < times * CONVERGED[1])
 
@@ -105,77 +132,91 @@ def linear_solution(batch: Batch, sigma: Floats, at: Trajectory, parts: Partitio
     """Normal equations about a trajectory and the step that solves them."""
     move = steps(batch, at, parts)
     seen = tuple(sightings(batch, index, at) for index in range(len(batch.suite.sensors)))
-    N, d, c = len(batch.times), len(parts.driven), len(parts.constant)
-    A, below = np.zeros((N, d, d)), np.zeros((N, d, d))
-    B, C = np.zeros((N, d, c)), np.zeros((c, c))
-    g, g_c = np.zeros((N, d)), np.zeros(c)
+    N, d = len(batch.times), len(parts.driven)
+    follow = _followed(move)
+    q = follow.shape[-1]
 
     r, J = prior(batch.suite, at.states[0], sigma)
-    own, others = J[:, parts.driven], J[:, parts.constant]
-    A[0] += own.T @ own
-    C += others.T @ others
-    g[0] += own.T @ r
-    g_c += others.T @ r
+    J = J[:, np.concatenate([parts.driven, parts.constant])]
+    believed = J.T @ J, J.T @ r
+    C, g_c = believed[0].copy(), believed[1].copy()
     cost = float(r @ r)
 
+    A, below = np.zeros((N, d, d)), np.zeros((N, d, d))
+    B, g = np.zeros((N, d, q)), np.zeros((N, d))
     information = np.linalg.inv(move.Q)
-    IF, IG = information @ move.F, information @ move.G
+    IF = information @ move.F
     Id = np.einsum("nij,nj->ni", information, move.defect)
     Ft = move.F.swapaxes(1, 2)
     A[1:] += information
     A[:-1] += Ft @ IF
     below[:-1] = -IF
-    B[1:] -= IG
-    B[:-1] += Ft @ IG
-    C += _inner(move.G, IG)
     g[1:] += Id
     g[:-1] -= np.einsum("nij,nj->ni", Ft, Id)
-    g_c -= _inner(move.G, Id[..., None])[:, 0]
     cost += float(np.einsum("ni,ni->", move.defect, Id))
 
     for each in seen:
         k = each.samples
-        H, z = each.H / each.noise[:, None], each.z / each.noise
-        own, driven = _columns(H, each.states, parts.driven)
-        others, constant = _columns(H, each.states, parts.constant)
-        others = others * move.growth[k][:, None, constant]
+        if not len(k):
+            continue
+        z = each.z / each.noise
+        own, total = derivatives(each, parts, move, follow)
+        own, total = own / each.noise[:, None], total / each.noise[:, None]
         t = own.swapaxes(1, 2)
-        A[k[:, None, None], driven[:, None], driven] += t @ own
-        B[k[:, None, None], driven[:, None], constant] += t @ others
-        C[np.ix_(constant, constant)] += _inner(others, others)
-        g[k[:, None], driven] += np.einsum("nij,ni->nj", own, z)
-        g_c[constant] += _inner(others, z[..., None])[:, 0]
+        A[k] += t @ own
+        B[k] += t @ total
+        C += _inner(total, total)
+        g[k] += np.einsum("nij,ni->nj", own, z)
+        g_c += _inner(total, z[..., None])[:, 0]
         cost += float(np.einsum("ni,ni->", z, z))
 
-    factor = cholesky_banded(_banded(A, below), lower=True, check_finite=False)
-    rows = np.column_stack([B.reshape(N * d, c), g.ravel()])
+    free, border = np.zeros((N, d)), np.zeros((N, d, q))
+    factor = cholesky_banded(_banded(A[1:], below[1:]), lower=True, check_finite=False)
+    rows = np.column_stack([B[1:].reshape(-1, q), g[1:].ravel()])
     solved = cho_solve_banded((factor, True), rows, check_finite=False)
-    border = solved[:, :c]
-    schur = cho_factor(C - rows[:, :c].T @ border)
-    e_c = cho_solve(schur, g_c - rows[:, :c].T @ solved[:, c])
-    e = (solved[:, c] - border @ e_c).reshape(N, d)
-    covariance = cho_solve(schur, np.eye(c))
+    border[1:], free[1:] = solved[:, :q].reshape(-1, d, q), solved[:, q].reshape(-1, d)
+    schur = cho_factor(C - rows[:, :q].T @ solved[:, :q])
+    common = cho_solve(schur, g_c - rows[:, :q].T @ solved[:, q])
+    covariance = cho_solve(schur, np.eye(q))
     return Solution(
         trajectory=at,
         parts=parts,
         steps=move,
         sightings=seen,
         cost=cost,
+        prior=believed,
+        follow=follow,
         factor=factor,
-        border=border.reshape(N, d, c),
+        free=free,
+        border=border,
         covariance=0.5 * (covariance + covariance.T),
-        e=e,
-        e_c=e_c,
+        common=common,
     )
 
 
-def diagonal_blocks(solution: Solution) -> Floats:
-    """D_k = L_k L_kᵀ of the factor's blocks on the diagonal, shape (N, d, d).
+def derivatives(
+    seen: Sightings, parts: Partition, move: Steps, follow: Floats
+) -> tuple[Floats, Floats]:
+    """Of readings by δ, shape (m, 3, d), and by c, shape (m, 3, q)."""
+    own = np.zeros((len(seen.samples), 3, len(parts.driven)))
+    driven = np.flatnonzero(np.isin(seen.states, parts.driven))
+    constant = np.flatnonzero(np.isin(seen.states, parts.constant))
+    places = np.searchsorted(parts.driven, seen.states[driven])
+    own[:, :, places] = seen.H[:, :, driven]
+    total = seen.H[:, :, driven] @ follow[seen.samples][:, places]
+    places = np.searchsorted(parts.constant, seen.states[constant])
+    growth = move.growth[seen.samples][:, None, places]
+    total[:, :, len(parts.driven) + places] += seen.H[:, :, constant] * growth
+    return own, total
 
-    Information of what came before, of sample k and of the step after it.
+
+def diagonal_blocks(solution: Solution) -> Floats:
+    """D_k = L_k L_kᵀ of the factor's blocks on the diagonal, shape (N - 1, d, d).
+
+    Information on δ_k, k = 1, 2..., of what came before, of sample k and of the step after it.
     """
-    N, d = solution.e.shape
-    L = np.zeros((N, d, d))
+    d = len(solution.parts.driven)
+    L = np.zeros((len(solution.free) - 1, d, d))
     for i in range(d):
         for j in range(i + 1):
             L[:, i, j] = solution.factor[i - j, j::d]
@@ -184,47 +225,55 @@ def diagonal_blocks(solution: Solution) -> Floats:
 
 
 def smoothed_covariances(solution: Solution) -> Floats:
-    """Of the driven states at every sample, shape (N, d, d), constants known; see `covariances`."""
+    """Of δ at every sample, shape (N, d, d), for a known c; see `covariances`."""
     D = np.linalg.inv(diagonal_blocks(solution)).astype(np.float64, copy=False)
-    # e_k = D⁻¹ (y_k + Fᵀ Q⁻¹ e_{k+1})
-    gain = D[:-1] @ np.linalg.solve(solution.steps.Q, solution.steps.F).swapaxes(1, 2)
-    P = D.copy()
-    for k in range(len(gain) - 1, -1, -1):
-        P[k] += gain[k] @ P[k + 1] @ gain[k].T
+    # δ_k = D⁻¹ (y_k + Fᵀ Q⁻¹ δ_{k+1})
+    F, Q = solution.steps.F[1:], solution.steps.Q[1:]
+    gain = D[:-1] @ np.linalg.solve(Q, F).swapaxes(1, 2)
+    P = np.concatenate([np.zeros((1, *D.shape[1:])), D])
+    for k in range(len(gain), 0, -1):
+        P[k] += gain[k - 1] @ P[k + 1] @ gain[k - 1].T
     return P
 
 
 def covariances(solution: Solution, given: Floats) -> Floats:
-    """Of the driven states at every sample, shape (N, d, d), with those of the constants in them.
+    """Of the driven states at every sample, shape (N, d, d).
 
     Parameters
     ----------
     given : array, shape (N, d, d)
-        Covariances for known constants.
+        `smoothed_covariances`.
     """
-    border = solution.border
-    P: Floats = given + border @ solution.covariance @ border.swapaxes(1, 2)
+    J = solution.follow - solution.border
+    P: Floats = given + J @ solution.covariance @ J.swapaxes(1, 2)
     return P
 
 
 def last_covariance(solution: Solution, given: Floats) -> Floats:
     """Of all states at the last sample, shape (n_states, n_states)."""
     parts, growth = solution.parts, solution.steps.growth[-1]
-    n = len(parts.driven) + len(parts.constant)
+    d, n = len(parts.driven), len(parts.driven) + len(parts.constant)
+    J = solution.follow[-1] - solution.border[-1]
+    cross = J @ solution.covariance[:, d:] * growth
     P = np.zeros((n, n))
-    own = growth[:, None] * solution.covariance * growth
-    cross = -solution.border[-1] @ (solution.covariance * growth)
     P[np.ix_(parts.driven, parts.driven)] = covariances(solution, given)[-1]
-    P[np.ix_(parts.constant, parts.constant)] = own
+    P[np.ix_(parts.constant, parts.constant)] = (
+        growth[:, None] * solution.constants_covariance * growth
+    )
     P[np.ix_(parts.driven, parts.constant)] = cross
     P[np.ix_(parts.constant, parts.driven)] = cross.T
     return P
 
 
-def _columns(H: Floats, states: Ints, wanted: Ints) -> tuple[Floats, Ints]:
-    """Derivatives by some of the wanted states, and which of these they are."""
-    found = np.flatnonzero(np.isin(states, wanted))
-    return np.ascontiguousarray(H[:, :, found]), np.searchsorted(wanted, states[found])
+def _followed(move: Steps) -> Floats:
+    """Ψ: from errors at the first sample, and of the constants, to driven ones."""
+    n, d, c = move.G.shape
+    follow = np.zeros((n + 1, d, d + c))
+    follow[0, :, :d] = np.eye(d)
+    follow[1:, :, d:] = move.G
+    for k in range(n):
+        follow[k + 1] += move.F[k] @ follow[k]
+    return follow
 
 
 def _inner(a: Floats, b: Floats) -> Floats:
