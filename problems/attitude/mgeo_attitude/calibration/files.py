@@ -26,8 +26,8 @@ FORMAT = "mgeo-attitude-calibration"
 VERSION = 1
 
 _ROUNDING = 1e-9
-_TABLES: Any = list[dict[Any, Any]]  # their entries are checked one by one
-_ROWS: Any = list[list[Any]]
+_TABLES: Any = list[dict]  # type: ignore[type-arg]
+_ROWS: Any = list[list]  # type: ignore[type-arg]
 _KINDS = {"str": str, "int": int, "float": float}
 
 

@@ -11,6 +11,7 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import inertial_vectors
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight import Telemetry
+from mgeo_attitude.flight.mapping import UNITS
 from mgeo_attitude.scenario import Scenario
 
 #: A gyro's sample stands for the time since the one before, unless that is this many times the
@@ -18,6 +19,8 @@ from mgeo_attitude.scenario import Scenario
 MISSING = 1.5
 #: Without a sample for longer than this many times the usual time, nothing is known of the rate.
 SILENT = 10.0
+#: Vectors longer or shorter than expected by this factor are of another unit.
+_OTHER_UNIT = 4.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -163,9 +166,15 @@ def _check_lengths(suite: Suite, sensors: tuple[Floats, ...], vectors: Floats) -
         unit = sensor.channel_unit
         measured = np.linalg.norm(sensors[index][seen, 0], axis=1)
         found, should = (float(np.median(x)) * unit.factor for x in (measured, expected))
-        if not 0.2 < found / should < 5.0:
+        if not 1.0 / _OTHER_UNIT < found / should < _OTHER_UNIT:
+            ratio = should / found
+            units = [
+                name
+                for name, factor in UNITS[unit.text].items()
+                if 1.0 / _OTHER_UNIT < ratio / factor < _OTHER_UNIT
+            ]
             raise ValueError(
                 f"{sensor.name}: vectors of the length {found:.3g} (median), where {should:.5g} "
-                f"{unit.text} are expected: a factor of {should / found:.3g}; is their unit "
-                f"another than {unit.text}?"
+                f"{unit.text} are expected, {ratio:.3g} times as much: "
+                + (f"are they in {units[0]}?" if units else "what is their unit?")
             )

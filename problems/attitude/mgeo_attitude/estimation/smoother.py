@@ -175,8 +175,9 @@ def linear_solution(batch: Batch, sigma: Floats, at: Trajectory, parts: Partitio
     rows = np.column_stack([B[1:].reshape(-1, q), g[1:].ravel()])
     solved = cho_solve_banded((factor, True), rows, check_finite=False)
     border[1:], free[1:] = solved[:, :q].reshape(-1, d, q), solved[:, q].reshape(-1, d)
-    schur = cho_factor(C - rows[:, :q].T @ solved[:, :q])
-    common = cho_solve(schur, g_c - rows[:, :q].T @ solved[:, q])
+    eliminated = _inner(B[1:], solved.reshape(-1, d, q + 1))
+    schur = cho_factor(C - eliminated[:, :q])
+    common = cho_solve(schur, g_c - eliminated[:, q])
     covariance = cho_solve(schur, np.eye(q))
     return Solution(
         trajectory=at,
@@ -277,8 +278,11 @@ def _followed(move: Steps) -> Floats:
 
 
 def _inner(a: Floats, b: Floats) -> Floats:
-    """Sum over n of a_nᵀ b_n, of arrays of shapes (n, k, i) and (n, k, j)."""
-    product: Floats = a.reshape(-1, a.shape[-1]).T @ b.reshape(-1, b.shape[-1])
+    """Sum over n of a_nᵀ b_n, of arrays of shapes (n, k, i) and (n, k, j).
+
+    Not by BLAS, whose threads would add in another order, and wait for each other.
+    """
+    product: Floats = np.einsum("nki,nkj->ij", a, b)
     return product
 
 

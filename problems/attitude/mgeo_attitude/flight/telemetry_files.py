@@ -9,6 +9,7 @@ import re
 import stat
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import erfa
 import numpy as np
@@ -176,7 +177,7 @@ def _numbers(column: pd.Series, name: str) -> Floats:
         values = np.asarray([_number(cell) for cell in column], dtype=np.float64)
     if np.isinf(values).any():
         row = int(np.argmax(np.isinf(values)))
-        raise ValueError(f"row {row + 1}, {name} = {column.iloc[row]!r:.40}: expected a number")
+        raise ValueError(f"row {row + 1}, {name} = {_shown(column.iloc[row])}: expected a number")
     return values
 
 
@@ -198,6 +199,11 @@ def _number(cell: object) -> float:
     return float(cell) if is_number else math.inf  # type: ignore[arg-type]
 
 
+def _shown(cell: Any) -> str:
+    plain = cell.item() if isinstance(cell, np.generic) else cell
+    return f"{plain!r:.40}"
+
+
 def _seconds(column: pd.Series, scenario: Scenario) -> Floats:
     """Seconds of SI since the epoch, from such seconds or from ISO 8601 texts, UTC."""
     name = str(column.name)
@@ -214,7 +220,7 @@ def _seconds(column: pd.Series, scenario: Scenario) -> Floats:
     if np.isnan(times).any():
         row = int(np.argmax(np.isnan(times)))
         raise ValueError(
-            f"row {row + 1}, {name} = {column.iloc[row]!r:.40}: expected seconds since the epoch "
+            f"row {row + 1}, {name} = {_shown(column.iloc[row])}: expected seconds since the epoch "
             "or a time of ISO 8601"
         )
     return times
