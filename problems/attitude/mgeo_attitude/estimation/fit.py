@@ -17,7 +17,7 @@ from mgeo_attitude.estimation.start import accumulated, check_unit_of_rates, fir
 
 #: Samples of the first stretch, and how much longer each next one is.
 FIRST, GROWTH = 200, 3
-_ITERATIONS = 4, 30  # of a stretch, of the whole
+_ITERATIONS = 15, 30  # of a stretch, of the whole
 _TOLERANCE = 1e3, 1.0  # of a stretch, of the whole; see `Solution.settled`
 _ROUNDS = 10  # of leaving out outliers
 
@@ -88,11 +88,7 @@ def fit(batch: Batch, sigma: Floats, gate: float) -> Fit:
         at.states[low:high] = found.solution.trajectory.states
         for no, new in zip(rejected, found.rejected, strict=True):
             no[low:high] = new
-    if not found.solution.settled():
-        raise ValueError(
-            "the estimate does not settle: are orbit, epoch and mounting frames those of the "
-            "satellite?"
-        )
+    _check(found, limit)
     return found
 
 
@@ -111,10 +107,16 @@ def _without_outliers(
         squares = chi_squares(batch, solution, given, rejected)
         beyond = tuple(square > limit for square in squares)
         at = solution.trajectory
-        if all(map(np.array_equal, beyond, rejected)):
+        if not solution.settled(_TOLERANCE[last]) or all(map(np.array_equal, beyond, rejected)):
             break
         rejected = beyond
-    for sensor, no, square in zip(batch.suite.sensors, rejected, squares, strict=True):
+    return Fit(batch, rejected, squares, solution, given)
+
+
+def _check(found: Fit, limit: float) -> None:
+    """Refuse what did not come to an end, or leaves out more of a sensor than it takes."""
+    sensors = found.batch.suite.sensors
+    for sensor, no, square in zip(sensors, found.rejected, found.chi_squares, strict=True):
         count = int(np.isfinite(square).sum())
         if 2 * no.sum() > count > 10:
             raise ValueError(
@@ -122,7 +124,11 @@ def _without_outliers(
                 f"{limit:.4g}, their median is {np.nanmedian(square):.3g} where 2.4 is expected: "
                 "are noise, mounting frame and unit as the scenario has them?"
             )
-    return Fit(batch, rejected, squares, solution, given)
+    if not found.solution.settled():
+        raise ValueError(
+            "the estimate does not settle: are orbit, epoch and mounting frames those of the "
+            "satellite?"
+        )
 
 
 def _grown(low: int, high: int, more: int, arcs: np.ndarray) -> tuple[int, int]:

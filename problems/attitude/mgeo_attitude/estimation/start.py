@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.estimation.batch import Batch
 from mgeo_attitude.estimation.linearization import turns
 
@@ -28,11 +28,14 @@ class Directions:
     ----------
     samples : array of int, shape (m,)
     sensor : array of int, shape (m,)
+    weight : array, shape (m,)
+        All sensors together weigh the same, how often each may have reported.
     body, inertial : arrays, shape (m, 3)
     """
 
     samples: Ints
     sensor: Ints
+    weight: Floats
     body: Floats
     inertial: Floats
 
@@ -102,7 +105,7 @@ def accumulated(batch: Batch, states: Floats, factor: float = 1.0) -> Floats:
 
 def directions(batch: Batch, relative: Floats) -> Directions:
     """All vectors of all sensors; those of a sensor of several are the axes of GCRS."""
-    samples, sensors, body, inertial = [], [], [], []
+    samples, sensors, weights, body, inertial = [], [], [], [], []
     for index, rows in enumerate(batch.sensors):
         k = np.flatnonzero(np.isfinite(rows[:, 0, 0]))
         for i in range(rows.shape[1]):
@@ -116,9 +119,10 @@ def directions(batch: Batch, relative: Floats) -> Directions:
             turned = np.einsum("nij,nj->ni", relative[k], rows[k, i])
             samples.append(k[some])
             sensors.append(np.full(some.sum(), index))
+            weights.append(np.full(some.sum(), 1.0 / max(len(k), 1)))
             body.append(turned[some] / lengths[0][some, None])
             inertial.append(known[some] / lengths[1][some, None])
-    return Directions(*map(np.concatenate, (samples, sensors, body, inertial)))
+    return Directions(*map(np.concatenate, (samples, sensors, weights, body, inertial)))
 
 
 def stretch(seen: Directions, n: int) -> slice:
@@ -129,19 +133,20 @@ def stretch(seen: Directions, n: int) -> slice:
     ValueError
         If there is none.
     """
-    dyads = np.zeros((n + 1, 3, 3))
-    counts = np.zeros(n + 1)
-    for sensor in np.unique(seen.sensor):
-        own = seen.sensor == sensor
-        np.add.at(dyads, seen.samples[own] + 1, seen.body[own, :, None] * seen.body[own, None])
-        np.add.at(counts, seen.samples[own] + 1, 1.0)
-    dyads, counts = np.cumsum(dyads, axis=0), np.cumsum(counts)
+    dyads, weights = np.zeros((n + 1, 3, 3)), np.zeros(n + 1)
+    np.add.at(
+        dyads,
+        seen.samples + 1,
+        seen.weight[:, None, None] * seen.body[:, :, None] * seen.body[:, None],
+    )
+    np.add.at(weights, seen.samples + 1, seen.weight)
+    dyads, weights = np.cumsum(dyads, axis=0), np.cumsum(weights)
     best = 0.0
     for length in (min(length, n) for length in LENGTHS):
         first = np.arange(0, n - length + 1, max(1, length // 4))
-        count = counts[first + length] - counts[first]
+        total = weights[first + length] - weights[first]
         spread = np.linalg.eigvalsh(dyads[first + length] - dyads[first])[:, 1]
-        spread /= np.maximum(count, 1.0)
+        spread = np.divide(spread, total, out=np.zeros_like(spread), where=total > 0.0)
         if (spread >= SPREAD).any():
             start = int(first[np.argmax(spread >= SPREAD)])
             return slice(start, start + length)
@@ -153,15 +158,19 @@ def stretch(seen: Directions, n: int) -> slice:
     )
 
 
-def wahba(seen: Directions, chosen: np.ndarray) -> tuple[Floats, float]:
-    """Rotation from the body axes of sample 0 to GCRS, and the mean square residual.
+def wahba(seen: Directions, chosen: Bools) -> tuple[Floats, float]:
+    """Rotation from the body axes of sample 0 to GCRS, and the median square residual.
 
-    It is solved again without the worst directions: one that is wrong turns everything.
+    It is solved again without the worst directions of each sensor: one that is wrong turns
+    everything.
     """
     inertial, body = seen.inertial[chosen], seen.body[chosen]
+    sensor, weight = seen.sensor[chosen], seen.weight[chosen]
     kept = np.ones(len(body), dtype=bool)
     for _ in range(3):
-        rotation, _ = Rotation.align_vectors(inertial[kept], body[kept])
+        rotation, _ = Rotation.align_vectors(inertial[kept], body[kept], weight[kept])
         square = ((inertial - rotation.apply(body)) ** 2).sum(axis=1)
-        kept = square <= 9.0 * np.median(square) + 1e-12
+        for one in np.unique(sensor):  # by its own scatter: biases may be larger than noise
+            own = sensor == one
+            kept[own] = square[own] <= 9.0 * np.median(square[own]) + 1e-12
     return rotation.as_matrix(), float(np.median(square))
