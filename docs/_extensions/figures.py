@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
-from mgeo_attitude import Scenario
+from mgeo_attitude import Scenario, calibrate, fly
 from mgeo_attitude.environment.interpolation import interpolate, nearest
 
 _FRONTS = Path(__file__).parents[1] / "fronts"
@@ -91,10 +91,21 @@ def interpolation() -> go.Figure:
     return figure
 
 
+def calibration() -> go.Figure:
+    """What the example of the page on calibration finds."""
+    scenario = Scenario.from_dict(
+        {"preset": "cubesat_6u", "duration": 3000.0, "initial": {"attitude_deg": 90.0}}
+    )
+    plan = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    found: go.Figure = calibrate(scenario, fly(scenario, plan, seed=1)).figures()["constants"]
+    return found
+
+
 FIGURES: dict[str, Callable[[], go.Figure]] = {
     "limits": limits,
     "starts": starts,
     "interpolation": interpolation,
+    "calibration": calibration,
 }
 
 
