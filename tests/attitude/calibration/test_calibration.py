@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
-from mgeo_attitude import Environment, Gyro, Scenario, calibrate
+from mgeo_attitude import Environment, Scenario, calibrate
 from mgeo_attitude.calibration import from_json, read_json, to_json
 from mgeo_attitude.calibration.report import report_html
 from mgeo_attitude.calibration.sensor_tests import (
@@ -222,7 +222,9 @@ def test_figures_and_report(scenario, telemetry, calibration):
 
 
 def test_a_full_gyro_has_rows_of_its_own():
-    gyro = Gyro(scale_factor=1e-3, misalignment_deg=0.1)
+    gyro = dataclasses.replace(
+        Scenario.paper().gyro, initial_scale_factor=1e-3, initial_misalignment_deg=0.1
+    )
     of = short(dataclasses.replace(Scenario.paper(), gyro=gyro), 1500.0)
     found = calibrate(of, flown(of, 1))
     table = found.table()

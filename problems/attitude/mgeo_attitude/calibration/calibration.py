@@ -10,8 +10,8 @@ import pandas as pd
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.calibration.history import History
 from mgeo_attitude.calibration.sensor_tests import SensorTest
-from mgeo_attitude.estimation.residuals import Innovations
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.plan.ccsds import quaternions, utc_texts
 from mgeo_attitude.rotation import matrix
@@ -25,30 +25,6 @@ if TYPE_CHECKING:
     from mgeo_attitude.plan import ManeuverPlan
 
 _DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))  # of the gyro's bias in telemetry
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class History:
-    """Attitude at N samples, and innovations.
-
-    Attributes
-    ----------
-    times : array, shape (N,)
-        [s]
-    smoothed, filtered : arrays, shape (N, 3, 3)
-        GCRS to body: by all readings, and by those until the sample.
-    smoothed_sigma, filtered_sigma : arrays, shape (N, 3)
-        1-sigma about the body axes [rad].
-    innovations : tuple of Innovations
-        One a sensor.
-    """
-
-    times: Floats
-    smoothed: Floats
-    smoothed_sigma: Floats
-    filtered: Floats
-    filtered_sigma: Floats
-    innovations: tuple[Innovations, ...]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -197,13 +173,14 @@ class Calibration:
         """
         from mgeo_attitude.calibration.promised import promised
 
-        return promised(self, plan)
+        return promised(self.suite, self.time, self.covariance, plan)
 
     def figures(self) -> dict[str, go.Figure]:
         """Figures ``constants`` and, of one with history, ``innovations`` and ``attitude``."""
         from mgeo_attitude.calibration.figures import calibration_figures
 
-        return calibration_figures(self)
+        names = [sensor.name for sensor in self.scenario.sensors]
+        return calibration_figures(self.table(), names, self.history)
 
     def _history(self) -> History:
         if self.history is None:

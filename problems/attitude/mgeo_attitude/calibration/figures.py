@@ -2,30 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+import pandas as pd
 import plotly.graph_objects as go
 
 from mgeo.figures.style import COLORS, GRAY, SYMBOLS, finished, log_axis
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.calibration.calibration import Calibration, History
+from mgeo_attitude.calibration.history import History
 from mgeo_attitude.figures.style import line
 
 #: Points of a line that are drawn, about: more cannot be told apart.
 POINTS = 1500
 
 
-def calibration_figures(calibration: Calibration) -> dict[str, go.Figure]:
-    """Figures ``constants``, and of one with history ``innovations`` and ``attitude``."""
-    figures = {"constants": _constants(calibration)}
-    if calibration.history is not None:
-        figures["innovations"] = _innovations(calibration, calibration.history)
-        figures["attitude"] = _attitude(calibration.history)
+def calibration_figures(
+    table: pd.DataFrame, sensors: Sequence[str], history: History | None
+) -> dict[str, go.Figure]:
+    """Figures ``constants`` and, of one with history, ``innovations`` and ``attitude``.
+
+    Parameters
+    ----------
+    table : DataFrame
+        `Calibration.table`.
+    sensors : sequence of str
+        Names, in the order of the history's innovations.
+    """
+    figures = {"constants": _constants(table)}
+    if history is not None:
+        figures["innovations"] = _innovations(sensors, history)
+        figures["attitude"] = _attitude(history)
     return figures
 
 
-def _constants(calibration: Calibration) -> go.Figure:
+def _constants(table: pd.DataFrame) -> go.Figure:
     """Estimates with 3-sigma bars, over what was believed before."""
-    table = calibration.table()
     figure = go.Figure()
     for number, block in enumerate(table["block"].unique()):
         rows = table[table["block"] == block]
@@ -56,10 +68,9 @@ def _constants(calibration: Calibration) -> go.Figure:
     return figure.update_yaxes(title_text="estimate / initial 1-sigma [-]")
 
 
-def _innovations(calibration: Calibration, history: History) -> go.Figure:
+def _innovations(names: Sequence[str], history: History) -> go.Figure:
     """Mean NIS of consecutive readings, which should scatter about 1."""
     figure = go.Figure()
-    names = [sensor.name for sensor in calibration.scenario.sensors]
     for number, (name, each) in enumerate(zip(names, history.innovations, strict=True)):
         if not len(each.samples):
             continue

@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.calibration.calibration import Calibration, History
+from mgeo_attitude.calibration.calibration import Calibration
+from mgeo_attitude.calibration.history import History
 from mgeo_attitude.calibration.sensor_tests import (
     SensorTest,
     correlation_bound,

@@ -7,16 +7,17 @@ from typing import Any
 
 import pandas as pd
 
-from mgeo.cli.consoles import plain
 from mgeo.cli.output import Output
 from mgeo.files.atomic import write_files
 from mgeo.runs.scenario import read_scenario
+from mgeo.terminal import plain
 from mgeo_attitude.calibration import Calibration, to_json
 from mgeo_attitude.calibration.files import document
 from mgeo_attitude.calibration.report import report_html
 from mgeo_attitude.commands.files import check_targets
 from mgeo_attitude.commands.show import note, rows, titled
 from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.scenario import Scenario
 
 #: Files of a folder; what tells that the others are complete goes last.
@@ -35,7 +36,7 @@ def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
         if plan is None:
             raise ValueError("--scenario FILE.toml|PRESET: expected it, or --plan, which has one")
         return plan.scenario
-    return Scenario.from_dict(read_scenario(text))
+    return Scenario.from_dict(read_scenario(PROBLEM, text))
 
 
 def check_folder(folder: Path, overwrite: bool) -> None:

@@ -113,8 +113,8 @@ class Environment:
     def at(
         cls,
         scenario: Course,
-        times: Array,
-        position: Array | None = None,
+        times: Floats,
+        position: Floats | None = None,
         origin: Course | None = None,
     ) -> Self:
         """Compute the tables at any `times` [s] after a scenario's epoch.

@@ -11,7 +11,14 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from mgeo_attitude.fields import InvalidValue, Validated, known_names, positive, quantity
+from mgeo_attitude.fields import (
+    InvalidValue,
+    Validated,
+    from_table,
+    known_names,
+    positive,
+    quantity,
+)
 
 #: Factors to the unit of telemetry, by that unit.
 UNITS = {
@@ -114,8 +121,6 @@ class TelemetryMapping(Validated):
         ValueError
             Naming the file and the key.
         """
-        from mgeo_attitude.fields.checking import from_table
-
         try:
             return from_table(TelemetryMapping, tomllib.loads(Path(path).read_text("utf-8-sig")))
         except (ValueError, RecursionError) as error:
