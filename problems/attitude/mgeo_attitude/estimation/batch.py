@@ -164,10 +164,11 @@ def _check_lengths(suite: Suite, sensors: tuple[Floats, ...], vectors: Floats) -
         if len(sensor.channels) != 3 or not expected.any():
             continue
         unit = sensor.channel_unit
-        measured = np.linalg.norm(sensors[index][seen, 0], axis=1)
+        with np.errstate(over="ignore"):
+            measured = np.linalg.norm(sensors[index][seen, 0], axis=1)
         found, should = (float(np.median(x)) * unit.factor for x in (measured, expected))
         if not 1.0 / _OTHER_UNIT < found / should < _OTHER_UNIT:
-            ratio = should / found
+            ratio = should / found if found else np.inf
             units = [
                 name
                 for name, factor in UNITS[unit.text].items()

@@ -174,11 +174,22 @@ def _numbers(column: pd.Series, name: str) -> Floats:
     if column.dtype.kind in "iuf":
         values: Floats = column.to_numpy(dtype=float)
     else:
-        values = np.asarray([_number(cell) for cell in column], dtype=np.float64)
+        values = np.asarray(_plain(column.tolist()) or [*map(_number, column)], dtype=np.float64)
     if np.isinf(values).any():
         row = int(np.argmax(np.isinf(values)))
         raise ValueError(f"row {row + 1}, {name} = {_shown(column.iloc[row])}: expected a number")
     return values
+
+
+def _plain(cells: list[Any]) -> list[float]:
+    """Numbers of texts, nearly always; nothing if one of the cells wants a closer look."""
+    try:
+        text = "".join(cells)
+        return (
+            [float(cell or "nan") for cell in cells] if text.isascii() and "_" not in text else []
+        )
+    except (TypeError, ValueError):
+        return []
 
 
 def _number(cell: object) -> float:
