@@ -36,8 +36,9 @@ def promised(suite: Suite, time: float, covariance: Floats, plan: ManeuverPlan) 
             f"the plan is for a satellite with the states {list(model.suite.blocks)}: expected "
             f"the calibration's {list(suite.blocks)}"
         )
+    back = plan.slew_back
     endless = dataclasses.replace(model, window_steps=model.n_steps + 1)
-    history = reference_run(endless, plan.design)
+    history = reference_run(endless, plan.design if back is None else back.design)
     k = int(np.argmin(np.abs(history.times - time)))
     states = States.of(model.suite)
     predicted = history.sigma[k] * states.factors

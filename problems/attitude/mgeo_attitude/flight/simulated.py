@@ -8,9 +8,11 @@ import numpy as np
 
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.flight.flight import Motion, draw, fly_run
 from mgeo_attitude.flight.telemetry import Telemetry, Truth
 from mgeo_attitude.flight.truth import other_truth
+from mgeo_attitude.maneuvers.slew_back import slew_back
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.readings import to_channels
 
@@ -24,6 +26,8 @@ def fly(
     environment: Environment | None = None,
 ) -> Telemetry:
     """Fly a plan once, to the end of the scenario, and send down what gyro and sensors report.
+
+    A scenario that asks for a slew back gets it, after the time at which the plan converges.
 
     What happens is what `estimation.simulate` flies: true errors are drawn from the scenario, the
     plan's rates are flown exactly, from an attitude that is not the planned one. As there, nothing
@@ -52,13 +56,14 @@ def fly(
     """
     design = np.asarray(getattr(plan, "design", plan), dtype=float)
     environment = environment or Environment.from_scenario(scenario)
-    model = (
-        FilterModel.from_scenario(scenario, environment)
-        if truth is None
-        else other_truth(truth, scenario, environment)
-    )
+    planned = FilterModel.from_scenario(scenario, environment)
+    if scenario.maneuvers.slew_back:
+        t_end = reference_run(planned, design).t_end
+        back = slew_back(scenario, design, t_end, planned.slew_limits, planned.initial_attitude)
+        design = design if back is None else back.design
+    model = planned if truth is None else other_truth(truth, scenario, environment)
     n, suite = model.n_steps, model.suite
-    motion = Motion.of(model, design, n)
+    motion = Motion.of(planned, design, n)
     flight = fly_run(model, motion, draw(model, n, np.random.default_rng(seed)))
     states = np.tile(flight.errors, (n + 1, 1))
     states[:, 3 : suite.n_dynamic] = flight.gyro
