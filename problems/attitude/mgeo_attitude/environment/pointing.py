@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.sun import lit_fraction, sun_direction, sun_position
@@ -69,6 +68,8 @@ def pointed(axis: Floats, target: Floats, toward: Floats, clock: float) -> Float
     ValueError
         If `target` and `toward` are parallel within 0.06 degrees.
     """
+    from scipy.spatial.transform import Rotation
+
     second = np.eye(3)[0 if abs(axis[2]) > _NEAR_Z else 2]
     turn = Rotation.from_rotvec(-clock * axis).as_matrix()
     attitude: Floats = turn @ _triads(axis, second).T @ _triads(target, toward)
