@@ -12,7 +12,7 @@ def made_up(F):
     F = np.asarray(F, dtype=float)
     n = len(F)
     labels = tuple(f"solution {i}" for i in range(n))
-    return Solutions(np.arange(n), np.arange(12.0 * n).reshape(n, 12), F, labels)
+    return Solutions(np.arange(n), np.arange(12.0 * n).reshape(n, 12), F, F[:, 0], labels)
 
 
 def test_fastest_knee_and_least_trace_are_chosen():

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import observability
 from .._typing import Floats
+from ..accuracy import attitude_accuracy_deg
 from ..constraints import constraints
 from ..fields import InvalidValue, Validated, quantity
 from ..filter.evaluator import evaluate
@@ -103,6 +104,11 @@ class ManeuverPlan(Validated):
     def trace(self) -> float:
         """Weighted trace of the covariance at `t_end`."""
         return float(self.history.trace[-1])
+
+    @property
+    def attitude_accuracy_deg(self) -> float:
+        """1-sigma about the worst axis at `t_end` [deg]; see `accuracy.attitude_accuracy_deg`."""
+        return float(attitude_accuracy_deg(self.history.covariance))
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
