@@ -36,10 +36,11 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
 
     Columns: the objectives of the paper; ``t_end [orbits]``; ``attitude accuracy [deg]`` at t_end,
     see `attitude_accuracy_deg`; ``maneuver time [s]``, the sum of all durations; one text per
-    maneuver, its rates about body x / y / z [deg/s] and its duration [s]; and for each 3-vector of the error state the predicted 1-sigma at t_end of
-    its worst body axis (the largest of the three, as comparable to a data sheet's value per axis).
-    A design whose covariance lost positivity has NaN in objectives and 1-sigmas. Another shape
-    than (n, n_var), or a design that is no plan, is a ValueError.
+    maneuver, its rates about body x / y / z [deg/s] and its duration [s]; and for each 3-vector of
+    the error state the predicted 1-sigma at t_end of its worst body axis (the largest of the three,
+    as comparable to a data sheet's value per axis). A design whose covariance lost positivity has
+    NaN in objectives and 1-sigmas. Another shape than (n, n_var), or a design that is no plan, is a
+    ValueError.
     """
     import pandas as pd
 
