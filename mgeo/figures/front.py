@@ -54,7 +54,7 @@ def front_figure(
     axes = [axis(name, column) for name, column in zip(objectives, F.T, strict=True)]
     figure = go.Figure()
     if len(axes) == 1:
-        figure.add_scatter(x=np.arange(1, len(F) + 1), y=F[:, 0], marker=_MARKER, **points)
+        figure.add_scatter(x=np.arange(len(F)), y=F[:, 0], marker=_MARKER, **points)
         figure.update_xaxes(title="solution", dtick=1 if len(F) < 20 else None)
         figure.update_yaxes(axes[0])
     elif len(axes) == 2:

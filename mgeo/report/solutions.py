@@ -16,7 +16,7 @@ from mgeo.figures.motion import check_motion
 from mgeo.plugins import protocol
 from mgeo.report.encode import Json, figure_json, shared
 from mgeo.runs.folder import Run, front_table
-from mgeo.runs.representative import RepresentativeSolution
+from mgeo.runs.representative import RepresentativeSolution, default_solution
 from mgeo.runs.solve import Outcome
 
 #: Solutions whose figures go into a report, so that its size stays bounded.
@@ -42,7 +42,7 @@ def solutions_json(
         "bounds": _bounds(problem),
         "limits": _limits(problem, X, rows),
         "labels": {str(solution.row): solution.label for solution in chosen},
-        "first": next((h.row for h in chosen if h.label == "knee"), chosen[0].row),
+        "first": default_solution(problem, outcome.F).row,
         "front": None if picture is None else figure_json(picture, lists=True),
         "plans": plans_json(problem, X, rows),
     }

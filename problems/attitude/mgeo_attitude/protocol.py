@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
@@ -17,6 +17,7 @@ class ManeuverProblem(Protocol):
     objectives: tuple[str, ...]
     n_var: int
 
+    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any: ...
     @property
     def environment(self) -> Environment: ...
     @property

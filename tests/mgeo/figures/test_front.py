@@ -35,7 +35,7 @@ def test_three_objectives_are_points_in_space():
 
 def test_one_objective_is_drawn_over_the_number_of_the_solution():
     (points,) = front_figure(X[:1], front(1)[:1], VARIABLES, ("cost",)).data
-    assert (list(points.x), list(points.y)) == ([1], [1.0])
+    assert (list(points.x), list(points.y)) == ([0], [1.0])
 
 
 def test_the_hover_text_has_every_value_with_its_name():

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo.runs.representative import knee
 from mgeo_attitude._typing import Floats
 
 from ..accuracy import attitude_accuracy_deg
@@ -62,14 +61,15 @@ class Solutions:
         labels = tuple(f"solution {row}" for row in rows)
         return cls(rows, designs[rows], F[rows], accuracy, labels)
 
-    def chosen(self, indicators: Floats) -> Solutions:
-        """Fastest, knee and least trace of the front, or all if they are few; by t_end.
+    def chosen(self, bend: int | None = None) -> Solutions:
+        """Fastest, the knee and least trace of the front, or all if they are few; by t_end.
 
-        The `indicators`, shape (n, 2), are the objectives on comparable scales.
+        `bend` is the row of the knee, None if there is none.
         """
         front = nondominated(self.F)
-        fastest, bend, best = (int(front[i]) for i in (0, knee(indicators[front]) or 0, -1))
-        roles = {bend: "knee", fastest: "fastest"}  # an end of the front is no knee
+        fastest, best = int(front[0]), int(front[-1])
+        roles = {} if bend is None else {bend: "knee"}
+        roles[fastest] = "fastest"  # an end of the front is no knee
         roles[best] = "least trace" if best != fastest else "fastest, least trace"
         rows = range(len(self.F)) if len(self.F) <= MOST_CHOSEN else roles
         order = sorted(rows, key=lambda row: tuple(self.F[row]))
