@@ -5,10 +5,9 @@ from __future__ import annotations
 import warnings
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from pymoo.core.problem import Problem
-from rich.table import Table
 
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.output import Output
@@ -32,12 +31,20 @@ from mgeo.runs.folder import (
 )
 from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
 from mgeo.runs.prepare import PreparedRun
-from mgeo.runs.representative import representative_solutions
+from mgeo.runs.representative import default_solution, representative_solutions
 from mgeo.runs.resume import resume_run
 from mgeo.runs.solve import Outcome
-from mgeo.terminal import console, table
+from mgeo.terminal import Columns, console, plain, table
 
 _CAUSES = 3  # of failed evaluations are shown
+
+
+class Answer(NamedTuple):
+    """What a run comes to: one solution, why this one, and what it is worth."""
+
+    solution: int
+    label: str
+    text: str
 
 
 def resumed(folder: Path, output: Output, **options: Any) -> tuple[PreparedRun, RunPersistence]:
@@ -88,8 +95,9 @@ def run_to_folder(
         with bad_input():
             if html is not None:
                 write_file(folder / FIGURE_FILE, html.encode())
-    _print_results(run.problem, outcome, persistence, html is not None, output)
-    output.result(_document(made, persistence))
+    answer = _answer(run.problem, outcome) if len(outcome.F) else None
+    _print_results(run.problem, outcome, answer, persistence, html is not None, output)
+    output.result(_document(made, answer, persistence))
     return stop.exit_code if outcome.status == "interrupted" else ExitCode.DONE
 
 
@@ -102,9 +110,31 @@ def _front_page(run: PreparedRun, outcome: Outcome) -> str | None:
     return None if figure is None else page(figure, title)
 
 
+def _answer(problem: Problem, outcome: Outcome) -> Answer:
+    """What the solution is worth that a person would look at first, in the problem's words.
+
+    A problem without ``answers`` is told of by its objectives.
+    """
+    shown = default_solution(problem, outcome.F)
+    row = shown.row
+    lines = protocol.answers(problem, outcome.X[[row]])
+    if lines is None:
+        pairs = zip(outcome.objectives, outcome.F[row], strict=True)
+        lines = [", ".join(f"{name} {value:.5g}" for name, value in pairs)]
+    return Answer(row, shown.label, lines[0])
+
+
 def _print_results(
-    problem: Problem, outcome: Outcome, persistence: RunPersistence, drawn: bool, output: Output
+    problem: Problem,
+    outcome: Outcome,
+    answer: Answer | None,
+    persistence: RunPersistence,
+    drawn: bool,
+    output: Output,
 ) -> None:
+    if answer is not None:
+        name = f"solution {answer.solution} of {len(outcome.F):,}, {answer.label}"
+        output.print(plain(f"{name}: {answer.text}", "bold"))
     found = f"solutions: {len(outcome.F):,}"
     volume = outcome.hypervolume
     if volume is not None:
@@ -132,25 +162,34 @@ def _failures(outcome: Outcome) -> str:
     return f"failed evaluations: {total:,}; {', '.join(causes[:_CAUSES])}{more}"
 
 
-def _solutions(problem: Problem, outcome: Outcome) -> Table:
+def _solutions(problem: Problem, outcome: Outcome) -> Columns:
     """One column per solution, one row per quantity: any number of variables fits a terminal.
 
-    The quantities are those of ``problem.describe``, or else objectives and variables.
+    The quantities are those of ``problem.describe``, or else objectives and variables. Solutions
+    between the best and the knee are left out where there is no room for all.
     """
     chosen = representative_solutions(problem, outcome.F, outcome.objectives)
     rows = [solution.row for solution in chosen]
     described = protocol.describe(problem, outcome.X[rows])
     if described is None:
         described = front_table(outcome).iloc[rows][[*outcome.objectives, *outcome.variables]]
-    titles = ["", *(solution.label for solution in chosen)]
-    return table(titles, [(str(name), *described[name]) for name in described.columns])
+
+    def of(places: list[int]) -> Columns:
+        titles = ["", *(f"{chosen[i].label} ({chosen[i].row})" for i in places)]
+        shown = described.iloc[places]
+        return table(titles, [(str(name), *shown[name]) for name in shown.columns])
+
+    every = of(list(range(len(chosen))))
+    told = [i for i, solution in enumerate(chosen) if solution.label != "between"]
+    return every if every.fits(console().width) else of(told)
 
 
-def _document(made: Run, persistence: RunPersistence) -> dict[str, Any]:
+def _document(made: Run, answer: Answer | None, persistence: RunPersistence) -> dict[str, Any]:
     names = (FRONT_FILE, RUN_FILE, FIGURE_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
     return {
         "folder": str(persistence.folder),
         "files": [name for name in names if (persistence.folder / name).exists()],
+        "answer": None if answer is None else answer._asdict(),
         "checkpoint_error": None if persistence.error is None else str(persistence.error),
         **run_document(made),
     }

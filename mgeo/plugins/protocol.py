@@ -112,6 +112,21 @@ def describe(problem: Problem, X: NDArray[Any]) -> pd.DataFrame | None:
     return found
 
 
+def answers(problem: Problem, X: NDArray[Any]) -> list[str] | None:
+    """Its ``answers(X)``, a line for each of X; None if it has none."""
+
+    def is_valid(given: Any) -> bool:
+        return (
+            isinstance(given, list)
+            and len(given) == len(X)
+            and all(isinstance(line, str) and line for line in given)
+        )
+
+    found: list[str] | None
+    found = _ask(problem, "answers(X)", is_valid, f"a list of {len(X)} texts", X)
+    return found
+
+
 def front_summary(problem: Problem, F: FloatArray) -> dict[str, float]:
     """Its ``front_summary(F)``, empty if it has none."""
 

@@ -60,7 +60,7 @@ class _Column:
         """Width at which no word is broken, and no text but a title takes many lines."""
         words = (word for text in (self.title, *self.cells) for word in text.plain.split())
         cells = max((text.cell_len for text in self.cells), default=0)
-        return max([-(-cells // 2), *(Text(word).cell_len for word in words)])
+        return max([-(-2 * cells // 5), *(Text(word).cell_len for word in words)])
 
 
 @dataclass(frozen=True)
@@ -74,6 +74,10 @@ class Columns:
             if i:
                 yield Text()
             yield _drawn([self.columns[j] for j in widths], list(widths.values()))
+
+    def fits(self, width: int) -> bool:
+        """Whether all columns have room side by side."""
+        return len(list(self._blocks(width))) == 1
 
     def _blocks(self, room: int) -> Iterator[dict[int, int]]:
         """Columns that stand side by side, by their number, and how wide each is."""

@@ -43,6 +43,9 @@ class Good(Problem):
     def describe(self, X):
         return pd.DataFrame(X, columns=self.var_names)
 
+    def answers(self, X):
+        return [f"x = {x}" for x in X]
+
     def front_summary(self, F):
         return {"points": len(F)}
 
@@ -196,6 +199,16 @@ class DescribeMutates(Good):
         return pd.DataFrame(X)
 
 
+class AnswersTooLittle(Good):
+    def answers(self, X):
+        return ["fine"]
+
+
+class AnswersNothing(Good):
+    def answers(self, X):
+        return [""] * len(X)
+
+
 class SummaryOfArrays(Good):
     def front_summary(self, F):
         return {"F": F}
@@ -271,6 +284,8 @@ BROKEN = [
     (DescribesAsDict(), r"describe\(X\) is a dict: no DataFrame"),
     (DescribesTooLittle(), r"describe\(X\) has 1 rows: expected 10"),
     (DescribeMutates(), r"describe\(X\) must not modify X"),
+    (AnswersTooLittle(), r"answers\(X\) = \['fine'\]: expected a list of 10 texts"),
+    (AnswersNothing(), r"answers\(X\) = \[''.*: expected a list of 10 texts"),
     (SummaryOfArrays(), r"front_summary\(F\).*not JSON serializable"),
     (SummaryAsList(), r"front_summary\(F\) = \[1.0\]: expected a dict"),
     (OneForAll(), r"solution_figures\(X\) has 1 entries: expected 10"),

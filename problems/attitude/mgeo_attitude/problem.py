@@ -14,6 +14,7 @@ from pymoo.core.problem import Problem
 
 from mgeo_attitude import describe
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.answers import answers
 from mgeo_attitude.constraints import Constraint, check_start, constraints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.evaluation_cache import EvaluationCache
@@ -233,6 +234,10 @@ class AttitudeManeuverProblem(Problem):
             columns |= {f"promised {label}": told, f"kept {label}": found}
             columns[f"kept / promised {label}"] = found / told
         return pd.DataFrame(columns)
+
+    def answers(self, X: ArrayLike) -> list[str]:
+        """What each solution is worth, in one line; see `mgeo_attitude.answers`."""
+        return answers(self, np.atleast_2d(np.asarray(X, dtype=float)))
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
         """How many points of a front converge in the first orbit, and how many later.

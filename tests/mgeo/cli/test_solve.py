@@ -11,6 +11,7 @@ from mgeo.files.lock import lock
 from mgeo.runs.algorithms import ALGORITHMS
 from mgeo.runs.folder import read_run
 from mgeo.runs.prepare import PreparedRun
+from mgeo.runs.representative import default_solution
 
 SHORT = ["--evaluations", "400", "--runs", "4", "--sigma", "0.05"]
 
@@ -44,6 +45,22 @@ def test_the_table_shows_five_solutions_in_the_problems_terms(mgeo):
     assert 1e-3 * float(rows["deflection [mm]"][-1]) == pytest.approx(F[:, 1].min(), rel=1e-4)
     assert "knee" in done.stdout
     assert "a/front.html" in done.stdout
+
+
+def test_the_first_line_is_what_a_person_asked(mgeo):
+    done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
+    from stand_in import Cantilever
+
+    outcome, problem = read_run("a").outcome, Cantilever()
+    row = default_solution(problem, outcome.F).row
+    assert done.stdout.splitlines()[0] == (
+        f"solution {row} of {len(outcome.F)}, knee: {problem.answers(outcome.X[[row]])[0]}"
+    )
+    assert f"knee ({row})" in done.stdout.splitlines()[2]
+    done = mgeo("solve", "sphere", "--algorithm", "nsga2", "--evaluations", "100", "--out", "b")
+    (least,) = read_run("b").outcome.F.ravel()
+    first = done.stdout.splitlines()[0]
+    assert first == f"solution 0 of 1, best of the first objective: f1 {least:.5g}"
 
 
 def test_flags_reach_the_configuration(mgeo):

@@ -13,7 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from .. import observability
 from .._typing import Floats
 from ..accuracy import attitude_accuracy_deg
+from ..answers import answer
 from ..constraints import constraints
+from ..describe import block_units
 from ..fields import InvalidValue, Validated, quantity
 from ..filter.evaluator import evaluate
 from ..filter.reference import FilterHistory, reference_run
@@ -24,6 +26,9 @@ from ..problem import AttitudeManeuverProblem
 from ..scenario import KeepOut, Scenario
 from .ccsds import quaternions, utc_texts
 from .clearance import sun_in_slew_back
+
+#: Share of an initial 1-sigma from which on an error counts as not calibrated.
+UNLEARNED = 0.5
 
 
 @dataclass(frozen=True)
@@ -110,6 +115,13 @@ class ManeuverPlan(Validated):
         """1-sigma about the worst axis at `t_end` [deg]; see `accuracy.attitude_accuracy_deg`."""
         return float(attitude_accuracy_deg(self.history.covariance))
 
+    @property
+    def answer(self) -> str:
+        """What the plan is worth, in one line; see `answers.answer`."""
+        history = self.history
+        suite = self.problem.model.suite
+        return answer(suite, self.t_end, history.covariance, history.converged)
+
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """Maneuvers flown, the time for which the last rate is held, and the slew back."""
@@ -182,6 +194,19 @@ class ManeuverPlan(Validated):
             },
             index=pd.Index(states.names, name="state"),
         )
+
+    def uncalibrated(self) -> list[str]:
+        """Errors of which less than half was learned, in words with the share that is left.
+
+        The fast end of a front may converge because its filter has stalled.
+        """
+        left = self.accuracy()["after / before [-]"].to_numpy().reshape(-1, 3).max(axis=1)
+        blocks = block_units(self.problem.model.suite)
+        return [
+            f"{block.label} ({100.0 * share:.0f} % of the initial 1-sigma is left)"
+            for block, share in zip(blocks, left, strict=True)
+            if share > UNLEARNED
+        ]
 
     def constraints(self) -> pd.DataFrame:
         """The scenario's constraints with their margins, one row per limit.
