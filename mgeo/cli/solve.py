@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import warnings
 from contextlib import ExitStack, suppress
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from pymoo.core.problem import Problem
 
@@ -18,6 +19,7 @@ from mgeo.figures import MOST_OBJECTIVES, front_figure, page
 from mgeo.files.atomic import write_file
 from mgeo.files.lock import lock
 from mgeo.plugins import protocol
+from mgeo.runs.answer import Answer, answer
 from mgeo.runs.folder import (
     FIGURE_FILE,
     FRONT_FILE,
@@ -31,20 +33,12 @@ from mgeo.runs.folder import (
 )
 from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
 from mgeo.runs.prepare import PreparedRun
-from mgeo.runs.representative import default_solution, representative_solutions
+from mgeo.runs.representative import representative_solutions
 from mgeo.runs.resume import resume_run
 from mgeo.runs.solve import Outcome
 from mgeo.terminal import Columns, console, plain, table
 
 _CAUSES = 3  # of failed evaluations are shown
-
-
-class Answer(NamedTuple):
-    """What a run comes to: one solution, why this one, and what it is worth."""
-
-    solution: int
-    label: str
-    text: str
 
 
 def resumed(folder: Path, output: Output, **options: Any) -> tuple[PreparedRun, RunPersistence]:
@@ -95,9 +89,9 @@ def run_to_folder(
         with bad_input():
             if html is not None:
                 write_file(folder / FIGURE_FILE, html.encode())
-    answer = _answer(run.problem, outcome) if len(outcome.F) else None
-    _print_results(run.problem, outcome, answer, persistence, html is not None, output)
-    output.result(_document(made, answer, persistence))
+    found = answer(run.problem, outcome)
+    _print_results(run.problem, outcome, found, persistence, html is not None, output)
+    output.result(_document(made, found, persistence))
     return stop.exit_code if outcome.status == "interrupted" else ExitCode.DONE
 
 
@@ -110,38 +104,23 @@ def _front_page(run: PreparedRun, outcome: Outcome) -> str | None:
     return None if figure is None else page(figure, title)
 
 
-def _answer(problem: Problem, outcome: Outcome) -> Answer:
-    """What the solution is worth that a person would look at first, in the problem's words.
-
-    A problem without ``answers`` is told of by its objectives.
-    """
-    shown = default_solution(problem, outcome.F)
-    row = shown.row
-    lines = protocol.answers(problem, outcome.X[[row]])
-    if lines is None:
-        pairs = zip(outcome.objectives, outcome.F[row], strict=True)
-        lines = [", ".join(f"{name} {value:.5g}" for name, value in pairs)]
-    return Answer(row, shown.label, lines[0])
-
-
 def _print_results(
     problem: Problem,
     outcome: Outcome,
-    answer: Answer | None,
+    found: Answer | None,
     persistence: RunPersistence,
     drawn: bool,
     output: Output,
 ) -> None:
-    if answer is not None:
-        name = f"solution {answer.solution} of {len(outcome.F):,}, {answer.label}"
-        output.print(plain(f"{name}: {answer.text}", "bold"))
-    found = f"solutions: {len(outcome.F):,}"
+    if found is not None:
+        output.print(plain(found, "bold"))
+    size = f"solutions: {len(outcome.F):,}"
     volume = outcome.hypervolume
     if volume is not None:
         seen = "" if volume.space == "problem" else " of the range this run saw"
-        found += f"; hypervolume {volume.value:.4f}{seen}"
+        size += f"; hypervolume {volume.value:.4f}{seen}"
     took = f"{outcome.evaluations:,} evaluations in {clock(outcome.wall_time_s)}"
-    output.print(f"{outcome.status} after {took}; {found}")
+    output.print(f"{outcome.status} after {took}; {size}")
     if outcome.failures:
         output.print(_failures(outcome))
     if not len(outcome.F):
@@ -184,12 +163,12 @@ def _solutions(problem: Problem, outcome: Outcome) -> Columns:
     return every if every.fits(console().width) else of(told)
 
 
-def _document(made: Run, answer: Answer | None, persistence: RunPersistence) -> dict[str, Any]:
+def _document(made: Run, found: Answer | None, persistence: RunPersistence) -> dict[str, Any]:
     names = (FRONT_FILE, RUN_FILE, FIGURE_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
     return {
         "folder": str(persistence.folder),
         "files": [name for name in names if (persistence.folder / name).exists()],
-        "answer": None if answer is None else answer._asdict(),
+        "answer": None if found is None else asdict(found),
         "checkpoint_error": None if persistence.error is None else str(persistence.error),
         **run_document(made),
     }

@@ -15,6 +15,7 @@ from mgeo.report.history import recorded_history
 from mgeo.report.reading import read_subject
 from mgeo.report.solutions import solutions_json
 from mgeo.report.verification import verifications
+from mgeo.runs.answer import answer
 
 
 def report_html(folder: Path | str) -> str:
@@ -35,6 +36,7 @@ def report_html(folder: Path | str) -> str:
     return render(
         "report/assets/report.html",
         title=title,
+        answer=answer(problem, run.outcome),
         folder=folder.resolve().name,
         run=run,
         configuration=run.configuration,

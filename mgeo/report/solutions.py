@@ -16,6 +16,7 @@ from mgeo.figures.motion import check_motion
 from mgeo.plugins import protocol
 from mgeo.report.encode import Json, figure_json, shared
 from mgeo.runs.folder import Run, front_table
+from mgeo.runs.limits import limits
 from mgeo.runs.representative import RepresentativeSolution, default_solution
 from mgeo.runs.solve import Outcome
 
@@ -38,6 +39,7 @@ def solutions_json(
         "table": {"columns": list(front.columns), "rows": front.to_numpy().tolist()},
         "objectives": len(outcome.objectives),
         "planned": rows.tolist(),
+        "answers": _by_row(protocol.answers(problem, X[rows]) or [""] * len(rows), rows),
         "described": _described(problem, outcome, rows),
         "bounds": _bounds(problem),
         "limits": _limits(problem, X, rows),
@@ -110,14 +112,12 @@ def _described(problem: Problem, outcome: Outcome, rows: NDArray[np.int64]) -> J
 
 
 def _limits(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]) -> Json:
-    """Constraints of each solution: names, and values that are at most 0 where a limit is kept."""
-    count = problem.n_ieq_constr
-    if not count:
-        return {"names": [], "rows": {}}
-    G = np.asarray(problem.evaluate(X[rows], return_values_of=["G"])).tolist()
-    values = [[float(f"{g:.6g}") if np.isfinite(g) else None for g in row] for row in G]
-    names = getattr(problem, "constraint_names", None) or [f"g{j + 1}" for j in range(count)]
-    return {"names": [str(name) for name in names], "rows": _by_row(values, rows)}
+    """Limits of each solution: name, whether it is kept, and the numbers of it in words."""
+    told = [
+        [[limit.name, limit.kept, str(limit).removeprefix(f"{limit.name}: ")] for limit in each]
+        for each in limits(problem, X[rows])
+    ]
+    return _by_row(told, rows)
 
 
 def _bounds(problem: Problem) -> Json:

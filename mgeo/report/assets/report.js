@@ -81,16 +81,21 @@ function fillDescribed(row) {
 function fillLimits(row) {
   const body = byId("limits");
   body.replaceChildren();
-  const known = data.limits.rows[row];
-  (known ? data.limits.names : []).forEach((name, j) => {
+  const known = data.limits[row] || [];
+  byId("limited").hidden = known.length === 0;
+  for (const [name, kept, text] of known) {
     const line = body.insertRow();
-    const value = known[j];
     cell(line, "th", name).scope = "row";
-    const kept = value !== null && value <= 0;
-    const node = cell(line, "td", kept ? `kept, margin ${shown(-value)}` : `exceeded by ${shown(value)}`);
+    const node = cell(line, "td", text);
     if (!kept) node.className = "exceeded";
-  });
+  }
+}
+
+function fillVariables(row) {
+  const body = byId("variables");
+  body.replaceChildren();
   const [low, high] = data.bounds;
+  body.closest("details").hidden = low.length === 0;
   low.forEach((least, j) => {
     const line = body.insertRow();
     const value = data.table.rows[row][j];
@@ -144,6 +149,7 @@ async function choose(row) {
   chosen = row;
   const label = data.labels[row];
   byId("chosen").textContent = `Solution ${row}` + (label ? ` (${label})` : "");
+  byId("answer").textContent = data.answers[row] || "";
   byId("solution").value = String(row);
   history.replaceState(null, "", `#solution=${row}`);
   for (const card of document.querySelectorAll("[data-row]")) {
@@ -151,6 +157,7 @@ async function choose(row) {
   }
   fillDescribed(row);
   fillLimits(row);
+  fillVariables(row);
   await Promise.all([drawFront(), drawFigures(row)]);
   document.body.dataset.shown = String(chosen);
 }

@@ -6,6 +6,7 @@ from typing import Any, Protocol
 
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.robustness import Flight
 from mgeo_attitude.scenario import Scenario
 
 
@@ -22,3 +23,5 @@ class ManeuverProblem(Protocol):
     def environment(self) -> Environment: ...
     @property
     def model(self) -> FilterModel: ...
+    @property
+    def flights(self) -> list[Flight]: ...

@@ -14,14 +14,13 @@ from .. import observability
 from .._typing import Floats
 from ..accuracy import attitude_accuracy_deg
 from ..answers import answer
-from ..constraints import constraints
 from ..describe import block_units
 from ..fields import InvalidValue, Validated, quantity
-from ..filter.evaluator import evaluate
 from ..filter.reference import FilterHistory, reference_run
 from ..flight import Motion
 from ..maneuvers.phases import HELD, Phase, phases
 from ..maneuvers.slew_back import SlewBack, slew_back
+from ..margins import margins
 from ..problem import AttitudeManeuverProblem
 from ..scenario import KeepOut, Scenario
 from .ccsds import quaternions, utc_texts
@@ -215,26 +214,12 @@ class ManeuverPlan(Validated):
         below zero where it is violated, and whether it is ``kept``. They are computed by the
         optimizer's filter, not the reference. Keep-out cones are looked at in a slew back, too.
         """
-        asked = constraints(self.scenario)
-        limits = [limit for constraint in asked for limit in constraint.limits]
-        columns = ["unit", "value", "bound", "limit", "margin", "kept"]
-        labels = pd.Index([limit.label for limit in limits], name="constraint", dtype=str)
-        if not limits:
-            return pd.DataFrame(columns=columns, index=labels)
-        covariance = any(constraint.needs_covariance for constraint in asked)
-        problem = self.problem
-        result = evaluate(problem.model, self.design, problem.threads, covariance=covariance)
-        rows = []
-        for limit in limits:
-            excess, bound = float(limit.excess(result)[0]), limit.bound * limit.factor
-            value = float(limit.measured(result)[0]) * limit.factor
-            least = "at least" if limit.least else "at most"
-            rows.append((limit.unit, value, least, bound, -excess * bound, excess <= 0.0))
+        (table,) = margins(self.problem, np.array([self.design]))
         for cone, angle in self._sun_in_slew_back():
-            labels = labels.append(pd.Index([f"Sun off {cone.name} in the slew back"]))
-            margin = angle - cone.half_angle_deg
-            rows.append(("deg", angle, "at least", cone.half_angle_deg, margin, margin >= 0.0))
-        return pd.DataFrame(rows, columns=columns, index=labels.rename("constraint"))
+            limit = cone.half_angle_deg
+            row = ["deg", angle, "at least", limit, angle - limit]
+            table.loc[f"Sun off {cone.name} in the slew back"] = row
+        return table.assign(kept=table["margin"].to_numpy(float) >= 0.0)
 
     def _sun_in_slew_back(self) -> list[tuple[KeepOut, float]]:
         """Least clearance of each cone after `t_end` [deg]."""
