@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from pymoo.core.problem import Problem
+from rich.text import Text
 
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.output import Output
@@ -20,9 +22,11 @@ from mgeo.files.atomic import write_file
 from mgeo.files.lock import lock
 from mgeo.plugins import protocol
 from mgeo.runs.answer import Answer, answer
+from mgeo.runs.dead_end import DeadEnd, dead_end
 from mgeo.runs.folder import (
     FIGURE_FILE,
     FRONT_FILE,
+    NEAREST_FILE,
     RUN_FILE,
     Run,
     check_folder,
@@ -59,7 +63,8 @@ def run_to_folder(
 
     Without `overwrite` there may be nothing in the folder.
 
-    0 if the budget was used, 128 + the number of the signal that stopped the run.
+    0 if the budget was used, 3 if nothing that was found keeps all limits, 128 + the number of the
+    signal that stopped the run.
     """
     folder = persistence.folder
     # until everything is written: impatience must not cost a run, nor another run its files
@@ -92,16 +97,25 @@ def run_to_folder(
     found = answer(run.problem, outcome)
     _print_results(run.problem, outcome, found, persistence, html is not None, output)
     output.result(_document(made, found, persistence))
-    return stop.exit_code if outcome.status == "interrupted" else ExitCode.DONE
+    if outcome.status == "interrupted":
+        return stop.exit_code
+    return ExitCode.DONE if len(outcome.F) else ExitCode.INCOMPLETE
 
 
 def _front_page(run: PreparedRun, outcome: Outcome) -> str | None:
-    """The plugin's picture of the front or else ours, None where neither can draw it."""
+    """The plugin's picture of the front or else ours, None where neither can draw it.
+
+    Of a run that found nothing that keeps all limits it shows the nearest, and says so.
+    """
     title = run_title(run.configuration)
-    figure = protocol.front_figure(run.problem, outcome.X) if len(outcome.X) else None
+    X, F, note = outcome.X, outcome.F, ""
+    if outcome.nearest:
+        X, F = outcome.nearest.X, outcome.nearest.F
+        note = f"Nothing that was found keeps all limits. These {len(X)} come nearest."
+    figure = protocol.front_figure(run.problem, X) if len(X) else None
     if figure is None and len(outcome.objectives) <= MOST_OBJECTIVES:
-        figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
-    return None if figure is None else page(figure, title)
+        figure = front_figure(X, F, outcome.variables, outcome.objectives, title)
+    return None if figure is None else page(figure, title, note)
 
 
 def _print_results(
@@ -123,7 +137,9 @@ def _print_results(
     output.print(f"{outcome.status} after {took}; {size}")
     if outcome.failures:
         output.print(_failures(outcome))
-    if not len(outcome.F):
+    if outcome.nearest:
+        output.print(*_told(dead_end(problem, outcome.nearest)))
+    elif not len(outcome.F):
         output.print("no feasible solution was found")
     elif output.for_people:
         output.print(_solutions(problem, outcome))
@@ -132,6 +148,13 @@ def _print_results(
         output.print(f"no checkpoint: {persistence.error}")
     elif outcome.status == "interrupted" and persistence.can_resume:
         output.print(f"to go on: mgeo resume {persistence.folder}")
+
+
+def _told(found: DeadEnd) -> Iterator[str | Text]:
+    yield plain("nothing that was found keeps all limits; the nearest solutions exceed", "bold")
+    yield from (f"  {line}" for line in found.exceeded)
+    yield plain("ways out", "bold")
+    yield from (f"  {line}" for line in found.ways)
 
 
 def _failures(outcome: Outcome) -> str:
@@ -164,7 +187,7 @@ def _solutions(problem: Problem, outcome: Outcome) -> Columns:
 
 
 def _document(made: Run, found: Answer | None, persistence: RunPersistence) -> dict[str, Any]:
-    names = (FRONT_FILE, RUN_FILE, FIGURE_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
+    names = (FRONT_FILE, RUN_FILE, NEAREST_FILE, FIGURE_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
     return {
         "folder": str(persistence.folder),
         "files": [name for name in names if (persistence.folder / name).exists()],

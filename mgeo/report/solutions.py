@@ -44,7 +44,7 @@ def solutions_json(
         "bounds": _bounds(problem),
         "limits": _limits(problem, X, rows),
         "labels": {str(solution.row): solution.label for solution in chosen},
-        "first": default_solution(problem, outcome.F).row,
+        "first": 0 if outcome.nearest else default_solution(problem, outcome.F).row,
         "front": None if picture is None else figure_json(picture, lists=True),
         "plans": plans_json(problem, X, rows),
     }

@@ -1,11 +1,18 @@
 """``mgeo attitude show``: what is printed is what the plan says."""
 
+import dataclasses
 import json
 import re
 
 import numpy as np
 import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, to_json
+from mgeo_attitude.scenario import Wheels
+
+from mgeo.runs.folder import write_run
+
+from ..small_run import small_run
 
 
 def table(text, title):
@@ -90,6 +97,24 @@ def test_constraints_and_their_margins(run, violating, folder):
     assert row["kept"] is False
     assert "Constraints" not in run("show", folder).stdout
     assert json.loads(run("show", folder, "--json").stdout)["constraints"] == []
+
+
+def test_of_a_run_without_a_feasible_plan_the_nearest_is_shown(run, tmp_path):
+    wheels = Wheels(inertia=(0.1, 0.1, 0.1), max_momentum=1e-9)
+    scenario = dataclasses.replace(Scenario.paper(), duration=600.0, wheels=wheels)
+    made = small_run(AttitudeManeuverProblem(scenario))
+    write_run(tmp_path / "run", made)
+    nearest = made.outcome.nearest
+    text = run("show", tmp_path / "run").stdout
+    assert text.startswith("no plan of this run keeps all limits; nearest solution 0: ")
+    found = table(text, "Constraints")["wheel momentum"]
+    excess = nearest.violation[0, 0]
+    assert float(found[1]) == pytest.approx(1e-9 * (1.0 + excess), rel=1e-3)
+    assert found[-1] == "violated"
+    document = json.loads(run("show", tmp_path / "run", "--solution", 3, "--json").stdout)
+    assert document["design"] == nearest.X[3].tolist()
+    refused = run("export", tmp_path / "run", tmp_path / "plan.json", code=2)
+    assert "the plan violates 1 of its scenario's constraints" in refused.stderr
 
 
 def test_figures(run, folder, tmp_path):

@@ -51,6 +51,8 @@ def load_plan(
             number = front.row(pick or "knee" if time is None else time)
         reason = f", {pick or 'knee'}" if time is None and solution is None else ""
         name = f"solution {number} of {len(front.X)}{reason}"
+        if not front.feasible:
+            name = f"no plan of this run keeps all limits; nearest solution {number}"
         return Picked(front.solution(number), name, number)
     if not source.exists():
         raise FileNotFoundError(f"there is neither a run folder nor a plan {source}")

@@ -14,7 +14,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from mgeo.files.reading import errors_of
-from mgeo.runs.folder import FRONT_FILE, RUN_FILE, read_run
+from mgeo.runs.folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
 from mgeo.runs.representative import default_solution
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.describe import nondominated
@@ -40,16 +40,20 @@ class Front:
     Attributes
     ----------
     path : Path
-        Of ``front.csv``.
+        Of ``front.csv`` or ``nearest.csv``.
     problem : AttitudeManeuverProblem
     X, F : arrays, shapes (n, n_var) and (n, n_obj)
         n >= 1 designs, and the problem's objectives as the file has them.
+    feasible : bool
+        Whether they keep the scenario's limits; if not they are those of ``nearest.csv``, the
+        nearest first.
     """
 
     path: Path
     problem: AttitudeManeuverProblem
     X: Floats
     F: Floats
+    feasible: bool = True
 
     def plan(self, choice: Choice | float) -> ManeuverPlan:
         """Pick a solution of the front.
@@ -58,8 +62,8 @@ class Front:
         ----------
         choice : {"knee", "fastest", "best"} or float
             The bend of the front as `mgeo solve` and reports show it (the best of the first
-            objective if it does not bend), its least t_end, its least trace, or the solution whose
-            t_end is nearest to a number of seconds.
+            objective if it does not bend, the nearest if none is feasible), its least t_end, its
+            least trace, or the solution whose t_end is nearest to a number of seconds.
 
         Raises
         ------
@@ -100,6 +104,8 @@ class Front:
         if not (isinstance(choice, str) or math.isfinite(choice)):
             raise ValueError(f"choice = {choice!r}: expected a finite number of seconds")
         if choice == "knee":
+            if not self.feasible:
+                return 0
             return default_solution(self.problem, self.F).row
         rows, t_end = self._by_time
         if isinstance(choice, str):
@@ -144,6 +150,9 @@ def read_front(folder: Path | str) -> Front:
         expected = [*problem.var_names, *problem.obj_names]
         if found != expected:
             raise ValueError(f"columns {found}: expected {expected}")
-        if not len(outcome.X):
+        if not len(outcome.X) and not outcome.nearest:
             raise ValueError("expected at least one row below the header")
+    if not len(outcome.X):
+        nearest = outcome.nearest
+        return Front(folder / NEAREST_FILE, problem, nearest.X, nearest.F, feasible=False)
     return Front(path, problem, outcome.X, outcome.F)
