@@ -17,7 +17,7 @@ from mgeo.cli.output import Output
 from mgeo.cli.progress import Progress, clock, run_title
 from mgeo.cli.signals import stop_requests
 from mgeo.evaluation.evaluator import EvaluationError
-from mgeo.figures import MOST_OBJECTIVES, front_figure, page
+from mgeo.figures import MOST_OBJECTIVES, MOST_TEXTS, front_figure, page
 from mgeo.files.atomic import write_file
 from mgeo.files.lock import lock
 from mgeo.plugins import protocol
@@ -114,7 +114,8 @@ def _front_page(run: PreparedRun, outcome: Outcome) -> str | None:
         note = f"Nothing that was found keeps all limits. These {len(X)} come nearest."
     figure = protocol.front_figure(run.problem, X) if len(X) else None
     if figure is None and len(outcome.objectives) <= MOST_OBJECTIVES:
-        figure = front_figure(X, F, outcome.variables, outcome.objectives, title)
+        told = protocol.describe(run.problem, X) if len(X) <= MOST_TEXTS else None
+        figure = front_figure(X, F, outcome.variables, outcome.objectives, title, told)
     return None if figure is None else page(figure, title, note)
 
 

@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
-from mgeo.figures import MOST_OBJECTIVES, front_figure
+from mgeo.figures import MOST_OBJECTIVES, MOST_TEXTS, front_figure
 from mgeo.figures.motion import check_motion
 from mgeo.plugins import protocol
 from mgeo.report.encode import Json, figure_json, shared
@@ -22,9 +22,6 @@ from mgeo.runs.solve import Outcome
 
 #: Solutions whose figures go into a report, so that its size stays bounded.
 MOST_PLANS = 300
-
-#: Points up to which each has its variables in its hover text, and the plugin draws the front.
-_MOST_TEXTS = 2000
 
 
 def solutions_json(
@@ -70,14 +67,15 @@ def front_picture(problem: Problem, outcome: Outcome, title: str) -> go.Figure |
     It is the plugin's own where its points do so, see ``docs/plugins.md``.
     """
     n = len(outcome.X)
-    if n <= _MOST_TEXTS:
+    if n <= MOST_TEXTS:
         figure = protocol.front_figure(problem, outcome.X)
         if figure is not None and _numbered(figure, n):
             return figure
     if len(outcome.objectives) > MOST_OBJECTIVES:
         return None
-    figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
-    if n > _MOST_TEXTS:
+    told = protocol.describe(problem, outcome.X) if n <= MOST_TEXTS else None
+    figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title, told)
+    if n > MOST_TEXTS:
         numbered = {"customdata": np.arange(n), "hovertext": None, "hoverinfo": "all"}
         figure.update_traces(numbered, selector={"mode": "markers"})
     return figure
