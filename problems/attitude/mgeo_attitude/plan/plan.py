@@ -215,10 +215,15 @@ class ManeuverPlan(Validated):
         optimizer's filter, not the reference. Keep-out cones are looked at in a slew back, too.
         """
         (table,) = margins(self.problem, np.array([self.design]))
-        for cone, angle in self._sun_in_slew_back():
-            limit = cone.half_angle_deg
-            row = ["deg", angle, "at least", limit, angle - limit]
-            table.loc[f"Sun off {cone.name} in the slew back"] = row
+        after = self._sun_in_slew_back()
+        if after:
+            rows = [
+                ("deg", angle, "at least", cone.half_angle_deg, angle - cone.half_angle_deg)
+                for cone, angle in after
+            ]
+            labels = [f"Sun off {cone.name} in the slew back" for cone, _ in after]
+            index = pd.Index(labels, name=table.index.name)
+            table = pd.concat([table, pd.DataFrame(rows, index=index, columns=table.columns)])
         return table.assign(kept=table["margin"].to_numpy(float) >= 0.0)
 
     def _sun_in_slew_back(self) -> list[tuple[KeepOut, float]]:
