@@ -16,7 +16,9 @@ BELOW = {
     "benchmarks": set(),
     "plugins": {"benchmarks", "evaluation"},
     "persistence": {"algorithms", "evaluation", "files", "plugins"},
-    "runs": {"algorithms", "benchmarks", "evaluation", "files", "persistence", "plugins"},
+    "runs": {
+        *("algorithms", "benchmarks", "evaluation", "files", "pareto", "persistence", "plugins")
+    },
     "terminal": set(),
     "report": {"figures", "files", "pareto", "persistence", "plugins", "runs"},
 }

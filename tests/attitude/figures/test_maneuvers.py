@@ -43,7 +43,7 @@ def test_timeline_stops_with_the_run(problem):
 def test_one_row_per_solution(problem):
     X = np.array([design(100.0, 200.0, 50.0), design(10.0, 20.0, 30.0)])
     F = np.array([[700.0, 1e-4], [600.0, 2e-4]])
-    figure = maneuvers_figure(problem, Solutions(np.arange(2), X, F, ("one", "two")))
+    figure = maneuvers_figure(problem, Solutions(np.arange(2), X, F, F[:, 1], ("one", "two")))
     assert len(figure.data) == 6
     first = figure.data[0]
     np.testing.assert_array_equal(first.x, [0.0, 100.0, 300.0, 700.0])

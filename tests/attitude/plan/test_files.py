@@ -66,7 +66,7 @@ def edited(text, change):
     ("change", "message"),
     [
         (lambda t: t.update(format="plan"), "format = 'plan'"),
-        (lambda t: t.update(version=2), "version = 2: this package reads version 1"),
+        (lambda t: t.update(version=1), "version = 1: this package reads version 2"),
         (lambda t: t.update(version=True), "version = True"),
         (lambda t: t.update(note=""), "note = ''"),
         (lambda t: t.pop("timeline"), "timeline is missing"),

@@ -15,6 +15,9 @@ from scipy.spatial.transform import Rotation
 from .conftest import DESIGN
 
 HALF = np.sqrt(0.5)
+BLOCKS = [
+    *("attitude", "gyro bias", "sun misalignment", "sun bias", "mag misalignment", "mag bias")
+]
 
 
 def test_one_maneuver_of_90_degrees_about_z():
@@ -83,6 +86,19 @@ def test_accuracy_is_that_of_the_filter(plan, problem):
     assert table.loc["mag bias y", "after"] == pytest.approx(50e3 * history.sigma[-1, 16])
     ratio = history.sigma[-1] / history.sigma[0]
     np.testing.assert_allclose(table["after / before [-]"], ratio, rtol=1e-14)
+
+
+def test_what_was_hardly_learned_is_named(plan, problem):
+    table = plan.accuracy()["after / before [-]"]
+    left = {name: table[[f"{name} {axis}" for axis in "xyz"]].max() for name in BLOCKS}
+    expected = [
+        f"{name} ({100 * share:.0f} % of the initial 1-sigma is left)"
+        for name, share in left.items()
+        if share > 0.5
+    ]
+    assert plan.uncalibrated() == expected
+    still = ManeuverPlan.from_design(problem, np.zeros(12)).uncalibrated()
+    assert {text.partition(" (")[0] for text in still} >= {"sun misalignment", "mag misalignment"}
 
 
 def test_a_plan_is_its_scenario_and_its_design(plan, problem):

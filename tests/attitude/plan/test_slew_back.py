@@ -8,6 +8,7 @@ import brahe.ccsds
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, simulate
+from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.show import plan_document
 from mgeo_attitude.figures.maneuvers import timeline
 from mgeo_attitude.flight import Motion
@@ -80,7 +81,7 @@ def test_files_and_documents_tell_of_it(plan, without):
     assert "slew back" not in to_json(without).replace('"slew_back": false', "")
     with pytest.raises(ValueError, match=r"predicted\.slew back until \[s\] = 1"):
         from_json(text.replace(f'until [s]": {plan.duration}', 'until [s]": 1.0'))
-    assert plan_document(plan)["duration_s"] == plan.duration
+    assert plan_document(Picked(plan, "plan"))["duration_s"] == plan.duration
 
 
 def test_figures_show_it(plan):

@@ -22,6 +22,7 @@ app = typer.Typer(
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "show": (
         "mgeo attitude show runs/attitude-mgeo-real-seed1",
+        "mgeo attitude show runs/attitude-mgeo-real-seed1 --solution 12",
         "mgeo attitude show runs/attitude-mgeo-real-seed1 --time 3000 --html plan.html",
         "mgeo attitude show plan.json --json | jq .t_end_s",
     ),
@@ -47,7 +48,7 @@ Pick = Annotated[
     str | None,
     typer.Option(
         metavar="knee|fastest|best",
-        help="Solution of the run: the bend of its front, its least t_end, its least trace "
+        help="Solution of the run: where its front bends, its least t_end, its least trace "
         "[default: knee].",
         autocompletion=among(("knee", "fastest", "best")),
     ),
@@ -55,6 +56,10 @@ Pick = Annotated[
 Time = Annotated[
     float | None,
     typer.Option(metavar="SECONDS", help="Solution of the run whose t_end is nearest to this."),
+]
+Solution = Annotated[
+    int | None,
+    typer.Option(metavar="N", help="Solution of the run by its number, as reports show it."),
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 
@@ -67,6 +72,7 @@ def show(
     source: Source,
     pick: Pick = None,
     time: Time = None,
+    solution: Solution = None,
     html: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Also write the plan's figures.")
     ] = None,
@@ -83,13 +89,13 @@ def show(
 
     with bad_input(_USERS):
         check_targets([html], overwrite)
-        plan = load_plan(source, pick, time)
+        picked = load_plan(source, pick, time, solution)
         if json:
-            Output(json=True).result(plan_document(plan))
+            Output(json=True).result(plan_document(picked))
         else:
-            print_plan(plan, Output())
+            print_plan(picked, Output())
         if html:
-            write_figures(plan, html)
+            write_figures(picked.plan, html)
 
 
 @app.command(epilog=epilog("verify", EXAMPLES))
@@ -97,6 +103,7 @@ def verify(
     source: Source,
     pick: Pick = None,
     time: Time = None,
+    solution: Solution = None,
     runs: Annotated[int, typer.Option(min=2, help="Flights to simulate.")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="Seed of their errors.")] = 1,
     out: Annotated[
@@ -123,13 +130,13 @@ def verify(
 
     with bad_input(_USERS):
         check_targets([out], overwrite)
-        plan = load_plan(source, pick, time)
-        found = verification.verify(plan, runs, seed)
-        document = verification_document(plan, found, seed)
+        picked = load_plan(source, pick, time, solution)
+        found = verification.verify(picked.plan, runs, seed)
+        document = verification_document(picked, found, seed)
         if out:
             write_file(out, f"{json_text(document)}\n".encode())
     output = Output(quiet, json)
-    print_verification(plan, found, output)
+    print_verification(picked, found, output)
     output.result(document)
     raise typer.Exit(ExitCode.DONE if found.achieved else ExitCode.INCOMPLETE)
 
@@ -147,6 +154,7 @@ def export(
     ],
     pick: Pick = None,
     time: Time = None,
+    solution: Solution = None,
     object_name: Annotated[
         str, typer.Option(metavar="TEXT", help="AEM: OBJECT_NAME, the spacecraft.")
     ] = "UNKNOWN",
@@ -183,8 +191,8 @@ def export(
 
     with bad_input(_USERS):
         check_targets(files, overwrite, plans=True)
-        plan = load_plan(source, pick, time)
-        check_constraints(plan, force)
+        picked = load_plan(source, pick, time, solution)
+        check_constraints(picked.plan, force)
         aem: dict[str, Any] = {
             "object_name": object_name,
             "object_id": object_id,
@@ -194,8 +202,10 @@ def export(
         }
         writers: dict[str, Any]
         writers = {".json": to_json, ".csv": to_csv, ".aem": partial(aem_text, **aem)}
-        texts = {path: writers[path.suffix](plan) for path in files}
+        texts = {path: writers[path.suffix](picked.plan) for path in files}
         output = Output(quiet, json)
+        for doubt in () if quiet else picked.doubts():
+            output.note(doubt)
         for path, text in texts.items():
             write_file(path, text.encode())
             output.print(f"wrote {path}")

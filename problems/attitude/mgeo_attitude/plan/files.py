@@ -19,7 +19,7 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario import Scenario
 
 FORMAT = "mgeo-attitude-plan"
-VERSION = 1
+VERSION = 2
 
 #: A plan of 100 maneuvers is far smaller.
 MOST_BYTES = 64 * 2**20
@@ -129,6 +129,7 @@ def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
         "predicted": {
             "t_end [s]": plan.t_end,
             "trace [-]": plan.trace,
+            "attitude accuracy [deg]": plan.attitude_accuracy_deg,
             "converged": plan.history.converged,
             **slew_back,
         },

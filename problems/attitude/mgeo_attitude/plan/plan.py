@@ -12,17 +12,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import observability
 from .._typing import Floats
-from ..constraints import constraints
+from ..accuracy import attitude_accuracy_deg
+from ..answers import answer
+from ..describe import block_units
 from ..fields import InvalidValue, Validated, quantity
-from ..filter.evaluator import evaluate
 from ..filter.reference import FilterHistory, reference_run
 from ..flight import Motion
 from ..maneuvers.phases import HELD, Phase, phases
 from ..maneuvers.slew_back import SlewBack, slew_back
+from ..margins import margins
 from ..problem import AttitudeManeuverProblem
 from ..scenario import KeepOut, Scenario
 from .ccsds import quaternions, utc_texts
 from .clearance import sun_in_slew_back
+
+#: Share of an initial 1-sigma from which on an error counts as not calibrated.
+UNLEARNED = 0.5
 
 
 @dataclass(frozen=True)
@@ -104,6 +109,18 @@ class ManeuverPlan(Validated):
         """Weighted trace of the covariance at `t_end`."""
         return float(self.history.trace[-1])
 
+    @property
+    def attitude_accuracy_deg(self) -> float:
+        """1-sigma about the worst axis at `t_end` [deg]; see `accuracy.attitude_accuracy_deg`."""
+        return float(attitude_accuracy_deg(self.history.covariance))
+
+    @property
+    def answer(self) -> str:
+        """What the plan is worth, in one line; see `answers.answer`."""
+        history = self.history
+        suite = self.problem.model.suite
+        return answer(suite, self.t_end, history.covariance, history.converged)
+
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """Maneuvers flown, the time for which the last rate is held, and the slew back."""
@@ -177,6 +194,19 @@ class ManeuverPlan(Validated):
             index=pd.Index(states.names, name="state"),
         )
 
+    def uncalibrated(self) -> list[str]:
+        """Errors of which less than half was learned, in words with the share that is left.
+
+        The fast end of a front may converge because its filter has stalled.
+        """
+        left = self.accuracy()["after / before [-]"].to_numpy().reshape(-1, 3).max(axis=1)
+        blocks = block_units(self.problem.model.suite)
+        return [
+            f"{block.label} ({100.0 * share:.0f} % of the initial 1-sigma is left)"
+            for block, share in zip(blocks, left, strict=True)
+            if share > UNLEARNED
+        ]
+
     def constraints(self) -> pd.DataFrame:
         """The scenario's constraints with their margins, one row per limit.
 
@@ -184,26 +214,17 @@ class ManeuverPlan(Validated):
         below zero where it is violated, and whether it is ``kept``. They are computed by the
         optimizer's filter, not the reference. Keep-out cones are looked at in a slew back, too.
         """
-        asked = constraints(self.scenario)
-        limits = [limit for constraint in asked for limit in constraint.limits]
-        columns = ["unit", "value", "bound", "limit", "margin", "kept"]
-        labels = pd.Index([limit.label for limit in limits], name="constraint", dtype=str)
-        if not limits:
-            return pd.DataFrame(columns=columns, index=labels)
-        covariance = any(constraint.needs_covariance for constraint in asked)
-        problem = self.problem
-        result = evaluate(problem.model, self.design, problem.threads, covariance=covariance)
-        rows = []
-        for limit in limits:
-            excess, bound = float(limit.excess(result)[0]), limit.bound * limit.factor
-            value = float(limit.measured(result)[0]) * limit.factor
-            least = "at least" if limit.least else "at most"
-            rows.append((limit.unit, value, least, bound, -excess * bound, excess <= 0.0))
-        for cone, angle in self._sun_in_slew_back():
-            labels = labels.append(pd.Index([f"Sun off {cone.name} in the slew back"]))
-            margin = angle - cone.half_angle_deg
-            rows.append(("deg", angle, "at least", cone.half_angle_deg, margin, margin >= 0.0))
-        return pd.DataFrame(rows, columns=columns, index=labels.rename("constraint"))
+        (table,) = margins(self.problem, np.array([self.design]))
+        after = self._sun_in_slew_back()
+        if after:
+            rows = [
+                ("deg", angle, "at least", cone.half_angle_deg, angle - cone.half_angle_deg)
+                for cone, angle in after
+            ]
+            labels = [f"Sun off {cone.name} in the slew back" for cone, _ in after]
+            index = pd.Index(labels, name=table.index.name)
+            table = pd.concat([table, pd.DataFrame(rows, index=index, columns=table.columns)])
+        return table.assign(kept=table["margin"].to_numpy(float) >= 0.0)
 
     def _sun_in_slew_back(self) -> list[tuple[KeepOut, float]]:
         """Least clearance of each cone after `t_end` [deg]."""

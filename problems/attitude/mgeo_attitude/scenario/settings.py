@@ -81,13 +81,13 @@ class RequiredSigma(Numbers):
     """1-sigma, > 0, that a plan must reach in every axis of a state block.
 
     Keys end in the block's unit (`state_units`), in which the number is: ``attitude_deg``,
-    ``gyro.bias_deg_h``, ``mag.bias_nt``; ``sun.bias`` has none.
+    ``gyro.bias_deg_h``, ``mag.bias_nt``; ``sun.bias``, parts of a unit vector, has none.
     """
 
     def of(self, units: Mapping[str, Unit]) -> tuple[float, ...]:
         """Requirements of blocks of these units, in the filter's; infinite where there is none."""
         return tuple(
-            self.get(unit.key(block), math.inf) / unit.factor for block, unit in units.items()
+            self.get(unit.key(block), math.inf) / unit.key_factor for block, unit in units.items()
         )
 
 

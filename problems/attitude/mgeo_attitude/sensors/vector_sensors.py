@@ -11,7 +11,7 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.fields import InvalidValue, positive, quantity
 from mgeo_attitude.rotation import rotate
 from mgeo_attitude.sensors.base import NAME, Sensor
-from mgeo_attitude.units import DEG, Unit
+from mgeo_attitude.units import ARCMIN, DEG, Unit
 from mgeo_attitude.vector import Vec3, cross, unit
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class SunSensor(VectorSensor):
     """y_s = [s×]θ - [s×]φ + δs + w_s (equation 2), blind in eclipse."""
 
     kind: ClassVar[str] = "sun-sensor"
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG}
+    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN}
 
     name: str = quantity("sun", doc=NAME)
     noise_deg: float = positive(2.0, unit="deg", doc="noise per sample, 1-sigma per axis")
