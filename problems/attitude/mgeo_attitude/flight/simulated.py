@@ -9,7 +9,7 @@ import numpy as np
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
-from mgeo_attitude.flight.flight import Motion, draw, fly_run
+from mgeo_attitude.flight.flight import Flight, Motion, draw, fly_run
 from mgeo_attitude.flight.telemetry import Telemetry, Truth
 from mgeo_attitude.flight.truth import other_truth
 from mgeo_attitude.maneuvers.slew_back import slew_back
@@ -62,19 +62,22 @@ def fly(
         back = slew_back(scenario, design, t_end, planned.slew_limits, planned.initial_attitude)
         design = design if back is None else back.design
     model = planned if truth is None else other_truth(truth, scenario, environment)
-    n, suite = model.n_steps, model.suite
+    n = model.n_steps
     motion = Motion.of(planned, design, n)
-    flight = fly_run(model, motion, draw(model, n, np.random.default_rng(seed)))
-    states = np.tile(flight.errors, (n + 1, 1))
+    return sent_down(model, fly_run(model, motion, draw(model, n, np.random.default_rng(seed))))
+
+
+def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
+    """The readings of a flight as telemetry, with their truth."""
+    suite, rates = model.suite, flight.readings.gyro
+    states = np.tile(flight.errors, (len(rates) + 1, 1))
     states[:, 3 : suite.n_dynamic] = flight.gyro
-    gyro = np.full((n + 1, 3), np.nan)
-    gyro[1:] = np.degrees(flight.readings.gyro)
     return Telemetry(
         times=model.times,
-        gyro_deg_s=gyro,
+        gyro_deg_s=np.vstack([np.full(3, np.nan), np.degrees(rates)]),
         sensors={
             sensor.name: to_channels(sensor, vectors)
             for sensor, vectors in zip(suite.sensors, flight.readings.sensors, strict=True)
         },
-        truth=Truth(attitude=motion.attitude @ flight.start, states=states),
+        truth=Truth(attitude=flight.motion.attitude @ flight.start, states=states),
     )

@@ -3,7 +3,7 @@
 Nothing of Basilisk is imported until something is flown, and nothing is ever downloaded.
 """
 
-from mgeo_attitude.flight.basilisk.fly import fly_run
+from mgeo_attitude.flight.basilisk.fly import fly
 from mgeo_attitude.flight.basilisk.vehicle import VEHICLES, Vehicle
 
-__all__ = ["VEHICLES", "Vehicle", "fly_run"]
+__all__ = ["VEHICLES", "Vehicle", "fly"]

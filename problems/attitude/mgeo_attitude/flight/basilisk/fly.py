@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import importlib.util
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude.environment import Environment
@@ -14,8 +14,9 @@ from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight.basilisk.vehicle import Vehicle
-from mgeo_attitude.flight.flight import Flight, Motion, draw
-from mgeo_attitude.flight.flight import fly as fly_exactly
+from mgeo_attitude.flight.flight import Motion, draw, fly_run
+from mgeo_attitude.flight.simulated import sent_down
+from mgeo_attitude.flight.telemetry import Telemetry
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Magnetometer, Sensor, StarTracker, SunSensor
 from mgeo_attitude.sensors.readings import Readings
@@ -28,33 +29,39 @@ MODELED: dict[type[Sensor], set[str]] = {
 }
 
 
-def fly_run(
+def fly(
     scenario: Scenario,
-    design: ArrayLike,
-    generator: np.random.Generator,
+    plan: Any,
+    seed: int | np.random.Generator | None = None,
+    *,
     vehicle: Vehicle | None = None,
     environment: Environment | None = None,
-) -> Flight:
-    """Fly a plan by Basilisk, to the end of the scenario, with errors drawn from it.
+) -> Telemetry:
+    """Fly a plan once by Basilisk, to the end of the scenario, with errors drawn from it.
 
     A rigid body with reaction wheels follows the plan's rates by feedback of modified Rodrigues
     parameters, with the attitude that its gyro says. Where the plan has no ramps its rates change
-    as fast as the wheels allow. The true errors are those of `flight.fly_run` with an equal
-    generator; noise is Basilisk's own.
+    as fast as the wheels allow. With the same seed the true errors are those of `flight.fly`; noise
+    is Basilisk's own.
 
     An orbit of two bodies is integrated by Basilisk. Any other is prescribed from the tables of
     the environment: Basilisk's equations of motion have neither mean elements nor SGP4.
 
     Parameters
     ----------
-    design : array_like, shape (4 m,)
-        Rates [deg/s] and duration [s] of each maneuver.
-    generator : Generator
-        The same flight, bit by bit, from the same one.
+    plan : ManeuverPlan or array_like, shape (4 m,)
+        Or its design: rates [deg/s] and duration [s] of each maneuver.
+    seed : int or Generator, optional
+        The same seed, the same telemetry, bit by bit; None takes fresh entropy.
     vehicle : Vehicle, optional
         Default: that of the scenario, see `Vehicle.of`.
     environment : Environment, optional
         Saves computing that of the scenario again.
+
+    Returns
+    -------
+    Telemetry
+        With its `truth`. As of `flight.fly`, nothing is reported at the start.
 
     Raises
     ------
@@ -62,7 +69,7 @@ def fly_run(
         If Basilisk is not installed.
     ValueError
         For a sensor that Basilisk does not have, a scenario that does not say what it flies with,
-        or an `environment` of another.
+        a design that is no plan, or an `environment` of another scenario.
     """
     require_basilisk()
     from mgeo_attitude.flight.basilisk.simulation import Drawn, simulate
@@ -71,8 +78,9 @@ def fly_run(
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
     check_suite(model.suite)
-    n, gyro = model.n_steps, scenario.gyro
-    drawn = fly_exactly(model, Motion.of(model, design, n), draw(model, n, generator))
+    n, gyro, generator = model.n_steps, scenario.gyro, np.random.default_rng(seed)
+    design = np.asarray(getattr(plan, "design", plan), dtype=float)
+    drawn = fly_run(model, Motion.of(model, design, n), draw(model, n, generator))
     bias = drawn.gyro[:, :3]
     # a random walk between two known ends has this mean and this spread about it
     spread = gyro.rate_random_walk * np.sqrt(model.step / 12.0)
@@ -89,7 +97,7 @@ def fly_run(
     turns = Rotation.from_matrix(seen.attitude[:-1] @ seen.attitude[1:].transpose(0, 2, 1))
     motion = Motion(turns.as_rotvec() / model.step, seen.attitude @ drawn.start.T)
     readings = Readings(np.full(n, model.step), seen.gyro, seen.sensors)
-    return dataclasses.replace(drawn, motion=motion, readings=readings)
+    return sent_down(model, dataclasses.replace(drawn, motion=motion, readings=readings))
 
 
 def require_basilisk() -> None:

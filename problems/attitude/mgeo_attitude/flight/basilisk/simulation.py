@@ -94,7 +94,7 @@ def simulate(
     environment: Environment,
     generator: np.random.Generator,
 ) -> Seen:
-    """Run Basilisk; see `fly_run`. Nothing but seeds of noise is taken from the generator."""
+    """Run Basilisk; see `fly`. Nothing but seeds of noise is taken from the generator."""
     bskLogging.setDefaultLogLevel(bskLogging.BSK_ERROR)
     suite, n = Suite(scenario.gyro, scenario.sensors), scenario.n_steps
     parts = math.ceil(scenario.step / LONGEST_STEP)
