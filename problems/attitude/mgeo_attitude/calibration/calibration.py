@@ -188,17 +188,26 @@ class Calibration:
         return self.history
 
     def _units(self) -> dict[str, Unit]:
-        """Unit of each block but the attitude, as in telemetry."""
-        units = {block: unit for block, unit in self.suite.units.items() if block != "attitude"}
-        return units | {"gyro.bias": _DEG_S}
+        return telemetry_units(self.suite)
 
     def _block(self, block: str) -> Floats:
         first = 3 * self.suite.blocks.index(block)
         return self.states[first : first + 3]
 
     def _values(self, block: str) -> Floats:
-        """The estimate in its unit; of a rotation its rotation vector."""
-        values = self._block(block)
-        if 3 * self.suite.blocks.index(block) in self.suite.rotations:
-            values = Rotation.from_matrix(matrix(values)).as_rotvec()
-        return values * self._units()[block].factor
+        return in_units(self.suite, self.states, block)
+
+
+def telemetry_units(suite: Suite) -> dict[str, Unit]:
+    """Unit of each block but the attitude, as in telemetry."""
+    units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
+    return units | {"gyro.bias": _DEG_S}
+
+
+def in_units(suite: Suite, states: Floats, block: str) -> Floats:
+    """A block of states in its unit, shape (3,); of a rotation its rotation vector."""
+    first = 3 * suite.blocks.index(block)
+    values = states[first : first + 3]
+    if first in suite.rotations:
+        values = Rotation.from_matrix(matrix(values)).as_rotvec()
+    return values * telemetry_units(suite)[block].factor

@@ -30,6 +30,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo attitude verify plan.json --runs 500",
         "mgeo attitude verify runs/first --pick best --out runs/first/verification-best.json",
     ),
+    "fly": (
+        "mgeo attitude fly plan.json --out telemetry.csv --truth truth.json",
+        "mgeo attitude fly plan.json --simulator basilisk --vehicle cubesat_6u --seed 2",
+    ),
     "calibrate": (
         "mgeo attitude calibrate telemetry.csv --scenario mine.toml --out calibration",
         "mgeo attitude calibrate telemetry.csv --plan plan.json --mapping columns.toml",
@@ -210,6 +214,61 @@ def export(
             write_file(path, text.encode())
             output.print(f"wrote {path}")
     output.result({"files": [str(path) for path in texts]})
+
+
+@app.command(epilog=epilog("fly", EXAMPLES))
+def fly(
+    source: Source,
+    pick: Pick = None,
+    time: Time = None,
+    simulator: Annotated[
+        str,
+        typer.Option(
+            metavar="own|basilisk",
+            help="Exact rates, or a rigid body with wheels by Basilisk, which is an extra.",
+            autocompletion=among(("own", "basilisk")),
+        ),
+    ] = "own",
+    vehicle: Annotated[
+        str | None,
+        typer.Option(
+            metavar="paper|cubesat_6u",
+            help="Body and wheels for Basilisk [default: the scenario's].",
+            autocompletion=among(("paper", "cubesat_6u")),
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of errors and noise.")] = 1,
+    out: Annotated[
+        Path, typer.Option(metavar="FILE.csv", help="Telemetry, for `mgeo attitude calibrate`.")
+    ] = Path("telemetry.csv"),
+    truth: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.json", help="Also write what was true at the last sample."),
+    ] = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Fly a plan once, to the end of its scenario, and write what the satellite would send down.
+
+    Attitude and errors are drawn from the scenario; the same seed draws the same for both
+    simulators.
+    """
+    from mgeo_attitude.commands import fly as command
+    from mgeo_attitude.commands.files import check_targets
+    from mgeo_attitude.commands.source import load_plan
+
+    with bad_input(_USERS):
+        check_targets([out], overwrite, (".csv",))
+        check_targets([truth] if truth else [], overwrite, (".json",))
+        plan = load_plan(source, pick, time)
+        telemetry = command.flown(plan, simulator, vehicle, seed)
+        document = command.truth_document(plan, telemetry, simulator, seed)
+        files = command.write_flight(telemetry, out, truth, document)
+    output = Output(quiet, json)
+    command.print_flight(telemetry, simulator, files, output)
+    output.result({"files": files, "samples": len(telemetry.times), "truth": document})
 
 
 @app.command(epilog=epilog("calibrate", EXAMPLES))
