@@ -116,6 +116,10 @@ def test_a_gyro_reports_rates_turned_scaled_and_biased(quiet):
     np.testing.assert_allclose(found.gyro, expected, rtol=0, atol=1e-10)
 
 
+#: Large enough that a bias that comes a step late shows beside the gyro's noise.
+WALK = 5e-6
+
+
 @pytest.fixture(scope="module")
 def loud():
     """Residuals of every channel of a flight of two orbits, over their declared 1-sigma."""
@@ -125,7 +129,7 @@ def loud():
         StarTracker(noise_arcsec=10.0, roll_noise_arcsec=60.0, misalignment_deg=20.0),
     )
     gyro = dataclasses.replace(
-        Scenario.paper().gyro, rate_random_walk=1e-6, angle_random_walk_deg_per_sqrt_h=0.05
+        Scenario.paper().gyro, rate_random_walk=WALK, angle_random_walk_deg_per_sqrt_h=0.05
     )
     scenario = dataclasses.replace(Scenario.paper(), sensors=sensors, gyro=gyro)
     environment = Environment.from_scenario(scenario)
@@ -149,7 +153,7 @@ def loud():
     walk = np.radians(0.05) / 60.0
     found["gyro"] = (
         np.radians(telemetry.gyro_deg_s[1:]) - turns - 0.5 * (bias[:-1] + bias[1:])
-    ) / np.sqrt(walk**2 + 1e-12 / 12.0)
+    ) / np.sqrt(walk**2 + WALK**2 / 12.0)
     in_body = np.einsum("kij,kj->ki", C, environment.sun)
     found["sun"] = (telemetry.sensors["sun"] - mount("sun").apply(in_body) - state("sun.bias"))[
         1:
@@ -162,7 +166,7 @@ def loud():
     turn = (exact * q).as_rotvec()  # the quaternion is that of GCRS to the tracker, as frames turn
     found["tracker"] = turn / np.radians([10.0 / 3600.0, 10.0 / 3600.0, 60.0 / 3600.0])
     # what the filter believes of the gyro's bias from one step to the next
-    found["drift"] = np.diff(state("gyro.bias"), axis=0) / 1e-6
+    found["drift"] = np.diff(state("gyro.bias"), axis=0) / WALK
     return found
 
 
