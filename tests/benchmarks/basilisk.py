@@ -114,7 +114,7 @@ def stored() -> list[dict[str, Any]]:
 def main(n_flights: int) -> None:
     known = {tuple(row["key"][:3]) for row in stored()}
     cases = [
-        (name, number, FIRST_SEED + flight)
+        (name, number, FIRST_SEED + 1000 * number + flight)  # plans are pooled: no draw twice
         for flight, number, name in product(range(n_flights), range(4), PLANS)
     ]
     with (
