@@ -96,9 +96,11 @@ def blocks_table(rows: Rows) -> Iterator[str]:
         yield f"| {block} | {' | '.join(cells)} |"
     n = 3 * len(of(rows, "paper", WHEN[0]))
     low, high = np.sqrt(band(n))
-    yield f"| *99 % of perfect ones, {n} errors* | " + " | ".join(
-        [f"*{low:.2f} to {high:.2f}*"] * 4
-    ) + " |"
+    yield (
+        f"| *99 % of perfect ones, {n} errors* | "
+        + " | ".join([f"*{low:.2f} to {high:.2f}*"] * 4)
+        + " |"
+    )
 
 
 def draw(rows: Rows) -> None:

@@ -151,6 +151,21 @@ def test_torque_and_momentum_stay_within_what_wheels_give():
     assert 1.5e-3 < np.abs(in_body).max() < 2e-3 + gyroscopic
 
 
+def test_wheels_without_limits_change_rates_within_seconds():
+    """The controller's own ramp: half a step before to half a step after, but for the first."""
+    vehicle = Vehicle(wheels=Wheels(inertia=(3.0, 2.0, 1.0)), bandwidth=0.3)
+    scenario = short(Scenario.paper(), 400.0)
+    environment = Environment.from_scenario(scenario)
+    model = FilterModel.from_scenario(scenario, environment)
+    motion = Motion.of(model, PLAN, model.n_steps)
+    C = seen(scenario, motion, errorless(model), vehicle, environment).attitude
+    rates = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
+    off = np.degrees(np.abs(rates - motion.rates).max(axis=1))
+    assert off[40:199].max() < 2e-3
+    assert off[205:].max() < 0.02
+    assert off[240:].max() < 2e-3
+
+
 def test_the_same_seed_gives_the_same_telemetry_and_the_own_simulation_s_errors():
     scenario = short(Scenario.cubesat_6u(), 120.0)
     one, again, other = (fly(scenario, PLAN, seed) for seed in (5, 5, 6))

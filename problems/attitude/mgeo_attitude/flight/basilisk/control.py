@@ -105,9 +105,9 @@ def reaction_wheels(vehicle: Vehicle, satellite: Any) -> tuple[Any, Any]:
     """Basilisk's wheels at rest, fixed to a satellite, and the message of what they are."""
     factory, wheels = simIncludeRW.rwFactory(), vehicle.wheels
     speed = WHEEL_SPEED * 2.0 * np.pi / 60.0
-    limits: dict[str, Any] = {"Js": WHEEL_SHARE * min(wheels.inertia)}
+    limits: dict[str, Any] = {"Js": WHEEL_SHARE * min(wheels.inertia), "useMaxTorque": False}
     if wheels.max_momentum is not None:
-        limits = {"Js": wheels.max_momentum / speed, "Omega_max": WHEEL_SPEED}
+        limits |= {"Js": wheels.max_momentum / speed, "Omega_max": WHEEL_SPEED}
     if wheels.max_torque is not None:
         limits |= {"useMaxTorque": True, "u_max": wheels.max_torque}
     for axis in vehicle.directions():
