@@ -190,11 +190,11 @@ def export(
     A plan that violates a constraint of its scenario is refused, unless told otherwise.
     """
     from mgeo.files.atomic import write_file
-    from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
+    from mgeo_attitude.commands.files import SUFFIXES, check_constraints, check_targets, load_plan
     from mgeo_attitude.plan import aem_text, to_csv, to_json
 
     with bad_input(_USERS):
-        check_targets(files, overwrite, plans=True)
+        check_targets(files, overwrite, SUFFIXES)
         picked = load_plan(source, pick, time, solution)
         check_constraints(picked.plan, force)
         aem: dict[str, Any] = {
@@ -256,8 +256,7 @@ def fly(
     simulators.
     """
     from mgeo_attitude.commands import fly as command
-    from mgeo_attitude.commands.files import check_targets
-    from mgeo_attitude.commands.source import load_plan
+    from mgeo_attitude.commands.files import check_targets, load_plan
 
     with bad_input(_USERS):
         check_targets([out], overwrite, (".csv",))

@@ -61,14 +61,16 @@ def load_plan(
     return Picked(read_json(source), source.name)
 
 
-def check_targets(paths: Sequence[Path | None], overwrite: bool, plans: bool = False) -> None:
+def check_targets(
+    paths: Sequence[Path | None], overwrite: bool, suffixes: Sequence[str] = ()
+) -> None:
     """Refuse files that could not be written, before time is spent on what goes into them.
 
-    That is a ValueError or OSError; a suffix other than those of `plans` is refused, too.
+    That is a ValueError or OSError; a suffix other than those given is refused, too.
     """
     for path in filter(None, paths):
-        if plans and path.suffix not in SUFFIXES:
-            raise ValueError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
+        if suffixes and path.suffix not in suffixes:
+            raise ValueError(f"{path}: expected a name that ends in {', '.join(suffixes)}")
         if list(paths).count(path) > 1:
             raise ValueError(f"{path} is named twice")
         if path.is_dir():

@@ -14,20 +14,20 @@ WHEELS = Wheels(inertia=(3.0, 2.0, 1.0), max_torque=0.1, max_momentum=0.5)
 
 
 def test_three_wheels_along_the_axes_turn_it_as_fast_as_the_scenario_s():
-    agility = Vehicle(wheels=WHEELS, axes=((2, 0, 0), (0, 5, 0), (0, 0, 1))).agility()
-    assert agility.max_torque == pytest.approx(0.1, rel=1e-15)
-    np.testing.assert_array_equal(agility.inertia, np.diag([3.0, 2.0, 1.0]))
+    limits = Vehicle(wheels=WHEELS, axes=((2, 0, 0), (0, 5, 0), (0, 0, 1))).slew_limits()
+    assert limits.max_torque == pytest.approx(0.1, rel=1e-15)
+    np.testing.assert_array_equal(limits.inertia, np.diag([3.0, 2.0, 1.0]))
 
 
 def test_a_pyramid_of_wheels_gives_about_all_axes_at_once_what_its_worst_wheel_can():
     """Axes (±1, ±1, 1)/√3: of a torque (t, t, t) the one along it takes t (1 + 1 + 1) √3 / 4."""
     pyramid = ((1, 1, 1), (-1, 1, 1), (-1, -1, 1), (1, -1, 1))
-    agility = Vehicle(wheels=WHEELS, axes=pyramid).agility()
-    assert agility.max_torque == pytest.approx(0.1 * 4.0 / (3.0 * np.sqrt(3.0)), rel=1e-12)
+    limits = Vehicle(wheels=WHEELS, axes=pyramid).slew_limits()
+    assert limits.max_torque == pytest.approx(0.1 * 4.0 / (3.0 * np.sqrt(3.0)), rel=1e-12)
 
 
 def test_without_limit_of_torque_rates_change_at_once():
-    assert Vehicle(wheels=Wheels(inertia=(1.0, 1.0, 1.0))).agility() is None
+    assert Vehicle(wheels=Wheels(inertia=(1.0, 1.0, 1.0))).slew_limits() is None
 
 
 @pytest.mark.parametrize("vehicle", [Vehicle.amazonia(), Vehicle.cubesat_6u()])

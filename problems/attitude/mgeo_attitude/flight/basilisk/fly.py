@@ -85,7 +85,8 @@ def fly(
     # a random walk between two known ends has this mean and this spread about it
     spread = gyro.rate_random_walk * np.sqrt(model.step / 12.0)
     mean_bias = 0.5 * (bias[:-1] + bias[1:]) + spread * generator.standard_normal((n, 3))
-    ramped = dataclasses.replace(model, agility=model.agility or vehicle.agility())
+    limits = model.slew_limits or vehicle.slew_limits()
+    ramped = dataclasses.replace(model, slew_limits=limits)
     seen = simulate(
         scenario,
         Motion.of(ramped, design, n),

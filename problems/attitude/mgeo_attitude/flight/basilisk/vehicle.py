@@ -8,7 +8,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue, Validated, known_names, positive, quantity
-from mgeo_attitude.filter.ramps import Agility
+from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.scenario import Scenario, Wheels
 
 Axis = tuple[float, float, float]
@@ -87,7 +87,7 @@ class Vehicle(Validated):
         unit: Floats = axes / np.linalg.norm(axes, axis=1, keepdims=True)
         return unit
 
-    def agility(self) -> Agility | None:
+    def slew_limits(self) -> SlewLimits | None:
         """How fast rates can change about all axes at once; None where nothing limits it.
 
         Torque is shared among wheels by the pseudo-inverse, so that of n wheels along n axes each
@@ -97,7 +97,7 @@ class Vehicle(Validated):
         if torque is None:
             return None
         shares = np.abs(np.linalg.pinv(self.directions().T)).sum(axis=1).max()
-        return Agility(np.inf, torque / float(shares), self.wheels.matrix())
+        return SlewLimits(np.inf, torque / float(shares), self.wheels.matrix())
 
 
 #: Vehicles by name: those of the presets of scenarios.
