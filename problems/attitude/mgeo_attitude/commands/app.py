@@ -221,6 +221,7 @@ def fly(
     source: Source,
     pick: Pick = None,
     time: Time = None,
+    solution: Solution = None,
     simulator: Annotated[
         str,
         typer.Option(
@@ -261,7 +262,7 @@ def fly(
     with bad_input(_USERS):
         check_targets([out], overwrite, (".csv",))
         check_targets([truth] if truth else [], overwrite, (".json",))
-        plan = load_plan(source, pick, time)
+        plan = load_plan(source, pick, time, solution).plan
         telemetry = command.flown(plan, simulator, vehicle, seed)
         document = command.truth_document(plan, telemetry, simulator, seed)
         files = command.write_flight(telemetry, out, truth, document)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
@@ -54,17 +55,23 @@ def fly(
     ValueError
         For a design that is no plan, or as `estimation.simulate`.
     """
-    design = np.asarray(getattr(plan, "design", plan), dtype=float)
     environment = environment or Environment.from_scenario(scenario)
     planned = FilterModel.from_scenario(scenario, environment)
-    if scenario.maneuvers.slew_back:
-        t_end = reference_run(planned, design).t_end
-        back = slew_back(scenario, design, t_end, planned.slew_limits, planned.initial_attitude)
-        design = design if back is None else back.design
+    design = commanded(scenario, plan, planned)
     model = planned if truth is None else other_truth(truth, scenario, environment)
     n = model.n_steps
     motion = Motion.of(planned, design, n)
     return sent_down(model, fly_run(model, motion, draw(model, n, np.random.default_rng(seed))))
+
+
+def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
+    """The design of a plan, with the slew back that the scenario asks for."""
+    design = np.asarray(getattr(plan, "design", plan), dtype=float)
+    if not scenario.maneuvers.slew_back:
+        return design
+    t_end = reference_run(model, design).t_end
+    back = slew_back(scenario, design, t_end, model.slew_limits, model.initial_attitude)
+    return design if back is None else back.design
 
 
 def sent_down(model: FilterModel, flight: Flight) -> Telemetry:

@@ -9,8 +9,7 @@ import ppigrf
 import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Scenario, SunSensor
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.environment.shadow import lit_fraction
-from mgeo_attitude.environment.sun import sun_position
+from mgeo_attitude.environment.sun import lit_fraction, sun_position
 from mgeo_attitude.environment.time_frames import gcrs_to_itrs, instants, rotate
 from mgeo_attitude.flight import Motion
 from mgeo_attitude.flight import fly as fly_exactly

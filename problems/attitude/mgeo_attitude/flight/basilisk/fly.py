@@ -15,7 +15,7 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight.basilisk.vehicle import Vehicle
 from mgeo_attitude.flight.flight import Motion, draw, fly_run
-from mgeo_attitude.flight.simulated import sent_down
+from mgeo_attitude.flight.simulated import commanded, sent_down
 from mgeo_attitude.flight.telemetry import Telemetry
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Magnetometer, Sensor, StarTracker, SunSensor
@@ -79,7 +79,7 @@ def fly(
     model = FilterModel.from_scenario(scenario, environment)
     check_suite(model.suite)
     n, gyro, generator = model.n_steps, scenario.gyro, np.random.default_rng(seed)
-    design = np.asarray(getattr(plan, "design", plan), dtype=float)
+    design = commanded(scenario, plan, model)
     drawn = fly_run(model, Motion.of(model, design, n), draw(model, n, generator))
     bias = drawn.gyro[:, :3]
     # a random walk between two known ends has this mean and this spread about it
