@@ -1,13 +1,13 @@
 """Interactive figures of the site, drawn when it is built, mostly from the data in this folder."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, calibrate, fly
 from mgeo_attitude.environment.interpolation import interpolate, nearest
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.reference import can_measure
@@ -23,7 +23,12 @@ _KNEE = 880.0
 #: Files that figures are drawn from; a page is built again when one of them changes.
 SOURCES = (Path(__file__), _TRACKER, *sorted(_FRONTS.glob("*.csv")))
 
-_NAMES = {"free": "cubesat_6u", "limits": "with limits.toml"}
+_LIMITS = {"free": ("cubesat_6u", "#1f5fa8"), "limits": ("with limits.toml", "#c8501e")}
+_STARTS = {
+    "free": ("from GCRS", "#1f5fa8"),
+    "nadir": ("from nadir", "#c8501e"),
+    "sun": ("from the Sun", "#3d8b4f"),
+}
 #: Name, samples that it goes through, with velocities or not, and color.
 _POLYNOMIALS = (
     ("linear", 2, False, "#8a8a8a"),
@@ -43,15 +48,25 @@ _COLORS = {"free": "#1f5fa8", "limits": "#c8501e"}
 
 def limits() -> go.Figure:
     """Fronts of `cubesat_6u` with and without its limits."""
+    return _fronts(_LIMITS)
+
+
+def starts() -> go.Figure:
+    """Fronts of `cubesat_6u` from several attitudes."""
+    return _fronts(_STARTS)
+
+
+def _fronts(runs: Mapping[str, tuple[str, str]]) -> go.Figure:
+    """Stored fronts by file, with name and color of each."""
     figure = go.Figure()
-    for run, name in _NAMES.items():
+    for run, (name, color) in runs.items():
         table = pd.read_csv(_FRONTS / f"{run}.csv").sort_values("t_end [s]")
         time, trace = table["t_end [s]"], table["trace [-]"]
         figure.add_scatter(
             x=time.tolist(),
             y=trace.tolist(),
             mode="lines+markers",
-            line={"shape": "hv", "color": _COLORS[run], "width": 1},
+            line={"shape": "hv", "color": color, "width": 1},
             marker={"size": 6},
             name=name,
             text=_hover_texts(table),
@@ -145,7 +160,7 @@ def wheels() -> go.Figure:
         for quiet, dash in ((False, "solid"), (True, "dot")):
             of = dataclasses.replace(problem.scenario.wheels, allocation=allocation)
             changed = dataclasses.replace(problem.scenario, wheels=of)
-            budget = MomentumBudget.of(changed, problem.environment)
+            budget = MomentumBudget.of(changed, problem.environment, np.eye(3), np.zeros(3))
             budget = dataclasses.replace(budget, margin=0.0) if quiet else budget
             found = wheel_loads(budget, plan, steps, problem.model.step, 1)[:, 0]
             figure.add_scatter(
@@ -163,11 +178,23 @@ def wheels() -> go.Figure:
     return figure
 
 
+def calibration() -> go.Figure:
+    """What the example of the page on calibration finds."""
+    scenario = Scenario.from_dict(
+        {"preset": "cubesat_6u", "duration": 3000.0, "initial": {"attitude_deg": 90.0}}
+    )
+    plan = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    found: go.Figure = calibrate(scenario, fly(scenario, plan, seed=1)).figures()["constants"]
+    return found
+
+
 FIGURES: dict[str, Callable[[], go.Figure]] = {
     "limits": limits,
+    "starts": starts,
     "interpolation": interpolation,
     "tracker": tracker,
     "wheels": wheels,
+    "calibration": calibration,
 }
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -13,16 +12,20 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.describe import block_units
 from mgeo_attitude.environment.directions import DIRECTIONS
-from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.fields import InvalidValue, expect
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.path_limits import excess
+from mgeo_attitude.filter.path_limits import excess_at
 from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.maneuvers.allocation import ALLOCATIONS
+from mgeo_attitude.maneuvers.allocation import shares
 from mgeo_attitude.scenario.settings import RequiredSigma
 
 if TYPE_CHECKING:
+    from mgeo_attitude.environment.pointing import Place
     from mgeo_attitude.filter.evaluator import Evaluation
     from mgeo_attitude.scenario import PathLimit, Scenario
+
+#: A rate at its limit may be above it by what conversions round.
+_ROUNDING = 1.0 + 1e-12
 
 
 @dataclass(frozen=True)
@@ -68,8 +71,7 @@ def constraints(scenario: Scenario) -> list[Constraint]:
     found = []
     wheels = scenario.wheels
     if wheels is not None and wheels.max_momentum is not None:
-        allocation = ALLOCATIONS[wheels.allocation](wheels.spin_axes())
-        momentum = partial(_wheel_momentum, inertia=wheels.matrix(), allocation=allocation)
+        momentum = partial(_wheel_momentum, inertia=wheels.matrix(), allocation=shares(wheels))
         load = _budgeted_momentum if wheels.budgeted else momentum
         limit = Limit("wheel momentum", load, wheels.max_momentum, "N m s")
         found.append(Constraint(limit.label, (limit,)))
@@ -83,35 +85,64 @@ def constraints(scenario: Scenario) -> list[Constraint]:
 
 
 def check_start(scenario: Scenario) -> None:
-    """Refuse path limits that no plan keeps: the attitude at the start is given, and directions.
+    """Refuse limits that no plan keeps, because the attitude and the rate at the start are given.
 
     Raises
     ------
     InvalidValue
-        For one that the start violates, if only by its margin.
+        For a rate above that of maneuvers or the momentum of wheels, or a path limit that is
+        violated, if only by its margin.
     """
-    if not scenario.path_limits:
+    initial = scenario.initial
+    moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
+    if moving or scenario.path_limits:
+        from mgeo_attitude.environment.pointing import Place  # imports scipy
+
+        at = Place.at(scenario, np.zeros(1))
+        _check_rate(scenario, initial.rate(at))
+        _check_path(scenario, at if scenario.eclipse else at.without_shadow())
+
+
+def _check_rate(scenario: Scenario, rate: Floats) -> None:
+    key = "pointing" if scenario.initial.rate_deg_s is None else "rate_deg_s"
+    value, most = getattr(scenario.initial, key), scenario.maneuvers.max_rate_deg_s
+    about = np.abs(np.degrees(rate))
+    worst = int(about.argmax())
+    expected = (
+        f"at most maneuvers.max_rate_deg_s = {most!r} about each axis, not {about[worst]:.6g} "
+        f"about {'xyz'[worst]}"
+    )
+    expect(about[worst] <= most * _ROUNDING, f"initial.{key}", value, expected)
+    wheels = scenario.wheels
+    if wheels is None or wheels.max_momentum is None or wheels.initial_momentum:
         return
-    short = dataclasses.replace(scenario.convergence, window=scenario.step)
-    first = dataclasses.replace(scenario, duration=scenario.step, convergence=short)
-    model = FilterModel.from_scenario(first)
-    known = np.diag(model.initial_sigma[:3] ** 2)[None]
-    for i, limit in enumerate(model.path_limits):
+    momentum = float(np.abs(shares(wheels) @ wheels.matrix() @ rate).max())
+    expected = (
+        f"at most wheels.max_momentum = {wheels.max_momentum!r} N m s in each wheel, not "
+        f"{momentum:.6g}"
+    )
+    expect(momentum <= wheels.max_momentum * _ROUNDING, f"initial.{key}", value, expected)
+
+
+def _check_path(scenario: Scenario, at: Place) -> None:
+    attitude = scenario.initial.attitude(at)
+    known = np.radians(scenario.initial.attitude_deg) ** 2 * np.eye(3)[None]
+    for i, limit in enumerate(scenario.path_limits):
         cone, half_angle = limit.cone(), limit.half_angle_deg
-        direction, radius = model.direction(cone.direction, slice(1))
         sign, most, less = (1.0, "least", "and") if cone.inside else (-1.0, "most", "less")
         angle, bound = (
-            sign * np.degrees(excess(cone, k, direction, known, radius)[0])
+            sign * np.degrees(excess_at(cone, k, at, scenario.epoch, attitude, known)[0])
             for k in (0.0, limit.attitude_sigmas)
         )
         if half_angle < bound if cone.inside else half_angle > bound:
+            other = f"at {most} {bound:.4g}, or " if 0.0 < bound < 180.0 else ""
             raise InvalidValue(
                 f"path_limits[{i}].half_angle_deg",
                 half_angle,
-                f"expected at {most} {bound:.4g}: at the start {DIRECTIONS[cone.direction].label} "
-                f"is {angle:.4g} deg from the boresight of {limit.name!r}, {less} attitude_sigmas "
-                f"= {limit.attitude_sigmas:g} of initial.attitude_deg = "
-                f"{scenario.initial.attitude_deg:g}",
+                f"expected {other}another attitude in [initial]: at the start "
+                f"{DIRECTIONS[cone.direction].label} is {angle:.4g} deg from the boresight of "
+                f"{limit.name!r}, {less} attitude_sigmas = {limit.attitude_sigmas:g} of "
+                f"initial.attitude_deg = {scenario.initial.attitude_deg:g}",
             )
 
 

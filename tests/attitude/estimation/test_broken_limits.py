@@ -84,8 +84,9 @@ def test_what_passes_a_cone_by_a_degree_is_inside_it_unless_it_keeps_the_margin(
     bare = toward_sun(21.0, 20.0, attitude_sigmas=0.0)
     wide = toward_sun(51.0, 20.0)
     away = np.zeros(12)
-    margin = scenario(dataclasses.replace(bare, attitude_sigmas=3.0))
-    with pytest.raises(InvalidValue, match=r"half_angle_deg = 20.0: expected at most -9"):
+    margin = scenario(bare, dataclasses.replace(bare, attitude_sigmas=3.0))
+    message = r"path_limits\[1\]\.half_angle_deg = 20\.0: expected another attitude .* 21 deg"
+    with pytest.raises(InvalidValue, match=message):
         AttitudeManeuverProblem(margin)
     kept = AttitudeManeuverProblem(scenario(bare, wide)).evaluate(away, return_values_of=["G"])
     assert (kept < 0.0).all()

@@ -9,10 +9,10 @@ from mgeo_attitude.constants import EARTH_MU
 from mgeo_attitude.constraints import constraints
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.filter.reference import attitudes
 from mgeo_attitude.filter.wheel_load import gravity_gradient, wheel_loads
+from mgeo_attitude.maneuvers.attitude import attitudes
 from mgeo_attitude.maneuvers.schedule import schedule
-from mgeo_attitude.scenario import Convergence, ManeuverLimits, Wheels
+from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverLimits, Wheels
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
@@ -33,12 +33,16 @@ FULL = {
 }
 
 
-def scenario(maneuvers=None, **wheels):
+SPINNING = InitialConditions(pointing="velocity", axis=(0.6, 0.0, 0.8), rate_deg_s=(0.3, -0.2, 0.1))
+
+
+def scenario(maneuvers=None, initial=None, **wheels):
     return dataclasses.replace(
         Scenario.cubesat_6u(),
         duration=1500.0,
         convergence=Convergence(window=60.0),
         maneuvers=maneuvers or ManeuverLimits(),
+        initial=initial or InitialConditions(),
         wheels=Wheels(**(FULL | wheels)),
     )
 
@@ -86,7 +90,8 @@ def by_hand(given, x, end_steps):
     model, wheels = problem.model, given.wheels
     plan = schedule(x[None], model.step, model.slew_limits, model.n_steps)
     stretch = np.searchsorted(plan.starts[0], np.arange(end_steps), side="right") - 1
-    C = attitudes(plan.rates[0], plan.starts[0], model.n_steps, model.step)[: end_steps + 1]
+    C0, w0 = model.initial_attitude, model.initial_rate
+    C = attitudes(plan.rates[0], plan.starts[0], model.n_steps, model.step, C0)[: end_steps + 1]
     J, A = wheels.matrix(), wheels.spin_axes().T
     h0 = np.array(wheels.initial_momentum or np.zeros(A.shape[1]))
     r = np.einsum("kij,kj->ki", C, problem.environment.position[: end_steps + 1])
@@ -98,10 +103,11 @@ def by_hand(given, x, end_steps):
     inertial = np.einsum("kji,kj->ki", C, T)
     steps = 0.5 * model.step * (inertial[1:] + inertial[:-1])
     added = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)])
-    own = np.einsum("kij,kj->ki", C, np.broadcast_to(A @ h0, added.shape))
+    H0 = C0.T @ (A @ h0 + J @ w0) if wheels.initial_momentum else np.zeros(3)
+    own = np.einsum("kij,kj->ki", C, np.broadcast_to(H0, added.shape))
     extra = np.einsum("kij,kj->ki", C, added)
     ends = plan.end_rates[0][stretch]
-    begins = np.vstack([np.zeros(3), ends[:-1]])
+    begins = np.vstack([w0, ends[:-1]])
     ramps = (plan.rates[0] != plan.end_rates[0]).any(axis=1)[stretch]
     begins = np.where(ramps[:, None], begins, plan.rates[0][stretch])
     # the last step of a ramp ends before the step does; found by how far the mean is
@@ -139,18 +145,30 @@ def loads(given, x, end_steps, share):
 
 
 @pytest.mark.parametrize(
-    ("maneuvers", "wheels"),
+    ("maneuvers", "initial", "wheels"),
     [
-        (None, {}),
-        (None, {"max_torque": None, "ramp_share": 1.0}),
-        (ManeuverLimits(max_acceleration_deg_s2=0.03), {"disturbance_margin": 1.0}),
-        (None, {"residual_dipole": (0.0, 0.0, 0.0), "gravity_gradient": False}),
-        (None, {"initial_momentum": (), "gravity_gradient": False}),
+        (None, None, {}),
+        (None, None, {"max_torque": None, "ramp_share": 1.0}),
+        (ManeuverLimits(max_acceleration_deg_s2=0.03), None, {"disturbance_margin": 1.0}),
+        (None, None, {"residual_dipole": (0.0, 0.0, 0.0), "gravity_gradient": False}),
+        (None, None, {"initial_momentum": (), "gravity_gradient": False}),
+        (None, SPINNING, {}),
+        (None, SPINNING, {"max_torque": None, "ramp_share": 1.0}),
+        (None, SPINNING, {"initial_momentum": ()}),
     ],
-    ids=["full", "at once", "slow ramps", "momentum only", "dipole only"],
+    ids=[
+        "full",
+        "at once",
+        "slow ramps",
+        "momentum only",
+        "dipole only",
+        "spinning",
+        "spinning, at once",
+        "spinning, no momentum",
+    ],
 )
-def test_compiled_loads_are_those_of_slow_sums(maneuvers, wheels):
-    given = scenario(maneuvers, **wheels)
+def test_compiled_loads_are_those_of_slow_sums(maneuvers, initial, wheels):
+    given = scenario(maneuvers, initial, **wheels)
     model = FilterModel.from_scenario(given)
     X = designs(np.random.default_rng(3), 6, max_duration=300.0)
     X[:, np.arange(12) % 4 != 3] *= 0.5
@@ -171,8 +189,9 @@ def test_minimax_holds_what_linear_programs_do():
         gravity_gradient=False,
     )
     x = designs(np.random.default_rng(4), 1, max_duration=100.0)[0]
-    budget = MomentumBudget.of(given, AttitudeManeuverProblem(given).environment)
     model = FilterModel.from_scenario(given)
+    environment = AttitudeManeuverProblem(given).environment
+    budget = MomentumBudget.of(given, environment, np.eye(3), np.zeros(3))
     found = wheel_loads(budget, model.schedule(x[None]), np.array([60]), model.step, 1)[0]
     A, n = given.wheels.spin_axes().T, 4
     bounds = np.block([[np.eye(n), -np.ones((n, 1))], [-np.eye(n), -np.ones((n, 1))]])
@@ -252,6 +271,43 @@ def test_a_turn_across_the_momentum_brings_it_to_every_axis():
     turned = Rotation.from_rotvec([0.0, 0.0, -w * 30.0]).apply([2e-3, 0.0, 0.0])
     part = wheel_loads(budget, plan, np.array([30]), 1.0, 1)[0]
     assert part[0] == pytest.approx(max(2e-3, np.abs(turned).max(), 0.05 * w), rel=1e-12)
+
+
+def test_a_spin_that_goes_on_leaves_the_wheels_as_they_are():
+    """A body that turns about a principal axis keeps its momentum without a torque; slowed down,
+    its wheels take what it had: J ω about z, at once or along a ramp, wherever it starts from."""
+    quiet = {
+        "residual_dipole": (0.0,) * 3,
+        "gravity_gradient": False,
+        "products_of_inertia": (0.0,) * 3,
+        "axes": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+        "initial_momentum": (0.0, 0.0, 1e-4),
+        "max_torque": None,
+        "ramp_share": 1.0,
+    }
+    initial = InitialConditions(pointing="sun", rate_deg_s=(0.0, 0.0, 0.5))
+    model = FilterModel.from_scenario(scenario(None, initial, **quiet))
+    spin = 0.05 * np.radians(0.5)
+    going, stopped = ([0.0, 0.0, rate, 900.0] for rate in (0.5, 0.0))
+    found = evaluate(model, [going * 3, stopped * 3]).wheel_load
+    np.testing.assert_allclose(found[:, 0], [1e-4, 1e-4 + spin], rtol=1e-12)
+    np.testing.assert_allclose(found[:, 1], 0.0, atol=1e-18)
+    ramped = scenario(ManeuverLimits(max_acceleration_deg_s2=0.02), initial, **quiet)
+    found = evaluate(FilterModel.from_scenario(ramped), [stopped * 3]).wheel_load[0]
+    np.testing.assert_allclose(found, [1e-4 + spin, 0.05 * np.radians(0.02)], rtol=1e-9)
+
+
+def test_loads_from_a_step_on_are_those_of_the_rest():
+    """The greatest of a part and of what follows is the greatest of all."""
+    model = FilterModel.from_scenario(scenario(None, SPINNING))
+    X = designs(np.random.default_rng(8), 5, max_duration=300.0)
+    plan, ends = model.schedule(X), np.full(5, 900)
+    whole = wheel_loads(model.budget, plan, ends, 1.0, 1)
+    for k in (1, 137, 500, 899):
+        before = wheel_loads(model.budget, plan, np.full(5, k), 1.0, 1)
+        after = wheel_loads(model.budget, plan, ends, 1.0, 1, k)
+        np.testing.assert_array_equal(np.maximum(before, after), whole)
+        assert (after < whole).any() or k < 500
 
 
 def test_both_are_constraints_in_their_units():

@@ -16,7 +16,7 @@ from mgeo_attitude import (
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import can_measure, reference_run
-from mgeo_attitude.flight import Motion, draw, fly
+from mgeo_attitude.flight import Motion, draw, fly_run
 from mgeo_attitude.scenario import Convergence
 
 from .agreement import assert_agrees, designs
@@ -107,7 +107,7 @@ def test_flights_report_when_it_measures(model):
     motion = Motion.of(model, x, model.n_steps)
     draws = draw(model, model.n_steps, np.random.default_rng(6))
     draws.errors[:3] = 0.0
-    flight = fly(model, motion, draws)
+    flight = fly_run(model, motion, draws)
     reported = ~np.isnan(flight.readings.sensors[0]).any(axis=(1, 2))
     expected = can_measure(model, 0, motion.attitude, motion.rates)
     expected[0] = False

@@ -20,6 +20,7 @@ from mgeo_attitude.environment.time_frames import instants
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
+    from mgeo_attitude.environment.pointing import Place
 
 
 @dataclass(frozen=True)
@@ -30,16 +31,16 @@ class Direction:
     ----------
     label : str
         What it is called for people.
-    vectors : function of Environment and epoch
+    vectors : function of Environment or Place, and epoch
         Unit vectors at its times, GCRS, shape (n, 3); zero where there is nothing to be seen.
-    radius : function of Environment, optional
+    radius : function of Environment or Place, optional
         Apparent radius of a disc [rad], shape (n,), from whose limb angles count; without it they
         count from the direction itself.
     """
 
     label: str
-    vectors: Callable[[Environment, datetime], Floats]
-    radius: Callable[[Environment], Floats] | None = None
+    vectors: Callable[[Environment | Place, datetime], Floats]
+    radius: Callable[[Environment | Place], Floats] | None = None
 
 
 @dataclass(frozen=True)
@@ -69,30 +70,30 @@ class Cone:
         return bool(self.direction) and DIRECTIONS[self.direction].radius is not None
 
 
-def _sun(environment: Environment, epoch: datetime) -> Floats:
+def _sun(at: Environment | Place, epoch: datetime) -> Floats:
     """While it shines."""
-    return environment.sun * environment.sunlit[:, None]
+    return at.sun * at.sunlit[:, None]
 
 
-def _nadir(environment: Environment, epoch: datetime) -> Floats:
-    return _unit(-environment.position)
+def _nadir(at: Environment | Place, epoch: datetime) -> Floats:
+    return _unit(-at.position)
 
 
-def _earth_radius(environment: Environment) -> Floats:
+def _earth_radius(at: Environment | Place) -> Floats:
     """Of a sphere without an atmosphere, as it casts the shadow."""
-    distance = np.linalg.norm(environment.position, axis=1)
+    distance = np.linalg.norm(at.position, axis=1)
     return np.asarray(np.arcsin(EARTH_RADIUS / distance))
 
 
-def _moon(environment: Environment, epoch: datetime) -> Floats:
+def _moon(at: Environment | Place, epoch: datetime) -> Floats:
     """From the satellite, whether the Earth hides it or not."""
-    moon = moon_position(instants(epoch, environment.times))
-    return _unit(moon - environment.position)
+    moon = moon_position(instants(epoch, at.times))
+    return _unit(moon - at.position)
 
 
-def _velocity(environment: Environment, epoch: datetime) -> Floats:
+def _velocity(at: Environment | Place, epoch: datetime) -> Floats:
     """Relative to GCRS."""
-    return _unit(environment.velocity)
+    return _unit(at.velocity)
 
 
 def _unit(vectors: Floats) -> Floats:

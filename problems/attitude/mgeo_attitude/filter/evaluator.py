@@ -153,11 +153,11 @@ def evaluate(
 def _states(model: FilterModel, count: int, n_values: int) -> Floats:
     """Room for states that jobs leave, as `driver.save` does; the last one is that at time zero.
 
-    Covariance, attitude (body axes along GCRS), monitors and the trace over the last window.
+    Covariance, attitude, monitors and the trace over the last window.
     """
     states = np.zeros((count + 1, n_values + model.window_steps + 1))
     variances = model.initial_sigma**2
-    start = [np.diag(variances)[np.tril_indices(len(variances))], np.eye(3).ravel()]
+    start = [np.diag(variances)[np.tril_indices(len(variances))], model.initial_attitude.ravel()]
     start += [_monitors_at_start(model), np.cumsum(model.weights * variances)[-1:]]
     states[-1, : n_values + 1] = np.concatenate(start)
     return states
@@ -170,6 +170,7 @@ def _monitors_at_start(model: FilterModel) -> Floats:
     for limit, watch in zip(model.path_limits, model.monitors.limits, strict=True):
         cone = limit.cone()
         direction, radius = model.direction(cone.direction, slice(1))
+        direction = direction @ model.initial_attitude.T
         if watch.plain:
             values.append(direction[0] @ cone.axis if direction.any() else _NEVER_SEEN)
         else:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from .._typing import Bools, Floats
 from ..environment import Environment
 from ..environment.directions import directions, radii
+from ..environment.pointing import Place
 from ..maneuvers.schedule import Schedule, schedule
 from ..maneuvers.slew import SlewLimits
 from ..scenario.settings import RequiredSigma, TraceWeights
@@ -48,6 +49,10 @@ class FilterModel:
         did not rise.
     allow_rise : bool
         Whether it has converged, too, when the trace rose.
+    initial_attitude : array, shape (3, 3)
+        GCRS to body at the start.
+    initial_rate : array, shape (3,)
+        Body rate before the first maneuver [rad/s]; the ramps of `slew_limits` begin at it.
     slew_limits : SlewLimits, optional
         How fast rates can change; without it they change at once.
     path_limits : tuple of PathLimit
@@ -72,6 +77,8 @@ class FilterModel:
     window_steps: int
     relative_decrease: float
     allow_rise: bool
+    initial_attitude: Floats
+    initial_rate: Floats
     slew_limits: SlewLimits | None
     path_limits: tuple[PathLimit, ...]
     directions: Floats
@@ -93,29 +100,23 @@ class FilterModel:
         Raises
         ------
         ValueError
-            If `environment` is of another orbit, epoch, duration or step.
+            If `environment` is of another orbit, epoch, duration or step, or what is pointed at
+            at the start leaves the clock angle open.
         """
         if environment is None:
             environment = Environment.from_scenario(scenario)
         else:
             environment.require(scenario)
         if not scenario.eclipse:
-            sunlit = np.ones_like(environment.sunlit)
-            environment = dataclasses.replace(environment, sunlit=sunlit)
+            environment = environment.without_shadow()
         suite = Suite(scenario.gyro, scenario.sensors)
-        n = len(environment.times)
-        references = np.zeros((n, len(suite.sensors), 3))
-        available = np.ones((n, len(suite.sensors)), dtype=bool)
-        for index, sensor in enumerate(suite.sensors):
-            reference, mask = sensor.inertial_vector(environment), sensor.available(environment)
-            if reference is not None:
-                references[:, index] = reference
-            if mask is not None:
-                available[:, index] = mask
+        references, available = inertial_vectors(suite, environment)
         weights = np.repeat(TraceWeights(scenario.trace_weights).of(suite.blocks), 3)
         required = RequiredSigma(scenario.required_sigma)
         watches = tuple(map(Watch.of, scenario.path_limits))
         names = directions_of(suite, Monitors(watches))
+        start = Place.first_of(environment)
+        attitude, rate = scenario.initial.attitude(start)[0], scenario.initial.rate(start)
         return cls(
             suite=suite,
             step=scenario.step,
@@ -126,16 +127,21 @@ class FilterModel:
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
             allow_rise=scenario.convergence.allow_rise,
-            slew_limits=SlewLimits.of(scenario),
+            initial_attitude=attitude,
+            initial_rate=rate,
+            slew_limits=SlewLimits.of(scenario, rate),
             path_limits=scenario.path_limits,
             directions=directions(names, environment, epoch or scenario.epoch),
             radii=radii(names, environment),
-            budget=MomentumBudget.of(scenario, environment),
+            budget=MomentumBudget.of(scenario, environment, attitude, rate),
             required_sigma=np.repeat(required.of(suite.units), 3),
         )
 
     def turned(self, turn: Floats) -> FilterModel:
-        """The same from another attitude: at the start body axes are the columns of `turn`."""
+        """The same from another attitude: at the start body axes are off by `turn`.
+
+        They are those of ``turn @ initial_attitude.T``, column by column, in axes of GCRS.
+        """
         return dataclasses.replace(
             self,
             references=self.references @ turn,
@@ -184,11 +190,26 @@ class FilterModel:
         rest, *unit = map(self.suite.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
         return np.array([rest, *(matrix - rest for matrix in unit)])
 
-    def schedule(self, designs: ArrayLike) -> Schedule:
-        """What is flown of designs, shape (n, 4 m)."""
-        return schedule(designs, self.step, self.slew_limits, self.n_steps)
+    def schedule(self, designs: ArrayLike, n_steps: int | None = None) -> Schedule:
+        """What is flown of designs, shape (n, 4 m), until the end or step `n_steps`."""
+        last = self.n_steps if n_steps is None else n_steps
+        return schedule(designs, self.step, self.slew_limits, last)
 
     @property
     def gated(self) -> tuple[bool, ...]:
         """Which sensors are not available at every sample."""
         return tuple(bool(column.any()) for column in ~self.available.T)
+
+
+def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bools]:
+    """`FilterModel.references` and `FilterModel.available` of all samples."""
+    n = len(environment.times)
+    references = np.zeros((n, len(suite.sensors), 3))
+    available = np.ones((n, len(suite.sensors)), dtype=bool)
+    for index, sensor in enumerate(suite.sensors):
+        reference, mask = sensor.inertial_vector(environment), sensor.available(environment)
+        if reference is not None:
+            references[:, index] = reference
+        if mask is not None:
+            available[:, index] = mask
+    return references, available

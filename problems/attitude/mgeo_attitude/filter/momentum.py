@@ -10,7 +10,7 @@ import numpy as np
 
 from .._typing import Floats
 from ..environment import Environment
-from ..maneuvers.allocation import ALLOCATIONS, pseudo_inverse
+from ..maneuvers.allocation import pseudo_inverse, shares
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
@@ -31,8 +31,12 @@ class MomentumBudget:
     circulating : array, shape (k,)
         What of the initial momentum the allocation leaves in the wheels, without a resultant
         [N m s].
+    attitude : array, shape (3, 3)
+        At the start, GCRS to body.
+    rate : array, shape (3,)
+        Of the body at the start [rad/s].
     momentum : array, shape (3,)
-        The satellite's at the start, body axes [N m s].
+        The satellite's at the start, GCRS [N m s].
     position, field : arrays, shape (n_steps + 1, 3)
         Satellite [m] and geomagnetic field [T], GCRS.
     dipole : array, shape (3,)
@@ -46,6 +50,8 @@ class MomentumBudget:
     inertia: Floats
     allocation: Floats
     circulating: Floats
+    attitude: Floats
+    rate: Floats
     momentum: Floats
     position: Floats
     field: Floats
@@ -54,22 +60,35 @@ class MomentumBudget:
     margin: float
 
     @classmethod
-    def of(cls, scenario: Scenario, environment: Environment) -> MomentumBudget | None:
-        """That of a scenario; None where the total momentum is always zero."""
+    def of(
+        cls, scenario: Scenario, environment: Environment, attitude: Floats, rate: Floats
+    ) -> MomentumBudget | None:
+        """That of a scenario; None where the total momentum is always zero.
+
+        Parameters
+        ----------
+        attitude, rate
+            At the start, see the class.
+        """
         wheels = scenario.wheels
         if wheels is None or not wheels.budgeted:
             return None
         axes = wheels.spin_axes()
-        allocation = ALLOCATIONS[wheels.allocation](axes)
-        wheel_momentum = np.array(wheels.initial_momentum or (0.0,) * len(axes))
+        allocation, inertia = shares(wheels), wheels.matrix()
+        wheel_momentum, momentum = np.zeros(len(axes)), np.zeros(3)
+        if wheels.initial_momentum:  # or else what makes the sum zero
+            wheel_momentum = np.array(wheels.initial_momentum)
+            momentum = axes.T @ wheel_momentum + inertia @ rate
         circulating = np.zeros(len(allocation))
         if wheels.allocation == "pseudo-inverse":  # the other rule is free to spread it
             circulating = wheel_momentum - pseudo_inverse(axes) @ (axes.T @ wheel_momentum)
         return cls(
-            inertia=wheels.matrix(),
+            inertia=inertia,
             allocation=np.ascontiguousarray(allocation),
             circulating=circulating,
-            momentum=axes.T @ wheel_momentum,
+            attitude=np.ascontiguousarray(attitude),
+            rate=rate,
+            momentum=attitude.T @ momentum,
             position=np.ascontiguousarray(environment.position),
             field=environment.field * _TESLA_PER_NT,
             dipole=np.array(wheels.residual_dipole),

@@ -11,18 +11,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._typing import Floats
-from ..environment.directions import Cone
+from ..environment.directions import DIRECTIONS, Cone
 from ..rotation import across
 from ..scenario.path_limits import PathLimit
 from ..vector import Vec3, dot
 from .layout import Watch
 from .symbols import Symbol
+
+if TYPE_CHECKING:
+    from ..environment.pointing import Place
 
 #: Sine of the angle below which both are parallel: no single turn changes the angle then.
 _PARALLEL = 1e-6
@@ -60,6 +64,16 @@ def excess(
         direction.any(axis=-1), margin + angle if cone.inside else margin - angle, -np.inf
     )
     return found
+
+
+def excess_at(
+    cone: Cone, sigmas: float, at: Place, epoch: datetime, attitude: Floats, covariance: Floats
+) -> Floats:
+    """The `excess` at places of an orbit, for attitudes, GCRS to body, shape (n, 3, 3)."""
+    direction = DIRECTIONS[cone.direction]
+    seen = np.einsum("kij,kj->ki", attitude, direction.vectors(at, epoch))
+    radius = 0.0 if direction.radius is None else direction.radius(at)
+    return excess(cone, sigmas, seen, covariance, radius)
 
 
 def angle_sigma(axis: Floats, direction: Floats, covariance: Floats) -> Floats:

@@ -1,7 +1,7 @@
 """Momentum and torque of the wheels along plans, compiled: nothing is simulated but the attitude.
 
 The satellite's angular momentum H changes by external torques only. In body axes it is C (H₀ + D)
-with the attitude C since the start, H₀ = A h₀ of the wheels there, and D = ∫ Cᵀ T dt of the torques
+with the attitude C, H₀ = C₀ᵀ (A h₀ + J ω₀) at the start, and D = ∫ Cᵀ T dt of the torques
 T = 3 μ / r⁵ r × J r + m × B. What the wheels hold of it is A h = H - J ω, and their torque
 A dh/dt = T - J dω/dt - ω × H. A wheel's load is what both are by the plan alone, and the magnitude
 of what the disturbances T and D add times a margin.
@@ -26,19 +26,25 @@ _AT_ONCE = 1e-12
 
 
 def wheel_loads(
-    budget: MomentumBudget, plan: Schedule, end_steps: Ints, step: float, threads: int
+    budget: MomentumBudget,
+    plan: Schedule,
+    end_steps: Ints,
+    step: float,
+    threads: int,
+    first_step: int = 0,
 ) -> Floats:
     """Greatest momentum [N m s] and torque [N m] of a wheel until `end_steps`, shape (n, 2).
 
-    They are looked at in every filter step of `step` seconds, at both ends.
+    They are looked at in every filter step of `step` seconds from the first one on, at both ends.
     """
     found = np.zeros((len(end_steps), 2))
-    wheels = budget.inertia, budget.allocation, budget.circulating, budget.momentum
+    wheels = budget.inertia, budget.allocation, budget.circulating
+    start = budget.attitude, budget.rate, budget.momentum, first_step
     outside = budget.position, budget.field, budget.dipole, budget.gradient, budget.margin
 
     def some(part: slice) -> None:
         stretches = plan.rates[part], plan.end_rates[part], plan.starts[part]
-        _greatest(stretches, end_steps[part], step, wheels, outside, found[part])
+        _greatest(stretches, end_steps[part], step, start, wheels, outside, found[part])
 
     size = -(-len(end_steps) // threads)
     with ThreadPoolExecutor(threads) as pool:
@@ -57,19 +63,20 @@ def gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> None:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _greatest(plan, end_steps, step, wheels, outside, found):  # type: ignore[no-untyped-def]
+def _greatest(plan, end_steps, step, start, wheels, outside, found):  # type: ignore[no-untyped-def]
     """`wheel_loads`, written to `found`."""
     rates, end_rates, starts = plan
-    inertia, _, _, momentum = wheels
+    inertia = wheels[0]
+    initial_attitude, initial_rate, momentum, first = start
     position, field, dipole, gradient, _ = outside
-    C, turned, old = np.eye(3), np.eye(3), np.eye(3)
+    C, turned, old = initial_attitude.copy(), np.eye(3), np.eye(3)
     rate, acceleration = np.zeros(3), np.zeros(3)
     torque, magnetic, vector = np.zeros(3), np.zeros(3), np.zeros(3)
     added, now, last = np.zeros(3), np.zeros(3), np.zeros(3)
     own, extra, room = np.zeros(3), np.zeros(3), np.zeros((4, 3))
     for i in range(len(end_steps)):
-        C[:] = np.eye(3)
-        rate[:], added[:] = 0.0, 0.0
+        C[:] = initial_attitude
+        rate[:], added[:] = initial_rate, 0.0
         m, n_stretches = -1, starts.shape[1]
         for k in range(end_steps[i] + 1):
             _product(C, position[k], vector)
@@ -85,8 +92,9 @@ def _greatest(plan, end_steps, step, wheels, outside, found):  # type: ignore[no
             last[:] = now
             _product(C, momentum, own)
             _product(C, added, extra)
-            if k > 0:  # at the end of a step
+            if k > 0:
                 rate[:] = end_rates[i, m]
+            if k > first:  # at the end of a step
                 _load(rate, acceleration, own, extra, torque, wheels, outside[4], room, found[i])
             if k == end_steps[i]:
                 break
@@ -97,6 +105,7 @@ def _greatest(plan, end_steps, step, wheels, outside, found):  # type: ignore[no
                 turned[:] = turn(rates[i, m], step)
                 if not _accelerate(rate, rates[i, m], end_rates[i, m], step, acceleration):
                     rate[:] = rates[i, m]
+            if k == first or (m > before and k > first):
                 _load(rate, acceleration, own, extra, torque, wheels, outside[4], room, found[i])
             old[:] = C
             for a in range(3):
@@ -112,7 +121,7 @@ def _load(rate, acceleration, own, extra, torque, wheels, margin, room, found): 
     added, `torque` what they are. There is `room`, shape (4, 3), because to make it takes as long
     as all else.
     """
-    inertia, allocation, circulating, _ = wheels
+    inertia, allocation, circulating = wheels
     spin, needed, turning, turned = room[0], room[1], room[2], room[3]
     _product(inertia, rate, spin)
     _product(inertia, acceleration, needed)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .._typing import Floats
-from .allocation import ALLOCATIONS
+from .allocation import shares
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
@@ -29,15 +28,18 @@ class SlewLimits:
         [kg m²]
     allocation : array, shape (k, 3)
         How wheels share a torque; see `allocation`.
+    initial_rate : array, shape (3,)
+        Body rate that the first ramp leaves [rad/s].
     """
 
     max_acceleration: float
     max_torque: float
     inertia: Floats
-    allocation: Floats = dataclasses.field(default_factory=lambda: np.eye(3))
+    allocation: Floats = field(default_factory=lambda: np.eye(3))
+    initial_rate: Floats = field(default_factory=lambda: np.zeros(3))
 
     @classmethod
-    def of(cls, scenario: Scenario) -> SlewLimits | None:
+    def of(cls, scenario: Scenario, initial_rate: Floats) -> SlewLimits | None:
         """Those of the scenario's satellite; None where rates change at once."""
         acceleration, wheels = scenario.maneuvers.max_acceleration_deg_s2, scenario.wheels
         torque = None if wheels is None else wheels.max_torque
@@ -45,12 +47,13 @@ class SlewLimits:
             return None
         greatest = np.inf if acceleration is None else float(np.radians(acceleration))
         if wheels is None:
-            return cls(greatest, np.inf, np.eye(3))
+            return cls(greatest, np.inf, np.eye(3), initial_rate=initial_rate)
         return cls(
             max_acceleration=greatest,
             max_torque=np.inf if torque is None else wheels.ramp_share * torque,
             inertia=wheels.matrix(),
-            allocation=ALLOCATIONS[wheels.allocation](wheels.spin_axes()),
+            allocation=shares(wheels),
+            initial_rate=initial_rate,
         )
 
     def ramp_time(self, change: Floats) -> Floats:

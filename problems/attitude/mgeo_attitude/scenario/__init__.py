@@ -6,11 +6,11 @@ from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import KeyProblem
 from mgeo_attitude.scenario.flight import FlightErrors
+from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.path_limits import PathLimit
 from mgeo_attitude.scenario.scenario import Scenario, scenario_schema
 from mgeo_attitude.scenario.settings import (
     Convergence,
-    InitialUncertainty,
     ManeuverLimits,
     RequiredSigma,
     TraceWeights,
@@ -23,7 +23,7 @@ __all__ = [
     "EphemerisFile",
     "EphemerisOrbit",
     "FlightErrors",
-    "InitialUncertainty",
+    "InitialConditions",
     "KeyProblem",
     "ManeuverLimits",
     "Orbit",

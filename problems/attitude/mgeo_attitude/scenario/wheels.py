@@ -16,7 +16,7 @@ _FLAT = 1e-6
 
 @dataclass(frozen=True, kw_only=True)
 class Wheels(Validated):
-    """Reaction wheels of one size that turn the satellite, from rest.
+    """Reaction wheels of one size that turn the satellite.
 
     Their momentum and torque follow from the plan: together they hold what is the satellite's
     angular momentum but not the body's J ω. It is constant, in inertial axes, but for what gravity
@@ -43,7 +43,7 @@ class Wheels(Validated):
         None, unit="N m s", doc="greatest momentum stored in each wheel"
     )
     initial_momentum: tuple[float, ...] = quantity(
-        (), unit="N m s", doc="momentum of each wheel at the start; none is zero"
+        (), unit="N m s", doc="of each wheel at the start; none makes the satellite's zero"
     )
     residual_dipole: tuple[float, float, float] = quantity(
         (0.0, 0.0, 0.0), unit="A m²", doc="magnetic dipole of the satellite, body axes"
@@ -98,7 +98,7 @@ class Wheels(Validated):
     def budgeted(self) -> bool:
         """Whether the total angular momentum is not zero all the time."""
         disturbed = self.gravity_gradient or any(self.residual_dipole)
-        return disturbed or any(self.initial_momentum)
+        return disturbed or bool(self.initial_momentum)
 
     def matrix(self) -> Floats:
         """J, shape (3, 3) [kg m²]."""

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import Validated, positive, quantity
 from mgeo_attitude.rotation import rotate, unrotate
-from mgeo_attitude.units import DEG, DEG_H, Unit
+from mgeo_attitude.units import DEG, DEG_H, PPM, Unit
 from mgeo_attitude.vector import Vec3, cross, scale
 
 
@@ -21,7 +21,11 @@ class Gyro(Validated):
     #: Those of its states that are rotations; see `Sensor.rotations`.
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
     #: See `Sensor.units`.
-    units: ClassVar[Mapping[str, Unit]] = {"bias": DEG_H, "misalignment": DEG}
+    units: ClassVar[Mapping[str, Unit]] = {
+        "bias": DEG_H,
+        "scale_factor": PPM,
+        "misalignment": DEG,
+    }
 
     angle_random_walk_deg_per_sqrt_h: float = positive(
         0.01,

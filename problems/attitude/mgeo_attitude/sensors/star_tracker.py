@@ -38,13 +38,15 @@ class StarTracker(Sensor):
     """y = T (θ - μ) + w: small-angle attitude with the tracker's own misalignment μ.
 
     T turns body axes into the tracker's, whose z is the boresight; rotation about it is measured
-    worse than about the two cross axes. It measures below a body rate, while Sun, Moon and the
-    Earth's limb are farther from the boresight than its exclusion angles.
+    worse than about the two cross axes. What it reports is in body axes. It measures below a body
+    rate, while Sun, Moon and the Earth's limb are farther from the boresight than its exclusion
+    angles.
     """
 
     kind: ClassVar[str] = "star-tracker"
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG}
+    channels: ClassVar[tuple[str, ...]] = ("q1", "q2", "q3", "q4")
 
     name: str = quantity("tracker", doc=NAME)
     noise_arcsec: float = positive(10.0, unit="arcsec", doc="noise about the cross axes, 1-sigma")
@@ -79,6 +81,11 @@ class StarTracker(Sensor):
         y, minus_x = across(z)
         return np.array([-minus_x, y, z])
 
+    @cached_property
+    def _straight(self) -> bool:
+        """Whether T is none."""
+        return bool((self.axes == np.eye(3)).all())
+
     def states(self) -> dict[str, float]:
         return {"misalignment": math.radians(self.initial_misalignment_deg)}
 
@@ -87,18 +94,22 @@ class StarTracker(Sensor):
         return Vec3(*(inner(error, Vec3(*axis)) for axis in self.axes.tolist()))
 
     def measured(self, x: Any, v: Any) -> tuple[Any, ...]:
-        """The axes of GCRS, in the tracker's."""
-        return tuple(self._turned(rotate(x.misalignment, x.to_body(axis))) for axis in np.eye(3))
+        """The axes of GCRS, in those of the body as the tracker has them."""
+        return tuple(rotate(x.misalignment, x.to_body(axis)) for axis in np.eye(3))
 
     def with_noise(self, measured: tuple[Any, ...], noise: Floats) -> tuple[Floats, ...]:
-        """The axes turned by R(-noise), so that the `innovation` is the noise."""
-        return tuple(unrotate(noise, axis) for axis in measured)
+        """The axes turned by R(-Tᵀ noise), so that the `innovation` is the noise."""
+        turn = noise if self._straight else noise @ self.axes
+        return tuple(unrotate(turn, axis) for axis in measured)
 
     def innovation(self, measured: tuple[Any, ...], predicted: tuple[Any, ...]) -> Any:
-        """The vector y of the rotation R(-y) that takes the predicted axes to the measured."""
+        """T y, for the rotation R(-y) that takes the predicted axes to the measured."""
         pairs = list(zip(predicted, measured, strict=True))
         cosines, axis = sum(dot(p, m) for p, m in pairs), sum(cross(p, m) for p, m in pairs)
-        return -2.0 * axis / (1.0 + cosines)
+        y = -2.0 * axis / (1.0 + cosines)
+        if self._straight:
+            return y
+        return sum(column * y[..., [k]] for k, column in enumerate(self.axes.T))
 
     def noise(self) -> tuple[float, float, float]:
         cross_axis = math.radians(self.noise_arcsec / _ARCSEC_PER_DEG)
@@ -119,7 +130,3 @@ class StarTracker(Sensor):
 
     def max_rate(self) -> float:
         return math.inf if self.max_rate_deg_s is None else math.radians(self.max_rate_deg_s)
-
-    def _turned(self, v: Any) -> Any:
-        """T v."""
-        return sum(column * v[..., [k]] for k, column in enumerate(self.axes.T))

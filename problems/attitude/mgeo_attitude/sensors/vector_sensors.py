@@ -12,7 +12,7 @@ from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.fields import InvalidValue, positive, quantity
 from mgeo_attitude.rotation import rotate
 from mgeo_attitude.sensors.base import NAME, Sensor
-from mgeo_attitude.units import DEG, Unit
+from mgeo_attitude.units import ARCMIN, DEG, Unit
 from mgeo_attitude.vector import Vec3, cross, unit
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 #: Unit of the field inside the filter [nT], so that every state is of order one or less.
 FIELD_UNIT_NT = 50_000.0
+_NT = Unit("nT", "nt", FIELD_UNIT_NT)
 
 
 class VectorSensor(Sensor):
@@ -43,7 +44,7 @@ class SunSensor(VectorSensor):
     """y_s = [s×]θ - [s×]φ + δs + w_s (equation 2), blind in eclipse."""
 
     kind: ClassVar[str] = "sun-sensor"
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG}
+    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN}
 
     name: str = quantity("sun", doc=NAME)
     noise_deg: float = positive(2.0, unit="deg", doc="noise per sample, 1-sigma per axis")
@@ -102,10 +103,8 @@ class Magnetometer(VectorSensor):
     """y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT."""
 
     kind: ClassVar[str] = "magnetometer"
-    units: ClassVar[Mapping[str, Unit]] = {
-        "misalignment": DEG,
-        "bias": Unit("nT", "nt", FIELD_UNIT_NT),
-    }
+    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": _NT}
+    channel_unit: ClassVar[Unit] = _NT
 
     name: str = quantity("mag", doc=NAME)
     noise_nt: float = positive(500.0, unit="nT", doc="noise per sample, 1-sigma per axis")
