@@ -143,10 +143,10 @@ class MGEODirected(ExtremalOptimization):
         self.max_candidates = validate_integer("max_candidates", max_candidates, low=1)
         self.bounds = validate_choice("bounds", bounds, BOUNDS)
 
-    def _code(self, problem: Problem) -> RealCode:
+    def representation(self, problem: Problem) -> RealCode:
         return RealCode(Variables.of(problem, ["real"]))
 
-    def _new_state(
+    def new_state(
         self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
     ) -> DirectedState:
         n, n_obj = len(walkers), front.F.shape[1]
@@ -161,14 +161,14 @@ class MGEODirected(ExtremalOptimization):
             marked_F=np.empty((n, n_obj)),
         )
 
-    def _forget(self, rows: IntArray) -> None:
-        super()._forget(rows)
+    def forget(self, rows: IntArray) -> None:
+        super().forget(rows)
         state = self.state
         state.incumbents[rows] = state.walkers[rows]
         state.incumbent_F[rows] = state.marked_F[rows] = np.inf
         state.incumbent_violation[rows] = np.inf
 
-    def _candidates(self) -> FloatArray:
+    def candidates(self) -> FloatArray:
         xl, xu = self.variables.xl, self.variables.xu
         own = np.broadcast_to(np.arange(len(xl)), (self.n_walkers, len(xl)))
         if len(xl) > self.max_candidates:
@@ -179,8 +179,8 @@ class MGEODirected(ExtremalOptimization):
             self.random_state,
         )  # fmt: skip
         walkers, uniform = self.walkers[:, None, :], partial(self.random_state.random, steps.shape)
-        self._values = BOUNDS[self.bounds](walkers, steps, spread, xl, xu, uniform)
-        return self._values.reshape(-1, len(xl))
+        self.proposed = BOUNDS[self.bounds](walkers, steps, spread, xl, xu, uniform)
+        return self.proposed.reshape(-1, len(xl))
 
     def _differences(self, shape: tuple[int, ...]) -> FloatArray:
         """(..., n_var) differences of two points of the donor pool."""
@@ -190,11 +190,11 @@ class MGEODirected(ExtremalOptimization):
             archived = rng.integers(n, size=shape)
             incumbents = self.state.incumbents[rng.integers(self.n_walkers, size=shape)]
             of_archive = rng.random((*shape, 1)) < 0.5
-            known = self._archived(archived.ravel()).reshape(incumbents.shape)
+            known = self.archived(archived.ravel()).reshape(incumbents.shape)
             donors.append(np.where(of_archive, known, incumbents))
         return np.asarray(donors[0] - donors[1])
 
-    def _accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
+    def accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
         state, rng, walker = self.state, self.random_state, np.arange(self.n_walkers)
         F = F.reshape(self.n_walkers, -1, F.shape[1])
         violation = np.where(np.isfinite(F).all(axis=2), violation.reshape(F.shape[:2]), np.inf)
@@ -202,8 +202,8 @@ class MGEODirected(ExtremalOptimization):
         ranking = rank(far, violation, rng.random(far.shape))
         place = pick(rng.random(self.n_walkers), F.shape[1], float(self.tau))
         best = walker, ranking[:, 0]
-        less = self._improve(self._values[best], F[best], violation[best], far[best])
-        state.walkers = self._values[walker, ranking[walker, place]]
+        less = self._improve(self.proposed[best], F[best], violation[best], far[best])
+        state.walkers = self.proposed[walker, ranking[walker, place]]
         self._go_back()
         return less
 
@@ -236,11 +236,11 @@ class MGEODirected(ExtremalOptimization):
             return
         far = distance(front.F, state.weights[rows][:, None], *ideal_and_nadir(front.F))
         nearest = far.argmin(axis=1)
-        state.walkers[rows] = state.incumbents[rows] = self._archived(nearest)
+        state.walkers[rows] = state.incumbents[rows] = self.archived(nearest)
         state.incumbent_F[rows] = front.F[nearest]
         state.incumbent_violation[rows] = front.violation
 
-    def _restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
+    def restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
         # progress is less violation, or a feasible incumbent that has come nearer by enough
         state = self.state
         ideal, nadir = ideal_and_nadir(state.front.F)
@@ -262,7 +262,7 @@ class MGEODirected(ExtremalOptimization):
             state.marked_F[rows] = state.incumbent_F[rows]
             state.idle[rows] = 0
         if len(rows := np.flatnonzero(idle & ~between)):
-            self._restart(rows)
+            self.restart_walkers(rows)
 
     def _between(self) -> BoolArray:
         """(n_walkers,) which walkers have weights of several objectives."""
