@@ -83,7 +83,7 @@ def test_the_commands_work_on_the_example_plugin(cantilever):
     assert "cantilever" in run(listing)
     for command in solving:
         run(command, "--evaluations", "600", "--quiet")
-    assert Path("runs/cantilever-mgeo-real-seed1/front.csv").is_file()
+    assert Path("runs/cantilever-mgeo-directed-seed1/front.csv").is_file()
     assert Path("runs/cantilever-nsga2-seed1/front.html").is_file()
 
 

@@ -21,9 +21,9 @@ app = typer.Typer(
 
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "show": (
-        "mgeo attitude show runs/attitude-mgeo-real-seed1",
-        "mgeo attitude show runs/attitude-mgeo-real-seed1 --solution 12",
-        "mgeo attitude show runs/attitude-mgeo-real-seed1 --time 3000 --html plan.html",
+        "mgeo attitude show runs/attitude-mgeo-directed-seed1",
+        "mgeo attitude show runs/attitude-mgeo-directed-seed1 --solution 12",
+        "mgeo attitude show runs/attitude-mgeo-directed-seed1 --time 3000 --html plan.html",
         "mgeo attitude show plan.json --json | jq .t_end_s",
     ),
     "verify": (
