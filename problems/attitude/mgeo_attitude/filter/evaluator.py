@@ -212,8 +212,9 @@ def _constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
 
 def _looked_at(model: FilterModel) -> list[tuple[str, bool]]:
     """Directions of path limits and of sensors' views, and whether they have to be inside."""
-    views = [view for sensor in model.suite.sensors for view in sensor.views()]
-    return [(each.direction, each.inside) for each in (*model.monitors.limits, *views)]
+    limits = [(watch.direction, watch.inside) for watch in model.monitors.limits]
+    views = (view for sensor in model.suite.sensors for view in sensor.views())
+    return [*limits, *((view.direction, view.inside) for view in views)]
 
 
 def _states(
