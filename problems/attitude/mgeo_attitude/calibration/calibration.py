@@ -199,9 +199,10 @@ class Calibration:
 
 
 def telemetry_units(suite: Suite) -> dict[str, Unit]:
-    """Unit of each block but the attitude, as in telemetry."""
+    """Unit of each block but the attitude; of a bias that of the readings in telemetry."""
     units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
-    return units | {"gyro.bias": _DEG_S}
+    biases = {f"{sensor.name}.bias": sensor.channel_unit for sensor in suite.sensors}
+    return {block: biases.get(block, unit) for block, unit in units.items()} | {"gyro.bias": _DEG_S}
 
 
 def in_units(suite: Suite, states: Floats, block: str) -> Floats:

@@ -85,12 +85,12 @@ def fly(
     # a random walk between two known ends has this mean and this spread about it
     spread = gyro.rate_random_walk * np.sqrt(model.step / 12.0)
     mean_bias = 0.5 * (bias[:-1] + bias[1:]) + spread * generator.standard_normal((n, 3))
-    limits = model.slew_limits or vehicle.slew_limits()
+    limits = model.slew_limits or vehicle.slew_limits(model.initial_rate)
     ramped = dataclasses.replace(model, slew_limits=limits)
     seen = simulate(
         scenario,
         Motion.of(ramped, design, n),
-        Drawn(drawn.start, drawn.errors, mean_bias),
+        Drawn(model.initial_attitude @ drawn.start, model.initial_rate, drawn.errors, mean_bias),
         vehicle,
         environment,
         generator,
