@@ -188,7 +188,7 @@ def record(
         inside=np.zeros((n_runs, 2, len(cones))),
     )
     estimates = ErrorStateFilter(suite, estimator).run(
-        Estimate.at_start(suite, model.initial_sigma, n_runs, model.initial_attitude),
+        Estimate.at_start(model, n_runs),
         [flight.readings for flight in flights],
         motion.rates,
         model.references,

@@ -191,9 +191,9 @@ def _states(
     states = np.zeros((count + len(variants), n_values + model.window_steps + 1))
     watched = bool(model.monitors.states)
     for number, each in enumerate(variants):
-        variances = each.initial_sigma**2
-        start = [np.diag(variances)[np.tril_indices(len(variances))], each.initial_attitude.ravel()]
-        start += [_monitors_at_start(each, watched), np.cumsum(each.weights * variances)[-1:]]
+        P = each.initial_covariance
+        start = [P[np.tril_indices(len(P))], each.initial_attitude.ravel()]
+        start += [_monitors_at_start(each, watched), np.cumsum(each.weights * np.diag(P))[-1:]]
         states[-1 - number, : n_values + 1] = np.concatenate(start)
     return states
 
@@ -203,7 +203,7 @@ def _monitors_at_start(model: FilterModel, watched: bool) -> Floats:
     values = np.empty(0)
     if len(model.cones):
         sun = model.sun[:1] @ model.initial_attitude.T
-        covariance = np.diag(model.initial_sigma[:3] ** 2)[None]
+        covariance = model.initial_covariance[None, :3, :3]
         cosines = model.cones @ sun[0] if sun.any() else np.full(len(model.cones), _NEVER_SEEN)
         cones = zip(model.cones, model.cone_sigmas, strict=True)
         angles = [sun_clearance(axis, k, sun, covariance)[0] for axis, k in cones]

@@ -64,7 +64,9 @@ class Horizon(Magnetometer):
 
 
 def test_what_basilisk_has_not_is_named(monkeypatch):
-    check_suite(Suite(Gyro(scale_factor=1e-3, misalignment_deg=0.1), (Magnetometer(),)))
+    check_suite(
+        Suite(Gyro(initial_scale_factor=1e-3, initial_misalignment_deg=0.1), (Magnetometer(),))
+    )
     with pytest.raises(InvalidValue, match=r"sensors\[1\].kind = 'horizon-sensor'.*magnetometer"):
         check_suite(Suite(Gyro(), (Magnetometer(), Horizon(name="earth"))))
     monkeypatch.setattr(Magnetometer, "states", lambda self: {"bias": 1.0, "soft_iron": 0.1})
