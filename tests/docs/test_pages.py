@@ -180,7 +180,9 @@ def test_every_propagator_is_on_the_page():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["start-research.md", "limits.md", "calibration.md"])
+@pytest.mark.parametrize(
+    "name", ["start-research.md", "limits.md", "calibration.md", "too-sure.md"]
+)
 def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     shutil.copytree(DOCS / "scenarios", "docs/scenarios")

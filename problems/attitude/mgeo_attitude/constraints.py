@@ -16,7 +16,6 @@ from mgeo_attitude.fields import InvalidValue, expect
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.path_limits import excess_at
 from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.maneuvers.allocation import shares
 from mgeo_attitude.scenario.settings import RequiredSigma
 
 if TYPE_CHECKING:
@@ -71,7 +70,7 @@ def constraints(scenario: Scenario) -> list[Constraint]:
     found = []
     wheels = scenario.wheels
     if wheels is not None and wheels.max_momentum is not None:
-        momentum = partial(_wheel_momentum, inertia=wheels.matrix(), allocation=shares(wheels))
+        momentum = partial(_wheel_momentum, inertia=wheels.matrix(), allocation=wheels.shares())
         load = _budgeted_momentum if wheels.budgeted else momentum
         limit = Limit("wheel momentum", load, wheels.max_momentum, "N m s")
         found.append(Constraint(limit.label, (limit,)))
@@ -95,43 +94,49 @@ def check_start(scenario: Scenario) -> None:
     """
     initial = scenario.initial
     moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
-    if moving or scenario.path_limits:
+    if moving or scenario.prior is not None or scenario.path_limits:
         from mgeo_attitude.environment.pointing import Place  # imports scipy
 
         at = Place.at(scenario, np.zeros(1))
-        _check_rate(scenario, initial.rate(at))
+        _check_rate(scenario, scenario.initial_rate(at))
         _check_path(scenario, at if scenario.eclipse else at.without_shadow())
 
 
 def _check_rate(scenario: Scenario, rate: Floats) -> None:
-    key = "pointing" if scenario.initial.rate_deg_s is None else "rate_deg_s"
-    value, most = getattr(scenario.initial, key), scenario.maneuvers.max_rate_deg_s
-    about = np.abs(np.degrees(rate))
+    key: str = "initial.pointing"
+    value: object = scenario.initial.pointing
+    for section in ("initial", "prior"):
+        given = getattr(getattr(scenario, section), "rate_deg_s", None)
+        key, value = (key, value) if given is None else (f"{section}.rate_deg_s", given)
+    most, about = scenario.maneuvers.max_rate_deg_s, np.abs(np.degrees(rate))
     worst = int(about.argmax())
     expected = (
         f"at most maneuvers.max_rate_deg_s = {most!r} about each axis, not {about[worst]:.6g} "
         f"about {'xyz'[worst]}"
     )
-    expect(about[worst] <= most * _ROUNDING, f"initial.{key}", value, expected)
+    expect(about[worst] <= most * _ROUNDING, key, value, expected)
     wheels = scenario.wheels
     if wheels is None or wheels.max_momentum is None or wheels.initial_momentum:
         return
-    momentum = float(np.abs(shares(wheels) @ wheels.matrix() @ rate).max())
+    momentum = wheels.greatest_share(rate @ wheels.matrix())
     expected = (
         f"at most wheels.max_momentum = {wheels.max_momentum!r} N m s in each wheel, not "
         f"{momentum:.6g}"
     )
-    expect(momentum <= wheels.max_momentum * _ROUNDING, f"initial.{key}", value, expected)
+    expect(momentum <= wheels.max_momentum * _ROUNDING, key, value, expected)
 
 
 def _check_path(scenario: Scenario, at: Place) -> None:
-    attitude = scenario.initial.attitude(at)
-    known = np.radians(scenario.initial.attitude_deg) ** 2 * np.eye(3)[None]
+    attitude, known = scenario.initial_attitude(at), scenario.initial_attitude_covariance
+    sigma_deg = scenario.initial.attitude_deg
+    if scenario.prior is not None:
+        sigma_deg = float(np.degrees(scenario.prior.sigma[:3].max()))
     for i, limit in enumerate(scenario.path_limits):
         cone, half_angle = limit.cone(), limit.half_angle_deg
         sign, most, less = (1.0, "least", "and") if cone.inside else (-1.0, "most", "less")
         angle, bound = (
-            sign * np.degrees(excess_at(cone, k, at, scenario.epoch, attitude, known)[0])
+            sign
+            * np.degrees(excess_at(cone, k, at, scenario.epoch, attitude[None], known[None])[0])
             for k in (0.0, limit.attitude_sigmas)
         )
         if half_angle < bound if cone.inside else half_angle > bound:
@@ -142,7 +147,7 @@ def _check_path(scenario: Scenario, at: Place) -> None:
                 f"expected {other}another attitude in [initial]: at the start "
                 f"{DIRECTIONS[cone.direction].label} is {angle:.4g} deg from the boresight of "
                 f"{limit.name!r}, {less} attitude_sigmas = {limit.attitude_sigmas:g} of "
-                f"initial.attitude_deg = {scenario.initial.attitude_deg:g}",
+                f"initial.attitude_deg = {sigma_deg:g}",
             )
 
 

@@ -227,16 +227,16 @@ def _states(
     states = np.zeros((count + len(variants), n_values + model.window_steps + 1))
     watched = bool(model.monitors.states)
     for number, each in enumerate(variants):
-        variances = each.initial_sigma**2
-        start = [np.diag(variances)[np.tril_indices(len(variances))], each.initial_attitude.ravel()]
-        start += [_monitors_at_start(each, watched), np.cumsum(each.weights * variances)[-1:]]
+        P = each.initial_covariance
+        start = [P[np.tril_indices(len(P))], each.initial_attitude.ravel()]
+        start += [_monitors_at_start(each, watched), np.cumsum(each.weights * np.diag(P))[-1:]]
         states[-1 - number, : n_values + 1] = np.concatenate(start)
     return states
 
 
 def _monitors_at_start(model: FilterModel, watched: bool) -> Floats:
     """What `layout.Monitors` says, at time zero; with the states', if they are `watched`."""
-    covariance = np.diag(model.initial_sigma[:3] ** 2)[None]
+    covariance = model.initial_covariance[None, :3, :3]
     values = []
     for limit, watch in zip(model.path_limits, model.monitors.limits, strict=True):
         cone = limit.cone()

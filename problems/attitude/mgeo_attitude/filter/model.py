@@ -40,6 +40,11 @@ class FilterModel:
     available : array of bool, shape (n_steps + 1, n_sensors)
         Whether each sensor can measure at each sample, apart from its field of view.
     initial_sigma : array, shape (n_states,)
+    initial_correlation : array, shape (n_states, n_states)
+        Of the errors at the start; the identity unless a calibration has been before.
+    initial_states : array, shape (n_states,)
+        What is believed of gyro and sensors then, rotations as vectors of `rotation.rotate`; zero
+        unless a calibration has been before. It does not enter the covariance.
     weights : array, shape (n_states,)
         Weight of each state's variance in the trace.
     window_steps : int
@@ -73,6 +78,8 @@ class FilterModel:
     references: Floats
     available: Bools
     initial_sigma: Floats
+    initial_correlation: Floats
+    initial_states: Floats
     weights: Floats
     window_steps: int
     relative_decrease: float
@@ -115,14 +122,17 @@ class FilterModel:
         required = RequiredSigma(scenario.required_sigma)
         watches = tuple(map(Watch.of, scenario.path_limits))
         names = directions_of(suite, Monitors(watches))
-        start = Place.first_of(environment)
-        attitude, rate = scenario.initial.attitude(start)[0], scenario.initial.rate(start)
+        start, prior = Place.first_of(environment), scenario.prior
+        attitude, rate = scenario.initial_attitude(start), scenario.initial_rate(start)
+        sigma = suite.initial_sigma(np.radians(scenario.initial.attitude_deg))
         return cls(
             suite=suite,
             step=scenario.step,
             references=references,
             available=available,
-            initial_sigma=suite.initial_sigma(np.radians(scenario.initial.attitude_deg)),
+            initial_sigma=sigma if prior is None else prior.sigma,
+            initial_correlation=np.eye(len(sigma)) if prior is None else prior.correlation,
+            initial_states=np.zeros_like(sigma) if prior is None else prior.estimates,
             weights=weights,
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
@@ -152,6 +162,13 @@ class FilterModel:
     @property
     def n_steps(self) -> int:
         return len(self.references) - 1
+
+    @property
+    def initial_covariance(self) -> Floats:
+        """Of the errors at the start, shape (n_states, n_states)."""
+        sigma = self.initial_sigma
+        covariance: Floats = sigma[:, None] * self.initial_correlation * sigma
+        return covariance
 
     @property
     def times(self) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._typing import Floats
 from ..environment import Environment
-from ..maneuvers.allocation import pseudo_inverse, shares
+from ..scenario.allocation import pseudo_inverse
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
@@ -27,7 +27,7 @@ class MomentumBudget:
     inertia : array, shape (3, 3)
         [kg m²]
     allocation : array, shape (k, 3)
-        See `maneuvers.allocation`.
+        See `Wheels.shares`.
     circulating : array, shape (k,)
         What of the initial momentum the allocation leaves in the wheels, without a resultant
         [N m s].
@@ -74,7 +74,7 @@ class MomentumBudget:
         if wheels is None or not wheels.budgeted:
             return None
         axes = wheels.spin_axes()
-        allocation, inertia = shares(wheels), wheels.matrix()
+        allocation, inertia = wheels.shares(), wheels.matrix()
         wheel_momentum, momentum = np.zeros(len(axes)), np.zeros(3)
         if wheels.initial_momentum:  # or else what makes the sum zero
             wheel_momentum = np.array(wheels.initial_momentum)

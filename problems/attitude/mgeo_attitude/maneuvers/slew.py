@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._typing import Floats
-from .allocation import shares
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
@@ -27,7 +26,7 @@ class SlewLimits:
     inertia : array, shape (3, 3)
         [kg m²]
     allocation : array, shape (k, 3)
-        How wheels share a torque; see `allocation`.
+        How wheels share a torque; see `Wheels.shares`.
     initial_rate : array, shape (3,)
         Body rate that the first ramp leaves [rad/s].
     """
@@ -52,7 +51,7 @@ class SlewLimits:
             max_acceleration=greatest,
             max_torque=np.inf if torque is None else wheels.ramp_share * torque,
             inertia=wheels.matrix(),
-            allocation=shares(wheels),
+            allocation=wheels.shares(),
             initial_rate=initial_rate,
         )
 

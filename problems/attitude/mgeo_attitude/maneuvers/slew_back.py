@@ -18,7 +18,6 @@ from scipy.spatial.transform import Rotation
 
 from .._typing import Floats
 from ..fields import InvalidValue
-from .allocation import shares
 from .phases import Phase, phases
 from .schedule import VARIABLES_PER_MANEUVER, Schedule, flown, schedule
 from .slew import SlewLimits
@@ -201,7 +200,7 @@ class _Search:
         wheels = self.scenario.wheels
         within = np.abs(rate).max() <= self._most_rate * _ROUNDING
         if wheels is not None and wheels.max_momentum is not None:
-            momentum = np.abs(shares(wheels) @ wheels.matrix() @ rate).max()
+            momentum = wheels.greatest_share(rate @ wheels.matrix())
             within &= momentum <= wheels.max_momentum * _ROUNDING
         return bool(within)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import Validated, expect, positive, quantity
+from mgeo_attitude.scenario.allocation import ALLOCATIONS
 from mgeo_attitude.vector import unit
 
 #: Singular value of the spin axes below which they span no more than a plane.
@@ -35,7 +36,7 @@ class Wheels(Validated):
     )
     allocation: str = quantity(
         "pseudo-inverse",
-        choices=("pseudo-inverse", "minimax"),
+        choices=tuple(ALLOCATIONS),
         doc="how more than three share a torque: least squares, or least load of the most loaded",
     )
     max_torque: float | None = positive(None, unit="N m", doc="greatest torque of each wheel")
@@ -108,3 +109,11 @@ class Wheels(Validated):
     def spin_axes(self) -> Floats:
         """Unit vectors, shape (n, 3)."""
         return np.array([unit(axis) for axis in self.axes])
+
+    def shares(self) -> Floats:
+        """W of the wheels' `allocation`, shape (k, 3): the most loaded takes the greatest |W m|."""
+        return ALLOCATIONS[self.allocation](self.spin_axes())
+
+    def greatest_share(self, demand: Floats) -> float:
+        """What the most loaded wheel takes of a torque or momentum about the body axes."""
+        return float(np.abs(self.shares() @ demand).max())

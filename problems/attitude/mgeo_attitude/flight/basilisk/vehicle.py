@@ -15,9 +15,9 @@ from mgeo_attitude.fields import (
     positive,
     quantity,
 )
-from mgeo_attitude.maneuvers.allocation import pseudo_inverse
 from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.scenario import Scenario, Wheels
+from mgeo_attitude.scenario.allocation import pseudo_inverse
 
 #: How Basilisk shares a torque among wheels.
 SHARED_BY = "pseudo-inverse"

@@ -8,14 +8,10 @@ greatest |W m| of a matrix W, shape (k, 3), for a demand m.
 from __future__ import annotations
 
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._typing import Floats
-
-if TYPE_CHECKING:
-    from ..scenario import Wheels
+from mgeo_attitude._typing import Floats
 
 #: Sine of the angle between two axes that span no plane.
 _PARALLEL = 1e-9
@@ -53,8 +49,3 @@ def minimax(axes: Floats) -> Floats:
 
 #: Rules by the ``allocation`` that names them in a scenario file.
 ALLOCATIONS = {"pseudo-inverse": pseudo_inverse, "minimax": minimax}
-
-
-def shares(wheels: Wheels) -> Floats:
-    """W of the rule that wheels are shared by."""
-    return ALLOCATIONS[wheels.allocation](wheels.spin_axes())
