@@ -9,16 +9,20 @@ from mgeo_attitude.flight import draw
 from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.scenario import Convergence
 
+from ..filter.suites import SUITES
 from ..flight.runs import estimated, none
 
 PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
 
 
-@pytest.fixture(scope="module")
-def model():
+@pytest.fixture(scope="module", params=["cubesat_6u", "every constant"])
+def model(request):
     scenario = dataclasses.replace(
         Scenario.cubesat_6u(), duration=300.0, convergence=Convergence(window=300.0)
     )
+    if request.param in SUITES:
+        suite = SUITES[request.param]
+        scenario = dataclasses.replace(scenario, gyro=suite.gyro, sensors=suite.sensors)
     return FilterModel.from_scenario(scenario)
 
 

@@ -19,4 +19,22 @@ SUITES = {
     "full gyro": Suite(
         Gyro(initial_scale_factor=1e-3, initial_misalignment_deg=0.1), (SunSensor(), Magnetometer())
     ),
+    "soft iron": Suite(
+        Gyro(initial_nonorthogonality_deg=0.1),
+        (
+            SunSensor(),
+            Magnetometer(initial_scale_factor=0.02, initial_nonorthogonality_deg=0.5),
+        ),
+    ),
+    "every constant": Suite(
+        Gyro(
+            initial_scale_factor=1e-3,
+            initial_misalignment_deg=0.1,
+            initial_nonorthogonality_deg=0.1,
+        ),
+        (
+            SunSensor(),
+            Magnetometer(initial_scale_factor=0.02, initial_nonorthogonality_deg=0.5),
+        ),
+    ),
 }

@@ -16,6 +16,7 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from ..filter.suites import SUITES
+from ..filter.test_suite import symmetric
 from .runs import estimated, flown, none
 from .test_rotation import as_scipy
 
@@ -211,12 +212,31 @@ def test_readings_are_those_of_rotated_vectors(model):
         assert np.isnan(flight.readings.sensors[0][0]).all()  # the start is what is believed
 
 
+def test_a_field_is_distorted_by_a_symmetric_matrix_and_turned():
+    magnetometer, rng = SUITES["soft iron"].sensors[1], np.random.default_rng(4)
+    bias, k, psi, eta = 0.2 * rng.standard_normal((4, 3))
+    field = rng.standard_normal(3)
+    x = SimpleNamespace(bias=bias, scale_factor=k, misalignment=psi, nonorthogonality=eta)
+    distorted = (np.eye(3) + np.diag(k) + symmetric(eta)) @ field
+    expected = as_scipy(psi).apply(distorted) + bias
+    np.testing.assert_allclose(magnetometer.measured(x, field), expected, rtol=0, atol=1e-15)
+
+
 def test_gyro_is_corrected_by_what_it_measures():
-    gyro, rng = SUITES["full gyro"].gyro, np.random.default_rng(2)
-    bias, k, mu = 0.1 * rng.standard_normal((3, 3))
-    omega = rng.standard_normal(3)
-    x = SimpleNamespace(bias=bias, scale_factor=k, misalignment=mu)
-    reported = gyro.measured(x, omega)
-    np.testing.assert_allclose(reported, as_scipy(mu).apply((1 + k) * omega) + bias, rtol=1e-14)
-    np.testing.assert_allclose(gyro.corrected(x, reported), omega, rtol=1e-13)
+    rng = np.random.default_rng(2)
+    bias, k, mu, eta = 0.1 * rng.standard_normal((4, 5, 3))
+    omega = rng.standard_normal((5, 3))
+    x = SimpleNamespace(bias=bias, scale_factor=k, misalignment=mu, nonorthogonality=eta)
+    for name, of in (
+        ("full gyro", [1, 1, 0]),
+        ("soft iron", [0, 0, 1]),
+        ("every constant", [1] * 3),
+    ):
+        gyro = SUITES[name].gyro
+        reported = gyro.measured(x, omega)
+        for i in range(5):
+            stretched = (np.eye(3) + of[0] * np.diag(k[i]) + of[2] * symmetric(eta[i])) @ omega[i]
+            turned = as_scipy(mu[i]).apply(stretched) if of[1] else stretched
+            np.testing.assert_allclose(reported[i], turned + bias[i], rtol=1e-13)
+        np.testing.assert_allclose(gyro.corrected(x, reported), omega, rtol=1e-12)
     assert Gyro.rotations == ("misalignment",)

@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from mgeo_attitude import vector
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.fields import InvalidValue, positive, quantity
-from mgeo_attitude.rotation import rotate
+from mgeo_attitude.rotation import rotate, shear
 from mgeo_attitude.sensors.base import NAME, Sensor
 from mgeo_attitude.units import DEG, Unit
-from mgeo_attitude.vector import Vec3, cross, unit
+from mgeo_attitude.vector import Vec3, cross, scale, unit
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment
@@ -97,12 +98,16 @@ class SunSensor(VectorSensor):
 
 @dataclass(frozen=True)
 class Magnetometer(VectorSensor):
-    """y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT."""
+    """y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT.
+
+    Optional are errors of scale factor and non-orthogonality, such as soft iron makes: `measured`.
+    """
 
     kind: ClassVar[str] = "magnetometer"
     units: ClassVar[Mapping[str, Unit]] = {
         "misalignment": DEG,
         "bias": Unit("nT", "nt", FIELD_UNIT_NT),
+        "nonorthogonality": DEG,
     }
 
     name: str = quantity("mag", doc=NAME)
@@ -116,12 +121,50 @@ class Magnetometer(VectorSensor):
     initial_bias_nt: float = positive(
         2000.0, unit="nT", doc="initial bias, 1-sigma per axis", formerly="bias_nt"
     )
+    initial_scale_factor: float = quantity(
+        0.0, low=0.0, doc="initial scale-factor error, 1-sigma per axis; 0 leaves the states out"
+    )
+    initial_nonorthogonality_deg: float = quantity(
+        0.0,
+        unit="deg",
+        low=0.0,
+        doc="initial non-orthogonality, half of what two axes are off a right angle, 1-sigma; "
+        "0 leaves the states out",
+    )
 
     def states(self) -> dict[str, float]:
-        return {
+        states = {
             "misalignment": math.radians(self.initial_misalignment_deg),
             "bias": self.initial_bias_nt / FIELD_UNIT_NT,
         }
+        if self.initial_scale_factor:
+            states["scale_factor"] = self.initial_scale_factor
+        if self.initial_nonorthogonality_deg:
+            states["nonorthogonality"] = math.radians(self.initial_nonorthogonality_deg)
+        return states
+
+    def measure(self, x: Any, v: Vec3) -> Vec3:
+        y = super().measure(x, v)
+        if self.initial_scale_factor:
+            y = y + scale(v, x.scale_factor)
+        if self.initial_nonorthogonality_deg:
+            y = y + vector.shear(v, x.nonorthogonality)
+        return y
+
+    def measured(self, x: Any, v: Any) -> Any:
+        """B_m = R(ψ) (B + k ∘ B + N(η) B) + δB.
+
+        I + diag(k) + N(η), N of `vector.shear`, is the symmetric part of what soft iron, gains and
+        axes off their right angles do to a field; the other part is the misalignment ψ. (R. Alonso,
+        M. D. Shuster, Complete Linear Attitude-Independent Magnetometer Calibration, Journal of the
+        Astronautical Sciences 50 (2002) 477-490.)
+        """
+        field = v
+        if self.initial_scale_factor:
+            field = field + x.scale_factor * v
+        if self.initial_nonorthogonality_deg:
+            field = field + shear(x.nonorthogonality, v)
+        return super().measured(x, field)
 
     def noise(self) -> tuple[float, float, float]:
         sigma = self.noise_nt / FIELD_UNIT_NT
