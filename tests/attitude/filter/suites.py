@@ -26,6 +26,33 @@ SUITES = {
             Magnetometer(initial_scale_factor=0.02, initial_nonorthogonality_deg=0.5),
         ),
     ),
+    "varying errors": Suite(
+        Gyro(),
+        (
+            SunSensor(albedo=0.05, albedo_correlation_time=40.0),
+            Magnetometer(field_error_nt=100.0, field_error_correlation_time=20.0),
+        ),
+    ),
+    "orbit error": Suite(
+        Gyro(initial_scale_factor=1e-3),
+        (
+            Magnetometer(name="inner"),
+            SunSensor(boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0, albedo=0.03),
+            Magnetometer(orbit_error_m=1000.0, orbit_error_correlation_time=300.0),
+        ),
+    ),
+    "considered": Suite(
+        Gyro(initial_misalignment_deg=0.1, considered=("misalignment",)),
+        (
+            SunSensor(albedo=0.05, considered=("albedo",), sample_interval=4.0),
+            Magnetometer(
+                initial_scale_factor=0.02,
+                field_error_nt=100.0,
+                orbit_error_m=1000.0,
+                considered=("orbit_error", "scale_factor"),
+            ),
+        ),
+    ),
     "every constant": Suite(
         Gyro(
             initial_scale_factor=1e-3,

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, Gyro, Scenario, SunSensor
+from mgeo_attitude import FilterModel, Gyro, Magnetometer, Scenario, SunSensor
 from mgeo_attitude.flight import draw
 from mgeo_attitude.flight.flight import at_rest
 from mgeo_attitude.scenario import Convergence
@@ -131,6 +131,58 @@ def test_gyro_noise_is_the_markov_process_of_equation_2():
     scale = np.sqrt(np.outer(np.diag(Q), np.diag(Q)))
     # the standard deviation of an entry is at most sqrt(2 / 40000) of its scale: 0.7 %
     assert np.abs((sample - Q) / scale).max() < 4.5 * np.sqrt(2.0 / 40_000)
+
+
+def test_errors_of_sensors_are_ornstein_uhlenbeck_processes():
+    """Stationary, with the autocovariance σ² exp(-t / τ) of the closed form, and independent."""
+    sensors = (
+        SunSensor(albedo=0.05, albedo_correlation_time=15.0),
+        Magnetometer(field_error_nt=80),
+    )
+    model = FilterModel.from_scenario(short(Scenario.paper(), sensors=sensors, step=2.0))
+    F, Q = at_rest(model)
+    expected = np.repeat([np.exp(-2.0 / 15.0), np.exp(-2.0 / 300.0)], 3)
+    np.testing.assert_allclose(np.diag(F)[6:], expected, rtol=1e-13)
+    variances = np.repeat([0.05**2, (80.0 / 50_000.0) ** 2], 3)
+    np.testing.assert_allclose(np.diag(Q)[6:], variances * (1.0 - expected**2), rtol=1e-12)
+
+    n, runs = DURATION // 2, 600
+    flights = [
+        flown(model, PLAN, draw(model, n, generator)).gyro[:, 3:6]
+        for generator in np.random.default_rng(6).spawn(runs)
+    ]
+    samples = np.moveaxis(np.array(flights), 1, 0).reshape(n + 1, -1)  # of 1800 processes
+    covariance = samples @ samples.T / samples.shape[1]
+    lag = 2.0 * np.abs(np.subtract.outer(np.arange(n + 1), np.arange(n + 1)))
+    # an entry's standard deviation is at most sqrt(2 / 1800) of the variance: 3.3 %
+    error = covariance / 0.05**2 - np.exp(-lag / 15.0)
+    assert np.abs(error).max() < 5.0 * np.sqrt(2.0 / samples.shape[1])
+
+
+def test_what_light_from_the_earth_does_turns_with_the_sky_not_with_the_body(model):
+    """And what the field is beside its model: at two attitudes the same vector in GCRS."""
+    sensors = (
+        SunSensor(albedo=0.05),
+        Magnetometer(field_error_nt=100.0, orbit_error_m=1000.0),
+    )
+    seen = FilterModel.from_scenario(short(Scenario.paper(), sensors=sensors))
+    usual, other = none(seen, DURATION), none(seen, DURATION)
+    albedo, field, orbit = np.random.default_rng(8).standard_normal((3, 3))
+    other.errors[6:15] = np.concatenate([albedo, field, orbit])
+    clean, dirty = flown(seen, PLAN, usual), flown(seen, PLAN, other)
+    C, k = clean.motion.attitude, np.arange(1, DURATION + 1)
+    for index, added in (
+        (0, np.exp(-k / 600.0)[:, None] * albedo),
+        (
+            1,
+            np.exp(-k / 300.0)[:, None] * field
+            + np.exp(-k / 20_000.0)[:, None]
+            * np.einsum("kji,j->ki", seen.references[1:, 2:5], orbit),
+        ),
+    ):
+        difference = dirty.readings.sensors[index] - clean.readings.sensors[index]
+        expected = np.einsum("kij,kj->ki", C[1:], added)
+        np.testing.assert_allclose(difference[1:, 0], expected, rtol=0, atol=1e-12)
 
 
 def test_a_bias_that_does_not_drift_stays(model):

@@ -36,6 +36,7 @@ def step_parts(
     faster than a function: hence several parts.
     """
     at, n = layout(suite, gated, monitors), suite.n_states
+    considered = frozenset(suite.considered.tolist())
     parts: dict[str, Code] = {}
     following = count(at.constants)
 
@@ -46,10 +47,13 @@ def step_parts(
         """The next ones, in the order of `step_constants`."""
         return [code.slot(k) for k in islice(following, number)]
 
-    def in_body_axes(code: Code, first: int) -> Vec3:
-        """A given vector."""
-        C, v = code.slots(at.attitude, 9), code.slots(first, 3)
+    def to_body(code: Code, vector: Iterable[Any]) -> Vec3:
+        C, v = code.slots(at.attitude, 9), tuple(vector)
         return Vec3(*(sum(C[3 * i + k] * v[k] for k in range(3)) for i in range(3)))
+
+    def in_body_axes(code: Code, index: int) -> Vec3:
+        """One of the vectors that are given."""
+        return to_body(code, code.slots(at.given + 3 * index, 3))
 
     code = part("propagate")
     C, dC = code.slots(at.attitude, 9), code.slots(at.rotation, 9)
@@ -58,14 +62,18 @@ def step_parts(
         for i in range(3):
             code.store(at.attitude + 3 * i + j, column[i])
     F = {entry: code.slot(at.F + k) for k, entry in enumerate(transition_pattern(suite))}
-    m = suite.n_dynamic
+    m = suite.n_kinematic
     Q = {(i, j): code.slot(at.Q + slot_of(i, j)) for i in range(m) for j in range(i + 1)}
+    for first in range(m, suite.n_dynamic, 3):
+        decay, variance = constants(code, 2)
+        F |= {(i, i): decay for i in range(first, first + 3)}
+        Q |= {(i, i): variance for i in range(first, first + 3)}
     predict(Triangle(code), n, F, Q)
 
     if monitors.cones:
         # before the measurements: the attitude was flown on what was known until now
         code = part("watch_sun")
-        sun = in_body_axes(code, at.given + 3 * len(suite.sensors))
+        sun = in_body_axes(code, suite.n_vectors)
         for k, margin in enumerate(monitors.cones):
             value, axis = code.slot(at.monitors + k), Vec3(*constants(code, 3))
             if margin:
@@ -78,13 +86,18 @@ def step_parts(
     gates = count(at.constants - sum(gated))
     for index, sensor in enumerate(suite.sensors):
         code = part(f"update_{index}")
-        v, variances = in_body_axes(code, at.given + 3 * index), constants(code, 3)
+        v, variances = in_body_axes(code, index), constants(code, 3)
+        rows = suite.gradient_rows(index)
+        gradient = [in_body_axes(code, row) for row in range(rows.start, rows.stop)]
         gate: Any = code.slot(next(gates)) if gated[index] else 1.0
         if sensor.field_of_view() is not None:
             *boresight, least = constants(code, 4)
             cosine = sum(b * component for b, component in zip(boresight, v, strict=True))
             gate = gate * cosine.choose(least, 1.0, 0.0)
-        update(Triangle(code), n, partial(suite.measure, sensor, v), variances, gate)
+        measure = partial(
+            suite.measure, sensor, v, to_body=partial(to_body, code), gradient=gradient
+        )
+        update(Triangle(code), n, measure, variances, gate, considered)
 
     if monitors.states:
         code = part("watch")
@@ -110,14 +123,20 @@ def step_parts(
 
 
 def step_constants(
-    suite: Suite, weights: np.ndarray, cones: ArrayLike = (), required: Iterable[float] = ()
+    suite: Suite,
+    step: float,
+    weights: np.ndarray,
+    cones: ArrayLike = (),
+    required: Iterable[float] = (),
 ) -> np.ndarray:
-    """The constants of a step, for trace `weights` of shape (n_states,).
+    """The constants of a `step` [s], for trace `weights` of shape (n_states,).
 
-    Those of the keep-out cones (`keep_out.cone_constants`); three noise variances and, with a
-    field of view, boresight and cosine of the half-angle for each sensor in turn; those of the
-    `required` 1-sigmas that are monitored; then the weights.
+    Decay and new variance of each Gauss-Markov process of a sensor; those of the keep-out cones
+    (`keep_out.cone_constants`); three noise variances and, with a field of view, boresight and
+    cosine of the half-angle for each sensor in turn; those of the `required` 1-sigmas that are
+    monitored; then the weights.
     """
+    processes = [value for each in suite.processes.values() for value in each.over(step)]
     values: list[float] = []
     for sensor in suite.sensors:
         values.extend(sigma**2 for sigma in sensor.noise())
@@ -125,7 +144,8 @@ def step_constants(
         if view is not None:
             boresight, half_angle = view
             values.extend([*boresight, float(np.cos(half_angle))])
-    return np.concatenate([cones, values, [sigma**-2 for sigma in required], weights])
+    watched = [sigma**-2 for sigma in required]
+    return np.concatenate([processes, cones, values, watched, weights])
 
 
 def module_source(suite: Suite, gated: tuple[bool, ...], monitors: Monitors, lanes: int) -> str:

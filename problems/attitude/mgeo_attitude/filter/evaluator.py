@@ -93,6 +93,7 @@ def evaluate(
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
     cones = cone_constants(model.cones, model.cone_sigmas)
     required = model.required_sigma[list(monitors.states)]
+    density = suite.diffusion()[: suite.n_kinematic]
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, lanes()),
         tuple(at),
@@ -100,9 +101,9 @@ def evaluate(
         jobs[:5],
         _states(model, (jobs.snapshot >= 0).sum(), at.rotation),
         (np.ascontiguousarray(plan.rates), np.ascontiguousarray(plan.starts), plan.over),
-        (model.dynamics, suite.diffusion(), np.array(transition_pattern(suite)), model.step),
+        (model.dynamics, density, np.array(transition_pattern(suite)), model.step),
         model.table,
-        step_constants(suite, model.weights, cones, required),
+        step_constants(suite, model.step, model.weights, cones, required),
         (model.window_steps, model.relative_decrease, model.allow_rise),
         end_step,
         trace,

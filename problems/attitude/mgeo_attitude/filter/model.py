@@ -14,7 +14,7 @@ from .._typing import Bools, Floats
 from ..environment import Environment
 from ..maneuvers.schedule import Schedule, schedule
 from ..maneuvers.slew import SlewLimits
-from ..scenario.settings import RequiredSigma, TraceWeights
+from ..scenario.settings import RequiredSigma, TraceWeights, uncalibrated
 from .layout import Monitors
 from .suite import Suite
 
@@ -31,8 +31,9 @@ class FilterModel:
     suite : Suite
     step : float
         Filter step [s].
-    references : array, shape (n_steps + 1, n_sensors, 3)
-        Vector that each sensor looks at, GCRS; zero for one that looks at none.
+    references : array, shape (n_steps + 1, n_vectors, 3)
+        Vector that each sensor looks at, GCRS, zero for one that looks at none; then the columns
+        of their gradients, see `Suite.gradient_rows`.
     available : array of bool, shape (n_steps + 1, n_sensors)
         Whether each sensor can measure at each sample, apart from its field of view.
     initial_sigma : array, shape (n_states,)
@@ -92,7 +93,7 @@ class FilterModel:
             environment = dataclasses.replace(environment, sunlit=sunlit)
         suite = Suite(scenario.gyro, scenario.sensors)
         n = len(environment.times)
-        references = np.zeros((n, len(suite.sensors), 3))
+        references = np.zeros((n, suite.n_vectors, 3))
         available = np.ones((n, len(suite.sensors)), dtype=bool)
         for index, sensor in enumerate(suite.sensors):
             reference, mask = sensor.inertial_vector(environment), sensor.available(environment)
@@ -100,7 +101,14 @@ class FilterModel:
                 references[:, index] = reference
             if mask is not None:
                 available[:, index] = mask
-        weights = np.repeat(TraceWeights(scenario.trace_weights).of(suite.blocks), 3)
+            if sensor.has_gradient:
+                columns = sensor.gradient(environment).swapaxes(1, 2)
+                references[:, suite.gradient_rows(index)] = columns
+            if sensor.sample_interval is not None:
+                every = round(sensor.sample_interval / scenario.step)
+                available[:, index] &= np.arange(n) % every == 0
+        unlearned = uncalibrated(suite.gyro, suite.sensors)
+        weights = np.repeat(TraceWeights(scenario.trace_weights).of(suite.blocks, unlearned), 3)
         required = RequiredSigma(scenario.required_sigma)
         cones = np.array([cone.axis() for cone in scenario.keep_outs]).reshape(-1, 3)
         sun = environment.sun * environment.sunlit[:, None]
@@ -144,7 +152,8 @@ class FilterModel:
     def table(self) -> Floats:
         """What a filter step needs of the orbit, side by side at every sample.
 
-        The references; if an axis is watched, the Sun; and whether each gated sensor is available.
+        The vectors that sensors look at, and their gradients; if an axis is watched, the Sun; and
+        whether each gated sensor is available.
         """
         parts = [self.references.reshape(len(self.references), -1)]
         if len(self.cones):
@@ -153,9 +162,13 @@ class FilterModel:
 
     @cached_property
     def dynamics(self) -> Floats:
-        """A at rest, and what a unit rate about each axis adds, shape (4, n_dynamic, n_dynamic)."""
+        """A of attitude and gyro at rest, and what a unit rate about each axis adds.
+
+        Shape (4, n_kinematic, n_kinematic). The processes of sensors do not depend on the rate.
+        """
+        k = self.suite.n_kinematic
         rest, *unit = map(self.suite.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
-        return np.array([rest, *(matrix - rest for matrix in unit)])
+        return np.array([rest, *(matrix - rest for matrix in unit)])[:, :k, :k].copy()
 
     def schedule(self, designs: ArrayLike) -> Schedule:
         """What is flown of designs, shape (n, 4 m)."""

@@ -13,6 +13,7 @@ from mgeo_attitude import vector
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import Validated, positive, quantity
 from mgeo_attitude.rotation import rotate, shear, unrotate
+from mgeo_attitude.sensors.base import CONSIDERED, check_considered
 from mgeo_attitude.units import DEG, DEG_H, Unit
 from mgeo_attitude.vector import Vec3, cross, scale
 
@@ -68,6 +69,11 @@ class Gyro(Validated):
         doc="initial non-orthogonality, half of what two axes are off a right angle, 1-sigma; "
         "0 leaves the states out",
     )
+    considered: tuple[str, ...] = quantity((), doc=CONSIDERED)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_considered(self.considered, self.states())
 
     def states(self) -> dict[str, float]:
         """Error states it adds (3-vectors, body axes) with their initial 1-sigma per axis."""
