@@ -10,9 +10,10 @@ from mgeo_attitude import Scenario
 from mgeo_attitude.environment.interpolation import interpolate, nearest
 
 _FRONTS = Path(__file__).parents[1] / "fronts"
+_ERRORS = _FRONTS.parent / "errors.csv"
 
 #: Files that figures are drawn from; a page is built again when one of them changes.
-SOURCES = (Path(__file__), *sorted(_FRONTS.glob("*.csv")))
+SOURCES = (Path(__file__), *sorted(_FRONTS.glob("*.csv")), _ERRORS)
 
 _NAMES = {"free": "cubesat_6u", "limits": "with limits.toml"}
 #: Name, samples that it goes through, with velocities or not, and color.
@@ -24,6 +25,13 @@ _POLYNOMIALS = (
     ("Hermite, degree 7", 4, True, "#1f5fa8"),
 )
 _COLORS = {"free": "#1f5fa8", "limits": "#c8501e"}
+_FLOORED = {
+    "attitude [deg]": "attitude [deg]",
+    "sun bias [-]": "Sun sensor's bias [-]",
+    "mag bias [nT]": "magnetometer's bias [nT]",
+}
+_FLOOR_COLORS = ("#1f5fa8", "#c8501e", "#4a8f3c")
+_ORBIT = 5992.0
 
 
 def limits() -> go.Figure:
@@ -77,7 +85,33 @@ def interpolation() -> go.Figure:
     return figure
 
 
-FIGURES: dict[str, Callable[[], go.Figure]] = {"limits": limits, "interpolation": interpolation}
+def floor() -> go.Figure:
+    """1-sigma over ten orbits, with errors that vary and without."""
+    history = pd.read_csv(_ERRORS)
+    figure = go.Figure()
+    for (column, label), color in zip(_FLOORED.items(), _FLOOR_COLORS, strict=True):
+        for errors, dash in (("without", "dash"), ("with", "solid")):
+            chosen = history[history["errors"] == errors]
+            figure.add_scatter(
+                x=(chosen["time [s]"] / _ORBIT).tolist(),
+                y=chosen[column].tolist(),
+                mode="lines",
+                line={"color": color, "dash": dash},
+                name=f"{label}, {errors}",
+            )
+    figure.update_xaxes(title="orbits", type="log")
+    figure.update_yaxes(title="1-sigma of the worst axis", type="log", exponentformat="power")
+    figure.update_layout(
+        template="plotly_white", height=460, margin={"l": 60, "r": 20, "t": 20, "b": 50}
+    )
+    return figure
+
+
+FIGURES: dict[str, Callable[[], go.Figure]] = {
+    "limits": limits,
+    "interpolation": interpolation,
+    "floor": floor,
+}
 
 
 def _hover_texts(table: pd.DataFrame) -> list[str]:

@@ -1,6 +1,8 @@
 """Sensor suites that the filter's tests run over."""
 
-from mgeo_attitude import Gyro, Magnetometer, StarTracker, Suite, SunSensor
+from mgeo_attitude import Gyro, Magnetometer, Scenario, StarTracker, Suite, SunSensor
+
+FULL = Scenario.cubesat_6u_full()
 
 SUITES = {
     "paper": Suite(Gyro(), (SunSensor(), Magnetometer())),
@@ -53,6 +55,7 @@ SUITES = {
             ),
         ),
     ),
+    "cubesat_6u_full": Suite(FULL.gyro, FULL.sensors),
     "every constant": Suite(
         Gyro(
             initial_scale_factor=1e-3,

@@ -58,7 +58,9 @@ def test_every_key_has_a_comment() -> None:
     lines = Scenario.paper().to_toml().splitlines()
     uncommented = [line for line in lines if " = " in line and " # " not in line]
     assert uncommented[1:] == []
-    assert uncommented == ['# only what differs: preset = "paper" or "cubesat_6u"']
+    assert uncommented == [
+        '# only what differs: preset = "paper" or "cubesat_6u" or "cubesat_6u_full"'
+    ]
 
 
 @pytest.mark.parametrize("section", SECTIONS)

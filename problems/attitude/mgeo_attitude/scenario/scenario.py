@@ -142,6 +142,14 @@ class Scenario(Validated):
         """
         return Scenario.from_dict({"preset": "cubesat_6u"})
 
+    @staticmethod
+    def cubesat_6u_full() -> Scenario:
+        """`cubesat_6u` with every error of its instruments and models, constant or varying.
+
+        Its file, ``scenario/cubesat_6u_full.toml``, says where they are from.
+        """
+        return Scenario.from_dict({"preset": "cubesat_6u_full"})
+
     def to_dict(self) -> dict[str, Any]:
         """The scenario as nested dicts and lists of JSON's types; see `from_dict`."""
         table = to_table(self)
