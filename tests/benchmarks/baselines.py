@@ -73,7 +73,7 @@ def same_time(front: Front) -> str:
         [name, *(_compared(table.loc[name, "trace [-]"], table) for table in tables)]
         for name in tables[0].index
     ]
-    return markdown(["trace after the same time", *columns], rows)
+    return _markdown(["trace after the same time", *columns], rows)
 
 
 def on_its_own_terms(front: Front) -> str:
@@ -98,7 +98,7 @@ def on_its_own_terms(front: Front) -> str:
         "the front's least by then",
         "better",
     ]
-    return markdown(header, rows)
+    return _markdown(header, rows)
 
 
 def _compared(trace: float, table: object) -> str:
@@ -106,7 +106,7 @@ def _compared(trace: float, table: object) -> str:
     return f"{trace:.2e}" if ratio == 1.0 else f"{trace:.2e} ({ratio:.3g} ×)"
 
 
-def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def _markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     rule = ["---", *(["---:"] * (len(header) - 1))]
     return "\n".join(f"| {' | '.join(row)} |" for row in (header, rule, *rows))
 

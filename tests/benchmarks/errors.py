@@ -19,7 +19,7 @@ from mgeo_attitude.describe import block_units
 from mgeo_attitude.observability import baselines
 from numpy.typing import NDArray
 
-from .baselines import markdown
+from .table import markdown
 
 DOCS = Path(__file__).parents[2] / "docs"
 DOCUMENT, DATA = DOCS / "errors.md", DOCS / "errors.csv"
