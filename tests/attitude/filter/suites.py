@@ -1,8 +1,12 @@
 """Sensor suites that the filter's tests run over."""
 
+import dataclasses
+
 from mgeo_attitude import Gyro, Magnetometer, Scenario, StarTracker, Suite, SunSensor
 
 FULL = Scenario.cubesat_6u_full()
+#: For filters of any step.
+FULL_SENSORS = tuple(dataclasses.replace(each, sample_interval=None) for each in FULL.sensors)
 
 SUITES = {
     "paper": Suite(Gyro(), (SunSensor(), Magnetometer())),
@@ -55,7 +59,7 @@ SUITES = {
             ),
         ),
     ),
-    "cubesat_6u_full": Suite(FULL.gyro, FULL.sensors),
+    "cubesat_6u_full": Suite(FULL.gyro, FULL_SENSORS),
     "every constant": Suite(
         Gyro(
             initial_scale_factor=1e-3,

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 class GaussMarkov:
     """An error e' = -e / τ + white noise, stationary: an Ornstein-Uhlenbeck process.
 
-    In `Sensor.states` it stands where a constant has its initial 1-sigma. Its autocorrelation after a
-    time t is exp(-t / τ) (A. Gelb, Applied Optimal Estimation, 1974, section 2.2).
+    In `Sensor.states` it stands where a constant has its initial 1-sigma. Its autocorrelation
+    after a time t is exp(-t / τ) (A. Gelb, Applied Optimal Estimation, 1974, section 2.2).
 
     Attributes
     ----------
