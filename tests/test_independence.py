@@ -11,8 +11,9 @@ ROOT = Path(__file__).parents[1]
 MGEO = ROOT / "mgeo"
 ATTITUDE = ROOT / "problems" / "attitude" / "mgeo_attitude"
 
-#: What of the plugin may import mgeo: commands, pages, and what reads and writes plans and runs.
-MAY = {"commands", "figures", "plan"}
+#: What of the plugin may import mgeo: commands, pages, and what reads and writes plans, runs and
+#: calibrations.
+MAY = {"calibration", "commands", "figures", "plan"}
 
 
 def imported(*paths):

@@ -1,12 +1,12 @@
 """Interactive figures of the site, drawn when it is built, mostly from the data in this folder."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
-from mgeo_attitude import Scenario
+from mgeo_attitude import Scenario, calibrate, fly
 from mgeo_attitude.environment.interpolation import interpolate, nearest
 
 _FRONTS = Path(__file__).parents[1] / "fronts"
@@ -15,7 +15,12 @@ _ERRORS = _FRONTS.parent / "errors.csv"
 #: Files that figures are drawn from; a page is built again when one of them changes.
 SOURCES = (Path(__file__), *sorted(_FRONTS.glob("*.csv")), _ERRORS)
 
-_NAMES = {"free": "cubesat_6u", "limits": "with limits.toml"}
+_LIMITS = {"free": ("cubesat_6u", "#1f5fa8"), "limits": ("with limits.toml", "#c8501e")}
+_STARTS = {
+    "free": ("from GCRS", "#1f5fa8"),
+    "nadir": ("from nadir", "#c8501e"),
+    "sun": ("from the Sun", "#3d8b4f"),
+}
 #: Name, samples that it goes through, with velocities or not, and color.
 _POLYNOMIALS = (
     ("linear", 2, False, "#8a8a8a"),
@@ -24,7 +29,6 @@ _POLYNOMIALS = (
     ("Hermite, degree 3", 2, True, "#7fa8d4"),
     ("Hermite, degree 7", 4, True, "#1f5fa8"),
 )
-_COLORS = {"free": "#1f5fa8", "limits": "#c8501e"}
 _FLOORED = {
     "attitude [deg]": "attitude [deg]",
     "sun bias [-]": "Sun sensor's bias [-]",
@@ -36,15 +40,25 @@ _ORBIT = 5992.0
 
 def limits() -> go.Figure:
     """Fronts of `cubesat_6u` with and without its limits."""
+    return _fronts(_LIMITS)
+
+
+def starts() -> go.Figure:
+    """Fronts of `cubesat_6u` from several attitudes."""
+    return _fronts(_STARTS)
+
+
+def _fronts(runs: Mapping[str, tuple[str, str]]) -> go.Figure:
+    """Stored fronts by file, with name and color of each."""
     figure = go.Figure()
-    for run, name in _NAMES.items():
+    for run, (name, color) in runs.items():
         table = pd.read_csv(_FRONTS / f"{run}.csv").sort_values("t_end [s]")
         time, trace = table["t_end [s]"], table["trace [-]"]
         figure.add_scatter(
             x=time.tolist(),
             y=trace.tolist(),
             mode="lines+markers",
-            line={"shape": "hv", "color": _COLORS[run], "width": 1},
+            line={"shape": "hv", "color": color, "width": 1},
             marker={"size": 6},
             name=name,
             text=_hover_texts(table),
@@ -107,10 +121,22 @@ def floor() -> go.Figure:
     return figure
 
 
+def calibration() -> go.Figure:
+    """What the example of the page on calibration finds."""
+    scenario = Scenario.from_dict(
+        {"preset": "cubesat_6u", "duration": 3000.0, "initial": {"attitude_deg": 90.0}}
+    )
+    plan = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    found: go.Figure = calibrate(scenario, fly(scenario, plan, seed=1)).figures()["constants"]
+    return found
+
+
 FIGURES: dict[str, Callable[[], go.Figure]] = {
     "limits": limits,
+    "starts": starts,
     "interpolation": interpolation,
     "floor": floor,
+    "calibration": calibration,
 }
 
 

@@ -31,13 +31,16 @@ def size(name: str) -> Markdown:
     ]
     first = made[0]
     evaluations, seeds = first["evaluations"], len(first["seeds"])
+    if study.per_variable:
+        evaluations //= load(name)[1][first["problem"]["label"]].problem.n_var
     versions = ", ".join(
         f"{package} {v if isinstance(v, str) else ' and '.join(v)}"
         for package, v in first["versions"].items()
     )
+    each = " per variable" if study.per_variable else ""
     failed = sum(data["runs_failed"] for data in made)
     text = (
-        f"Shown here: **{evaluations:,} evaluations, {seeds} seeds**, "
+        f"Shown here: **{evaluations:,} evaluations{each}, {seeds} seeds**, "
         f"{sum(data['runs_finished'] for data in made):,} runs"
         + (f" and {failed} that failed" if failed else "")
         + f"; {max(data['written'] for data in made)[:10]}, with {versions}."
@@ -45,8 +48,8 @@ def size(name: str) -> Markdown:
     if (evaluations, seeds) != (study.evaluations, len(study.seeds)):
         text += (
             "\n\n```{warning}\nThat is a trial of the page, not the study, which has "
-            f"{study.evaluations:,} evaluations and {len(study.seeds)} seeds. Nothing follows "
-            "from these numbers.\n```"
+            f"{study.evaluations:,} evaluations{each} and {len(study.seeds)} seeds. Nothing "
+            "follows from these numbers.\n```"
         )
     return Markdown(text)
 

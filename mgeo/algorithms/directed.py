@@ -2,14 +2,22 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from pymoo.core.problem import Problem
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
-from mgeo._validation import validate_fraction, validate_integer, validate_number, validate_pair
+from mgeo._validation import (
+    validate_choice,
+    validate_fraction,
+    validate_integer,
+    validate_number,
+    validate_pair,
+)
 from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.bounds import BOUNDS
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import pick, rank
@@ -85,6 +93,8 @@ class MGEODirected(ExtremalOptimization):
         those between the extremes, and of those with extreme weights.
     max_candidates : largest number of candidates of a walker; with more variables than that, so
         many of them are drawn at random each generation.
+    bounds : what becomes of a step that leaves them: "clip" to the bound, "reflect" from it, or
+        "resample", drawn anew until it stays inside (`mgeo.algorithms.bounds`).
     options : `sampling` and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and
         those of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
@@ -112,6 +122,7 @@ class MGEODirected(ExtremalOptimization):
         migrate: Sequence[float] = (0.2, 0.02),
         restart: Sequence[int] = (4, 50),
         max_candidates: int = 12,
+        bounds: str = "clip",
         **options: Any,
     ) -> None:
         super().__init__(tau=validate_number("tau", tau, low=0), n_walkers=n_walkers, **options)
@@ -130,6 +141,7 @@ class MGEODirected(ExtremalOptimization):
             )
         self.restart = validate_pair("restart", restart, validate_integer, low=1)
         self.max_candidates = validate_integer("max_candidates", max_candidates, low=1)
+        self.bounds = validate_choice("bounds", bounds, BOUNDS)
 
     def _code(self, problem: Problem) -> RealCode:
         return RealCode(Variables.of(problem, ["real"]))
@@ -162,11 +174,12 @@ class MGEODirected(ExtremalOptimization):
         if len(xl) > self.max_candidates:
             own = self.random_state.permuted(own, axis=1)[:, : self.max_candidates]
         differences = self._differences if len(self.front) else None
-        steps = joint_steps(
+        steps, spread = joint_steps(
             own, xu - xl, self.widths, self.coupling, self.difference, differences,
             self.random_state,
         )  # fmt: skip
-        self._values = np.clip(self.walkers[:, None, :] + steps, xl, xu)
+        walkers, uniform = self.walkers[:, None, :], partial(self.random_state.random, steps.shape)
+        self._values = BOUNDS[self.bounds](walkers, steps, spread, xl, xu, uniform)
         return self._values.reshape(-1, len(xl))
 
     def _differences(self, shape: tuple[int, ...]) -> FloatArray:

@@ -10,6 +10,7 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray, IntArray
 from mgeo._validation import validate_choice, validate_each, validate_integer, validate_number
+from mgeo.algorithms.bounds import BOUNDS
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.constructors import takes_n_runs
 from mgeo.algorithms.steps import SCALES, perturb
@@ -32,12 +33,14 @@ class RealSteps(IndependentWalkers, ABC):
         tau: float | str = 3.0,
         n_walkers: int = 30,
         perturbation: str = "absolute",
+        bounds: str = "clip",
         **options: Any,
     ) -> None:
         super().__init__(tau=tau, n_walkers=n_walkers, **options)
         checked = validate_each("sigma", sigma, validate_number, above=0)
         self.sigma = np.array(checked) if isinstance(checked, list) else checked
         self.perturbation = validate_choice("perturbation", perturbation, SCALES)
+        self.bounds = validate_choice("bounds", bounds, BOUNDS)
 
     @abstractmethod
     def _deviations(self, sigma: FloatArray) -> FloatArray:
@@ -56,15 +59,23 @@ class RealSteps(IndependentWalkers, ABC):
         noise = np.array([stream.standard_normal(steps.shape) for stream in self.streams])
         xl, xu = self.variables.xl, self.variables.xu
         sigma = self._deviations(np.broadcast_to(self.sigma, xl.shape))
-        scale = SCALES[self.perturbation]
-        return perturb(self.walkers[:, steps], noise, sigma, scale, xl[steps], xu[steps])
+        return perturb(
+            self.walkers[:, steps],
+            noise,
+            sigma,
+            SCALES[self.perturbation],
+            xl[steps],
+            xu[steps],
+            BOUNDS[self.bounds],
+            lambda: np.array([stream.random(steps.shape) for stream in self.streams]),
+        )
 
 
 class MGEOReal(RealSteps):
     """Multiobjective generalized extremal optimization, real-coded (MGEO_real).
 
     In every generation each variable of each walker gives one candidate, in which that variable
-    alone is perturbed by a normal step and clipped to its bounds; one of them is accepted. A
+    alone is perturbed by a normal step within its bounds; one of them is accepted. A
     generation therefore costs n_walkers x n_var evaluations. With one objective it is GEO_real1.
 
     Parameters
@@ -77,6 +88,8 @@ class MGEOReal(RealSteps):
     perturbation : what sigma is a multiple of: "absolute" the variable's unit, "relative" its
         value (a variable at zero stays there), "range" the width of its bounds (for variables
         of different units).
+    bounds : what becomes of a step that leaves them: "clip" to the bound, as published, "reflect"
+        from it, or "resample", drawn anew until it stays inside (`mgeo.algorithms.bounds`).
     options : `restart` and `patience` of `mgeo.algorithms.walkers.IndependentWalkers`, `sampling`
         and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and those of every
         pymoo algorithm: `termination` (5000 // n_walkers generations unless given), `seed`, ...
@@ -103,9 +116,9 @@ class MGEOReal2(RealSteps):
     """Multiobjective generalized extremal optimization with several steps a variable (real2).
 
     In every generation each variable of each walker gives `n_steps` candidates, in which that
-    variable alone is perturbed by normal steps of ever smaller deviation and clipped to its
-    bounds. The steps of each variable are ranked among themselves and one of them is accepted, so
-    that a walker moves in all variables at once. The point it reaches is evaluated with the next
+    variable alone is perturbed by normal steps of ever smaller deviation, within its bounds. The
+    steps of each variable are ranked among themselves and one of them is accepted, so that a
+    walker moves in all variables at once. The point it reaches is evaluated with the next
     candidates: a generation costs n_walkers x (n_var x n_steps + 1) evaluations. With one
     objective it is GEO_real2.
 
@@ -115,7 +128,8 @@ class MGEOReal2(RealSteps):
     n_steps : steps tried in each variable (P), at least 2.
     divisor : by what the deviations shrink (s), > 0.
     schedule : "factorial", sigma_{j+1} = sigma_j / (s j), or "geometric", sigma_j / s.
-    tau, n_walkers, perturbation, options : as for `MGEOReal`; tau ranks the steps of a variable.
+    tau, n_walkers, perturbation, options : as for `MGEOReal`, and `bounds`; tau ranks the steps of
+        a variable.
 
     Raises
     ------

@@ -1,10 +1,11 @@
-"""Steps of real variables: how far a candidate is from its walker, within the bounds."""
+"""Steps of real variables: how far a candidate is from its walker."""
 
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from mgeo._typing import FloatArray, IntArray
+from mgeo.algorithms.bounds import Bounding, Uniform
 
 Scale = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 Differences = Callable[[tuple[int, ...]], FloatArray]
@@ -25,8 +26,10 @@ def perturb(
     scale: Scale,
     xl: FloatArray,
     xu: FloatArray,
+    bounding: Bounding,
+    uniform: Uniform,
 ) -> FloatArray:
-    """New value of every variable, clipped to its bounds.
+    """New value of every variable, within its bounds.
 
     x + sigma scale(x) N(0, 1) (Mainenti-Lopes, Souza & de Sousa 2012); equation (9) of
     docs/theory.md.
@@ -38,12 +41,14 @@ def perturb(
     sigma : standard deviation, one for all or (n_var,).
     scale : what sigma is a multiple of: one of `SCALES`.
     xl, xu : (n_var,) bounds.
+    bounding, uniform : what becomes of a step that would leave them, see `BOUNDS`.
 
     Returns
     -------
     (n_walkers, n_var) values, of which a candidate takes one.
     """
-    return np.clip(x + sigma * scale(x, xl, xu) * noise, xl, xu)
+    spread = sigma * scale(x, xl, xu)
+    return bounding(x, spread * noise, spread, xl, xu, uniform)
 
 
 def joint_steps(
@@ -54,7 +59,7 @@ def joint_steps(
     difference: float,
     differences: Differences | None,
     rng: np.random.Generator,
-) -> FloatArray:
+) -> tuple[FloatArray, FloatArray]:
     """Steps that change each its own variable, and others with some probability.
 
     Parameters
@@ -73,20 +78,23 @@ def joint_steps(
 
     Returns
     -------
-    (..., n_var) steps, zero where a variable stays.
+    (..., n_var) steps, zero where a variable stays; and their standard deviations, zero where
+    they are such a fraction.
     """
     shape = *own.shape, len(extent)
     least, largest = np.log(widths)
     width = np.exp(rng.uniform(least, largest, own.shape))[..., None]
-    step = width * extent * rng.standard_normal(shape)
+    spread = width * extent
+    step = spread * rng.standard_normal(shape)
     mean = np.full(own.shape, coupling[0])
     if differences is not None:
         learns = rng.random(own.shape) < difference
         between = differences(own.shape)
         step = np.where(learns[..., None], rng.random(own.shape)[..., None] * between, step)
+        spread[learns] = 0.0
         mean[learns] = coupling[1]
     with np.errstate(divide="ignore"):  # of a mean of zero, for which every probability is zero
         chance = rng.random(own.shape) ** (1.0 / mean - 1.0)
     changed = rng.random(shape) < chance[..., None]
     np.put_along_axis(changed, own[..., None], True, axis=-1)
-    return np.where(changed, step, 0.0)
+    return np.where(changed, step, 0.0), spread

@@ -130,7 +130,8 @@ def solve(
     from mgeo.runs.prepare import prepare
     from mgeo.runs.scenario import read_scenario
 
-    folder = out or Path("runs", f"{problem}-{algorithm}-seed{seed}")
+    name = problem.replace(":", "-").replace("/", "-")  # of a collection: coco:bbob/f1/d10/i1
+    folder = out or Path("runs", f"{name}-{algorithm}-seed{seed}")
     flags = {
         "sigma": sigma,
         "tau": tau,

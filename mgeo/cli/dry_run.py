@@ -52,9 +52,10 @@ def describe_study(study: Study, expected: StudyEstimate, folder: Path, output: 
     """Tell it about a study."""
     sizes = {label: problem_size(problem) for label, problem in expected.problems.items()}
     algorithms = [algorithm.label for algorithm in study.algorithms]
+    each = " per variable" if study.per_variable else ""
     texts = {label: _size(size) for label, size in sizes.items()} | {
         "algorithms": ", ".join(algorithms),
-        "budget": f"{expected.runs:,} runs of {study.evaluations:,} evaluations; "
+        "budget": f"{expected.runs:,} runs of {study.evaluations:,} evaluations{each}; "
         f"{expected.found:,} of them found, {expected.runs - expected.found:,} to make",
         "folder": str(folder),
     }
@@ -63,6 +64,7 @@ def describe_study(study: Study, expected: StudyEstimate, folder: Path, output: 
         "problems": sizes,
         "algorithms": algorithms,
         "evaluations": study.evaluations,
+        "per_variable": study.per_variable,
         "runs": expected.runs,
         "runs_found": expected.found,
         "processes": expected.processes,

@@ -31,7 +31,11 @@ class ExitCode(IntEnum):
         "bad input: arguments, files, options, a problem that breaks the plugin protocol, no room "
         "on the disk; nothing is damaged",
     )
-    INCOMPLETE = 3, "done, but runs of a study failed, or what was checked does not hold"
+    INCOMPLETE = (
+        3,
+        "done, but nothing keeps all limits, runs of a study failed, or what was checked does not "
+        "hold",
+    )
     INTERRUPTED = 130, "Ctrl-C; what was found is kept"
     TERMINATED = 143, "SIGTERM; what was found is kept"
 

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
 from contextlib import ExitStack, suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from pymoo.core.problem import Problem
-from rich.table import Table
+from rich.text import Text
 
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.output import Output
 from mgeo.cli.progress import Progress, clock, run_title
 from mgeo.cli.signals import stop_requests
 from mgeo.evaluation.evaluator import EvaluationError
-from mgeo.figures import MOST_OBJECTIVES, front_figure, page
+from mgeo.figures import MOST_OBJECTIVES, MOST_TEXTS, front_figure, page
 from mgeo.files.atomic import write_file
 from mgeo.files.lock import lock
 from mgeo.plugins import protocol
+from mgeo.runs.answer import Answer, answer
+from mgeo.runs.dead_end import DeadEnd, dead_end
 from mgeo.runs.folder import (
     FIGURE_FILE,
     FRONT_FILE,
+    NEAREST_FILE,
     RUN_FILE,
     Run,
     check_folder,
@@ -35,7 +40,7 @@ from mgeo.runs.prepare import PreparedRun
 from mgeo.runs.representative import representative_solutions
 from mgeo.runs.resume import resume_run
 from mgeo.runs.solve import Outcome
-from mgeo.terminal import console, table
+from mgeo.terminal import Columns, console, plain, table
 
 _CAUSES = 3  # of failed evaluations are shown
 
@@ -58,7 +63,8 @@ def run_to_folder(
 
     Without `overwrite` there may be nothing in the folder.
 
-    0 if the budget was used, 128 + the number of the signal that stopped the run.
+    0 if the budget was used, 3 if nothing that was found keeps all limits, 128 + the number of the
+    signal that stopped the run.
     """
     folder = persistence.folder
     # until everything is written: impatience must not cost a run, nor another run its files
@@ -88,33 +94,53 @@ def run_to_folder(
         with bad_input():
             if html is not None:
                 write_file(folder / FIGURE_FILE, html.encode())
-    _print_results(run.problem, outcome, persistence, html is not None, output)
-    output.result(_document(made, persistence))
-    return stop.exit_code if outcome.status == "interrupted" else ExitCode.DONE
+    found = answer(run.problem, outcome)
+    _print_results(run.problem, outcome, found, persistence, html is not None, output)
+    output.result(_document(made, found, persistence))
+    if outcome.status == "interrupted":
+        return stop.exit_code
+    return ExitCode.DONE if len(outcome.F) else ExitCode.INCOMPLETE
 
 
 def _front_page(run: PreparedRun, outcome: Outcome) -> str | None:
-    """The plugin's picture of the front or else ours, None where neither can draw it."""
+    """The plugin's picture of the front or else ours, None where neither can draw it.
+
+    Of a run that found nothing that keeps all limits it shows the nearest, and says so.
+    """
     title = run_title(run.configuration)
-    figure = protocol.front_figure(run.problem, outcome.X) if len(outcome.X) else None
+    X, F, note = outcome.X, outcome.F, ""
+    if outcome.nearest:
+        X, F = outcome.nearest.X, outcome.nearest.F
+        note = f"Nothing that was found keeps all limits. These {len(X)} come nearest."
+    figure = protocol.front_figure(run.problem, X) if len(X) else None
     if figure is None and len(outcome.objectives) <= MOST_OBJECTIVES:
-        figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
-    return None if figure is None else page(figure, title)
+        told = protocol.describe(run.problem, X) if len(X) <= MOST_TEXTS else None
+        figure = front_figure(X, F, outcome.variables, outcome.objectives, title, told)
+    return None if figure is None else page(figure, title, note)
 
 
 def _print_results(
-    problem: Problem, outcome: Outcome, persistence: RunPersistence, drawn: bool, output: Output
+    problem: Problem,
+    outcome: Outcome,
+    found: Answer | None,
+    persistence: RunPersistence,
+    drawn: bool,
+    output: Output,
 ) -> None:
-    found = f"solutions: {len(outcome.F):,}"
+    if found is not None:
+        output.print(plain(found, "bold"))
+    size = f"solutions: {len(outcome.F):,}"
     volume = outcome.hypervolume
     if volume is not None:
         seen = "" if volume.space == "problem" else " of the range this run saw"
-        found += f"; hypervolume {volume.value:.4f}{seen}"
+        size += f"; hypervolume {volume.value:.4f}{seen}"
     took = f"{outcome.evaluations:,} evaluations in {clock(outcome.wall_time_s)}"
-    output.print(f"{outcome.status} after {took}; {found}")
+    output.print(f"{outcome.status} after {took}; {size}")
     if outcome.failures:
         output.print(_failures(outcome))
-    if not len(outcome.F):
+    if outcome.nearest:
+        output.print(*_told(dead_end(problem, outcome.nearest)))
+    elif not len(outcome.F):
         output.print("no feasible solution was found")
     elif output.for_people:
         output.print(_solutions(problem, outcome))
@@ -125,6 +151,13 @@ def _print_results(
         output.print(f"to go on: mgeo resume {persistence.folder}")
 
 
+def _told(found: DeadEnd) -> Iterator[str | Text]:
+    yield plain("nothing that was found keeps all limits; the nearest solutions exceed", "bold")
+    yield from (f"  {line}" for line in found.exceeded)
+    yield plain("ways out", "bold")
+    yield from (f"  {line}" for line in found.ways)
+
+
 def _failures(outcome: Outcome) -> str:
     causes = [f"{cause} ({count:,})" for cause, count in outcome.failures.items()]
     more = f" and {len(causes) - _CAUSES} more, see run.json" if len(causes) > _CAUSES else ""
@@ -132,25 +165,34 @@ def _failures(outcome: Outcome) -> str:
     return f"failed evaluations: {total:,}; {', '.join(causes[:_CAUSES])}{more}"
 
 
-def _solutions(problem: Problem, outcome: Outcome) -> Table:
+def _solutions(problem: Problem, outcome: Outcome) -> Columns:
     """One column per solution, one row per quantity: any number of variables fits a terminal.
 
-    The quantities are those of ``problem.describe``, or else objectives and variables.
+    The quantities are those of ``problem.describe``, or else objectives and variables. Solutions
+    between the best and the knee are left out where there is no room for all.
     """
     chosen = representative_solutions(problem, outcome.F, outcome.objectives)
     rows = [solution.row for solution in chosen]
     described = protocol.describe(problem, outcome.X[rows])
     if described is None:
         described = front_table(outcome).iloc[rows][[*outcome.objectives, *outcome.variables]]
-    titles = ["", *(solution.label for solution in chosen)]
-    return table(titles, [(str(name), *described[name]) for name in described.columns])
+
+    def of(places: list[int]) -> Columns:
+        titles = ["", *(f"{chosen[i].label} ({chosen[i].row})" for i in places)]
+        shown = described.iloc[places]
+        return table(titles, [(str(name), *shown[name]) for name in shown.columns])
+
+    every = of(list(range(len(chosen))))
+    told = [i for i, solution in enumerate(chosen) if solution.label != "between"]
+    return every if every.fits(console().width) else of(told)
 
 
-def _document(made: Run, persistence: RunPersistence) -> dict[str, Any]:
-    names = (FRONT_FILE, RUN_FILE, FIGURE_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
+def _document(made: Run, found: Answer | None, persistence: RunPersistence) -> dict[str, Any]:
+    names = (FRONT_FILE, RUN_FILE, NEAREST_FILE, FIGURE_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
     return {
         "folder": str(persistence.folder),
         "files": [name for name in names if (persistence.folder / name).exists()],
+        "answer": None if found is None else asdict(found),
         "checkpoint_error": None if persistence.error is None else str(persistence.error),
         **run_document(made),
     }

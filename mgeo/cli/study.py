@@ -32,6 +32,7 @@ def show(study: Study, comparisons: dict[str, Comparison], folder: Path, output:
             "folder": str(folder),
             "report": str(folder / REPORT),
             "evaluations": study.evaluations,
+            "per_variable": study.per_variable,
             "seeds": list(study.seeds),
             "problems": {label: _document(each) for label, each in comparisons.items()},
         }

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from html import escape
+from numbers import Real
+from typing import TYPE_CHECKING
+
 import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 #: More objectives cannot be drawn as points.
 MOST_OBJECTIVES = 3
+
+#: Points up to which each has its description in its hover text, and reports ask the plugin.
+MOST_TEXTS = 2000
 
 _LOG_FROM = 20.0  # ratio of the values from which an axis may be logarithmic
 _COLOR = "#1f5fa8"
@@ -23,6 +33,7 @@ def front_figure(
     variables: tuple[str, ...],
     objectives: tuple[str, ...],
     title: str = "",
+    described: pd.DataFrame | None = None,
 ) -> go.Figure:
     """Front with every solution's variables in its hover text.
 
@@ -35,6 +46,8 @@ def front_figure(
         Solutions (n, n_var) and objectives (n, n_obj).
     variables, objectives
         Their names, with units.
+    described
+        The solutions in the problem's words, a row for each, to be told in place of the variables.
 
     Raises
     ------
@@ -48,13 +61,13 @@ def front_figure(
     points = {
         "mode": "markers",
         "customdata": np.arange(len(F)),
-        "hovertext": hover_texts(X, F, variables, objectives),
+        "hovertext": hover_texts(X, F, variables, objectives, described),
         "hoverinfo": "text",
     }
     axes = [axis(name, column) for name, column in zip(objectives, F.T, strict=True)]
     figure = go.Figure()
     if len(axes) == 1:
-        figure.add_scatter(x=np.arange(1, len(F) + 1), y=F[:, 0], marker=_MARKER, **points)
+        figure.add_scatter(x=np.arange(len(F)), y=F[:, 0], marker=_MARKER, **points)
         figure.update_xaxes(title="solution", dtick=1 if len(F) < 20 else None)
         figure.update_yaxes(axes[0])
     elif len(axes) == 2:
@@ -80,14 +93,25 @@ def hover_texts(
     F: NDArray[np.float64],
     variables: tuple[str, ...],
     objectives: tuple[str, ...],
+    described: pd.DataFrame | None = None,
 ) -> list[str]:
-    """One text per solution: objectives in bold, then variables, each with its name."""
+    """One text per solution: its number, objectives in bold, then description or variables."""
+    names, rows = list(variables), X.tolist()
+    if described is not None:
+        others = described.drop(columns=list(objectives), errors="ignore")
+        names, rows = list(map(str, others.columns)), list(others.itertuples(index=False))
     texts = []
-    for x, f in zip(X, F, strict=True):
-        lines = [f"<b>{name}: {value:.6g}</b>" for name, value in zip(objectives, f, strict=True)]
-        lines += [f"{name}: {value:.5g}" for name, value in zip(variables, x, strict=True)]
+    for number, (row, f) in enumerate(zip(rows, F, strict=True)):
+        lines = [f"solution {number}"]
+        lines += [f"<b>{name}: {value:.6g}</b>" for name, value in zip(objectives, f, strict=True)]
+        lines += [f"{name}: {_shown(value)}" for name, value in zip(names, row, strict=True)]
         texts.append("<br>".join(lines))
     return texts
+
+
+def _shown(value: object) -> str:
+    """A number with five digits; text is no markup."""
+    return f"{value:.5g}" if isinstance(value, Real) else escape(str(value))
 
 
 def axis(name: str, values: NDArray[np.float64]) -> dict[str, object]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from html import unescape
 from typing import Any
 
 import plotly.graph_objects as go
@@ -10,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 HEIGHT = 560  # px, of a figure that names none
+_TITLE = 35  # px of a figure's margin that its title takes
 _CONFIG = {"responsive": True, "displaylogo": False, "showSendToCloud": False}
 _TEMPLATES = Environment(
     loader=PackageLoader("mgeo", ""),
@@ -26,13 +29,14 @@ def render(template: str, **values: Any) -> str:
     return _TEMPLATES.get_template(template).render(values)
 
 
-def page(figure: go.Figure, title: str) -> str:
+def page(figure: go.Figure, title: str, note: str = "") -> str:
     """One HTML page that shows the figure in the whole window and loads nothing.
 
-    The same figure always gives the same text.
+    The same figure always gives the same text. A `note` is said above it.
     """
-    body = _div(figure, "figure", library=True, height="100vh")
-    return render("figures/assets/shell.html", title=title, parts=[body])
+    drawn, heading = _headed(figure)
+    body = _div(drawn, "figure", library=True, height="100%")
+    return render("figures/assets/page.html", title=title, heading=heading, note=note, figure=body)
 
 
 def report_page(title: str, parts: Sequence[str | go.Figure]) -> str:
@@ -46,10 +50,25 @@ def report_page(title: str, parts: Sequence[str | go.Figure]) -> str:
         if isinstance(part, str):
             written.append(Markup(part))
             continue
-        height = f"{part.layout.height or HEIGHT}px"
-        written.append(_div(part, f"figure{drawn}", library=not drawn, height=height))
+        figure, heading = _headed(part)
+        height = f"{figure.layout.height or HEIGHT}px"
+        body = _div(figure, f"figure{drawn}", library=not drawn, height=height)
+        written.append(Markup(render("figures/assets/heading.html", heading=heading)) + body)
         drawn += 1
     return render("figures/assets/report.html", title=title, parts=written)
+
+
+def _headed(figure: go.Figure) -> tuple[go.Figure, list[str]]:
+    """The figure without its title, and the title's lines: a page breaks them where it must."""
+    text = figure.layout.title.text or ""
+    plain = (unescape(re.sub("<[^>]*>", "", line)).strip() for line in re.split("<br ?/?>", text))
+    lines = [line for line in plain if line]
+    if not lines:
+        return figure, []
+    top = figure.layout.margin.t
+    top = 100 if top is None else top  # plotly's own
+    untitled = go.Figure(figure).update_layout(title=None)
+    return untitled.update_layout(margin_t=max(top - _TITLE, 30)), lines
 
 
 def _div(figure: go.Figure, name: str, *, library: bool, height: str) -> Markup:

@@ -31,6 +31,8 @@ from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mgeo.benchmarks.collections import build_benchmark, is_benchmark
+
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
@@ -117,10 +119,10 @@ def preset_names(name: str) -> list[str]:
 
 
 def load_problem(name: str, options: Mapping[str, Any] | None = None) -> Problem:
-    """The problem of this name, built from `options`.
+    """The problem of this name, built from `options`: a plugin's, or one of a collection.
 
-    A class with a method ``from_options(options)`` is built by it, any other one by its
-    constructor.
+    Names of collections have a prefix (`mgeo.benchmarks.collections`). A plugin's class with a
+    method ``from_options(options)`` is built by it, any other one by its constructor.
 
     Raises
     ------
@@ -129,10 +131,12 @@ def load_problem(name: str, options: Mapping[str, Any] | None = None) -> Problem
     ValueError, TypeError
         If the problem refuses an option.
     """
-    cls = find_plugin(name).load()
     if not isinstance(options, Mapping | None):
         raise TypeError(f"options of {name!r} = {options!r:.80}: expected a table")
     given = dict(options or {})
+    if is_benchmark(name):
+        return built(name, lambda: build_benchmark(name, given))
+    cls = find_plugin(name).load()
     if hasattr(cls, "from_options"):
         return built(name, (lambda: cls.from_options(given)) if given else cls)
     accepted = _constructor_keywords(cls)

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
     from pymoo.core.problem import Problem
 
+#: Columns of a table of ``limits(X)``, and what its ``bound`` may be.
+LIMIT_COLUMNS = ("unit", "value", "bound", "limit", "margin")
+BOUNDS = ("at most", "at least")
+
 
 def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names of the variables and of the objectives.
@@ -39,6 +43,18 @@ def column_names(problem: Problem) -> tuple[tuple[str, ...], tuple[str, ...]]:
     if both:
         raise PluginError(f"{min(both)!r} names both a variable and an objective")
     return variables, objectives
+
+
+def constraint_names(problem: Problem) -> tuple[str, ...]:
+    """``constraint_names``, or g1, g2, ..., of inequalities, and h1, h2, ... of equalities.
+
+    Raises
+    ------
+    PluginError
+        If there is not one name for each inequality, or a name occurs twice.
+    """
+    equalities = tuple(f"h{j + 1}" for j in range(problem.n_eq_constr))
+    return (*_names(problem, "constraint_names", "g", problem.n_ieq_constr), *equalities)
 
 
 def problem_size(problem: Problem) -> dict[str, Any]:
@@ -112,6 +128,40 @@ def describe(problem: Problem, X: NDArray[Any]) -> pd.DataFrame | None:
     return found
 
 
+def answers(problem: Problem, X: NDArray[Any]) -> list[str] | None:
+    """Its ``answers(X)``, a line for each of X; None if it has none."""
+
+    def is_valid(given: Any) -> bool:
+        return (
+            isinstance(given, list)
+            and len(given) == len(X)
+            and all(isinstance(line, str) and line for line in given)
+        )
+
+    found: list[str] | None
+    found = _ask(problem, "answers(X)", is_valid, f"a list of {len(X)} texts", X)
+    return found
+
+
+def limits(problem: Problem, X: NDArray[Any]) -> list[pd.DataFrame] | None:
+    """Its ``limits(X)``, a table for each of X, whose columns are checked; None if it has none."""
+    import pandas as pd
+
+    def is_table(given: Any) -> bool:
+        if not isinstance(given, pd.DataFrame) or not set(LIMIT_COLUMNS) <= set(given.columns):
+            return False
+        numbers = all(given[name].map(_is_number).all() for name in ("value", "limit", "margin"))
+        return numbers and bool(given["bound"].isin(BOUNDS).all())
+
+    def is_valid(given: Any) -> bool:
+        return isinstance(given, list) and len(given) == len(X) and all(map(is_table, given))
+
+    expected = f"{len(X)} DataFrames with the columns {', '.join(LIMIT_COLUMNS)}"
+    found: list[pd.DataFrame] | None
+    found = _ask(problem, "limits(X)", is_valid, expected, X)
+    return found
+
+
 def front_summary(problem: Problem, F: FloatArray) -> dict[str, float]:
     """Its ``front_summary(F)``, empty if it has none."""
 
@@ -167,6 +217,10 @@ def _ask(
         found = f"{type(given).__name__} of shape {np.shape(given)}" if sized else repr(given)
         raise PluginError(f"{call} {owner} gives {found:.80}: expected {expected}")
     return given
+
+
+def _is_number(given: Any) -> bool:
+    return isinstance(given, int | float | np.number) and not isinstance(given, bool)
 
 
 def _are_figures(given: Any) -> bool:

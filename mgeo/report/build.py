@@ -15,6 +15,8 @@ from mgeo.report.history import recorded_history
 from mgeo.report.reading import read_subject
 from mgeo.report.solutions import solutions_json
 from mgeo.report.verification import verifications
+from mgeo.runs.answer import answer
+from mgeo.runs.dead_end import dead_end
 
 
 def report_html(folder: Path | str) -> str:
@@ -29,12 +31,15 @@ def report_html(folder: Path | str) -> str:
     """
     folder = Path(folder)
     run, problem, chosen, title = read_subject(folder)
+    nearest = run.outcome.nearest
     history = recorded_history(folder, problem, run.outcome)
     data = solutions_json(problem, run, chosen, title) if chosen else {"table": None}
     data["history"] = None if history is None else figure_json(history)
     return render(
         "report/assets/report.html",
         title=title,
+        answer=None if nearest else answer(problem, run.outcome),
+        dead_end=dead_end(problem, nearest) if nearest else None,
         folder=folder.resolve().name,
         run=run,
         configuration=run.configuration,

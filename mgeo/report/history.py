@@ -13,11 +13,11 @@ from pymoo.core.problem import Problem
 from mgeo.pareto.dominance import nondominated
 from mgeo.persistence.recorder import read_record
 from mgeo.runs.hypervolume import HypervolumeMeter
+from mgeo.runs.limits import TOLERANCE
 from mgeo.runs.persistence import RECORD_FOLDER
 from mgeo.runs.solve import Outcome
 
 _SAMPLES = 60
-_TOLERANCE = 1e-4  # pymoo's, of an equality
 
 
 def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Figure | None:
@@ -67,7 +67,7 @@ def hypervolume_history(
     if outcome.hypervolume.space == "seen":
         meter.seen = [list(outcome.hypervolume.ideal), list(outcome.hypervolume.nadir)]
     G, H = (record[_constraints(problem, kind)].to_numpy(float) for kind in "gh")
-    feasible = (G <= 0.0).all(axis=1) & (np.abs(H) <= _TOLERANCE).all(axis=1)
+    feasible = (G <= 0.0).all(axis=1) & (np.abs(H) <= TOLERANCE).all(axis=1)
     F = record[list(outcome.objectives)].to_numpy(float).copy()
     F[record["failed"].to_numpy(bool) | ~feasible] = np.nan
     ends = np.unique(np.geomspace(1, len(F), _SAMPLES).astype(np.int64))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from pymoo.core.problem import Problem
@@ -11,9 +12,13 @@ from mgeo.plugins.discovery import load_problem
 from mgeo.runs.folder import RUN_FILE, Run, read_run
 from mgeo.runs.representative import RepresentativeSolution, representative_solutions
 
+_MOST_NEAR = 5  # cards of what comes nearest
+
 
 def read_subject(folder: Path) -> tuple[Run, Problem, list[RepresentativeSolution], str]:
     """The run of a folder, its problem as it is installed, its representative solutions, a title.
+
+    Of a run that found nothing that keeps all limits, ``X`` and ``F`` are what comes nearest.
 
     Raises
     ------
@@ -35,5 +40,10 @@ def read_subject(folder: Path) -> tuple[Run, Problem, list[RepresentativeSolutio
                 f"{configuration.problem!r} has with these options"
             )
     chosen = representative_solutions(problem, outcome.F, outcome.objectives)
+    if outcome.nearest:  # shown in place of the front
+        nearest = outcome.nearest
+        run = replace(run, outcome=outcome.model_copy(update={"X": nearest.X, "F": nearest.F}))
+        rows = range(min(_MOST_NEAR, len(nearest)))
+        chosen = [RepresentativeSolution(row, "near" if row else "nearest") for row in rows]
     title = f"{configuration.problem} · {configuration.algorithm} · seed {configuration.seed}"
     return run, problem, chosen, title

@@ -11,19 +11,17 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
-from mgeo.figures import MOST_OBJECTIVES, front_figure
+from mgeo.figures import MOST_OBJECTIVES, MOST_TEXTS, front_figure
 from mgeo.figures.motion import check_motion
 from mgeo.plugins import protocol
 from mgeo.report.encode import Json, figure_json, shared
 from mgeo.runs.folder import Run, front_table
-from mgeo.runs.representative import RepresentativeSolution
+from mgeo.runs.limits import limits
+from mgeo.runs.representative import RepresentativeSolution, default_solution
 from mgeo.runs.solve import Outcome
 
 #: Solutions whose figures go into a report, so that its size stays bounded.
 MOST_PLANS = 300
-
-#: Points up to which each has its variables in its hover text, and the plugin draws the front.
-_MOST_TEXTS = 2000
 
 
 def solutions_json(
@@ -38,11 +36,12 @@ def solutions_json(
         "table": {"columns": list(front.columns), "rows": front.to_numpy().tolist()},
         "objectives": len(outcome.objectives),
         "planned": rows.tolist(),
+        "answers": _by_row(protocol.answers(problem, X[rows]) or [""] * len(rows), rows),
         "described": _described(problem, outcome, rows),
         "bounds": _bounds(problem),
         "limits": _limits(problem, X, rows),
         "labels": {str(solution.row): solution.label for solution in chosen},
-        "first": next((h.row for h in chosen if h.label == "knee"), chosen[0].row),
+        "first": 0 if outcome.nearest else default_solution(problem, outcome.F).row,
         "front": None if picture is None else figure_json(picture, lists=True),
         "plans": plans_json(problem, X, rows),
     }
@@ -68,14 +67,15 @@ def front_picture(problem: Problem, outcome: Outcome, title: str) -> go.Figure |
     It is the plugin's own where its points do so, see ``docs/plugins.md``.
     """
     n = len(outcome.X)
-    if n <= _MOST_TEXTS:
+    if n <= MOST_TEXTS:
         figure = protocol.front_figure(problem, outcome.X)
         if figure is not None and _numbered(figure, n):
             return figure
     if len(outcome.objectives) > MOST_OBJECTIVES:
         return None
-    figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title)
-    if n > _MOST_TEXTS:
+    told = protocol.describe(problem, outcome.X) if n <= MOST_TEXTS else None
+    figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title, told)
+    if n > MOST_TEXTS:
         numbered = {"customdata": np.arange(n), "hovertext": None, "hoverinfo": "all"}
         figure.update_traces(numbered, selector={"mode": "markers"})
     return figure
@@ -110,14 +110,12 @@ def _described(problem: Problem, outcome: Outcome, rows: NDArray[np.int64]) -> J
 
 
 def _limits(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]) -> Json:
-    """Constraints of each solution: names, and values that are at most 0 where a limit is kept."""
-    count = problem.n_ieq_constr
-    if not count:
-        return {"names": [], "rows": {}}
-    G = np.asarray(problem.evaluate(X[rows], return_values_of=["G"])).tolist()
-    values = [[float(f"{g:.6g}") if np.isfinite(g) else None for g in row] for row in G]
-    names = getattr(problem, "constraint_names", None) or [f"g{j + 1}" for j in range(count)]
-    return {"names": [str(name) for name in names], "rows": _by_row(values, rows)}
+    """Limits of each solution: name, whether it is kept, and the numbers of it in words."""
+    told = [
+        [[limit.name, limit.kept, str(limit).removeprefix(f"{limit.name}: ")] for limit in each]
+        for each in limits(problem, X[rows])
+    ]
+    return _by_row(told, rows)
 
 
 def _bounds(problem: Problem) -> Json:

@@ -1,4 +1,4 @@
-"""Run folders: ``front.csv``, ``run.json`` and ``front.html``.
+"""Run folders: ``front.csv``, ``run.json``, ``front.html`` and, without a front, ``nearest.csv``.
 
 ``front.csv`` has one row per solution and a column for each variable and objective; floats are
 written by repr, so they read back exactly. ``run.json`` says how to make the run again and how it
@@ -17,12 +17,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mgeo.benchmarks.collections import distributions, is_benchmark
 from mgeo.files.atomic import write_files
 from mgeo.files.models import checked
 from mgeo.files.reading import entry, errors_of, read_json
 from mgeo.files.tables import read_numbers, to_csv
 from mgeo.plugins.discovery import find_plugin
 from mgeo.runs.configuration import RunConfiguration
+from mgeo.runs.nearest import Nearest
 from mgeo.runs.persistence import CHECKPOINT_FILE
 from mgeo.runs.solve import Outcome
 
@@ -30,7 +32,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FORMAT = 2
+_ARRAYS = ("X", "F", "nearest")  # in files of their own
 RUN_FILE, FRONT_FILE, FIGURE_FILE = "run.json", "front.csv", "front.html"
+#: What comes nearest to the constraints, of a run that found nothing that keeps them.
+NEAREST_FILE = "nearest.csv"
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +68,7 @@ def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
 
 
 def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
-    """Write ``front.csv`` and ``run.json``, whole or not at all.
+    """Write ``front.csv``, ``run.json`` and, if need be, ``nearest.csv``, whole or not at all.
 
     A figure of an earlier run in the folder is removed; other files are left alone.
 
@@ -75,7 +80,11 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
     folder = check_folder(folder, overwrite=overwrite)
     folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps(run_document(run), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-    write_files(folder, {FRONT_FILE: to_csv(front_table(run.outcome)), RUN_FILE: text.encode()})
+    nearest = {NEAREST_FILE: to_csv(nearest_table(run.outcome))} if run.outcome.nearest else {}
+    tables = {FRONT_FILE: to_csv(front_table(run.outcome)), **nearest}
+    write_files(folder, {**tables, RUN_FILE: text.encode()})
+    if not nearest:
+        (folder / NEAREST_FILE).unlink(missing_ok=True)
     (folder / FIGURE_FILE).unlink(missing_ok=True)
 
 
@@ -101,7 +110,8 @@ def read_run(folder: Path | str) -> Run:
         configuration = checked(RunConfiguration, entry(data, "configuration", dict))
         versions = entry(data, "versions", dict[str, str])
         n = entry(data, "solutions", int)
-        outcome = checked(Outcome, {key: data[key] for key in data if key not in ("X", "F")})
+        n_nearest = entry(data, "nearest", int) if "nearest" in data else 0
+        outcome = checked(Outcome, {key: data[key] for key in data if key not in _ARRAYS})
     front = read_numbers(folder / FRONT_FILE)
     names = [*outcome.variables, *outcome.objectives]
     with errors_of(path):
@@ -117,7 +127,23 @@ def read_run(folder: Path | str) -> Run:
                 "numbers each"
             )
     X, F = np.hsplit(front.to_numpy(float), [len(outcome.variables)])
-    return Run(configuration, outcome.model_copy(update={"X": X, "F": F}), versions)
+    found = {"X": X, "F": F, "nearest": _read_nearest(folder, outcome, n_nearest)}
+    return Run(configuration, outcome.model_copy(update=found), versions)
+
+
+def _read_nearest(folder: Path, outcome: Outcome, n: int) -> Nearest:
+    if not n:
+        return Nearest.none()
+    path = folder / NEAREST_FILE
+    table, names = read_numbers(path), _nearest_columns(outcome)
+    with errors_of(path):
+        if list(table.columns) != names or len(table) != n:
+            raise ValueError(
+                f"{len(table)} rows and the columns {list(table.columns)}: expected {n} rows and "
+                f"{names}"
+            )
+    sizes = np.cumsum([len(outcome.variables), len(outcome.objectives)])
+    return Nearest(*np.hsplit(table.to_numpy(float), sizes))
 
 
 def front_table(outcome: Outcome) -> pd.DataFrame:
@@ -133,13 +159,31 @@ def front_table(outcome: Outcome) -> pd.DataFrame:
     )
 
 
+def nearest_table(outcome: Outcome) -> pd.DataFrame:
+    """What comes nearest to the constraints: variables, objectives, and each violation."""
+    import pandas as pd
+
+    nearest = outcome.nearest
+    rows = np.hstack([nearest.X, nearest.F, nearest.violation])
+    return pd.DataFrame(rows, columns=_nearest_columns(outcome))
+
+
+def _nearest_columns(outcome: Outcome) -> list[str]:
+    violations = (f"violation of {name}" for name in outcome.constraints)
+    return [*outcome.variables, *outcome.objectives, *violations]
+
+
 def installed_versions(problem: str) -> dict[str, str]:
     """Versions of what a run of this problem depends on."""
-    plugin = find_plugin(problem)
+    if is_benchmark(problem):
+        own = {name: version(name) for name in distributions(problem)}
+    else:
+        plugin = find_plugin(problem)
+        own = {plugin.distribution: plugin.version}
     return {
         "python": platform.python_version(),
         **{name: version(name) for name in ("mgeo", "pymoo", "numpy")},
-        plugin.distribution: plugin.version,
+        **own,
     }
 
 
@@ -149,6 +193,7 @@ def run_document(run: Run) -> dict[str, Any]:
         "format": FORMAT,
         "configuration": run.configuration.model_dump(),
         "solutions": len(run.outcome.F),
+        "nearest": len(run.outcome.nearest),
         **run.outcome.model_dump(mode="json"),
         "versions": dict(run.versions),
     }

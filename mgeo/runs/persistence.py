@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Strict
+from pydantic import Field, Strict
 from pymoo.core.algorithm import Algorithm, LoopwiseAlgorithm
 from pymoo.core.callback import CallbackCollection
 
@@ -28,7 +28,8 @@ class Notes(Table):
     """What a checkpoint of a run says besides the state of the algorithm.
 
     ``record`` tells whether every evaluation is recorded, ``seen`` the least and the greatest
-    values of the objectives so far; it is empty before there are any.
+    values of the objectives so far; it is empty before there are any. ``nearest`` holds rows of
+    `NearestMeter`, while nothing has kept all constraints.
     """
 
     configuration: RunConfiguration
@@ -36,6 +37,7 @@ class Notes(Table):
     started: Annotated[datetime, Strict(False)]
     wall_time_s: float
     seen: list[list[float]]
+    nearest: list[list[float]] = Field(default_factory=list)
 
 
 class RunPersistence:
@@ -105,7 +107,7 @@ class RunPersistence:
         algorithm
             The one that runs.
         notes
-            Gives ``started``, ``wall_time_s`` and ``seen`` of `Notes` as JSON values.
+            Gives ``started``, ``wall_time_s``, ``seen`` and ``nearest`` of `Notes` as JSON values.
         """
         self._algorithm = algorithm
         begins = self._began = (algorithm.n_iter or 1) == 1

@@ -43,8 +43,7 @@ def representative_solutions(
     front = np.asarray(F, dtype=float)
     if not len(front):
         return []
-    space = indicator_space(problem)
-    points = space(front) if space else scaled(front, front.min(axis=0), front.max(axis=0))
+    points = _points(problem, front)
     labels: dict[int, list[str]] = {}
     for row, name in zip(extremes(points), names, strict=True):
         labels.setdefault(row, []).append(f"best {name}")
@@ -55,6 +54,21 @@ def representative_solutions(
         labels[row] = ["between"]
     rows = sorted(labels, key=lambda row: tuple(front[row]))
     return [RepresentativeSolution(row, ", ".join(labels[row])) for row in rows]
+
+
+def default_solution(problem: Problem, F: ArrayLike) -> RepresentativeSolution:
+    """What is shown of a front where nobody chose: its knee, or the best of its first objective.
+
+    Parameters
+    ----------
+    F
+        Front, shape (n, n_obj), n >= 1.
+    """
+    points = _points(problem, np.asarray(F, dtype=float))
+    row = knee(points)
+    if row is not None:
+        return RepresentativeSolution(row, "knee")
+    return RepresentativeSolution(extremes(points)[0], "best of the first objective")
 
 
 def extremes(points: NDArray[np.float64]) -> list[int]:
@@ -73,6 +87,12 @@ def knee(points: NDArray[np.float64]) -> int | None:
     bulge = (corners[0] - points) @ normal
     row = int(np.argmax(bulge))
     return row if bulge[row] > _FLAT else None
+
+
+def _points(problem: Problem, front: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The front in the problem's indicator space, or else scaled to its own extent."""
+    space = indicator_space(problem)
+    return space(front) if space else scaled(front, front.min(axis=0), front.max(axis=0))
 
 
 def _normal(corners: NDArray[np.float64]) -> NDArray[np.float64]:

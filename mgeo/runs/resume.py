@@ -52,6 +52,9 @@ def resume_run(
         problem = load_problem(configuration.problem, configuration.options)
         if notes.seen and [len(side) for side in notes.seen] != [problem.n_obj] * 2:
             raise ValueError(f"seen = {notes.seen!r:.80}: expected 2 x {problem.n_obj} numbers")
+        width = problem.n_var + problem.n_obj + problem.n_ieq_constr + problem.n_eq_constr
+        if any(len(row) != width for row in notes.nearest):
+            raise ValueError(f"nearest = {notes.nearest!r:.80}: expected rows of {width} numbers")
     budget = configuration.evaluations
     algorithm = resume(path, problem, ("n_eval", budget), check=check)
     algorithm.evaluator.warn = False  # the outcome tells

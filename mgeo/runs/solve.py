@@ -15,8 +15,9 @@ from mgeo._typing import FloatArray
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import as_numbers
 from mgeo.files.models import Table
-from mgeo.plugins.protocol import column_names
+from mgeo.plugins.protocol import column_names, constraint_names
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
+from mgeo.runs.nearest import Nearest, NearestMeter
 from mgeo.runs.persistence import Notes, RunPersistence
 from mgeo.runs.pymoo_algorithms import seed_archives
 
@@ -32,8 +33,9 @@ class Outcome(Table):
     """What a run found: its front, ordered by the first objective, and how it went.
 
     ``X`` is (n, n_var) and ``F`` is (n, n_obj), both in the problem's own units; n = 0 if no
-    feasible solution was found. ``started`` is UTC, ``wall_time_s`` in seconds. ``failures`` tells
-    how many of the evaluations failed why.
+    feasible solution was found. ``nearest`` is then what came nearest to the ``constraints``.
+    ``started`` is UTC, ``wall_time_s`` in seconds. ``failures`` tells how many of the evaluations
+    failed why.
     """
 
     model_config = ConfigDict(extra="ignore", arbitrary_types_allowed=True)
@@ -44,10 +46,12 @@ class Outcome(Table):
     hypervolume: Hypervolume | None
     variables: Names
     objectives: Names
+    constraints: Names = ()
     started: Annotated[datetime, Strict(False)]
     wall_time_s: float
     X: FloatArray = Field(default_factory=lambda: np.empty((0, 0)), exclude=True)
     F: FloatArray = Field(default_factory=lambda: np.empty((0, 0)), exclude=True)
+    nearest: Nearest = Field(default_factory=Nearest.none, exclude=True)
 
 
 class State:
@@ -61,7 +65,9 @@ class State:
         self.evaluations = 0
         self.stopped = False
         self._algorithm = algorithm
+        self.constraints = constraint_names(problem)
         self._meter = HypervolumeMeter(problem)
+        self._nearest = NearestMeter(problem)
         self._front: Population | None = None
         self._problem = problem
         self._clock = time.perf_counter()
@@ -70,10 +76,13 @@ class State:
             self.started = notes.started
             self._clock -= notes.wall_time_s
             self._meter.seen = notes.seen
+            self._nearest.seen = notes.nearest
         self._watcher = algorithm.evaluator.callback
         algorithm.evaluator.callback = self._evaluated
         if algorithm.opt is not None:
             self.update()
+        if len(self.front()[0]):
+            self._nearest.stop()
 
     def stop(self) -> None:
         """End the run here; its status is then "interrupted"."""
@@ -104,7 +113,13 @@ class State:
             "started": self.started.isoformat(),
             "wall_time_s": self.elapsed,
             "seen": self._meter.seen,
+            "nearest": self._nearest.seen,
         }
+
+    @property
+    def nearest(self) -> Nearest:
+        """What comes nearest to the constraints, if nothing has kept them so far."""
+        return self._nearest.nearest
 
     def hypervolume(self, F: FloatArray) -> Hypervolume | None:
         """Hypervolume of a front of this run."""
@@ -112,6 +127,7 @@ class State:
 
     def _evaluated(self, population: Population) -> None:
         self._meter.see(population)
+        self._nearest.see(population)
         if self._watcher is not None:
             self._watcher(population)
 
@@ -210,6 +226,8 @@ def _outcome(state: State) -> Outcome:
         F=F[order],
         variables=state.variables,
         objectives=state.objectives,
+        constraints=state.constraints,
+        nearest=Nearest.none() if len(F) else state.nearest,
         status="interrupted" if state.stopped and state.evaluations < state.budget else "finished",
         evaluations=state.evaluations,
         hypervolume=state.hypervolume(F),

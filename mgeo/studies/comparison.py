@@ -26,7 +26,14 @@ class Tests:
 
 
 class Comparison(Results):
-    """Measured runs of several algorithms on one problem, and what follows from them."""
+    """Measured runs of several algorithms on one problem, and what follows from them.
+
+    Its text is the `overview`, after `n_eval` evaluations.
+    """
+
+    def __repr__(self) -> str:
+        name = type(self.problem).__name__
+        return f"{name}, {self.n_eval:,} evaluations, mean ± sd\n{self.overview().to_string()}"
 
     def summary(self) -> pd.DataFrame:
         """Per algorithm: number of finished runs; of each column mean, sd, median, min and max.

@@ -52,8 +52,9 @@ def estimate_study(
     built = build(study)
     check(Path(folder), study)
     share = seconds / (len(built) * len(study.algorithms))
-    n_eval, found, timed, work = study.evaluations, 0, 0, 0.0
+    found, timed, work = 0, 0, 0.0
     for problem, algorithms in built:
+        n_eval, _ = study.budget(problem)
         for label, algorithm in algorithms.items():
             tasks = {(label, s): Task(problem, algorithm, n_eval, s) for s in study.seeds}
             files = run_files(Path(folder) / RECORDS, tasks).values()

@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mgeo._validation import validate_integer
+from mgeo.benchmarks.collections import expanded, short_name
 from mgeo.files.models import checked
 from mgeo.files.reading import errors_of, parse_toml, read_text
-from mgeo.plugins.discovery import built, load_problem
+from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.runs.scenario import read_scenario
 from mgeo.studies.execute import MOST
@@ -23,8 +24,6 @@ from mgeo.studies.schema import AlgorithmTable, ProblemTable, PublishedTable, St
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
-
-PYMOO = "pymoo:"  # before the name of one of pymoo's test problems
 
 
 @dataclass(frozen=True)
@@ -36,23 +35,14 @@ class ProblemConfiguration:
     options: dict[str, Any]
 
     def build(self) -> Problem:
-        """The installed problem of this name, or pymoo's if it begins with ``pymoo:``.
+        """The problem of this name, a plugin's or of a collection such as ``pymoo:``.
 
         Raises
         ------
         ValueError, TypeError
             If there is none, or it refuses an option.
         """
-        if not self.name.startswith(PYMOO):
-            return load_problem(self.name, self.options)
-        from pymoo.problems import get_problem
-
-        name = self.name.removeprefix(PYMOO)
-        try:
-            return built(self.name, lambda: get_problem(name, **self.options))
-        except Exception as error:  # pymoo raises bare ones for names it does not know
-            given = f"{name!r} with {self.options}"
-            raise ValueError(f"pymoo has no problem {given}: {error}") from error
+        return load_problem(self.name, self.options)
 
 
 @dataclass(frozen=True)
@@ -81,8 +71,9 @@ class Study:
     title: str
     about: str
     evaluations: int
+    per_variable: bool
     seeds: tuple[int, ...]
-    grid: int
+    grid: int | tuple[int, ...]
     problems: tuple[ProblemConfiguration, ...]
     algorithms: tuple[AlgorithmConfiguration, ...]
     published: PublishedTable | None
@@ -96,6 +87,14 @@ class Study:
                 a.label: {"name": a.name, "parameters": a.parameters} for a in self.algorithms
             },
         }
+
+    def budget(self, problem: Problem) -> tuple[int, int | list[int]]:
+        """Evaluations of a run on a problem, and at how many of them, or at which, to measure."""
+        each = problem.n_var if self.per_variable else 1
+        if isinstance(self.grid, int):
+            return self.evaluations * each, self.grid
+        steps = [step * each for step in self.grid if step <= self.evaluations]
+        return self.evaluations * each, steps
 
     def reduced(self, evaluations: int | None = None, seeds: int | None = None) -> Study:
         """The same study with another budget, or with its first so many seeds.
@@ -170,8 +169,9 @@ def _problems(
     where = f"problems[{index}]."
     if table.scenario is not None and table.options is not None:
         raise ValueError(f"{where}scenario and options: expected one of them")
-    for full, scenario in product(table.name, table.scenario or ("",)):
-        name = full.removeprefix(PYMOO)
+    every = [name for given in table.name for name in _expanded(given, where)]
+    for full, scenario in product(every, table.scenario or ("",)):
+        name = short_name(full)
         if not scenario:
             options = table.options or {}
             details = [f"{key} = {value}" for key, value in options.items()]
@@ -185,6 +185,13 @@ def _problems(
         if table.label is not None:
             names = [filled(table.label, where, values)]
         yield ProblemConfiguration("", full, options), names
+
+
+def _expanded(name: str, where: str) -> list[str]:
+    try:
+        return expanded(name)
+    except ValueError as error:
+        raise ValueError(f"{where}name: {error}") from error
 
 
 def _algorithms(table: AlgorithmTable, index: int) -> Iterator[AlgorithmConfiguration]:

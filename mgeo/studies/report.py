@@ -10,7 +10,7 @@ import pandas as pd
 from mgeo.figures import report_page
 from mgeo.figures.page import render
 from mgeo.studies.conclusions import comparison_with_published, conclusions
-from mgeo.studies.figures import ranks_figure
+from mgeo.studies.figures import ranks_figure, targets_figure
 from mgeo.studies.labels import folder_name
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
 
 
 def study_page(study: Study, comparisons: Mapping[str, Comparison], ranked: Friedman | None) -> str:
-    """Several problems: means of the first indicator each, and ranks over problems."""
+    """Several problems: means of the first indicator each, ranks, and targets reached."""
     labels = tuple(algorithm.label for algorithm in study.algorithms)
     problems = render(
         "studies/assets/problems.html",
@@ -53,7 +53,8 @@ def study_page(study: Study, comparisons: Mapping[str, Comparison], ranked: Frie
         problems=by_problem(comparisons),
         folders={label: folder_name(label) for label in comparisons},
     )
-    figures = [] if ranked is None else [ranks_figure(ranked, labels)]
+    drawn = (ranked and ranks_figure(ranked, labels), targets_figure(comparisons))
+    figures = [figure for figure in drawn if figure is not None]
     head = render("studies/assets/head.html", study=study)
     return report_page(study.title, [head, *figures, problems])
 

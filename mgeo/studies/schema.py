@@ -8,6 +8,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import ConfigDict, Field, PlainValidator
 from pydantic_core import PydanticCustomError
 
+from mgeo._validation import validate_integer
 from mgeo.files.models import Table
 from mgeo.runs.algorithms import ALGORITHMS
 from mgeo.studies.execute import GRID_POINTS, MOST, seed_numbers
@@ -20,18 +21,30 @@ def _listed(value: Any) -> list[str]:
     return names
 
 
+def _steps(value: Any) -> int | tuple[int, ...]:
+    if not isinstance(value, list):
+        return validate_integer("grid", value, low=1, high=MOST)
+    if not value:
+        raise PydanticCustomError("expected", "one number or more")
+    return tuple(validate_integer(f"grid[{i}]", step, low=1) for i, step in enumerate(value))
+
+
 T = TypeVar("T")
 Some = Annotated[list[T], Field(min_length=1)]
 Count = Annotated[int, Field(ge=1, le=MOST)]
 Seed = Annotated[int, Field(ge=0)]
 Names = Annotated[list[str], PlainValidator(_listed, str | Some[str])]
+Grid = Annotated[int | tuple[int, ...], PlainValidator(_steps, Count | Some[Count])]
 Seeds = Annotated[tuple[int, ...], PlainValidator(seed_numbers, Count | Some[Seed])]
 
 
 class ProblemTable(Table):
     """One problem, or several that differ in name or scenario."""
 
-    name: Names = Field(description="of an installed problem, or pymoo:NAME for one of pymoo's")
+    name: Names = Field(
+        description="of an installed problem, or of a collection: pymoo:NAME, shifted:NAME for one "
+        "of pymoo's with its optimum off the bounds, or COCO's coco:SUITE/fN/dN/iN with ranges"
+    )
     label: str | None = Field(None, description="braces hold name, an option, or scenario")
     scenario: Names | None = Field(None, description="files relative to this one, or presets")
     options: dict[str, Any] | None = Field(None, description="options of the problem")
@@ -64,8 +77,13 @@ class StudyTable(Table):
     title: str
     about: str = ""
     evaluations: int = Field(ge=1, description="of each run")
+    per_variable: bool = Field(
+        False, description="evaluations and grid are for each variable of a problem"
+    )
     seeds: Seeds = Field(description="how many (1, 2, ...), or a list")
-    grid: Count = Field(GRID_POINTS, description="numbers of evaluations at which to measure")
+    grid: Grid = Field(
+        GRID_POINTS, description="numbers of evaluations at which to measure: how many, or a list"
+    )
     problems: Some[ProblemTable]
     algorithms: Some[AlgorithmTable]
     published: PublishedTable | None = None

@@ -61,14 +61,15 @@ def run_study(
     without: list[str] = []
     for configuration, (problem, algorithms) in zip(study.problems, built, strict=True):
         label = configuration.label
+        evaluations, grid = study.budget(problem)
         try:
             comparison = compare(
                 problem,
                 algorithms,
-                study.evaluations,
+                evaluations,
                 study.seeds,
                 folder=folder / RECORDS,
-                grid=study.grid,
+                grid=grid,
                 n_jobs=n_jobs,
                 progress=progress,
                 title=label,
@@ -152,7 +153,7 @@ def _provenance(
         "title": study.title,
         "problem": {"label": problem.label, "name": problem.name, "options": problem.options},
         "algorithms": study.configuration()["algorithms"],
-        "evaluations": study.evaluations,
+        "evaluations": comparison.n_eval,
         "seeds": list(study.seeds),
         "space": comparison.space.describe(),
         "runs_finished": int((statuses == "finished").sum()),

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from typing import Any
 
+from mgeo.benchmarks.collections import COCO
 from mgeo.plugins.discovery import plugin_versions
 from mgeo.studies.fingerprint.modules import distributions
 
@@ -20,6 +21,8 @@ def made_with(*parts: Any) -> dict[str, str]:
     modules = {cls.__module__ for part in parts for cls in type(part).__mro__}
     for module in sorted(modules):
         found |= distributions(module)
+    if "mgeo.benchmarks.coco" in modules:
+        found[COCO] = version(COCO)
     return found | plugin_versions(modules)
 
 

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from numbers import Integral, Real
+from typing import Literal
 
+from rich.console import Console, ConsoleOptions
 from rich.table import Table
+from rich.text import Text
 
 from mgeo.terminal.consoles import plain
 
+_GAP = 3  # between columns
 
-def table(titles: Iterable[object], rows: Iterable[Sequence[object]], digits: int = 5) -> Table:
+
+def table(titles: Iterable[object], rows: Iterable[Sequence[object]], digits: int = 5) -> Columns:
     """Columns without lines between them, texts to the left, others right.
+
+    Nothing is cut where it is wider than the terminal: words go to the next line, and columns for
+    which there is no room stand below the others, the first column again beside them.
 
     Parameters
     ----------
@@ -19,13 +28,12 @@ def table(titles: Iterable[object], rows: Iterable[Sequence[object]], digits: in
         Of numbers that are not whole.
     """
     entries = list(rows)
-    made = Table(box=None, pad_edge=False, show_edge=False, padding=(0, 3, 0, 0))
+    columns = []
     for i, title in enumerate(titles):
         texts = all(isinstance(row[i], str) for row in entries)
-        made.add_column(plain(title), justify="left" if texts else "right")
-    for row in entries:
-        made.add_row(*(plain(_shown(value, digits)) for value in row))
-    return made
+        cells = tuple(plain(_shown(row[i], digits)) for row in entries)
+        columns.append(_Column(plain(title), cells, "left" if texts else "right"))
+    return Columns(tuple(columns))
 
 
 def pairs(texts: Mapping[str, str]) -> Table:
@@ -34,6 +42,71 @@ def pairs(texts: Mapping[str, str]) -> Table:
     for name, text in texts.items():
         grid.add_row(plain(name, style="dim"), plain(text))
     return grid
+
+
+@dataclass(frozen=True)
+class _Column:
+    title: Text
+    cells: tuple[Text, ...]
+    justify: Literal["left", "right"]
+
+    @property
+    def widest(self) -> int:
+        """Width at which every text is on one line."""
+        return max(text.cell_len for text in (self.title, *self.cells))
+
+    @property
+    def narrowest(self) -> int:
+        """Width at which no word is broken, and no text but a title takes many lines."""
+        words = (word for text in (self.title, *self.cells) for word in text.plain.split())
+        cells = max((text.cell_len for text in self.cells), default=0)
+        return max([-(-2 * cells // 5), *(Text(word).cell_len for word in words)])
+
+
+@dataclass(frozen=True)
+class Columns:
+    """A table that knows how to be narrow; see `table`."""
+
+    columns: tuple[_Column, ...]
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table | Text]:
+        for i, widths in enumerate(self._blocks(options.max_width)):
+            if i:
+                yield Text()
+            yield _drawn([self.columns[j] for j in widths], list(widths.values()))
+
+    def fits(self, width: int) -> bool:
+        """Whether all columns have room side by side."""
+        return len(list(self._blocks(width))) == 1
+
+    def _blocks(self, room: int) -> Iterator[dict[int, int]]:
+        """Columns that stand side by side, by their number, and how wide each is."""
+        least = [column.narrowest for column in self.columns]
+        block = [0]
+        for j in range(1, len(least)):
+            if len(block) > 1 and sum(least[i] + _GAP for i in [*block, j]) - _GAP > room:
+                yield self._widths(block, room)
+                block = [0]
+            block.append(j)
+        yield self._widths(block, room)
+
+    def _widths(self, block: Sequence[int], room: int) -> dict[int, int]:
+        """The narrowest widths, and what room is left to those that lack most."""
+        widths = {j: self.columns[j].narrowest for j in block}
+        for _ in range(room - sum(widths.values()) - _GAP * (len(block) - 1)):
+            lacking = max(block, key=lambda j: self.columns[j].widest - widths[j])
+            if widths[lacking] < self.columns[lacking].widest:
+                widths[lacking] += 1
+        return widths
+
+
+def _drawn(columns: Sequence[_Column], widths: Sequence[int]) -> Table:
+    made = Table(box=None, pad_edge=False, show_edge=False, padding=(0, _GAP, 0, 0))
+    for column, width in zip(columns, widths, strict=True):
+        made.add_column(column.title, justify=column.justify, width=width, overflow="fold")
+    for cells in zip(*(column.cells for column in columns), strict=True):
+        made.add_row(*cells)
+    return made
 
 
 def _shown(value: object, digits: int) -> str:

@@ -138,6 +138,18 @@ def _check_presentation(problem: Problem, X: FloatArray, F: FloatArray) -> None:
         kind = type(table).__name__
         require(isinstance(table, DataFrame), f"describe(X) is a {kind}: no DataFrame")
         require(len(table) == len(X), f"describe(X) has {len(table)} rows: expected {len(X)}")
+    if hasattr(problem, "answers"):
+        lines = _asked(problem, "answers", X=X)
+        require(
+            isinstance(lines, list)
+            and len(lines) == len(X)
+            and all(isinstance(line, str) and line for line in lines),
+            f"answers(X) = {lines!r:.80}: expected a list of {len(X)} texts",
+        )
+    if hasattr(problem, "limits"):
+        _asked(problem, "limits", X=X)
+        with no_error("limits(X), a table of each solution's limits"):
+            protocol.limits(problem, X)
     if hasattr(problem, "front_summary"):
         summary = _asked(problem, "front_summary", F=F)
         with no_error("front_summary(F), one row of JSON-able values"):

@@ -17,7 +17,7 @@ PAPER_SIGMAS = {
     "attitude 1-sigma [deg]": DEG,
     "gyro bias 1-sigma [deg/h]": DEG * 3600.0,
     "sun misalignment 1-sigma [deg]": DEG,
-    "sun bias 1-sigma [-]": 1.0,
+    "sun bias 1-sigma [arcmin]": DEG * 60.0,
     "mag misalignment 1-sigma [deg]": DEG,
     "mag bias 1-sigma [nT]": 50e3,
 }
@@ -49,6 +49,9 @@ def test_numbers_are_those_of_the_reference_filter(problem, table):
         worst = history.sigma[-1].reshape(6, 3).max(axis=1)
         shown = table.loc[row, list(PAPER_SIGMAS)].to_numpy(dtype=float)
         np.testing.assert_allclose(shown, worst * list(PAPER_SIGMAS.values()), rtol=1e-9)
+        axes = np.linalg.svd(history.covariance[:3, :3])[1]  # of the ellipsoid, squared
+        accuracy = table.loc[row, "attitude accuracy [deg]"]
+        assert accuracy == pytest.approx(DEG * np.sqrt(axes[0]), rel=1e-9)
 
 
 def test_maneuvers_are_readable(table):
@@ -96,13 +99,13 @@ def test_lost_positivity_shows_as_nan():
         table = problem.describe(designs)
     lost = table["trace [-]"].isna().to_numpy()
     assert 0 < lost.sum() < len(lost)
-    for column in ("t_end [s]", "t_end [orbits]", *PAPER_SIGMAS):
+    for column in ("t_end [s]", "t_end [orbits]", "attitude accuracy [deg]", *PAPER_SIGMAS):
         np.testing.assert_array_equal(table[column].isna(), lost)
 
 
 def test_units_of_other_suites():
     shown = {unit.label: (unit.unit, unit.factor) for unit in block_units(SUITES["full gyro"])}
-    assert shown["gyro scale factor"] == ("-", 1.0)
+    assert shown["gyro scale factor"] == ("ppm", 1e6)
     assert shown["gyro misalignment"] == ("deg", pytest.approx(DEG))
     units = block_units(SUITES["two Sun sensors"])
     assert [unit.label for unit in units] == [

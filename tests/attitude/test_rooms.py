@@ -15,7 +15,7 @@ BELOW = {
     "sensors": {"fields", "environment"},
     "environment": {"fields"},
     "scenario": {"fields", "sensors", "environment"},
-    "maneuvers": {"scenario"},
+    "maneuvers": {"fields", "scenario"},
     "filter": {"scenario", "sensors", "environment", "maneuvers"},
 }
 

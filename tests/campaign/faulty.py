@@ -59,6 +59,13 @@ class Faulty(Problem):
     def describe(self, X: Any) -> Any:
         return self._part("describe", pd.DataFrame({"x": X[:, 0], "sum": X.sum(axis=1)}))
 
+    def answers(self, X: Any) -> Any:
+        return self._part("answers", [f"sum {total:.3g}" for total in X.sum(axis=1)])
+
+    def limits(self, X: Any) -> Any:
+        row = {"unit": ["m"], "value": [1.0], "bound": ["at most"], "limit": [2.0], "margin": [1.0]}
+        return self._part("limits", [pd.DataFrame(row, index=["height"])] * len(X))
+
     def front_summary(self, F: Any) -> Any:
         return self._part("front_summary", {"points": len(F)})
 

@@ -43,6 +43,8 @@ _SPECIAL: dict[str, list[Any]] = {
                         lambda F: np.asarray(F).tolist(), lambda F: np.asarray(F).astype(str)],
     "describe": [None, {}, pd.DataFrame(), pd.DataFrame({"x": []}), pd.DataFrame({"x": [1]}), "x",
                  pd.DataFrame({ESCAPES: ["\x1b[31m"] * 3}), [1, 2, 3]],
+    "answers": [None, [], "x", [1], [""], {"a": "b"}, [ESCAPES], np.array(["a"])],
+    "limits": [None, [], "x", [1], [pd.DataFrame()], [pd.DataFrame({"unit": ["m"]})]],
     "front_summary": [None, [], "x", {"points": ESCAPES}, {1: 2}],
     "figures": [None, [], {}, {"front": None}, {"front": 5}, {"front": "<script>"}],
     "solution_figures": [None, [], [{}], 5, [None], "x"],

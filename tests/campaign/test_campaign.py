@@ -7,6 +7,7 @@ from .__main__ import campaign
 from .harness import run_case
 
 FILES, COMMANDS = 4700, 300  # cases that only read a file, and of all kinds
+FLIGHTS = 2000  # of telemetry
 
 
 @pytest.mark.slow
@@ -21,6 +22,13 @@ def test_bad_files_are_refused(block):
 def test_bad_input_of_all_kinds_is_refused_and_damages_nothing(block):
     size = COMMANDS // 3
     assert _failures(campaign(range(block * size, (block + 1) * size))) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("block", range(10))
+def test_bad_telemetry_is_refused_and_damages_nothing(block):
+    size = FLIGHTS // 10
+    assert _failures(campaign(range(block * size, (block + 1) * size), kinds.TELEMETRY)) == []
 
 
 def _failures(failed):

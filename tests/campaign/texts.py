@@ -24,7 +24,7 @@ from .run_folders import spoil_json
 from .templates import STUDY, put
 
 
-def _toml(box: Box, path: Path, text: str) -> None:
+def spoiled_toml(box: Box, path: Path, text: str) -> None:
     """Write it spoiled: another value, or other bytes."""
     if box.chance(0.7):
         tree = _without_none(spoiled_tree(box, tomllib.loads(text)))
@@ -55,7 +55,7 @@ def _scenario_text(box: Box) -> str:
 @kind(weight=12)
 def scenario_read(box: Box) -> Attempt:
     path = Path("scenario.toml")
-    _toml(box, path, _scenario_text(box))
+    spoiled_toml(box, path, _scenario_text(box))
 
     def sound(scenario: Scenario) -> None:
         assert Scenario.from_dict(scenario.to_dict()) == scenario
@@ -68,7 +68,7 @@ def scenario_read(box: Box) -> Attempt:
 def scenario_solved(box: Box) -> Attempt:
     """Refused or not, it is never run: a good scenario may take hours."""
     path = Path("scenario.toml")
-    _toml(box, path, _scenario_text(box))
+    spoiled_toml(box, path, _scenario_text(box))
 
     def action() -> Any:
         return load_problem("attitude", read_scenario("attitude", str(path)))
@@ -79,7 +79,7 @@ def scenario_solved(box: Box) -> Attempt:
 @kind(weight=2)
 def scenario_of_another_problem(box: Box) -> Attempt:
     path = Path("load.toml")
-    _toml(box, path, "load = 700.0\n")
+    spoiled_toml(box, path, "load = 700.0\n")
     options = ["--evaluations", "8", "--runs", "2", "--out", "made", "-q"]
     return Attempt(["mgeo", "solve", "cantilever", "--scenario", str(path), *options],
                    writes=("work/made/*",))  # fmt: skip
@@ -88,7 +88,7 @@ def scenario_of_another_problem(box: Box) -> Attempt:
 @kind(weight=10)
 def study_read(box: Box) -> Attempt:
     path = Path("study.toml")
-    _toml(box, path, STUDY)
+    spoiled_toml(box, path, STUDY)
 
     def action() -> Any:
         study = read_study(path).reduced(8, None)
@@ -101,7 +101,7 @@ def study_read(box: Box) -> Attempt:
 def study_run(box: Box) -> Attempt:
     put(box, "study", "s")
     path = Path("s/study.toml")
-    _toml(box, path, STUDY)
+    spoiled_toml(box, path, STUDY)
     action = ["mgeo", "study", str(path), "--evaluations", "8", "--seeds", "1", "--jobs", "1", "-q"]
     return Attempt([*action, "--out", "o"], writes=("work/o/*",), codes=(0, 3))
 

@@ -11,10 +11,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, TelemetryMapping, fly
 from mgeo_attitude.environment.orbit import ORBITS
 from mgeo_attitude.environment.position_table import read_position_table
+from mgeo_attitude.fields import declared
+from mgeo_attitude.flight.mapping import UNITS
 from mgeo_attitude.objectives import OBJECTIVES
+from mgeo_attitude.plan import ManeuverPlan, write_plan
+from mgeo_attitude.scenario import InitialConditions
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
@@ -149,6 +153,30 @@ def test_the_ways_to_an_orbit(tmp_path, monkeypatch):
     assert header[0] == "time_utc"
 
 
+def test_a_start_and_a_slew_back(tmp_path, monkeypatch, capsys):
+    """The page's Python over its file; the nadir front is one of plans that slew back."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(DOCS / "scenarios" / "nadir.toml", tmp_path)
+    names = {}
+    (code,) = blocks("start-and-end.md", "python")
+    exec(code, names)
+    assert "ramp" not in capsys.readouterr().out
+    assert 0.0 < names["seconds"] < 300.0
+    assert names["plan"].phases[-1].label == "slew back"
+    rows = re.findall(r"^\| `(\w+)` .*?\|", page("start-and-end.md"), re.M)[1:]
+    assert rows == [*declared(InitialConditions)["pointing"][1].choices]
+    for key in declared(InitialConditions):
+        assert f"`{key}`" in page("start-and-end.md").replace("initial.attitude", "attitude")
+
+
+@pytest.mark.parametrize("start", ["nadir", "sun"])
+def test_stored_fronts_are_of_their_scenarios(start):
+    table = np.loadtxt(DOCS / "fronts" / f"{start}.csv", delimiter=",", skiprows=1)
+    problem = AttitudeManeuverProblem(Scenario.from_toml(DOCS / "scenarios" / f"{start}.toml"))
+    X, F = table[:3, : problem.n_var], table[:3, problem.n_var : problem.n_var + 2]
+    np.testing.assert_allclose(problem.evaluate(X, return_values_of=["F"]), F, rtol=1e-9)
+
+
 def test_every_propagator_is_on_the_page():
     rows = re.findall(r"^\| (`.*?) \|", page("orbit.md"), re.M)[1:]
     named = [name for row in rows for name in re.findall(r"`(.*?)`", row)]
@@ -156,7 +184,7 @@ def test_every_propagator_is_on_the_page():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["start-research.md", "limits.md", "errors.md"])
+@pytest.mark.parametrize("name", ["start-research.md", "limits.md", "errors.md", "calibration.md"])
 def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     names = {"__name__": "page"}
@@ -165,6 +193,34 @@ def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):
     if name == "start-research.md":
         assert (tmp_path / "anytime.html").stat().st_size > 1000
         assert (names["measured"] < 1.0).all(axis=1).any()
+    if name == "calibration.md":
+        assert names["found"].supported
+        assert set(names["found"].uplink()["mag"]) == {"dcm", "quaternion", "bias", "unit"}
+
+
+def test_the_mapping_of_the_page_on_calibration(tmp_path):
+    (text,) = blocks("calibration.md", "toml")
+    (tmp_path / "columns.toml").write_text(text)
+    mapping = TelemetryMapping.from_toml(tmp_path / "columns.toml")
+    assert [entry.name for entry in mapping.sensors] == ["mag", "sun"]
+    for unit, quantity in (("nT", mapping.sensors[0]), ("deg/s", mapping.gyro)):
+        assert quantity.factor(unit) != 1.0
+        for name in UNITS[unit]:
+            assert re.search(rf"\b{re.escape(name)}\b", text)
+
+
+def test_the_command_of_the_page_on_calibration(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scenario = Scenario.from_toml('preset = "paper"\nduration = 900.0\n')
+    scenario.save("mine.toml")
+    plan = ManeuverPlan(scenario, (0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0, 0, 0, 1.0))
+    write_plan(plan, "plan.json")
+    fly(scenario, plan, 1).to_csv("telemetry.csv")
+    (command,) = blocks("calibration.md", "sh")
+    assert "the innovations support it" in run(command.strip())
+    for path in Path("calibration").iterdir():
+        assert f"`{path.name}`" in page("calibration.md")
+    assert len(list(Path("calibration").iterdir())) == 4
 
 
 @pytest.mark.slow

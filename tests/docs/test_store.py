@@ -74,8 +74,12 @@ def test_a_folder_without_results_is_refused(store, tmp_path):
         store(tmp_path / "studies", tmp_path)
 
 
-@pytest.mark.parametrize("path", sorted(STUDIES.glob("*.toml")), ids=lambda path: path.stem)
-def test_results_are_kept_of_every_study(path):
+@pytest.mark.parametrize(
+    "path",
+    sorted(path for path in STUDIES.glob("*.toml") if path.with_suffix(".md").exists()),
+    ids=lambda path: path.stem,
+)
+def test_results_are_kept_of_every_study_with_a_page(path):
     """Of all its problems and algorithms; their size is what the provenance says."""
     study = read_study(path)
     folders = sorted(p.parent for p in (STUDIES / "data" / path.stem).rglob("provenance.json"))

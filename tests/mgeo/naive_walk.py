@@ -7,16 +7,17 @@
 import math
 
 import numpy as np
+from scipy.special import ndtr, ndtri
 
 
 class RealMoves:
     """MGEO_real: one group, one step a variable."""
 
-    def __init__(self, problem, sigma, perturbation="absolute"):
+    def __init__(self, problem, sigma, perturbation="absolute", bounds="clip"):
         self.xl, self.xu = problem.xl.tolist(), problem.xu.tolist()
         self.n = self.length = problem.n_var
         self.sigmas = np.broadcast_to(sigma, self.n).tolist()
-        self.perturbation = perturbation
+        self.perturbation, self.bounds = perturbation, bounds
 
     def start(self, stream):
         uniform = stream.random(self.n).tolist()
@@ -27,33 +28,51 @@ class RealMoves:
     def design(self, point):
         return point
 
-    def step(self, point, i, deviation, noise):
+    def step(self, point, i, deviation, noise, uniform):
         scale = {
             "absolute": 1.0,
             "relative": point[i],
             "range": self.xu[i] - self.xl[i],
         }[self.perturbation]
-        return min(max(point[i] + deviation * scale * noise, self.xl[i]), self.xu[i])
+        x, low, high = point[i], self.xl[i], self.xu[i]
+        moved = x + deviation * scale * noise
+        if low <= moved <= high:
+            return moved
+        if self.bounds == "reflect":
+            over = (moved - low) % (2 * (high - low))
+            moved = low + min(over, 2 * (high - low) - over)
+        elif self.bounds == "resample":
+            unit = abs(deviation * scale)
+            below, above = ndtr((low - x) / unit), ndtr((high - x) / unit)
+            moved = x + unit * float(ndtri(below + uniform * (above - below)))
+        return min(max(moved, low), high)
+
+    def draws(self, stream, n):
+        """A normal and a uniform number for each of n steps; the latter only to resample."""
+        noise = stream.standard_normal(n).tolist()
+        return noise, stream.random(n).tolist() if self.bounds == "resample" else [0.0] * n
 
     def trials(self, point, stream):
-        noise = stream.standard_normal(self.n).tolist()
-        return [[(i, self.step(point, i, self.sigmas[i], noise[i])) for i in range(self.n)]]
+        noise, uniform = self.draws(stream, self.n)
+        return [
+            [(i, self.step(point, i, self.sigmas[i], noise[i], uniform[i])) for i in range(self.n)]
+        ]
 
 
 class Real2Moves(RealMoves):
     """MGEO_real2: a group a variable, with ever smaller steps."""
 
-    def __init__(self, problem, sigma, perturbation, n_steps, divisor, schedule):
-        super().__init__(problem, sigma, perturbation)
+    def __init__(self, problem, sigma, perturbation, bounds, n_steps, divisor, schedule):
+        super().__init__(problem, sigma, perturbation, bounds)
         self.n_steps, self.divisor, self.schedule = n_steps, divisor, schedule
 
     def trials(self, point, stream):
-        noise = iter(stream.standard_normal(self.n * self.n_steps).tolist())
+        noise, uniform = map(iter, self.draws(stream, self.n * self.n_steps))
         groups = []
         for i in range(self.n):
             deviation, group = self.sigmas[i], []
             for j in range(1, self.n_steps + 1):
-                group.append((i, self.step(point, i, deviation, next(noise))))
+                group.append((i, self.step(point, i, deviation, next(noise), next(uniform))))
                 if self.schedule == "factorial":
                     deviation = deviation / (self.divisor * j)
                 else:

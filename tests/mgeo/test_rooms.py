@@ -13,9 +13,12 @@ PACKAGE = Path(mgeo.__file__).parent
 BELOW = {
     "files": set(),
     "evaluation": set(),
-    "plugins": {"evaluation"},
+    "benchmarks": set(),
+    "plugins": {"benchmarks", "evaluation"},
     "persistence": {"algorithms", "evaluation", "files", "plugins"},
-    "runs": {"algorithms", "evaluation", "files", "persistence", "plugins"},
+    "runs": {
+        *("algorithms", "benchmarks", "evaluation", "files", "pareto", "persistence", "plugins")
+    },
     "terminal": set(),
     "report": {"figures", "files", "pareto", "persistence", "plugins", "runs"},
 }

@@ -43,6 +43,9 @@ class Good(Problem):
     def describe(self, X):
         return pd.DataFrame(X, columns=self.var_names)
 
+    def answers(self, X):
+        return [f"x = {x}" for x in X]
+
     def front_summary(self, F):
         return {"points": len(F)}
 
@@ -196,6 +199,27 @@ class DescribeMutates(Good):
         return pd.DataFrame(X)
 
 
+class AnswersTooLittle(Good):
+    def answers(self, X):
+        return ["fine"]
+
+
+class AnswersNothing(Good):
+    def answers(self, X):
+        return [""] * len(X)
+
+
+class LimitsWithoutUnits(Good):
+    def limits(self, X):
+        return [pd.DataFrame({"value": [1.0], "limit": [2.0]}, index=["height"])] * len(X)
+
+
+class LimitsOfNoKind(Good):
+    def limits(self, X):
+        table = {"unit": ["m"], "value": [1.0], "bound": ["<"], "limit": [2.0], "margin": [1.0]}
+        return [pd.DataFrame(table, index=["height"])] * len(X)
+
+
 class SummaryOfArrays(Good):
     def front_summary(self, F):
         return {"F": F}
@@ -271,6 +295,16 @@ BROKEN = [
     (DescribesAsDict(), r"describe\(X\) is a dict: no DataFrame"),
     (DescribesTooLittle(), r"describe\(X\) has 1 rows: expected 10"),
     (DescribeMutates(), r"describe\(X\) must not modify X"),
+    (AnswersTooLittle(), r"answers\(X\) = \['fine'\]: expected a list of 10 texts"),
+    (AnswersNothing(), r"answers\(X\) = \[''.*: expected a list of 10 texts"),
+    (
+        LimitsWithoutUnits(),
+        "(?s)limits.*10 DataFrames with the columns unit, value, bound, limit, mar",
+    ),
+    (
+        LimitsOfNoKind(),
+        "(?s)limits.*10 DataFrames with the columns unit, value, bound, limit, margin",
+    ),
     (SummaryOfArrays(), r"front_summary\(F\).*not JSON serializable"),
     (SummaryAsList(), r"front_summary\(F\) = \[1.0\]: expected a dict"),
     (OneForAll(), r"solution_figures\(X\) has 1 entries: expected 10"),

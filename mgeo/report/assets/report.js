@@ -81,16 +81,21 @@ function fillDescribed(row) {
 function fillLimits(row) {
   const body = byId("limits");
   body.replaceChildren();
-  const known = data.limits.rows[row];
-  (known ? data.limits.names : []).forEach((name, j) => {
+  const known = data.limits[row] || [];
+  byId("limited").hidden = known.length === 0;
+  for (const [name, kept, text] of known) {
     const line = body.insertRow();
-    const value = known[j];
     cell(line, "th", name).scope = "row";
-    const kept = value !== null && value <= 0;
-    const node = cell(line, "td", kept ? `kept, margin ${shown(-value)}` : `exceeded by ${shown(value)}`);
+    const node = cell(line, "td", text);
     if (!kept) node.className = "exceeded";
-  });
+  }
+}
+
+function fillVariables(row) {
+  const body = byId("variables");
+  body.replaceChildren();
   const [low, high] = data.bounds;
+  body.closest("details").hidden = low.length === 0;
   low.forEach((least, j) => {
     const line = body.insertRow();
     const value = data.table.rows[row][j];
@@ -144,6 +149,7 @@ async function choose(row) {
   chosen = row;
   const label = data.labels[row];
   byId("chosen").textContent = `Solution ${row}` + (label ? ` (${label})` : "");
+  byId("answer").textContent = data.answers[row] || "";
   byId("solution").value = String(row);
   history.replaceState(null, "", `#solution=${row}`);
   for (const card of document.querySelectorAll("[data-row]")) {
@@ -151,6 +157,7 @@ async function choose(row) {
   }
   fillDescribed(row);
   fillLimits(row);
+  fillVariables(row);
   await Promise.all([drawFront(), drawFigures(row)]);
   document.body.dataset.shown = String(chosen);
 }
@@ -161,6 +168,7 @@ const step = (by) => choose(Math.min(Math.max(chosen + by, 0), data.table.rows.l
 
 const MOST_ROWS = 1000;
 let order = null;
+let shownColumns = [];
 let sorted = { column: null, sign: 1 };
 
 function fillTable() {
@@ -171,23 +179,30 @@ function fillTable() {
     line.dataset.row = row;
     line.classList.toggle("chosen", row === chosen);
     cell(line, "td", String(row));
-    for (const j of columns()) cell(line, "td", shown(data.table.rows[row][j]));
+    for (const { value } of shownColumns) cell(line, "td", Number.isNaN(value(row)) ? "" : shown(value(row)));
   }
   const rest = order.length > MOST_ROWS ? `, of which ${MOST_ROWS} are shown` : "";
   byId("shown").textContent = `${order.length} solutions${rest}; click on a heading to sort`;
 }
 
-/** Objectives first, then variables. */
+/** Objectives, then what else the problem says in numbers, then variables: names, and values of a row. */
 function columns() {
-  const n = data.table.columns.length;
-  const first = n - data.objectives;
-  return Array.from({ length: n }, (_, j) => (j + first) % n);
+  const { columns: names, rows } = data.table;
+  const first = names.length - data.objectives;
+  const own = names.map((name, j) => ({ name, value: (row) => rows[row][j] }));
+  const told = data.described;
+  const numeric = (j) => Object.values(told.rows).every((values) => typeof values[j] === "number");
+  const more = told.columns
+    .map((name, j) => ({ name, j, value: (row) => (told.rows[row] ? told.rows[row][j] : NaN) }))
+    .filter(({ name, j }) => !names.includes(name) && numeric(j));
+  return [...own.slice(first), ...more, ...own.slice(0, first)];
 }
 
 function sortBy(column, heading) {
   sorted = { column, sign: sorted.column === column ? -sorted.sign : 1 };
-  const key = (row) => (column < 0 ? row : data.table.rows[row][column]);
-  order.sort((a, b) => sorted.sign * (key(a) - key(b)));
+  const last = (value) => (Number.isNaN(value) ? sorted.sign * Infinity : value);
+  const key = (row) => last(column.value(row));
+  order.sort((a, b) => (key(a) === key(b) ? a - b : sorted.sign * (key(a) - key(b))));
   for (const other of heading.parentNode.cells) other.removeAttribute("aria-sort");
   heading.setAttribute("aria-sort", sorted.sign > 0 ? "ascending" : "descending");
   fillTable();
@@ -196,11 +211,12 @@ function sortBy(column, heading) {
 function makeTable() {
   order = data.table.rows.map((_, row) => row);
   const head = byId("table").tHead.insertRow();
-  for (const j of [-1, ...columns()]) {
-    const heading = cell(head, "th", j < 0 ? "solution" : data.table.columns[j]);
+  shownColumns = columns();
+  for (const column of [{ name: "solution", value: (row) => row }, ...shownColumns]) {
+    const heading = cell(head, "th", column.name);
     heading.tabIndex = 0;
-    heading.addEventListener("click", () => sortBy(j, heading));
-    heading.addEventListener("keydown", (event) => event.key === "Enter" && sortBy(j, heading));
+    heading.addEventListener("click", () => sortBy(column, heading));
+    heading.addEventListener("keydown", (event) => event.key === "Enter" && sortBy(column, heading));
   }
   fillTable();
 }

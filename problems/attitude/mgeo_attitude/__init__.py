@@ -4,12 +4,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from mgeo_attitude.calibration import Calibration, calibrate
     from mgeo_attitude.environment.environment import Environment
     from mgeo_attitude.estimation import Estimator, MonteCarlo, consistency, simulate, validity
     from mgeo_attitude.filter.evaluator import Evaluation, evaluate
     from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.filter.reference import FilterHistory, reference_run
     from mgeo_attitude.filter.suite import Suite
+    from mgeo_attitude.flight import Telemetry, TelemetryMapping, fly, read_telemetry
     from mgeo_attitude.problem import AttitudeManeuverProblem
     from mgeo_attitude.scenario import Scenario, scenario_schema
     from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
@@ -18,6 +20,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "AttitudeManeuverProblem",
+    "Calibration",
     "Environment",
     "Estimator",
     "Evaluation",
@@ -31,8 +34,13 @@ __all__ = [
     "StarTracker",
     "Suite",
     "SunSensor",
+    "Telemetry",
+    "TelemetryMapping",
+    "calibrate",
     "consistency",
     "evaluate",
+    "fly",
+    "read_telemetry",
     "reference_run",
     "scenario_schema",
     "simulate",
@@ -40,12 +48,14 @@ __all__ = [
 ]
 
 _HOMES = {
+    "mgeo_attitude.calibration": ("Calibration", "calibrate"),
     "mgeo_attitude.environment.environment": ("Environment",),
     "mgeo_attitude.estimation": ("Estimator", "MonteCarlo", "consistency", "simulate", "validity"),
     "mgeo_attitude.filter.evaluator": ("Evaluation", "evaluate"),
     "mgeo_attitude.filter.model": ("FilterModel",),
     "mgeo_attitude.filter.reference": ("FilterHistory", "reference_run"),
     "mgeo_attitude.filter.suite": ("Suite",),
+    "mgeo_attitude.flight": ("Telemetry", "TelemetryMapping", "fly", "read_telemetry"),
     "mgeo_attitude.problem": ("AttitudeManeuverProblem",),
     "mgeo_attitude.scenario": ("Scenario", "scenario_schema"),
     "mgeo_attitude.sensors": ("Gyro", "Magnetometer", "Sensor", "StarTracker", "SunSensor"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -12,12 +11,14 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.describe import block_units
+from mgeo_attitude.fields import expect
 from mgeo_attitude.filter.keep_out import sun_clearance
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.scenario.settings import RequiredSigma
 
 if TYPE_CHECKING:
+    from mgeo_attitude.environment.pointing import Place
     from mgeo_attitude.filter.evaluator import Evaluation
     from mgeo_attitude.scenario import KeepOut, Scenario
 
@@ -74,28 +75,60 @@ def constraints(scenario: Scenario) -> list[Constraint]:
     return found
 
 
-def warn_of_start(scenario: Scenario, model: FilterModel) -> None:
-    """Say of keep-out cones that no plan keeps: the attitude at the start is given, and the Sun.
+def check_start(scenario: Scenario) -> None:
+    """Refuse limits that no plan keeps, because the attitude and the rate at the start are given.
 
-    Warns
-    -----
-    UserWarning
-        For a cone that the Sun is in at the start, or within the margin of.
+    Raises
+    ------
+    InvalidValue
+        For a rate above that of maneuvers or the momentum of wheels, or a keep-out cone that the
+        Sun is in, or within the margin of.
     """
-    initial = np.diag(model.initial_sigma[:3] ** 2)[None]
-    for i, (cone, axis) in enumerate(zip(scenario.keep_outs, model.cones, strict=True)):
+    initial = scenario.initial
+    moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
+    if moving or scenario.keep_outs:
+        from mgeo_attitude.environment.pointing import Place  # imports scipy
+
+        at = Place.at(scenario, np.zeros(1))
+        _check_rate(scenario, initial.rate(at))
+        _check_cones(scenario, at)
+
+
+def _check_rate(scenario: Scenario, rate: Floats) -> None:
+    key = "pointing" if scenario.initial.rate_deg_s is None else "rate_deg_s"
+    value, wheels = getattr(scenario.initial, key), scenario.wheels
+    limits = [("maneuvers.max_rate_deg_s", scenario.maneuvers.max_rate_deg_s, np.degrees(rate))]
+    if wheels is not None and wheels.max_momentum is not None:
+        limits.append(("wheels.max_momentum", wheels.max_momentum, wheels.matrix() @ rate))
+    for name, most, found in limits:
+        worst = int(np.abs(found).argmax())
+        expected = (
+            f"at most {name} = {most!r} about each axis, not {abs(found[worst]):.6g} about "
+            f"{'xyz'[worst]}"
+        )
+        expect(abs(found[worst]) <= most * (1.0 + 1e-12), f"initial.{key}", value, expected)
+
+
+def _check_cones(scenario: Scenario, at: Place) -> None:
+    if scenario.eclipse and not at.sunlit[0]:
+        return
+    sun = at.sun @ scenario.initial.attitude(at)[0].T
+    covariance = np.radians(scenario.initial.attitude_deg) ** 2 * np.eye(3)[None]
+    for i, cone in enumerate(scenario.keep_outs):
+        axis = np.array(cone.axis())
         angle, clearance = (
-            np.degrees(sun_clearance(axis, k, model.sun[:1], initial)[0])
+            np.degrees(sun_clearance(axis, k, sun, covariance)[0])
             for k in (0.0, cone.attitude_sigmas)
         )
-        if clearance < cone.half_angle_deg:
-            warnings.warn(
-                f"keep_outs[{i}] ({cone.name}): no plan keeps it, because at the start the Sun is "
-                f"{angle:.4g} deg from the boresight, and half_angle_deg = {cone.half_angle_deg:g} "
-                f"with attitude_sigmas = {cone.attitude_sigmas:g} times initial.attitude_deg = "
-                f"{scenario.initial.attitude_deg:g} is more",
-                stacklevel=3,
-            )
+        smaller = f"at most {clearance:.4g}, or " if clearance > 0.0 else ""
+        expected = (
+            f"{smaller}another attitude in [initial]: at the start the Sun is {angle:.4g} deg from "
+            f"the boresight of {cone.name}, and the margin is attitude_sigmas = "
+            f"{cone.attitude_sigmas:g} times initial.attitude_deg = "
+            f"{scenario.initial.attitude_deg:g}"
+        )
+        key, kept = f"keep_outs[{i}].half_angle_deg", cone.half_angle_deg <= clearance
+        expect(kept, key, cone.half_angle_deg, expected)
 
 
 def _wheel_momentum(result: Evaluation, inertia: Floats) -> Floats:

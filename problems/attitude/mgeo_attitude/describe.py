@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.accuracy import attitude_accuracy_deg
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.objectives import OBJECTIVES
@@ -33,12 +34,13 @@ class BlockUnit:
 def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     """One row per solution, numbered as in `X`.
 
-    Columns: the objectives of the paper; ``t_end [orbits]``; ``maneuver time [s]``,
-    the sum of all durations; one text per maneuver, its rates about body x / y / z [deg/s] and
-    its duration [s]; and for each 3-vector of the error state the predicted 1-sigma at t_end of
-    its worst body axis (the largest of the three, as comparable to a data sheet's value per axis).
-    A design whose covariance lost positivity has NaN in objectives and 1-sigmas. Another shape
-    than (n, n_var), or a design that is no plan, is a ValueError.
+    Columns: the objectives of the paper; ``t_end [orbits]``; ``attitude accuracy [deg]`` at t_end,
+    see `attitude_accuracy_deg`; ``maneuver time [s]``, the sum of all durations; one text per
+    maneuver, its rates about body x / y / z [deg/s] and its duration [s]; and for each 3-vector of
+    the error state the predicted 1-sigma at t_end of its worst body axis (the largest of the three,
+    as comparable to a data sheet's value per axis). A design whose covariance lost positivity has
+    NaN in objectives and 1-sigmas. Another shape than (n, n_var), or a design that is no plan, is a
+    ValueError.
     """
     import pandas as pd
 
@@ -54,6 +56,9 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
         t_end_name: result.t_end,
         "t_end [orbits]": result.t_end / problem.scenario.orbit.period,
         trace_name: result.trace,
+        "attitude accuracy [deg]": np.where(
+            np.isnan(result.t_end), np.nan, attitude_accuracy_deg(result.covariance)
+        ),
         "maneuver time [s]": durations.sum(axis=1),
     }
     texts = [maneuver_texts(x) for x in designs]
@@ -104,7 +109,8 @@ def maneuver_texts(x: Floats) -> list[str]:
 def block_units(suite: Suite) -> list[BlockUnit]:
     """Label, unit and factor of each 3-vector of the state, in the order of ``suite.blocks``.
 
-    Units are those that gyro and sensors declare, and of the keys of ``required_sigma``.
+    Units are those that gyro and sensors declare, and those of the keys of ``required_sigma`` that
+    end in one.
     """
     units = []
     for block, unit in suite.units.items():

@@ -99,7 +99,7 @@ def _angle(model: FilterModel, result: Evaluation) -> Floats:
 
 
 def _rate_change(model: FilterModel, result: Evaluation) -> Floats:
-    """Sum of the magnitudes of all changes of the rate until t_end [deg/s], from rest.
+    """Sum of the magnitudes of all changes of the rate until t_end [deg/s], from the initial one.
 
     The impulse of thrusters that turn the satellite, and so their propellant, is proportional to
     it for a spherical inertia.
@@ -109,7 +109,7 @@ def _rate_change(model: FilterModel, result: Evaluation) -> Floats:
     before = np.pad(np.maximum.accumulate(place, axis=1), ((0, 0), (1, 0)), constant_values=-1)
     before = before[:, :-1, None]  # the stretch flown before each, -1 for none
     rates_before = np.take_along_axis(rates, np.maximum(before, 0), axis=1)
-    changes = rates - np.where(before >= 0, rates_before, 0.0)
+    changes = rates - np.where(before >= 0, rates_before, model.initial_rate)
     return np.degrees(_sum(np.where(flown, np.linalg.norm(changes, axis=2), 0.0), result))
 
 

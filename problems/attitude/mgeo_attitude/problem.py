@@ -14,12 +14,14 @@ from pymoo.core.problem import Problem
 
 from mgeo_attitude import describe
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constraints import Constraint, constraints, warn_of_start
+from mgeo_attitude.answers import answers
+from mgeo_attitude.constraints import Constraint, check_start, constraints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.evaluation_cache import EvaluationCache
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
+from mgeo_attitude.margins import margins
 from mgeo_attitude.objectives import Objective, indicators, objective
 from mgeo_attitude.robustness import Flight, draw_flights, judged, over_flights
 from mgeo_attitude.scenario import FlightErrors, Scenario
@@ -62,7 +64,8 @@ class AttitudeManeuverProblem(Problem):
     Raises
     ------
     TypeError, ValueError
-        For a scenario of another type, a count below one, or an objective that is not known.
+        For a scenario of another type, a count below one, an objective that is not known, or a
+        start that breaks a limit; see `constraints.check_start`.
     """
 
     var_names: list[str]
@@ -96,6 +99,7 @@ class AttitudeManeuverProblem(Problem):
         elif asked:
             changes["flight"] = dataclasses.replace(scenario.flight or FlightErrors(), **asked)
         self.scenario = scenario = dataclasses.replace(scenario, **changes)
+        check_start(scenario)
         self.threads = threads
         self.objectives = scenario.objectives
         self._cache = EvaluationCache()
@@ -121,16 +125,8 @@ class AttitudeManeuverProblem(Problem):
 
     @cached_property
     def model(self) -> FilterModel:
-        """Tables of the filter; computed once, when first needed.
-
-        Warns
-        -----
-        UserWarning
-            For a keep-out cone that no plan keeps; see `constraints.warn_of_start`.
-        """
-        model = FilterModel.from_scenario(self.scenario, self.environment)
-        warn_of_start(self.scenario, model)
-        return model
+        """Tables of the filter; computed once, when first needed."""
+        return FilterModel.from_scenario(self.scenario, self.environment)
 
     @cached_property
     def flights(self) -> list[Flight]:
@@ -239,6 +235,14 @@ class AttitudeManeuverProblem(Problem):
             columns |= {f"promised {label}": told, f"kept {label}": found}
             columns[f"kept / promised {label}"] = found / told
         return pd.DataFrame(columns)
+
+    def answers(self, X: ArrayLike) -> list[str]:
+        """What each solution is worth, in one line; see `mgeo_attitude.answers`."""
+        return answers(self, np.atleast_2d(np.asarray(X, dtype=float)))
+
+    def limits(self, X: ArrayLike) -> list[pd.DataFrame]:
+        """The scenario's limits and each solution's margins, in their own units."""
+        return margins(self, np.atleast_2d(np.asarray(X, dtype=float)))
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
         """How many points of a front converge in the first orbit, and how many later.

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.robustness import Flight
 from mgeo_attitude.scenario import Scenario
 
 
@@ -17,7 +18,10 @@ class ManeuverProblem(Protocol):
     objectives: tuple[str, ...]
     n_var: int
 
+    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any: ...
     @property
     def environment(self) -> Environment: ...
     @property
     def model(self) -> FilterModel: ...
+    @property
+    def flights(self) -> list[Flight]: ...

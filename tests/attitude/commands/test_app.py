@@ -33,7 +33,7 @@ def test_process(tmp_path):
 
 def test_help_names_the_commands(run):
     text = run("--help").stdout
-    for command in ("show", "verify", "export"):
+    for command in ("show", "verify", "export", "calibrate"):
         assert command in text
     assert run(code=2).stderr == text  # without words, too
 
@@ -77,7 +77,7 @@ def test_usage_errors_are_one_line(run, arguments):
     ("line", "expected"),
     [
         ("mgeo att", ["attitude"]),
-        ("mgeo attitude ", ["show", "verify", "export", "schema"]),
+        ("mgeo attitude ", ["show", "verify", "export", "fly", "calibrate", "schema"]),
         ("mgeo attitude show plan.json --pick ", ["knee", "fastest", "best"]),
         ("mgeo attitude verify plan.json --se", ["--seed"]),
     ],

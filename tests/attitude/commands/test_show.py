@@ -1,11 +1,18 @@
 """``mgeo attitude show``: what is printed is what the plan says."""
 
+import dataclasses
 import json
 import re
 
 import numpy as np
 import pytest
-from mgeo_attitude.plan import to_json
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.plan import ManeuverPlan, to_json
+from mgeo_attitude.scenario import Wheels
+
+from mgeo.runs.folder import write_run
+
+from ..small_run import small_run
 
 
 def table(text, title):
@@ -18,7 +25,9 @@ def table(text, title):
 def test_tables_of_the_knee(run, folder, front):
     plan = front.plan("knee")
     text = run("show", folder).stdout
-    first = text.splitlines()[0]
+    answer, *doubts, first = text.partition("\n\n")[0].splitlines()
+    assert answer == f"solution {front.row('knee')} of {len(front.X)}, knee: {plan.answer}"
+    assert len(doubts) == bool(plan.uncalibrated())
     assert first.startswith("scenario paper: ")
     assert f"at {plan.t_end:.6g} s" in first
     assert f"trace {plan.trace:.4g}" in first
@@ -51,7 +60,31 @@ def test_choices(run, folder, front):
 def test_a_plans_own_file_shows_the_same(run, folder, front, tmp_path):
     path = tmp_path / "plan.json"
     path.write_text(to_json(front.plan("best")), encoding="utf-8")
-    assert run("show", path).stdout == run("show", folder, "--pick", "best").stdout
+    name = f"solution {front.row('best')} of {len(front.X)}, best: "
+    shown = run("show", folder, "--pick", "best").stdout
+    assert run("show", path).stdout == shown.replace(name, "plan.json: ")
+
+
+def test_a_solution_by_the_number_that_reports_show(run, folder, front):
+    number = len(front.X) - 2
+    text = run("show", folder, "--solution", number).stdout
+    plan = front.solution(number)
+    assert text.startswith(f"solution {number} of {len(front.X)}: {plan.answer}\n")
+    document = json.loads(run("show", folder, "--solution", number, "--json").stdout)
+    assert document["solution"] == number
+    assert document["answer"] == plan.answer
+    assert document["design"] == front.X[number].tolist()
+
+
+def test_a_plan_that_calibrates_nothing_says_so(run, front, tmp_path):
+    still = ManeuverPlan.from_design(front.problem, np.zeros(12))
+    assert any(text.startswith("sun misalignment (") for text in still.uncalibrated())
+    path = tmp_path / "still.json"
+    path.write_text(to_json(still), encoding="utf-8")
+    note = f"Note: this plan hardly calibrates {', '.join(still.uncalibrated())}\n"
+    assert note in run("show", path).stdout
+    assert note == run("export", path, tmp_path / "still.csv").stderr
+    assert run("export", path, tmp_path / "quiet.csv", "--quiet").stderr == ""
 
 
 def test_constraints_and_their_margins(run, violating, folder):
@@ -64,6 +97,24 @@ def test_constraints_and_their_margins(run, violating, folder):
     assert row["kept"] is False
     assert "Constraints" not in run("show", folder).stdout
     assert json.loads(run("show", folder, "--json").stdout)["constraints"] == []
+
+
+def test_of_a_run_without_a_feasible_plan_the_nearest_is_shown(run, tmp_path):
+    wheels = Wheels(inertia=(0.1, 0.1, 0.1), max_momentum=1e-9)
+    scenario = dataclasses.replace(Scenario.paper(), duration=600.0, wheels=wheels)
+    made = small_run(AttitudeManeuverProblem(scenario))
+    write_run(tmp_path / "run", made)
+    nearest = made.outcome.nearest
+    text = run("show", tmp_path / "run").stdout
+    assert text.startswith("no plan of this run keeps all limits; nearest solution 0: ")
+    found = table(text, "Constraints")["wheel momentum"]
+    excess = nearest.violation[0, 0]
+    assert float(found[1]) == pytest.approx(1e-9 * (1.0 + excess), rel=1e-3)
+    assert found[-1] == "violated"
+    document = json.loads(run("show", tmp_path / "run", "--solution", 3, "--json").stdout)
+    assert document["design"] == nearest.X[3].tolist()
+    refused = run("export", tmp_path / "run", tmp_path / "plan.json", code=2)
+    assert "the plan violates 1 of its scenario's constraints" in refused.stderr
 
 
 def test_figures(run, folder, tmp_path):
@@ -80,7 +131,10 @@ def test_figures(run, folder, tmp_path):
     ("arguments", "message"),
     [
         (("--pick", "slowest"), "--pick slowest: expected one of knee, fastest, best"),
-        (("--pick", "best", "--time", "3"), "--pick and --time: expected one of the two"),
+        (("--pick", "best", "--time", "3"), "--pick and --time: expected one of them"),
+        (("--solution", "3", "--time", "3"), "--time and --solution: expected one of them"),
+        (("--solution", "1000"), "solution 1000: expected 0 to"),
+        (("--solution", "-1"), "solution -1: expected 0 to"),
         (("--time", "nan"), "choice = nan"),
         (("--html", "nowhere/plan.html"), "there is no folder nowhere"),
     ],
@@ -98,4 +152,4 @@ def test_bad_sources(run, folder, tmp_path):
     plan = tmp_path / "plan.json"
     plan.write_text("{}")
     assert "plan.json: format = None" in run("show", plan, code=2).stderr
-    assert "are for run folders" in run("show", plan, "--pick", "knee", code=2).stderr
+    assert "--pick is for run folders" in run("show", plan, "--pick", "knee", code=2).stderr

@@ -6,6 +6,7 @@ import shutil
 
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.verify import verification_document
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.plan.verification import verify
@@ -18,6 +19,8 @@ def test_a_plan_of_a_run(run, folder, front):
     found = verify(front.plan("best"), n_runs=10, seed=2)
     arguments = ("verify", folder, "--pick", "best", "--runs", "10", "--seed", "2")
     text = run(*arguments, code=0 if found.achieved else 3).stdout
+    assert text.startswith(f"solution {front.row('best')} of {len(front.X)}, best: ")
+    assert front.plan("best").answer in text.splitlines()[0]
     assert f"NEES per state {found.nees:.3f}" in text
     assert f"{found.table.loc['gyro bias y', 'rms']:.4g}" in text
     assert "10 simulated flights" in text
@@ -46,7 +49,7 @@ def test_the_result_says_what_it_is_about(front):
     """Other objectives do not change what is flown; they are the run's all the same."""
     problem = AttitudeManeuverProblem(front.problem.scenario, objectives=("trace", "angle"))
     plan = ManeuverPlan.from_design(problem, front.X[0])
-    document = verification_document(plan, verify(plan, n_runs=2), seed=1)
+    document = verification_document(Picked(plan, "plan", 0), verify(plan, n_runs=2), seed=1)
     assert (document["problem"], document["options"]) == ("attitude", problem.options())
     assert document["design"] == front.X[0].tolist()
 

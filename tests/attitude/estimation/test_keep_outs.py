@@ -6,6 +6,7 @@ from math import erfc, sqrt
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, simulate
+from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.flight import Motion
 from mgeo_attitude.scenario import Convergence, KeepOut
 
@@ -76,12 +77,10 @@ def test_what_passes_a_cone_by_a_degree_is_inside_it_unless_it_keeps_the_margin(
     bare = toward_sun(21.0, 20.0, attitude_sigmas=0.0)
     wide = toward_sun(51.0, 20.0)
     away = np.zeros(12)
-    with pytest.warns(UserWarning, match="no plan keeps it"):
-        G = AttitudeManeuverProblem(
-            scenario(bare, dataclasses.replace(bare, attitude_sigmas=3.0), wide)
-        ).evaluate(away, return_values_of=["G"])
-    assert G[0] < 0.0 < G[1]  # today's rule, and the margin
-    assert G[2] < 0.0
+    with pytest.raises(InvalidValue, match=r"keep_outs\[1\]\.half_angle_deg = 20\.0.* 21 deg"):
+        AttitudeManeuverProblem(scenario(bare, dataclasses.replace(bare, attitude_sigmas=3.0)))
+    G = AttitudeManeuverProblem(scenario(bare, wide)).evaluate(away, return_values_of=["G"])
+    assert (G < 0.0).all()
     n = 400
     table = simulate(scenario(bare, wide), away, n_runs=n, seed=2).keep_outs()
     beyond = [100.0 * 0.5 * erfc(k / sqrt(2.0)) for k in (0.1, 3.1)]

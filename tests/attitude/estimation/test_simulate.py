@@ -27,7 +27,7 @@ from mgeo_attitude.estimation.simulate import RUNS
 from mgeo_attitude.estimation.taylor import Taylor
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.rotation import rotate
-from mgeo_attitude.scenario import Convergence, InitialUncertainty, ManeuverLimits, Wheels
+from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverLimits, Wheels
 from mgeo_attitude.vector import Vec3, cross
 
 PLANS = json.loads((Path(__file__).parent / "plans.json").read_text(encoding="utf-8"))
@@ -229,6 +229,10 @@ def test_sensors_look_at_the_sun_and_field_of_the_true_orbit(paper, changes):
             {"convergence": Convergence(window=100.0)},
             r"truth\.convergence\.window = 100\.0: expected the scenario's 200\.0",
         ),
+        (
+            {"initial": InitialConditions(pointing="nadir")},
+            r"truth\.initial\.pointing = 'nadir': expected the scenario's 'inertial'",
+        ),
         ({"gyro": Gyro(initial_scale_factor=1e-3)}, "truth has the states .*scale_factor"),
         ({"sensors": Scenario.paper().sensors[:1]}, r"truth has the sensors \['sun'\]: expected"),
         (
@@ -293,7 +297,7 @@ def test_a_wrong_sign_of_one_jacobian_is_found_out(paper):
 def test_a_sensor_of_ones_own_is_simulated(paper):
     scenario, environment = paper
     own = dataclasses.replace(
-        scenario, sensors=(Scaled(),), initial=InitialUncertainty(attitude_deg=1.0)
+        scenario, sensors=(Scaled(),), initial=InitialConditions(attitude_deg=1.0)
     )
     result = run((own, environment), 100)
     assert result.states[9:11] == ("scaled.scale.x", "scaled.scale.y")

@@ -7,7 +7,7 @@ from mgeo_attitude.figures.convergence import convergence_figure, curves, sample
 from mgeo_attitude.figures.solutions import Solutions
 
 DEG = 180.0 / np.pi
-FACTORS = [DEG, DEG * 3600.0, DEG, 1.0, DEG, 50e3]
+FACTORS = [DEG, DEG * 3600.0, DEG, DEG * 60.0, DEG, 50e3]
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def test_panels(problem, solutions):
         "attitude, 1-sigma [deg]",
         "gyro bias, 1-sigma [deg/h]",
         "sun misalignment, 1-sigma [deg]",
-        "sun bias, 1-sigma [-]",
+        "sun bias, 1-sigma [arcmin]",
         "mag misalignment, 1-sigma [deg]",
         "mag bias, 1-sigma [nT]",
     ]

@@ -7,6 +7,9 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.describe import nondominated
+
+from mgeo.runs.representative import default_solution
 
 
 @pytest.mark.parametrize("n", [1, 7, 300])
@@ -26,6 +29,18 @@ def test_chosen_few_are_the_same_in_both_close_looks(problem, X, F):
     assert names == {row.partition(":")[0] for row in rows}
     assert rows[0].startswith(f"solution {np.lexsort((F[:, 1], F[:, 0]))[0]} (fastest")
     assert f"solution {F[:, 1].argmin()} (least trace)" in names
+
+
+@pytest.mark.parametrize("objectives", [None, ["trace", "angle"]])
+def test_the_knee_is_that_of_reports(problem, X, objectives):
+    """Of what was minimized, whatever it was."""
+    other = AttitudeManeuverProblem(objectives=objectives)
+    other.__dict__["model"] = problem.model
+    rows = X[nondominated(F := other.evaluate(X[:60], return_values_of=["F"]))]
+    expected = default_solution(other, F[nondominated(F)])
+    assert expected.label == "knee"
+    names = {trace.name for trace in other.figures(rows)["convergence"].data}
+    assert {name for name in names if "knee" in name} == {f"solution {expected.row} (knee)"}
 
 
 @pytest.mark.parametrize("shape", [(0, 12), (3, 8)])

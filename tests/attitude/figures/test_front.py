@@ -20,7 +20,8 @@ def drawn(F):
     F = np.asarray(F, dtype=float)
     n = len(F)
     labels = tuple(f"solution {i}" for i in range(n))
-    return front_figure(Scenario.paper(), Solutions(np.arange(n), np.zeros((n, 12)), F, labels))
+    solutions = Solutions(np.arange(n), np.zeros((n, 12)), F, np.ones(n), labels)
+    return front_figure(Scenario.paper(), solutions)
 
 
 def test_points_are_the_objectives(figure, F, problem):
@@ -44,10 +45,12 @@ def test_boundary_holds_the_nondominated_points():
     assert boundary.line.shape == "hv"
 
 
-def test_hover_text_is_the_plan(figure, X, F):
+def test_hover_text_is_the_plan(figure, problem, X, F):
+    accuracy = problem.describe(X)["attitude accuracy [deg]"]
     for trace in figure.data[1:]:
         for number, text in zip(trace.customdata, trace.hovertext, strict=True):
-            head, t_end, trace_line, _, *maneuvers = text.split("<br>")
+            head, t_end, trace_line, attitude, _, *maneuvers = text.split("<br>")
+            assert attitude == f"attitude {accuracy[number]:.3g} deg (1-sigma, worst axis)"
             assert head == f"<b>solution {number}</b>"
             assert float(t_end.split()[1]) == F[number, 0]
             assert float(trace_line.split()[1]) == pytest.approx(F[number, 1], rel=1e-3)
@@ -84,7 +87,7 @@ def test_title_counts_as_the_front_summary_does(figure, problem, F):
 def test_longer_runs_have_later_orbits(problem, X, F):
     scenario = dataclasses.replace(problem.scenario, duration=20000.0)
     rows = np.arange(2)
-    figure = front_figure(scenario, Solutions(rows, X[rows], F[rows], ("a", "b")))
+    figure = front_figure(scenario, Solutions(rows, X[rows], F[rows], np.ones(2), ("a", "b")))
     assert figure.data[2].name == "later orbits"
     ticks = np.array(figure.layout.xaxis2.tickvals)
     assert len(ticks) <= 21

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario, reference_run
+from mgeo_attitude import reference_run
 from mgeo_attitude.figures.maneuvers import maneuvers_figure, timeline
 from mgeo_attitude.figures.solutions import Solutions
 from scipy.spatial.transform import Rotation
@@ -21,7 +21,7 @@ def design(*durations):
 def test_timeline_flown_step_by_step_gives_the_reference_attitude(problem, durations):
     x = design(*durations)
     history = reference_run(problem.model, x)
-    times, rates, over = timeline(x, history.t_end, problem.scenario)
+    times, rates, over = timeline(problem, x, history.t_end)
     assert times[0] == 0.0
     assert times[-1] == history.t_end
     assert (np.diff(times) > 0.0).all()
@@ -32,9 +32,9 @@ def test_timeline_flown_step_by_step_gives_the_reference_attitude(problem, durat
     np.testing.assert_allclose(attitude, history.attitude[-1], atol=1e-11)
 
 
-def test_timeline_stops_with_the_run():
+def test_timeline_stops_with_the_run(problem):
     """Maneuvers that the run does not reach are not shown."""
-    times, rates, over = timeline(design(100.0, 200.0, 50.0), 250.0, Scenario.paper())
+    times, rates, over = timeline(problem, design(100.0, 200.0, 50.0), 250.0)
     np.testing.assert_array_equal(times, [0.0, 100.0, 250.0])
     np.testing.assert_allclose(rates, [[0.5, -1.0, 0.25], [-0.125, 0.75, 1.0], [-0.125, 0.75, 1.0]])
     assert over == 250.0
@@ -43,7 +43,7 @@ def test_timeline_stops_with_the_run():
 def test_one_row_per_solution(problem):
     X = np.array([design(100.0, 200.0, 50.0), design(10.0, 20.0, 30.0)])
     F = np.array([[700.0, 1e-4], [600.0, 2e-4]])
-    figure = maneuvers_figure(problem.scenario, Solutions(np.arange(2), X, F, ("one", "two")))
+    figure = maneuvers_figure(problem, Solutions(np.arange(2), X, F, F[:, 1], ("one", "two")))
     assert len(figure.data) == 6
     first = figure.data[0]
     np.testing.assert_array_equal(first.x, [0.0, 100.0, 300.0, 700.0])

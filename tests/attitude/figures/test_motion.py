@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.figures.motion import SHADOW, turns_of_direction
+from mgeo_attitude.figures.sphere import projected
 from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.scenario import InitialConditions
 from scipy.spatial.transform import Rotation
 
 
@@ -61,6 +63,23 @@ def test_the_body_stands_as_the_filter_flew_it(request, X, name, most, row):
     off = [between(orientation(turn, k * problem.model.step), attitude[k].T) for k in samples]
     assert max(off) < most
     assert between(orientation(turn, plan.t_end), attitude[-1].T) < 1e-6
+
+
+def test_the_body_starts_where_the_scenario_says(X):
+    problem = shortened(Scenario.paper(), initial=InitialConditions(pointing="nadir"))
+    plan = ManeuverPlan.from_design(problem, X[0])
+    figure, motion = motion_of(problem, X[0])
+    attitude = plan.history.attitude
+    tips = np.array([next((t.x[1], t.y[1], t.z[1]) for t in figure.data if t.name == axis)
+                     for axis in "xyz"])  # fmt: skip
+    np.testing.assert_allclose(tips / np.linalg.norm(tips[0]), attitude[0], atol=1e-12)
+    for k in (0, 77, 800, len(attitude) - 1):
+        turned = tips @ orientation(motion["turns"]["body"], k * problem.model.step).T
+        np.testing.assert_allclose(turned / np.linalg.norm(tips[0]), attitude[k], atol=1e-9)
+    (figures,) = problem.solution_figures(X[:1])
+    sun = next(trace for trace in figures["directions"].data if trace.name == "Sun")
+    seen = projected(attitude[:1] @ problem.environment.sun[0])
+    assert (sun.x[0], sun.y[0]) == (seen[0][0], seen[1][0])
 
 
 def test_a_ramp_takes_few_turns(ramped, sharp, X):

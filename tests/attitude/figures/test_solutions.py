@@ -7,18 +7,20 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem
 from mgeo_attitude.figures.solutions import Solutions
 
+from mgeo.runs.representative import knee
+
 
 def made_up(F):
     F = np.asarray(F, dtype=float)
     n = len(F)
     labels = tuple(f"solution {i}" for i in range(n))
-    return Solutions(np.arange(n), np.arange(12.0 * n).reshape(n, 12), F, labels)
+    return Solutions(np.arange(n), np.arange(12.0 * n).reshape(n, 12), F, F[:, 0], labels)
 
 
 def test_fastest_knee_and_least_trace_are_chosen():
     # by distance below the line from (0, 10) to (10, 0), (2, 3) is the knee
     F = [[10, 0], [8, 1], [0, 10], [9, 9], [2, 3], [5, 2], [1, 6]]
-    few = made_up(F).chosen(np.array(F, dtype=float))
+    few = made_up(F).chosen(knee(np.array(F, dtype=float)))
     assert few.labels == (
         "solution 2 (fastest)",
         "solution 4 (knee)",
@@ -31,7 +33,7 @@ def test_fastest_knee_and_least_trace_are_chosen():
 
 def test_up_to_six_are_all_chosen_by_time():
     F = np.array([[5, 5], [3, 9], [9, 1], [9, 9]], dtype=float)
-    few = made_up(F).chosen(F)
+    few = made_up(F).chosen(knee(F))
     np.testing.assert_array_equal(few.numbers, [1, 0, 2, 3])
     assert few.labels == (
         "solution 1 (fastest)",
@@ -43,13 +45,13 @@ def test_up_to_six_are_all_chosen_by_time():
 
 def test_one_solution_is_everything():
     F = np.array([[5.0, 5.0]])
-    assert made_up(F).chosen(F).labels == ("solution 0 (fastest, least trace)",)
+    assert made_up(F).chosen(knee(F)).labels == ("solution 0 (fastest, least trace)",)
 
 
 @pytest.mark.parametrize("middle", [[], [[4.0, 4.0]]])
 def test_a_front_that_does_not_bend_inward_has_no_knee(middle):
     F = np.array([[1.0, 5.0], *middle, [5.0, 1.0]])
-    labels = made_up(F).chosen(F).labels
+    labels = made_up(F).chosen(knee(F)).labels
     assert labels[0] == "solution 0 (fastest)"
     assert labels[-1] == f"solution {len(F) - 1} (least trace)"
     assert not any("knee" in label for label in labels)

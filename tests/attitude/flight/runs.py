@@ -3,7 +3,7 @@
 import numpy as np
 from mgeo_attitude import Estimator
 from mgeo_attitude.estimation.simulate import record
-from mgeo_attitude.flight import Draws, Motion, fly
+from mgeo_attitude.flight import Draws, Motion, fly_run
 
 
 def none(model, n_steps):
@@ -18,7 +18,7 @@ def none(model, n_steps):
 
 def flown(model, design, draws):
     """What happens."""
-    return fly(model, Motion.of(model, design, len(draws.gyro_noise)), draws)
+    return fly_run(model, Motion.of(model, design, len(draws.gyro_noise)), draws)
 
 
 def estimated(model, design, samples, draws, estimator=None, truth=None, cones=(), sun=()):

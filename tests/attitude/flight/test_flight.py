@@ -10,7 +10,7 @@ import pytest
 from mgeo_attitude import FilterModel, Gyro, Magnetometer, Scenario, SunSensor
 from mgeo_attitude.flight import draw
 from mgeo_attitude.flight.flight import at_rest
-from mgeo_attitude.scenario import Convergence
+from mgeo_attitude.scenario import Convergence, InitialConditions
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
@@ -246,14 +246,19 @@ def test_the_truth_reports(model):
     np.testing.assert_array_equal(other.sensors[1], usual.sensors[1])
 
 
-def test_readings_are_those_of_rotated_vectors(model):
+@pytest.mark.parametrize("pointing", ["inertial", "nadir"])
+def test_readings_are_those_of_rotated_vectors(pointing):
     """Every sample of two runs with errors and noise, by scipy's rotations."""
+    initial = InitialConditions(pointing=pointing)
+    model = FilterModel.from_scenario(short(Scenario.paper(), initial=initial))
+    begun = model.initial_attitude
+    assert (begun == np.eye(3)).all() == (pointing == "inertial")
     plan = [attitude(body_rates, np.eye(3), t) for t in (1, 100, DURATION)]
     for generator in np.random.default_rng(5).spawn(2):
         draws = draw(model, DURATION, generator)
         flight, x = flown(model, PLAN, draws), draws.errors
         for k, planned in zip((1, 100, DURATION), plan, strict=True):
-            C = planned @ as_scipy(-x[:3]).as_matrix()
+            C = planned @ as_scipy(-x[:3]).as_matrix() @ begun
             found = flight.motion.attitude[k] @ flight.start
             np.testing.assert_allclose(found, C, rtol=0, atol=1e-9)
             for index, first in ((0, 6), (1, 12)):
@@ -272,6 +277,16 @@ def test_a_field_is_distorted_by_a_symmetric_matrix_and_turned():
     distorted = (np.eye(3) + np.diag(k) + symmetric(eta)) @ field
     expected = as_scipy(psi).apply(distorted) + bias
     np.testing.assert_allclose(magnetometer.measured(x, field), expected, rtol=0, atol=1e-15)
+
+
+def test_the_error_of_a_start_elsewhere_is_in_body_axes():
+    """What the estimator is off by at first are the errors that were drawn, body axis by axis."""
+    initial = InitialConditions(pointing="sun", axis=(0.0, 0.6, 0.8))
+    model = FilterModel.from_scenario(short(Scenario.paper(), initial=initial))
+    draws = none(model, DURATION)
+    draws.errors[:] = x = np.random.default_rng(1).normal(0.0, 0.05, model.suite.n_states)
+    record = estimated(model, PLAN, np.array([0, DURATION]), draws)
+    np.testing.assert_allclose(record.errors[0, 0], x, rtol=0, atol=1e-14)
 
 
 def test_gyro_is_corrected_by_what_it_measures():

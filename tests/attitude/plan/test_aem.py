@@ -15,6 +15,7 @@ from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import ManeuverPlan, aem_text, write_plan
 from mgeo_attitude.plan.ccsds import utc_texts
+from mgeo_attitude.scenario import InitialConditions
 from scipy.spatial.transform import Rotation
 
 CREATED = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
@@ -66,6 +67,20 @@ def test_a_known_vector_in_the_body(message):
     np.testing.assert_allclose(turned @ [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], atol=1e-14)
     half = matrix(aem.segment_to_attitude_trajectory(0), instant(plan, 90.0))
     np.testing.assert_allclose(half @ [1.0, 0.0, 0.0], np.array([1, -1, 0]) / 2**0.5, atol=1e-14)
+
+
+def test_a_nadir_start_is_read_back_as_looking_down():
+    """z toward the Earth's center, x along the velocity, as brahe's radial frame has them."""
+    initial = InitialConditions(pointing="nadir")
+    scenario = dataclasses.replace(Scenario.paper(), duration=600.0, initial=initial)
+    problem = AttitudeManeuverProblem(scenario, n_maneuvers=1)
+    plan = ManeuverPlan.from_design(problem, [0.0, 0.0, 0.5, 180.0])
+    aem = brahe.ccsds.AEM.from_str(aem_text(plan))
+    body = matrix(aem.segment_to_attitude_trajectory(0), instant(plan, 0.0))
+    position, velocity = problem.environment.position[0], problem.environment.velocity[0]
+    radial, along, _ = brahe.rotation_eci_to_rtn(np.append(position, velocity))
+    np.testing.assert_allclose(body @ radial, [0.0, 0.0, -1.0], atol=1e-14)
+    np.testing.assert_allclose(body @ along, [1.0, 0.0, 0.0], atol=1e-14)
 
 
 def test_attitudes_read_back_are_those_of_the_filter(plan, message):

@@ -11,6 +11,7 @@ from mgeo_attitude.describe import nondominated
 from mgeo_attitude.plan import read_front
 
 from mgeo.runs.folder import write_run
+from mgeo.runs.representative import representative_solutions
 
 from ..small_run import small_run
 
@@ -55,7 +56,9 @@ def test_picks_where_others_than_the_paper_s_were_minimized(tmp_path):
     fastest, best, knee = (front.plan(choice) for choice in ("fastest", "best", "knee"))
     assert fastest.t_end == paper[:, 0].min() == front.F[:, 1].min()
     assert best.trace == pytest.approx(paper[:, 1].min(), rel=1e-9)
-    assert fastest.t_end <= knee.t_end <= best.t_end
+    chosen = representative_solutions(problem, front.F, problem.obj_names)
+    assert [s.row for s in chosen if s.label == "knee"] == [front.row("knee")]
+    assert knee.design == tuple(front.X[front.row("knee")])
     table = (tmp_path / "run" / "front.csv").read_text()
     row = front.row("fastest")
     value = repr(float(front.F[row, 0]))
@@ -89,10 +92,23 @@ def test_picks(run, written):
     below = (points - points[0]) @ [y1 - y0, x0 - x1]
     bend = F[nondominated(F)[np.argmax(below)]]
     assert (knee.t_end, knee.trace) == (bend[0], pytest.approx(bend[1], rel=1e-9))
+    chosen = representative_solutions(front.problem, F, front.problem.obj_names)
+    assert [s.row for s in chosen if s.label == "knee"] == [front.row("knee")]
     times = F[:, 0]
     for seconds in (0.0, 1900.0, 1e9):
         nearest = times[np.argmin(np.abs(times - seconds))]
         assert front.plan(seconds).t_end == nearest
+
+
+def test_a_solution_by_its_number(run, written):
+    front = read_front(written)
+    for number in (0, 3, len(front.X) - 1):
+        assert front.solution(number).design == tuple(run.outcome.X[number])
+    for number in (-1, len(front.X)):
+        with pytest.raises(
+            ValueError, match=rf"solution {number}: expected 0 to {len(front.X) - 1}"
+        ):
+            front.solution(number)
 
 
 @pytest.mark.parametrize("choice", ["slowest", "", float("nan"), float("inf")])

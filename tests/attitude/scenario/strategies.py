@@ -12,7 +12,7 @@ from mgeo_attitude.constants import EARTH_RADIUS
 from mgeo_attitude.fields import Quantity, declared
 from mgeo_attitude.scenario import (
     Convergence,
-    InitialUncertainty,
+    InitialConditions,
     ManeuverLimits,
     Orbit,
     Scenario,
@@ -46,6 +46,24 @@ def orbits(draw: st.DrawFn) -> Orbit:
     return orbit
 
 
+def starts() -> st.SearchStrategy[InitialConditions]:
+    """At rest, spinning, with a fixed attitude in both words, and pointing."""
+    axis = st.sampled_from([(0.0, 0.6, -0.8), (1, 0, 0), (0.7071, 0.7071, 0.0)])
+    rate = st.none() | st.tuples(*[st.floats(-1e-3, 1e-3)] * 3)
+    return st.one_of(
+        sections(InitialConditions, rate_deg_s=rate),
+        sections(InitialConditions, quaternion=st.just((0.5, -0.5, 0.5, 0.5)), rate_deg_s=rate),
+        sections(InitialConditions, axes=st.just([(0, 1, 0), (-1, 0, 0), (0, 0, 1)])),
+        sections(
+            InitialConditions,
+            pointing=st.sampled_from(("nadir", "velocity", "sun")),
+            axis=st.none() | axis,
+            clock_deg=st.none() | st.floats(-360.0, 360.0),
+            rate_deg_s=rate,
+        ),
+    )
+
+
 @st.composite
 def scenarios(draw: st.DrawFn) -> Scenario:
     step = draw(st.sampled_from((0.1, 0.25, 1.0, 3.7)) | st.floats(1e-3, 60.0))
@@ -72,7 +90,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
         orbit=draw(orbits()),
         gyro=gyro,
         sensors=sensors,
-        initial=draw(sections(InitialUncertainty)),
+        initial=draw(starts()),
         maneuvers=draw(sections(ManeuverLimits)),
         convergence=draw(
             sections(Convergence, window=st.integers(1, n_steps).map(lambda k: k * step))

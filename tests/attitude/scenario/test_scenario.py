@@ -15,7 +15,7 @@ from mgeo_attitude import Suite
 from mgeo_attitude.fields import InvalidType, InvalidValue
 from mgeo_attitude.scenario import (
     Convergence,
-    InitialUncertainty,
+    InitialConditions,
     ManeuverLimits,
     Scenario,
     TLEOrbit,
@@ -95,8 +95,8 @@ def test_values_that_do_not_fit_together(changes: dict[str, Any], message: str) 
 @pytest.mark.parametrize(
     ("section", "key", "value", "expected"),
     [
-        (InitialUncertainty, "attitude_deg", 0.0, "a number in (0, 180] deg"),
-        (InitialUncertainty, "attitude_deg", 180.5, "a number in (0, 180] deg"),
+        (InitialConditions, "attitude_deg", 0.0, "a number in (0, 180] deg"),
+        (InitialConditions, "attitude_deg", 180.5, "a number in (0, 180] deg"),
         (ManeuverLimits, "count", 0, "an integer in [1, 100]"),
         (ManeuverLimits, "max_rate_deg_s", 0.0, "a number > 0 deg/s"),
         (ManeuverLimits, "max_duration", 0.0, "a number > 0 s"),

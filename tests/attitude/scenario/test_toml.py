@@ -13,7 +13,7 @@ from mgeo_attitude.scenario import (
     Convergence,
     EphemerisFile,
     EphemerisOrbit,
-    InitialUncertainty,
+    InitialConditions,
     ManeuverLimits,
     Orbit,
     Scenario,
@@ -27,7 +27,7 @@ from .strategies import scenarios
 from .test_orbit import ISS_1, ISS_2
 
 SECTIONS = (
-    Scenario, Orbit, TLEOrbit, EphemerisOrbit, EphemerisFile, Gyro, InitialUncertainty,
+    Scenario, Orbit, TLEOrbit, EphemerisOrbit, EphemerisFile, Gyro, InitialConditions,
     ManeuverLimits, Convergence, *SENSORS.values(),
 )  # fmt: skip
 

@@ -29,6 +29,7 @@ PROBLEM = ZDT1(n_var=3)
         ({"n_walkers": True}, TypeError, "n_walkers = True"),
         ({"perturbation": "relativ"}, ValueError, "'relativ'.*did you mean 'relative'"),
         ({"perturbation": 3}, ValueError, "perturbation = 3: expected one of 'absolute'"),
+        ({"bounds": None}, ValueError, "bounds = None: expected one of 'clip', 'reflect', 'resam"),
         ({"archive_size": 0}, ValueError, "archive_size = 0"),
         ({"archive_size": 2.5}, TypeError, "archive_size = 2.5"),
         ({"n_walker": 4}, TypeError, "unknown keyword 'n_walker'; did you mean 'n_walkers'"),

@@ -2,7 +2,14 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from mgeo.algorithms.steps import SCALES, perturb
+from mgeo.algorithms.bounds import clip
+from mgeo.algorithms.steps import SCALES
+from mgeo.algorithms.steps import perturb as perturb_within
+
+
+def perturb(*arguments):
+    return perturb_within(*arguments, clip, np.random.default_rng(0).random)
+
 
 XL, XU = np.array([-1e4, -1e4, 0.0]), np.array([1e4, 1e4, 0.0])
 

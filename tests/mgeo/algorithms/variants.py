@@ -18,12 +18,24 @@ def real_relative(tau=1.2, n_walkers=4, **options):
     return MGEOReal(1.0, tau, n_walkers, "relative", **options)
 
 
+def real_reflect(tau=2.0, n_walkers=4, **options):
+    return MGEOReal(1.5, tau, n_walkers, "range", "reflect", **options)
+
+
+def real_resample(tau=2.0, n_walkers=4, **options):
+    return MGEOReal(0.7, tau, n_walkers, bounds="resample", **options)
+
+
 def real2(tau=2.0, n_walkers=4, **options):
     return MGEOReal2(1.5, tau, n_walkers, n_steps=4, **options)
 
 
 def real2_geometric(tau=0.5, n_walkers=4, **options):
     return MGEOReal2(0.3, tau, n_walkers, "range", 3, 5.0, "geometric", **options)
+
+
+def real2_resample(tau=1.0, n_walkers=4, **options):
+    return MGEOReal2(0.7, tau, n_walkers, "relative", 3, bounds="resample", **options)
 
 
 def canonical(tau=1.0, n_walkers=4, **options):
@@ -43,19 +55,21 @@ def var_gray(tau=1.5, n_walkers=4, **options):
 
 
 VARIANTS = (
-    real, real_relative, real2, real2_geometric, canonical, canonical_gray, var, var_gray,
+    real, real_relative, real_reflect, real_resample, real2, real2_geometric, real2_resample,
+    canonical, canonical_gray, var, var_gray,
 )  # fmt: skip
 
 
 def moves_of(algorithm, problem):
     """The plain-Python twin of an algorithm's way to move."""
     if isinstance(algorithm, MGEOReal):
-        return RealMoves(problem, algorithm.sigma, algorithm.perturbation)
+        return RealMoves(problem, algorithm.sigma, algorithm.perturbation, algorithm.bounds)
     if isinstance(algorithm, MGEOReal2):
         return Real2Moves(
             problem,
             algorithm.sigma,
             algorithm.perturbation,
+            algorithm.bounds,
             algorithm.n_steps,
             algorithm.divisor,
             algorithm.schedule,

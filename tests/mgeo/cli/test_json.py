@@ -32,7 +32,9 @@ def test_solve_and_resume(mgeo):
         "folder": "a",
         "files": ["front.csv", "run.json", "front.html", "run.checkpoint"],
         "checkpoint_error": None,
+        "answer": found["answer"],
     }
+    assert found["answer"].keys() == {"solution", "count", "label", "text"}
     assert found["hypervolume"]["value"] == read_run("a").outcome.hypervolume.value
     assert "100%  80 of 80 evaluations" in done.stderr
     longer = mgeo("resume", "a", "--evaluations", 160, "--json", "--quiet")

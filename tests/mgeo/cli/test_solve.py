@@ -11,6 +11,7 @@ from mgeo.files.lock import lock
 from mgeo.runs.algorithms import ALGORITHMS
 from mgeo.runs.folder import read_run
 from mgeo.runs.prepare import PreparedRun
+from mgeo.runs.representative import default_solution
 
 SHORT = ["--evaluations", "400", "--runs", "4", "--sigma", "0.05"]
 
@@ -46,10 +47,27 @@ def test_the_table_shows_five_solutions_in_the_problems_terms(mgeo):
     assert "a/front.html" in done.stdout
 
 
+def test_the_first_line_is_what_a_person_asked(mgeo):
+    done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
+    from stand_in import Cantilever
+
+    outcome, problem = read_run("a").outcome, Cantilever()
+    row = default_solution(problem, outcome.F).row
+    assert done.stdout.splitlines()[0] == (
+        f"solution {row} of {len(outcome.F)}, knee: {problem.answers(outcome.X[[row]])[0]}"
+    )
+    assert f"knee ({row})" in done.stdout.splitlines()[2]
+    done = mgeo("solve", "sphere", "--algorithm", "nsga2", "--evaluations", "100", "--out", "b")
+    (least,) = read_run("b").outcome.F.ravel()
+    first = done.stdout.splitlines()[0]
+    assert first == f"solution 0 of 1, best of the first objective: f1 {least:.5g}"
+
+
 def test_flags_reach_the_configuration(mgeo):
     done = mgeo(
         *("solve", "cantilever", "--sigma", "0.05,0.1", "--tau", "2.5", "--runs", "3"),
         *("--perturbation", "range", "--evaluations", "60", "--scenario", "heavy", "--out", "a"),
+        *("--set", "bounds=reflect"),
     )
     assert done.exit_code == 0, done.output
     data = json.loads(Path("a/run.json").read_text())["configuration"]
@@ -58,6 +76,7 @@ def test_flags_reach_the_configuration(mgeo):
         "tau": 2.5,
         "n_walkers": 3,
         "perturbation": "range",
+        "bounds": "reflect",
         "restart": "never",
         "patience": 50,
     }
@@ -228,13 +247,48 @@ def test_a_figure_that_fails_does_not_cost_the_run(mgeo, monkeypatch):
 
 def test_a_run_without_feasible_solutions_says_so(mgeo, monkeypatch):
     def infeasible(self, x, out, *args, **kwargs):
-        out["F"], out["G"] = np.ones((len(x), 2)), np.ones((len(x), 2))
+        out["F"], out["G"] = x**2, np.column_stack([x[:, 0] + 1.0, x[:, 1] - 1.0])
 
     monkeypatch.setattr("pymoo.problems.multi.BNH._evaluate", infeasible)
-    done = mgeo("solve", "bnh", "--algorithm", "nsga2", "--evaluations", "200", "--out", "a")
-    assert done.exit_code == 0, done.output
-    assert "no feasible solution" in done.stdout
-    assert read_run("a").outcome.X.shape == (0, 2)
+    for algorithm in ("nsga2", "mgeo-real"):
+        flags = ("--algorithm", algorithm, "--evaluations", "400", "--out", algorithm)
+        done = mgeo("solve", "bnh", *flags)
+        assert done.exit_code == 3, done.output
+        assert "nothing that was found keeps all limits" in done.stdout
+        outcome = read_run(algorithm).outcome
+        assert outcome.X.shape == (0, 2)
+        # the first constraint is x1 + 1, at least 1
+        nearest = outcome.nearest
+        assert len(nearest) == 10
+        assert nearest.violation[0, 0] == 1.0 + nearest.X[0, 0]
+        way = float(re.search(r"relax g1 by (\S+)", done.stdout)[1])
+        assert 0.0 <= way / nearest.violation[0, 0] - 1.0 < 0.01
+        html = Path(algorithm, "front.html").read_text()
+        assert "Nothing that was found keeps all limits. These 10 come nearest." in html
+        assert json.loads(Path(algorithm, "run.json").read_text())["nearest"] == 10
+        report = mgeo("report", algorithm)
+        assert report.exit_code == 0, report.output
+        shown = Path(algorithm, "report.html").read_text()
+        assert "<h2>Nothing that was found keeps all limits</h2>" in shown
+        assert "no solution keeps all limits" in shown
+    done = mgeo("solve", "bnh", *flags, "--overwrite", "--json")
+    document = json.loads(done.stdout)
+    assert (done.exit_code, document["nearest"], document["answer"]) == (3, 10, None)
+    assert "nearest.csv" in document["files"]
+
+
+def test_what_is_nearest_survives_an_end_in_between(mgeo, monkeypatch):
+    def infeasible(self, x, out, *args, **kwargs):
+        out["F"], out["G"] = x**2, np.column_stack([2.0 + np.sin(9.0 * x[:, 0]), x[:, 1] + 1.0])
+
+    monkeypatch.setattr("pymoo.problems.multi.BNH._evaluate", infeasible)
+    flags = ("bnh", "--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.5", "-q")
+    assert mgeo("solve", *flags, "--evaluations", "600", "--out", "whole").exit_code == 3
+    assert mgeo("solve", *flags, "--evaluations", "200", "--out", "parts").exit_code == 3
+    early = Path("parts/nearest.csv").read_bytes()
+    assert mgeo("resume", "parts", "--evaluations", "600", "-q").exit_code == 3
+    whole = Path("whole/nearest.csv").read_bytes()
+    assert Path("parts/nearest.csv").read_bytes() == whole != early
 
 
 def test_the_help_says_what_the_classes_say(mgeo):

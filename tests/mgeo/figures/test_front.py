@@ -1,4 +1,5 @@
 import numpy as np
+import pandas as pd
 import pytest
 
 from mgeo.figures import front_figure
@@ -35,14 +36,23 @@ def test_three_objectives_are_points_in_space():
 
 def test_one_objective_is_drawn_over_the_number_of_the_solution():
     (points,) = front_figure(X[:1], front(1)[:1], VARIABLES, ("cost",)).data
-    assert (list(points.x), list(points.y)) == ([1], [1.0])
+    assert (list(points.x), list(points.y)) == ([0], [1.0])
 
 
 def test_the_hover_text_has_every_value_with_its_name():
     texts = hover_texts(X, front(2), VARIABLES, ("cost", "risk"))
-    assert texts[2] == "<b>cost: 3</b><br><b>risk: 1</b><br>a [m]: 5<br>b: 6.5"
+    assert texts[2] == "solution 2<br><b>cost: 3</b><br><b>risk: 1</b><br>a [m]: 5<br>b: 6.5"
     figure = front_figure(X, front(2), VARIABLES, ("cost", "risk"))
     assert list(figure.data[1].hovertext) == texts
+
+
+def test_the_hover_text_is_in_the_problems_words_where_it_has_some():
+    told = pd.DataFrame({"cost": [3.0], "accuracy [deg]": [0.123456], "plan": ["<b>up"]})
+    (text,) = hover_texts(X[:1], np.array([[3.0, 1.0]]), VARIABLES, ("cost", "risk"), told)
+    assert text == (
+        "solution 0<br><b>cost: 3</b><br><b>risk: 1</b><br>accuracy [deg]: 0.12346<br>"
+        "plan: &lt;b&gt;up"
+    )
 
 
 @pytest.mark.parametrize(

@@ -103,3 +103,27 @@ def test_it_fits_a_phone_and_follows_the_theme(folder, browser, theme, ink):
     assert messages == []
     assert 'data-outside=""' in dom
     assert f'data-text="{ink}"' in dom
+
+
+def test_the_table_has_what_the_problem_says_in_numbers(folder, browser):
+    """Objectives, then what is described, then variables; sorted by what is described."""
+    click = """<script>
+addEventListener("load", () => setTimeout(() => {
+  for (const heading of document.querySelectorAll("#table th")) {
+    if (heading.textContent === "deflection [mm]") heading.click();
+  }
+}, 1500));
+</script></body>"""
+    dom, messages = browser(report_html(folder).replace("</body>", click))
+    assert messages == []
+    table = dom.split('id="table"')[1]
+    assert re.findall(r"<th[^>]*>([^<]*)</th>", table)[:6] == [
+        *("solution", "mass [kg]", "deflection [m]", "deflection [mm]"),
+        *("diameter [m]", "length [m]"),
+    ]
+    rows = np.array(re.findall(r"<td>([^<]*)</td>", table.split("</table>")[0]), dtype=float)
+    rows = rows.reshape(-1, 6)
+    np.testing.assert_allclose(rows[:, 3], 1000.0 * rows[:, 2], rtol=1e-4)
+    assert (np.diff(rows[:, 3]) >= 0.0).all()
+    F = read_run(folder).outcome.F
+    np.testing.assert_allclose(rows[:, 1], F[rows[:, 0].astype(int), 0], rtol=1e-4)

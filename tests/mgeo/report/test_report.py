@@ -16,6 +16,7 @@ from mgeo.cli.app import app
 from mgeo.report import report_html
 from mgeo.report.history import hypervolume_history
 from mgeo.report.solutions import planned_rows
+from mgeo.runs.answer import answer
 from mgeo.runs.folder import read_run
 from mgeo.runs.representative import RepresentativeSolution
 
@@ -100,6 +101,34 @@ def test_it_loads_nothing_and_has_all_solutions(solved):
     )
     rows = np.concatenate([t.get("customdata", []) for t in data["front"]["data"]])
     assert sorted(rows) == list(range(len(run.outcome.X)))
+
+
+def test_the_answer_and_the_front_come_first(solved):
+    folder = solved()
+    html = report_html(folder)
+    titles = ["Knee and extremes", "Front and solutions", "All solutions", "What was run"]
+    places = [html.index(f"<h2>{title}</h2>") for title in titles]
+    assert places == sorted(places)
+    outcome = read_run(folder).outcome
+    from stand_in import Cantilever
+
+    assert str(answer(Cantilever(), outcome)) in html[: places[0]]
+    data = json.loads(Tags(html).data)
+    assert data["answers"]["0"] == Cantilever().answers(outcome.X[:1])[0]
+    assert data["limits"]["0"] == []  # bounds of the search are none
+    assert 'name="viewport"' in html
+
+
+def test_limits_are_told_in_their_units(solved, monkeypatch):
+    from stand_in import Cantilever
+
+    def limits(self, X):
+        columns = {"unit": "kg", "value": 3.0, "bound": "at most", "limit": 2.0, "margin": -1.0}
+        return [pd.DataFrame(columns, index=["mass"]) for _ in X]
+
+    monkeypatch.setattr(Cantilever, "limits", limits, raising=False)
+    data = json.loads(Tags(report_html(solved())).data)
+    assert data["limits"]["0"] == [["mass", False, "3 kg, at most 2 kg: exceeded by 1 kg"]]
 
 
 def test_hostile_strings_stay_text(solved, monkeypatch):

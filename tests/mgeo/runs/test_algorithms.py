@@ -75,6 +75,7 @@ def test_parameters_are_completed():
         "tau": 2.0,
         "n_walkers": 30,
         "perturbation": "absolute",
+        "bounds": "clip",
         "restart": "never",
         "patience": 50,
     }

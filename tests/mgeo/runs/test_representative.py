@@ -2,7 +2,13 @@ import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 
-from mgeo.runs.representative import extremes, knee, representative_solutions
+from mgeo.runs.representative import (
+    RepresentativeSolution,
+    default_solution,
+    extremes,
+    knee,
+    representative_solutions,
+)
 
 
 class Plain(Problem):
@@ -98,3 +104,12 @@ def test_equal_solutions_do_not_hide_others():
 
 def test_a_tie_in_one_objective_goes_to_the_better_in_the_other():
     assert extremes(np.array([[0.0, 2.0], [0.0, 1.0], [1.0, 0.0]])) == [1, 2]
+
+
+def test_what_is_shown_unasked_is_the_knee_or_the_best_of_the_first():
+    F = circle(101)
+    assert default_solution(Plain(), F) == RepresentativeSolution(50, "knee")
+    straight = np.array([[2.0, 0.0], [0.0, 2.0], [1.0, 1.0]])
+    shown = default_solution(Plain(), straight)
+    assert shown == RepresentativeSolution(1, "best of the first objective")
+    assert default_solution(Plain(1), [[3.0]]).row == 0

@@ -55,6 +55,12 @@ class Cantilever(Problem):
         mass, deflection = self.evaluate(X).T
         return pd.DataFrame({"mass [kg]": mass, "deflection [mm]": 1000 * deflection})
 
+    def answers(self, X):
+        mass, deflection = self.evaluate(X).T
+        return [
+            f"{m:.3g} kg that sag {1000 * d:.3g} mm" for m, d in zip(mass, deflection, strict=True)
+        ]
+
     def figures(self, X):
         mass, deflection = self.evaluate(X).T
         figure = go.Figure(go.Scatter(x=mass, y=deflection, mode="markers"))

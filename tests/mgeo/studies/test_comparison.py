@@ -26,6 +26,18 @@ def test_the_summary_is_of_the_end_of_the_runs(comparison):
         assert (found["min"], found["max"]) == (min(values), max(values))
 
 
+def test_its_text_is_a_summary(comparison):
+    text = repr(comparison)
+    assert str(comparison) == text
+    head, columns, *_ = text.splitlines()
+    assert f"{comparison.n_eval:,} evaluations" in head
+    assert "runs" in columns
+    for name, row in comparison.overview().iterrows():
+        (line,) = [line for line in text.splitlines() if line.startswith(name)]
+        assert all(cell in line for cell in row)
+    assert len(text) < 1000
+
+
 def test_a_smaller_distance_wins_as_a_larger_hypervolume_does(comparison):
     volume, distance = comparison.tests(), comparison.tests("igd_plus")
     assert volume.indicator == "hypervolume"

@@ -22,5 +22,7 @@ def test_the_python_example_runs(monkeypatch, capsys):
 def test_links_lead_somewhere_and_every_study_is_listed():
     text = PAGE.read_text(encoding="utf-8")
     targets = re.findall(r"\]\((?!https?://)([^)#]+)\)", text)
-    files = {path.stem for path in PAGE.parent.glob("*.toml")}
-    assert {f"{name}.{kind}" for name in files for kind in ("toml", "md")} == set(targets)
+    studies = {path.name for path in PAGE.parent.glob("*.toml")}
+    pages = {path.name for path in PAGE.parent.glob("*.md") if path != PAGE}
+    assert studies | pages == set(targets)
+    assert {f"{Path(name).stem}.toml" for name in pages} <= studies

@@ -117,6 +117,10 @@ def test_it_can_be_reduced_and_extended():
         ('title = "small"', "", "title is missing"),
         ('title = "small"', "title = 3", "title = 3: expected a string"),
         ("evaluations = 100", "evaluations = 0", "evaluations = 0"),
+        ("seeds = 2", "seeds = 2\ngrid = []", r"grid = \[\]: expected one number or more"),
+        ("seeds = 2", "seeds = 2\ngrid = [0]", r"grid\[0\] = 0: expected an integer"),
+        ("seeds = 2", "seeds = 2\nper_variable = 1", "per_variable = 1: expected true or false"),
+        ("pymoo:zdt1", "coco:bbob/f1", r"problems\[0\].name: coco:bbob/f1: expected SUITE/f"),
         ("seeds = 2", "seeds = [1, 1]", r"seeds = \[1, 1\]: expected one or more different"),
         ("seeds = 2", "seeds = 2\nbudget = 3", "budget is unknown: expected title, about"),
         ("seeds = 2", 'seeds = 2\nproblems = "a"', "Cannot overwrite|problems"),
@@ -162,16 +166,37 @@ def test_a_problem_that_pymoo_does_not_have_is_named():
 
 
 def test_a_problem_of_pymoo_that_cannot_be_searched_is_named():
-    with pytest.raises(ValueError, match=r"'dtlz2' with .*: n_obj of problem .* = 2.5: expected"):
+    with pytest.raises(ValueError, match=r"n_obj of problem 'pymoo:dtlz2' = 2\.5: expected"):
         ProblemConfiguration("", "pymoo:dtlz2", {"n_obj": 2.5}).build()
 
 
-@pytest.mark.parametrize("name", ["table3", "tuning", "comparison", "benchmarks"])
+def test_budgets_may_grow_with_the_number_of_variables():
+    text = SMALL.replace("seeds = 2", "seeds = 2\nper_variable = true\ngrid = [10, 50, 100]")
+    study = parsed(text.replace('"pymoo:zdt1"', '["pymoo:zdt1", "pymoo:zdt4"]'))
+    budgets = [study.budget(problem.build()) for problem in study.problems]
+    assert budgets == [(3000, [300, 1500, 3000]), (1000, [100, 500, 1000])]
+    assert study.reduced(60).budget(study.problems[1].build()) == (600, [100, 500])
+    plain = parsed(SMALL.replace("seeds = 2", "seeds = 2\ngrid = 4"))
+    assert plain.budget(plain.problems[0].build()) == (100, 4)
+
+
+def test_a_name_may_stand_for_many_of_cocos_functions():
+    study = parsed(SMALL.replace("pymoo:zdt1", "coco:bbob-biobj/f1-3/d5,10/i2"))
+    assert len(study.problems) == 6
+    assert study.problems[0].label == "bbob_biobj f1 d5 i2"
+    assert study.problems[-1].name == "coco:bbob-biobj/f3/d10/i2"
+    assert study.problems[-1].build().n_var == 10
+
+
+@pytest.mark.parametrize(
+    "name", ["table3", "tuning", "comparison", "benchmarks", "bbob-biobj", "shifted"]
+)
 def test_the_published_studies_can_be_built(name):
-    if name != "benchmarks":
+    if name in ("table3", "tuning", "comparison"):
         pytest.importorskip("mgeo_attitude")
     study = read_study(STUDIES / f"{name}.toml")
     counts = {"table3": (1, 6), "tuning": (1, 36), "comparison": (2, 13), "benchmarks": (21, 13)}
+    counts |= {"bbob-biobj": (825, 12), "shifted": (42, 7)}
     assert (len(study.problems), len(study.algorithms)) == counts[name]
     for configuration in study.problems[:: max(1, len(study.problems) // 3)]:
         problem = configuration.build()

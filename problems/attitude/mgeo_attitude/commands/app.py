@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mgeo.cli.completion import among
+from mgeo.cli.completion import among, toml_files
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.examples import epilog
 from mgeo.cli.options import Debug, Json, Quiet
@@ -22,12 +22,21 @@ app = typer.Typer(
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "show": (
         "mgeo attitude show runs/attitude-mgeo-real-seed1",
+        "mgeo attitude show runs/attitude-mgeo-real-seed1 --solution 12",
         "mgeo attitude show runs/attitude-mgeo-real-seed1 --time 3000 --html plan.html",
         "mgeo attitude show plan.json --json | jq .t_end_s",
     ),
     "verify": (
         "mgeo attitude verify plan.json --runs 500",
         "mgeo attitude verify runs/first --pick best --out runs/first/verification-best.json",
+    ),
+    "fly": (
+        "mgeo attitude fly plan.json --out telemetry.csv --truth truth.json",
+        "mgeo attitude fly plan.json --simulator basilisk --vehicle cubesat_6u --seed 2",
+    ),
+    "calibrate": (
+        "mgeo attitude calibrate telemetry.csv --scenario mine.toml --out calibration",
+        "mgeo attitude calibrate telemetry.csv --plan plan.json --mapping columns.toml",
     ),
     "schema": ("mgeo attitude schema > scenario.schema.json",),
     "export": (
@@ -43,7 +52,7 @@ Pick = Annotated[
     str | None,
     typer.Option(
         metavar="knee|fastest|best",
-        help="Solution of the run: the bend of its front, its least t_end, its least trace "
+        help="Solution of the run: where its front bends, its least t_end, its least trace "
         "[default: knee].",
         autocompletion=among(("knee", "fastest", "best")),
     ),
@@ -51,6 +60,10 @@ Pick = Annotated[
 Time = Annotated[
     float | None,
     typer.Option(metavar="SECONDS", help="Solution of the run whose t_end is nearest to this."),
+]
+Solution = Annotated[
+    int | None,
+    typer.Option(metavar="N", help="Solution of the run by its number, as reports show it."),
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 
@@ -63,6 +76,7 @@ def show(
     source: Source,
     pick: Pick = None,
     time: Time = None,
+    solution: Solution = None,
     html: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Also write the plan's figures.")
     ] = None,
@@ -79,13 +93,13 @@ def show(
 
     with bad_input(_USERS):
         check_targets([html], overwrite)
-        plan = load_plan(source, pick, time)
+        picked = load_plan(source, pick, time, solution)
         if json:
-            Output(json=True).result(plan_document(plan))
+            Output(json=True).result(plan_document(picked))
         else:
-            print_plan(plan, Output())
+            print_plan(picked, Output())
         if html:
-            write_figures(plan, html)
+            write_figures(picked.plan, html)
 
 
 @app.command(epilog=epilog("verify", EXAMPLES))
@@ -93,6 +107,7 @@ def verify(
     source: Source,
     pick: Pick = None,
     time: Time = None,
+    solution: Solution = None,
     runs: Annotated[int, typer.Option(min=2, help="Flights to simulate.")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="Seed of their errors.")] = 1,
     out: Annotated[
@@ -119,13 +134,13 @@ def verify(
 
     with bad_input(_USERS):
         check_targets([out], overwrite)
-        plan = load_plan(source, pick, time)
-        found = verification.verify(plan, runs, seed)
-        document = verification_document(plan, found, seed)
+        picked = load_plan(source, pick, time, solution)
+        found = verification.verify(picked.plan, runs, seed)
+        document = verification_document(picked, found, seed)
         if out:
             write_file(out, f"{json_text(document)}\n".encode())
     output = Output(quiet, json)
-    print_verification(plan, found, output)
+    print_verification(picked, found, output)
     output.result(document)
     raise typer.Exit(ExitCode.DONE if found.achieved else ExitCode.INCOMPLETE)
 
@@ -143,6 +158,7 @@ def export(
     ],
     pick: Pick = None,
     time: Time = None,
+    solution: Solution = None,
     object_name: Annotated[
         str, typer.Option(metavar="TEXT", help="AEM: OBJECT_NAME, the spacecraft.")
     ] = "UNKNOWN",
@@ -174,13 +190,13 @@ def export(
     A plan that violates a constraint of its scenario is refused, unless told otherwise.
     """
     from mgeo.files.atomic import write_file
-    from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
+    from mgeo_attitude.commands.files import SUFFIXES, check_constraints, check_targets, load_plan
     from mgeo_attitude.plan import aem_text, to_csv, to_json
 
     with bad_input(_USERS):
-        check_targets(files, overwrite, plans=True)
-        plan = load_plan(source, pick, time)
-        check_constraints(plan, force)
+        check_targets(files, overwrite, SUFFIXES)
+        picked = load_plan(source, pick, time, solution)
+        check_constraints(picked.plan, force)
         aem: dict[str, Any] = {
             "object_name": object_name,
             "object_id": object_id,
@@ -190,12 +206,127 @@ def export(
         }
         writers: dict[str, Any]
         writers = {".json": to_json, ".csv": to_csv, ".aem": partial(aem_text, **aem)}
-        texts = {path: writers[path.suffix](plan) for path in files}
+        texts = {path: writers[path.suffix](picked.plan) for path in files}
         output = Output(quiet, json)
+        for doubt in () if quiet else picked.doubts():
+            output.note(doubt)
         for path, text in texts.items():
             write_file(path, text.encode())
             output.print(f"wrote {path}")
     output.result({"files": [str(path) for path in texts]})
+
+
+@app.command(epilog=epilog("fly", EXAMPLES))
+def fly(
+    source: Source,
+    pick: Pick = None,
+    time: Time = None,
+    solution: Solution = None,
+    simulator: Annotated[
+        str,
+        typer.Option(
+            metavar="own|basilisk",
+            help="Exact rates, or a rigid body with wheels by Basilisk, which is an extra.",
+            autocompletion=among(("own", "basilisk")),
+        ),
+    ] = "own",
+    vehicle: Annotated[
+        str | None,
+        typer.Option(
+            metavar="paper|cubesat_6u",
+            help="Body and wheels for Basilisk [default: the scenario's].",
+            autocompletion=among(("paper", "cubesat_6u")),
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of errors and noise.")] = 1,
+    out: Annotated[
+        Path, typer.Option(metavar="FILE.csv", help="Telemetry, for `mgeo attitude calibrate`.")
+    ] = Path("telemetry.csv"),
+    truth: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.json", help="Also write what was true at the last sample."),
+    ] = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Fly a plan once, to the end of its scenario, and write what the satellite would send down.
+
+    Attitude and errors are drawn from the scenario; the same seed draws the same for both
+    simulators.
+    """
+    from mgeo_attitude.commands import fly as command
+    from mgeo_attitude.commands.files import check_targets, load_plan
+
+    with bad_input(_USERS):
+        check_targets([out], overwrite, (".csv",))
+        check_targets([truth] if truth else [], overwrite, (".json",))
+        plan = load_plan(source, pick, time, solution).plan
+        telemetry = command.flown(plan, simulator, vehicle, seed)
+        document = command.truth_document(plan, telemetry, simulator, seed)
+        files = command.write_flight(telemetry, out, truth, document)
+    output = Output(quiet, json)
+    command.print_flight(telemetry, simulator, files, output)
+    output.result({"files": files, "samples": len(telemetry.times), "truth": document})
+
+
+@app.command(epilog=epilog("calibrate", EXAMPLES))
+def calibrate(
+    telemetry: Annotated[
+        Path, typer.Argument(metavar="TELEMETRY", help="Table of samples: CSV, or .parquet.")
+    ],
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE.toml|PRESET",
+            help="Satellite, orbit and epoch [default: those of --plan].",
+            autocompletion=toml_files,
+        ),
+    ] = None,
+    plan: Annotated[
+        Path | None,
+        typer.Option(metavar="PLAN.json", help="Compare with the 1-sigmas that a plan promised."),
+    ] = None,
+    mapping: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml",
+            help="Columns, units and mounting frames, where they are not the usual ones.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Also write JSON, CSV and an HTML report there."),
+    ] = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Calibrate gyro and sensors from telemetry; exit with 3 if innovations do not support it.
+
+    Nothing has to be known of the attitude. Outliers are left out, and listed.
+    """
+    from mgeo_attitude.calibration import calibrate as calibrated
+    from mgeo_attitude.commands import calibrate as command
+    from mgeo_attitude.flight import TelemetryMapping
+    from mgeo_attitude.plan import read_json
+
+    with bad_input(_USERS):
+        if out:
+            command.check_folder(out, overwrite)
+        flown = read_json(plan) if plan else None
+        read = TelemetryMapping.from_toml(mapping) if mapping else None
+        found = calibrated(command.scenario_of(scenario, flown), telemetry, read)
+        promised = found.compare(flown) if flown else None
+        files = command.write_calibration(found, promised, out) if out else []
+    output = Output(quiet, json)
+    command.print_calibration(found, promised, output)
+    for file in files:
+        output.print(f"wrote {file}")
+    output.result(command.calibration_document(found, promised, files))
+    raise typer.Exit(ExitCode.DONE if found.supported else ExitCode.INCOMPLETE)
 
 
 @app.command(epilog=epilog("schema", EXAMPLES))

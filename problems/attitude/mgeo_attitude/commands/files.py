@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from mgeo_attitude.plan import ManeuverPlan, read_front, read_json
@@ -11,29 +12,65 @@ from mgeo_attitude.plan.run_folder import CHOICES
 SUFFIXES = (".json", ".csv", ".aem")
 
 
-def load_plan(source: Path, pick: str | None = None, time: float | None = None) -> ManeuverPlan:
+@dataclass(frozen=True)
+class Picked:
+    """A plan, what it is called, and its number on the front of a run."""
+
+    plan: ManeuverPlan
+    name: str
+    solution: int | None = None
+
+    @property
+    def answer(self) -> str:
+        """What it is worth, in one line."""
+        return f"{self.name}: {self.plan.answer}"
+
+    def doubts(self) -> list[str]:
+        """Why one might not want to fly it, a line each."""
+        hardly = self.plan.uncalibrated()
+        return [f"Note: this plan hardly calibrates {', '.join(hardly)}"] if hardly else []
+
+
+def load_plan(
+    source: Path,
+    pick: str | None = None,
+    time: float | None = None,
+    solution: int | None = None,
+) -> Picked:
     """Read a plan from its file, or pick one from a run folder: the knee unless told otherwise."""
+    given = {"--pick": pick, "--time": time, "--solution": solution}
+    flags = [flag for flag, value in given.items() if value is not None]
     if pick is not None and pick not in CHOICES:
         raise ValueError(f"--pick {pick}: expected one of {', '.join(CHOICES)}")
-    if pick is not None and time is not None:
-        raise ValueError("--pick and --time: expected one of the two")
+    if len(flags) > 1:
+        raise ValueError(f"{' and '.join(flags)}: expected one of them")
     if source.is_dir():
-        return read_front(source).plan(pick or "knee" if time is None else time)
+        front = read_front(source)
+        number = solution
+        if number is None:
+            number = front.row(pick or "knee" if time is None else time)
+        reason = f", {pick or 'knee'}" if time is None and solution is None else ""
+        name = f"solution {number} of {len(front.X)}{reason}"
+        if not front.feasible:
+            name = f"no plan of this run keeps all limits; nearest solution {number}"
+        return Picked(front.solution(number), name, number)
     if not source.exists():
         raise FileNotFoundError(f"there is neither a run folder nor a plan {source}")
-    if pick is not None or time is not None:
-        raise ValueError(f"{source} is one plan: --pick and --time are for run folders")
-    return read_json(source)
+    if flags:
+        raise ValueError(f"{source} is one plan: {flags[0]} is for run folders")
+    return Picked(read_json(source), source.name)
 
 
-def check_targets(paths: Sequence[Path | None], overwrite: bool, plans: bool = False) -> None:
+def check_targets(
+    paths: Sequence[Path | None], overwrite: bool, suffixes: Sequence[str] = ()
+) -> None:
     """Refuse files that could not be written, before time is spent on what goes into them.
 
-    That is a ValueError or OSError; a suffix other than those of `plans` is refused, too.
+    That is a ValueError or OSError; a suffix other than those given is refused, too.
     """
     for path in filter(None, paths):
-        if plans and path.suffix not in SUFFIXES:
-            raise ValueError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
+        if suffixes and path.suffix not in suffixes:
+            raise ValueError(f"{path}: expected a name that ends in {', '.join(suffixes)}")
         if list(paths).count(path) > 1:
             raise ValueError(f"{path} is named twice")
         if path.is_dir():

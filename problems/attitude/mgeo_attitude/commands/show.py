@@ -7,26 +7,30 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from rich.table import Table
 from rich.text import Text
 
 from mgeo.cli.output import Output
 from mgeo.figures import report_page
 from mgeo.files.atomic import write_file
-from mgeo.terminal import plain, table
+from mgeo.terminal import Columns, plain, table
+from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.figures import plan_figures
 
 
-def print_plan(plan: ManeuverPlan, output: Output) -> None:
+def print_plan(picked: Picked, output: Output) -> None:
     """Print everything that fits a terminal."""
+    plan = picked.plan
     ended = "converged" if plan.history.converged else "not converged at the end of the run,"
     orbits = plan.t_end / plan.scenario.orbit.period
     constraints = plan.constraints()
     kept = constraints["kept"].map({True: "kept", False: "violated"})
     output.print(
+        plain(picked.answer, "bold"),
+        *picked.doubts(),
         f"scenario {plan.scenario.name}: {ended} at {plan.t_end:.6g} s ({orbits:.3f} orbits), "
         f"trace {plan.trace:.4g}",
+        *([f"slew back until {plan.duration:.6g} s"] if plan.slew_back else []),
         *(titled("Constraints", constraints.assign(kept=kept)) if len(kept) else ()),
         *titled("Timeline", _timeline(plan).T, digits=6),
         *titled("Predicted 1-sigma", plan.accuracy()),
@@ -39,7 +43,7 @@ def print_plan(plan: ManeuverPlan, output: Output) -> None:
     )
 
 
-def titled(title: str, frame: pd.DataFrame, digits: int = 4) -> tuple[Text, Table]:
+def titled(title: str, frame: pd.DataFrame, digits: int = 4) -> tuple[Text, Columns]:
     """A table for people, with its index and so many digits, under a title."""
     rows = frame.itertuples(name=None)
     return plain(f"\n{title}", "bold"), table(["", *frame.columns], rows, digits)
@@ -50,12 +54,18 @@ def note(text: str) -> Text:
     return plain(text, "dim")
 
 
-def plan_document(plan: ManeuverPlan) -> dict[str, Any]:
+def plan_document(picked: Picked) -> dict[str, Any]:
     """What ``mgeo attitude show`` tells of a plan; tables as lists of rows."""
+    plan = picked.plan
     return {
+        "solution": picked.solution,
+        "answer": plan.answer,
+        "uncalibrated": plan.uncalibrated(),
+        "attitude_accuracy_deg": plan.attitude_accuracy_deg,
         "scenario": plan.scenario.name,
         "converged": bool(plan.history.converged),
         "t_end_s": plan.t_end,
+        "duration_s": plan.duration,
         "trace": plan.trace,
         "design": list(plan.design),
         "constraints": rows(plan.constraints()),

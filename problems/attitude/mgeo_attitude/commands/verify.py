@@ -6,15 +6,18 @@ from typing import Any
 
 from mgeo.cli.output import Output
 from mgeo.terminal import plain
+from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.show import note, rows, titled
-from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.verification import Verification
 
 
-def print_verification(plan: ManeuverPlan, found: Verification, output: Output) -> None:
+def print_verification(picked: Picked, found: Verification, output: Output) -> None:
     """Print how simulated flights of a plan went."""
+    plan = picked.plan
     output.print(
+        plain(picked.answer, "bold"),
+        *picked.doubts(),
         *titled(f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s", found.table),
         note(f"by chance no ratio exceeds {found.greatest_ratio:.3f}"),
     )
@@ -30,8 +33,9 @@ def print_verification(plan: ManeuverPlan, found: Verification, output: Output) 
     )
 
 
-def verification_document(plan: ManeuverPlan, found: Verification, seed: int) -> dict[str, Any]:
+def verification_document(picked: Picked, found: Verification, seed: int) -> dict[str, Any]:
     """The result as JSON values, with the problem and the design that it is about."""
+    plan = picked.plan
     table = found.table.reset_index()
     low, high = found.nees_bounds
     return {
@@ -41,6 +45,8 @@ def verification_document(plan: ManeuverPlan, found: Verification, seed: int) ->
         f"{high:.3f}; by chance no ratio exceeds {found.greatest_ratio:.3f}{_cones(found)}",
         "columns": [str(name) for name in table.columns],
         "rows": table.to_numpy(object).tolist(),
+        "solution": picked.solution,
+        "answer": plan.answer,
         "problem": PROBLEM,
         "options": plan.problem.options(),
         "design": list(plan.design),

@@ -107,9 +107,36 @@ class Environment:
         ImportError, SGP4Error
             From an orbit by a two-line element set; see `sgp4_gcrs`.
         """
-        times = scenario.times
+        return cls.at(scenario, scenario.times, origin=scenario)
+
+    @classmethod
+    def at(
+        cls,
+        scenario: Course,
+        times: Floats,
+        position: Floats | None = None,
+        origin: Course | None = None,
+    ) -> Self:
+        """Compute the tables at any `times` [s] after a scenario's epoch.
+
+        Parameters
+        ----------
+        times : array, shape (n,)
+        position : array, shape (n, 3), optional
+            Satellite [m], GCRS; default: on the scenario's orbit.
+        origin : Course, optional
+            See the class.
+
+        Raises
+        ------
+        ValueError, ImportError, SGP4Error
+            As `from_scenario`.
+        """
         at = instants(scenario.epoch, times)
-        position, velocity = scenario.orbit.propagate(scenario.epoch, times)
+        if position is None:
+            position, velocity = scenario.orbit.propagate(scenario.epoch, times)
+        else:
+            velocity = np.gradient(position, times, axis=0)
         sun = sun_position(at)
         to_itrs = gcrs_to_itrs(at)
         middle = scenario.epoch + timedelta(seconds=0.5 * float(times[0] + times[-1]))
@@ -121,8 +148,12 @@ class Environment:
             sun=sun_direction(position, sun),
             field=rotate(np.swapaxes(to_itrs, 1, 2), field),
             sunlit=lit_fraction(position, sun) >= 0.5,
-            origin=scenario,
+            origin=origin,
         )
+
+    def without_shadow(self) -> Self:
+        """The same with the Sun shining always."""
+        return dataclasses.replace(self, sunlit=np.ones_like(self.sunlit))
 
     def require(self, scenario: Course) -> None:
         """Refuse a scenario that these tables are not of.

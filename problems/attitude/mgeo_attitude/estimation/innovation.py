@@ -33,7 +33,7 @@ def innovation(
         Number of the sensor in the suite.
     y : array, shape (r, 3), or a tuple of them
         What it reports.
-    vector : array, shape (3,)
+    vector : array, shape (3,) or (r, 3)
         What it looks at, GCRS; see `Sensor.inertial_vector`.
     aligned : bool
         Whether the estimate of every rotation but the attitude is taken to be none.
@@ -46,7 +46,8 @@ def innovation(
         if isinstance(vector, Taylor):
             C = estimate.rotations[:, :, 0].swapaxes(0, 1)
             return turn(vector.map(lambda part: multiply(C, part)))
-        return turn(np.einsum("i,ijr->rj", vector, estimate.rotations[:, :, 0]))
+        each = "i,ijr->rj" if vector.ndim == 1 else "ri,ijr->rj"
+        return turn(np.einsum(each, vector, estimate.rotations[:, :, 0]))
 
     own: dict[str, Callable[[Any], Taylor] | Taylor] = {}
     for state, first in suite.places(sensor).items():

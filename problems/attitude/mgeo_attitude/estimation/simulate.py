@@ -20,7 +20,8 @@ from mgeo_attitude.estimation.validity import OutsideValidity, validity
 from mgeo_attitude.filter.evaluator import available_threads
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
-from mgeo_attitude.flight import Flight, Motion, draw, fly, other_truth
+from mgeo_attitude.flight import Flight, Motion, draw, fly_run, other_truth
+from mgeo_attitude.maneuvers.slew_back import slew_back
 from mgeo_attitude.rotation import multiply
 from mgeo_attitude.scenario import KeepOut, Scenario
 
@@ -46,8 +47,11 @@ def simulate(
 
     The truth is not linear: attitude by exact rotations at the plan's rates, misalignments as
     rotations, the gyro's bias as a Markov process, noise, eclipse and fields of view. At the start
-    the estimator believes the body axes along GCRS and every error zero; the true ones are drawn
+    the estimator believes the scenario's attitude and every error zero; the true ones are drawn
     from the scenario. The estimator is an error-state filter that feeds its errors back.
+
+    After `t_end` the last rate is held or, if the scenario asks for it, the slew back is flown and
+    then the law's rate held, to the end of the scenario's duration.
 
     A run has a random stream of its own, so it is the same whatever `n_runs` and `threads` are.
 
@@ -99,14 +103,16 @@ def simulate(
     model = FilterModel.from_scenario(scenario, environment)
     real = model if truth is None else other_truth(truth, scenario, environment)
     t_end = reference_run(model, plan).t_end
+    back = slew_back(scenario, plan, t_end, model.slew_limits, model.initial_attitude)
+    whole = plan if back is None else back.design
     # with a window longer than the scenario the filter runs to its end
     endless = dataclasses.replace(model, window_steps=model.n_steps + 1)
-    predicted = reference_run(endless, plan).sigma
+    predicted = reference_run(endless, whole).sigma
     samples, sun = _samples(model, t_end), real.sun[: round(t_end / model.step) + 1]
-    motion = Motion.of(model, plan, model.n_steps)
+    motion = Motion.of(model, whole, model.n_steps)
 
     def some(generators: Sequence[np.random.Generator]) -> Record:
-        flights = [fly(real, motion, draw(real, model.n_steps, each)) for each in generators]
+        flights = [fly_run(real, motion, draw(real, model.n_steps, each)) for each in generators]
         return record(model, flights, estimator or Estimator(), samples, scenario.keep_outs, sun)
 
     generators = np.random.default_rng(seed).spawn(n_runs)
@@ -175,7 +181,7 @@ def record(
         inside=np.zeros((n_runs, 2, len(cones))),
     )
     estimates = ErrorStateFilter(suite, estimator).run(
-        Estimate.at_start(suite, model.initial_sigma, n_runs),
+        Estimate.at_start(suite, model.initial_sigma, n_runs, model.initial_attitude),
         [flight.readings for flight in flights],
         motion.rates,
         model.references,

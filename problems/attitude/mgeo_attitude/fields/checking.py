@@ -6,8 +6,8 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import MISSING
 from functools import partial
-from types import NoneType
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pydantic
@@ -106,10 +106,14 @@ def _in_words(error: ErrorDetails, section: Any) -> InvalidValue:
     if kind == "missing":
         places.pop()  # it is the list that is too short
     for place in places:
+        if get_origin(annotation) in (Union, UnionType):  # with None, which has no places
+            (annotation,) = (kind for kind in get_args(annotation) if kind is not NoneType)
         entries = get_args(annotation)
         if isinstance(place, str):  # of a mapping, or the entry's key if that is refused
             key, value, annotation = f"{key}.{place}", error["input"], entries[-1]
         else:
+            if entries[-1] is NoneType:
+                entries = get_args(entries[0])
             annotation = entries[0 if entries[-1] is Ellipsis else place]
             key, value = f"{key}[{place}]", value[place]
     cause = error.get("ctx", {}).get("error")

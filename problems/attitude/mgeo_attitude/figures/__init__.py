@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
+from mgeo.runs.representative import knee
+
 from ..objectives import indicators
 from ..scenario.objective_names import PAPER
 from .convergence import convergence_figure
@@ -37,11 +39,12 @@ def figures(problem: ManeuverProblem, X: ArrayLike) -> dict[str, go.Figure]:
         If `X` has another number of columns, or no design with finite objectives.
     """
     solutions = Solutions.evaluated(problem, X)
-    few = solutions.chosen(indicators(PAPER, solutions.F, problem.scenario))
+    own = problem.evaluate(solutions.X, return_values_of=["F"])
+    few = solutions.chosen(knee(indicators(problem.objectives, own, problem.scenario)))
     front = {}
     if problem.objectives == PAPER:
         front["front"] = front_figure(problem.scenario, solutions)
     return front | {
-        "maneuvers": maneuvers_figure(problem.scenario, few),
+        "maneuvers": maneuvers_figure(problem, few),
         "convergence": convergence_figure(problem, few),
     }

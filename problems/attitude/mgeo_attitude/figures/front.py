@@ -88,6 +88,7 @@ def _hover_text(solutions: Solutions, i: int, period: float) -> str:
         f"<b>{solutions.labels[i]}</b>",
         f"t_end {t_end:.6g} s ({t_end / period:.3f} orbits)",
         f"trace {trace:.4g}",
+        f"attitude {solutions.accuracy_deg[i]:.3g} deg (1-sigma, worst axis)",
         "maneuvers, x / y / z [deg/s] for duration [s]:",
         *(f"{m}: {text}" for m, text in enumerate(maneuver_texts(solutions.X[i]), 1)),
     ]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
@@ -10,16 +12,18 @@ from mgeo.figures.style import finished
 from mgeo_attitude._typing import Floats
 
 from ..maneuvers.schedule import flown
-from ..maneuvers.slew import SlewLimits
-from ..scenario import Scenario
 from .solutions import Solutions
 from .style import line, panels_height
+from .whole import Whole
+
+if TYPE_CHECKING:
+    from mgeo_attitude.protocol import ManeuverProblem
 
 
-def maneuvers_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
+def maneuvers_figure(problem: ManeuverProblem, solutions: Solutions) -> go.Figure:
     """One row per solution, each with its own time axis: rates about body x, y and z.
 
-    The last rate is held from the end of the last maneuver to t_end, on gray.
+    The last rate is held from the end of the last maneuver to t_end, on gray; a slew back follows.
     """
     rows = len(solutions.F)
     titles = [
@@ -28,7 +32,7 @@ def maneuvers_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
     ]
     figure = make_subplots(rows, 1, vertical_spacing=0.36 / rows, subplot_titles=titles)
     for row, (x, (t_end, _)) in enumerate(zip(solutions.X, solutions.F, strict=True), 1):
-        times, rates, over = timeline(x, t_end, scenario)
+        times, rates, over = timeline(problem, x, t_end)
         for axis, name in enumerate("xyz"):
             figure.add_scatter(
                 x=times,
@@ -48,26 +52,28 @@ def maneuvers_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
     finished(
         figure,
         "Body rates of the plans until the filter converged",
-        "on gray, after the last maneuver, its rate is held",
+        "on gray, after the last maneuver, its rate is held"
+        + (", then the slew back" if problem.scenario.maneuvers.slew_back else ""),
     )
-    limit = 1.1 * scenario.maneuvers.max_rate_deg_s
+    limit = 1.1 * problem.scenario.maneuvers.max_rate_deg_s
     figure.update_yaxes(range=[-limit, limit], title_text="rate [deg/s]")
     figure.update_xaxes(title_text="time [s]", tickformat="d", row=rows, col=1)
     return figure.update_layout(height=panels_height(rows))
 
 
-def timeline(x: Floats, t_end: float, scenario: Scenario) -> tuple[Floats, Floats, float]:
-    """A plan as the filter flies it.
+def timeline(problem: ManeuverProblem, x: Floats, t_end: float) -> tuple[Floats, Floats, float]:
+    """A plan as it is flown.
 
     Returns
     -------
     times : array, shape (k,)
-        Starts of the maneuvers flown, then t_end [s].
+        Starts of the maneuvers flown, then the end of the plan [s].
     rates : array, shape (k, 3)
         Body rates from each of these times on; the last row repeats the one before [deg/s].
     over : float
-        End of the last maneuver, or t_end if that comes first [s].
+        End of the last maneuver before t_end, or t_end if that comes first [s].
     """
-    flight = flown(x, t_end, scenario.step, SlewLimits.of(scenario))
+    model, flight = problem.model, Whole.of(problem, x, t_end).flight
     rates = np.degrees(flight.rates)
-    return flight.times, np.vstack([rates, rates[-1:]]), flight.over
+    over = flown(x, t_end, model.step, model.slew_limits).over
+    return flight.times, np.vstack([rates, rates[-1:]]), over

@@ -16,9 +16,9 @@ from mgeo.figures.style import COLORS, GRAY
 from mgeo_attitude._typing import Floats
 
 from ..environment import Environment
-from ..maneuvers.phases import phases
-from ..maneuvers.schedule import Flown, flown
+from ..maneuvers.schedule import Flown
 from .style import title
+from .whole import Whole
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
@@ -35,11 +35,12 @@ _HALF = (0.2, 0.32, 0.12)
 
 
 def turns_of_body(flight: Flown, body: Floats, step: float) -> dict[str, Floats]:
-    """Turns of the body between times, about its own axes, from GCRS to body at every step.
+    """Turns of the body between times, from GCRS to body at every step.
 
     At each of the ``times`` [s], shape (k + 1,), the attitude is exactly the filter's; the rotation
     vectors ``x``, ``y``, ``z`` [deg], shape (k,) each, lead from each to the next, at constant
-    rates as they are outside of ramps.
+    rates as they are outside of ramps. They are about the axes that turn with the body and were
+    those of GCRS at first.
     """
     turns = flight.rates * np.diff(flight.times)[:, None]
     size = np.linalg.norm(turns, axis=1)
@@ -52,7 +53,7 @@ def turns_of_body(flight: Flown, body: Floats, step: float) -> dict[str, Floats]
     merged = Rotation.from_matrix(at[:-1] @ at[1:].transpose(0, 2, 1)).as_rotvec()
     whole = np.diff(edges) == 1
     merged[whole] = turns[edges[:-1][whole]]
-    return _turns(times, merged)
+    return _turns(times, merged @ body[0])
 
 
 def turns_of_direction(times: Floats, vectors: Floats) -> dict[str, Floats]:
@@ -83,23 +84,18 @@ def directions(environment: Environment) -> dict[str, dict[str, Floats]]:
 
 def motion(
     problem: ManeuverProblem,
-    x: Floats,
-    t_end: float,
-    body: Floats,
+    whole: Whole,
     inertial: dict[str, dict[str, Floats]],
     shadow: Sequence[tuple[float, float]],
 ) -> dict[str, Any]:
     """Traces and layout: the body with its axes, Sun and field against the inertial axes.
 
-    Of a design, shape (n_var,), until its `t_end` [s]; `body` is GCRS to body at every step, shape
-    (n_steps + 1, 3, 3), `inertial` what `directions` gives, `shadow` starts and ends [s] of the
-    times without Sun.
+    `inertial` is what `directions` gives, `shadow` starts and ends [s] of the times without Sun.
     """
-    environment, model = problem.environment, problem.model
-    flight = flown(x, t_end, model.step, model.slew_limits)
+    environment, (flight, phases, body) = problem.environment, whole
+    turns = turns_of_body(flight, body, problem.model.step)
     stretches: list[dict[str, Any]] = [
-        {"name": phase.label, "from": phase.start, "to": phase.end}
-        for phase in phases(x, t_end, model.step, model.slew_limits)
+        {"name": phase.label, "from": phase.start, "to": phase.end} for phase in phases
     ]
     stretches += [{"name": SHADOW, "from": a, "to": b, "shaded": True} for a, b in shadow]
     field = environment.field[0] / np.linalg.norm(environment.field[0])
@@ -112,7 +108,7 @@ def motion(
             *_sphere(),
             _arrow("Sun", environment.sun[0], 4) | {"meta": {"turn": "Sun", "faint": SHADOW}},
             _arrow("field", field, 5) | {"meta": {"turn": "field"}},
-            *(trace | {"meta": {"turn": "body"}} for trace in (*_box(), *axes)),
+            *(_stood(trace, body[0]) for trace in (*_box(), *axes)),
         ],
         "layout": {
             "title": title("Attitude in space"),
@@ -131,8 +127,8 @@ def motion(
             "showlegend": False,
             "meta": {
                 "motion": {
-                    "end": float(t_end),
-                    "turns": {"body": turns_of_body(flight, body, model.step), **inertial},
+                    "end": float(flight.times[-1]),
+                    "turns": {"body": turns, **inertial},
                     "phases": stretches,
                 }
             },
@@ -181,6 +177,12 @@ def _box() -> list[dict[str, Any]]:
         _points(corners, **hull),
         _points(stroke, mode="lines", line={"color": "#4a5560", "width": 3}),
     ]
+
+
+def _stood(trace: dict[str, Any], start: Floats) -> dict[str, Any]:
+    """What is drawn in body axes, at the attitude of the start."""
+    points = np.column_stack([trace[axis] for axis in "xyz"]) @ start
+    return trace | dict(zip("xyz", points.T, strict=True)) | {"meta": {"turn": "body"}}
 
 
 def _points(points: Floats, **look: Any) -> dict[str, Any]:

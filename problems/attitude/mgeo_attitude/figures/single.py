@@ -14,13 +14,13 @@ from mgeo_attitude._typing import Floats
 from ..describe import block_units, checked_designs
 from ..filter.evaluator import evaluate
 from ..filter.model import FilterModel
-from ..filter.reference import attitudes
-from ..maneuvers.schedule import Flown, flown
+from ..maneuvers.schedule import Flown
 from .convergence import sample_steps
 from .motion import directions, motion
 from .polyline import corners
 from .sphere import OUTLINE, graticule, projected
 from .style import line, title
+from .whole import Whole
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
@@ -56,16 +56,16 @@ def solution_figures(problem: ManeuverProblem, X: Floats) -> Iterator[dict[str, 
             if not np.isfinite(t_end):
                 yield {}
                 continue
-            plan = model.schedule(x)
-            body = attitudes(plan.rates[0], plan.starts[0], model.n_steps, model.step)
+            whole = Whole.of(problem, x, t_end)
             figures = {
-                "rates": _rates(problem, x, t_end),
-                "motion": motion(problem, x, t_end, body, inertial, shadow),
-                "directions": _directions(problem, body, t_end),
+                "rates": _rates(problem, whole.flight),
+                "motion": motion(problem, whole, inertial, shadow),
+                "directions": _directions(problem, whole.attitude, t_end),
                 **_errors(problem, t_end, variances),
             }
             for name in figures.keys() - {"motion", "directions"}:
-                _against_time(figures[name]["layout"], t_end, shadow)
+                end = whole.flight.times[-1] if name == "rates" else t_end
+                _against_time(figures[name]["layout"], end, shadow)
             yield {name: go.Figure(figure, _validate=False) for name, figure in figures.items()}
 
 
@@ -80,14 +80,14 @@ def _against_time(layout: dict[str, Any], t_end: float, shadow: Intervals) -> No
     layout["shapes"] = [{**band, "x0": start, "x1": end} for start, end in shadow]
 
 
-def _rates(problem: ManeuverProblem, x: Floats, t_end: float) -> dict[str, Any]:
+def _rates(problem: ManeuverProblem, flight: Flown) -> dict[str, Any]:
     model, limit = problem.model, problem.scenario.maneuvers.max_rate_deg_s
-    times, rates = _drawn(flown(x, t_end, model.step, model.slew_limits), model)
+    times, rates = _drawn(flight, model)
     rows = corners(times, rates, _SAMPLES)
     lines = [_line(times[rows], rates[rows, i], i) for i in range(3)]
     bound = {"showlegend": False, "hoverinfo": "skip", "name": "limit"}
     bound["line"] = {"color": GRAY, "dash": "dash", "width": 1}
-    span = np.array([0.0, problem.scenario.duration])
+    span = np.array([0.0, max(problem.scenario.duration, flight.times[-1])])
     lines += [_line(span, np.full(2, end), 0) | bound for end in (-limit, limit)]
     axis = {"title": {"text": "deg/s"}, "range": [-1.15 * limit, 1.15 * limit]}
     return {"data": lines, "layout": _layout("Body rates", axis)}

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo.runs.representative import knee
 from mgeo_attitude._typing import Floats
 
+from ..accuracy import attitude_accuracy_deg
 from ..describe import checked_designs, nondominated
 from ..filter.evaluator import evaluate
 
@@ -31,6 +31,8 @@ class Solutions:
     numbers : array of int, shape (n,)
         Their rows in the table they come from.
     X, F : arrays, shapes (n, n_var) and (n, 2)
+    accuracy_deg : array, shape (n,)
+        How well the attitude is known at t_end; see `attitude_accuracy_deg`.
     labels : tuple of str
         ``solution 3``, or ``solution 3 (fastest)`` for one that has been chosen for a reason.
     """
@@ -38,6 +40,7 @@ class Solutions:
     numbers: NDArray[np.int64]
     X: Floats
     F: Floats
+    accuracy_deg: Floats
     labels: tuple[str, ...]
 
     @classmethod
@@ -47,27 +50,32 @@ class Solutions:
         Raises a ValueError for another number of columns, or if no design is left.
         """
         designs = checked_designs(problem, X)
-        result = evaluate(problem.model, designs, problem.threads)
+        result = evaluate(problem.model, designs, problem.threads, covariance=True)
         F = np.column_stack([result.t_end, result.trace])
         rows = np.flatnonzero(np.isfinite(F).all(axis=1))
         if not rows.size:
             raise ValueError(
                 f"X of shape {designs.shape}: expected at least one design with finite objectives"
             )
-        return cls(rows, designs[rows], F[rows], tuple(f"solution {row}" for row in rows))
+        accuracy = attitude_accuracy_deg(result.covariance[rows])
+        labels = tuple(f"solution {row}" for row in rows)
+        return cls(rows, designs[rows], F[rows], accuracy, labels)
 
-    def chosen(self, indicators: Floats) -> Solutions:
-        """Fastest, knee and least trace of the front, or all if they are few; by t_end.
+    def chosen(self, bend: int | None = None) -> Solutions:
+        """Fastest, the knee and least trace of the front, or all if they are few; by t_end.
 
-        The `indicators`, shape (n, 2), are the objectives on comparable scales.
+        `bend` is the row of the knee, None if there is none.
         """
         front = nondominated(self.F)
-        fastest, bend, best = (int(front[i]) for i in (0, knee(indicators[front]) or 0, -1))
-        roles = {bend: "knee", fastest: "fastest"}  # an end of the front is no knee
+        fastest, best = int(front[0]), int(front[-1])
+        roles = {} if bend is None else {bend: "knee"}
+        roles[fastest] = "fastest"  # an end of the front is no knee
         roles[best] = "least trace" if best != fastest else "fastest, least trace"
         rows = range(len(self.F)) if len(self.F) <= MOST_CHOSEN else roles
         order = sorted(rows, key=lambda row: tuple(self.F[row]))
         labels = tuple(
             self.labels[row] + (f" ({roles[row]})" if row in roles else "") for row in order
         )
-        return Solutions(self.numbers[order], self.X[order], self.F[order], labels)
+        return Solutions(
+            self.numbers[order], self.X[order], self.F[order], self.accuracy_deg[order], labels
+        )

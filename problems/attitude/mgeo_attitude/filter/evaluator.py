@@ -142,11 +142,11 @@ def evaluate(
 def _states(model: FilterModel, count: int, n_values: int) -> Floats:
     """Room for states that jobs leave, as `driver.save` does; the last one is that at time zero.
 
-    Covariance, attitude (body axes along GCRS), monitors and the trace over the last window.
+    Covariance, attitude, monitors and the trace over the last window.
     """
     states = np.zeros((count + 1, n_values + model.window_steps + 1))
     variances = model.initial_sigma**2
-    start = [np.diag(variances)[np.tril_indices(len(variances))], np.eye(3).ravel()]
+    start = [np.diag(variances)[np.tril_indices(len(variances))], model.initial_attitude.ravel()]
     start += [_monitors_at_start(model), np.cumsum(model.weights * variances)[-1:]]
     states[-1, : n_values + 1] = np.concatenate(start)
     return states
@@ -156,7 +156,8 @@ def _monitors_at_start(model: FilterModel) -> Floats:
     """What `layout.Monitors` says, at time zero."""
     values = np.empty(0)
     if len(model.cones):
-        sun, covariance = model.sun[:1], np.diag(model.initial_sigma[:3] ** 2)[None]
+        sun = model.sun[:1] @ model.initial_attitude.T
+        covariance = np.diag(model.initial_sigma[:3] ** 2)[None]
         cosines = model.cones @ sun[0] if sun.any() else np.full(len(model.cones), _NEVER_SEEN)
         cones = zip(model.cones, model.cone_sigmas, strict=True)
         angles = [sun_clearance(axis, k, sun, covariance)[0] for axis, k in cones]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -12,9 +11,11 @@ from numpy.typing import ArrayLike
 
 from .._typing import Bools, Floats
 from ..environment import Environment
+from ..environment.pointing import Place
 from ..maneuvers.schedule import Schedule, schedule
 from ..maneuvers.slew import SlewLimits
 from ..scenario.settings import RequiredSigma, TraceWeights, uncalibrated
+from ..sensors import Sensor
 from .layout import Monitors
 from .suite import Suite
 
@@ -46,6 +47,10 @@ class FilterModel:
         did not rise.
     allow_rise : bool
         Whether it has converged, too, when the trace rose.
+    initial_attitude : array, shape (3, 3)
+        GCRS to body at the start.
+    initial_rate : array, shape (3,)
+        Body rate before the first maneuver [rad/s]; the ramps of `slew_limits` begin at it.
     slew_limits : SlewLimits, optional
         How fast rates can change; without it they change at once.
     cones : array, shape (n_cones, 3)
@@ -67,6 +72,8 @@ class FilterModel:
     window_steps: int
     relative_decrease: float
     allow_rise: bool
+    initial_attitude: Floats
+    initial_rate: Floats
     slew_limits: SlewLimits | None
     cones: Floats
     cone_sigmas: Floats
@@ -82,36 +89,31 @@ class FilterModel:
         Raises
         ------
         ValueError
-            If `environment` is of another orbit, epoch, duration or step.
+            If `environment` is of another orbit, epoch, duration or step, or what is pointed at
+            at the start leaves the clock angle open.
         """
         if environment is None:
             environment = Environment.from_scenario(scenario)
         else:
             environment.require(scenario)
         if not scenario.eclipse:
-            sunlit = np.ones_like(environment.sunlit)
-            environment = dataclasses.replace(environment, sunlit=sunlit)
+            environment = environment.without_shadow()
         suite = Suite(scenario.gyro, scenario.sensors)
-        n = len(environment.times)
-        references = np.zeros((n, suite.n_vectors, 3))
-        available = np.ones((n, len(suite.sensors)), dtype=bool)
+        references, available = inertial_vectors(suite, environment)
         for index, sensor in enumerate(suite.sensors):
-            reference, mask = sensor.inertial_vector(environment), sensor.available(environment)
-            if reference is not None:
-                references[:, index] = reference
-            if mask is not None:
-                available[:, index] = mask
-            if sensor.has_gradient:
-                columns = sensor.gradient(environment).swapaxes(1, 2)
-                references[:, suite.gradient_rows(index)] = columns
-            if sensor.sample_interval is not None:
-                every = round(sensor.sample_interval / scenario.step)
-                available[:, index] &= np.arange(n) % every == 0
+            available[:, index] &= sampled(sensor, scenario.step, len(available))
         unlearned = uncalibrated(suite.gyro, suite.sensors)
         weights = np.repeat(TraceWeights(scenario.trace_weights).of(suite.blocks, unlearned), 3)
         required = RequiredSigma(scenario.required_sigma)
         cones = np.array([cone.axis() for cone in scenario.keep_outs]).reshape(-1, 3)
         sun = environment.sun * environment.sunlit[:, None]
+        start = Place(
+            environment.position[:1],
+            environment.velocity[:1],
+            environment.sun[:1],
+            environment.sunlit[:1],
+        )
+        initial_rate = scenario.initial.rate(start)
         return cls(
             suite=suite,
             step=scenario.step,
@@ -122,7 +124,9 @@ class FilterModel:
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
             allow_rise=scenario.convergence.allow_rise,
-            slew_limits=SlewLimits.of(scenario),
+            initial_attitude=scenario.initial.attitude(start)[0],
+            initial_rate=initial_rate,
+            slew_limits=SlewLimits.of(scenario, initial_rate),
             cones=cones,
             cone_sigmas=np.array(
                 [cone.attitude_sigmas for cone in scenario.keep_outs], dtype=float
@@ -178,3 +182,27 @@ class FilterModel:
     def gated(self) -> tuple[bool, ...]:
         """Which sensors are not available at every sample."""
         return tuple(bool(column.any()) for column in ~self.available.T)
+
+
+def sampled(sensor: Sensor, step: float, n: int) -> Bools:
+    """At which of n samples, one every `step` [s], a sensor has one."""
+    every = 1 if sensor.sample_interval is None else round(sensor.sample_interval / step)
+    samples: Bools = np.arange(n) % every == 0
+    return samples
+
+
+def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bools]:
+    """`FilterModel.references` and `FilterModel.available` of all samples, at whatever interval."""
+    n = len(environment.times)
+    references = np.zeros((n, suite.n_vectors, 3))
+    available = np.ones((n, len(suite.sensors)), dtype=bool)
+    for index, sensor in enumerate(suite.sensors):
+        reference, mask = sensor.inertial_vector(environment), sensor.available(environment)
+        if reference is not None:
+            references[:, index] = reference
+        if mask is not None:
+            available[:, index] = mask
+        if sensor.has_gradient:
+            columns = sensor.gradient(environment).swapaxes(1, 2)
+            references[:, suite.gradient_rows(index)] = columns
+    return references, available

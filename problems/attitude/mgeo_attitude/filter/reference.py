@@ -14,9 +14,9 @@ import numpy as np
 from filterpy.kalman import KalmanFilter
 from numpy.typing import ArrayLike
 from scipy.linalg import block_diag, expm
-from scipy.spatial.transform import Rotation
 
 from .._typing import Bools, Floats, Ints
+from ..maneuvers.attitude import attitudes
 from .model import FilterModel
 
 
@@ -63,7 +63,7 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
     """Run the filter of equations (2) to (4) over one design, shape (4 m,)."""
     plan = model.schedule(np.atleast_2d(np.asarray(design, dtype=float)))
     rates, starts, over = plan.rates[0], plan.starts[0], plan.over[0]
-    attitude = attitudes(rates, starts, model.n_steps, model.step)
+    attitude = attitudes(rates, starts, model.n_steps, model.step, model.initial_attitude)
     H, R, seen = _measurements(model, attitude)
 
     n, considered = model.suite.n_states, model.suite.considered
@@ -125,26 +125,6 @@ def has_converged(before: float, now: float, relative_decrease: float, allow_ris
     """Equation (6) for the trace at both ends of the window."""
     fall = before - now
     return fall < relative_decrease * before and (allow_rise or fall >= 0.0)
-
-
-def attitudes(rates: Floats, starts: Ints, n_steps: int, step: float) -> Floats:
-    """Attitude at every sample of one design: GCRS to body, shape (n_steps + 1, 3, 3).
-
-    Parameters
-    ----------
-    rates : array, shape (m, 3)
-        Body rates of the maneuvers [rad/s].
-    starts : array, shape (m,)
-        Their first steps.
-    """
-    C = np.empty((n_steps + 1, 3, 3))
-    C[0] = np.eye(3)
-    for omega, first, last in zip(rates, starts, [*starts[1:], n_steps], strict=True):
-        steps = np.arange(first, min(last, n_steps) + 1)
-        if steps.size:
-            turns = Rotation.from_rotvec(-np.outer((steps - first) * step, omega))
-            C[steps] = turns.as_matrix() @ C[first]
-    return C
 
 
 def van_loan(model: FilterModel, omega: Floats) -> tuple[Floats, Floats]:

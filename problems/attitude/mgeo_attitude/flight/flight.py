@@ -13,7 +13,7 @@ from scipy.signal import lfilter
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.discretization import discretize
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.reference import attitudes
+from mgeo_attitude.maneuvers.attitude import attitudes
 from mgeo_attitude.maneuvers.schedule import flown
 from mgeo_attitude.rotation import matrix
 from mgeo_attitude.sensors.readings import Readings, as_array
@@ -21,7 +21,7 @@ from mgeo_attitude.sensors.readings import Readings, as_array
 
 @dataclass(frozen=True)
 class Motion:
-    """A plan on n steps, from body axes along those of GCRS.
+    """A plan on n steps, from the attitude at the start that is believed.
 
     Attributes
     ----------
@@ -40,7 +40,9 @@ class Motion:
         plan = flown(design, n_steps * model.step, model.step, model.slew_limits)
         starts = np.rint(plan.times[:-1] / model.step).astype(np.int64)
         stretch = np.searchsorted(starts, np.arange(n_steps), side="right") - 1
-        return cls(plan.rates[stretch], attitudes(plan.rates, starts, n_steps, model.step))
+        initial = model.initial_attitude
+        flown_attitudes = attitudes(plan.rates, starts, n_steps, model.step, initial)
+        return cls(plan.rates[stretch], flown_attitudes)
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,8 @@ class Flight:
     motion : Motion
         What is flown, exactly, from another attitude than planned.
     start : array, shape (3, 3)
-        True attitude at the start, GCRS to body.
+        By what the true attitude is off the planned one, in GCRS axes: it is
+        ``motion.attitude @ start``, for an error R(-θ) in body axes at the start.
     errors : array, shape (n_states,)
         True gyro and sensor states at the start; zero for the attitude.
     gyro : array, shape (n + 1, n_dynamic - 3)
@@ -113,10 +116,10 @@ class Flight:
     readings: Readings
 
 
-def fly(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
+def fly_run(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
     """Fly a plan with the errors that were drawn."""
     suite, (F, _) = model.suite, at_rest(model)
-    start, errors = matrix(-draws.errors[:3]), draws.errors.copy()
+    start, errors = matrix(-draws.errors[:3] @ motion.attitude[0]), draws.errors.copy()
     errors[:3] = 0.0
     gyro = np.vstack([errors[3 : len(F)], draws.gyro_noise[:, 3:]])
     for state, decay in zip(gyro.T, np.diag(F)[3:], strict=True):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,12 +46,16 @@ class Phase:
 
 
 def phases(
-    design: ArrayLike, t_end: float, step: float, limits: SlewLimits | None = None
+    design: ArrayLike,
+    t_end: float,
+    step: float,
+    limits: SlewLimits | None = None,
+    names: Mapping[int, str] = MappingProxyType({}),
 ) -> tuple[Phase, ...]:
     """Phases of one design, shape (4 m,), up to `t_end`, as `schedule.flown` has them.
 
     Maneuvers shorter than a step may be left out. No rate is held where the run ends with the last
-    maneuver.
+    maneuver. By their numbers, from 0, `names` says what maneuvers are called otherwise.
     """
     flight = flown(design, t_end, step, limits)
     # not the flight's rates, which went through radians
@@ -62,17 +68,17 @@ def phases(
         found.append(Phase(label, float(start), float(end), (x, y, z), float(swept)))
 
     for number in dict.fromkeys(flight.numbers.tolist()):
+        name = names.get(number, f"maneuver {number + 1}")
         own, rate = flight.numbers == number, commanded[number]
         ramp = own & ~flight.steady
         if ramp.any():
             rates, lasting = np.degrees(flight.rates[ramp]), (ends - starts)[ramp]
             mean, swept = lasting @ rates / lasting.sum(), lasting @ np.linalg.norm(rates, axis=1)
-            label = f"ramp to maneuver {number + 1}"
-            add(label, starts[ramp][0], ends[ramp][-1], mean, swept)
+            add(f"ramp to {name}", starts[ramp][0], ends[ramp][-1], mean, swept)
         for start, end in zip(starts[own & flight.steady], ends[own & flight.steady], strict=True):
             stop = flight.over if end == t_end else end
             # the last of the design may be over before its first step
-            for label, begin, until in ((f"maneuver {number + 1}", start, stop), (HELD, stop, end)):
+            for label, begin, until in ((name, start, stop), (HELD, stop, end)):
                 if begin < until:
                     swept = float(np.linalg.norm(rate)) * (until - begin)
                     add(label, begin, until, rate, swept)

@@ -123,10 +123,10 @@ def schedule(
     """What is flown of designs, shape (n, 4 m), until step `n_steps`.
 
     Without `limits` rates change at once, as in the paper. With them the rate moves along a
-    straight line to that of the next maneuver, from rest at first, as fast as it can; every step
-    of such a ramp is a stretch at the exact mean of the rate during it. A ramp counts to the
-    maneuver it leads into and is cut short where that ends first, except the last one, whose rate
-    is held. What would begin at `n_steps` or later starts at `NEVER`, or is left out.
+    straight line to that of the next maneuver, at first from the initial one, as fast as it can;
+    every step of such a ramp is a stretch at the exact mean of the rate during it. A ramp counts to
+    the maneuver it leads into and is cut short where that ends first, except the last one, whose
+    rate is held. What would begin at `n_steps` or later starts at `NEVER`, or is left out.
 
     Raises
     ------
@@ -141,7 +141,8 @@ def schedule(
         return Schedule(rates, rates, starts, over, np.broadcast_to(np.arange(m), (n, m)))
     ends = np.column_stack([starts[:, 1:], np.full(n, NEVER)])
     time, length = np.empty((n, m)), np.empty((n, m), dtype=np.int64)
-    before = np.zeros((n, m, 3))  # the rate that each maneuver begins with
+    before = np.empty((n, m, 3))  # the rate that each maneuver begins with
+    before[:, 0] = limits.initial_rate
     change = rates.copy()
     for j in range(m):
         if j > 0:

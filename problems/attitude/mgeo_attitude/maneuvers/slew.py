@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,14 +25,17 @@ class SlewLimits:
         Greatest torque about each body axis [N m]; may be infinite.
     inertia : array, shape (3, 3)
         [kg m²]
+    initial_rate : array, shape (3,)
+        Body rate that the first ramp leaves [rad/s].
     """
 
     max_acceleration: float
     max_torque: float
     inertia: Floats
+    initial_rate: Floats = field(default_factory=lambda: np.zeros(3))
 
     @classmethod
-    def of(cls, scenario: Scenario) -> SlewLimits | None:
+    def of(cls, scenario: Scenario, initial_rate: Floats) -> SlewLimits | None:
         """Those of the scenario's satellite; None where rates change at once."""
         acceleration, wheels = scenario.maneuvers.max_acceleration_deg_s2, scenario.wheels
         torque = None if wheels is None else wheels.max_torque
@@ -42,6 +45,7 @@ class SlewLimits:
             max_acceleration=np.inf if acceleration is None else float(np.radians(acceleration)),
             max_torque=np.inf if torque is None else torque,
             inertia=np.eye(3) if wheels is None else wheels.matrix(),
+            initial_rate=initial_rate,
         )
 
     def ramp_time(self, change: Floats) -> Floats:

@@ -40,7 +40,7 @@ def aem_text(
     version: Version = "2.0",
     spacing: float = 1.0,
 ) -> str:
-    """The attitude of a plan from its start to `t_end`.
+    """The attitude of a plan from its start to its end, slew back included.
 
     Comments name the constraints that the plan violates.
 
@@ -123,7 +123,8 @@ def _attitudes(plan: ManeuverPlan, phase: Phase, at: Floats) -> Floats:
         )
     first, last = plan.steps([phase.start, phase.end])
     samples = slice(first, last + 1)
-    q = sampled_quaternions(plan.history.times[samples], plan.history.attitude[samples], at)
+    times = step * np.arange(first, last + 1, dtype=float)
+    q = sampled_quaternions(times, plan.attitude[samples], at)
     rounded: Floats = q.round(_DIGITS) + 0.0  # the format knows no -0
     return rounded
 

@@ -20,10 +20,11 @@ def plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
         numbers=np.zeros(1, dtype=np.int64),
         X=np.array([plan.design]),
         F=np.array([[plan.t_end, plan.trace]]),
+        accuracy_deg=np.array([plan.attitude_accuracy_deg]),
         labels=("plan",),
     )
     return {
-        "rates": maneuvers_figure(plan.scenario, flown),
+        "rates": maneuvers_figure(plan.problem, flown),
         "contributions": _contributions(plan),
         "correlation": _correlation(plan),
     }

@@ -19,7 +19,7 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.scenario import Scenario
 
 FORMAT = "mgeo-attitude-plan"
-VERSION = 1
+VERSION = 2
 
 #: A plan of 100 maneuvers is far smaller.
 MOST_BYTES = 64 * 2**20
@@ -104,7 +104,7 @@ def from_json(text: str) -> ManeuverPlan:
         if key not in known:
             raise InvalidValue(key, table[key], f"expected {', '.join(known)}")
     for key, expected in consequences.items():
-        _check_same(key, entry(table, key, type(expected)), expected)
+        check_same(key, entry(table, key, type(expected)), expected, "the design")
     return plan
 
 
@@ -124,11 +124,14 @@ def read_json(path: Path | str) -> ManeuverPlan:
 
 
 def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
+    slew_back = {"slew back until [s]": plan.duration} if plan.slew_back else {}
     return {
         "predicted": {
             "t_end [s]": plan.t_end,
             "trace [-]": plan.trace,
+            "attitude accuracy [deg]": plan.attitude_accuracy_deg,
             "converged": plan.history.converged,
+            **slew_back,
         },
         # without margins: differences of near numbers, which other libraries round otherwise
         "constraints": plan.constraints().drop(columns="margin").reset_index().to_dict("records"),
@@ -137,15 +140,22 @@ def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
     }
 
 
-def _check_same(key: str, found: Any, expected: Any) -> None:
-    """Refuse other data than expected, naming the first key; numbers may be off by `TOLERANCE`."""
+def check_same(key: str, found: Any, expected: Any, source: str) -> None:
+    """Refuse other data than follow from a source, naming the first key.
+
+    Numbers may be off by `TOLERANCE`.
+
+    Raises
+    ------
+    InvalidValue
+    """
     if isinstance(expected, dict) and isinstance(found, dict) and found.keys() == expected.keys():
         for name in expected:
-            _check_same(f"{key}.{name}", found[name], expected[name])
+            check_same(f"{key}.{name}", found[name], expected[name], source)
         return
     if isinstance(expected, list) and isinstance(found, list) and len(found) == len(expected):
         for i, (one, other) in enumerate(zip(found, expected, strict=True)):
-            _check_same(f"{key}[{i}]", one, other)
+            check_same(f"{key}[{i}]", one, other, source)
         return
     if isinstance(expected, float) and type(found) in (int, float):
         # no fraction of a number that is zero but for rounding, as in a quaternion
@@ -154,4 +164,4 @@ def _check_same(key: str, found: Any, expected: Any) -> None:
     else:
         same = type(found) is type(expected) and found == expected
     if not same:
-        raise InvalidValue(key, found, f"expected {expected!r}, which follows from the design")
+        raise InvalidValue(key, found, f"expected {expected!r}, which follows from {source}")

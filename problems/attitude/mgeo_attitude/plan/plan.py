@@ -11,19 +11,30 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from .. import observability
-from ..constraints import constraints
+from .._typing import Floats
+from ..accuracy import attitude_accuracy_deg
+from ..answers import answer
+from ..describe import block_units
 from ..fields import InvalidValue, Validated, quantity
-from ..filter.evaluator import evaluate
 from ..filter.reference import FilterHistory, reference_run
+from ..flight import Motion
 from ..maneuvers.phases import HELD, Phase, phases
+from ..maneuvers.slew_back import SlewBack, slew_back
+from ..margins import margins
 from ..problem import AttitudeManeuverProblem
-from ..scenario import Scenario
+from ..scenario import KeepOut, Scenario
 from .ccsds import quaternions, utc_texts
+from .clearance import sun_in_slew_back
+
+#: Share of an initial 1-sigma from which on an error counts as not calibrated.
+UNLEARNED = 0.5
 
 
 @dataclass(frozen=True)
 class ManeuverPlan(Validated):
     """Maneuvers to be flown from the scenario's epoch until the filter has converged.
+
+    If the scenario asks for it, a slew back to the attitude law of the start follows.
 
     Equal plans have equal scenarios and designs; all else is computed from them when first asked
     for, with the reference filter (about a second for two orbits). A plan may violate the
@@ -98,10 +109,48 @@ class ManeuverPlan(Validated):
         """Weighted trace of the covariance at `t_end`."""
         return float(self.history.trace[-1])
 
+    @property
+    def attitude_accuracy_deg(self) -> float:
+        """1-sigma about the worst axis at `t_end` [deg]; see `accuracy.attitude_accuracy_deg`."""
+        return float(attitude_accuracy_deg(self.history.covariance))
+
+    @property
+    def answer(self) -> str:
+        """What the plan is worth, in one line; see `answers.answer`."""
+        history = self.history
+        suite = self.problem.model.suite
+        return answer(suite, self.t_end, history.covariance, history.converged)
+
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """Maneuvers flown, then the time for which the last rate is held."""
-        return phases(self.design, self.t_end, self.scenario.step, self.problem.model.slew_limits)
+        """Maneuvers flown, the time for which the last rate is held, and the slew back."""
+        step, limits = self.scenario.step, self.problem.model.slew_limits
+        found = phases(self.design, self.t_end, step, limits)
+        return found if self.slew_back is None else found + self.slew_back.phases(step, limits)
+
+    @cached_property
+    def slew_back(self) -> SlewBack | None:
+        """How the plan goes on after `t_end`, if the scenario asks for it."""
+        return slew_back(
+            self.scenario,
+            self.design,
+            self.t_end,
+            self.problem.model.slew_limits,
+            self.problem.model.initial_attitude,
+        )
+
+    @property
+    def duration(self) -> float:
+        """When the plan ends, slew back included [s]."""
+        return self.t_end if self.slew_back is None else self.slew_back.end
+
+    @cached_property
+    def attitude(self) -> Floats:
+        """GCRS to body at every step of the filter until the end, shape (n + 1, 3, 3)."""
+        if self.slew_back is None:
+            return self.history.attitude
+        n_steps = round(self.duration / self.scenario.step)
+        return Motion.of(self.problem.model, self.slew_back.design, n_steps).attitude
 
     def steps(self, times: ArrayLike) -> NDArray[np.int64]:
         """Filter steps of times [s] that are on one."""
@@ -113,9 +162,9 @@ class ManeuverPlan(Validated):
         Attitudes are quaternions from GCRF to body, scalar last (see `ccsds.quaternions`); the
         angle swept is all that is turned through, not the shortest way.
         """
-        edges = np.array([*(phase.start for phase in self.phases), self.t_end])
+        edges = np.array([*(phase.start for phase in self.phases), self.duration])
         texts = utc_texts(self.scenario.epoch, edges)
-        q = quaternions(self.history.attitude[self.steps(edges)])
+        q = quaternions(self.attitude[self.steps(edges)])
         rates = np.array([phase.rates_deg_s for phase in self.phases])
         columns: dict[str, object] = {
             "phase": [phase.label for phase in self.phases],
@@ -145,29 +194,50 @@ class ManeuverPlan(Validated):
             index=pd.Index(states.names, name="state"),
         )
 
+    def uncalibrated(self) -> list[str]:
+        """Errors of which less than half was learned, in words with the share that is left.
+
+        The fast end of a front may converge because its filter has stalled.
+        """
+        left = self.accuracy()["after / before [-]"].to_numpy().reshape(-1, 3).max(axis=1)
+        blocks = block_units(self.problem.model.suite)
+        return [
+            f"{block.label} ({100.0 * share:.0f} % of the initial 1-sigma is left)"
+            for block, share in zip(blocks, left, strict=True)
+            if share > UNLEARNED
+        ]
+
     def constraints(self) -> pd.DataFrame:
         """The scenario's constraints with their margins, one row per limit.
 
         Columns ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit``, ``margin``,
         below zero where it is violated, and whether it is ``kept``. They are computed by the
-        optimizer's filter, not the reference.
+        optimizer's filter, not the reference. Keep-out cones are looked at in a slew back, too.
         """
-        asked = constraints(self.scenario)
-        limits = [limit for constraint in asked for limit in constraint.limits]
-        columns = ["unit", "value", "bound", "limit", "margin", "kept"]
-        labels = pd.Index([limit.label for limit in limits], name="constraint", dtype=str)
-        if not limits:
-            return pd.DataFrame(columns=columns, index=labels)
-        covariance = any(constraint.needs_covariance for constraint in asked)
-        problem = self.problem
-        result = evaluate(problem.model, self.design, problem.threads, covariance=covariance)
-        rows = []
-        for limit in limits:
-            excess, bound = float(limit.excess(result)[0]), limit.bound * limit.factor
-            value = float(limit.measured(result)[0]) * limit.factor
-            least = "at least" if limit.least else "at most"
-            rows.append((limit.unit, value, least, bound, -excess * bound, excess <= 0.0))
-        return pd.DataFrame(rows, columns=columns, index=labels)
+        (table,) = margins(self.problem, np.array([self.design]))
+        after = self._sun_in_slew_back()
+        if after:
+            rows = [
+                ("deg", angle, "at least", cone.half_angle_deg, angle - cone.half_angle_deg)
+                for cone, angle in after
+            ]
+            labels = [f"Sun off {cone.name} in the slew back" for cone, _ in after]
+            index = pd.Index(labels, name=table.index.name)
+            table = pd.concat([table, pd.DataFrame(rows, index=index, columns=table.columns)])
+        return table.assign(kept=table["margin"].to_numpy(float) >= 0.0)
+
+    def _sun_in_slew_back(self) -> list[tuple[KeepOut, float]]:
+        """Least clearance of each cone after `t_end` [deg]."""
+        if self.slew_back is None or not self.scenario.keep_outs:
+            return []
+        first, last = self.steps([self.t_end, self.duration])
+        found = sun_in_slew_back(
+            self.scenario,
+            self.scenario.step * np.arange(first, last + 1, dtype=float),
+            self.attitude[first:],
+            self.history.covariance[:3, :3],
+        )
+        return list(zip(self.scenario.keep_outs, np.degrees(found).tolist(), strict=True))
 
     def violations(self) -> list[str]:
         """Constraints that are not kept, each in words with its numbers; none is what one wants."""
@@ -199,7 +269,8 @@ class ManeuverPlan(Validated):
             Default: the `observability.baselines` with maneuvers as long as the plan's in all.
         """
         if designs is None:
-            maneuvers = (phase.duration for phase in self.phases if phase.label != HELD)
+            calibration = (phase for phase in self.phases if phase.end <= self.t_end)
+            maneuvers = (phase.duration for phase in calibration if phase.label != HELD)
             time = max(sum(maneuvers), self.scenario.step)
             designs = observability.baselines(self.scenario, time)
         return observability.compare(self.problem, {"plan": self.design, **designs}, self.t_end)

@@ -7,19 +7,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
 
 from mgeo.files.reading import errors_of
-from mgeo.runs.folder import FRONT_FILE, RUN_FILE, read_run
-from mgeo.runs.representative import knee
-from mgeo_attitude._typing import Floats
+from mgeo.runs.folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
+from mgeo.runs.representative import default_solution
+from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.describe import nondominated
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
-from mgeo_attitude.objectives import indicators
 from mgeo_attitude.plan.files import TOLERANCE
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
@@ -40,16 +40,20 @@ class Front:
     Attributes
     ----------
     path : Path
-        Of ``front.csv``.
+        Of ``front.csv`` or ``nearest.csv``.
     problem : AttitudeManeuverProblem
     X, F : arrays, shapes (n, n_var) and (n, n_obj)
         n >= 1 designs, and the problem's objectives as the file has them.
+    feasible : bool
+        Whether they keep the scenario's limits; if not they are those of ``nearest.csv``, the
+        nearest first.
     """
 
     path: Path
     problem: AttitudeManeuverProblem
     X: Floats
     F: Floats
+    feasible: bool = True
 
     def plan(self, choice: Choice | float) -> ManeuverPlan:
         """Pick a solution of the front.
@@ -57,45 +61,67 @@ class Front:
         Parameters
         ----------
         choice : {"knee", "fastest", "best"} or float
-            The bend of the front in the problem's indicator space, its least t_end, its least
-            trace, or the solution whose t_end is nearest to a number of seconds.
+            The bend of the front as `mgeo solve` and reports show it (the best of the first
+            objective if it does not bend, the nearest if none is feasible), its least t_end, its
+            least trace, or the solution whose t_end is nearest to a number of seconds.
 
         Raises
         ------
         ValueError
-            For another choice, or a solution whose objectives are not those in the file: somebody
-            has edited it, or it is of a version of this package that computed otherwise.
+            For another choice, or as `solution`.
         """
-        row = self.row(choice)
+        return self.solution(self.row(choice))
+
+    def solution(self, number: int) -> ManeuverPlan:
+        """The plan of a solution by its number, from 0 in the order of ``front.csv``.
+
+        Raises
+        ------
+        ValueError
+            For a number that none has, or a solution whose objectives are not those in the file:
+            somebody has edited it, or it is of a version of this package that computed otherwise.
+        """
+        if not 0 <= number < len(self.X):
+            raise ValueError(f"solution {number}: expected 0 to {len(self.X) - 1}")
         with errors_of(self.path):
-            plan = ManeuverPlan.from_design(self.problem, self.X[row])
-            values = self.problem.evaluate(self.X[row], return_values_of=["F"]).tolist()
-            for name, value, found in zip(self.problem.obj_names, self.F[row], values, strict=True):
+            plan = ManeuverPlan.from_design(self.problem, self.X[number])
+            values = self.problem.evaluate(self.X[number], return_values_of=["F"]).tolist()
+            for name, value, found in zip(
+                self.problem.obj_names, self.F[number], values, strict=True
+            ):
                 if not math.isclose(value, found, rel_tol=TOLERANCE):
                     raise InvalidValue(
-                        f"row {row + 1}, {name}",
+                        f"row {number + 1}, {name}",
                         float(value),
                         f"expected {found!r}, which the filter gives for this design",
                     )
         return plan
 
     def row(self, choice: Choice | float) -> int:
-        """Row, from 0, of the solution that `plan` picks."""
+        """Number of the solution that `plan` picks."""
+        if isinstance(choice, str) and choice not in CHOICES:
+            raise ValueError(f"choice = {choice!r}: expected one of {', '.join(CHOICES)}")
+        if not (isinstance(choice, str) or math.isfinite(choice)):
+            raise ValueError(f"choice = {choice!r}: expected a finite number of seconds")
+        if choice == "knee":
+            if not self.feasible:
+                return 0
+            return default_solution(self.problem, self.F).row
+        rows, t_end = self._by_time
+        if isinstance(choice, str):
+            return int(rows[{"fastest": 0, "best": -1}[choice]])
+        return int(rows[np.argmin(np.abs(t_end - choice))])
+
+    @cached_property
+    def _by_time(self) -> tuple[Ints, Floats]:
+        """Rows that no other beats in both t_end and trace, and their t_end, ascending."""
         if self.problem.objectives == PAPER:
             F = self.F
         else:
             result = evaluate(self.problem.model, self.X, self.problem.threads)
             F = np.column_stack([result.t_end, result.trace])
         rows = nondominated(F)
-        front = F[rows]
-        if isinstance(choice, str):
-            if choice not in CHOICES:
-                raise ValueError(f"choice = {choice!r}: expected one of {', '.join(CHOICES)}")
-            bend = knee(indicators(PAPER, front, self.problem.scenario)) or 0
-            return int(rows[{"knee": bend, "fastest": 0, "best": -1}[choice]])
-        if not math.isfinite(choice):
-            raise ValueError(f"choice = {choice!r}: expected a finite number of seconds")
-        return int(rows[np.argmin(np.abs(front[:, 0] - choice))])
+        return rows, F[rows, 0]
 
 
 def read_front(folder: Path | str) -> Front:
@@ -124,6 +150,9 @@ def read_front(folder: Path | str) -> Front:
         expected = [*problem.var_names, *problem.obj_names]
         if found != expected:
             raise ValueError(f"columns {found}: expected {expected}")
-        if not len(outcome.X):
+        if not len(outcome.X) and not outcome.nearest:
             raise ValueError("expected at least one row below the header")
+    if not len(outcome.X):
+        nearest = outcome.nearest
+        return Front(folder / NEAREST_FILE, problem, nearest.X, nearest.F, feasible=False)
     return Front(path, problem, outcome.X, outcome.F)

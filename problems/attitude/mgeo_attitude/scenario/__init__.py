@@ -6,11 +6,11 @@ from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import KeyProblem
 from mgeo_attitude.scenario.flight import FlightErrors
+from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.limits import KeepOut, Wheels
 from mgeo_attitude.scenario.scenario import Scenario, scenario_schema
 from mgeo_attitude.scenario.settings import (
     Convergence,
-    InitialUncertainty,
     ManeuverLimits,
     RequiredSigma,
     TraceWeights,
@@ -22,7 +22,7 @@ __all__ = [
     "EphemerisFile",
     "EphemerisOrbit",
     "FlightErrors",
-    "InitialUncertainty",
+    "InitialConditions",
     "KeepOut",
     "KeyProblem",
     "ManeuverLimits",

@@ -28,12 +28,12 @@ from mgeo_attitude.fields import (
 )
 from mgeo_attitude.files import write_text
 from mgeo_attitude.scenario.flight import FlightErrors
+from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.limits import KeepOut, Wheels
 from mgeo_attitude.scenario.objective_names import NAMES, PAPER, TRACE_OF, check_objectives
 from mgeo_attitude.scenario.presets import PRESETS, on_preset
 from mgeo_attitude.scenario.settings import (
     Convergence,
-    InitialUncertainty,
     ManeuverLimits,
     RequiredSigma,
     TraceWeights,
@@ -78,8 +78,9 @@ class Scenario(Validated):
     sensors: tuple[Sensor, ...] = quantity(
         kinds=Kinds("kind", SENSORS), doc="sensors, at least one, each with its own name"
     )
-    initial: InitialUncertainty = quantity(
-        factory=InitialUncertainty, doc="what is known at the start"
+    initial: InitialConditions = quantity(
+        factory=InitialConditions,
+        doc="attitude and body rate at the start, and what is known of it",
     )
     maneuvers: ManeuverLimits = quantity(factory=ManeuverLimits, doc="bounds of the design vector")
     convergence: Convergence = quantity(

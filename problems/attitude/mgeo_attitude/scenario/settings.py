@@ -1,4 +1,4 @@
-"""The small sections of a scenario: initial uncertainty, maneuvers, convergence, trace weights."""
+"""The small sections of a scenario: maneuvers, convergence, trace weights."""
 
 from __future__ import annotations
 
@@ -12,15 +12,6 @@ from mgeo_attitude.units import DEG, DIMENSIONLESS, Unit
 
 
 @dataclass(frozen=True, kw_only=True)
-class InitialUncertainty(Validated):
-    """What is known of the attitude at the start; gyro and sensors carry that of their errors."""
-
-    attitude_deg: float = quantity(
-        5.0, unit="deg", low=0.0, high=180.0, open_low=True, doc="attitude error, 1-sigma per axis"
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
 class ManeuverLimits(Validated):
     """Bounds of the design vector."""
 
@@ -31,6 +22,9 @@ class ManeuverLimits(Validated):
         None,
         unit="deg/s²",
         doc="greatest angular acceleration per axis; without it rates change at once",
+    )
+    slew_back: bool = quantity(
+        False, doc="whether a plan ends, after t_end, with a slew back to the attitude of [initial]"
     )
 
 
@@ -90,13 +84,13 @@ class RequiredSigma(Numbers):
     """1-sigma, > 0, that a plan must reach in every axis of a state block.
 
     Keys end in the block's unit (`state_units`), in which the number is: ``attitude_deg``,
-    ``gyro.bias_deg_h``, ``mag.bias_nt``; ``sun.bias`` has none.
+    ``gyro.bias_deg_h``, ``mag.bias_nt``; ``sun.bias``, parts of a unit vector, has none.
     """
 
     def of(self, units: Mapping[str, Unit]) -> tuple[float, ...]:
         """Requirements of blocks of these units, in the filter's; infinite where there is none."""
         return tuple(
-            self.get(unit.key(block), math.inf) / unit.factor for block, unit in units.items()
+            self.get(unit.key(block), math.inf) / unit.key_factor for block, unit in units.items()
         )
 
 

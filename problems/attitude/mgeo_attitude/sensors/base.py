@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.fields import InvalidValue, Validated, known_names, positive, quantity
 from mgeo_attitude.sensors.markov import GaussMarkov
-from mgeo_attitude.units import Unit
+from mgeo_attitude.units import DIMENSIONLESS, Unit
 from mgeo_attitude.vector import Vec3
 
 if TYPE_CHECKING:
@@ -34,6 +34,11 @@ class Sensor(Validated, ABC):
     rotations: ClassVar[tuple[str, ...]] = ()
     #: Units of its states for people and scenario files; one that is left out has none.
     units: ClassVar[Mapping[str, Unit]] = {}
+    #: Columns of telemetry are its name, an underscore, and these: those of a vector, or q1 to q4
+    #: of a quaternion from GCRF to the sensor, scalar last.
+    channels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
+    #: Unit of a vector in telemetry.
+    channel_unit: ClassVar[Unit] = DIMENSIONLESS
 
     name: str = quantity(doc=NAME)
     sample_interval: float | None = positive(

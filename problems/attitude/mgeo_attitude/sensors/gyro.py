@@ -14,7 +14,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import Validated, positive, quantity
 from mgeo_attitude.rotation import rotate, shear, unrotate
 from mgeo_attitude.sensors.base import CONSIDERED, check_considered
-from mgeo_attitude.units import DEG, DEG_H, Unit
+from mgeo_attitude.units import DEG, DEG_H, PPM, Unit
 from mgeo_attitude.vector import Vec3, cross, scale
 
 
@@ -30,6 +30,7 @@ class Gyro(Validated):
     #: See `Sensor.units`.
     units: ClassVar[Mapping[str, Unit]] = {
         "bias": DEG_H,
+        "scale_factor": PPM,
         "misalignment": DEG,
         "nonorthogonality": DEG,
     }

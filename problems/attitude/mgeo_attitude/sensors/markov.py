@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 
 @dataclass(frozen=True)
@@ -29,10 +31,13 @@ class GaussMarkov:
         """Power spectral density of the noise that drives it, per axis."""
         return 2.0 * self.sigma**2 / self.correlation_time
 
-    def over(self, duration: float) -> tuple[float, float]:
-        """Factor by which it decays over a duration [s], and the variance that comes new."""
+    def over(self, duration: Any) -> tuple[Any, Any]:
+        """Factor by which it decays over a duration [s], and the variance that comes new.
+
+        Of an array of durations arrays.
+        """
         ratio = duration / self.correlation_time
-        return math.exp(-ratio), -(self.sigma**2) * math.expm1(-2.0 * ratio)
+        return np.exp(-ratio), -(self.sigma**2) * np.expm1(-2.0 * ratio)
 
 
 def sigma_of(state: float | GaussMarkov) -> float:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.base import Sensor
@@ -49,3 +51,30 @@ def n_vectors(sensor: Sensor) -> int:
     zero = dict.fromkeys(sensor.states(), np.zeros(3))
     x = SimpleNamespace(to_body=lambda vector: vector, gradient=np.zeros((3, 3)), **zero)
     return len(as_array(sensor.measured(x, np.array([1.0, 0.0, 0.0]))))
+
+
+def to_channels(sensor: Sensor, vectors: Floats) -> Floats:
+    """Readings, shape (n, k, 3), as telemetry has them: shape (n, len(channels)), NaN where none.
+
+    A quaternion is that of `plan.ccsds.quaternions`.
+    """
+    if len(sensor.channels) == 3:
+        return vectors[:, 0] * sensor.channel_unit.factor
+    return _where_finite(vectors, 4, lambda axes: Rotation.from_matrix(axes).as_quat(True))
+
+
+def from_channels(sensor: Sensor, values: Floats) -> Floats:
+    """Inverse of `to_channels`, to rounding."""
+    if len(sensor.channels) == 3:
+        return values[:, None] / sensor.channel_unit.factor
+    return _where_finite(values, (3, 3), lambda q: Rotation.from_quat(q).as_matrix())
+
+
+def _where_finite(
+    values: Floats, shape: int | tuple[int, ...], convert: Callable[[Floats], Floats]
+) -> Floats:
+    """Rows converted to others of a shape; NaN where one has a NaN."""
+    there = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+    found = np.full((len(values), *np.atleast_1d(shape)), np.nan)
+    found[there] = convert(values[there])
+    return found

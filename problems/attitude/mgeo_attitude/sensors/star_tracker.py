@@ -29,6 +29,7 @@ class StarTracker(Sensor):
     kind: ClassVar[str] = "star-tracker"
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG}
+    channels: ClassVar[tuple[str, ...]] = ("q1", "q2", "q3", "q4")
 
     name: str = quantity("tracker", doc=NAME)
     noise_arcsec: float = positive(10.0, unit="arcsec", doc="noise about the cross axes, 1-sigma")

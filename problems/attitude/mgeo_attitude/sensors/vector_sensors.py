@@ -14,7 +14,7 @@ from mgeo_attitude.fields import InvalidValue, positive, quantity
 from mgeo_attitude.rotation import rotate, shear
 from mgeo_attitude.sensors.base import NAME, Sensor
 from mgeo_attitude.sensors.markov import GaussMarkov
-from mgeo_attitude.units import DEG, Unit
+from mgeo_attitude.units import ARCMIN, DEG, PPM, Unit
 from mgeo_attitude.vector import Vec3, cross, scale, unit
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 #: Unit of the field inside the filter [nT], so that every state is of order one or less.
 FIELD_UNIT_NT = 50_000.0
+_NT = Unit("nT", "nt", FIELD_UNIT_NT)
 
 #: Unit of errors of the position inside the filter [m].
 POSITION_UNIT = 1000.0
@@ -52,7 +53,7 @@ class SunSensor(VectorSensor):
     """
 
     kind: ClassVar[str] = "sun-sensor"
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG}
+    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "albedo": ARCMIN}
 
     name: str = quantity("sun", doc=NAME)
     noise_deg: float = positive(2.0, unit="deg", doc="noise per sample, 1-sigma per axis")
@@ -136,11 +137,13 @@ class Magnetometer(VectorSensor):
     kind: ClassVar[str] = "magnetometer"
     units: ClassVar[Mapping[str, Unit]] = {
         "misalignment": DEG,
-        "bias": Unit("nT", "nt", FIELD_UNIT_NT),
+        "bias": _NT,
+        "scale_factor": PPM,
         "nonorthogonality": DEG,
-        "field_error": Unit("nT", "nt", FIELD_UNIT_NT),
+        "field_error": _NT,
         "orbit_error": Unit("m", "m", POSITION_UNIT),
     }
+    channel_unit: ClassVar[Unit] = _NT
 
     name: str = quantity("mag", doc=NAME)
     noise_nt: float = positive(500.0, unit="nT", doc="noise per sample, 1-sigma per axis")

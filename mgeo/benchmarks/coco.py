@@ -1,0 +1,151 @@
+"""COCO's functions as pymoo problems: ``bbob-biobj/f12/d10/i3``.
+
+Of the platform for comparing optimizers (Hansen et al. 2021; https://coco-platform.org), the extra
+``coco`` installs what evaluates them: distribution ``coco-experiment``, module ``cocoex``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from functools import lru_cache
+from itertools import product
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from pymoo.core.problem import Problem
+
+from mgeo._typing import FloatArray
+
+_NAME = re.compile(r"([a-z-]+)/f([\d,-]+)/d([\d,-]+)/i([\d,-]+)")
+_SUITES = ("bbob", "bbob-biobj", "bbob-biobj-ext", "bbob-boxed", "bbob-largescale")
+_BIOBJECTIVE_INSTANCES = 15  # others are not COCO's own: it searches for them, for minutes
+_EXPECTED = "expected SUITE/fFUNCTION/dDIMENSION/iINSTANCE, as bbob-biobj/f12/d10/i3"
+_MOST = 100_000  # a number, and how many names ranges may stand for
+_KEPT = 16  # problems of COCO, per process
+
+# COCO's functions compute in memory of their own, and its suites in common one.
+_LOCK = Lock()
+
+
+class CocoProblem(Problem):
+    """One function of one suite, in so many dimensions, of one instance.
+
+    Bounds are COCO's region of interest. What COCO keeps of a function in memory is not part of
+    the problem: every process makes its own when it first evaluates, and threads take turns.
+
+    Parameters
+    ----------
+    suite : as COCO names it: "bbob-biobj", "bbob", ...
+    function, dimension, instance : as COCO counts them, from 1.
+
+    Raises
+    ------
+    ValueError : if the extra is not installed, or COCO has no such function, or none of real
+        variables without constraints and noise.
+    """
+
+    def __init__(self, suite: str, function: int, dimension: int, instance: int) -> None:
+        self.suite, self.function, self.instance = suite, function, instance
+        coco = _coco(suite, function, dimension, instance)
+        super().__init__(
+            n_var=dimension,
+            n_obj=coco.number_of_objectives,
+            xl=np.array(coco.lower_bounds),
+            xu=np.array(coco.upper_bounds),
+            vtype=float,
+        )
+
+    def name(self) -> str:
+        """As COCO's own, without its index."""
+        return f"{self.suite} f{self.function} d{self.n_var} i{self.instance}"
+
+    def _evaluate(self, X: FloatArray, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        coco = _coco(self.suite, self.function, self.n_var, self.instance)
+        with _LOCK:
+            out["F"] = np.array([np.atleast_1d(coco(x)) for x in X])
+
+
+def problem(name: str) -> CocoProblem:
+    """The problem of a name without ranges; raises as `CocoProblem`."""
+    suite, *numbers = _parts(name)
+    if not all(number.isdigit() for number in numbers):
+        raise ValueError(f"coco:{name}: expected one function, one dimension and one instance")
+    function, dimension, instance = (_numbers(name, number)[0] for number in numbers)
+    return CocoProblem(suite, function, dimension, instance)
+
+
+def names(name: str) -> Iterator[str]:
+    """Names without ranges that a name stands for, ``bbob-biobj/f1-55/d5,10/i1-5``.
+
+    Raises
+    ------
+    ValueError : if it is no such name.
+    """
+    suite, *ranges = _parts(name)
+    functions, dimensions, instances = (_numbers(name, text) for text in ranges)
+    if len(functions) * len(dimensions) * len(instances) > _MOST:
+        raise ValueError(f"coco:{name:.80} stands for more than {_MOST:,} problems")
+    for dimension, function, instance in product(dimensions, functions, instances):
+        yield f"{suite}/f{function}/d{dimension}/i{instance}"
+
+
+def _parts(name: str) -> tuple[str, ...]:
+    found = _NAME.fullmatch(name)
+    if found is None:
+        raise ValueError(f"coco:{name:.80}: {_EXPECTED}")
+    return found.groups()
+
+
+def _numbers(name: str, text: str) -> list[int]:
+    """Those of "1-3,7": 1, 2, 3 and 7."""
+    found: list[int] = []
+    for part in text.split(","):
+        ends = re.fullmatch(r"(\d{1,6})(?:-(\d{1,6}))?", part, re.ASCII)
+        low, high = (int(end) for end in (ends[1], ends[2] or ends[1])) if ends else (0, 0)
+        if not 1 <= low <= high <= _MOST:
+            raise ValueError(f"coco:{name:.80}: {part!r:.20} is no number or range; {_EXPECTED}")
+        found += range(low, high + 1)
+    if len(set(found)) < len(found):
+        raise ValueError(f"coco:{name:.80}: {text!r:.80} has a number twice")
+    return found
+
+
+@lru_cache(maxsize=_KEPT)
+def _coco(suite: str, function: int, dimension: int, instance: int) -> Any:
+    """COCO's own problem."""
+    found = _suite(suite, instance)
+    try:
+        with _LOCK:
+            return found.get_problem_by_function_dimension_instance(function, dimension, instance)
+    except Exception as error:  # COCO's are of several kinds
+        raise ValueError(
+            f"COCO's suite {suite!r} has no function {function} in {dimension} dimensions, "
+            f"instance {instance}"
+        ) from error
+
+
+@lru_cache(maxsize=_KEPT)
+def _suite(suite: str, instance: int) -> Any:
+    """COCO's own suite of one instance."""
+    if suite not in _SUITES:
+        raise ValueError(f"COCO's suite {suite!r}: expected one of {', '.join(_SUITES)}")
+    if "biobj" in suite and instance > _BIOBJECTIVE_INSTANCES:
+        raise ValueError(
+            f"instance {instance} of COCO's {suite}: expected 1 to {_BIOBJECTIVE_INSTANCES}"
+        )
+    try:
+        import cocoex
+    except ImportError as error:
+        raise ValueError(
+            "COCO's functions need the extra 'coco': pip install 'mgeo[coco]'"
+        ) from error
+    with _LOCK:
+        level = cocoex.log_level("error")  # what is wrong is said in our words
+        try:
+            return cocoex.Suite(suite, f"instances: {instance}", "")
+        except Exception as error:
+            raise ValueError(f"COCO's suite {suite!r} has no instance {instance}") from error
+        finally:
+            cocoex.log_level(level)

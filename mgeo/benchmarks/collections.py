@@ -1,0 +1,91 @@
+"""Which test problem a name with a prefix means: ``pymoo:zdt1``, ``shifted:zdt1``, ``coco:...``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pymoo.core.problem import Problem
+
+COCO = "coco-experiment"  # the distribution of the extra
+
+
+def is_benchmark(name: str) -> bool:
+    """Whether a problem's name has the prefix of a collection."""
+    prefix, colon, _ = name.partition(":")
+    return bool(colon) and prefix in _COLLECTIONS
+
+
+def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:
+    """The problem of a name with a prefix.
+
+    Raises
+    ------
+    ValueError
+        If the collection has no such problem, it refuses an option, or an extra is missing.
+    """
+    prefix, _, rest = name.partition(":")
+    return _COLLECTIONS[prefix](rest, options)
+
+
+def expanded(name: str) -> list[str]:
+    """The names that one with ranges stands for, ``coco:bbob-biobj/f1-55/d5,10/i1``; or itself.
+
+    Raises
+    ------
+    ValueError
+        For ranges that cannot be read.
+    """
+    prefix, _, rest = name.partition(":")
+    if prefix != "coco":
+        return [name]
+    from mgeo.benchmarks.coco import names
+
+    return [f"coco:{each}" for each in names(rest)]
+
+
+def distributions(name: str) -> list[str]:
+    """What a problem's values come from, besides pymoo."""
+    return [COCO] if name.startswith("coco:") else []
+
+
+def short_name(name: str) -> str:
+    """What a problem may be called in tables: without the prefix of pymoo's, in words."""
+    prefix, _, rest = name.partition(":")
+    if not is_benchmark(name):
+        return name
+    if prefix == "coco":
+        return rest.replace("-", "_").replace("/", " ")
+    return rest if prefix == "pymoo" else f"{prefix} {rest}"
+
+
+def _pymoo(name: str, options: Mapping[str, Any]) -> Problem:
+    from pymoo.problems import get_problem
+
+    try:
+        problem: Problem = get_problem(name, **options)
+    except Exception as error:  # pymoo raises bare ones for names it does not know
+        raise ValueError(f"pymoo has no problem {name!r} with {dict(options)}: {error}") from error
+    return problem
+
+
+def _shifted(name: str, options: Mapping[str, Any]) -> Problem:
+    from mgeo.benchmarks.shifted import Shifted
+
+    return Shifted(_pymoo(name, options))
+
+
+def _coco(name: str, options: Mapping[str, Any]) -> Problem:
+    from mgeo.benchmarks.coco import problem
+
+    for key in options:
+        raise ValueError(f"problem 'coco:{name}' has no option {key!r}: all is in its name")
+    return problem(name)
+
+
+_COLLECTIONS: Mapping[str, Callable[[str, Mapping[str, Any]], Problem]] = {
+    "pymoo": _pymoo,
+    "shifted": _shifted,
+    "coco": _coco,
+}

@@ -1,0 +1,39 @@
+"""What a run comes to, in one line: the solution that a person would look at first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from mgeo.plugins import protocol
+from mgeo.runs.representative import default_solution
+
+if TYPE_CHECKING:
+    from pymoo.core.problem import Problem
+
+    from mgeo.runs.solve import Outcome
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A solution by its number, of how many, why this one, and what it is worth."""
+
+    solution: int
+    count: int
+    label: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"solution {self.solution} of {self.count:,}, {self.label}: {self.text}"
+
+
+def answer(problem: Problem, outcome: Outcome) -> Answer | None:
+    """The `default_solution` in the problem's words, or else its objectives; None of no front."""
+    if not len(outcome.F):
+        return None
+    shown = default_solution(problem, outcome.F)
+    lines = protocol.answers(problem, outcome.X[[shown.row]])
+    if lines is None:
+        pairs = zip(outcome.objectives, outcome.F[shown.row], strict=True)
+        lines = [", ".join(f"{name} {value:.5g}" for name, value in pairs)]
+    return Answer(shown.row, len(outcome.F), shown.label, lines[0])

@@ -1,0 +1,81 @@
+"""Which limits solutions keep, and by how much: in the problem's own units where it tells them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mgeo._typing import FloatArray
+from mgeo.plugins import protocol
+
+if TYPE_CHECKING:
+    from pymoo.core.problem import Problem
+
+#: By how much equality constraints may be off, as in pymoo.
+TOLERANCE = 1e-4
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit, and how far one solution is from it.
+
+    Attributes
+    ----------
+    margin
+        What is left until the limit, below zero where it is exceeded; NaN if it is not known.
+    unit, value, bound, limit
+        Of a problem with ``limits``: ``value`` must be ``bound`` ("at most" or "at least") the
+        ``limit``. Of any other the margin is that of the constraint, in whatever it is computed in.
+    """
+
+    name: str
+    margin: float
+    unit: str = ""
+    value: float | None = None
+    bound: str = ""
+    limit: float | None = None
+
+    @property
+    def kept(self) -> bool:
+        return self.margin >= 0.0
+
+    def __str__(self) -> str:
+        unit = f" {self.unit}" if self.unit not in ("", "-") else ""
+        state = "margin" if self.kept else "exceeded by"
+        off = f"{state} {abs(self.margin):.3g}{unit}"
+        if self.value is None:
+            return f"{self.name}: {off}"
+        return f"{self.name}: {self.value:.4g}{unit}, {self.bound} {self.limit:.4g}{unit}: {off}"
+
+
+def limits(problem: Problem, X: NDArray[Any]) -> list[list[Limit]]:
+    """The limits of each solution, shape (n, n_var), in the problem's order."""
+    tables = protocol.limits(problem, X)
+    if tables is None:
+        return constraints(problem, X)
+    keys = ("margin", "unit", "value", "bound", "limit")
+    columns = [[table[key].tolist() for key in keys] for table in tables]
+    return [
+        [Limit(str(name), *cells) for name, *cells in zip(table.index, *each, strict=True)]
+        for table, each in zip(tables, columns, strict=True)
+    ]
+
+
+def constraints(problem: Problem, X: NDArray[Any]) -> list[list[Limit]]:
+    """The constraints of each solution as they are computed, inequalities first."""
+    names = protocol.constraint_names(problem)
+    if not names or not len(X):
+        return [[] for _ in X]
+    margins = -excess(*problem.evaluate(X, return_values_of=["G", "H"]))
+    return [
+        [Limit(name, margin) for name, margin in zip(names, row, strict=True)]
+        for row in margins.tolist()
+    ]
+
+
+def excess(G: FloatArray, H: FloatArray) -> FloatArray:
+    """By how much constraints are exceeded, at most zero where they are kept, shape (n, g + h)."""
+    return np.hstack([np.asarray(G, dtype=float), np.abs(np.asarray(H, dtype=float)) - TOLERANCE])

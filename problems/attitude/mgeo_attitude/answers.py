@@ -1,0 +1,72 @@
+"""What a plan is worth, in one line: how long it takes, and what is known then."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.accuracy import attitude_accuracy_deg
+from mgeo_attitude.describe import block_units, checked_designs
+from mgeo_attitude.filter.suite import Suite
+
+if TYPE_CHECKING:
+    from mgeo_attitude.protocol import ManeuverProblem
+
+
+def answers(problem: ManeuverProblem, X: ArrayLike) -> list[str]:
+    """The `answer` of each design, shape (n, n_var).
+
+    Raises
+    ------
+    ValueError
+        For another shape, or a design that is no plan.
+    """
+    from mgeo_attitude.filter.evaluator import evaluate  # compiles
+
+    model = problem.model
+    result = evaluate(model, checked_designs(problem, X), problem.threads, covariance=True)
+    longest = model.n_steps * model.step
+    return [
+        answer(model.suite, float(t_end), covariance, t_end < longest)
+        for t_end, covariance in zip(result.t_end, result.covariance, strict=True)
+    ]
+
+
+def answer(suite: Suite, t_end: float, covariance: Floats, converged: bool) -> str:
+    """Time to converge, attitude accuracy, and the worst body axis of each bias.
+
+    Parameters
+    ----------
+    t_end : float
+        When the filter has converged or the run ended [s]; NaN if its covariance was lost.
+    covariance : array, shape (n_states, n_states)
+        Of the error state then.
+    """
+    if not math.isfinite(t_end):
+        return "the filter's covariance lost positivity"
+    sigma = np.sqrt(np.diag(covariance)).reshape(-1, 3).max(axis=1)
+    parts = [f"attitude {two_digits(float(attitude_accuracy_deg(covariance)))} deg"]
+    for block, name, worst in zip(block_units(suite), suite.blocks, sigma, strict=True):
+        if name.endswith(".bias"):
+            parts.append(f"{block.label} {two_digits(worst * block.factor)} {block.unit}")
+    known = ", ".join(parts)
+    after = f"{span(t_end)}; then" if converged else f"not converged; after {span(t_end)}"
+    return f"{after} {known} (1-sigma, worst axis)"
+
+
+def span(seconds: float) -> str:
+    """A time as people say it, to the second: 1 h 40 min 5 s."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    parts = [(hours, "h"), (minutes, "min"), (rest, "s")]
+    return " ".join(f"{value} {unit}" for value, unit in parts if value) or "0 s"
+
+
+def two_digits(value: float) -> str:
+    """A number above 0 with two significant digits, all of them if it has more before the point."""
+    digits = 1 - math.floor(math.log10(float(f"{value:.1e}")))
+    return f"{value:.{max(digits, 0)}f}"

@@ -1,0 +1,213 @@
+"""A calibration: what is known of attitude, gyro and sensors once telemetry has been read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+from scipy.spatial.transform import Rotation
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.calibration.history import History
+from mgeo_attitude.calibration.sensor_tests import SensorTest
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.plan.ccsds import quaternions, utc_texts
+from mgeo_attitude.rotation import matrix
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors import Gyro, Sensor
+from mgeo_attitude.units import Unit
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+
+    from mgeo_attitude.plan import ManeuverPlan
+
+_DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))  # of the gyro's bias in telemetry
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Calibration:
+    """What telemetry says, at its last sample.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    time : float
+        Of the last sample [s].
+    quaternion : array, shape (4,)
+        Attitude then, from GCRF to body, scalar last; see `plan.ccsds.quaternions`.
+    states : array, shape (n_states,)
+        Gyro and sensor states then, in the filter's units, rotations as vectors of
+        `rotation.rotate`; zero for the attitude.
+    covariance : array, shape (n_states, n_states)
+        Of their errors, the attitude's first.
+    tests : tuple of SensorTest
+    rejected : tuple of (time [s], name of sensor, chi-square)
+        Outliers.
+    history : History, optional
+        Not in files.
+    """
+
+    scenario: Scenario
+    time: float
+    quaternion: Floats
+    states: Floats
+    covariance: Floats
+    tests: tuple[SensorTest, ...]
+    rejected: tuple[tuple[float, str, float], ...]
+    history: History | None = field(default=None, repr=False)
+
+    @property
+    def suite(self) -> Suite:
+        """Gyro and sensors."""
+        return Suite(self.scenario.gyro, self.scenario.sensors)
+
+    @property
+    def utc(self) -> str:
+        """The instant of the last sample, ISO 8601."""
+        return utc_texts(self.scenario.epoch, [self.time])[0]
+
+    def table(self) -> pd.DataFrame:
+        """A row for each constant and axis: ``block``, ``axis``, ``unit``, ``estimate``...
+
+        ``sigma`` is the 1-sigma of the estimate, ``prior_sigma`` what the scenario said. The gyro's
+        bias is in deg/s, that of other sensors in the unit of their readings; misalignments are
+        rotation vectors in deg.
+        """
+        prior, sigma = self.suite.initial_sigma(0.0), np.sqrt(np.diag(self.covariance))
+        rows = []
+        for number, (block, unit) in enumerate(self._units().items(), start=1):
+            values = self._values(block)
+            for i, axis in enumerate("xyz"):
+                k = 3 * number + i
+                spread = (sigma[k] * unit.factor, prior[k] * unit.factor)
+                rows.append((block, axis, unit.text, float(values[i]), *map(float, spread)))
+        columns = ["block", "axis", "unit", "estimate", "sigma", "prior_sigma"]
+        return pd.DataFrame(rows, columns=columns)
+
+    def uplink(self) -> dict[str, Any]:
+        """Numbers to send up, of gyro and sensors by name.
+
+        A sensor reports R s + b of a vector s in body axes: ``dcm`` is R, rows first, and
+        ``quaternion`` the same from body to sensor, scalar last; ``bias`` is b, in ``unit``. So
+        s = Rᵀ (report - b). The gyro reports R (ω + k ω) + b, with ``scale_factor`` k. What the
+        scenario does not estimate is left out.
+        """
+        found: dict[str, Any] = {}
+        suite = self.suite
+        owners: tuple[Gyro | Sensor, ...] = (suite.gyro, *suite.sensors)
+        for owner in owners:
+            name = getattr(owner, "name", "gyro")
+            entry: dict[str, Any] = {}
+            for state in owner.states():
+                block = f"{name}.{state}"
+                if state in owner.rotations:
+                    R = matrix(self._block(block))
+                    entry["dcm"] = R.tolist()
+                    entry["quaternion"] = quaternions(R[None])[0].tolist()
+                else:
+                    entry[state] = self._values(block).tolist()
+                    if state == "bias":
+                        entry["unit"] = self._units()[block].text
+            found[name] = entry
+        return found
+
+    @property
+    def failures(self) -> list[str]:
+        """What the innovations say against the calibration, in words; none is what one wants."""
+        return [words for test in self.tests for words in test.failures()]
+
+    @property
+    def supported(self) -> bool:
+        """Whether the innovations are what the scenario says of them."""
+        return not self.failures
+
+    @property
+    def verdict(self) -> str:
+        """That in one line."""
+        if self.supported:
+            return "the innovations support it"
+        return f"the innovations do not support it: {'; '.join(self.failures)}"
+
+    def test_table(self) -> pd.DataFrame:
+        """A row for each sensor, see `SensorTest`."""
+        frame = pd.DataFrame([vars(test) for test in self.tests])
+        return frame.set_index("sensor")
+
+    def rejected_table(self) -> pd.DataFrame:
+        """A row for each outlier: ``time``, ``sensor``, ``chi_square``."""
+        return pd.DataFrame(list(self.rejected), columns=["time", "sensor", "chi_square"])
+
+    @property
+    def attitude(self) -> pd.DataFrame:
+        """The attitude at every sample.
+
+        Columns: ``time``; ``q1`` to ``q4`` from GCRF to body and ``sigma_x``... [deg] about body
+        axes by the smoother; the same by the filter, ``filtered_q1``...
+
+        Raises
+        ------
+        ValueError
+            If the calibration was read from a file, which has no history.
+        """
+        history = self._history()
+        columns = {"time": history.times}
+        for name, R, sigma in (
+            ("", history.smoothed, history.smoothed_sigma),
+            ("filtered_", history.filtered, history.filtered_sigma),
+        ):
+            columns |= {f"{name}q{i + 1}": q for i, q in enumerate(quaternions(R).T)}
+            degrees = np.degrees(sigma).T
+            columns |= {f"{name}sigma_{axis}": s for axis, s in zip("xyz", degrees, strict=True)}
+        return pd.DataFrame(columns)
+
+    def compare(self, plan: ManeuverPlan) -> pd.DataFrame:
+        """1-sigmas that a plan promises for the last sample beside those achieved, per state.
+
+        Raises
+        ------
+        ValueError
+            For a plan of a satellite with other states.
+        """
+        from mgeo_attitude.calibration.promised import promised
+
+        return promised(self.suite, self.time, self.covariance, plan)
+
+    def figures(self) -> dict[str, go.Figure]:
+        """Figures ``constants`` and, of one with history, ``innovations`` and ``attitude``."""
+        from mgeo_attitude.calibration.figures import calibration_figures
+
+        names = [sensor.name for sensor in self.scenario.sensors]
+        return calibration_figures(self.table(), names, self.history)
+
+    def _history(self) -> History:
+        if self.history is None:
+            raise ValueError("no history of the attitude: a file holds the last sample only")
+        return self.history
+
+    def _units(self) -> dict[str, Unit]:
+        return telemetry_units(self.suite)
+
+    def _block(self, block: str) -> Floats:
+        first = 3 * self.suite.blocks.index(block)
+        return self.states[first : first + 3]
+
+    def _values(self, block: str) -> Floats:
+        return in_units(self.suite, self.states, block)
+
+
+def telemetry_units(suite: Suite) -> dict[str, Unit]:
+    """Unit of each block but the attitude, as in telemetry."""
+    units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
+    return units | {"gyro.bias": _DEG_S}
+
+
+def in_units(suite: Suite, states: Floats, block: str) -> Floats:
+    """A block of states in its unit, shape (3,); of a rotation its rotation vector."""
+    first = 3 * suite.blocks.index(block)
+    values = states[first : first + 3]
+    if first in suite.rotations:
+        values = Rotation.from_matrix(matrix(values)).as_rotvec()
+    return values * telemetry_units(suite)[block].factor

@@ -1,0 +1,162 @@
+"""From telemetry to a calibration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.calibration.calibration import Calibration
+from mgeo_attitude.calibration.history import History
+from mgeo_attitude.calibration.sensor_tests import (
+    SensorTest,
+    correlation_bound,
+    greatest_correlation,
+    nis_bounds,
+)
+from mgeo_attitude.estimation.batch import batch
+from mgeo_attitude.estimation.fit import Fit, fit
+from mgeo_attitude.estimation.linearization import Trajectory, sightings
+from mgeo_attitude.estimation.residuals import (
+    Filtered,
+    Innovations,
+    filtered,
+    innovations,
+)
+from mgeo_attitude.estimation.smoother import covariances, last_covariance
+from mgeo_attitude.flight import Telemetry, TelemetryMapping, read_telemetry
+from mgeo_attitude.plan.ccsds import quaternions
+from mgeo_attitude.rotation import matrix
+from mgeo_attitude.scenario import Scenario
+
+#: Probability that a reading without fault is taken for an outlier.
+GATE = 1e-5
+
+
+def calibrate(
+    scenario: Scenario,
+    telemetry: Telemetry | pd.DataFrame | Path | str,
+    mapping: TelemetryMapping | None = None,
+    *,
+    gate: float = GATE,
+) -> Calibration:
+    """Estimate attitude, gyro and sensor errors from telemetry.
+
+    Nothing has to be known of the attitude. The errors' initial 1-sigmas are the scenario's, as are
+    noise, orbit and eclipses. All samples are estimated at once, by a smoother that is iterated
+    until it settles; a reading that all others contradict, by a chi-square test, is left out.
+
+    Parameters
+    ----------
+    telemetry : Telemetry, DataFrame or path
+        See `read_telemetry`.
+    mapping : TelemetryMapping, optional
+        How a table or a file is to be read.
+    gate : float
+        Probability that a reading without fault is left out.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    ValueError, OSError, ImportError
+        From `read_telemetry`; or for readings of another unit or of other sensors, an attitude that
+        does not follow from them, more outliers than not, or an estimate that does not settle.
+    """
+    if not 0.0 < gate < 0.5:
+        raise ValueError(f"gate = {gate!r}: expected a probability in (0, 0.5)")
+    if not isinstance(telemetry, Telemetry):
+        telemetry = read_telemetry(telemetry, scenario, mapping)
+    data = batch(scenario, telemetry)
+    found = fit(data, data.suite.initial_sigma(0.0), gate)
+    last = found.solution.trajectory
+    past = filtered(found.solution)
+    white = innovations(found.solution, past)
+    return Calibration(
+        scenario=scenario,
+        time=float(data.times[-1]),
+        quaternion=quaternions(last.attitude[-1:].swapaxes(1, 2))[0],
+        states=last.states[-1],
+        covariance=last_covariance(found.solution, found.given),
+        tests=_tests(found, white),
+        rejected=_rejected(found),
+        history=_history(found, past, white),
+    )
+
+
+def _rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
+    listed = [
+        (float(found.batch.times[k]), sensor.name, float(square[k]))
+        for sensor, no, square in zip(
+            found.batch.suite.sensors, found.rejected, found.chi_squares, strict=True
+        )
+        for k in np.flatnonzero(no)
+    ]
+    return tuple(sorted(listed))
+
+
+def _tests(found: Fit, white: tuple[Innovations, ...]) -> tuple[SensorTest, ...]:
+    """Of sensors that have reported."""
+    suite, made = found.batch.suite, []
+    used = found.batch.without(found.rejected)
+    n_tests = 2 * sum(len(each.samples) > 0 for each in white)
+    at = found.solution.trajectory
+    aligned = Trajectory(at.attitude, np.zeros_like(at.states))
+    for index, (sensor, each) in enumerate(zip(suite.sensors, white, strict=True)):
+        if not len(each.samples):
+            continue
+        vectors = len(sensor.channels) == 3
+        unit, factor = (
+            (sensor.channel_unit.text, sensor.channel_unit.factor)
+            if vectors
+            else ("deg", float(np.degrees(1.0)))
+        )
+        count, rejected = each.whitened.size, int(found.rejected[index].sum())
+        low, high = nis_bounds(count, n_tests)
+        after = found.solution.sightings[index]
+        made.append(
+            SensorTest(
+                sensor=sensor.name,
+                readings=len(each.samples) + rejected,
+                rejected=rejected,
+                nis=float(each.nis.mean() / 3.0),
+                nis_low=low,
+                nis_high=high,
+                correlation=greatest_correlation(each),
+                correlation_bound=correlation_bound(count, n_tests),
+                unit=unit,
+                noise=factor * _rms(after.noise),
+                before=factor * _rms(sightings(used, index, aligned).z),
+                after=factor * _rms(after.z),
+            )
+        )
+    return tuple(made)
+
+
+def _history(found: Fit, past: Filtered, white: tuple[Innovations, ...]) -> History:
+    solution = found.solution
+    attitude = solution.trajectory.attitude
+    errors, until = past.errors(solution), past.covariances(solution)
+    smoothed = covariances(solution, found.given)
+    at_time = attitude @ np.moveaxis(matrix(errors[:, :3].T), -1, 0)
+    return History(
+        times=found.batch.times,
+        smoothed=attitude.swapaxes(1, 2),
+        smoothed_sigma=_attitude_sigma(smoothed),
+        filtered=at_time.swapaxes(1, 2),
+        filtered_sigma=_attitude_sigma(until),
+        innovations=white,
+    )
+
+
+def _attitude_sigma(P: Floats) -> Floats:
+    sigma: Floats = np.sqrt(np.einsum("nii->ni", P)[:, :3])
+    return sigma
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt((values * values).mean()))

@@ -1,0 +1,54 @@
+"""What a plan has promised beside what came out."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pandas as pd
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.reference import reference_run
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.observability import States
+from mgeo_attitude.plan import ManeuverPlan
+
+
+def promised(suite: Suite, time: float, covariance: Floats, plan: ManeuverPlan) -> pd.DataFrame:
+    """Per state ``unit``, ``predicted`` and ``achieved`` 1-sigma, and their ratio.
+
+    The plan's linear covariance is that at the calibration's last sample, or at the end of the
+    plan's scenario if that is earlier.
+
+    Parameters
+    ----------
+    suite, time, covariance
+        Of the calibration.
+
+    Raises
+    ------
+    ValueError
+        For a plan of a satellite with other states.
+    """
+    model = plan.problem.model
+    if model.suite.blocks != suite.blocks:
+        raise ValueError(
+            f"the plan is for a satellite with the states {list(model.suite.blocks)}: expected "
+            f"the calibration's {list(suite.blocks)}"
+        )
+    back = plan.slew_back
+    endless = dataclasses.replace(model, window_steps=model.n_steps + 1)
+    history = reference_run(endless, plan.design if back is None else back.design)
+    k = int(np.argmin(np.abs(history.times - time)))
+    states = States.of(model.suite)
+    predicted = history.sigma[k] * states.factors
+    achieved = np.sqrt(np.diag(covariance)) * states.factors
+    return pd.DataFrame(
+        {
+            "unit": states.units,
+            "predicted": predicted,
+            "achieved": achieved,
+            "achieved / predicted [-]": achieved / predicted,
+        },
+        index=pd.Index(states.names, name="state"),
+    )

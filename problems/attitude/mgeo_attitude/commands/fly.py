@@ -1,0 +1,92 @@
+"""``mgeo attitude fly``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from mgeo.cli.output import Output
+from mgeo.files.atomic import write_file
+from mgeo_attitude.calibration.calibration import in_units, telemetry_units
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.flight import Telemetry
+from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.plan.ccsds import quaternions
+
+SIMULATORS = ("own", "basilisk")
+
+FORMAT = "mgeo-attitude-truth"
+VERSION = 1
+
+
+def flown(plan: ManeuverPlan, simulator: str, vehicle: str | None, seed: int) -> Telemetry:
+    """Telemetry of a flight.
+
+    Raises
+    ------
+    ValueError
+        For an unknown simulator, a vehicle that is unknown or not flown, or from the simulator.
+    ImportError
+        If the simulator is not installed.
+    """
+    if simulator not in SIMULATORS:
+        raise ValueError(f"--simulator {simulator}: expected one of {', '.join(SIMULATORS)}")
+    scenario, environment = plan.scenario, plan.problem.environment
+    if simulator == "own":
+        from mgeo_attitude.flight import fly
+
+        if vehicle is not None:
+            raise ValueError("--vehicle: the own simulation has none; see --simulator basilisk")
+        return fly(scenario, plan, seed, environment=environment)
+    from mgeo_attitude.flight import basilisk
+
+    chosen = basilisk.Vehicle.of(scenario, vehicle)
+    return basilisk.fly(scenario, plan, seed, vehicle=chosen, environment=environment)
+
+
+def truth_document(
+    plan: ManeuverPlan, telemetry: Telemetry, simulator: str, seed: int
+) -> dict[str, Any]:
+    """What was true at the last sample, under the names that calibration.json has for it.
+
+    ``table`` has ``value`` where a calibration's has ``estimate``.
+    """
+    assert telemetry.truth is not None
+    suite = Suite(plan.scenario.gyro, plan.scenario.sensors)
+    states = telemetry.truth.states[-1]
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "scenario": plan.scenario.to_dict(),
+        "design": list(plan.design),
+        "simulator": simulator,
+        "seed": seed,
+        "time_s": float(telemetry.times[-1]),
+        "quaternion": quaternions(telemetry.truth.attitude[-1:])[0].tolist(),
+        "states": dict(zip(suite.blocks[1:], states.reshape(-1, 3)[1:].tolist(), strict=True)),
+        "table": [
+            {"block": block, "axis": axis, "unit": unit.text, "value": float(value)}
+            for block, unit in telemetry_units(suite).items()
+            for axis, value in zip("xyz", in_units(suite, states, block), strict=True)
+        ],
+    }
+
+
+def write_flight(telemetry: Telemetry, out: Path, truth: Path | None, document: Any) -> list[str]:
+    """Write telemetry and truth; their paths."""
+    telemetry.to_csv(out)
+    if truth is None:
+        return [str(out)]
+    text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    write_file(truth, text.encode())
+    return [str(out), str(truth)]
+
+
+def print_flight(telemetry: Telemetry, simulator: str, files: list[str], output: Output) -> None:
+    """Print what was flown, and where it is."""
+    output.print(
+        f"{len(telemetry.times)} samples to {telemetry.times[-1]:.6g} s of gyro, "
+        f"{', '.join(telemetry.sensors)}, flown by {simulator}",
+        *(f"wrote {file}" for file in files),
+    )

@@ -1,0 +1,181 @@
+"""What telemetry says, in the estimator's terms: steps between samples, and what was seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.filter.model import inertial_vectors
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.flight import Telemetry
+from mgeo_attitude.flight.mapping import UNITS
+from mgeo_attitude.scenario import Scenario
+
+#: A gyro's sample stands for the time since the one before, unless that is this many times the
+#: usual time between two: then some are missing.
+MISSING = 1.5
+#: Without a sample for longer than this many times the usual time, nothing is known of the rate.
+SILENT = 10.0
+#: Vectors longer or shorter than expected by this factor are of another unit.
+_OTHER_UNIT = 4.0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Batch:
+    """n + 1 samples and the n steps between them.
+
+    Attributes
+    ----------
+    suite : Suite
+    times : array, shape (n + 1,)
+        [s]
+    gyro : array, shape (n, 3)
+        Mean of the reported rate over each step [rad/s].
+    interpolated : array, shape (n,)
+        Variance that a guessed rate adds to the attitude in each step, per axis [rad²].
+    breaks : array of bool, shape (n,)
+        Steps over which the attitude is not known from the gyro.
+    sensors : tuple of arrays, shape (n + 1, k, 3)
+        As `Readings.sensors`.
+    vectors : array, shape (n + 1, n_vectors, 3)
+        What the sensors look at and their gradients, GCRS; see `FilterModel.references`.
+    """
+
+    suite: Suite
+    times: Floats
+    gyro: Floats
+    interpolated: Floats
+    breaks: Bools
+    sensors: tuple[Floats, ...]
+    vectors: Floats
+
+    @property
+    def durations(self) -> Floats:
+        """Of the steps [s]."""
+        return np.diff(self.times)
+
+    def part(self, low: int, high: int) -> Batch:
+        """Samples low to high - 1."""
+        samples, steps = slice(low, high), slice(low, high - 1)
+        return Batch(
+            suite=self.suite,
+            times=self.times[samples],
+            gyro=self.gyro[steps],
+            interpolated=self.interpolated[steps],
+            breaks=self.breaks[steps],
+            sensors=tuple(rows[samples] for rows in self.sensors),
+            vectors=self.vectors[samples],
+        )
+
+    def without(self, rejected: tuple[Bools, ...]) -> Batch:
+        """Without the readings, of each sensor, that are True."""
+        return replace(
+            self,
+            sensors=tuple(
+                np.where(no[:, None, None], np.nan, rows)
+                for no, rows in zip(rejected, self.sensors, strict=True)
+            ),
+        )
+
+
+def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
+    """Telemetry with what a scenario says of orbit, sensors and eclipse.
+
+    A sensor that a scenario with eclipses calls blind at a sample has reported nothing there. Rates
+    of the gyro that are missing are interpolated, with half the difference of their neighbors as
+    1-sigma; what was sent while the gyro was silent for longer (`SILENT`) is left out.
+
+    Raises
+    ------
+    ValueError
+        For telemetry of other sensors, or vectors of a length that the environment's have not.
+    """
+    suite = Suite(scenario.gyro, scenario.sensors)
+    readings = telemetry.readings(suite)
+    there = np.isfinite(telemetry.gyro_deg_s[:, 0])
+    there |= np.any([np.isfinite(rows[:, 0, 0]) for rows in readings], axis=0)
+    at = telemetry.times[np.isfinite(telemetry.gyro_deg_s[:, 0])]
+    usual = float(np.median(np.diff(at)))
+    silent = (np.diff(at) > SILENT * usual).nonzero()[0]
+    for last, first in zip(at[silent], at[silent + 1], strict=True):
+        there &= (telemetry.times <= last) | (telemetry.times >= first)
+    there &= (telemetry.times >= at[0] - usual) & (telemetry.times <= at[-1] + usual)
+
+    times = telemetry.times[there]
+    position = None if telemetry.position is None else telemetry.position[there]
+    environment = Environment.at(scenario, times, position)
+    if not scenario.eclipse:
+        environment = environment.without_shadow()
+    vectors, available = inertial_vectors(suite, environment)
+    sensors = tuple(
+        np.where(available[:, i, None, None], rows[there], np.nan)
+        for i, rows in enumerate(readings)
+    )
+    _check_lengths(suite, sensors, vectors)
+    rates = np.radians(telemetry.gyro_deg_s[np.isfinite(telemetry.gyro_deg_s[:, 0])])
+    gyro, interpolated, breaks = _steps(times, at, rates, usual)
+    return Batch(
+        suite=suite,
+        times=times,
+        gyro=gyro,
+        interpolated=interpolated,
+        breaks=breaks,
+        sensors=sensors,
+        vectors=vectors,
+    )
+
+
+def _steps(times: Floats, at: Floats, rates: Floats, usual: float) -> tuple[Floats, Floats, Bools]:
+    """Rate, variance of the attitude, and whether it is unknown, of steps between `times`.
+
+    Parameters
+    ----------
+    at : array, shape (m,)
+        Times of the gyro's samples.
+    rates : array, shape (m, 3)
+        Mean rates before them [rad/s].
+    usual : float
+        Time between them.
+    """
+    start, end = times[:-1], times[1:]
+    j = np.minimum(np.searchsorted(at, end), len(at) - 1)
+    before = np.maximum(j - 1, 0)
+    since = np.where(j > before, at[j] - at[before], usual)
+    since[end > at[-1]] = usual
+    covered = np.where(since > MISSING * usual, usual, since)
+    known = np.clip(np.minimum(end, at[j]) - np.maximum(start, at[j] - covered), 0.0, None)
+    missing = (end - start) - known
+    missing[missing < 1e-9 * usual] = 0.0
+    middle, half = 0.5 * (rates[j] + rates[before]), 0.5 * np.abs(rates[j] - rates[before])
+    gyro = (known[:, None] * rates[j] + missing[:, None] * middle) / (end - start)[:, None]
+    # one guess serves all steps of a gap: their errors add up, not their squares
+    variance = missing * np.maximum(since - covered, missing) * (half**2).max(axis=1)
+    return gyro, variance, (missing > 0.0) & (since > SILENT * usual)
+
+
+def _check_lengths(suite: Suite, sensors: tuple[Floats, ...], vectors: Floats) -> None:
+    """Refuse vectors of another unit."""
+    for index, sensor in enumerate(suite.sensors):
+        seen = np.isfinite(sensors[index][:, 0, 0])
+        expected = np.linalg.norm(vectors[seen, index], axis=1)
+        if len(sensor.channels) != 3 or not expected.any():
+            continue
+        unit = sensor.channel_unit
+        with np.errstate(over="ignore"):
+            measured = np.linalg.norm(sensors[index][seen, 0], axis=1)
+        found, should = (float(np.median(x)) * unit.factor for x in (measured, expected))
+        if not 1.0 / _OTHER_UNIT < found / should < _OTHER_UNIT:
+            ratio = should / found if found else np.inf
+            units = [
+                name
+                for name, factor in UNITS[unit.text].items()
+                if 1.0 / _OTHER_UNIT < ratio / factor < _OTHER_UNIT
+            ]
+            raise ValueError(
+                f"{sensor.name}: vectors of the length {found:.3g} (median), where {should:.5g} "
+                f"{unit.text} are expected, {ratio:.3g} times as much: "
+                + (f"are they in {units[0]}?" if units else "what is their unit?")
+            )

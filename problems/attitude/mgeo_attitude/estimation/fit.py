@@ -1,0 +1,185 @@
+"""A batch from nothing: a first attitude, a stretch that grows, outliers that are left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.stats import chi2
+
+from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.estimation.batch import Batch
+from mgeo_attitude.estimation.linearization import Trajectory
+from mgeo_attitude.estimation.residuals import chi_squares
+from mgeo_attitude.estimation.smoother import Solution, smoothed_covariances, solve
+from mgeo_attitude.estimation.start import accumulated, check_unit_of_rates, first_attitude
+
+#: Samples of the first stretch, and how much longer each next one is.
+FIRST, GROWTH = 200, 3
+_ITERATIONS = 15, 30  # of a stretch, of the whole
+_TOLERANCE = 1e3, 1.0  # of a stretch, of the whole; see `Solution.settled`
+_ROUNDS = 10  # of leaving out outliers
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A batch and the smoother's settled solution of it.
+
+    Attributes
+    ----------
+    batch : Batch
+        With all readings.
+    rejected : tuple of arrays of bool, shape (N,)
+        Readings of each sensor that the solution is without.
+    chi_squares : tuple of arrays, shape (N,)
+        See `residuals.chi_squares`.
+    solution : Solution
+    given : array, shape (N, d, d)
+        See `smoothed_covariances`.
+    """
+
+    batch: Batch
+    rejected: tuple[Bools, ...]
+    chi_squares: tuple[Floats, ...]
+    solution: Solution
+    given: Floats
+
+
+def fit(batch: Batch, sigma: Floats, gate: float) -> Fit:
+    """Estimate everything, whatever the attitude is.
+
+    A short stretch in which the vectors are far apart is solved first, from Wahba's attitude; it
+    grows to both sides, each time from what was found before, carried on by the gyro. From the
+    whole at once a large gyro bias would lead astray.
+
+    Parameters
+    ----------
+    sigma : array, shape (n_states,)
+        Initial 1-sigmas; that of the attitude is not used.
+    gate : float
+        Probability that a reading without fault is taken for an outlier.
+
+    Raises
+    ------
+    ValueError
+        If no attitude follows from the vectors, rates are of another unit, or more than half of a
+        sensor's readings are outliers.
+    """
+    N, limit = len(batch.times), float(chi2.isf(gate, 3))
+    check_unit_of_rates(batch)
+    states = np.zeros((N, batch.suite.n_states))
+    at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)
+    rejected = tuple(np.zeros(N, dtype=bool) for _ in batch.sensors)
+    arcs = np.concatenate([[0], np.flatnonzero(batch.breaks) + 1, [N]])
+    _, where = first_attitude(batch, states)
+    low = high = where.start
+    while high - low < N:
+        more = max(FIRST, where.stop - where.start, (GROWTH - 1) * (high - low))
+        old = low, high
+        low, high = _grown(low, high, more, arcs)
+        at = _carried(batch, at, old, (low, high), arcs)
+        part = batch.part(low, high)
+        known = Trajectory(at.attitude[low:high], at.states[low:high])
+        cut = tuple(no[low:high] for no in rejected)
+        last = high - low == N
+        found = _without_outliers(part, sigma, known, cut, limit, last)
+        at.attitude[low:high] = found.solution.trajectory.attitude
+        at.states[low:high] = found.solution.trajectory.states
+        for no, new in zip(rejected, found.rejected, strict=True):
+            no[low:high] = new
+    _check(found, limit)
+    return found
+
+
+def _without_outliers(
+    batch: Batch,
+    sigma: Floats,
+    at: Trajectory,
+    rejected: tuple[Bools, ...],
+    limit: float,
+    last: bool,
+) -> Fit:
+    """Solve until the readings beyond the limit are those that were left out."""
+    for _ in range(_ROUNDS):
+        solution = solve(batch.without(rejected), sigma, at, _ITERATIONS[last], _TOLERANCE[last])
+        given = smoothed_covariances(solution)
+        squares = chi_squares(batch, solution, given, rejected)
+        beyond = tuple(square > limit for square in squares)
+        at = solution.trajectory
+        if not solution.settled(_TOLERANCE[last]) or all(map(np.array_equal, beyond, rejected)):
+            break
+        rejected = beyond
+    return Fit(batch, rejected, squares, solution, given)
+
+
+def _check(found: Fit, limit: float) -> None:
+    """Refuse what did not come to an end, or leaves out more of a sensor than it takes."""
+    sensors = found.batch.suite.sensors
+    for sensor, no, square in zip(sensors, found.rejected, found.chi_squares, strict=True):
+        count = int(np.isfinite(square).sum())
+        if 2 * no.sum() > count > 10:
+            raise ValueError(
+                f"{sensor.name}: {no.sum()} of {count} readings are beyond the chi-square gate "
+                f"{limit:.4g}, their median is {np.nanmedian(square):.3g} where 2.4 is expected: "
+                "are noise, mounting frame and unit as the scenario has them?"
+            )
+    if not found.solution.settled():
+        raise ValueError(
+            "the estimate does not settle: are orbit, epoch and mounting frames those of the "
+            "satellite?"
+        )
+
+
+def _grown(low: int, high: int, more: int, arcs: np.ndarray) -> tuple[int, int]:
+    """So many samples more on both sides; what lies beyond a break is added as a whole."""
+    N = int(arcs[-1])
+    left, right = max(0, low - more), min(N, high + more)
+    first = int(arcs[np.searchsorted(arcs, low, side="right") - 1])
+    last = int(arcs[np.searchsorted(arcs, max(high, low + 1), side="left")])
+    if left < first:
+        left = int(arcs[np.searchsorted(arcs, left, side="right") - 1])
+    if right > last:
+        right = int(arcs[np.searchsorted(arcs, right, side="left")])
+    return left, right
+
+
+def _carried(
+    batch: Batch, at: Trajectory, old: tuple[int, int], new: tuple[int, int], arcs: np.ndarray
+) -> Trajectory:
+    """The trajectory with what is new: carried on by the gyro, or by Wahba's problem."""
+    (low, high), (left, right) = old, new
+    states, attitude = at.states, at.attitude
+    processes, m = batch.suite.processes, batch.suite.n_dynamic
+    if high > low:
+        for k, span in ((low, slice(left, low)), (high - 1, slice(high, right))):
+            states[span] = states[k]
+            elapsed = batch.times[span, None] - batch.times[k]
+            states[span, 3:6] *= np.exp(-batch.suite.gyro.bias_decay * elapsed)
+            for process, i in zip(
+                processes.values(), range(batch.suite.n_kinematic, m, 3), strict=True
+            ):
+                decay, _ = process.over(np.abs(elapsed))
+                states[span, i : i + 3] *= decay
+    for first, end in pairwise(arcs.tolist()):
+        a, b = max(first, left), min(end, right)
+        known = max(a, low), min(b, high)
+        if a >= b:
+            continue
+        part = batch.part(a, b)
+        if known[0] >= known[1]:
+            attitude[a:b] = _attitude(part, states[a:b])
+            continue
+        relative = accumulated(part, states[a:b])
+        for k, span in ((known[0], slice(a, known[0])), (known[1] - 1, slice(known[1], b))):
+            frame = attitude[k] @ relative[k - a].T
+            attitude[span] = frame @ relative[span.start - a : span.stop - a]
+    return at
+
+
+def _attitude(part: Batch, states: Floats) -> Floats:
+    """By Wahba's problem; of a piece whose vectors do not say, any."""
+    try:
+        return first_attitude(part, states)[0]
+    except ValueError:
+        return accumulated(part, states)

@@ -1,0 +1,145 @@
+"""Guidance and control: the plan's rates are followed by what the gyro says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from Basilisk.architecture import messaging, sysModel
+from Basilisk.fswAlgorithms import attTrackingError, mrpFeedback, rwMotorTorque
+from Basilisk.simulation import reactionWheelStateEffector
+from Basilisk.utilities import RigidBodyKinematics, simIncludeRW
+from scipy.spatial.transform import Rotation
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.flight.basilisk.vehicle import Vehicle
+from mgeo_attitude.flight.flight import Motion
+
+#: Speed at which a wheel stores its greatest momentum [rpm]; it says how heavy the wheel is.
+WHEEL_SPEED = 6000.0
+
+#: Inertia of a wheel without limit of momentum, as a fraction of the satellite's least.
+WHEEL_SHARE = 1e-3
+
+DAMPING = 0.7
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Where the plan has the satellite at n + 1 instants, as Basilisk takes it.
+
+    Attributes
+    ----------
+    attitude : array, shape (n + 1, 3)
+        Modified Rodrigues parameters.
+    rate, acceleration : array, shape (n + 1, 3)
+        Of the body [rad/s], [rad/s²], along the axes of GCRS.
+    """
+
+    attitude: Floats
+    rate: Floats
+    acceleration: Floats
+
+    @classmethod
+    def of(cls, motion: Motion, step: float, parts: int) -> Reference:
+        """From steps of constant rate [s], cut into parts.
+
+        Where rates change the rate is the mean of both steps': what a straight ramp has there.
+        """
+        h, rates = step / parts, np.repeat(motion.rates, parts, axis=0)
+        turns = np.tile(h * np.arange(parts), len(motion.rates))[:, None] * rates
+        within = Rotation.from_rotvec(-turns).as_matrix()
+        to_body = np.concatenate(
+            [within @ np.repeat(motion.attitude[:-1], parts, axis=0), motion.attitude[-1:]]
+        )
+        before, after = np.vstack([np.zeros(3), rates]), np.vstack([rates, rates[-1:]])
+        mean, change = 0.5 * (before + after), np.vstack([after[1:], after[-1:]]) - before
+        return cls(
+            Rotation.from_matrix(to_body).inv().as_mrp(),
+            np.einsum("kji,kj->ki", to_body, mean),
+            np.einsum("kji,kj->ki", to_body, 0.5 * change / h),
+        )
+
+
+class Guidance(sysModel.SysModel):
+    """Navigation by the gyro alone, and the reference; it also lets the gyro's bias drift.
+
+    The attitude is believed along GCRS at the start, as the plan has it, and turned by what the
+    gyro measures: of its error at the start, and of that which grows, the satellite does not know.
+    """
+
+    def __init__(self, imu: Any, reference: Reference, bias: Floats, nanoseconds: int) -> None:
+        super().__init__()
+        self.ModelTag = "guidance"
+        self.navigation, self.wanted = messaging.NavAttMsg(), messaging.AttRefMsg()
+        self._imu, self._reference, self._bias = imu, reference, bias
+        self._nanoseconds = nanoseconds
+        self._attitude = np.zeros(3)
+        self.kept: tuple[Any, ...] = ()
+
+    def Reset(self, nanoseconds: int) -> None:
+        self._attitude = np.zeros(3)
+        self._write(nanoseconds, np.zeros(3))
+
+    def UpdateState(self, nanoseconds: int) -> None:
+        measured = self._imu.sensorOutMsg.read()
+        turn = Rotation.from_rotvec(measured.DRFramePlatform).as_mrp()
+        self._attitude = RigidBodyKinematics.addMRP(self._attitude, turn)
+        self._write(nanoseconds, measured.AngVelPlatform)
+
+    def _write(self, nanoseconds: int, rate: Any) -> None:
+        k = round(nanoseconds / self._nanoseconds)
+        self._imu.senRotBias = self._bias[min(k, len(self._bias) - 1)]  # until the next instant
+        now, wanted = messaging.NavAttMsgPayload(), messaging.AttRefMsgPayload()
+        now.sigma_BN, now.omega_BN_B = self._attitude, rate
+        wanted.sigma_RN = self._reference.attitude[k]
+        wanted.omega_RN_N = self._reference.rate[k]
+        wanted.domega_RN_N = self._reference.acceleration[k]
+        self.navigation.write(now, nanoseconds, self.moduleID)
+        self.wanted.write(wanted, nanoseconds, self.moduleID)
+
+
+def reaction_wheels(vehicle: Vehicle, satellite: Any) -> tuple[Any, Any]:
+    """Basilisk's wheels at rest, fixed to a satellite, and the message of what they are."""
+    factory, wheels = simIncludeRW.rwFactory(), vehicle.wheels
+    speed = WHEEL_SPEED * 2.0 * np.pi / 60.0
+    limits: dict[str, Any] = {"Js": WHEEL_SHARE * min(wheels.inertia), "useMaxTorque": False}
+    if wheels.max_momentum is not None:
+        limits |= {"Js": wheels.max_momentum / speed, "Omega_max": WHEEL_SPEED}
+    if wheels.max_torque is not None:
+        limits |= {"useMaxTorque": True, "u_max": wheels.max_torque}
+    for axis in vehicle.directions():
+        factory.create("custom", axis.tolist(), **limits)
+    effector = reactionWheelStateEffector.ReactionWheelStateEffector()
+    factory.addToSpacecraft("wheels", effector, satellite)
+    return effector, factory.getConfigMessage()
+
+
+def control_loop(
+    vehicle: Vehicle, guidance: Guidance, effector: Any, configuration: Any
+) -> Sequence[Any]:
+    """Basilisk's tracking error, feedback and sharing of torque, in the order they are run in."""
+    inertia = vehicle.wheels.matrix()
+    error = attTrackingError.attTrackingError()
+    error.attNavInMsg.subscribeTo(guidance.navigation)
+    error.attRefInMsg.subscribeTo(guidance.wanted)
+    feedback, largest = mrpFeedback.mrpFeedback(), float(np.linalg.eigvalsh(inertia)[-1])
+    feedback.K = 4.0 * largest * vehicle.bandwidth**2  # a quarter of the angle is the parameter
+    feedback.P = 2.0 * DAMPING * largest * vehicle.bandwidth
+    feedback.Ki = -1.0  # none
+    body = messaging.VehicleConfigMsgPayload()
+    body.ISCPntB_B = inertia.ravel().tolist()
+    satellite = messaging.VehicleConfigMsg().write(body)
+    feedback.guidInMsg.subscribeTo(error.attGuidOutMsg)
+    feedback.vehConfigInMsg.subscribeTo(satellite)
+    feedback.rwParamsInMsg.subscribeTo(configuration)
+    feedback.rwSpeedsInMsg.subscribeTo(effector.rwSpeedOutMsg)
+    motors = rwMotorTorque.rwMotorTorque()
+    motors.controlAxes_B = np.eye(3).ravel().tolist()
+    motors.vehControlInMsg.subscribeTo(feedback.cmdTorqueOutMsg)
+    motors.rwParamsInMsg.subscribeTo(configuration)
+    effector.rwMotorCmdInMsg.subscribeTo(motors.rwMotorTorqueOutMsg)
+    guidance.kept = (configuration, satellite)  # subscribers only point to messages
+    return error, feedback, motors

@@ -1,0 +1,108 @@
+"""A rigid body with reaction wheels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.fields import InvalidValue, Validated, known_names, positive, quantity
+from mgeo_attitude.maneuvers.slew import SlewLimits
+from mgeo_attitude.scenario import Scenario, Wheels
+
+Axis = tuple[float, float, float]
+
+_BODY_AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vehicle(Validated):
+    """A satellite as its wheels turn it, starting from rest.
+
+    Raises
+    ------
+    InvalidType, InvalidValue
+        For a value out of its range, or wheels that cannot turn it about every axis.
+    """
+
+    wheels: Wheels = quantity(
+        doc="the satellite's inertia, wheels included, and torque and momentum of each wheel"
+    )
+    axes: tuple[Axis, ...] = quantity(_BODY_AXES, doc="axes of the wheels, body axes (any length)")
+    bandwidth: float = positive(0.2, unit="rad/s", doc="natural frequency of the controller")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if np.linalg.matrix_rank(self.axes) < 3:
+            raise InvalidValue("axes", self.axes, "expected wheels about three independent axes")
+
+    @staticmethod
+    def amazonia() -> Vehicle:
+        """A remote-sensing satellite of 640 kg, of the class of Amazonia-1.
+
+        Wheels along the body axes and a skew one, as INPE describes it; their size, 0.2 N m and
+        12 N m s, and the inertia are ours, typical of the class.
+        """
+        return Vehicle(
+            wheels=Wheels(inertia=(310.0, 310.0, 170.0), max_torque=0.2, max_momentum=12.0),
+            axes=(*_BODY_AXES, (1.0, 1.0, 1.0)),
+        )
+
+    @staticmethod
+    def cubesat_6u() -> Vehicle:
+        """A 6U cubesat with three small commercial wheels, 4 mN m and 15 mN m s.
+
+        The inertia is that of 12 kg spread evenly over 10 x 22.63 x 36.6 cm.
+        """
+        wheels = Wheels(inertia=(0.185, 0.144, 0.061), max_torque=0.004, max_momentum=0.015)
+        return Vehicle(wheels=wheels)
+
+    @staticmethod
+    def of(scenario: Scenario, name: str | None = None) -> Vehicle:
+        """The vehicle of a name in `VEHICLES`, or else that of the scenario.
+
+        The scenario's is made of its wheels, or else has the scenario's own name.
+
+        Raises
+        ------
+        ValueError
+            For an unknown name, or a scenario that does not say what it flies with.
+        """
+        if name is None and scenario.wheels is not None:
+            return Vehicle(wheels=scenario.wheels)
+        chosen = name or scenario.name
+        if chosen in VEHICLES:
+            return VEHICLES[chosen]()
+        if name is not None:
+            raise InvalidValue("vehicle", name, f"unknown vehicle{known_names(name, VEHICLES)}")
+        known = ", ".join(VEHICLES)
+        raise InvalidValue(
+            "wheels", None, f"expected wheels in the scenario, or a vehicle: {known}"
+        )
+
+    def directions(self) -> Floats:
+        """Unit vectors of the wheels' axes, shape (n, 3)."""
+        axes = np.array(self.axes)
+        unit: Floats = axes / np.linalg.norm(axes, axis=1, keepdims=True)
+        return unit
+
+    def slew_limits(self) -> SlewLimits | None:
+        """How fast rates can change about all axes at once; None where nothing limits it.
+
+        Torque is shared among wheels by the pseudo-inverse, so that of n wheels along n axes each
+        gives what is asked about its own.
+        """
+        torque = self.wheels.max_torque
+        if torque is None:
+            return None
+        shares = np.abs(np.linalg.pinv(self.directions().T)).sum(axis=1).max()
+        return SlewLimits(np.inf, torque / float(shares), self.wheels.matrix())
+
+
+#: Vehicles by name: those of the presets of scenarios.
+VEHICLES = {
+    "paper": Vehicle.amazonia,
+    "cubesat_6u": Vehicle.cubesat_6u,
+    "cubesat_6u_full": Vehicle.cubesat_6u,
+}

@@ -1,0 +1,90 @@
+"""Telemetry out of the simulation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.reference import reference_run
+from mgeo_attitude.flight.flight import Flight, Motion, draw, fly_run
+from mgeo_attitude.flight.telemetry import Telemetry, Truth
+from mgeo_attitude.flight.truth import other_truth
+from mgeo_attitude.maneuvers.slew_back import slew_back
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors.readings import to_channels
+
+
+def fly(
+    scenario: Scenario,
+    plan: Any,
+    seed: int | np.random.Generator | None = None,
+    *,
+    truth: Scenario | None = None,
+    environment: Environment | None = None,
+) -> Telemetry:
+    """Fly a plan once, to the end of the scenario, and send down what gyro and sensors report.
+
+    A scenario that asks for a slew back gets it, after the time at which the plan converges.
+
+    What happens is what `estimation.simulate` flies: true errors are drawn from the scenario, the
+    plan's rates are flown exactly, from an attitude that is not the planned one. As there, nothing
+    is reported at the start.
+
+    Parameters
+    ----------
+    plan : ManeuverPlan or array_like, shape (4 m,)
+        Or its design: rates [deg/s] and duration [s] of each maneuver.
+    seed : int or Generator, optional
+        None takes fresh entropy.
+    truth : Scenario, optional
+        What is true, if it is not the scenario; see `estimation.simulate`.
+    environment : Environment, optional
+        Saves computing that of the scenario again.
+
+    Returns
+    -------
+    Telemetry
+        With its `truth`.
+
+    Raises
+    ------
+    ValueError
+        For a design that is no plan, or as `estimation.simulate`.
+    """
+    environment = environment or Environment.from_scenario(scenario)
+    planned = FilterModel.from_scenario(scenario, environment)
+    design = commanded(scenario, plan, planned)
+    model = planned if truth is None else other_truth(truth, scenario, environment)
+    n = model.n_steps
+    motion = Motion.of(planned, design, n)
+    return sent_down(model, fly_run(model, motion, draw(model, n, np.random.default_rng(seed))))
+
+
+def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
+    """The design of a plan, with the slew back that the scenario asks for."""
+    design = np.asarray(getattr(plan, "design", plan), dtype=float)
+    if not scenario.maneuvers.slew_back:
+        return design
+    t_end = reference_run(model, design).t_end
+    back = slew_back(scenario, design, t_end, model.slew_limits, model.initial_attitude)
+    return design if back is None else back.design
+
+
+def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
+    """The readings of a flight as telemetry, with their truth."""
+    suite, rates = model.suite, flight.readings.gyro
+    states = np.tile(flight.errors, (len(rates) + 1, 1))
+    states[:, 3 : suite.n_dynamic] = flight.gyro
+    return Telemetry(
+        times=model.times,
+        gyro_deg_s=np.vstack([np.full(3, np.nan), np.degrees(rates)]),
+        sensors={
+            sensor.name: to_channels(sensor, vectors)
+            for sensor, vectors in zip(suite.sensors, flight.readings.sensors, strict=True)
+        },
+        truth=Truth(attitude=flight.motion.attitude @ flight.start, states=states),
+    )

@@ -1,0 +1,187 @@
+"""How a run begins: the attitude and how well it is known, and the body rate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.constants import EARTH_MU
+from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
+
+if TYPE_CHECKING:
+    from mgeo_attitude.environment.environment import Course
+
+#: Unit vectors and right angles may be off by this: numbers are typed with four digits.
+_TOLERANCE = 1e-3
+
+#: A position or velocity, a direction: one vector of a `Place`, and what follows from it.
+_Vectors = Callable[["Sight"], Floats]
+
+
+class Sight(Protocol):
+    """Positions, velocities and directions to the Sun, each (n, 3), GCRS: an `Environment` say."""
+
+    @property
+    def position(self) -> Floats: ...
+    @property
+    def velocity(self) -> Floats: ...
+    @property
+    def sun(self) -> Floats: ...
+
+
+def _momentum(at: Sight) -> Floats:
+    momentum: Floats = np.cross(at.position, at.velocity)
+    return momentum
+
+
+def _orbital_rate(at: Sight) -> Floats:
+    """Of the radius vector [rad/s], GCRS."""
+    rate: Floats = _momentum(at) / (at.position**2).sum(axis=1, keepdims=True)
+    return rate
+
+
+def _rate_of_velocity(at: Sight) -> Floats:
+    """Of the velocity under the central acceleration -μ r / r³ [rad/s], GCRS."""
+    cube = np.linalg.norm(at.position, axis=1, keepdims=True) ** 3
+    square = (at.velocity**2).sum(axis=1, keepdims=True)
+    rate: Floats = EARTH_MU * _momentum(at) / (cube * square)
+    return rate
+
+
+#: What is pointed at, what the clock angle is counted from, and the rate of both.
+_LAWS: dict[str, tuple[_Vectors, _Vectors, _Vectors]] = {
+    "nadir": (lambda at: -at.position, lambda at: at.velocity, _orbital_rate),
+    "velocity": (lambda at: at.velocity, lambda at: -at.position, _rate_of_velocity),
+    "sun": (lambda at: at.sun, _momentum, lambda at: np.zeros_like(at.sun)),
+}
+
+POINTINGS = ("inertial", *_LAWS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class InitialConditions(Validated):
+    """The attitude at the start, how well it is known, and the rate the satellite turns at.
+
+    The attitude is that of a *law*, at the epoch: fixed in inertial space, or a body axis that
+    points at the Earth's center, along the velocity or at the Sun. Gyro and sensors carry the
+    uncertainty of their own errors.
+    """
+
+    attitude_deg: float = quantity(
+        5.0, unit="deg", low=0.0, high=180.0, open_low=True, doc="attitude error, 1-sigma per axis"
+    )
+    pointing: str = quantity(
+        "inertial",
+        choices=POINTINGS,
+        doc="attitude at the start: fixed (quaternion or axes; along GCRS), or axis at the target",
+    )
+    quaternion: tuple[float, float, float, float] | None = quantity(
+        None, doc="attitude from GCRF to body, scalar last, as plans have it; with 'inertial'"
+    )
+    axes: tuple[tuple[float, float, float], ...] | None = quantity(
+        None, doc="body x, y and z as unit vectors in GCRS, instead of the quaternion"
+    )
+    axis: tuple[float, float, float] | None = quantity(
+        None, doc="body axis that points, a unit vector; z if none is given"
+    )
+    clock_deg: float | None = quantity(
+        None,
+        unit="deg",
+        low=-360.0,
+        high=360.0,
+        doc="turn about that axis, from where body z (x if the axis is within 45 deg of z) is "
+        "nearest to the velocity (nadir), nadir (velocity), the orbit's normal (sun)",
+    )
+    rate_deg_s: tuple[float, float, float] | None = quantity(
+        None, unit="deg/s", doc="body rate; if none is given that of the pointing, orbital or none"
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        fixed = self.pointing == "inertial"
+        foreign = ("axis", "clock_deg") if fixed else ("quaternion", "axes")
+        for key in foreign:
+            value = getattr(self, key)
+            expect(value is None, key, value, f"nothing with pointing = {self.pointing!r}")
+        if self.quaternion is not None:
+            expect(self.axes is None, "axes", self.axes, "nothing beside a quaternion")
+            length = math.hypot(*self.quaternion)
+            sound = abs(length - 1.0) <= _TOLERANCE
+            expect(sound, "quaternion", self.quaternion, f"a length of 1, not {length:.6g}")
+        if self.axes is not None:
+            expect(_are_axes(self.axes), "axes", self.axes, "three right-handed unit vectors")
+        if self.axis is not None:
+            length = math.hypot(*self.axis)
+            sound = abs(length - 1.0) <= _TOLERANCE
+            expect(sound, "axis", self.axis, f"a length of 1, not {length:.6g}")
+
+    def attitude(self, at: Sight) -> Floats:
+        """The law, GCRS to body, shape (n, 3, 3).
+
+        Raises
+        ------
+        InvalidValue
+            If what is pointed at leaves the clock angle open.
+        """
+        if self.pointing == "inertial":
+            return np.repeat(self._fixed()[None], len(at.position), axis=0)
+        from mgeo_attitude.environment.pointing import pointed  # imports scipy
+
+        target, toward, _ = _LAWS[self.pointing]
+        axis = np.array(self.axis or (0.0, 0.0, 1.0))
+        clock = math.radians(self.clock_deg or 0.0)
+        try:
+            return pointed(axis / np.linalg.norm(axis), target(at), toward(at), clock)
+        except ValueError as error:
+            expected = f"expected another pointing: {error}"
+            raise InvalidValue("initial.pointing", self.pointing, expected) from None
+
+    def law_rate(self, at: Sight) -> Floats:
+        """Body rate of the law [rad/s], shape (n, 3); zero if it is inertial or at the Sun.
+
+        Of a Keplerian orbit; what turns its plane, and the Sun's degree a day, is left out.
+        """
+        if self.pointing == "inertial":
+            return np.zeros((len(at.position), 3))
+        rates: Floats = np.einsum("kij,kj->ki", self.attitude(at), _LAWS[self.pointing][2](at))
+        return rates
+
+    def law(self, course: Course, time: float) -> tuple[Floats, Floats]:
+        """Attitude, GCRS to body, and body rate of the law at a time [s], shapes (3, 3) and (3,).
+
+        It may be later than the scenario's run ends.
+        """
+        from mgeo_attitude.environment.pointing import Place  # imports scipy
+
+        if self.pointing == "inertial":  # wherever the satellite is
+            return self._fixed(), np.zeros(3)
+        at = Place.at(course, np.array([time]))
+        return self.attitude(at)[0], self.law_rate(at)[0]
+
+    def rate(self, at: Sight) -> Floats:
+        """Body rate at the first instant [rad/s], shape (3,)."""
+        given = self.rate_deg_s
+        rate: Floats = self.law_rate(at)[0] if given is None else np.radians(given)
+        return rate
+
+    def _fixed(self) -> Floats:
+        from scipy.spatial.transform import Rotation
+
+        C: Floats = np.eye(3)
+        if self.quaternion is not None:
+            C = Rotation.from_quat(self.quaternion).as_matrix().T
+        if self.axes is not None:
+            C = Rotation.from_matrix(self.axes).as_matrix()
+        return C
+
+
+def _are_axes(axes: tuple[tuple[float, float, float], ...]) -> bool:
+    C = np.array(axes)
+    if C.shape != (3, 3):
+        return False
+    return bool(np.abs(C @ C.T - np.eye(3)).max() <= _TOLERANCE and np.linalg.det(C) > 0.0)

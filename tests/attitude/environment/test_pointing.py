@@ -1,0 +1,164 @@
+"""Attitude laws against the radial frame of another library and against what they promise."""
+
+from __future__ import annotations
+
+import brahe
+import numpy as np
+import pytest
+from mgeo_attitude import Environment, Scenario
+from mgeo_attitude.constants import EARTH_MU
+from mgeo_attitude.environment.pointing import Place, pointed
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.scenario import InitialConditions
+from scipy.spatial.transform import Rotation
+
+AXES = [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.6, 0.0, 0.8)]
+
+
+@pytest.fixture(scope="module")
+def at() -> Place:
+    """An eccentric orbit, half a day at 10 s, so that velocity and horizon differ."""
+    table = Scenario.paper().to_dict() | {"duration": 43200.0, "step": 10.0}
+    table["orbit"] |= {"semi_major_axis": 9e6, "eccentricity": 0.2}
+    scenario = Scenario.from_dict(table)
+    return Place.at(scenario, scenario.times)
+
+
+def test_a_place_is_what_the_environment_has_there() -> None:
+    scenario = Scenario.from_dict({"preset": "cubesat_6u", "duration": 6000.0})
+    environment = Environment.from_scenario(scenario)
+    place = Place.at(scenario, scenario.times[::100])
+    for name, found in place._asdict().items():
+        np.testing.assert_array_equal(found, getattr(environment, name)[::100])
+
+
+def test_nadir_is_the_radial_frame_of_brahe(at: Place) -> None:
+    """z down, x along track, y against the orbit's normal: the frame called LVLH."""
+    found = InitialConditions(pointing="nadir").attitude(at)
+    for k in (0, 17, 300, 4000):
+        radial, along, normal = brahe.rotation_eci_to_rtn(np.append(at.position[k], at.velocity[k]))
+        expected = [along, -np.array(normal), -np.array(radial)]
+        np.testing.assert_allclose(found[k], expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("clock", [0.0, 30.0, -170.0])
+@pytest.mark.parametrize("pointing", ["nadir", "velocity", "sun"])
+def test_the_axis_points_and_the_clock_angle_counts_from_the_nearest(
+    at: Place, pointing: str, axis: tuple[float, float, float], clock: float
+) -> None:
+    law = InitialConditions(pointing=pointing, axis=axis, clock_deg=clock)
+    normal = np.cross(at.position, at.velocity)
+    target, toward = {
+        "nadir": (-at.position, at.velocity),
+        "velocity": (at.velocity, -at.position),
+        "sun": (at.sun, normal),
+    }[pointing]
+    second = [1.0, 0.0, 0.0] if abs(axis[2]) > 0.71 else [0.0, 0.0, 1.0]
+    C = law.attitude(at)
+    np.testing.assert_allclose(C @ C.swapaxes(1, 2), np.repeat([np.eye(3)], len(C), 0), atol=1e-14)
+    np.testing.assert_allclose(np.linalg.det(C), 1.0)
+    for k in (0, 1000, 4321 - 1):
+        reached = C[k].T @ np.array(axis)
+        np.testing.assert_allclose(reached, target[k] / np.linalg.norm(target[k]), atol=1e-14)
+        # turned back by the clock angle about the axis, no further turn brings the second nearer
+        back = Rotation.from_rotvec(-np.radians(clock) * reached)
+        turns = np.radians(np.linspace(-180.0, 180.0, 3601))[:, None] * reached
+        near = Rotation.from_rotvec(turns).apply(back.apply(C[k].T @ second)) @ toward[k]
+        assert np.argmax(near) == 1800
+
+
+@pytest.mark.parametrize("pointing", ["nadir", "velocity", "sun"])
+def test_the_rate_is_that_of_the_law(at: Place, pointing: str) -> None:
+    """Central differences of the attitude over 20 s; the Sun's degree a day is left out."""
+    law = InitialConditions(pointing=pointing, axis=(0.6, 0.0, 0.8), clock_deg=25.0)
+    C, rates = law.attitude(at), law.law_rate(at)
+    turns = -Rotation.from_matrix(C[2:] @ C[:-2].swapaxes(1, 2)).as_rotvec() / 20.0
+    assert np.abs(turns - rates[1:-1]).max() < (3e-7 if pointing == "sun" else 2e-8)
+    assert (np.abs(rates).max() > 5e-4) == (pointing != "sun")
+
+
+def test_the_rate_of_a_circular_orbit() -> None:
+    """√(μ / r³), about minus y of a body that points z down."""
+    radius = 7e6
+    speed = np.sqrt(EARTH_MU / radius)
+    at = Place(
+        np.array([[radius, 0.0, 0.0]]),
+        np.array([[0.0, 0.6 * speed, 0.8 * speed]]),
+        np.array([[0.0, 0.0, 1.0]]),
+        np.array([True]),
+    )
+    expected = [0.0, -np.sqrt(EARTH_MU / radius**3), 0.0]
+    np.testing.assert_allclose(InitialConditions(pointing="nadir").rate(at), expected, rtol=1e-14)
+    ahead = InitialConditions(pointing="velocity", axis=(1.0, 0.0, 0.0))
+    np.testing.assert_allclose(ahead.rate(at), expected, rtol=1e-14, atol=1e-18)
+    np.testing.assert_allclose(ahead.attitude(at)[0], [[0, 0.6, 0.8], [0, 0.8, -0.6], [-1, 0, 0]])
+    given = InitialConditions(pointing="nadir", rate_deg_s=(0.1, -0.2, 0.3))
+    np.testing.assert_allclose(given.rate(at), np.radians([0.1, -0.2, 0.3]))
+
+
+def test_a_target_on_the_reference_of_the_clock_angle_is_refused() -> None:
+    along = np.array([[0.0, 0.0, 1.0]])
+    with pytest.raises(ValueError, match="parallel"):
+        pointed(np.eye(3)[2], along, -3.0 * along, 0.0)
+    orbit = np.array([[7e6, 0.0, 0.0]]), np.array([[0.0, 7e3, 0.0]])
+    with pytest.raises(InvalidValue, match=r"initial\.pointing = 'sun': expected.*parallel"):
+        InitialConditions(pointing="sun").attitude(Place(*orbit, along, np.array([True])))
+
+
+def test_a_fixed_attitude_is_the_same_in_both_words(at: Place) -> None:
+    """The quaternion of (e, φ) takes the axes of GCRF to those of the body: 90 degrees about z."""
+    half = np.sqrt(0.5)
+    by_quaternion = InitialConditions(quaternion=(0.0, 0.0, half, half))
+    axes = ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    by_axes = InitialConditions(axes=axes)
+    for law in (by_quaternion, by_axes):
+        found = law.attitude(at)
+        assert found.shape == (len(at.position), 3, 3)
+        np.testing.assert_allclose(found[[0, -1]], [axes, axes], rtol=0, atol=1e-15)
+        assert not law.rate(at).any()
+    typed = InitialConditions(quaternion=(0.0, 0.0, 0.7071, 0.7071))
+    np.testing.assert_allclose(typed.attitude(at)[0], axes, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"pointing": "down"}, "pointing = 'down': expected one of 'inertial', 'nadir'"),
+        (
+            {"axis": (0, 0, 1)},
+            "axis = (0.0, 0.0, 1.0): expected nothing with pointing = 'inertial'",
+        ),
+        ({"clock_deg": 5}, "clock_deg = 5.0: expected nothing with pointing = 'inertial'"),
+        (
+            {"pointing": "sun", "quaternion": (0, 0, 0, 1)},
+            "quaternion = (0.0, 0.0, 0.0, 1.0): expected nothing with pointing = 'sun'",
+        ),
+        ({"quaternion": (1, 0, 0, 1)}, "quaternion = (1.0, 0.0, 0.0, 1.0): expected a length of 1"),
+        (
+            {"pointing": "nadir", "axis": (0, 1, 1)},
+            "axis = (0.0, 1.0, 1.0): expected a length of 1",
+        ),
+        ({"pointing": "nadir", "axis": (0, 0)}, "axis = (0, 0): expected nothing or a list of 3"),
+        (
+            {"pointing": "nadir", "axis": (0, 0, "1")},
+            "axis[2] = '1': expected a finite number",
+        ),
+        ({"rate_deg_s": (0, 0, np.nan)}, "rate_deg_s[2] = nan: expected a number in deg/s"),
+        ({"axes": ((1, 0, 0), (0, 1, 0))}, "axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)): expected"),
+        ({"axes": ((1, 0, 0), (0, "1", 0))}, "axes[1][1] = '1': expected a finite number"),
+        (
+            {"axes": ((1, 0, 0), (0, 1, 0), (0, 0, -1))},
+            "axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0)): expected three "
+            "right-handed unit vectors",
+        ),
+        (
+            {"axes": ((1, 0, 0), (0, 1, 0), (0, 0, 1)), "quaternion": (0, 0, 0, 1)},
+            "axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)): expected nothing beside",
+        ),
+    ],
+)
+def test_contradictions_are_named(values: dict[str, object], message: str) -> None:
+    with pytest.raises(InvalidValue) as caught:
+        InitialConditions(**values)
+    assert str(caught.value).startswith(message)

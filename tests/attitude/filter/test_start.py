@@ -1,0 +1,140 @@
+"""Runs that begin at another attitude or rate: the kernel against filterpy, and by hand."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.scenario import KeepOut
+from scipy.spatial.transform import Rotation
+
+from .agreement import assert_agrees, designs
+
+CAMERA = {"boresight": [0.0, 0.2, -1.0], "half_angle_deg": 20.0}
+TURNED = {"quaternion": [0.5, -0.1, 0.7, 0.5]}
+STARTS = {
+    "inertial": TURNED,
+    "nadir": {"pointing": "nadir", "axis": [0.0, 0.6, 0.8], "clock_deg": 40.0},
+    "spinning": {"pointing": "sun", "axis": [1.0, 0.0, 0.0], "rate_deg_s": [0.9, -0.2, 0.4]},
+}
+
+
+def scenario(initial, **changes):
+    """Eclipse by eclipse with ramps, a cone and a field of view: all that an attitude enters."""
+    table = {
+        "preset": "cubesat_6u",
+        "duration": 1200.0,
+        "step": 2.0,
+        "convergence": {"window": 60.0, "relative_decrease": 0.05},
+        "initial": {"attitude_deg": 8.0, **initial},
+        "maneuvers": {"max_acceleration_deg_s2": 0.05},
+        "sensors": [{"kind": "sun-sensor", "field_of_view_deg": 80.0}, {"kind": "magnetometer"}],
+    }
+    return Scenario.from_dict(table | changes)
+
+
+@pytest.mark.parametrize("name", STARTS)
+def test_kernel_and_reference_agree(name):
+    model = FilterModel.from_scenario(scenario(STARTS[name]))
+    assert not np.allclose(model.initial_attitude, np.eye(3), atol=0.1)
+    assert_agrees(model, designs(np.random.default_rng(5), 6, max_duration=300.0))
+
+
+@pytest.mark.parametrize("name", STARTS)
+def test_another_attitude_is_other_references(name):
+    """Of a satellite whose axes are those of GCRS, all that is seen is turned instead."""
+    model = FilterModel.from_scenario(scenario(STARTS[name], keep_outs=[CAMERA]))
+    C = model.initial_attitude
+    turned = dataclasses.replace(
+        model,
+        references=model.references @ C.T,
+        sun=model.sun @ C.T,
+        initial_attitude=np.eye(3),
+    )
+    X = designs(np.random.default_rng(6), 12, max_duration=300.0)
+    one, other = (evaluate(each, X, covariance=True) for each in (model, turned))
+    np.testing.assert_array_equal(one.t_end, other.t_end)
+    np.testing.assert_allclose(one.trace, other.trace, rtol=1e-10)
+    np.testing.assert_allclose(one.sun_angle, other.sun_angle, rtol=0, atol=1e-9)
+    scale = np.sqrt(np.einsum("nii,njj->nij", one.covariance, one.covariance))
+    assert np.abs((one.covariance - other.covariance) / scale).max() < 1e-9
+    straight = dataclasses.replace(model, initial_attitude=np.eye(3))
+    assert not np.allclose(evaluate(straight, X).trace, one.trace, rtol=0.01)
+
+
+def test_a_nadir_start_is_flown_from_the_orbital_frame():
+    """At rest in GCRS the body stays where it was; ramps begin at the orbital rate."""
+    still = scenario({"pointing": "nadir"})
+    model = FilterModel.from_scenario(still)
+    x = np.tile([0.0, 0.0, 0.0, 100.0], 3)
+    run = reference_run(model, x)
+    position, velocity = still.orbit.propagate(still.epoch, np.zeros(1))
+    down = -position[0] / np.linalg.norm(position[0])
+    np.testing.assert_allclose(run.attitude[0] @ down, [0.0, 0.0, 1.0], atol=1e-14)
+    assert run.attitude[0][0] @ velocity[0] > 0.999 * np.linalg.norm(velocity[0])
+    # about 0.06 deg/s is stopped at 0.05 deg/s² in 1.2 s of the first step: a triangle
+    rate = model.initial_rate
+    assert np.degrees(np.linalg.norm(rate)) == pytest.approx(0.06, rel=0.01)
+    time = np.abs(np.degrees(rate)).max() / 0.05
+    expected = Rotation.from_rotvec(-0.5 * time * rate).as_matrix() @ run.attitude[0]
+    np.testing.assert_allclose(run.attitude[1:], np.repeat(expected[None], len(run.times) - 1, 0))
+    sharp = FilterModel.from_scenario(scenario({"pointing": "nadir"}, maneuvers={}))
+    np.testing.assert_allclose(reference_run(sharp, x).attitude[-1], run.attitude[0], atol=1e-15)
+
+
+def test_rate_changes_count_from_the_initial_rate():
+    spinning = scenario(STARTS["spinning"], maneuvers={}, objectives=["t_end", "rate_change"])
+    problem = AttitudeManeuverProblem(spinning)
+    x = np.array([0.9, -0.2, 0.4, 100.0, 0.0, 0.0, 0.0, 50.0, 0.0, 0.0, 0.3, 50.0])
+    expected = np.sqrt(0.9**2 + 0.2**2 + 0.4**2) + 0.3
+    assert problem.evaluate(x, return_values_of=["F"])[1] == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("initial", "changes", "message"),
+    [
+        (
+            {"rate_deg_s": [0.0, -1.5, 0.2]},
+            {},
+            "initial.rate_deg_s = (0.0, -1.5, 0.2): expected at most maneuvers.max_rate_deg_s = "
+            "1.0 about each axis, not 1.5 about y",
+        ),
+        (
+            {"pointing": "nadir"},
+            {"maneuvers": {"max_rate_deg_s": 0.05}},
+            "initial.pointing = 'nadir': expected at most maneuvers.max_rate_deg_s = 0.05 about "
+            "each axis, not 0.06",
+        ),
+        (
+            {"rate_deg_s": [0.0, 0.0, 0.5]},
+            {"wheels": {"inertia": [0.1, 0.1, 0.2], "max_momentum": 1e-3}},
+            "initial.rate_deg_s = (0.0, 0.0, 0.5): expected at most wheels.max_momentum = 0.001 "
+            "about each axis, not 0.0017",
+        ),
+        (
+            {"pointing": "sun"},
+            {"keep_outs": [{"name": "eye", "boresight": [0.0, 0.0, 1.0], "half_angle_deg": 10.0}]},
+            "keep_outs[0].half_angle_deg = 10.0: expected another attitude in [initial]: at the "
+            "start the Sun is ",
+        ),
+    ],
+)
+def test_a_start_that_breaks_a_limit_is_refused(initial, changes, message):
+    with pytest.raises(InvalidValue) as caught:
+        AttitudeManeuverProblem(scenario(initial, eclipse=False, **changes))
+    assert str(caught.value).startswith(message)
+
+
+def test_the_attitude_at_the_start_decides_about_a_cone():
+    """A camera that looks away from the Sun while z points at it, and only then."""
+    camera = {"name": "eye", "boresight": [0.0, 0.0, -1.0], "half_angle_deg": 60.0}
+    day = scenario({"pointing": "sun"}, eclipse=False, keep_outs=[camera])
+    kept = AttitudeManeuverProblem(day)
+    assert kept.model.cones.tolist() == [[0.0, 0.0, -1.0]]
+    at_rest = np.tile([0.0, 0.0, 0.0, 100.0], 3)
+    angle = evaluate(kept.model, at_rest).sun_angle[0, 0]
+    assert angle == pytest.approx(np.pi - 3.0 * np.radians(8.0), abs=1e-6)
+    opposite = KeepOut(name="eye", boresight=(0.0, 0.0, 1.0), half_angle_deg=60.0)
+    with pytest.raises(InvalidValue, match=r"expected another attitude.* boresight of eye"):
+        AttitudeManeuverProblem(dataclasses.replace(day, keep_outs=(opposite,)))

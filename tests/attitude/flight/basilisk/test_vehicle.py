@@ -1,0 +1,78 @@
+"""What flies: sizes that are known, and what is refused; nothing here needs Basilisk."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import Gyro, Magnetometer, Scenario, Suite
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.flight.basilisk import Vehicle, fly
+from mgeo_attitude.flight.basilisk.fly import check_suite
+from mgeo_attitude.scenario import Wheels
+
+WHEELS = Wheels(inertia=(3.0, 2.0, 1.0), max_torque=0.1, max_momentum=0.5)
+
+
+def test_three_wheels_along_the_axes_turn_it_as_fast_as_the_scenario_s():
+    limits = Vehicle(wheels=WHEELS, axes=((2, 0, 0), (0, 5, 0), (0, 0, 1))).slew_limits()
+    assert limits.max_torque == pytest.approx(0.1, rel=1e-15)
+    np.testing.assert_array_equal(limits.inertia, np.diag([3.0, 2.0, 1.0]))
+
+
+def test_a_pyramid_of_wheels_gives_about_all_axes_at_once_what_its_worst_wheel_can():
+    """Axes (±1, ±1, 1)/√3: of a torque (t, t, t) the one along it takes t (1 + 1 + 1) √3 / 4."""
+    pyramid = ((1, 1, 1), (-1, 1, 1), (-1, -1, 1), (1, -1, 1))
+    limits = Vehicle(wheels=WHEELS, axes=pyramid).slew_limits()
+    assert limits.max_torque == pytest.approx(0.1 * 4.0 / (3.0 * np.sqrt(3.0)), rel=1e-12)
+
+
+def test_without_limit_of_torque_rates_change_at_once():
+    assert Vehicle(wheels=Wheels(inertia=(1.0, 1.0, 1.0))).slew_limits() is None
+
+
+@pytest.mark.parametrize("vehicle", [Vehicle.amazonia(), Vehicle.cubesat_6u()])
+def test_known_vehicles_can_turn_at_a_degree_a_second_about_all_axes(vehicle):
+    momentum = vehicle.wheels.matrix() @ np.radians([1.0, 1.0, 1.0])
+    shares = np.linalg.pinv(vehicle.directions().T) @ momentum
+    assert np.abs(shares).max() < 0.7 * vehicle.wheels.max_momentum
+
+
+def test_a_cubesat_is_a_box_of_even_density():
+    a, b, c = 0.1, 0.2263, 0.366
+    box = np.array([b * b + c * c, a * a + c * c, a * a + b * b])
+    np.testing.assert_allclose(Vehicle.cubesat_6u().wheels.inertia, box, atol=6e-4)  # 12 kg / 12
+
+
+def test_the_vehicle_is_the_scenario_s_wheels_or_a_known_one():
+    paper = Scenario.paper()
+    assert Vehicle.of(paper) == Vehicle.amazonia()
+    assert Vehicle.of(dataclasses.replace(paper, wheels=WHEELS)) == Vehicle(wheels=WHEELS)
+    assert Vehicle.of(paper, "cubesat_6u") == Vehicle.cubesat_6u()
+    with pytest.raises(InvalidValue, match=r"vehicle = 'shuttle'.*cubesat_6u"):
+        Vehicle.of(paper, "shuttle")
+    with pytest.raises(InvalidValue, match=r"wheels = None: expected wheels.*paper, cubesat_6u"):
+        Vehicle.of(dataclasses.replace(paper, name="mine"))
+
+
+def test_wheels_in_a_plane_are_refused():
+    with pytest.raises(InvalidValue, match=r"axes = .*three independent axes"):
+        Vehicle(wheels=WHEELS, axes=((1, 0, 0), (0, 1, 0), (1, 1, 0)))
+
+
+class Horizon(Magnetometer):
+    kind = "horizon-sensor"
+
+
+def test_what_basilisk_has_not_is_named(monkeypatch):
+    check_suite(Suite(Gyro(scale_factor=1e-3, misalignment_deg=0.1), (Magnetometer(),)))
+    with pytest.raises(InvalidValue, match=r"sensors\[1\].kind = 'horizon-sensor'.*magnetometer"):
+        check_suite(Suite(Gyro(), (Magnetometer(), Horizon(name="earth"))))
+    monkeypatch.setattr(Magnetometer, "states", lambda self: {"bias": 1.0, "soft_iron": 0.1})
+    with pytest.raises(InvalidValue, match=r"sensors\[0\].soft_iron = 'mag': .*bias and mis"):
+        check_suite(Suite(Gyro(), (Magnetometer(),)))
+
+
+def test_where_basilisk_is_missing_one_line_says_how_to_install_it(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(ImportError, match=r'pip install "mgeo-attitude\[basilisk\]"$'):
+        fly(Scenario.paper(), [0.0, 0.0, 0.0, 1.0])

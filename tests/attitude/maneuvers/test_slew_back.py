@@ -1,0 +1,179 @@
+"""The way back to the attitude law of the start: by hand, and flown step by step."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import FilterModel, Scenario
+from mgeo_attitude.environment.pointing import Place
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.maneuvers.phases import phases
+from mgeo_attitude.maneuvers.schedule import schedule
+from mgeo_attitude.maneuvers.slew_back import slew_back
+from scipy.spatial.transform import Rotation
+
+#: A quarter of a turn about z, then rest.
+QUARTER = [0.0, 0.0, 0.5, 180.0, 0.0, 0.0, 0.0, 100.0]
+WHEELS = {"inertia": [0.1, 0.2, 0.3], "products_of_inertia": [0.01, -0.02, 0.03]}
+LIMITS = {
+    "none": {},
+    "acceleration": {"maneuvers": {"max_acceleration_deg_s2": 0.05}},
+    "slow": {"maneuvers": {"max_acceleration_deg_s2": 0.005, "max_rate_deg_s": 0.4}, "step": 2.0},
+    "wheels": {"wheels": WHEELS | {"max_torque": 2e-4, "max_momentum": 2.5e-3}},
+}
+
+
+def scenario(limits, initial=None, **changes):
+    table = {"preset": "cubesat_6u", "duration": 3000.0, "initial": initial or {}}
+    table |= LIMITS[limits] | changes
+    table["maneuvers"] = {"slew_back": True} | table.get("maneuvers", {})
+    return Scenario.from_dict(table)
+
+
+def back_of(scene, design, t_end):
+    model = FilterModel.from_scenario(scene)
+    found = slew_back(scene, design, t_end, model.slew_limits, model.initial_attitude)
+    return model, found
+
+
+def step_rates(model, design, n_steps):
+    """Mean body rate in every step, and the rate at its end [rad/s]."""
+    plan = schedule(design, model.step, model.slew_limits, n_steps)
+    which = np.repeat(np.arange(plan.starts.shape[1]), plan.lasting(n_steps)[0])
+    return plan.rates[0, which], plan.end_rates[0, which]
+
+
+def designs(rng, n):
+    X = rng.uniform(-0.4, 0.4, (n, 12))
+    X[:, 3::4] = rng.uniform(0.0, 400.0, (n, 3))
+    return X
+
+
+def test_nothing_is_added_unless_asked_for():
+    scene = dataclasses.replace(scenario("none"), maneuvers=Scenario.paper().maneuvers)
+    assert back_of(scene, QUARTER, 900.0)[1] is None
+
+
+@pytest.mark.parametrize(
+    ("limits", "rate", "angle", "seconds"),
+    [
+        ("none", 0.5, 90.0, 90),  # 90 deg at 1 deg/s
+        ("acceleration", 0.5, 90.0, 110),  # with two ramps of 20 s, 10 deg each
+        ("acceleration", 0.1, 4.0, 18),  # too near for the full rate: 2 √(4 / 0.05) = 17.9
+        ("slow", 0.2, 36.0, 170),  # 0.4 deg/s after 80 s, 16 deg: 90 + 80 s
+    ],
+)
+def test_from_rest_about_one_axis_by_hand(limits, rate, angle, seconds):
+    design = [0.0, 0.0, rate, angle / rate, 0.0, 0.0, 0.0, 100.0]
+    scene = scenario(limits)
+    model, back = back_of(scene, design, 1200.0)
+    assert (back.start, back.end - back.start) == (1200.0, seconds)
+    _, ends = step_rates(model, back.design, round(back.end / model.step))
+    np.testing.assert_allclose(ends[:, :2], 0.0, atol=1e-9)
+    assert np.degrees(ends[:, 2].min()) >= -scene.maneuvers.max_rate_deg_s * (1 + 2e-9)
+
+
+@pytest.mark.parametrize("limits", LIMITS)
+@pytest.mark.parametrize("pointing", ["inertial", "nadir", "velocity", "sun"])
+def test_it_arrives_at_the_law_within_all_limits(limits, pointing):
+    """Attitude and rate; flown from step to step by scipy, from the start of the plan."""
+    scene = scenario(limits, {"pointing": pointing})
+    for x, t_end in zip(
+        designs(np.random.default_rng(4), 3), (1500.0, 1700.0, 2998.0), strict=True
+    ):
+        model, back = back_of(scene, x, t_end)
+        n = round(back.end / model.step)
+        assert n * model.step == back.end > back.start == t_end
+        rates, ends = step_rates(model, back.design, n)
+        before, _ = step_rates(model, x[None], round(t_end / model.step))
+        np.testing.assert_array_equal(rates[: len(before)], before)
+        attitude = Rotation.from_matrix(model.initial_attitude)
+        for rate in rates:
+            attitude = Rotation.from_rotvec(-rate * model.step) * attitude
+        at = Place.at(scene, np.array([back.end]))
+        law = scene.initial.attitude(at)[0]
+        assert (attitude * Rotation.from_matrix(law).inv()).magnitude() < 1e-9
+        final = schedule(back.design, model.step, model.slew_limits, n + 1)
+        last = final.rates[0, final.flown()[0]][-1]
+        np.testing.assert_allclose(last, scene.initial.law_rate(at)[0], rtol=0, atol=1e-15)
+
+        slew = ends[len(before) :]
+        assert np.degrees(np.abs(slew).max()) <= scene.maneuvers.max_rate_deg_s * (1 + 2e-9)
+        change = np.diff(ends[len(before) - 1 :], axis=0) / model.step
+        if scene.maneuvers.max_acceleration_deg_s2:
+            assert np.degrees(np.abs(change).max()) <= scene.maneuvers.max_acceleration_deg_s2 * (
+                1 + 1e-9
+            )
+        if scene.wheels:
+            inertia = scene.wheels.matrix()
+            assert np.abs(change @ inertia).max() <= scene.wheels.max_torque * (1 + 1e-9)
+            assert np.abs(slew @ inertia).max() <= scene.wheels.max_momentum * (1 + 2e-9)
+
+
+def test_it_goes_on_with_the_law():
+    """At the orbital rate, which a nearly circular orbit keeps for a minute within 0.001 deg."""
+    scene = scenario("acceleration", {"pointing": "nadir", "axis": [0.6, 0.0, 0.8]})
+    model, back = back_of(scene, designs(np.random.default_rng(1), 1)[0], 1500.0)
+    n = round(back.end) + 60
+    rates, _ = step_rates(model, back.design, n)
+    attitude = Rotation.from_matrix(model.initial_attitude)
+    for rate in rates:
+        attitude = Rotation.from_rotvec(-rate) * attitude
+    law, _ = scene.initial.law(scene, float(n))
+    assert np.degrees((attitude * Rotation.from_matrix(law).inv()).magnitude()) < 1e-3
+
+
+@pytest.mark.parametrize("limits", ["none", "acceleration"])
+def test_no_sooner_slew_is_found_by_trying_all(limits, monkeypatch):
+    scene = scenario(limits, {"pointing": "nadir"})
+    x = designs(np.random.default_rng(8), 1)[0]
+    _, back = back_of(scene, x, 1500.0)
+    from mgeo_attitude.maneuvers import slew_back as module
+
+    model, tried = FilterModel.from_scenario(scene), {}
+    original = module._Search.maneuvers
+
+    def remembered(self, n):
+        for steps in range(1, round(back.end - back.start) + 1):
+            tried[steps] = original(self, steps)
+        return original(self, n)
+
+    monkeypatch.setattr(module._Search, "maneuvers", remembered)
+    module.slew_back(scene, x, 1500.0, model.slew_limits, model.initial_attitude)
+    assert [n for n, found in tried.items() if found is not None] == [back.end - back.start]
+
+
+def test_phases_have_names():
+    scene = scenario("acceleration", {"pointing": "nadir"})
+    model, back = back_of(scene, QUARTER, 1200.0)
+    found = back.phases(model.step, model.slew_limits)
+    assert [phase.label for phase in found] == [
+        *("ramp to slew back", "slew back", "ramp to starting attitude")
+    ]
+    edges = [found[0].start, *(phase.end for phase in found)]
+    assert edges == [1200.0, *(phase.start for phase in found[1:]), back.end]
+    assert [phase.label for phase in phases(QUARTER, 1200.0, 1.0, model.slew_limits)][-1] == (
+        "rate held"
+    )
+    _, sharp = back_of(scenario("none"), QUARTER, 1200.0)
+    (only,) = sharp.phases(1.0, None)
+    assert (only.label, only.swept_deg) == ("slew back", pytest.approx(90.0))
+
+
+def test_maneuvers_that_the_run_did_not_reach_are_left_out():
+    scene = scenario("none")
+    long = [0.0, 0.0, 0.5, 180.0, 0.2, 0.0, 0.0, 5000.0, 0.3, 0.3, 0.3, 10.0]
+    model, back = back_of(scene, long, 3000.0)
+    assert len(back.design) == 16
+    rates, _ = step_rates(model, back.design, 3000)
+    np.testing.assert_allclose(
+        np.degrees(rates[[0, 179, 180, -1]]).max(axis=1), [0.5, 0.5, 0.2, 0.2]
+    )
+
+
+def test_a_way_that_is_too_long_is_refused():
+    """The Earth's center has gone 35 deg ahead, and followed 0.005 deg/s faster than it goes."""
+    slow = {"max_rate_deg_s": 0.065}
+    slow = scenario("none", {"pointing": "nadir"}, duration=600.0, maneuvers=slow)
+    with pytest.raises(InvalidValue, match=r"maneuvers\.slew_back = True: no way back within"):
+        back_of(slow, [0.0, 0.0, 0.0, 100.0], 590.0)

@@ -1,0 +1,143 @@
+"""A plan that ends with a slew back: in its tables, files and figures, and in simulated flights."""
+
+import dataclasses
+import itertools
+
+import brahe
+import brahe.ccsds
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, simulate
+from mgeo_attitude.commands.files import Picked
+from mgeo_attitude.commands.show import plan_document
+from mgeo_attitude.figures.maneuvers import timeline
+from mgeo_attitude.flight import Motion
+from mgeo_attitude.plan import ManeuverPlan, aem_text, from_json, to_json
+from mgeo_attitude.plan.figures import plan_figures
+from mgeo_attitude.scenario import KeepOut
+
+from ..flight.runs import flown, none
+from .conftest import DESIGN
+from .test_aem import instant, matrix
+
+TABLE = {
+    "preset": "paper",
+    "duration": 900.0,
+    "initial": {"pointing": "nadir"},
+    "maneuvers": {"slew_back": True, "max_acceleration_deg_s2": 0.05},
+}
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return ManeuverPlan(Scenario.from_dict(TABLE), DESIGN)
+
+
+@pytest.fixture(scope="module")
+def without():
+    table = TABLE | {"maneuvers": {"max_acceleration_deg_s2": 0.05}}
+    return ManeuverPlan(Scenario.from_dict(table), DESIGN)
+
+
+def test_the_filter_does_not_see_it(plan, without):
+    """Neither t_end nor trace, nor what was learned; the plan is longer."""
+    assert (plan.t_end, plan.trace) == (without.t_end, without.trace)
+    assert without.duration == without.t_end < plan.duration
+    X = np.array([DESIGN])
+    F = [each.problem.evaluate(X, return_values_of=["F"]) for each in (plan, without)]
+    np.testing.assert_array_equal(*F)
+    for name in ("accuracy", "contributions", "least_observable"):
+        assert getattr(plan, name)().equals(getattr(without, name)())
+    assert plan.compare().equals(without.compare())
+
+
+def test_the_timeline_goes_on_to_the_law(plan, without):
+    table, shorter = plan.timeline(), without.timeline()
+    assert table.iloc[: len(shorter)].equals(shorter)
+    assert table["phase"].iloc[len(shorter) :].tolist() == [
+        *("ramp to slew back", "slew back", "ramp to starting attitude")
+    ]
+    assert table["end [s]"].iloc[-1] == plan.duration
+    assert (table["start [s]"].iloc[1:].to_numpy() == table["end [s]"].iloc[:-1].to_numpy()).all()
+    np.testing.assert_array_equal(plan.attitude[: len(without.attitude)], without.attitude)
+
+
+def test_its_end_is_read_back_as_looking_down(plan):
+    aem = brahe.ccsds.AEM.from_str(aem_text(plan))
+    last = len(aem.segments) - 1
+    assert len(aem.segments) == len(plan.phases)
+    body = matrix(aem.segment_to_attitude_trajectory(last), instant(plan, plan.duration))
+    scenario = plan.scenario
+    position, velocity = scenario.orbit.propagate(scenario.epoch, np.array([plan.duration]))
+    radial, along, _ = brahe.rotation_eci_to_rtn(np.append(position, velocity))
+    np.testing.assert_allclose(body @ radial, [0.0, 0.0, -1.0], atol=1e-9)
+    np.testing.assert_allclose(body @ along, [1.0, 0.0, 0.0], atol=1e-9)
+
+
+def test_files_and_documents_tell_of_it(plan, without):
+    text = to_json(plan)
+    assert from_json(text) == plan
+    assert f'"slew back until [s]": {plan.duration}' in text
+    assert "slew back" not in to_json(without).replace('"slew_back": false', "")
+    with pytest.raises(ValueError, match=r"predicted\.slew back until \[s\] = 1"):
+        from_json(text.replace(f'until [s]": {plan.duration}', 'until [s]": 1.0'))
+    assert plan_document(Picked(plan, "plan"))["duration_s"] == plan.duration
+
+
+def test_figures_show_it(plan):
+    times, rates, over = timeline(plan.problem, np.array(DESIGN), plan.t_end)
+    assert over < plan.t_end < times[-1] == plan.duration
+    assert np.abs(rates).max() <= plan.scenario.maneuvers.max_rate_deg_s
+    assert max(trace.x[-1] for trace in plan_figures(plan)["rates"].data) == plan.duration
+    (figures,) = plan.problem.solution_figures(np.array([DESIGN]))
+    motion = figures["motion"].layout.meta["motion"]
+    assert motion["end"] == plan.duration == motion["turns"]["body"]["times"][-1]
+    named = [phase for phase in motion["phases"] if "shaded" not in phase]
+    assert [phase["name"] for phase in named] == [phase.label for phase in plan.phases]
+    assert all(one["to"] == next_["from"] for one, next_ in itertools.pairwise(named))
+    assert figures["rates"].layout.xaxis.range == (0.0, plan.duration)
+    assert figures["trace"].layout.xaxis.range == (0.0, plan.t_end)
+
+
+def test_flights_slew_back_too(plan):
+    """A flight without errors ends at the law; with them the filter stays as good as it claims."""
+    early = {"convergence": {"window": 60.0, "relative_decrease": 0.3}}
+    scenario = Scenario.from_dict(TABLE | early)
+    short = ManeuverPlan(scenario, DESIGN)
+    assert short.t_end < short.duration < 900.0
+    model, n = short.problem.model, round(short.duration)
+    exact = flown(model, short.slew_back.design, none(model, 900))
+    np.testing.assert_allclose(
+        (exact.motion.attitude @ exact.start)[: n + 1], short.attitude, rtol=0, atol=1e-12
+    )
+    law, rate = scenario.initial.law(scenario, short.duration)
+    np.testing.assert_allclose(exact.motion.attitude[n], law, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(exact.motion.rates[n:], np.tile(rate, (900 - n, 1)), atol=1e-15)
+
+    runs = simulate(scenario, DESIGN, n_runs=60, seed=3)
+    held = Motion.of(model, DESIGN, 900)
+    assert np.abs(held.attitude[n] - law).max() > 0.1
+    assert runs.t_end == short.t_end
+    for time in (short.t_end, short.duration, 900.0):
+        nees = runs.nees[:, runs.sample(time)].mean() / runs.n_states
+        assert nees == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / (60 * runs.n_states)))
+    # what the plan predicts is of the flight with the slew, not of the rate that is held
+    k = runs.sample(900.0)
+    assert runs.rms[k] / runs.predicted[k] == pytest.approx(1.0, abs=0.45)
+
+
+def test_a_cone_is_looked_at_until_the_end(plan):
+    """The Sun's least distance on the way back, in the plan's own table."""
+    camera = KeepOut(boresight=(0.0, 1.0, 0.0), half_angle_deg=10.0, attitude_sigmas=0.0)
+    watched = ManeuverPlan(dataclasses.replace(plan.scenario, keep_outs=(camera,)), DESIGN)
+    scenario, problem = watched.scenario, AttitudeManeuverProblem(plan.scenario)
+    first, last = round(plan.t_end), round(plan.duration)
+    long = dataclasses.replace(scenario, duration=float(last))
+    sun = type(problem.environment).from_scenario(long).sun[first:]
+    seen = np.einsum("kij,kj->ki", watched.attitude[first:], sun)
+    least = np.degrees(np.arccos(seen[:, 1].max()))
+    row = watched.constraints().loc["Sun off payload in the slew back"]
+    assert row["value"] == pytest.approx(least, abs=1e-6)
+    assert row["margin"] == pytest.approx(least - 10.0, abs=1e-6)
+    assert watched.constraints().index.name == "constraint"
+    assert from_json(to_json(watched)) == watched

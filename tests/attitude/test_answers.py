@@ -1,0 +1,79 @@
+"""The line that a plan comes to, against the slow filter's run of it."""
+
+import re
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
+from mgeo_attitude.answers import answer, span, two_digits
+from mgeo_attitude.plan import ManeuverPlan
+
+from .filter.suites import SUITES
+
+DEG = 180.0 / np.pi
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return AttitudeManeuverProblem(Scenario.cubesat_6u())
+
+
+@pytest.fixture(scope="module")
+def X(problem):
+    rng = np.random.default_rng(4)
+    return rng.uniform(problem.xl, problem.xu, (3, problem.n_var))
+
+
+def test_numbers_are_those_of_the_reference_filter(problem, X):
+    for x, line in zip(X, problem.answers(X), strict=True):
+        history = reference_run(problem.model, x)
+        found = re.fullmatch(
+            r"(.*); then attitude (\S+) deg, gyro bias (\S+) deg/h, sun bias (\S+) arcmin, "
+            r"mag bias (\S+) nT \(1-sigma, worst axis\)",
+            line,
+        )
+        assert found, line
+        seconds = {"h": 3600, "min": 60, "s": 1}
+        parts = re.findall(r"(\d+) (\w+)", found[1])
+        assert sum(int(value) * seconds[unit] for value, unit in parts) == history.t_end
+        sigma = history.sigma[-1].reshape(-1, 3).max(axis=1)
+        attitude = np.sqrt(np.linalg.eigvalsh(history.covariance[:3, :3])[-1])
+        expected = [DEG * attitude, DEG * 3600 * sigma[1], DEG * 60 * sigma[3], 50e3 * sigma[5]]
+        shown = [float(text) for text in found.groups()[1:]]
+        np.testing.assert_allclose(shown, expected, rtol=0.05)  # of two digits
+
+
+def test_a_plan_says_the_same(problem, X):
+    for x, line in zip(X, problem.answers(X), strict=True):
+        assert ManeuverPlan.from_design(problem, x).answer == line
+
+
+def test_what_did_not_converge_or_broke_down_says_so():
+    suite = SUITES["star tracker"]
+    covariance = np.diag(np.full(suite.n_states, 1e-6))
+    line = answer(suite, 600.0, covariance, converged=False)
+    assert line.startswith("not converged; after 10 min attitude 0.057 deg, gyro bias ")
+    lost = answer(suite, np.nan, np.full_like(covariance, np.nan), converged=False)
+    assert lost == "the filter's covariance lost positivity"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.0, "0 s"),
+        (59.4, "59 s"),
+        (730.0, "12 min 10 s"),
+        (3600.0, "1 h"),
+        (7265.0, "2 h 1 min 5 s"),
+    ],
+)
+def test_times_are_as_people_say_them(seconds, text):
+    assert span(seconds) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.1149, "0.11"), (0.0996, "0.10"), (9.96, "10"), (123.4, "123"), (1e-4, "0.00010")],
+)
+def test_two_digits_without_powers_of_ten(value, text):
+    assert two_digits(value) == text

@@ -1,0 +1,105 @@
+"""Steps that would leave the box: laws against scipy's, folding against one bound at a time."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pymoo.optimize import minimize
+from pymoo.problems.multi import ZDT1
+from scipy.stats import kstest, truncnorm, uniform
+
+from mgeo import MGEODirected, MGEOReal, MGEOReal2
+from mgeo.algorithms.bounds import BOUNDS, reflect, resample
+
+NUMBER = st.floats(-1e6, 1e6)
+SIZE = st.floats(0, 1e12)
+
+
+def moved(name, x, step, spread, low, high, draw=0.5):
+    arrays = [np.array([float(value)]) for value in (x, step, spread, low, high)]
+    return float(BOUNDS[name](*arrays, lambda: np.array([draw]))[0])
+
+
+@pytest.mark.parametrize("name", BOUNDS)
+@given(
+    ends=st.tuples(NUMBER, NUMBER), at=st.floats(0, 1), step=st.floats(-1e12, 1e12), spread=SIZE,
+    draw=st.floats(0, 1, exclude_max=True),
+)  # fmt: skip
+def test_all_end_in_the_box_and_leave_alone_what_ends_there(name, ends, at, step, spread, draw):
+    low, high = sorted(ends)
+    x = min(max(low + at * (high - low), low), high)
+    found = moved(name, x, step, spread, low, high, draw)
+    assert low <= found <= high
+    if low <= x + step <= high:
+        assert found == x + step
+
+
+@given(ends=st.tuples(NUMBER, NUMBER), at=st.floats(0, 1), widths=st.floats(-40, 40))
+def test_reflection_is_that_by_one_bound_after_the_other(ends, at, widths):
+    low, high = sorted(ends)
+    x = min(max(low + at * (high - low), low), high)
+    place = x + widths * (high - low)
+    while not low <= place <= high:
+        place = 2 * low - place if place < low else 2 * high - place
+        if high - low < 1e-9:
+            return  # rounding would keep it from ever ending inside
+    found = moved("reflect", x, widths * (high - low), 1.0, low, high)
+    assert math.isclose(found, place, abs_tol=1e-9 * max(1.0, abs(low), abs(high)))
+
+
+@pytest.mark.parametrize("spread", [0.1, 0.6, 3.0, 400.0, 1e7, 1e300])
+@pytest.mark.parametrize("x", [-1.0, -0.9, 0.3, 2.0])
+def test_resampled_normal_steps_are_truncated_normal(x, spread):
+    rng, n = np.random.default_rng(5), 20_000
+    begin, box = np.full(n, x), (np.full(n, -1.0), np.full(n, 2.0))
+    step = spread * rng.standard_normal(n)
+    found = resample(begin, step, np.full(n, -spread), *box, lambda: rng.random(n))
+    law = truncnorm((-1.0 - x) / spread, (2.0 - x) / spread, x, spread)
+    if spread > 1e5:  # where scipy's loses its digits, to no more of them than a uniform law
+        law = uniform(-1.0, 3.0)
+    assert kstest(found, law.cdf).pvalue > 1e-3
+
+
+def test_resampled_steps_of_uniform_length_are_uniform_up_to_the_bound():
+    rng, n = np.random.default_rng(6), 20_000
+    begin, box = np.full(n, 0.5), (np.zeros(n), np.full(n, 2.0))
+    found = resample(begin, rng.random(n) * -3.0, np.zeros(n), *box, lambda: rng.random(n))
+    assert kstest(found, uniform(0.0, 0.5).cdf).pvalue > 1e-3
+
+
+def test_steps_wider_than_numbers_reach_are_folded_all_the_same():
+    x, step = np.array([0.2, 0.2, 0.0]), np.array([np.inf, -np.inf, np.inf])
+    found = reflect(x, step, step, np.zeros(3), np.array([1.0, 1.0, 0.0]), x.copy)
+    assert ((found >= 0) & (found <= 1)).all()
+
+
+@pytest.mark.parametrize(
+    "algorithm", [MGEOReal, MGEOReal2, MGEODirected], ids=lambda cls: cls.__name__
+)
+def test_only_clipped_steps_end_on_the_bounds(algorithm):
+    shares = {}
+    for name in BOUNDS:
+        made = algorithm(n_walkers=4, bounds=name)
+        seen = []
+        minimize(
+            ZDT1(n_var=5), made, ("n_gen", 20), seed=1,
+            callback=lambda algorithm, seen=seen: seen.append(algorithm.pop.get("X")),
+        )  # fmt: skip
+        X = np.concatenate(seen)
+        assert ((X >= 0) & (X <= 1)).all()
+        shares[name] = ((X == 0) | (X == 1)).mean()
+    assert shares["clip"] > 0.1
+    assert shares["reflect"] == shares["resample"] == 0.0
+
+
+@pytest.mark.parametrize("algorithm", [MGEOReal, MGEOReal2, MGEODirected])
+def test_clipping_is_the_default(algorithm):
+    F = [
+        minimize(ZDT1(n_var=4), made, ("n_gen", 10), seed=2).F
+        for made in (algorithm(), algorithm(bounds="clip"))
+    ]
+    assert np.array_equal(*F)
+    with pytest.raises(ValueError, match=r"bounds = 'reflec'.*did you mean 'reflect'"):
+        algorithm(bounds="reflec")

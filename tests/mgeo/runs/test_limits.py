@@ -1,0 +1,77 @@
+"""Limits as the problem tells them, or else its constraints as they are."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from pymoo.core.problem import Problem
+from pymoo.problems.multi import OSY
+
+from mgeo.plugins.discovery import PluginError
+from mgeo.runs.limits import TOLERANCE, Limit, limits
+
+
+class Column(Problem):
+    """A column: its height is limited, and its foot must be round."""
+
+    constraint_names = ("buckling",)
+
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=1, n_ieq_constr=1, n_eq_constr=1, xl=0.0, xu=4.0)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = X.sum(axis=1)
+        out["G"] = X[:, :1] / 2.0 - 1.0
+        out["H"] = X[:, :1] - X[:, 1:]
+
+
+class Told(Column):
+    def limits(self, X):
+        return [
+            pd.DataFrame(
+                {
+                    "unit": ["m"],
+                    "value": [x],
+                    "bound": ["at most"],
+                    "limit": [2.0],
+                    "margin": [2 - x],
+                },
+                index=["height"],
+            )
+            for x in X[:, 0]
+        ]
+
+
+def test_constraints_are_told_as_they_are_computed():
+    kept, broken = limits(Column(), np.array([[1.0, 1.0], [3.0, 1.0]]))
+    assert kept == [Limit("buckling", 0.5), Limit("h1", TOLERANCE)]
+    assert [limit.kept for limit in broken] == [False, False]
+    assert [limit.margin for limit in broken] == [-0.5, pytest.approx(TOLERANCE - 2.0)]
+    assert str(kept[0]) == "buckling: margin 0.5"
+    assert str(broken[0]) == "buckling: exceeded by 0.5"
+    problem = OSY()
+    X = np.random.default_rng(1).uniform(problem.xl, problem.xu, (20, 6))
+    found = np.array([[limit.margin for limit in each] for each in limits(problem, X)])
+    np.testing.assert_array_equal(found, -problem.evaluate(X, return_values_of=["G"]))
+
+
+def test_the_problems_own_units_come_first():
+    ((kept,), (broken,)) = limits(Told(), np.array([[1.5, 1.0], [3.0, 1.0]]))
+    assert str(kept) == "height: 1.5 m, at most 2 m: margin 0.5 m"
+    assert str(broken) == "height: 3 m, at most 2 m: exceeded by 1 m"
+    assert limits(Told(), np.empty((0, 2))) == []
+
+
+def test_a_problem_without_limits_has_none():
+    free = Problem(n_var=1, n_obj=1, xl=0, xu=1)
+    assert limits(free, np.zeros((2, 1))) == [[], []]
+
+
+def test_other_tables_are_refused():
+    class Other(Told):
+        def limits(self, X):
+            return [table.drop(columns="margin") for table in super().limits(X)]
+
+    with pytest.raises(
+        PluginError, match=r"(?s)limits\(X\) of problem Other gives .*: expected 1 Data"
+    ):
+        limits(Other(), np.zeros((1, 2)))
