@@ -53,7 +53,19 @@ def test_a_first_attitude_whatever_it_is(scenario):
 
 
 @pytest.mark.parametrize(
-    "name", ["two Sun sensors", "star tracker", "full gyro", "random-walk bias", "no Sun sensor"]
+    "name",
+    [
+        "two Sun sensors",
+        "star tracker",
+        "full gyro",
+        "random-walk bias",
+        "no Sun sensor",
+        "soft iron",
+        "varying errors",
+        "orbit error",
+        "considered",
+        "cubesat_6u_full",
+    ],
 )
 def test_any_suite(name):
     suite = SUITES[name]

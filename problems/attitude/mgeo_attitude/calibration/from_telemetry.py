@@ -17,6 +17,7 @@ from mgeo_attitude.calibration.sensor_tests import (
     nis_bounds,
 )
 from mgeo_attitude.estimation.batch import batch
+from mgeo_attitude.estimation.considered import as_believed
 from mgeo_attitude.estimation.fit import Fit, fit
 from mgeo_attitude.estimation.linearization import Trajectory, sightings
 from mgeo_attitude.estimation.residuals import (
@@ -47,6 +48,7 @@ def calibrate(
     Nothing has to be known of the attitude. The errors' initial 1-sigmas are the scenario's, as are
     noise, orbit and eclipses. All samples are estimated at once, by a smoother that is iterated
     until it settles; a reading that all others contradict, by a chi-square test, is left out.
+    States that are only considered stay zero, and as uncertain as the scenario says.
 
     Parameters
     ----------
@@ -72,16 +74,24 @@ def calibrate(
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
     data = batch(scenario, telemetry)
-    found = fit(data, data.suite.initial_sigma(0.0), gate)
+    sigma = data.suite.initial_sigma(0.0)
+    found = fit(data, sigma, gate)
     last = found.solution.trajectory
     past = filtered(found.solution)
     white = innovations(found.solution, past)
+    states, covariance = as_believed(
+        data.suite,
+        found.solution,
+        sigma,
+        last.states[-1],
+        last_covariance(found.solution, found.given),
+    )
     return Calibration(
         scenario=scenario,
         time=float(data.times[-1]),
         quaternion=quaternions(last.attitude[-1:].swapaxes(1, 2))[0],
-        states=last.states[-1],
-        covariance=last_covariance(found.solution, found.given),
+        states=states,
+        covariance=covariance,
         tests=_tests(found, white),
         rejected=_rejected(found),
         history=_history(found, past, white),
