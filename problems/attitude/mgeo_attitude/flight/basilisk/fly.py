@@ -134,5 +134,7 @@ def check_suite(suite: Suite) -> None:
             )
     for state in sorted(suite.gyro.states().keys() - {"bias", "scale_factor", "misalignment"}):
         raise InvalidValue(
-            f"gyro.{state}", suite.gyro, "Basilisk's gyro has bias, scale_factor and misalignment"
+            f"gyro.{state}",
+            suite.gyro.states()[state],
+            "Basilisk's gyro has bias, scale_factor and misalignment",
         )
