@@ -9,13 +9,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mgeo_attitude import vector
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import Validated, positive, quantity
 from mgeo_attitude.rotation import rotate, shear, unrotate
 from mgeo_attitude.sensors.base import CONSIDERED, check_considered
 from mgeo_attitude.units import DEG, DEG_H, PPM, Unit
 from mgeo_attitude.vector import Vec3, cross, scale
+from mgeo_attitude.vector import shear as shear_components
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Gyro(Validated):
         if self.initial_misalignment_deg:
             theta = theta + cross(omega, x.misalignment)
         if self.initial_nonorthogonality_deg:
-            theta = theta - vector.shear(omega, x.nonorthogonality)
+            theta = theta - shear_components(omega, x.nonorthogonality)
         return {"theta": theta, "bias": -self.bias_decay * x.bias}
 
     def measured(self, x: Any, omega: Floats) -> Floats:

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from mgeo_attitude import vector
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.dipole import dipole_gradient
 from mgeo_attitude.fields import InvalidValue, positive, quantity
@@ -16,6 +15,7 @@ from mgeo_attitude.sensors.base import NAME, Sensor
 from mgeo_attitude.sensors.markov import GaussMarkov
 from mgeo_attitude.units import ARCMIN, DEG, PPM, Unit
 from mgeo_attitude.vector import Vec3, cross, scale, unit
+from mgeo_attitude.vector import shear as shear_components
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment
@@ -208,7 +208,7 @@ class Magnetometer(VectorSensor):
         if self.initial_scale_factor:
             y = y + scale(v, x.scale_factor)
         if self.initial_nonorthogonality_deg:
-            y = y + vector.shear(v, x.nonorthogonality)
+            y = y + shear_components(v, x.nonorthogonality)
         if self.field_error_nt:
             y = y + x.to_body(x.field_error)
         if self.has_gradient:
