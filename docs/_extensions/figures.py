@@ -31,7 +31,7 @@ _POLYNOMIALS = (
 )
 _FLOORED = {
     "attitude [deg]": "attitude [deg]",
-    "sun bias [-]": "Sun sensor's bias [-]",
+    "sun bias [arcmin]": "Sun sensor's bias [arcmin]",
     "mag bias [nT]": "magnetometer's bias [nT]",
 }
 _FLOOR_COLORS = ("#1f5fa8", "#c8501e", "#4a8f3c")

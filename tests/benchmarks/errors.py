@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mgeo_attitude import FilterModel, Scenario, evaluate
+from mgeo_attitude.answers import two_digits
 from mgeo_attitude.describe import block_units
 from mgeo_attitude.observability import baselines
 from numpy.typing import NDArray
@@ -89,7 +90,10 @@ def floor_table(history: pd.DataFrame) -> str:
     rows = []
     for column in history.columns[2:]:
         pairs = (
-            f"{chosen['without'].loc[t, column]:.2g}, **{chosen['with'].loc[t, column]:.2g}**"
+            ", ".join(
+                mark.format(two_digits(float(chosen[errors].loc[t, column])))
+                for errors, mark in (("without", "{}"), ("with", "**{}**"))
+            )
             for t in times
         )
         rows.append([column, *pairs])
