@@ -118,6 +118,16 @@ def test_the_page_names_all_directions_of_path_limits():
     assert re.findall(r"^\| `(\w+)`.* \|.*\|.*\|$", table, re.M) == ["reference", *DIRECTIONS]
 
 
+def test_the_scenario_of_errors_is_read_and_every_error_is_on_its_page():
+    (text,) = blocks("errors.md", "toml")
+    sun, mag = Scenario.from_toml(text).sensors
+    assert (sun.albedo, sun.sample_interval, mag.considered) == (0.05, 2.0, ("orbit_error",))
+    full = Scenario.cubesat_6u_full()
+    for owner in (full.gyro, *full.sensors):
+        for state in owner.states():
+            assert state in ("bias", "misalignment") or f".{state}`" in page("errors.md")
+
+
 def test_every_objective_is_on_the_page():
     rows = re.findall(r"^\| (.*?) \|", page("limits.md").partition("## Objectives")[2], re.M)
     named = {name for row in rows for name in re.findall(r"`(.*?)`", row)}
@@ -181,7 +191,7 @@ def test_every_propagator_is_on_the_page():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", ["start-research.md", "limits.md", "calibration.md", "too-sure.md"]
+    "name", ["start-research.md", "limits.md", "errors.md", "calibration.md", "too-sure.md"]
 )
 def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

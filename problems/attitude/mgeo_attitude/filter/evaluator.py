@@ -20,10 +20,8 @@ from .kernel import lanes, load_driver, load_kernel
 from .layout import layout, transition_pattern
 from .model import FilterModel
 from .path_limits import excess
+from .suite import Suite
 from .wheel_load import wheel_loads
-
-#: A direction to compare measurements at.
-_SOMEWHERE = np.array([0.36, -0.48, 0.8])
 
 #: The cosine of the angle to what has not been seen.
 _NEVER_SEEN = -2.0
@@ -123,7 +121,8 @@ def evaluate(
     end_step, trace = np.zeros(n, dtype=np.int64), np.empty(n)
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
     dynamics = np.array([each.dynamics for each in variants])
-    densities = np.array([each.suite.diffusion() for each in variants])
+    kinematic = slice(suite.n_kinematic)
+    densities = np.array([each.suite.diffusion()[kinematic] for each in variants])
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, lanes()),
         tuple(at),
@@ -179,16 +178,16 @@ def evaluate(
 
 def _constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
     """`step_constants` of variants of a model, side by side; ValueError if they do not match."""
-    states = list(model.monitors.states)
-    rows = []
+    suite, states, rows = model.suite, list(model.monitors.states), []
     for number, each in enumerate(variants):
-        if each.suite.blocks != model.suite.blocks:
+        if each.suite.blocks != suite.blocks:
             raise ValueError(
                 f"variants[{number}] has the states {', '.join(each.suite.blocks)}: expected those "
-                f"of the model, {', '.join(model.suite.blocks)}"
+                f"of the model, {', '.join(suite.blocks)}"
             )
         required = each.required_sigma[states]
-        rows.append(step_constants(each.suite, each.weights, each.path_limits, required))
+        limits = each.path_limits
+        rows.append(step_constants(each.suite, each.step, each.weights, limits, required))
         if len(rows[-1]) != len(rows[0]):
             raise ValueError(
                 f"variants[{number}] has {len(rows[-1])} constants of a filter step: expected "
@@ -197,16 +196,14 @@ def _constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
         found, expected = _looked_at(each), _looked_at(model)
         if found != expected:
             raise ValueError(f"variants[{number}] looks at {found}: expected {expected}")
-        for one, other in zip(each.suite.sensors, model.suite.sensors, strict=True):
-            slopes, kernel = (
-                suite.measurement_matrix(sensor, _SOMEWHERE)
-                for suite, sensor in ((each.suite, one), (model.suite, other))
-            )
-            if not np.array_equal(slopes, kernel):
+        for one, other in zip(_slopes(each.suite), _slopes(suite), strict=True):
+            if not np.array_equal(one, other):
                 raise ValueError(
-                    f"variants[{number}]: {one.name} measures otherwise than the model's: expected "
-                    "the same but for numbers, and the same boresight of a star tracker"
+                    f"variants[{number}] measures otherwise than the model: expected the same but "
+                    "for numbers, and the same boresight of a star tracker"
                 )
+        if not np.array_equal(each.suite.considered, suite.considered):
+            raise ValueError(f"variants[{number}] considers other states than the model")
     return np.array(rows)
 
 
@@ -215,6 +212,15 @@ def _looked_at(model: FilterModel) -> list[tuple[str, bool]]:
     limits = [(watch.direction, watch.inside) for watch in model.monitors.limits]
     views = (view for sensor in model.suite.sensors for view in sensor.views())
     return [*limits, *((view.direction, view.inside) for view in views)]
+
+
+def _slopes(suite: Suite) -> list[Floats]:
+    """H of every sensor somewhere: its numbers are part of the kernel."""
+    somewhere = np.array([0.36, -0.48, 0.8])
+    return [
+        suite.measurement_matrix(sensor, somewhere, gradient=[somewhere] * 3 * sensor.has_gradient)
+        for sensor in suite.sensors
+    ]
 
 
 def _states(
