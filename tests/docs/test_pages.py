@@ -82,7 +82,7 @@ def test_the_commands_work_on_the_example_plugin(cantilever):
     assert "cantilever" in run(listing)
     for command in solving:
         run(command, "--evaluations", "600", "--quiet")
-    assert Path("runs/cantilever-mgeo-real-seed1/front.csv").is_file()
+    assert Path("runs/cantilever-mgeo-directed-seed1/front.csv").is_file()
     assert Path("runs/cantilever-nsga2-seed1/front.html").is_file()
 
 
@@ -184,7 +184,9 @@ def test_every_propagator_is_on_the_page():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["start-research.md", "limits.md", "errors.md", "calibration.md"])
+@pytest.mark.parametrize(
+    "name", ["start-research.md", "limits.md", "errors.md", "calibration.md", "too-sure.md"]
+)
 def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     names = {"__name__": "page"}

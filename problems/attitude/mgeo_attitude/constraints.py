@@ -86,17 +86,21 @@ def check_start(scenario: Scenario) -> None:
     """
     initial = scenario.initial
     moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
-    if moving or scenario.keep_outs:
+    if moving or scenario.prior is not None or scenario.keep_outs:
         from mgeo_attitude.environment.pointing import Place  # imports scipy
 
         at = Place.at(scenario, np.zeros(1))
-        _check_rate(scenario, initial.rate(at))
+        _check_rate(scenario, scenario.initial_rate(at))
         _check_cones(scenario, at)
 
 
 def _check_rate(scenario: Scenario, rate: Floats) -> None:
-    key = "pointing" if scenario.initial.rate_deg_s is None else "rate_deg_s"
-    value, wheels = getattr(scenario.initial, key), scenario.wheels
+    key: str = "initial.pointing"
+    value: object = scenario.initial.pointing
+    for section in ("initial", "prior"):
+        given = getattr(getattr(scenario, section), "rate_deg_s", None)
+        key, value = (key, value) if given is None else (f"{section}.rate_deg_s", given)
+    wheels = scenario.wheels
     limits = [("maneuvers.max_rate_deg_s", scenario.maneuvers.max_rate_deg_s, np.degrees(rate))]
     if wheels is not None and wheels.max_momentum is not None:
         limits.append(("wheels.max_momentum", wheels.max_momentum, wheels.matrix() @ rate))
@@ -106,14 +110,17 @@ def _check_rate(scenario: Scenario, rate: Floats) -> None:
             f"at most {name} = {most!r} about each axis, not {abs(found[worst]):.6g} about "
             f"{'xyz'[worst]}"
         )
-        expect(abs(found[worst]) <= most * (1.0 + 1e-12), f"initial.{key}", value, expected)
+        expect(abs(found[worst]) <= most * (1.0 + 1e-12), key, value, expected)
 
 
 def _check_cones(scenario: Scenario, at: Place) -> None:
     if scenario.eclipse and not at.sunlit[0]:
         return
-    sun = at.sun @ scenario.initial.attitude(at)[0].T
-    covariance = np.radians(scenario.initial.attitude_deg) ** 2 * np.eye(3)[None]
+    sun = at.sun @ scenario.initial_attitude(at).T
+    covariance = scenario.initial_attitude_covariance[None]
+    sigma_deg = scenario.initial.attitude_deg
+    if scenario.prior is not None:
+        sigma_deg = float(np.degrees(scenario.prior.sigma[:3].max()))
     for i, cone in enumerate(scenario.keep_outs):
         axis = np.array(cone.axis())
         angle, clearance = (
@@ -124,8 +131,7 @@ def _check_cones(scenario: Scenario, at: Place) -> None:
         expected = (
             f"{smaller}another attitude in [initial]: at the start the Sun is {angle:.4g} deg from "
             f"the boresight of {cone.name}, and the margin is attitude_sigmas = "
-            f"{cone.attitude_sigmas:g} times initial.attitude_deg = "
-            f"{scenario.initial.attitude_deg:g}"
+            f"{cone.attitude_sigmas:g} times initial.attitude_deg = {sigma_deg:g}"
         )
         key, kept = f"keep_outs[{i}].half_angle_deg", cone.half_angle_deg <= clearance
         expect(kept, key, cone.half_angle_deg, expected)

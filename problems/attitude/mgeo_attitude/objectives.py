@@ -71,8 +71,9 @@ def _normalized_trace(model: FilterModel, result: Evaluation) -> Floats:
 
 
 def _log_determinant(model: FilterModel, result: Evaluation) -> Floats:
-    matrices = _scaled(model, result)
+    matrices, of = _scaled(model, result), model.suite.calibrated
     sign, value = np.linalg.slogdet(matrices)
+    value = value - np.linalg.slogdet(model.initial_correlation[np.ix_(of, of)]).logabsdet
     per_state: Floats = np.where(sign > 0.0, value / np.log(10.0), np.nan) / matrices.shape[1]
     return per_state
 

@@ -66,13 +66,23 @@ def draw_flights(scenario: Scenario, model: FilterModel, errors: FlightErrors) -
         If a delayed run leaves the years of the field model.
     """
     attitude, rate = errors.attitude_deg, errors.rate_error_deg_s
+    known = None
+    if scenario.prior is not None:
+        known = np.linalg.cholesky(model.initial_covariance[:6, :6])
     attitude = scenario.initial.attitude_deg if attitude is None else attitude
     rate = scenario.gyro.initial_bias_deg_s if rate is None else rate
     flights, count = [], scenario.maneuvers.count
     for number in range(errors.count):
         generator = np.random.default_rng([errors.seed, number])
-        turn = matrix(np.radians(attitude) * generator.standard_normal(3))
-        rates = rate * generator.standard_normal(3)
+        chance = generator.standard_normal(6)
+        off, rates = np.radians(attitude) * chance[:3], rate * chance[3:]
+        if known is not None:
+            error = known @ chance
+            if errors.attitude_deg is None:
+                off = model.initial_attitude.T @ error[:3]
+            if errors.rate_error_deg_s is None:  # who believes in too large a bias turns too fast
+                rates = -np.degrees(error[3:])
+        turn = matrix(off)
         rates = rates + errors.maneuver_rate_error_deg_s * generator.standard_normal((count, 3))
         durations = errors.duration_error * generator.standard_normal(count)
         delay = errors.start_delay * generator.random()

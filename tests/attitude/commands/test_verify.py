@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 import shutil
 
 import pytest
@@ -55,21 +56,29 @@ def test_the_result_says_what_it_is_about(front):
 
 
 @pytest.mark.parametrize(
-    ("changes", "code", "verdict"),
+    ("p", "nees_p", "code", "verdict"),
     [
-        ({"nees": 1.0}, 0, "achieved"),
-        ({"nees": 0.5}, 0, "achieved; the filter is less sure than it might be"),
-        ({"nees": 2.0}, 3, "not achieved: the filter is surer than its errors allow"),
-        ({"nees": 1.0, "greatest_ratio": 0.0}, 3, "not achieved: worse than promised in attitude"),
+        (1.0, 1.0, 0, "achieved: no error is larger than promised"),
+        (1.0, 0.0, 3, "not achieved: the filter is too sure by 1.41 over all states together"),
+        (
+            0.0,
+            1.0,
+            3,
+            r"not achieved: attitude \(x, y, z\) .* times the promise, the filter is too",
+        ),
     ],
 )
-def test_verdicts(run, folder, front, monkeypatch, changes, code, verdict):
+def test_verdicts(run, folder, front, monkeypatch, p, nees_p, code, verdict):
     made = verify(front.plan("fastest"), n_runs=2)
-    fixed = {"greatest_ratio": 1e9, "nees_bounds": (0.9, 1.1), **changes}
-    made = dataclasses.replace(made, **fixed)
+    table = made.table.assign(**{"p, predicted": p, "p, claimed": p})
+    made = dataclasses.replace(made, table=table, nees=2.0, nees_p=nees_p)
     monkeypatch.setattr("mgeo_attitude.plan.verification.verify", lambda *_: made)
     text = run("verify", folder, "--pick", "fastest", code=code).stdout
-    assert text.splitlines()[-1].startswith(verdict)
+    assert re.match(verdict, text.splitlines()[1])
+    assert ("what to try" in text) == (code == 3)
+    rows = [line for line in text.splitlines() if line.startswith(("attitude", "sun", "mag"))]
+    assert len(rows) == len(made.table) - 3
+    assert max(map(len, rows)) <= 80
 
 
 def test_bad_input_has_another_exit_code(run, folder, tmp_path):

@@ -26,7 +26,7 @@ class Record:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MonteCarlo(Record):
-    """n runs of one plan at m samples, the whole scenario long.
+    """n runs of one plan at m samples, the whole scenario long unless it was told to end before.
 
     Errors are truth less estimate in the filter's units (rad, rad/s, dimensionless; the field in
     units of 50 µT); those of attitude and misalignments are the vectors of the rotations that
@@ -42,7 +42,7 @@ class MonteCarlo(Record):
     t_end : float
         When the linear filter has converged, first objective of equation (5) [s]; a sample.
     times : array, shape (m,)
-        [s], from 0 to the scenario's duration.
+        [s], from 0 to the scenario's duration, or until when it was simulated.
     predicted : array, shape (m, n_states)
         1-sigma that the linear covariance promises for the plan.
     errors : array, shape (n, m, n_states)

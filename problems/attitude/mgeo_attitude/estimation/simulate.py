@@ -42,6 +42,7 @@ def simulate(
     estimator: Estimator | None = None,
     truth: Scenario | None = None,
     environment: Environment | None = None,
+    until: float | None = None,
 ) -> MonteCarlo:
     """Fly a plan many times, each with other errors, and estimate attitude and errors from it.
 
@@ -74,6 +75,9 @@ def simulate(
         must be the same.
     environment : Environment, optional
         Saves computing that of the scenario again.
+    until : float, optional
+        Time [s] after which nothing is estimated, not before `t_end`; default: the scenario's
+        duration. What is found until then does not depend on it.
 
     Returns
     -------
@@ -108,7 +112,10 @@ def simulate(
     # with a window longer than the scenario the filter runs to its end
     endless = dataclasses.replace(model, window_steps=model.n_steps + 1)
     predicted = reference_run(endless, whole).sigma
-    samples, sun = _samples(model, t_end), real.sun[: round(t_end / model.step) + 1]
+    samples = _samples(model, t_end)
+    if until is not None:
+        samples = samples[model.times[samples] <= max(until, t_end)]
+    sun = real.sun[: round(t_end / model.step) + 1]
     motion = Motion.of(model, whole, model.n_steps)
 
     def some(generators: Sequence[np.random.Generator]) -> Record:
@@ -181,7 +188,7 @@ def record(
         inside=np.zeros((n_runs, 2, len(cones))),
     )
     estimates = ErrorStateFilter(suite, estimator).run(
-        Estimate.at_start(suite, model.initial_sigma, n_runs, model.initial_attitude),
+        Estimate.at_start(model, n_runs),
         [flight.readings for flight in flights],
         motion.rates,
         model.references,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._typing import Floats
+from .._typing import Floats, Ints
 from ..maneuvers.schedule import Schedule
 from .codegen import step_constants
 from .jobs import separate, shared
@@ -65,11 +66,17 @@ def evaluate(
     threads: int | None = None,
     history: bool = False,
     covariance: bool = False,
+    variants: Sequence[FilterModel] = (),
+    which: Ints | None = None,
 ) -> Evaluation:
     """Run the covariance filter over every design, shape (n, 4 m).
 
     The result of a design depends on nothing but the model and the design: not on its neighbors in
     the batch, their order, or the number of threads.
+
+    Designs may be flown by `variants` of the model, all with its one kernel: satellites that differ
+    in numbers of gyro and sensors, such as noise and field of view, in initial and required
+    1-sigmas, and in weights. A sensor of infinite noise is as good as absent, exactly.
 
     Parameters
     ----------
@@ -79,31 +86,46 @@ def evaluate(
         Whether to return the variances at every step.
     covariance : bool
         Whether to return the covariances at the end.
+    variants : sequence of FilterModel, optional
+        Default: the model itself.
+    which : array of int, shape (n,), optional
+        The variant that flies each design; default: the first.
+
+    Raises
+    ------
+    ValueError
+        If a variant has other states than the model, considers others, or a constant more or less.
     """
     plan = model.schedule(designs)
     suite, n, monitors = model.suite, len(plan.rates), model.monitors
+    variants = variants or [model]
+    flown_by = np.zeros(n, dtype=np.int64) if which is None else np.asarray(which, dtype=np.int64)
+    constants = _constants(model, variants)
     kernel, driver = load_kernel(suite, model.gated, monitors), load_driver()
     at = layout(suite, model.gated, monitors)
     # A history is recorded step by step, so every design is then run by itself from the start.
-    jobs = separate(n) if history else shared(plan.rates, plan.starts, plan.over, model.n_steps)
+    jobs = (
+        separate(flown_by)
+        if history
+        else shared(plan.rates, plan.starts, plan.over, model.n_steps, flown_by)
+    )
     n_jobs = len(jobs.design)
     record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)
-    record[:, 0] = model.initial_sigma**2
+    record[:, 0] = np.array([each.initial_sigma**2 for each in variants])[flown_by[: len(record)]]
     end_step, trace = np.zeros(n, dtype=np.int64), np.empty(n)
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
-    cones = cone_constants(model.cones, model.cone_sigmas)
-    required = model.required_sigma[list(monitors.states)]
-    density = suite.diffusion()[: suite.n_kinematic]
+    dynamics = np.array([each.dynamics for each in variants])
+    densities = np.array([each.suite.diffusion()[: suite.n_kinematic] for each in variants])
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, lanes()),
         tuple(at),
         (np.zeros(1, dtype=np.int64), np.zeros(n_jobs, dtype=np.int64)),
         jobs[:5],
-        _states(model, (jobs.snapshot >= 0).sum(), at.rotation),
-        (np.ascontiguousarray(plan.rates), np.ascontiguousarray(plan.starts), plan.over),
-        (model.dynamics, density, np.array(transition_pattern(suite)), model.step),
+        _states(model, variants, (jobs.snapshot >= 0).sum(), at.rotation),
+        (np.ascontiguousarray(plan.rates), np.ascontiguousarray(plan.starts), plan.over, flown_by),
+        (dynamics, densities, np.array(transition_pattern(suite)), model.step),
         model.table,
-        step_constants(suite, model.step, model.weights, cones, required),
+        constants,
         (model.window_steps, model.relative_decrease, model.allow_rise),
         end_step,
         trace,
@@ -139,31 +161,57 @@ def evaluate(
     return Evaluation(t_end, trace, record, full, sun_angle, t_required, plan)
 
 
-def _states(model: FilterModel, count: int, n_values: int) -> Floats:
-    """Room for states that jobs leave, as `driver.save` does; the last one is that at time zero.
+def _constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
+    """`step_constants` of variants of a model, side by side; ValueError if they do not match."""
+    states = list(model.monitors.states)
+    rows = []
+    for number, each in enumerate(variants):
+        if each.suite.blocks != model.suite.blocks:
+            raise ValueError(
+                f"variants[{number}] has the states {', '.join(each.suite.blocks)}: expected those "
+                f"of the model, {', '.join(model.suite.blocks)}"
+            )
+        if not np.array_equal(each.suite.considered, model.suite.considered):
+            raise ValueError(f"variants[{number}] considers other states than the model")
+        cones, required = cone_constants(each.cones, each.cone_sigmas), each.required_sigma[states]
+        rows.append(step_constants(each.suite, each.step, each.weights, cones, required))
+        if len(rows[-1]) != len(rows[0]):
+            raise ValueError(
+                f"variants[{number}] has {len(rows[-1])} constants of a filter step: expected "
+                f"{len(rows[0])}, as its sensors all look everywhere or none does"
+            )
+    return np.array(rows)
+
+
+def _states(
+    model: FilterModel, variants: Sequence[FilterModel], count: int, n_values: int
+) -> Floats:
+    """Room for states that jobs leave, as `driver.save` does; the last ones are those at time zero.
 
     Covariance, attitude, monitors and the trace over the last window.
     """
-    states = np.zeros((count + 1, n_values + model.window_steps + 1))
-    variances = model.initial_sigma**2
-    start = [np.diag(variances)[np.tril_indices(len(variances))], model.initial_attitude.ravel()]
-    start += [_monitors_at_start(model), np.cumsum(model.weights * variances)[-1:]]
-    states[-1, : n_values + 1] = np.concatenate(start)
+    states = np.zeros((count + len(variants), n_values + model.window_steps + 1))
+    watched = bool(model.monitors.states)
+    for number, each in enumerate(variants):
+        P = each.initial_covariance
+        start = [P[np.tril_indices(len(P))], each.initial_attitude.ravel()]
+        start += [_monitors_at_start(each, watched), np.cumsum(each.weights * np.diag(P))[-1:]]
+        states[-1 - number, : n_values + 1] = np.concatenate(start)
     return states
 
 
-def _monitors_at_start(model: FilterModel) -> Floats:
-    """What `layout.Monitors` says, at time zero."""
+def _monitors_at_start(model: FilterModel, watched: bool) -> Floats:
+    """What `layout.Monitors` says, at time zero; with the states', if they are `watched`."""
     values = np.empty(0)
     if len(model.cones):
         sun = model.sun[:1] @ model.initial_attitude.T
-        covariance = np.diag(model.initial_sigma[:3] ** 2)[None]
+        covariance = model.initial_covariance[None, :3, :3]
         cosines = model.cones @ sun[0] if sun.any() else np.full(len(model.cones), _NEVER_SEEN)
         cones = zip(model.cones, model.cone_sigmas, strict=True)
         angles = [sun_clearance(axis, k, sun, covariance)[0] for axis, k in cones]
         excess = np.maximum(-np.pi, -np.array(angles))
         values = np.where(model.monitors.cones, excess, cosines)
-    if not model.monitors.states:
+    if not watched:
         return values
     return np.append(values, float(np.all(model.initial_sigma <= model.required_sigma)))
 

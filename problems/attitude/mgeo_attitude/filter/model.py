@@ -38,6 +38,11 @@ class FilterModel:
     available : array of bool, shape (n_steps + 1, n_sensors)
         Whether each sensor can measure at each sample, apart from its field of view.
     initial_sigma : array, shape (n_states,)
+    initial_correlation : array, shape (n_states, n_states)
+        Of the errors at the start; the identity unless a calibration has been before.
+    initial_states : array, shape (n_states,)
+        What is believed of gyro and sensors then, rotations as vectors of `rotation.rotate`; zero
+        unless a calibration has been before. It does not enter the covariance.
     weights : array, shape (n_states,)
         Weight of each state's variance in the trace.
     window_steps : int
@@ -68,6 +73,8 @@ class FilterModel:
     references: Floats
     available: Bools
     initial_sigma: Floats
+    initial_correlation: Floats
+    initial_states: Floats
     weights: Floats
     window_steps: int
     relative_decrease: float
@@ -113,18 +120,21 @@ class FilterModel:
             environment.sun[:1],
             environment.sunlit[:1],
         )
-        initial_rate = scenario.initial.rate(start)
+        initial_rate, prior = scenario.initial_rate(start), scenario.prior
+        sigma = suite.initial_sigma(np.radians(scenario.initial.attitude_deg))
         return cls(
             suite=suite,
             step=scenario.step,
             references=references,
             available=available,
-            initial_sigma=suite.initial_sigma(np.radians(scenario.initial.attitude_deg)),
+            initial_sigma=sigma if prior is None else prior.sigma,
+            initial_correlation=np.eye(len(sigma)) if prior is None else prior.correlation,
+            initial_states=np.zeros_like(sigma) if prior is None else prior.estimates,
             weights=weights,
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
             allow_rise=scenario.convergence.allow_rise,
-            initial_attitude=scenario.initial.attitude(start)[0],
+            initial_attitude=scenario.initial_attitude(start),
             initial_rate=initial_rate,
             slew_limits=SlewLimits.of(scenario, initial_rate),
             cones=cones,
@@ -138,6 +148,13 @@ class FilterModel:
     @property
     def n_steps(self) -> int:
         return len(self.references) - 1
+
+    @property
+    def initial_covariance(self) -> Floats:
+        """Of the errors at the start, shape (n_states, n_states)."""
+        sigma = self.initial_sigma
+        covariance: Floats = sigma[:, None] * self.initial_correlation * sigma
+        return covariance
 
     @property
     def times(self) -> Floats:

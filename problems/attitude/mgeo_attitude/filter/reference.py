@@ -69,7 +69,7 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
     n, considered = model.suite.n_states, model.suite.considered
     kf = KalmanFilter(dim_x=n, dim_z=len(R))
     kf.x = np.zeros(n)  # one-dimensional: filterpy broadcasts its (n, 1) default when given H
-    kf.P = np.diag(model.initial_sigma**2)
+    kf.P = model.initial_covariance
     trace, sigma = [float(model.weights @ np.diag(kf.P))], [model.initial_sigma]
     predicted = [kf.P[:3, :3]]
     converged = False

@@ -13,9 +13,10 @@ from scipy.signal import lfilter
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.discretization import discretize
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.maneuvers.attitude import attitudes
 from mgeo_attitude.maneuvers.schedule import flown
-from mgeo_attitude.rotation import matrix
+from mgeo_attitude.rotation import matrix, vector
 from mgeo_attitude.sensors.readings import Readings, as_array
 
 
@@ -53,7 +54,7 @@ class Draws:
     ----------
     errors : array, shape (n_states,)
         True attitude error, gyro and sensor states at the start. Those that are rotations are
-        vectors of `rotation.rotate`.
+        vectors of `rotation.rotate`. The attitude is R(-θ) times the model's.
     gyro_noise : array, shape (n, n_dynamic)
         What noise adds in each step to the attitude error, the gyro's states and the sensors'
         processes, at rest.
@@ -74,11 +75,24 @@ def draw(model: FilterModel, n_steps: int, generator: np.random.Generator) -> Dr
     variances, axes = np.linalg.eigh(Q[:k, :k])
     root = block_diag(axes * np.sqrt(np.maximum(variances, 0.0)), np.sqrt(Q[k:, k:]))
     sigma = np.array([sensor.noise() for sensor in suite.sensors])
+    chance = np.linalg.cholesky(model.initial_correlation) @ generator.standard_normal(
+        suite.n_states
+    )
     return Draws(
-        model.initial_sigma * generator.standard_normal(suite.n_states),
+        with_errors(suite, model.initial_states, model.initial_sigma * chance),
         np.einsum("kj,ij->ki", generator.standard_normal((n_steps, suite.n_dynamic)), root),
         sigma * generator.standard_normal((n_steps + 1, *sigma.shape)),
     )
+
+
+def with_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
+    """States of which some have been estimated, shape (n_states,), and the errors of these."""
+    true = states + errors
+    for first in suite.rotations[1:]:
+        block = slice(first, first + 3)
+        if states[block].any():
+            true[block] = vector(matrix(states[block]) @ matrix(errors[block]))
+    return true
 
 
 def at_rest(model: FilterModel) -> tuple[Floats, Floats]:

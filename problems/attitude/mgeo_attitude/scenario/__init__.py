@@ -8,6 +8,7 @@ from mgeo_attitude.fields import KeyProblem
 from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.limits import KeepOut, Wheels
+from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.scenario import Scenario, scenario_schema
 from mgeo_attitude.scenario.settings import (
     Convergence,
@@ -27,6 +28,7 @@ __all__ = [
     "KeyProblem",
     "ManeuverLimits",
     "Orbit",
+    "Prior",
     "RequiredSigma",
     "Scenario",
     "ScenarioFileError",

@@ -27,11 +27,13 @@ from mgeo_attitude.fields import (
     to_table,
 )
 from mgeo_attitude.files import write_text
+from mgeo_attitude.scenario.after import going_on
 from mgeo_attitude.scenario.flight import FlightErrors
-from mgeo_attitude.scenario.initial import InitialConditions
+from mgeo_attitude.scenario.initial import InitialConditions, Sight
 from mgeo_attitude.scenario.limits import KeepOut, Wheels
 from mgeo_attitude.scenario.objective_names import NAMES, PAPER, TRACE_OF, check_objectives
 from mgeo_attitude.scenario.presets import PRESETS, on_preset
+from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.settings import (
     Convergence,
     ManeuverLimits,
@@ -101,6 +103,9 @@ class Scenario(Validated):
     flight: FlightErrors | None = quantity(
         None, doc="flights over which plans are judged; without it each is flown exactly"
     )
+    prior: Prior | None = quantity(
+        None, doc="what a calibration has found, in place of initial attitude, rate and 1-sigmas"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -126,6 +131,22 @@ class Scenario(Validated):
     def times(self) -> Floats:
         """Sample times k * step since the epoch [s], shape (n_steps + 1,)."""
         return self.step * np.arange(self.n_steps + 1, dtype=np.float64)
+
+    def initial_attitude(self, at: Sight) -> Floats:
+        """GCRS to body at the epoch, of which `at` is; shape (3, 3)."""
+        return self.initial.attitude(at)[0] if self.prior is None else self.prior.attitude
+
+    def initial_rate(self, at: Sight) -> Floats:
+        """Body rate at the epoch [rad/s], shape (3,)."""
+        return self.initial.rate(at) if self.prior is None else self.prior.rate
+
+    @property
+    def initial_attitude_covariance(self) -> Floats:
+        """Of the attitude error at the epoch [rad²], shape (3, 3)."""
+        if self.prior is None:
+            return float(np.radians(self.initial.attitude_deg)) ** 2 * np.eye(3)
+        covariance: Floats = np.array(self.prior.covariance)[:3, :3]
+        return covariance
 
     @staticmethod
     def paper() -> Scenario:
@@ -162,6 +183,9 @@ class Scenario(Validated):
     def from_dict(table: Mapping[str, Any], folder: str | os.PathLike[str] = "") -> Scenario:
         """Inverse of `to_dict`; ``preset`` names a preset that `table` overrides key by key.
 
+        Or it overrides the scenario that goes on from the calibration whose document is ``after``:
+        from its attitude, time and covariance, see `Calibration.scenario_after`.
+
         A list of sensors replaces the preset's. What one of them leaves out is that of the preset's
         sensor of the same name and kind, or else of its only one of the kind, or else the kind's
         default. An ephemeris is read from the file that ``orbit.file`` names in `folder`.
@@ -171,6 +195,8 @@ class Scenario(Validated):
         InvalidValue, InvalidType
             Naming the full key (``orbit.eccentricity``): unknown, missing or of a bad value.
         """
+        if "after" in table:
+            table = going_on(table, Scenario.from_dict)
         return from_table(Scenario, _in_folder(on_preset(table), folder), "preset")
 
     def to_toml(self) -> str:
@@ -247,7 +273,11 @@ class Scenario(Validated):
         unlearned = uncalibrated(self.gyro, self.sensors)
         some = any(weights.of(units, unlearned))
         expect(some, "trace_weights", dict(weights), "a weight above 0")
-        for i, cone in enumerate(self.keep_outs):
+        if self.prior is not None:
+            blocks, found = list(units)[1:], len(self.prior.states)
+            same = f"{len(blocks)} rows, of {', '.join(blocks)}"
+            expect(found == len(blocks), "prior.states", f"{found} rows", same)
+        for i, cone in enumerate(self.keep_outs if self.prior is None else ()):
             limit = (180.0 - cone.half_angle_deg) / self.initial.attitude_deg
             far = (
                 f"less than {limit:.4g}: with initial.attitude_deg = {self.initial.attitude_deg!r} "

@@ -18,7 +18,7 @@ _BODY_AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 @dataclass(frozen=True, kw_only=True)
 class Vehicle(Validated):
-    """A satellite as its wheels turn it, starting from rest.
+    """A satellite as its wheels turn it; the momentum of both together is zero.
 
     Raises
     ------
@@ -87,8 +87,10 @@ class Vehicle(Validated):
         unit: Floats = axes / np.linalg.norm(axes, axis=1, keepdims=True)
         return unit
 
-    def slew_limits(self) -> SlewLimits | None:
+    def slew_limits(self, initial_rate: Floats | None = None) -> SlewLimits | None:
         """How fast rates can change about all axes at once; None where nothing limits it.
+
+        From an initial rate [rad/s], zero unless given.
 
         Torque is shared among wheels by the pseudo-inverse, so that of n wheels along n axes each
         gives what is asked about its own.
@@ -97,7 +99,8 @@ class Vehicle(Validated):
         if torque is None:
             return None
         shares = np.abs(np.linalg.pinv(self.directions().T)).sum(axis=1).max()
-        return SlewLimits(np.inf, torque / float(shares), self.wheels.matrix())
+        rate = np.zeros(3) if initial_rate is None else initial_rate
+        return SlewLimits(np.inf, torque / float(shares), self.wheels.matrix(), rate)
 
 
 #: Vehicles by name: those of the presets of scenarios.
