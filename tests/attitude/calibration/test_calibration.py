@@ -17,7 +17,6 @@ from mgeo_attitude.calibration.sensor_tests import (
 )
 from mgeo_attitude.estimation.residuals import Innovations
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.units import ARCMIN
 from scipy.spatial.transform import Rotation
 
 from .flights import PLAN, flown, short
@@ -38,7 +37,7 @@ def test_the_table_has_a_row_for_each_constant_and_axis(calibration, telemetry):
     assert units == {
         "gyro.bias": "deg/s",
         "sun.misalignment": "deg",
-        "sun.bias": "arcmin",
+        "sun.bias": "-",
         "mag.misalignment": "deg",
         "mag.bias": "nT",
     }
@@ -46,14 +45,14 @@ def test_the_table_has_a_row_for_each_constant_and_axis(calibration, telemetry):
     assert prior.round(12).to_dict() == {
         "gyro.bias": 0.01,
         "sun.misalignment": 1.0,
-        "sun.bias": round(0.02 * ARCMIN.factor, 12),
+        "sun.bias": 0.02,
         "mag.misalignment": 1.0,
         "mag.bias": 2000.0,
     }
     truth = telemetry.truth.states[-1]
     true = {
         "gyro.bias": np.degrees(truth[3:6]),
-        "sun.bias": ARCMIN.factor * truth[9:12],
+        "sun.bias": truth[9:12],
         "mag.bias": 5e4 * truth[15:18],
         "mag.misalignment": Rotation.from_quat([*(0.5 * truth[12:15]), 1.0]).as_rotvec(True),
     }

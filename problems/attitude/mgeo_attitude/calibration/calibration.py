@@ -75,8 +75,8 @@ class Calibration:
         """A row for each error and axis: ``block``, ``axis``, ``unit``, ``estimate``...
 
         ``sigma`` is the 1-sigma of the estimate, ``prior_sigma`` what was believed before; an error
-        that varies is that at the last sample. The gyro's bias is in deg/s, other units are those
-        of `describe`; misalignments are rotation vectors in deg.
+        that varies is that at the last sample. The gyro's bias is in deg/s, that of other sensors
+        in the unit of their readings; misalignments are rotation vectors in deg.
         """
         known, sigma = self.scenario.prior, np.sqrt(np.diag(self.covariance))
         prior = self.suite.initial_sigma(0.0) if known is None else known.sigma
@@ -211,9 +211,10 @@ class Calibration:
 
 
 def telemetry_units(suite: Suite) -> dict[str, Unit]:
-    """Unit of each block but the attitude for people; the gyro's bias is in that of telemetry."""
+    """Unit of each block but the attitude; of a bias that of the readings in telemetry."""
     units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
-    return units | {"gyro.bias": DEG_S}
+    biases = {f"{sensor.name}.bias": sensor.channel_unit for sensor in suite.sensors}
+    return {block: biases.get(block, unit) for block, unit in units.items()} | {"gyro.bias": DEG_S}
 
 
 def in_units(suite: Suite, states: Floats, block: str) -> Floats:

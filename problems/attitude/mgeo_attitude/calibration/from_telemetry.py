@@ -49,8 +49,8 @@ def calibrate(
     Nothing has to be known of the attitude. The errors' initial 1-sigmas are the scenario's, as are
     noise, orbit and eclipses; if the scenario goes on from a calibration, so does this. All samples
     are estimated at once, by a smoother that is iterated until it settles; a reading that all
-    others contradict, by a chi-square test, is left out. States that are only considered stay as
-    they were believed, and as uncertain.
+    others contradict, by a chi-square test, is left out. States that are only considered stay what
+    was believed of them, and as uncertain.
 
     Parameters
     ----------
@@ -82,9 +82,8 @@ def calibrate(
     past = filtered(found.solution)
     white = innovations(found.solution, past)
     states, covariance = as_believed(
-        data.suite,
+        belief,
         found.solution,
-        belief.sigma,
         last.states[-1],
         last_covariance(found.solution, found.given),
     )

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.estimation.smoother import Solution
-from mgeo_attitude.filter.suite import Suite
 
 
 def as_believed(
-    suite: Suite, solution: Solution, sigma: Floats, states: Floats, covariance: Floats
+    belief: Belief, solution: Solution, states: Floats, covariance: Floats
 ) -> tuple[Floats, Floats]:
     """States and covariance at the last sample with those considered left as they were believed.
 
@@ -20,27 +20,31 @@ def as_believed(
 
     Parameters
     ----------
-    sigma : array, shape (n_states,)
-        Initial 1-sigmas.
+    belief : Belief
+        At the first sample.
     states, covariance : arrays, shapes (n_states,) and (n_states, n_states)
         With all of them estimated.
     """
-    c = suite.considered
+    c = belief.suite.considered
     if not c.size:
         return states, covariance
+    left, added = _without_readings(belief, solution)
     states, covariance = states.copy(), covariance.copy()
-    states[c] = 0.0
-    covariance[np.ix_(c, c)] = np.diag(_variances(solution, sigma)[c])
+    states[c] = left[c] * belief.states[c]
+    sigma = left[c] * belief.sigma[c]
+    covariance[np.ix_(c, c)] = sigma[:, None] * belief.correlation[np.ix_(c, c)] * sigma
+    covariance[c, c] += added[c]
     return states, covariance
 
 
-def _variances(solution: Solution, sigma: Floats) -> Floats:
-    """Of gyro and sensor states at the last sample, if there were no readings."""
+def _without_readings(belief: Belief, solution: Solution) -> tuple[Floats, Floats]:
+    """By what gyro and sensor states decay until the last sample, and the variance that is new."""
     parts, move = solution.parts, solution.steps
-    found = sigma**2
-    found[parts.constant] *= move.growth[-1] ** 2
+    left, added = np.ones_like(belief.sigma), np.zeros_like(belief.sigma)
+    left[parts.constant] = move.growth[-1]
     driven = parts.driven[3:]
     decay, new = (np.einsum("nii->ni", matrix)[:, 3:] for matrix in (move.F, move.Q))
     for k in range(len(decay)):
-        found[driven] = decay[k] ** 2 * found[driven] + new[k]
-    return found
+        left[driven] *= decay[k]
+        added[driven] = decay[k] ** 2 * added[driven] + new[k]
+    return left, added

@@ -100,7 +100,7 @@ def evaluate(
     Raises
     ------
     ValueError
-        If a variant has other states than the model, or a constant more or less.
+        If a variant has other states than the model, considers others, or a constant more or less.
     """
     plan = model.schedule(designs)
     suite, n, monitors = model.suite, len(plan.rates), model.monitors
@@ -121,8 +121,7 @@ def evaluate(
     end_step, trace = np.zeros(n, dtype=np.int64), np.empty(n)
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
     dynamics = np.array([each.dynamics for each in variants])
-    kinematic = slice(suite.n_kinematic)
-    densities = np.array([each.suite.diffusion()[kinematic] for each in variants])
+    densities = np.array([each.suite.diffusion()[: suite.n_kinematic] for each in variants])
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, lanes()),
         tuple(at),
@@ -185,8 +184,9 @@ def _constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
                 f"variants[{number}] has the states {', '.join(each.suite.blocks)}: expected those "
                 f"of the model, {', '.join(suite.blocks)}"
             )
-        required = each.required_sigma[states]
-        limits = each.path_limits
+        if not np.array_equal(each.suite.considered, suite.considered):
+            raise ValueError(f"variants[{number}] considers other states than the model")
+        limits, required = each.path_limits, each.required_sigma[states]
         rows.append(step_constants(each.suite, each.step, each.weights, limits, required))
         if len(rows[-1]) != len(rows[0]):
             raise ValueError(
@@ -202,8 +202,6 @@ def _constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
                     f"variants[{number}] measures otherwise than the model: expected the same but "
                     "for numbers, and the same boresight of a star tracker"
                 )
-        if not np.array_equal(each.suite.considered, suite.considered):
-            raise ValueError(f"variants[{number}] considers other states than the model")
     return np.array(rows)
 
 
