@@ -70,12 +70,12 @@ def solve(
         ),
     ] = None,
     algorithm: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="NAME",
             autocompletion=completion.among_those_of("mgeo.runs.algorithms:ALGORITHMS"),
         ),
-    ] = "mgeo-real",
+    ] = None,
     sigma: Annotated[str | None, typer.Option(metavar="NUMBER[,NUMBER...]")] = None,
     tau: Annotated[
         str | None,
@@ -125,13 +125,13 @@ def solve(
     """
     from mgeo.cli.dry_run import describe_run
     from mgeo.cli.solve import run_to_folder
+    from mgeo.runs.algorithms import default_algorithm
     from mgeo.runs.folder import check_folder
     from mgeo.runs.persistence import RunPersistence
     from mgeo.runs.prepare import prepare
     from mgeo.runs.scenario import read_scenario
 
     name = problem.replace(":", "-").replace("/", "-")  # of a collection: coco:bbob/f1/d10/i1
-    folder = out or Path("runs", f"{name}-{algorithm}-seed{seed}")
     flags = {
         "sigma": sigma,
         "tau": tau,
@@ -140,6 +140,8 @@ def solve(
         "population": population,
     }
     with bad_input():
+        algorithm = default_algorithm(problem) if algorithm is None else algorithm
+        folder = out or Path("runs", f"{name}-{algorithm}-seed{seed}")
         run = prepare(
             problem,
             parameters=options.parse_parameters(algorithm, flags, settings or []),

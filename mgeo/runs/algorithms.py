@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 from mgeo._validation import did_you_mean, validate_integer
 from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
+from mgeo.benchmarks.collections import is_benchmark
+from mgeo.plugins.discovery import PluginError, find_plugin
 
 if TYPE_CHECKING:
     import numpy as np
@@ -48,6 +50,27 @@ ALGORITHMS: Mapping[str, tuple[str, ...]] = {
 FAMILY = [name for name, (_, _, *population) in ALGORITHMS.items() if not population]
 
 
+def default_algorithm(problem: str) -> str:
+    """What a problem of this name is searched by unless something else is asked for.
+
+    Raises
+    ------
+    PluginError
+        If there is not exactly one plugin of this name, it does not load, or its class names an
+        algorithm that is not known.
+    """
+    if is_benchmark(problem):
+        return DEFAULT
+    cls = find_plugin(problem).load()
+    name = getattr(cls, "default_algorithm", DEFAULT)
+    if not isinstance(name, str) or name not in ALGORITHMS:
+        raise PluginError(
+            f"default_algorithm of problem {problem!r} = {name!r:.80}: expected one of "
+            f"{', '.join(ALGORITHMS)}"
+        )
+    return name
+
+
 def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
     """The algorithm of this name, ready to be set up on `problem`.
 
@@ -72,6 +95,10 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
     given: dict[str, Any] = dict.fromkeys(ALGORITHMS[name][2:], population)
     if "ref_dirs" in given:
         given["ref_dirs"] = _directions(population, problem)
+    if getattr(problem, "vars", None) is not None:
+        from mgeo.runs.pymoo_algorithms import mixed_arguments  # imports algorithms
+
+        given |= mixed_arguments(cls)
     return cls(**given)
 
 
