@@ -47,7 +47,7 @@ def describe(problem: SensorSuiteProblem, X: ArrayLike) -> pd.DataFrame:
     import pandas as pd
 
     choices, maneuvers = problem.split(X)
-    _, _, result = problem.evaluation(X)
+    result = problem.evaluation(X)
     resources = problem.suites.resources(choices)
     lost = np.isnan(result.t_end)
     columns: dict[str, object] = {
@@ -70,7 +70,7 @@ def describe(problem: SensorSuiteProblem, X: ArrayLike) -> pd.DataFrame:
 def answers(problem: SensorSuiteProblem, X: ArrayLike) -> list[str]:
     """What each solution costs and comes to know, and with which sensors, in one line."""
     choices, _ = problem.split(X)
-    _, _, result = problem.evaluation(X)
+    result = problem.evaluation(X)
     prices = problem.suites.resources(choices)[:, 0]
     lines = []
     for i, choice in enumerate(choices):
@@ -91,7 +91,7 @@ def limits(problem: SensorSuiteProblem, X: ArrayLike) -> list[pd.DataFrame]:
 
     asked = problem._constraints
     found = [limit for constraint in asked for limit in constraint.limits]
-    _, _, result = problem.evaluation(X)
+    result = problem.evaluation(X)
     excesses = np.array([limit.excess(result) for limit in found]).T
     return tables(found, excesses.reshape(len(result.t_end), len(found)))
 

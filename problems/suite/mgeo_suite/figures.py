@@ -30,7 +30,7 @@ def figures(problem: SensorSuiteProblem, X: ArrayLike) -> dict[str, go.Figure]:
     Points and columns are numbered by the rows of `X`; designs without result are left out.
     """
     choices, maneuvers = problem.split(X)
-    _, _, result = problem.evaluation(X)
+    result = problem.evaluation(X)
     price = problem.suites.resources(choices)[:, 0]
     accuracy = attitude_accuracy_deg(result.covariance)
     rows = np.flatnonzero(np.isfinite(result.t_end) & np.isfinite(accuracy))
@@ -46,7 +46,7 @@ def solution_figures(problem: SensorSuiteProblem, X: ArrayLike) -> list[dict[str
     numbers = problem.numbers(X)
     found = []
     for first in range(0, len(numbers), _TOGETHER):
-        _, _, result = problem.evaluation(numbers[first : first + _TOGETHER], history=True)
+        result = problem.evaluation(numbers[first : first + _TOGETHER], history=True)
         found += [_of_plan(problem, result, i) for i in range(len(result.t_end))]
     return found
 
@@ -120,7 +120,7 @@ def _sensors(problem: SensorSuiteProblem, choices: Ints, price: Floats, order: I
 
 
 def _of_plan(problem: SensorSuiteProblem, result: Evaluation, i: int) -> dict[str, go.Figure]:
-    model, t_end = problem.model, result.t_end[i]
+    model, t_end = problem.suites.model, result.t_end[i]
     end = round(t_end / model.step) if np.isfinite(t_end) else 0
     steps = np.unique(np.linspace(0, end, _SAMPLES).round().astype(np.int64))
     sigma = np.degrees(np.sqrt(result.variances[i, steps, :3].max(axis=1)))

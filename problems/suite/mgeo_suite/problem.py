@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mgeo_attitude import FilterModel, Scenario
+from mgeo_attitude import Scenario
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.constraints import check_start, constraints
-from mgeo_attitude.environment import Environment
 from mgeo_attitude.evaluation_cache import EvaluationCache
 from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, known_names
 from mgeo_attitude.maneuvers.schedule import decode
@@ -100,16 +99,6 @@ class SensorSuiteProblem(Problem):
             vars=declared, n_obj=len(self.objectives), n_ieq_constr=len(self.constraint_names)
         )
 
-    @property
-    def environment(self) -> Environment:
-        """Orbit, Sun, field and shadow of the scenario."""
-        return Environment.from_scenario(self.scenario)
-
-    @property
-    def model(self) -> FilterModel:
-        """The filter of the complete suite, of which all others are variants."""
-        return self.suites.model
-
     def split(self, X: ArrayLike) -> tuple[Ints, Floats]:
         """Numbers of options (n, n_places) and maneuvers (n, 4 m) of designs.
 
@@ -127,24 +116,11 @@ class SensorSuiteProblem(Problem):
                 )
         return choices, numbers[:, k:]
 
-    def evaluation(
-        self, X: ArrayLike, history: bool = False
-    ) -> tuple[list[FilterModel], Ints, Evaluation]:
-        """Filter runs of designs: the suites' models, the number of each one's, and the results."""
-        from mgeo_attitude.filter.evaluator import evaluate  # compiles
+    def evaluation(self, X: ArrayLike, history: bool = False) -> Evaluation:
+        """Filter runs of designs; of states only those that all suites have: no Sun sensor's."""
+        from mgeo_suite.evaluation import evaluated  # compiles
 
-        choices, maneuvers = self.split(X)
-        models, which = self.suites.variants(choices)
-        result = evaluate(
-            self.model,
-            maneuvers,
-            self.threads,
-            history=history,
-            covariance=True,
-            variants=models,
-            which=which,
-        )
-        return models, which, result
+        return evaluated(self.suites, *self.split(X), self.threads, history)
 
     def _evaluate(self, X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         numbers = self.numbers(X)
@@ -154,10 +130,12 @@ class SensorSuiteProblem(Problem):
 
     def _run(self, numbers: Floats) -> Floats:
         """Objectives and constraints, side by side, shape (n, n_obj + n_ieq_constr)."""
-        _, _, result = self.evaluation(numbers)
+        result = self.evaluation(numbers)
         resources = self.suites.resources(self.split(numbers)[0])
-        columns = [entry.value(self.model, result, resources) for entry in self._objectives()]
-        columns += [entry.value(self.model, result) for entry in self._constraints]
+        columns = [
+            entry.value(self.suites.model, result, resources) for entry in self._objectives()
+        ]
+        columns += [entry.value(self.suites.model, result) for entry in self._constraints]
         return np.column_stack(columns)
 
     def _objectives(self) -> list[Objective]:

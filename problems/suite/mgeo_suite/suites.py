@@ -1,21 +1,27 @@
-"""Suites of a catalog as variants of one filter model, so that one kernel serves all of them."""
+"""Suites of a catalog as variants of a few filter models, so that few kernels serve all of them.
+
+A form is a filter model with room for so many Sun sensors; a suite is a variant of the smallest one
+that has room for it, in which its Sun sensors come first and no place is a face's own.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
-from mgeo_attitude import FilterModel, Gyro, Scenario, Suite
+from mgeo_attitude import FilterModel, Gyro, Scenario, Sensor, Suite
 from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import InvalidValue
 
 from mgeo_suite.catalog import NONE, Catalog, Grade
-from mgeo_suite.heads import FACES, NoStarTracker, NoSunHead
+from mgeo_suite.heads import FACES, Absent, NoStarTracker, NoSunHead
 
+_ROOM = (1, 3)  # Sun sensors of the smaller forms; a kernel of many states costs much a step
 _MOST_KEPT = 20_000  # variants of a search; each has a suite and three short arrays
 RESOURCES = ("price_keur", "mass_g", "power_mw")
 
@@ -32,6 +38,8 @@ class Place:
         Names of grades, "none" before them where there need not be one.
     instruments : tuple
         The gyro or sensor of each option; that of "none" is an absent one, with the same states.
+    on_face : bool
+        Whether it is one of the places of Sun sensors, which come last.
     resources : array, shape (n_options, 3)
         Price [kEUR], mass [g] and power [mW] of each option.
     """
@@ -40,6 +48,7 @@ class Place:
     options: tuple[str, ...]
     instruments: tuple[Any, ...]
     resources: Floats
+    on_face: bool = False
 
 
 class SuiteModels:
@@ -52,12 +61,40 @@ class SuiteModels:
         self.places = tuple(places(catalog))
         gyro, *sensors = (place.instruments[-1] for place in self.places)
         self.scenario = _complete(scenario, gyro, tuple(sensors))
+        self._n_single = sum(not place.on_face for place in self.places)
         self._known: dict[bytes, FilterModel] = {}
 
     @cached_property
+    def forms(self) -> list[FilterModel]:
+        """By ascending number of Sun sensors; computed when first needed."""
+        faces = len(self.places) - self._n_single
+        environment = Environment.from_scenario(self.scenario)
+        sizes = sorted({min(size, faces) for size in (*_ROOM, faces)})
+        single = self._n_single - 1  # sensors that are on no face: all but the gyro
+        scenarios = [
+            dataclasses.replace(self.scenario, sensors=self.scenario.sensors[: single + size])
+            for size in sizes
+        ]
+        return [FilterModel.from_scenario(each, environment) for each in scenarios]
+
+    @property
     def model(self) -> FilterModel:
-        """Of the complete suite, the last grade everywhere; computed when first needed."""
-        return FilterModel.from_scenario(self.scenario)
+        """The form of the complete suite."""
+        return self.forms[-1]
+
+    def form(self, choices: Ints) -> Ints:
+        """The number of the form that each choice (n, n_places) is a variant of, shape (n,)."""
+        first = self._n_single - 1
+        room = [len(model.suite.sensors) - first for model in self.forms]
+        heads = np.count_nonzero(choices[:, self._n_single :], axis=1)
+        form: Ints = np.searchsorted(room, heads)
+        return form
+
+    @cached_property
+    def n_common(self) -> int:
+        """States of attitude, gyro, magnetometer and star tracker, which all forms begin with."""
+        sensors = self.scenario.sensors[: self._n_single - 1]
+        return Suite(self.scenario.gyro, sensors).n_states
 
     def resources(self, choices: Ints) -> Floats:
         """Price [kEUR], mass [g] and power [mW] of choices (n, n_places), shape (n, 3)."""
@@ -66,7 +103,7 @@ class SuiteModels:
         return total
 
     def variants(self, choices: Ints) -> tuple[list[FilterModel], Ints]:
-        """The models of choices (n, n_places), each once, and the number of each one's."""
+        """The models of choices (n, n_places) of one form, each once, and the number of each's."""
         distinct, which = np.unique(choices, axis=0, return_inverse=True)
         return [self.variant(choice) for choice in distinct], which.reshape(-1)
 
@@ -88,12 +125,16 @@ class SuiteModels:
         }
 
     def _made(self, choice: Ints) -> FilterModel:
-        model = self.model
+        model = self.forms[int(self.form(choice[None])[0])]
         gyro, *sensors = (p.instruments[i] for p, i in zip(self.places, choice, strict=True))
-        suite = Suite(gyro, tuple(sensors))
+        heads = sensors[self._n_single - 1 :]
+        heads.sort(key=lambda head: isinstance(head, Absent))  # stable: the others keep their order
+        sensors = [*sensors[: self._n_single - 1], *heads][: len(model.suite.sensors)]
+        named = zip(model.suite.sensors, sensors, strict=True)
+        suite = Suite(gyro, tuple(_called(sensor, place.name) for place, sensor in named))
         there = np.ones(suite.n_states, dtype=bool)
-        for sensor in sensors:
-            if np.isinf(sensor.noise()[0]):
+        for sensor in suite.sensors:
+            if isinstance(sensor, Absent):
                 for first in suite.places(sensor).values():
                     there[first : first + 3] = False
         return dataclasses.replace(
@@ -103,6 +144,11 @@ class SuiteModels:
             weights=np.where(there, model.weights, 0.0),
             required_sigma=np.where(there, model.required_sigma, np.inf),
         )
+
+
+@cache
+def _called(sensor: Sensor, name: str) -> Sensor:
+    return sensor if sensor.name == name else dataclasses.replace(sensor, name=name)
 
 
 def places(catalog: Catalog) -> Iterator[Place]:
@@ -115,7 +161,8 @@ def places(catalog: Catalog) -> Iterator[Place]:
         for face in catalog.faces:
             name = f"sun_{face.replace('+', 'p').replace('-', 'n')}"
             where = {"name": name, "boresight": FACES[face]}
-            yield _place(f"Sun sensor {face}", catalog.sun_sensors, NoSunHead, **where)
+            place = _place(f"Sun sensor {face}", catalog.sun_sensors, NoSunHead, **where)
+            yield dataclasses.replace(place, on_face=True)
 
 
 def _place(
