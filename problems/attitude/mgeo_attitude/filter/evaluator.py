@@ -122,8 +122,9 @@ def evaluate(
     record[:, 0] = np.array([each.initial_sigma**2 for each in variants])[flown_by[: len(record)]]
     end_step, trace = np.zeros(n, dtype=np.int64), np.empty(n)
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
-    dynamics = np.array([each.dynamics for each in variants])
-    densities = np.array([each.suite.diffusion() for each in variants])
+    of_gyro = {each.suite.gyro: each for each in variants}  # many variants have few gyros
+    dynamics = {gyro: each.dynamics for gyro, each in of_gyro.items()}
+    densities = {gyro: each.suite.diffusion() for gyro, each in of_gyro.items()}
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, lanes()),
         tuple(at),
@@ -131,7 +132,12 @@ def evaluate(
         jobs[:5],
         _states(model, variants, (jobs.snapshot >= 0).sum(), at.rotation),
         (np.ascontiguousarray(plan.rates), np.ascontiguousarray(plan.starts), plan.over, flown_by),
-        (dynamics, densities, np.array(transition_pattern(suite)), model.step),
+        (
+            np.array([dynamics[each.suite.gyro] for each in variants]),
+            np.array([densities[each.suite.gyro] for each in variants]),
+            np.array(transition_pattern(suite)),
+            model.step,
+        ),
         model.table,
         constants,
         (model.window_steps, model.relative_decrease, model.allow_rise),
