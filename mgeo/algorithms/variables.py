@@ -158,6 +158,13 @@ class Variables:
         return numbers(designs, self.names, self.options)
 
 
+def designs_of(problem: Problem, X: FloatArray) -> NDArray[Any]:
+    """Numbers (n, n_var) as the problem takes designs: the inverse of `as_numbers`."""
+    if getattr(problem, "vars", None) is None:
+        return X
+    return Variables.of(problem, KINDS).designs(X)
+
+
 def given_starts(
     sampling: Sampling | ArrayLike,
     problem: Problem,

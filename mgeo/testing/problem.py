@@ -11,7 +11,7 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.coding import RealCode
-from mgeo.algorithms.variables import KINDS, Variables
+from mgeo.algorithms.variables import KINDS, Variables, designs_of
 from mgeo.evaluation.individuals import as_numbers
 from mgeo.pareto.dominance import nondominated
 from mgeo.plugins import protocol
@@ -72,9 +72,7 @@ def _points(problem: Problem, rng: np.random.Generator, n: int) -> FloatArray:
 
 def _designs(problem: Problem, X: FloatArray) -> NDArray[Any]:
     """Points as the problem takes them, which share nothing with `X`."""
-    if getattr(problem, "vars", None) is not None:
-        return Variables.of(problem, KINDS).designs(X)
-    return X.copy()
+    return designs_of(problem, X.copy())
 
 
 def _check_bounds(problem: Problem) -> None:

@@ -119,7 +119,7 @@ def test_trackers_and_path_limits_may_differ_in_numbers_but_not_in_what_they_loo
     with pytest.raises(ValueError, match=r"variants\[0\] looks at .*'moon', False.*expected .*sun"):
         evaluate(model, X, variants=[variant(model, Suite(Gyro(), (moon, Magnetometer())))])
     aslant = dataclasses.replace(tracker, boresight=(0.0, 1.0, 0.5))
-    with pytest.raises(ValueError, match=r"variants\[0\] measures otherwise .*boresight"):
+    with pytest.raises(ValueError, match=r"variants\[0\]: tracker measures otherwise .*boresight"):
         evaluate(model, X, variants=[variant(model, Suite(Gyro(), (aslant, Magnetometer())))])
 
 

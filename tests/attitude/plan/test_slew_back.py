@@ -64,7 +64,7 @@ def test_the_timeline_goes_on_to_the_law(plan, without):
 
 
 def test_its_end_is_read_back_as_looking_down(plan):
-    aem = brahe.ccsds.AEM.from_str(aem_text(plan))
+    aem = brahe.ccsds.AEM.from_str(aem_text(plan, version="2.0"))
     last = len(aem.segments) - 1
     assert len(aem.segments) == len(plan.phases)
     body = matrix(aem.segment_to_attitude_trajectory(last), instant(plan, plan.duration))

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from .._typing import Floats, Ints
 from ..maneuvers.schedule import Schedule
+from ..sensors import Gyro, Sensor
 from .codegen import step_constants
 from .jobs import separate, shared
 from .kernel import lanes, load_driver, load_kernel
@@ -120,8 +122,10 @@ def evaluate(
     record[:, 0] = np.array([each.initial_sigma**2 for each in variants])[flown_by[: len(record)]]
     end_step, trace = np.zeros(n, dtype=np.int64), np.empty(n)
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
-    dynamics = np.array([each.dynamics for each in variants])
-    densities = np.array([each.suite.diffusion()[: suite.n_kinematic] for each in variants])
+    of_gyro = {each.suite.gyro: each for each in variants}  # many variants have few gyros
+    kinematic = slice(suite.n_kinematic)
+    dynamics = {gyro: each.dynamics for gyro, each in of_gyro.items()}
+    densities = {gyro: each.suite.diffusion()[kinematic] for gyro, each in of_gyro.items()}
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, lanes()),
         tuple(at),
@@ -129,7 +133,12 @@ def evaluate(
         jobs[:5],
         _states(model, variants, (jobs.snapshot >= 0).sum(), at.rotation),
         (np.ascontiguousarray(plan.rates), np.ascontiguousarray(plan.starts), plan.over, flown_by),
-        (dynamics, densities, np.array(transition_pattern(suite)), model.step),
+        (
+            np.array([dynamics[each.suite.gyro] for each in variants]),
+            np.array([densities[each.suite.gyro] for each in variants]),
+            np.array(transition_pattern(suite)),
+            model.step,
+        ),
         model.table,
         constants,
         (model.window_steps, model.relative_decrease, model.allow_rise),
@@ -196,11 +205,11 @@ def _constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
         found, expected = _looked_at(each), _looked_at(model)
         if found != expected:
             raise ValueError(f"variants[{number}] looks at {found}: expected {expected}")
-        for one, other in zip(_slopes(each.suite), _slopes(suite), strict=True):
-            if not np.array_equal(one, other):
+        for one, other in zip(each.suite.sensors, suite.sensors, strict=True):
+            if one != other and not np.array_equal(_slopes(one), _slopes(other)):
                 raise ValueError(
-                    f"variants[{number}] measures otherwise than the model: expected the same but "
-                    "for numbers, and the same boresight of a star tracker"
+                    f"variants[{number}]: {one.name} measures otherwise than the model's: expected "
+                    "the same but for numbers, and the same boresight of a star tracker"
                 )
     return np.array(rows)
 
@@ -212,13 +221,12 @@ def _looked_at(model: FilterModel) -> list[tuple[str, bool]]:
     return [*limits, *((view.direction, view.inside) for view in views)]
 
 
-def _slopes(suite: Suite) -> list[Floats]:
-    """H of every sensor somewhere: its numbers are part of the kernel."""
+@cache
+def _slopes(sensor: Sensor) -> Floats:
+    """H of a sensor by its own states, somewhere: its numbers are part of the kernel."""
     somewhere = np.array([0.36, -0.48, 0.8])
-    return [
-        suite.measurement_matrix(sensor, somewhere, gradient=[somewhere] * 3 * sensor.has_gradient)
-        for sensor in suite.sensors
-    ]
+    gradient = [somewhere] * 3 * sensor.has_gradient
+    return Suite(Gyro(), (sensor,)).measurement_matrix(sensor, somewhere, gradient=gradient)
 
 
 def _states(
