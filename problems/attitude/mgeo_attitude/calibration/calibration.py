@@ -41,7 +41,7 @@ class Calibration:
         Body rate in the last step, by the gyro without its errors.
     states : array, shape (n_states,)
         Gyro and sensor states then, in the filter's units, rotations as vectors of
-        `rotation.rotate`; zero for the attitude and for what is only considered.
+        `rotation.rotate`; zero for the attitude.
     covariance : array, shape (n_states, n_states)
         Of their errors, the attitude's first.
     tests : tuple of SensorTest
