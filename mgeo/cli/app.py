@@ -80,10 +80,10 @@ def solve(
     algorithm: Annotated[
         str,
         typer.Option(
-            metavar="NAME",
-            autocompletion=completion.among_those_of("mgeo.runs.algorithms:ALGORITHMS"),
+            metavar="NAME|MODULE:CLASS",
+            autocompletion=completion.algorithms,
         ),
-    ] = "mgeo-real",
+    ] = "mgeo-directed",
     sigma: Annotated[str | None, typer.Option(metavar="NUMBER[,NUMBER...]")] = None,
     tau: Annotated[
         str | None,
@@ -138,8 +138,9 @@ def solve(
     from mgeo.runs.prepare import prepare
     from mgeo.runs.scenario import read_scenario
 
-    name = problem.replace(":", "-").replace("/", "-")  # of a collection: coco:bbob/f1/d10/i1
-    folder = out or Path("runs", f"{name}-{algorithm}-seed{seed}")
+    # of a collection, coco:bbob/f1/d10/i1, and of a class, module:Class
+    name = f"{problem}-{algorithm}".replace(":", "-").replace("/", "-")
+    folder = out or Path("runs", f"{name}-seed{seed}")
     flags = {
         "sigma": sigma,
         "tau": tau,
@@ -184,6 +185,13 @@ def resume(
     generations: Annotated[
         int | None, typer.Option(min=1, help="New budget, in generations from the beginning.")
     ] = None,
+    algorithm: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODULE:CLASS",
+            help="That of the run, where it is none by name: no file has a module imported.",
+        ),
+    ] = None,
     check: Annotated[
         bool,
         typer.Option(
@@ -207,7 +215,12 @@ def resume(
         if evaluations is not None and generations is not None:
             raise ValueError("--evaluations and --generations are both given: expected one")
         run, persistence = resumed(
-            folder, output, evaluations=evaluations, generations=generations, check=check
+            folder,
+            output,
+            evaluations=evaluations,
+            generations=generations,
+            algorithm=algorithm,
+            check=check,
         )
     raise typer.Exit(run_to_folder(run, persistence, output, overwrite=True))
 

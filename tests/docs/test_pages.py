@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, TelemetryMapping, fly
 from mgeo_attitude.calibration import read_json
+from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.environment.orbit import ORBITS
 from mgeo_attitude.environment.position_table import read_position_table
 from mgeo_attitude.fields import declared
@@ -83,7 +84,7 @@ def test_the_commands_work_on_the_example_plugin(cantilever):
     assert "cantilever" in run(listing)
     for command in solving:
         run(command, "--evaluations", "600", "--quiet")
-    assert Path("runs/cantilever-mgeo-real-seed1/front.csv").is_file()
+    assert Path("runs/cantilever-mgeo-directed-seed1/front.csv").is_file()
     assert Path("runs/cantilever-nsga2-seed1/front.html").is_file()
 
 
@@ -111,6 +112,11 @@ def test_the_file_of_limits_is_read_and_keeps_what_the_page_says():
         Scenario.cubesat_6u().gyro,
         Scenario.cubesat_6u().sensors,
     )
+
+
+def test_the_page_names_all_directions_of_path_limits():
+    table = page("limits.md").partition("(path-limits)=")[2].partition("(star-tracker)=")[0]
+    assert re.findall(r"^\| `(\w+)`.* \|.*\|.*\|$", table, re.M) == ["reference", *DIRECTIONS]
 
 
 def test_every_objective_is_on_the_page():
@@ -176,10 +182,11 @@ def test_every_propagator_is_on_the_page():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", ["start-research.md", "limits.md", "calibration.md", "plan-again.md"]
+    "name", ["start-research.md", "limits.md", "calibration.md", "plan-again.md", "too-sure.md"]
 )
 def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    shutil.copytree(DOCS / "scenarios", "docs/scenarios")
     names = {"__name__": "page"}
     for code in blocks(name, "python"):
         exec(code, names)

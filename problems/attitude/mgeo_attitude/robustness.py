@@ -11,6 +11,7 @@ import dataclasses
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from datetime import timedelta
 from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
@@ -87,10 +88,7 @@ def draw_flights(scenario: Scenario, model: FilterModel, errors: FlightErrors) -
         durations = errors.duration_error * generator.standard_normal(count)
         delay = errors.start_delay * generator.random()
         later = _delayed(scenario, delay) if delay else model
-        turned = dataclasses.replace(
-            later, references=later.references @ turn, sun=later.sun @ turn
-        )
-        flights.append(Flight(turned, rates, durations, delay))
+        flights.append(Flight(later.turned(turn), rates, durations, delay))
     return flights
 
 
@@ -141,5 +139,7 @@ def _delayed(scenario: Scenario, delay: float) -> FilterModel:
     )
     tables = Environment.from_scenario(course)
     return FilterModel.from_scenario(
-        scenario, dataclasses.replace(tables, times=scenario.times, origin=None)
+        scenario,
+        dataclasses.replace(tables, times=scenario.times, origin=None),
+        scenario.epoch + timedelta(seconds=delay),
     )

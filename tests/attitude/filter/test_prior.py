@@ -8,13 +8,13 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.objectives import OBJECTIVES
-from mgeo_attitude.scenario import KeepOut, Prior
+from mgeo_attitude.scenario import PathLimit, Prior
 from mgeo_attitude.scenario.settings import state_units
 from scipy.spatial.transform import Rotation
 
 from .agreement import assert_agrees, designs
 
-CAMERA = KeepOut(boresight=(0.0, 0.2, -1.0), half_angle_deg=20.0, attitude_sigmas=3.0)
+CAMERA = PathLimit(boresight=(0.0, 0.2, -1.0), half_angle_deg=20.0, attitude_sigmas=3.0)
 
 
 def scenario(**changes):
@@ -114,16 +114,16 @@ def test_a_cone_is_kept_with_the_margin_of_what_is_known():
     rng = np.random.default_rng(8)
     of = dataclasses.replace(
         known(scenario(), rng, 0.1),
-        keep_outs=(CAMERA,),
+        path_limits=(CAMERA,),
         eclipse=False,
         maneuvers=scenario().maneuvers,
     )
     model = FilterModel.from_scenario(of)
     still = np.tile([0.0, 0.0, 0.0, 100.0], 3)
-    angle = evaluate(model, still[None]).sun_angle[0, 0]
+    angle = evaluate(model, still[None]).path_angle[0, 0]
     history = reference_run(model, still)
-    axis = np.array(CAMERA.axis())
-    sun = np.einsum("kij,kj->ki", history.attitude, model.sun[: len(history.times)])
+    axis = np.array(CAMERA.cone().axis)
+    sun = np.einsum("kij,kj->ki", history.attitude, model.direction("sun")[0][: len(history.times)])
     expected = []
     for s, P in zip(sun, history.predicted_attitude, strict=True):
         across = np.cross(axis, s)

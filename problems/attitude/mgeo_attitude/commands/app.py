@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,9 +20,9 @@ app = typer.Typer(
 
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "show": (
-        "mgeo attitude show runs/attitude-mgeo-real-seed1",
-        "mgeo attitude show runs/attitude-mgeo-real-seed1 --solution 12",
-        "mgeo attitude show runs/attitude-mgeo-real-seed1 --time 3000 --html plan.html",
+        "mgeo attitude show runs/attitude-mgeo-directed-seed1",
+        "mgeo attitude show runs/attitude-mgeo-directed-seed1 --solution 12",
+        "mgeo attitude show runs/attitude-mgeo-directed-seed1 --time 3000 --html plan.html",
         "mgeo attitude show plan.json --json | jq .t_end_s",
     ),
     "verify": (
@@ -41,7 +40,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "schema": ("mgeo attitude schema > scenario.schema.json",),
     "export": (
-        "mgeo attitude export runs/first plan.json plan.csv --pick fastest",
+        "mgeo attitude export runs/first plan.json plan.uplink.csv --pick best",
         "mgeo attitude export plan.json plan.aem --object-name SAT --object-id 2021-015A",
     ),
 }
@@ -126,7 +125,7 @@ def verify(
     """Fly a plan many times in simulation; exit with 3 if it does not achieve what it promises.
 
     The truth is nonlinear, the errors are drawn from the scenario, the filter feeds them back. Of
-    keep-out cones it says how often the Sun was inside.
+    path limits it says how often they were broken.
     """
     from mgeo.files.atomic import write_file
     from mgeo_attitude.commands.files import check_targets, load_plan
@@ -153,8 +152,8 @@ def export(
         list[Path],
         typer.Argument(
             metavar="FILE...",
-            help="What to write, by suffix: .json (the plan, can be read back), .csv (timeline), "
-            ".aem (CCSDS attitude ephemeris).",
+            help="What to write, by suffix: .json (the plan, can be read back), .uplink.csv (start "
+            "times, rates, durations), .csv (timeline), .aem (CCSDS attitude ephemeris).",
         ),
     ],
     pick: Pick = None,
@@ -170,8 +169,8 @@ def export(
         str, typer.Option(metavar="TEXT", help="AEM: ORIGINATOR, agency or operator.")
     ] = "UNKNOWN",
     aem_version: Annotated[
-        str, typer.Option(metavar="2.0|1.0", help="AEM: CCSDS 504.0-B-2 or -B-1.")
-    ] = "2.0",
+        str, typer.Option(metavar="1.0|2.0", help="AEM: CCSDS 504.0-B-1 or -B-2.")
+    ] = "1.0",
     spacing: Annotated[
         float, typer.Option(metavar="SECONDS", help="AEM: greatest time between attitudes.")
     ] = 1.0,
@@ -191,8 +190,8 @@ def export(
     A plan that violates a constraint of its scenario is refused, unless told otherwise.
     """
     from mgeo.files.atomic import write_file
-    from mgeo_attitude.commands.files import SUFFIXES, check_constraints, check_targets, load_plan
-    from mgeo_attitude.plan import aem_text, to_csv, to_json
+    from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
+    from mgeo_attitude.plan.files import SUFFIXES, plan_text
 
     with bad_input(_USERS):
         check_targets(files, overwrite, SUFFIXES)
@@ -205,9 +204,7 @@ def export(
             "version": aem_version,
             "spacing": spacing,
         }
-        writers: dict[str, Any]
-        writers = {".json": to_json, ".csv": to_csv, ".aem": partial(aem_text, **aem)}
-        texts = {path: writers[path.suffix](picked.plan) for path in files}
+        texts = {path: plan_text(picked.plan, path, aem) for path in files}
         output = Output(quiet, json)
         for doubt in () if quiet else picked.doubts():
             output.note(doubt)

@@ -12,6 +12,7 @@ from scipy.signal import lfilter
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.discretization import discretize
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.reference import can_measure
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.maneuvers.attitude import attitudes
 from mgeo_attitude.maneuvers.schedule import flown
@@ -143,7 +144,7 @@ def fly_run(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
         np.full(len(motion.rates), model.step),
         suite.gyro.measured(SimpleNamespace(**x), motion.rates),
         tuple(
-            _reported(model, index, attitude, errors, draws.noise[:, index])
+            _reported(model, index, attitude, motion.rates, errors, draws.noise[:, index])
             for index in range(len(suite.sensors))
         ),
     )
@@ -151,12 +152,16 @@ def fly_run(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
 
 
 def _reported(
-    model: FilterModel, index: int, attitude: Floats, errors: Floats, noise: Floats
+    model: FilterModel,
+    index: int,
+    attitude: Floats,
+    rates: Floats,
+    errors: Floats,
+    noise: Floats,
 ) -> Floats:
     """What a sensor reports at every sample but the first, NaN where it sees nothing."""
     sensor = model.suite.sensors[index]
     x = {name: errors[first : first + 3] for name, first in model.suite.places(sensor).items()}
-    boresight, half_angle = sensor.field_of_view() or ((0.0, 0.0, 0.0), np.pi)
 
     def to_body(vector: Floats) -> Floats:
         turned: Floats = np.einsum("kij,kj->ki", attitude, np.broadcast_to(vector, noise.shape))
@@ -164,6 +169,6 @@ def _reported(
 
     v = to_body(model.references[:, index])
     report = sensor.measured(SimpleNamespace(to_body=to_body, **x), v)
-    seen = model.available[:, index] & (v @ boresight >= np.cos(half_angle))
+    seen = can_measure(model, index, attitude, rates)
     seen[0] = False  # the start is what is believed
     return np.where(seen[:, None, None], as_array(sensor.with_noise(report, noise)), np.nan)

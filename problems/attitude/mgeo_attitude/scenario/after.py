@@ -98,9 +98,9 @@ def _within_limits(prior: Prior, scenario: Any) -> Prior:
     """With a rate that maneuvers may have: at their limit noise makes it look greater."""
     rate, wheels = np.array(prior.rate_deg_s), scenario.wheels
     shares = [np.abs(rate).max() / scenario.maneuvers.max_rate_deg_s]
-    if wheels is not None and wheels.max_momentum is not None:
-        momentum = wheels.matrix() @ np.radians(rate)
-        shares.append(np.abs(momentum).max() / wheels.max_momentum)
+    if wheels is not None and wheels.max_momentum is not None and not wheels.initial_momentum:
+        momentum = wheels.greatest_share(np.radians(rate) @ wheels.matrix())
+        shares.append(momentum / wheels.max_momentum)
     share = max(shares)
     noise = scenario.gyro.angle_random_walk_deg_per_sqrt_h / 60.0 / math.sqrt(scenario.step)
     if not 1.0 < share <= 1.0 + _SIGMAS * noise / np.abs(rate).max():

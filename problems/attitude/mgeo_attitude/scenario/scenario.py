@@ -30,8 +30,8 @@ from mgeo_attitude.files import write_text
 from mgeo_attitude.scenario.after import going_on
 from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.initial import InitialConditions, Sight
-from mgeo_attitude.scenario.limits import KeepOut, Wheels
 from mgeo_attitude.scenario.objective_names import NAMES, PAPER, TRACE_OF, check_objectives
+from mgeo_attitude.scenario.path_limits import PathLimit
 from mgeo_attitude.scenario.presets import PRESETS, on_preset
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.settings import (
@@ -44,6 +44,7 @@ from mgeo_attitude.scenario.settings import (
     state_units,
 )
 from mgeo_attitude.scenario.toml import ScenarioFileError, read_toml, to_toml
+from mgeo_attitude.scenario.wheels import Wheels
 from mgeo_attitude.sensors import SENSORS, Gyro, Sensor
 
 _MAX_COUNT = 2**31  # with more steps than this any remainder would be within rounding
@@ -97,7 +98,11 @@ class Scenario(Validated):
         doc="1-sigma that each axis of a state block must reach, by key with unit",
     )
     wheels: Wheels | None = quantity(None, doc="reaction wheels that turn the satellite")
-    keep_outs: tuple[KeepOut, ...] = quantity((), doc="cones that the Sun must stay out of")
+    path_limits: tuple[PathLimit, ...] = quantity(
+        (),
+        doc="cones that a direction must stay out of, or in, along the way",
+        formerly="keep_outs",
+    )
     flight: FlightErrors | None = quantity(
         None, doc="flights over which plans are judged; without it each is flown exactly"
     )
@@ -260,14 +265,17 @@ class Scenario(Validated):
             blocks, found = list(units)[1:], len(self.prior.states)
             same = f"{len(blocks)} rows, of {', '.join(blocks)}"
             expect(found == len(blocks), "prior.states", f"{found} rows", same)
-        for i, cone in enumerate(self.keep_outs if self.prior is None else ()):
-            limit = (180.0 - cone.half_angle_deg) / self.initial.attitude_deg
+        for i, limit in enumerate(self.path_limits if self.prior is None else ()):
+            room = limit.half_angle_deg if limit.keep_in else 180.0 - limit.half_angle_deg
+            fewest = room / self.initial.attitude_deg
             far = (
-                f"less than {limit:.4g}: with initial.attitude_deg = {self.initial.attitude_deg!r} "
-                f"no attitude is that far from half_angle_deg = {cone.half_angle_deg!r}"
+                f"less than {fewest:.4g}: with initial.attitude_deg = "
+                f"{self.initial.attitude_deg!r} no attitude is that far "
+                f"{'inside' if limit.keep_in else 'from'} half_angle_deg = {limit.half_angle_deg!r}"
             )
-            key = f"keep_outs[{i}].attitude_sigmas"
-            expect(cone.attitude_sigmas < limit, key, cone.attitude_sigmas, far)
+            # of a disc the angle counts from its limb: what is left depends on where that is
+            fits = limit.attitude_sigmas < fewest or limit.cone().disc
+            expect(fits, f"path_limits[{i}].attitude_sigmas", limit.attitude_sigmas, far)
 
 
 def scenario_schema() -> dict[str, Any]:

@@ -80,8 +80,13 @@ def test_a_plan_is_followed_from_any_start(initial):
 
 def test_wheels_hold_the_momentum_of_a_satellite_that_turns_already():
     """From 0.9 to -0.9 deg/s: wheels that started at rest would need twice what they can hold."""
-    wheels = Wheels(inertia=(3.0, 2.0, 1.0), max_torque=2e-3, max_momentum=3.0 * 0.9 * 0.0175 * 1.2)
-    vehicle = Vehicle(wheels=wheels, axes=((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)))
+    wheels = Wheels(
+        inertia=(3.0, 2.0, 1.0),
+        axes=((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)),
+        max_torque=2e-3,
+        max_momentum=3.0 * 0.9 * 0.0175 * 1.2,
+    )
+    vehicle = Vehicle(wheels=wheels)
     scenario = starting({"rate_deg_s": [0.9, 0.0, 0.0]})
     design = np.tile([-0.9, 0.0, 0.0, 200.0], 3)
     _, motion, found = flown(scenario, design, vehicle)

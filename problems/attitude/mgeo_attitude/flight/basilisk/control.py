@@ -44,7 +44,7 @@ class Reference:
 
     @classmethod
     def of(cls, motion: Motion, initial_rate: Floats, step: float, parts: int) -> Reference:
-        """From steps of constant rate [s], cut into parts, after `initial_rate` [rad/s].
+        """From steps of constant rate [s], cut into parts, and the rate before them [rad/s].
 
         Where rates change the rate is the mean of both steps': what a straight ramp has there.
         """
@@ -94,7 +94,7 @@ class Guidance(sysModel.SysModel):
         self._write(nanoseconds, self._initial_rate)
 
     def UpdateState(self, nanoseconds: int) -> None:
-        if nanoseconds == 0:  # the gyro has measured nothing yet
+        if nanoseconds == 0:  # nothing is measured yet
             self._write(nanoseconds, self._initial_rate)
             return
         measured = self._imu.sensorOutMsg.read()
@@ -117,21 +117,21 @@ class Guidance(sysModel.SysModel):
 
 
 def reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple[Any, Any]:
-    """Basilisk's wheels, fixed to a satellite, and the message of what they are.
+    """Basilisk's wheels, fixed to a satellite that turns, and the message of what they are.
 
-    They hold minus the momentum of the body, which turns at a rate [rad/s]: it came from rest.
+    They spin as `Vehicle.momentum` says. One at the limit of its momentum cannot be sped up.
     """
     factory, wheels = simIncludeRW.rwFactory(), vehicle.wheels
-    speed = WHEEL_SPEED * 2.0 * np.pi / 60.0
+    rpm = 2.0 * np.pi / 60.0
+    speed = WHEEL_SPEED * rpm
     limits: dict[str, Any] = {"Js": WHEEL_SHARE * min(wheels.inertia), "useMaxTorque": False}
     if wheels.max_momentum is not None:
         limits |= {"Js": wheels.max_momentum / speed, "Omega_max": WHEEL_SPEED}
     if wheels.max_torque is not None:
         limits |= {"useMaxTorque": True, "u_max": wheels.max_torque}
-    shares = np.linalg.pinv(vehicle.directions().T) @ (wheels.matrix() @ -rate)
-    for axis, speed_of_wheel in zip(vehicle.directions(), shares / limits["Js"], strict=True):
-        turns_per_minute = float(speed_of_wheel) * 30.0 / np.pi
-        factory.create("custom", axis.tolist(), Omega=turns_per_minute, **limits)
+    for axis, momentum in zip(wheels.spin_axes(), vehicle.momentum(rate), strict=True):
+        spin = float(momentum / limits["Js"] / rpm)
+        factory.create("custom", axis.tolist(), Omega=spin, **limits)
     effector = reactionWheelStateEffector.ReactionWheelStateEffector()
     factory.addToSpacecraft("wheels", effector, satellite)
     return effector, factory.getConfigMessage()

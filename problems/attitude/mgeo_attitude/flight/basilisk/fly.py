@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.reference import can_measure
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight.basilisk.vehicle import Vehicle
 from mgeo_attitude.flight.flight import Motion, draw, fly_run
@@ -108,8 +110,21 @@ def fly(
     )
     turns = Rotation.from_matrix(seen.attitude[:-1] @ seen.attitude[1:].transpose(0, 2, 1))
     motion = Motion(turns.as_rotvec() / model.step, seen.attitude @ drawn.start.T)
-    readings = Readings(np.full(n, model.step), seen.gyro, seen.sensors)
+    sensors = _where_stars_are_seen(model, seen.attitude, motion.rates, seen.sensors)
+    readings = Readings(np.full(n, model.step), seen.gyro, sensors)
     return sent_down(model, dataclasses.replace(drawn, motion=motion, readings=readings))
+
+
+def _where_stars_are_seen(
+    model: FilterModel, attitude: Floats, rates: Floats, sensors: tuple[Floats, ...]
+) -> tuple[Floats, ...]:
+    """Readings without those of star trackers that turn too fast or are dazzled."""
+    return tuple(
+        np.where(can_measure(model, index, attitude, rates)[:, None, None], vectors, np.nan)
+        if isinstance(sensor, StarTracker)
+        else vectors
+        for index, (sensor, vectors) in enumerate(zip(model.suite.sensors, sensors, strict=True))
+    )
 
 
 def require_basilisk() -> None:

@@ -46,14 +46,14 @@ LONGEST_STEP = 1.0
 
 @dataclass(frozen=True)
 class Drawn:
-    """True errors of a flight of n steps.
+    """How a flight of n steps begins, and its true errors.
 
     Attributes
     ----------
     start : array, shape (3, 3)
         Attitude at the start, GCRS to body.
     rate : array, shape (3,)
-        Body rate then [rad/s].
+        Body rate at the start [rad/s].
     believed : array, shape (n_states,)
         What the satellite believes of gyro and sensors; zero before a calibration.
     errors : array, shape (n_states,)
@@ -182,7 +182,7 @@ def _satellite(
     environment: Environment,
     surroundings: Surroundings,
 ) -> Any:
-    """A rigid body in its orbit."""
+    """A rigid body in its orbit, turning as it does at the start."""
     satellite = spacecraft.Spacecraft()
     satellite.ModelTag = "satellite"
     satellite.hub.IHubPntBc_B = vehicle.wheels.matrix().tolist()
