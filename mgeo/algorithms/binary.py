@@ -11,7 +11,7 @@ from mgeo._typing import FloatArray, IntArray
 from mgeo._validation import validate_choice, validate_each, validate_integer
 from mgeo.algorithms.coding import MOST_BITS, BitCode
 from mgeo.algorithms.constructors import takes_n_runs
-from mgeo.algorithms.variables import Variables
+from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.algorithms.walkers import IndependentWalkers
 
 CODINGS = ("plain", "gray")
@@ -39,7 +39,7 @@ class BitStrings(IndependentWalkers, ABC):
         self.coding = validate_choice("coding", coding, CODINGS)
 
     def representation(self, problem: Problem) -> BitCode:
-        variables = Variables.of(problem, ("real", "integer", "binary"))
+        variables = Variables.of(problem, KINDS)
         return BitCode.of(variables, self.bits, self.coding == "gray")
 
     def propose(self) -> FloatArray:
@@ -59,8 +59,8 @@ class MGEOCanonical(BitStrings):
         or "a-geo1" or "a-geo2" to let it follow the search (`mgeo.algorithms.selection`).
     n_walkers : number of independent walkers; `n_runs`, after the n_i re-initializations of the
         papers, is another name of it.
-    bits : of each real variable, 1 to 52: a number, or one per variable. Integer and binary
-        variables take as many as their levels need.
+    bits : of each real variable, 1 to 52: a number, or one per variable. Integers, binary
+        variables and choices take as many as their levels need.
     coding : "plain" binary numbers, or "gray" codes, where neighbors differ in one bit.
     options : `restart` and `patience` of `mgeo.algorithms.walkers.IndependentWalkers`, `sampling`
         and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and those of every

@@ -22,8 +22,9 @@ from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import pick, rank
 from mgeo.algorithms.steps import joint_steps
-from mgeo.algorithms.variables import Variables
+from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.algorithms.weights import distance, ideal_and_nadir, random_weights, weight_vectors
+from mgeo.algorithms.whole import whole_steps
 from mgeo.pareto.archive import ParetoArchive
 
 _PROGRESS = 1e-3  # of the front's extent: what an incumbent must come nearer by, to count
@@ -51,7 +52,9 @@ class DirectedState(RunState):
 
 
 class MGEODirected(ExtremalOptimization):
-    """Extremal optimization of real variables by walkers with weight vectors and a donor pool.
+    """Extremal optimization by walkers with weight vectors and a donor pool.
+
+    Variables are real, or, with `Problem(vars=...)`, integers, bits and choices beside them.
 
     As in MGEO_real, every variable of a walker gives one candidate, the candidates are ranked,
     and one is accepted with a probability proportional to k^-tau, be it better or not. Different
@@ -65,6 +68,8 @@ class MGEODirected(ExtremalOptimization):
       as wide as the bounds down to a thousandth of that, or by a fraction of the difference
       between two points of the donor pool (differential evolution's move; Storn & Price 1997).
       The donor pool are the points of the archive and the incumbents of the walkers.
+      Of integers and bits steps are rounded; a choice that would move takes the option of a donor,
+      or any other one (`mgeo.algorithms.whole`).
     - A walker now and then returns to its incumbent, its own best point, and more rarely migrates
       to the archived point that is nearest along its weight vector.
     - A walker without progress restarts: at a random point if its weights are extreme, where local
@@ -144,7 +149,7 @@ class MGEODirected(ExtremalOptimization):
         self.bounds = validate_choice("bounds", bounds, BOUNDS)
 
     def representation(self, problem: Problem) -> RealCode:
-        return RealCode(Variables.of(problem, ["real"]))
+        return RealCode(Variables.of(problem, KINDS))
 
     def new_state(
         self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
@@ -173,17 +178,24 @@ class MGEODirected(ExtremalOptimization):
         own = np.broadcast_to(np.arange(len(xl)), (self.n_walkers, len(xl)))
         if len(xl) > self.max_candidates:
             own = self.random_state.permuted(own, axis=1)[:, : self.max_candidates]
-        differences = self._differences if len(self.front) else None
-        steps, spread = joint_steps(
-            own, xu - xl, self.widths, self.coupling, self.difference, differences,
-            self.random_state,
-        )  # fmt: skip
+        donors = self._donors if len(self.front) else None
+        steps, spread, donor = joint_steps(
+            own, xu - xl, self.widths, self.coupling, self.difference, donors, self.random_state
+        )
         walkers, uniform = self.walkers[:, None, :], partial(self.random_state.random, steps.shape)
         self.proposed = BOUNDS[self.bounds](walkers, steps, spread, xl, xu, uniform)
+        whole = ~self.variables.real
+        if whole.any():
+            learned = np.full(steps.shape, np.nan) if donor is None else donor
+            learned = np.where((spread == 0.0).all(axis=-1, keepdims=True), learned, np.nan)
+            ended = whole_steps(
+                walkers, self.proposed, own, learned, self.variables.choice, xl, xu, uniform()
+            )
+            self.proposed = np.where(whole, ended, self.proposed)
         return self.proposed.reshape(-1, len(xl))
 
-    def _differences(self, shape: tuple[int, ...]) -> FloatArray:
-        """(..., n_var) differences of two points of the donor pool."""
+    def _donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+        """Twice (..., n_var) points of the donor pool."""
         rng, n = self.random_state, len(self.front)
         donors = []
         for _ in range(2):
@@ -192,7 +204,7 @@ class MGEODirected(ExtremalOptimization):
             of_archive = rng.random((*shape, 1)) < 0.5
             known = self.archived(archived.ravel()).reshape(incumbents.shape)
             donors.append(np.where(of_archive, known, incumbents))
-        return np.asarray(donors[0] - donors[1])
+        return donors[0], donors[1]
 
     def accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
         state, rng, walker = self.state, self.random_state, np.arange(self.n_walkers)

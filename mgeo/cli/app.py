@@ -69,6 +69,14 @@ def solve(
             autocompletion=completion.scenarios,
         ),
     ] = None,
+    after: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.json",
+            help="Go on from a result, such as a calibration, if the problem can; a scenario file "
+            "says only what differs.",
+        ),
+    ] = None,
     algorithm: Annotated[
         str,
         typer.Option(
@@ -144,7 +152,7 @@ def solve(
         run = prepare(
             problem,
             parameters=options.parse_parameters(algorithm, flags, settings or []),
-            options=read_scenario(problem, scenario),
+            options=read_scenario(problem, scenario, after=after),
             algorithm=algorithm,
             evaluations=evaluations,
             seed=seed,

@@ -82,6 +82,10 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
     given: dict[str, Any] = dict.fromkeys(ALGORITHMS[name][2:], population)
     if "ref_dirs" in given:
         given["ref_dirs"] = _directions(population, problem)
+    if getattr(problem, "vars", None) is not None:
+        from mgeo.runs.pymoo_algorithms import mixed_arguments  # imports algorithms
+
+        given |= mixed_arguments(cls)
     return cls(**given)
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, TelemetryMapping, fly
+from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.environment.orbit import ORBITS
 from mgeo_attitude.environment.position_table import read_position_table
 from mgeo_attitude.fields import declared
@@ -112,6 +113,11 @@ def test_the_file_of_limits_is_read_and_keeps_what_the_page_says():
     )
 
 
+def test_the_page_names_all_directions_of_path_limits():
+    table = page("limits.md").partition("(path-limits)=")[2].partition("(star-tracker)=")[0]
+    assert re.findall(r"^\| `(\w+)`.* \|.*\|.*\|$", table, re.M) == ["reference", *DIRECTIONS]
+
+
 def test_every_objective_is_on_the_page():
     rows = re.findall(r"^\| (.*?) \|", page("limits.md").partition("## Objectives")[2], re.M)
     named = {name for row in rows for name in re.findall(r"`(.*?)`", row)}
@@ -179,6 +185,7 @@ def test_every_propagator_is_on_the_page():
 )
 def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    shutil.copytree(DOCS / "scenarios", "docs/scenarios")
     names = {"__name__": "page"}
     for code in blocks(name, "python"):
         exec(code, names)

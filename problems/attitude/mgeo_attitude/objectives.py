@@ -67,6 +67,7 @@ def _normalized_trace(model: FilterModel, result: Evaluation) -> Floats:
 
 def _log_determinant(model: FilterModel, result: Evaluation) -> Floats:
     sign, value = np.linalg.slogdet(_scaled(model, result))
+    value = value - np.linalg.slogdet(model.initial_correlation).logabsdet
     per_state: Floats = np.where(sign > 0.0, value / np.log(10.0), np.nan) / model.suite.n_states
     return per_state
 

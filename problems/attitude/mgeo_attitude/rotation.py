@@ -52,6 +52,13 @@ def unrotate(g: Floats, v: Floats) -> Floats:
     return turned
 
 
+def across(axis: Floats) -> Floats:
+    """Two unit vectors, shape (2, 3): with the one before them, a right-handed frame."""
+    first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    first /= np.linalg.norm(first)
+    return np.array([first, np.cross(axis, first)])
+
+
 def multiply(A: Floats, B: Floats) -> Floats:
     """A B for matrices of arrays, shapes (i, k, ...) and (k, j, ...)."""
     product: Floats = np.einsum("ik...,kj...->ij...", A, B)

@@ -53,7 +53,15 @@ def test_a_first_attitude_whatever_it_is(scenario):
 
 
 @pytest.mark.parametrize(
-    "name", ["two Sun sensors", "star tracker", "full gyro", "random-walk bias", "no Sun sensor"]
+    "name",
+    [
+        "two Sun sensors",
+        "star tracker",
+        "oblique star tracker",
+        "full gyro",
+        "random-walk bias",
+        "no Sun sensor",
+    ],
 )
 def test_any_suite(name):
     suite = SUITES[name]

@@ -8,11 +8,11 @@ import pytest
 from filterpy.kalman import KalmanFilter
 from mgeo_attitude import FilterModel, Scenario, Suite
 from mgeo_attitude.estimation.batch import Batch, batch
+from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.estimation.linearization import (
     Partition,
     Trajectory,
     discretized,
-    prior,
     sightings,
     steps,
 )
@@ -92,7 +92,7 @@ def dense(data, sigma, at, parts):
         rows.append(np.zeros((m, N * d + c)))
         return rows[-1]
 
-    r, J = prior(data.suite, at.states[0], sigma)
+    r, J = Belief.initial(data.suite).residual(at.attitude[0], at.states[0])
     now = row(len(r))
     now[:, :d], now[:, N * d :] = J[:, parts.driven], J[:, parts.constant]
     right.append(r)
@@ -129,7 +129,7 @@ def dense(data, sigma, at, parts):
 def test_steps_and_covariances_are_those_of_dense_least_squares(name, gyro, broken):
     data, at = near(scenario(name, **gyro), broken=broken)
     sigma, parts = data.suite.initial_sigma(1.0), Partition.of(data.suite)
-    found = linear_solution(data, sigma, at, parts)
+    found = linear_solution(data, Belief.initial(data.suite), at, parts)
     J, r = dense(data, sigma, at, parts)
     N, d = found.e.shape
     scale = np.concatenate([np.tile(sigma[parts.driven], N), sigma[parts.constant]])
@@ -163,13 +163,15 @@ def test_steps_and_covariances_are_those_of_dense_least_squares(name, gyro, brok
 def test_a_reading_against_all_others_is_that_of_a_solution_without_it():
     data, at = near(scenario("paper"))
     sigma, parts = data.suite.initial_sigma(1.0), Partition.of(data.suite)
-    settled = solve(data, sigma, at, 30)
+    settled = solve(data, Belief.initial(data.suite), at, 30)
     none = tuple(np.zeros(len(data.times), dtype=bool) for _ in data.sensors)
     within = chi_squares(data, settled, smoothed_covariances(settled), none)
     for index, k in ((0, 3), (1, 12), (0, 30)):
         without = tuple(no.copy() for no in none)
         without[index][k] = True
-        other = linear_solution(data.without(without), sigma, settled.trajectory, parts)
+        other = linear_solution(
+            data.without(without), Belief.initial(data.suite), settled.trajectory, parts
+        )
         seen = sightings(data, index, settled.trajectory)
         row = int(np.flatnonzero(seen.samples == k)[0])
         H = np.zeros((3, len(sigma)))
@@ -243,7 +245,7 @@ def test_the_linear_case_is_filterpys_smoother():
     means, Ps = np.array(means), np.array(Ps)
     # filterpy takes F and Q of the step to a sample at that sample; the first has none
     smoothed, P, _, _ = kf.rts_smoother(means, Ps, Fs=[Fs[0], *Fs], Qs=[Qs[0], *Qs])
-    found = linear_solution(data, sigma, at, parts)
+    found = linear_solution(data, Belief.initial(data.suite), at, parts)
     given = smoothed_covariances(found)
     spread = np.sqrt(np.einsum("kii->ki", P))
     d = parts.driven
@@ -277,7 +279,7 @@ def test_two_orbits_leave_the_covariance_of_the_reference_filter(name):
     )
     sigma = model.suite.initial_sigma(1.0)
     at = Trajectory(motion.attitude.swapaxes(1, 2), np.zeros((model.n_steps + 1, len(sigma))))
-    found = linear_solution(data, sigma, at, Partition.of(model.suite))
+    found = linear_solution(data, Belief.initial(model.suite), at, Partition.of(model.suite))
     endless = dataclasses.replace(model, window_steps=model.n_steps + 1, initial_sigma=sigma)
     history = reference_run(endless, PLAN)
     P, spread = last_covariance(found, smoothed_covariances(found)), history.sigma[-1]
@@ -295,11 +297,11 @@ def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
     data, at = near(scenario(name, **MEMS))
     data = dataclasses.replace(data, breaks=np.zeros_like(data.breaks))
     sigma, parts = data.suite.initial_sigma(1.0), Partition.of(data.suite)
-    found = linear_solution(data, sigma, at, parts)
+    found = linear_solution(data, Belief.initial(data.suite), at, parts)
     move, (N, d) = found.steps, found.e.shape
     past = filtered(found)
     white, errors, P_driven = innovations(found, past), past.errors(found), past.covariances(found)
-    r, J = prior(data.suite, at.states[0], sigma)
+    r, J = Belief.initial(data.suite).residual(at.attitude[0], at.states[0])
     J = J[:, [*parts.driven, *parts.constant]]
     P = np.linalg.inv(J.T @ J)
     x, q = P @ J.T @ r, len(sigma)
@@ -350,7 +352,7 @@ def test_the_optimum_is_that_of_scipys_optimizer():
     of = short(scenario("paper", bias_decay=0.0), 12.0)
     data = batch(of, flown(of, 5, plan=PLAN))
     suite, sigma, N = data.suite, data.suite.initial_sigma(1.0), len(data.times)
-    found = solve(data, sigma, near_start(data, of), 30)
+    found = solve(data, Belief.initial(suite), near_start(data, of), 30)
     start = found.trajectory
     _, Q = van_loan(FilterModel.from_scenario(of), np.zeros(3))
     root = np.linalg.inv(np.linalg.cholesky(Q[:6, :6]))

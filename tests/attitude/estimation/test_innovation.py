@@ -30,7 +30,11 @@ class Own(SunSensor):
 
 
 OWN = Suite(Gyro(), (Own(),))
-CASES = [(SUITES[name], i) for name in ("paper", "star tracker") for i in range(2)] + [(OWN, 0)]
+CASES = [
+    (SUITES[name], i)
+    for name in ("paper", "star tracker", "oblique star tracker")
+    for i in range(2)
+] + [(OWN, 0)]
 
 
 def estimate(suite, C, x):

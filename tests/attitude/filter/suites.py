@@ -15,6 +15,19 @@ SUITES = {
         ),
     ),
     "star tracker": Suite(Gyro(), (StarTracker(), Magnetometer())),
+    "oblique star tracker": Suite(
+        Gyro(),
+        (
+            StarTracker(
+                boresight=(1.0, -2.0, 0.5),
+                max_rate_deg_s=1.0,
+                sun_exclusion_deg=60.0,
+                earth_exclusion_deg=10.0,
+                moon_exclusion_deg=40.0,
+            ),
+            Magnetometer(),
+        ),
+    ),
     "random-walk bias": Suite(Gyro(bias_decay=0.0), (SunSensor(), Magnetometer())),
     "full gyro": Suite(
         Gyro(initial_scale_factor=1e-3, initial_misalignment_deg=0.1), (SunSensor(), Magnetometer())

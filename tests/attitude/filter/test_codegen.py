@@ -5,7 +5,13 @@ from math import sqrt
 import numpy as np
 import pytest
 from mgeo_attitude.filter.codegen import CHECK, module_source, step_constants, step_parts
-from mgeo_attitude.filter.layout import NO_MONITORS, layout, transition_pattern
+from mgeo_attitude.filter.layout import (
+    NO_MONITORS,
+    directions_of,
+    discs,
+    layout,
+    transition_pattern,
+)
 from mgeo_attitude.filter.symbols import Code, Symbol
 from scipy.linalg import block_diag
 
@@ -73,7 +79,8 @@ def test_generated_step_is_one_filter_step(name):
     suite, rng = SUITES[name], np.random.default_rng(0)
     gated = tuple(index == 0 for index in range(len(suite.sensors)))
     at, n, m = layout(suite, gated), suite.n_states, suite.n_dynamic
-    parts, lanes = step_parts(suite, gated), 2
+    names, blind = directions_of(suite), []
+    parts, lanes = step_parts(suite, gated), 8
     assert list(parts)[-1] == CHECK
     weights = rng.uniform(0.5, 2.0, n)
     constants = step_constants(suite, weights)
@@ -91,24 +98,37 @@ def test_generated_step_is_one_filter_step(name):
         Q = np.cov(rng.standard_normal((m, 3 * m))) * np.outer(noisy, noisy)
         C, dC = (np.linalg.qr(rng.standard_normal((3, 3)))[0] for _ in range(2))
         references = rng.standard_normal((len(suite.sensors), 3))
-        gate = float(lane)  # the first sensor is off in the first lane
+        vectors = rng.standard_normal((len(names), 3))
+        vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
+        limb, rate = rng.uniform(0.2, 1.0), rng.uniform(0.0, 0.02)
+        seen = dict(zip(names, vectors, strict=True))
+        gate = float(lane % 2)  # the first sensor is off in every second lane
         W[: at.attitude, lane] = P[np.tril_indices(n)]
         W[at.attitude : at.monitors, lane] = C.ravel()
         W[at.rotation : at.F, lane] = dC.ravel()
         W[at.F : at.Q, lane] = [F[i, j] for i, j in pattern]
-        W[at.Q : at.trace, lane] = Q[np.tril_indices(m)]
-        W[at.given : at.constants, lane] = [*references.ravel(), gate]
+        W[at.Q : at.rate, lane] = Q[np.tril_indices(m)]
+        W[at.rate : at.trace, lane] = rate**2
+        radii = [limb, np.cos(limb), np.sin(limb)] * len(discs(names))
+        W[at.given : at.constants, lane] = [*references.ravel(), *vectors.ravel(), *radii, gate]
 
         full = block_diag(F, np.eye(n - m))
         P = full @ P @ full.T + block_diag(Q, np.zeros((n - m, n - m)))
         for index, sensor in enumerate(suite.sensors):
             v = dC @ C @ references[index]
-            view = sensor.field_of_view()
-            if (index == 0 and not gate) or (view and v @ view[0] < np.cos(view[1])):
+            hidden = rate > sensor.max_rate()
+            for view in sensor.views():
+                looked_at = dC @ C @ seen[view.direction] if view.direction else v
+                angle = np.arccos(np.clip(looked_at @ view.axis, -1.0, 1.0)) - limb * view.disc
+                hidden |= (angle > view.half_angle) == view.inside
+            blind.append(hidden)
+            if (index == 0 and not gate) or hidden:
                 continue
             H, R = suite.measurement_matrix(sensor, v), np.diag(np.square(sensor.noise()))
             P = P - P @ H.T @ np.linalg.solve(R + H @ P @ H.T, H @ P)
         expected.append((P, dC @ C, weights @ np.diag(P)))
+    if names:
+        assert len(set(blind[::2])) == 2  # the tracker sees in some lanes
     for lane, (P, C, trace) in enumerate(expected):
         values = W[:, lane].copy()
         for text in parts.values():

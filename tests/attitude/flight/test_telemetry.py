@@ -7,7 +7,15 @@ from datetime import timedelta
 import numpy as np
 import pandas as pd
 import pytest
-from mgeo_attitude import Scenario, StarTracker, Telemetry, TelemetryMapping, fly, read_telemetry
+from mgeo_attitude import (
+    Environment,
+    Scenario,
+    StarTracker,
+    Telemetry,
+    TelemetryMapping,
+    fly,
+    read_telemetry,
+)
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.flight.mapping import Channels, GyroChannels, SensorChannels
 from mgeo_attitude.plan.ccsds import quaternions
@@ -58,6 +66,40 @@ def test_a_flight_reports_its_truth(scenario, telemetry):
     np.testing.assert_allclose(-step.as_rotvec(), np.tile(planned, (300, 1)), atol=1e-12)
     assert np.isnan(telemetry.gyro_deg_s[0]).all()
     same(fly(scenario, PLAN, 1), telemetry)
+
+
+def test_a_tracker_reports_the_body_s_attitude_with_noise_about_its_boresight():
+    """Whichever way it looks; and only where it sees stars, along the true path."""
+    tracker = StarTracker(
+        boresight=(1.0, -2.0, 0.5),
+        initial_misalignment_deg=1e-6,
+        roll_noise_arcsec=600.0,
+        max_rate_deg_s=0.6,
+        earth_exclusion_deg=10.0,
+    )
+    of = short(Scenario.paper(), 1500.0, sensors=(tracker,))
+    design = (0.5, 0.1, -0.2, 400.0, -0.5, 0.6, 0.2, 500.0, 0.2, -0.4, 0.3, 600.0)
+    sent = fly(of, design, 3)
+    there = np.isfinite(sent.sensors["tracker"][:, 0])
+    true = Rotation.from_matrix(sent.truth.attitude[there])
+    noise = (true * Rotation.from_quat(sent.sensors["tracker"][there])).as_rotvec(degrees=True)
+    axis = np.array([1.0, -2.0, 0.5]) / np.sqrt(5.25)
+    about = 3600.0 * noise @ axis
+    rest = 3600.0 * (noise - np.outer(noise @ axis, axis))
+    n = int(there.sum())
+    assert np.std(about) == pytest.approx(600.0, rel=5.0 / np.sqrt(2 * n))
+    assert np.sqrt((rest**2).sum(axis=1).mean() / 2.0) == pytest.approx(
+        10.0, rel=5.0 / np.sqrt(4 * n)
+    )
+    around = Environment.from_scenario(of)
+    distance = np.linalg.norm(around.position, axis=1)
+    down = np.einsum("kij,kj->ki", sent.truth.attitude, -around.position) @ axis / distance
+    limb = np.degrees(np.arccos(down) - np.arcsin(6378136.3 / distance))
+    slow = (np.arange(1501) <= 400) | (np.arange(1501) > 900)
+    expected = slow & (limb > 10.0)
+    expected[0] = False
+    np.testing.assert_array_equal(there, expected)
+    assert 200 < n < 1000
 
 
 def test_quaternions_are_those_of_plans(telemetry):

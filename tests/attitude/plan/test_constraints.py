@@ -35,9 +35,9 @@ def by_hand(plan):
     C, model = plan.history.attitude, plan.problem.model
     turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
     yield np.abs(turns / model.step @ plan.scenario.wheels.matrix()).max()
-    for axis in model.cones:
-        sun = np.einsum("kij,kj->ki", C, model.sun[: len(C)])
-        yield np.degrees(np.arccos((sun @ axis).max()))
+    for limit in model.path_limits:
+        sun = np.einsum("kij,kj->ki", C, model.direction("sun", slice(len(C)))[0])
+        yield np.degrees(np.arccos((sun @ limit.cone().axis).max()))
     sigma = (plan.history.sigma[-1] / model.required_sigma).reshape(-1, 3)
     units = block_units(model.suite)
     for block, unit in enumerate(units):
@@ -112,9 +112,9 @@ def test_a_plan_read_back_computes_them_anew(violating):
 
 def test_names_that_no_line_of_an_ephemeris_holds(violating):
     """Neither other scripts nor long ones."""
-    first, *others = violating.scenario.keep_outs
+    first, *others = violating.scenario.path_limits
     named = [dataclasses.replace(cone, name="câmera " * 50) for cone in (first, *others)]
-    scenario = dataclasses.replace(violating.scenario, keep_outs=tuple(named))
+    scenario = dataclasses.replace(violating.scenario, path_limits=tuple(named))
     text = aem_text(ManeuverPlan(scenario, violating.design))
     assert text.isascii()
     assert "COMMENT VIOLATED CONSTRAINT: Sun off c?mera" in text

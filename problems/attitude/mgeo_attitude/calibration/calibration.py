@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +39,8 @@ class Calibration:
         Of the last sample [s].
     quaternion : array, shape (4,)
         Attitude then, from GCRF to body, scalar last; see `plan.ccsds.quaternions`.
+    rate_deg_s : array, shape (3,)
+        Body rate in the last step, by the gyro without its errors.
     states : array, shape (n_states,)
         Gyro and sensor states then, in the filter's units, rotations as vectors of
         `rotation.rotate`; zero for the attitude.
@@ -53,6 +56,7 @@ class Calibration:
     scenario: Scenario
     time: float
     quaternion: Floats
+    rate_deg_s: Floats
     states: Floats
     covariance: Floats
     tests: tuple[SensorTest, ...]
@@ -72,11 +76,12 @@ class Calibration:
     def table(self) -> pd.DataFrame:
         """A row for each constant and axis: ``block``, ``axis``, ``unit``, ``estimate``...
 
-        ``sigma`` is the 1-sigma of the estimate, ``prior_sigma`` what the scenario said. The gyro's
-        bias is in deg/s, that of other sensors in the unit of their readings; misalignments are
-        rotation vectors in deg.
+        ``sigma`` is the 1-sigma of the estimate, ``prior_sigma`` what was believed before. The
+        gyro's bias is in deg/s, that of other sensors in the unit of their readings; misalignments
+        are rotation vectors in deg.
         """
-        prior, sigma = self.suite.initial_sigma(0.0), np.sqrt(np.diag(self.covariance))
+        known, sigma = self.scenario.prior, np.sqrt(np.diag(self.covariance))
+        prior = self.suite.initial_sigma(0.0) if known is None else known.sigma
         rows = []
         for number, (block, unit) in enumerate(self._units().items(), start=1):
             values = self._values(block)
@@ -163,6 +168,33 @@ class Calibration:
             columns |= {f"{name}sigma_{axis}": s for axis, s in zip("xyz", degrees, strict=True)}
         return pd.DataFrame(columns)
 
+    def entries(self) -> dict[str, Any]:
+        """Where a run goes on from, as JSON has it; a part of files."""
+        states = self.states.reshape(-1, 3)[1:].tolist()
+        return {
+            "scenario": self.scenario.to_dict(),
+            "time_s": self.time,
+            "quaternion": self.quaternion.tolist(),
+            "rate_deg_s": self.rate_deg_s.tolist(),
+            "states": dict(zip(self.suite.blocks[1:], states, strict=True)),
+            "covariance": self.covariance.tolist(),
+        }
+
+    def scenario_after(self, changes: Mapping[str, Any] | None = None) -> Scenario:
+        """The scenario that goes on from here: plans are searched, flown and calibrated from it.
+
+        Its epoch is the last sample, its `Scenario.prior` has attitude, rate, estimates and the
+        whole covariance. All else stays but for the `changes`, as in `Scenario.from_dict`:
+        ``{"maneuvers": {"count": 2}}``. A rate above the limit of maneuvers or wheels by no more
+        than the gyro's noise is at the limit.
+
+        Raises
+        ------
+        InvalidValue, InvalidType
+            From the scenario: a run that leaves the field model or the ephemeris, say.
+        """
+        return Scenario.from_dict({**(changes or {}), "after": self.entries()})
+
     def compare(self, plan: ManeuverPlan) -> pd.DataFrame:
         """1-sigmas that a plan promises for the last sample beside those achieved, per state.
 
@@ -199,9 +231,10 @@ class Calibration:
 
 
 def telemetry_units(suite: Suite) -> dict[str, Unit]:
-    """Unit of each block but the attitude, as in telemetry."""
+    """Unit of each block but the attitude; of a bias that of the readings in telemetry."""
     units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
-    return units | {"gyro.bias": _DEG_S}
+    biases = {f"{sensor.name}.bias": sensor.channel_unit for sensor in suite.sensors}
+    return {block: biases.get(block, unit) for block, unit in units.items()} | {"gyro.bias": _DEG_S}
 
 
 def in_units(suite: Suite, states: Floats, block: str) -> Floats:

@@ -17,8 +17,9 @@ from mgeo_attitude.calibration.sensor_tests import (
     nis_bounds,
 )
 from mgeo_attitude.estimation.batch import batch
+from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.estimation.fit import Fit, fit
-from mgeo_attitude.estimation.linearization import Trajectory, sightings
+from mgeo_attitude.estimation.linearization import Trajectory, sightings, turns
 from mgeo_attitude.estimation.residuals import (
     Filtered,
     Innovations,
@@ -45,8 +46,9 @@ def calibrate(
     """Estimate attitude, gyro and sensor errors from telemetry.
 
     Nothing has to be known of the attitude. The errors' initial 1-sigmas are the scenario's, as are
-    noise, orbit and eclipses. All samples are estimated at once, by a smoother that is iterated
-    until it settles; a reading that all others contradict, by a chi-square test, is left out.
+    noise, orbit and eclipses; if the scenario goes on from a calibration, so does this. All samples
+    are estimated at once, by a smoother that is iterated until it settles; a reading that all
+    others contradict, by a chi-square test, is left out.
 
     Parameters
     ----------
@@ -72,7 +74,7 @@ def calibrate(
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
     data = batch(scenario, telemetry)
-    found = fit(data, data.suite.initial_sigma(0.0), gate)
+    found = fit(data, Belief.of(scenario), gate)
     last = found.solution.trajectory
     past = filtered(found.solution)
     white = innovations(found.solution, past)
@@ -80,6 +82,7 @@ def calibrate(
         scenario=scenario,
         time=float(data.times[-1]),
         quaternion=quaternions(last.attitude[-1:].swapaxes(1, 2))[0],
+        rate_deg_s=np.degrees(turns(data, last.states)[0][-1]),
         states=last.states[-1],
         covariance=last_covariance(found.solution, found.given),
         tests=_tests(found, white),

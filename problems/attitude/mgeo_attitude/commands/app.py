@@ -32,6 +32,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "fly": (
         "mgeo attitude fly plan.json --out telemetry.csv --truth truth.json",
         "mgeo attitude fly plan.json --simulator basilisk --vehicle cubesat_6u --seed 2",
+        "mgeo attitude fly second.json --after truth.json --out second.csv",
     ),
     "calibrate": (
         "mgeo attitude calibrate telemetry.csv --scenario mine.toml --out calibration",
@@ -124,7 +125,7 @@ def verify(
     """Fly a plan many times in simulation; exit with 3 if it does not achieve what it promises.
 
     The truth is nonlinear, the errors are drawn from the scenario, the filter feeds them back. Of
-    keep-out cones it says how often the Sun was inside.
+    path limits it says how often they were broken.
     """
     from mgeo.files.atomic import write_file
     from mgeo_attitude.commands.files import check_targets, load_plan
@@ -236,6 +237,15 @@ def fly(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of errors and noise.")] = 1,
+    after: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="TRUTH.json", help="Go on with the satellite of the flight that wrote this."
+        ),
+    ] = None,
+    until: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="Send down no later samples.")
+    ] = None,
     out: Annotated[
         Path, typer.Option(metavar="FILE.csv", help="Telemetry, for `mgeo attitude calibrate`.")
     ] = Path("telemetry.csv"),
@@ -250,8 +260,8 @@ def fly(
 ) -> None:
     """Fly a plan once, to the end of its scenario, and write what the satellite would send down.
 
-    Attitude and errors are drawn from the scenario; the same seed draws the same for both
-    simulators.
+    Attitude and errors are drawn from the scenario, unless --after says whose they are; the same
+    seed draws the same for both simulators.
     """
     from mgeo_attitude.commands import fly as command
     from mgeo_attitude.commands.files import check_targets, load_plan
@@ -260,7 +270,9 @@ def fly(
         check_targets([out], overwrite, (".csv",))
         check_targets([truth] if truth else [], overwrite, (".json",))
         plan = load_plan(source, pick, time, solution).plan
-        telemetry = command.flown(plan, simulator, vehicle, seed)
+        before = command.read_truth(after, plan) if after else None
+        telemetry = command.flown(plan, simulator, vehicle, seed, before)
+        telemetry = telemetry if until is None else telemetry.until(until)
         document = command.truth_document(plan, telemetry, simulator, seed)
         files = command.write_flight(telemetry, out, truth, document)
     output = Output(quiet, json)

@@ -31,9 +31,9 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
         *titled(f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s", shown),
         note(f"NEES per state {found.nees:.3f}; {power(found)}"),
     )
-    if len(found.keep_outs):
+    if len(found.path_limits):
         output.print(
-            *titled("Sun inside keep-out cones", found.keep_outs),
+            *titled("path limits broken", found.path_limits),
             note("steered by the estimate, and flown open loop, of all flights"),
         )
 
@@ -46,7 +46,7 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
         "title": f"{found.n_runs} simulated flights of the plan with t_end {plan.t_end:.6g} s and "
         f"trace {plan.trace:.5g}, seed {seed}",
         "verdict": f"{verdict(found)}; NEES per state {found.nees:.3f}; {power(found)}"
-        f"{_cones(found)}",
+        f"{_limits(found)}",
         "findings": [] if found.achieved else findings(found),
         "remedies": remedies(plan, found),
         "level": LEVEL,
@@ -59,18 +59,18 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
         "options": plan.problem.options(),
         "design": list(plan.design),
         "achieved": bool(found.achieved),
-        "keep_outs": rows(found.keep_outs),
+        "path_limits": rows(found.path_limits),
     }
 
 
-def _cones(found: Verification) -> str:
-    """How often cones were broken, in words."""
+def _limits(found: Verification) -> str:
+    """How often path limits were broken, in words."""
     parts = []
-    for name, row in found.keep_outs.iterrows():
+    for name, row in found.path_limits.iterrows():
         ways = ", ".join(
             f"{row[f'{way}: flights [%]']:.3g} % of flights ({row[f'{way}: time [%]']:.3g} % of "
             f"the time) {way}"
             for way in ("steered", "open loop")
         )
-        parts.append(f"; Sun inside {name} in {ways}")
+        parts.append(f"; {name} broken in {ways}")
     return "".join(parts)

@@ -9,14 +9,12 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.estimation.batch import Batch
+from mgeo_attitude.estimation.belief import UNKNOWN
 from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.innovation import innovation, jacobian
 from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.rotation import exponential, matrix, skew, vector
+from mgeo_attitude.rotation import exponential, matrix, vector
 from mgeo_attitude.sensors.readings import as_reported
-
-#: 1-sigma of an attitude of which nothing is known [rad], about that of all rotations.
-UNKNOWN = 1.0
 
 _SERIES = 0.5  # |ω| dt up to which the series below converges fast
 _TERMS = 30
@@ -176,33 +174,6 @@ def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floa
         both = np.einsum("ijn,jkn->ikn", matrix(at.states[:, block].T), matrix(full[:, block].T))
         states[:, block] = vector(both).T
     return Trajectory(attitude, states)
-
-
-def prior(suite: Suite, states: Floats, sigma: Floats) -> tuple[Floats, Floats]:
-    """Residual and its derivative, -J, of what is believed at the first sample.
-
-    That every gyro and sensor state is zero with a 1-sigma, and that the attitude is what it is
-    taken to be, give or take `UNKNOWN`.
-
-    Parameters
-    ----------
-    states : array, shape (n_states,)
-    sigma : array, shape (n_states,)
-        Initial 1-sigma; that of the attitude is not used.
-
-    Returns
-    -------
-    r : array, shape (n_states,), in units of the 1-sigma
-    J : array, shape (n_states, n_states)
-        r - J e remains when errors e are taken out.
-    """
-    scale = 1.0 / np.concatenate([np.full(3, UNKNOWN), sigma[3:]])
-    J = np.eye(len(states))
-    for first in suite.rotations[1:]:
-        g = states[first : first + 3]
-        # of the vector of R(g) R(e) at e = 0
-        J[first : first + 3, first : first + 3] += 0.5 * skew(g) + 0.25 * np.outer(g, g)
-    return -scale * states, scale[:, None] * J
 
 
 def discretized(suite: Suite, rates: Floats, durations: Floats) -> tuple[Floats, Floats]:

@@ -63,12 +63,13 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
     plan = model.schedule(np.atleast_2d(np.asarray(design, dtype=float)))
     rates, starts, over = plan.rates[0], plan.starts[0], plan.over[0]
     attitude = attitudes(rates, starts, model.n_steps, model.step, model.initial_attitude)
-    H, R, seen = _measurements(model, attitude)
+    stretch = np.searchsorted(starts, np.arange(model.n_steps), side="right") - 1
+    H, R, seen = _measurements(model, attitude, rates[stretch])
 
     n = model.suite.n_states
     kf = KalmanFilter(dim_x=n, dim_z=len(R))
     kf.x = np.zeros(n)  # one-dimensional: filterpy broadcasts its (n, 1) default when given H
-    kf.P = np.diag(model.initial_sigma**2)
+    kf.P = model.initial_covariance
     trace, sigma = [float(model.weights @ np.diag(kf.P))], [model.initial_sigma]
     predicted = [kf.P[:3, :3]]
     converged = False
@@ -124,7 +125,30 @@ def van_loan(model: FilterModel, omega: Floats) -> tuple[Floats, Floats]:
     return block_diag(F, np.eye(constant)), block_diag(Q, np.zeros((constant, constant)))
 
 
-def _measurements(model: FilterModel, attitude: Floats) -> tuple[Floats, Floats, Bools]:
+def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats) -> Bools:
+    """Samples at which a sensor can measure, shape (n_steps + 1,).
+
+    Parameters
+    ----------
+    attitude : array, shape (n_steps + 1, 3, 3)
+        GCRS to body.
+    rates : array, shape (n_steps, 3)
+        Body rate in each step [rad/s].
+    """
+    sensor, mask = model.suite.sensors[index], model.available[:, index].copy()
+    for view in sensor.views():
+        looked_at, radius = model.references[:, index], np.zeros(len(attitude))
+        if view.direction:
+            looked_at, radius = model.direction(view.direction)
+        cosine = np.einsum("kij,kj->ki", attitude, looked_at) @ view.axis
+        mask &= (cosine >= np.cos(view.half_angle + radius)) == view.inside
+    mask[1:] &= np.einsum("ki,ki->k", rates, rates) <= sensor.max_rate() ** 2
+    return mask
+
+
+def _measurements(
+    model: FilterModel, attitude: Floats, rates: Floats
+) -> tuple[Floats, Floats, Bools]:
     """H and the diagonal of R of all sensors' rows, and which rows are seen, at every sample."""
     H: list[Floats] = []
     R: list[float] = []
@@ -133,10 +157,5 @@ def _measurements(model: FilterModel, attitude: Floats) -> tuple[Floats, Floats,
         v = np.einsum("kij,kj->ki", attitude, model.references[:, index])
         H.append(model.suite.measurement_matrix(sensor, v))
         R.extend(sigma**2 for sigma in sensor.noise())
-        mask = model.available[:, index]
-        view = sensor.field_of_view()
-        if view is not None:
-            boresight, half_angle = view
-            mask = mask & (v @ boresight >= np.cos(half_angle))
-        seen.extend([mask] * 3)
+        seen.extend([can_measure(model, index, attitude, rates)] * 3)
     return np.concatenate(H, axis=1), np.array(R), np.stack(seen, axis=1)

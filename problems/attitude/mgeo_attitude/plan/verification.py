@@ -43,15 +43,15 @@ class Verification:
         Mean normalized error squared per state, eᵀ P⁻¹ e / n_states; 1 for a consistent filter.
     nees_p : float
         Its p-value, corrected.
-    keep_outs : DataFrame
-        How often the Sun was truly inside each keep-out cone; see `MonteCarlo.keep_outs`.
+    path_limits : DataFrame
+        How often each path limit was truly broken; see `MonteCarlo.broken_limits`.
     """
 
     n_runs: int
     table: pd.DataFrame
     nees: float
     nees_p: float
-    keep_outs: pd.DataFrame
+    path_limits: pd.DataFrame
 
     @property
     def worse(self) -> list[str]:
@@ -127,4 +127,4 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
         },
         index=pd.Index(states.names, name="state"),
     )
-    return Verification(n_runs, table, nees, float(p[-1]), flights.keep_outs())
+    return Verification(n_runs, table, nees, float(p[-1]), flights.broken_limits())

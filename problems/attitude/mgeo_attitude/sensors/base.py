@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.fields import Validated, quantity
 from mgeo_attitude.units import DIMENSIONLESS, Unit
 from mgeo_attitude.vector import Vec3
@@ -96,12 +98,17 @@ class Sensor(Validated, ABC):
         """Vector it looks at, GCRS, shape (n_steps + 1, 3); None where `measure` uses none."""
         return None
 
-    def field_of_view(self) -> tuple[tuple[float, float, float], float] | None:
-        """Boresight in body axes (unit vector) and half-angle [rad] outside which the
-        `inertial_vector` is not seen; None where it always is.
+    def views(self) -> tuple[Cone, ...]:
+        """Cones about body axes that directions must be inside of, or outside, for it to measure.
+
+        A field of view is a cone that its `inertial_vector` must be inside of.
         """
-        return None
+        return ()
+
+    def max_rate(self) -> float:
+        """Greatest body rate in the step before a sample at which it can measure [rad/s]."""
+        return math.inf
 
     def available(self, environment: Environment) -> Bools | None:
-        """Samples at which it can measure, shape (n_steps + 1,); None for all."""
+        """Samples at which it can measure, if it sees, shape (n_steps + 1,); None for all."""
         return None

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.fields import InvalidValue, positive, quantity
 from mgeo_attitude.rotation import rotate
 from mgeo_attitude.sensors.base import NAME, Sensor
@@ -87,10 +88,11 @@ class SunSensor(VectorSensor):
     def inertial_vector(self, environment: Environment) -> Floats:
         return environment.sun
 
-    def field_of_view(self) -> tuple[tuple[float, float, float], float] | None:
+    def views(self) -> tuple[Cone, ...]:
         if self.field_of_view_deg == 180.0:
-            return None
-        return unit(self.boresight), math.radians(self.field_of_view_deg)
+            return ()
+        half_angle = math.radians(self.field_of_view_deg)
+        return (Cone("", unit(self.boresight), half_angle, inside=True),)
 
     def available(self, environment: Environment) -> Bools | None:
         return None if environment.sunlit.all() else environment.sunlit
