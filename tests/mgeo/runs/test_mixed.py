@@ -7,7 +7,7 @@ from pymoo.core.variable import Integer
 
 from mgeo.algorithms.variables import designs_of
 from mgeo.plugins.discovery import PluginError, find_plugin
-from mgeo.runs.algorithms import _MIXED, build_algorithm, default_algorithm
+from mgeo.runs.algorithms import build_algorithm, default_algorithm
 from mgeo.runs.limits import limits
 from mgeo.runs.prepare import prepare
 from mgeo.runs.solve import solve
