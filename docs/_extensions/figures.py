@@ -8,6 +8,7 @@ import pandas as pd
 import plotly.graph_objects as go
 from mgeo_attitude import Scenario, calibrate, fly
 from mgeo_attitude.environment.interpolation import interpolate, nearest
+from mgeo_suite import SensorSuiteProblem
 
 _FRONTS = Path(__file__).parents[1] / "fronts"
 
@@ -101,11 +102,20 @@ def calibration() -> go.Figure:
     return found
 
 
+def suite() -> go.Figure:
+    """The stored front of the page on sensor suites."""
+    problem = SensorSuiteProblem()
+    table = pd.read_csv(_FRONTS / "suite.csv")
+    found: go.Figure = problem.figures(table.to_numpy()[:, : problem.n_var])["front"]
+    return found
+
+
 FIGURES: dict[str, Callable[[], go.Figure]] = {
     "limits": limits,
     "starts": starts,
     "interpolation": interpolation,
     "calibration": calibration,
+    "suite": suite,
 }
 
 
