@@ -6,12 +6,12 @@ import os
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._typing import Floats
+from .._typing import Floats, Ints
 from ..maneuvers.schedule import Schedule
 from .codegen import step_constants
 from .jobs import separate, shared
@@ -81,6 +81,56 @@ def evaluate(
         Whether to return the covariances at the end.
     """
     plan = model.schedule(designs)
+    stops, model_run = np.full(len(plan.rates), model.n_steps), model
+    if model.rule != "trace":
+        model_run = model.endless
+        whole = _run(model_run, plan, stops, threads, factor=model.factor)
+        settled = whole.settled if model.rule == "settling" else _required_from(whole)
+        stops = np.clip(settled, plan.over, model.n_steps)
+    ran = _run(model_run, plan, stops, threads, history, covariance)
+    suite, monitors, n = model.suite, model.monitors, len(stops)
+    t_end, trace = model.step * ran.end_step.astype(float), ran.trace
+    lost = np.isnan(trace)
+    if lost.any():
+        first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(lost)]
+        warnings.warn(
+            f"covariance lost positivity in {lost.sum()} of {n} designs, first {first.tolist()}; "
+            "their objectives are NaN",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+        t_end = np.where(lost, np.nan, t_end)
+    sun = ran.watched[:, : len(monitors.cones)]
+    sun_angle = np.where(monitors.cones, -sun, np.arccos(np.clip(sun, -1.0, 1.0)))
+    t_required = np.full(n, np.inf)
+    if monitors.states:
+        met = ran.watched[:, -1] > 0.0
+        t_required[met] = model.step * _required_from(ran)[met]
+    full = _symmetric(ran.final, suite.n_states)
+    return Evaluation(t_end, trace, ran.record, full, sun_angle, t_required, plan)
+
+
+class _Ran(NamedTuple):
+    """What the driver leaves of n designs; see `driver.run`."""
+
+    end_step: Ints
+    settled: Ints
+    trace: Floats
+    watched: Floats
+    final: Floats
+    record: Floats
+
+
+def _run(
+    model: FilterModel,
+    plan: Schedule,
+    stops: Ints,
+    threads: int | None,
+    history: bool = False,
+    covariance: bool = False,
+    factor: float = 0.0,
+) -> _Ran:
+    """Run the designs until they converge or stop, in whatever threads there are."""
     suite, n, monitors = model.suite, len(plan.rates), model.monitors
     kernel, driver = load_kernel(suite, model.gated, monitors), load_driver()
     at = layout(suite, model.gated, monitors)
@@ -89,7 +139,7 @@ def evaluate(
     n_jobs = len(jobs.design)
     record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)
     record[:, 0] = model.initial_sigma**2
-    end_step, trace = np.zeros(n, dtype=np.int64), np.empty(n)
+    end_step, settled, trace = np.zeros(n, np.int64), np.zeros(n, np.int64), np.empty(n)
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
     cones = cone_constants(model.cones, model.cone_sigmas)
     required = model.required_sigma[list(monitors.states)]
@@ -103,8 +153,8 @@ def evaluate(
         (model.dynamics, suite.diffusion(), np.array(transition_pattern(suite)), model.step),
         model.table,
         step_constants(suite, model.weights, cones, required),
-        (model.window_steps, model.relative_decrease, model.allow_rise),
-        end_step,
+        (model.window_steps, model.relative_decrease, model.allow_rise, factor),
+        (stops, end_step, settled),
         trace,
         (watched, final),
         record,
@@ -115,27 +165,14 @@ def evaluate(
         driver.run(*arguments)
     for future in futures:
         future.result()
-    t_end, trace = model.step * end_step[jobs.twin].astype(float), trace[jobs.twin]
-    lost = np.isnan(trace)
-    if lost.any():
-        first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(lost)]
-        warnings.warn(
-            f"covariance lost positivity in {lost.sum()} of {n} designs, first {first.tolist()}; "
-            "their objectives are NaN",
-            RuntimeWarning,
-            stacklevel=2,
-        )
-        t_end = np.where(lost, np.nan, t_end)
-    watched = watched[jobs.twin]
-    sun = watched[:, : len(monitors.cones)]
-    sun_angle = np.where(monitors.cones, -sun, np.arccos(np.clip(sun, -1.0, 1.0)))
-    t_required = np.full(n, np.inf)
-    if monitors.states:
-        samples = watched[:, -1]
-        met = samples > 0.0
-        t_required[met] = model.step * (end_step[jobs.twin] + 1.0 - samples)[met]
-    full = _symmetric(final[jobs.twin] if covariance else final, suite.n_states)
-    return Evaluation(t_end, trace, record, full, sun_angle, t_required, plan)
+    twin = jobs.twin
+    final = final[twin] if covariance else final
+    return _Ran(end_step[twin], settled[twin], trace[twin], watched[twin], final, record)
+
+
+def _required_from(ran: _Ran) -> Ints:
+    """Step from which on the requirements are met; after the last one if they are not."""
+    return ran.end_step + 1 - np.rint(ran.watched[:, -1]).astype(np.int64)
 
 
 def _states(model: FilterModel, count: int, n_values: int) -> Floats:

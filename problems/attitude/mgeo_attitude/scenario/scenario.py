@@ -209,6 +209,9 @@ class Scenario(Validated):
             expect(few, key, span, f"at most {_MAX_STEPS[key]} times {step}")
         most = f"at most duration = {self.duration!r} s"
         expect(window <= self.duration, "convergence.window", window, most)
+        possible = self.required_sigma or self.convergence.rule != "required"
+        others = "another rule, or something in required_sigma"
+        expect(possible, "convergence.rule", self.convergence.rule, others)
 
         epoch, start, end = self.epoch, FIELD_MODEL_START, FIELD_MODEL_END
         zone = epoch.utcoffset() is not None
