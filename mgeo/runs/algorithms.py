@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
 
-DEFAULT = "mgeo-real"
+DEFAULT, ROBUST = "mgeo-real", "mgeo-staged"
 _MOST_POPULATION = 100_000
 _NOT_SET = ("sampling", "archive_size")  # parameters that a run in a folder leaves as they are
 
@@ -29,6 +29,7 @@ ALGORITHMS: Mapping[str, tuple[str, ...]] = {
     "mgeo-canonical": ("mgeo.algorithms", "MGEOCanonical"),
     "mgeo-var": ("mgeo.algorithms", "MGEOVar"),
     "mgeo-directed": ("mgeo.algorithms", "MGEODirected"),
+    ROBUST: ("mgeo.algorithms", "MGEOStaged"),
     "nsga2": (f"{_PYMOO}.moo.nsga2", "NSGA2", "pop_size"),
     "nsga3": (f"{_PYMOO}.moo.nsga3", "NSGA3", "ref_dirs", "pop_size"),
     "u-nsga3": (f"{_PYMOO}.moo.unsga3", "UNSGA3", "ref_dirs", "pop_size"),
@@ -46,6 +47,11 @@ ALGORITHMS: Mapping[str, tuple[str, ...]] = {
     "random": (f"{_PYMOO}.soo.nonconvex.random_search", "RandomSearch", "n_points_per_iteration"),
 }
 FAMILY = [name for name, (_, _, *population) in ALGORITHMS.items() if not population]
+
+
+def default_algorithm(robust: bool) -> str:
+    """The algorithm of a run for which none is named."""
+    return ROBUST if robust else DEFAULT
 
 
 def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:

@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import ConfigDict, Field, Strict
 
 from mgeo._typing import FloatArray
+from mgeo.algorithms.staged import MGEOStaged
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import as_numbers
 from mgeo.files.models import Table
@@ -195,6 +196,9 @@ def follow(
     else:
         if persistence is not None:
             persistence.end()
+    if isinstance(algorithm, MGEOStaged) and algorithm._asked is None:
+        algorithm.conclude()  # one that was stopped, or was resumed at its end
+        state.update()
     return _outcome(state)
 
 
