@@ -46,7 +46,8 @@ class Solving(TyperCommand):
 
         others = ", ".join(algorithms.other_parameters(FLAGS))
         texts = {flag: algorithms.parameter_help(name) for name, flag in FLAGS.items()} | {
-            "--algorithm": f"{', '.join(algorithms.ALGORITHMS)}.",
+            "--algorithm": f"{', '.join(algorithms.ALGORITHMS)}. [default: {algorithms.DEFAULT}, "
+            f"of a robust run {algorithms.ROBUST}]",
             "--set": f"Any other parameter of the algorithm, such as bits=12 or restart=archive; "
             f"may be given several times. They are {others}.",
         }
