@@ -7,7 +7,7 @@ from typing import Any
 from mgeo.cli.output import Output
 from mgeo.terminal import plain
 from mgeo_attitude.commands.files import Picked
-from mgeo_attitude.commands.show import note, rows, titled
+from mgeo_attitude.commands.show import note, promised, rows, titled
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.verification import Verification
 
@@ -21,6 +21,7 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
         *titled(f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s", found.table),
         note(f"by chance no ratio exceeds {found.greatest_ratio:.3f}"),
     )
+    output.print(*promised(plan))
     if len(found.keep_outs):
         output.print(
             *titled("Sun inside keep-out cones", found.keep_outs),
@@ -52,6 +53,7 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
         "design": list(plan.design),
         "achieved": bool(found.achieved),
         "keep_outs": rows(found.keep_outs),
+        "promises": rows(plan.promises()),
     }
 
 
