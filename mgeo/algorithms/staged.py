@@ -67,14 +67,20 @@ class MGEOStaged(MGEODirected):
         """The present stage, from 0."""
         return self.state.stage
 
+    @property
+    def is_precise(self) -> bool:
+        """Whether values are those of the last stage."""
+        return self.stage == len(self.stages) or not self.problem.requires_kwargs
+
     def conclude(self) -> None:
         """Judge the archive as in the last stage, if the run has not come that far."""
-        if self.stage == len(self.stages) or not (self._has_stages and len(self.front)):
+        if (self.is_precise and not self._judging) or not len(self.front):
             return
         self.state.stage = len(self.stages)
         population = self._archive()
         self.evaluator.eval(self.problem, population, algorithm=self)
         self._begin_stage(population)
+        self._judging = False
         self._set_optimum()
 
     def _finalize(self) -> None:
@@ -87,7 +93,7 @@ class MGEOStaged(MGEODirected):
 
     def _infill(self) -> Population:
         done, later = self.termination.perc, self.stages[self.stage :]
-        if not (self._has_stages and later) or done < later[0]:
+        if self.is_precise or done < later[0]:
             return super()._infill()
         self.state.stage += 1
         if not len(self.front):
@@ -104,10 +110,6 @@ class MGEOStaged(MGEODirected):
         self.pop = infills
         self.state.n_generations = self.n_iter
         return None
-
-    @property
-    def _has_stages(self) -> bool:
-        return bool(self.problem.requires_kwargs)
 
     def _archive(self) -> Population:
         """The points of the archive, to be evaluated anew."""

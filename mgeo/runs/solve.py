@@ -82,7 +82,7 @@ class State:
         algorithm.evaluator.callback = self._evaluated
         if algorithm.opt is not None:
             self.update()
-        if len(self.front()[0]):
+        if len(self.front()[0]) and self._is_precise:
             self._nearest.stop()
 
     def stop(self) -> None:
@@ -118,6 +118,11 @@ class State:
         }
 
     @property
+    def _is_precise(self) -> bool:
+        """Whether the constraints are those by which solutions are judged in the end."""
+        return not isinstance(self._algorithm, MGEOStaged) or self._algorithm.is_precise
+
+    @property
     def nearest(self) -> Nearest:
         """What comes nearest to the constraints, if nothing has kept them so far."""
         return self._nearest.nearest
@@ -128,7 +133,8 @@ class State:
 
     def _evaluated(self, population: Population) -> None:
         self._meter.see(population)
-        self._nearest.see(population)
+        if self._is_precise:
+            self._nearest.see(population)
         if self._watcher is not None:
             self._watcher(population)
 
@@ -196,7 +202,7 @@ def follow(
     else:
         if persistence is not None:
             persistence.end()
-    if isinstance(algorithm, MGEOStaged) and algorithm._asked is None:
+    if isinstance(algorithm, MGEOStaged):
         algorithm.conclude()  # one that was stopped, or was resumed at its end
         state.update()
     return _outcome(state)

@@ -89,6 +89,38 @@ def test_so_is_one_that_was_stopped():
     assert not np.isin(found.F, stopped[0]).any()
 
 
+@pytest.mark.parametrize("batch", [3, 6, 7])
+def test_so_is_one_that_was_stopped_amid_a_generation(batch):
+    """Also in that in which the archive is judged anew."""
+    problem = Estimated()
+
+    def evaluate(X, out, *args, algorithm=None, **kwargs):
+        if len(problem.batches) == batch:
+            problem.batches.append(None)
+            raise KeyboardInterrupt
+        Estimated._evaluate(problem, X, out, algorithm=algorithm)
+
+    problem._evaluate = evaluate
+    found = solve(problem, MGEOStaged((0.5, 0.6), n_walkers=4), 160, 1)
+    assert found.status == "interrupted"
+    np.testing.assert_array_equal(found.F, problem.evaluate(found.X, return_values_of=["F"]))
+
+
+def test_of_a_run_without_a_feasible_solution_the_nearest_is_told():
+    problem = Estimated(constrained=True)
+
+    def evaluate(X, out, *args, **kwargs):
+        Estimated._evaluate(problem, X, out, *args, **kwargs)
+        if problem.batches[-1][0] == 2:
+            out["G"] = out["G"] + 1.0
+
+    problem._evaluate = evaluate
+    found = solve(problem, MGEOStaged(n_walkers=4), 400, 1)
+    assert not len(found.F)
+    excess = problem.evaluate(found.nearest.X, return_values_of=["G"])
+    np.testing.assert_array_equal(found.nearest.violation, excess)
+
+
 def test_of_a_problem_without_stages_it_is_the_directed_search():
     for problem in (ZDT1(n_var=5), BNH()):
         found, expected = (
