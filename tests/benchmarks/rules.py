@@ -53,9 +53,10 @@ def row(preset: str, rule: str, seeds: int) -> str:
         kept = table.filter(regex="^kept (?!/)").to_numpy()
         plans, safe = plans + len(X), safe + len(nondominated(kept))
     ratio = np.concatenate(ratios)
+    late = (ratio > 1.2).mean()
     return (
         f"| {preset} | `{rule}` | {np.median(ratio):.2f} | {np.quantile(ratio, 0.9):.2f} "
-        f"| {ratio.max():.2f} | {100.0 * (ratio > 1.2).mean():.0f} % | {100.0 * safe / plans:.0f} % "
+        f"| {ratio.max():.2f} | {100.0 * late:.0f} % | {100.0 * safe / plans:.0f} % "
         f"| {spent / seeds:.0f} |"
     )
 

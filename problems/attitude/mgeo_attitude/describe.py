@@ -39,9 +39,10 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     maneuver, its rates about body x / y / z [deg/s] and its duration [s]; and for each 3-vector of
     the error state the predicted 1-sigma at t_end of its worst body axis (the largest of the three,
     as comparable to a data sheet's value per axis); and of each objective what is promised, over
-    the scenario's flights if there are any, and what 9 of 10 others keep, see `AttitudeManeuverProblem.promises`. A design whose covariance lost
-    positivity has NaN in objectives and 1-sigmas. Another shape than (n, n_var), or a design that
-    is no plan, is a ValueError.
+    the scenario's flights if there are any, and what 9 of 10 others keep, see
+    `AttitudeManeuverProblem.promises`. A design whose covariance lost positivity has NaN in
+    objectives and 1-sigmas. Another shape than (n, n_var), or a design that is no plan, is a
+    ValueError.
     """
     import pandas as pd
 
