@@ -1,12 +1,31 @@
 """Algorithms of the generalized extremal optimization family.
 
 `real` and `binary` are the published variants, of `walkers`; `directed` and `staged` are ours;
-`base` makes pymoo algorithms of them; `state` captures and restores runs.
+`base` makes pymoo algorithms of them; `state` captures and restores runs. What is not called MGEO
+here is what a variant of one's own is made of.
 """
 
+from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.binary import MGEOCanonical, MGEOVar
+from mgeo.algorithms.coding import BitCode, RealCode
 from mgeo.algorithms.directed import MGEODirected
 from mgeo.algorithms.real import MGEOReal, MGEOReal2
+from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.staged import MGEOStaged
+from mgeo.algorithms.variables import Variables
+from mgeo.algorithms.walkers import IndependentWalkers
 
-__all__ = ["MGEOCanonical", "MGEODirected", "MGEOReal", "MGEOReal2", "MGEOStaged", "MGEOVar"]
+__all__ = [
+    "BitCode",
+    "ExtremalOptimization",
+    "IndependentWalkers",
+    "MGEOCanonical",
+    "MGEODirected",
+    "MGEOReal",
+    "MGEOReal2",
+    "MGEOStaged",
+    "MGEOVar",
+    "RealCode",
+    "RunState",
+    "Variables",
+]

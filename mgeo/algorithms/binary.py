@@ -11,7 +11,7 @@ from mgeo._typing import FloatArray, IntArray
 from mgeo._validation import validate_choice, validate_each, validate_integer
 from mgeo.algorithms.coding import MOST_BITS, BitCode
 from mgeo.algorithms.constructors import takes_n_runs
-from mgeo.algorithms.variables import Variables
+from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.algorithms.walkers import IndependentWalkers
 
 CODINGS = ("plain", "gray")
@@ -38,11 +38,11 @@ class BitStrings(IndependentWalkers, ABC):
         self.bits = validate_each("bits", bits, validate_integer, low=1, high=MOST_BITS)
         self.coding = validate_choice("coding", coding, CODINGS)
 
-    def _code(self, problem: Problem) -> BitCode:
-        variables = Variables.of(problem, ("real", "integer", "binary"))
+    def representation(self, problem: Problem) -> BitCode:
+        variables = Variables.of(problem, KINDS)
         return BitCode.of(variables, self.bits, self.coding == "gray")
 
-    def _propose(self) -> FloatArray:
+    def propose(self) -> FloatArray:
         return 1.0 - self.walkers[:, self._coordinates]
 
 
@@ -59,8 +59,8 @@ class MGEOCanonical(BitStrings):
         or "a-geo1" or "a-geo2" to let it follow the search (`mgeo.algorithms.selection`).
     n_walkers : number of independent walkers; `n_runs`, after the n_i re-initializations of the
         papers, is another name of it.
-    bits : of each real variable, 1 to 52: a number, or one per variable. Integer and binary
-        variables take as many as their levels need.
+    bits : of each real variable, 1 to 52: a number, or one per variable. Integers, binary
+        variables and choices take as many as their levels need.
     coding : "plain" binary numbers, or "gray" codes, where neighbors differ in one bit.
     options : `restart` and `patience` of `mgeo.algorithms.walkers.IndependentWalkers`, `sampling`
         and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and those of every
@@ -77,7 +77,7 @@ class MGEOCanonical(BitStrings):
     INPE-14795-TDI/1238 (2006) (M-GEO), as implemented in MGEO.jl, whose codes are plain.
     """
 
-    def _layout(self) -> IntArray:
+    def layout(self) -> IntArray:
         return np.arange(self.code.length, dtype=np.intp)[None, :]
 
 
@@ -108,9 +108,9 @@ class MGEOVar(BitStrings):
     INPE-15384-TDI/1403 (2013), as implemented in MGEO.jl (M-GEO_var), whose codes are plain.
     """
 
-    _evaluates_walkers = True
+    evaluates_walkers = True
 
-    def _layout(self) -> IntArray:
+    def layout(self) -> IntArray:
         if np.any(self.code.bits == 1):
             variable = int(np.argmax(self.code.bits == 1))
             raise ValueError(

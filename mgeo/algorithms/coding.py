@@ -21,9 +21,11 @@ class RealCode:
 
     def draw(self, streams: Sequence[np.random.Generator]) -> FloatArray:
         """(n, n_var) a point from each of n streams, uniform within the bounds."""
-        xl, xu = self.variables.xl, self.variables.xu
+        xl, xu, real = self.variables.xl, self.variables.xu, self.variables.real
         unit = np.array([stream.random(len(xl)) for stream in streams])
         points: FloatArray = np.clip(xl + (xu - xl) * unit, xl, xu)
+        if not real.all():
+            points = np.where(real, points, np.minimum(xl + np.floor((xu - xl + 1) * unit), xu))
         return points
 
     def decode(self, points: FloatArray) -> FloatArray:
@@ -31,8 +33,8 @@ class RealCode:
         return points
 
     def encode(self, values: FloatArray) -> FloatArray:
-        """The values themselves."""
-        return values
+        """The values themselves, whole numbers unless real."""
+        return np.where(self.variables.real, values, np.rint(values))
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +49,7 @@ class BitCode:
     Attributes
     ----------
     variables : of the problem.
-    bits : (n_var,) bits of each; 0 for an integer of one level.
+    bits : (n_var,) bits of each; 0 for an integer of one level. A choice is an integer.
     gray : whether m is read as a reflected Gray code.
     places : (n_var, max bits) where each bit stands in the string, -1 (leading) for none.
     """
@@ -61,8 +63,8 @@ class BitCode:
     def of(cls, variables: Variables, bits: int | Sequence[int], gray: bool) -> BitCode:
         """The code for some variables.
 
-        `bits` is for each real variable, one number for all or one per variable; integer and
-        binary ones have as many as their levels need. ValueError if that cannot be.
+        `bits` is for each real variable, one number for all or one per variable; the others have
+        as many as their levels need. ValueError if that cannot be.
         """
         n_var = len(variables.kinds)
         if np.ndim(bits) and np.size(bits) != n_var:

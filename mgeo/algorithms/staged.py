@@ -83,13 +83,13 @@ class MGEOStaged(MGEODirected):
         self._judging = False
         self._set_optimum()
 
-    def _finalize(self) -> None:
-        self.conclude()
-
-    def _new_state(self, *parts: Any) -> StagedState:
-        state = super()._new_state(*parts)
+    def new_state(self, *parts: Any) -> StagedState:
+        state = super().new_state(*parts)
         known = {field.name: getattr(state, field.name) for field in fields(state)}
         return StagedState(**known, stage=0)
+
+    def _finalize(self) -> None:
+        self.conclude()
 
     def _infill(self) -> Population:
         done, later = self.termination.perc, self.stages[self.stage :]
@@ -97,7 +97,7 @@ class MGEOStaged(MGEODirected):
             return super()._infill()
         self.state.stage += 1
         if not len(self.front):
-            self._forget(np.arange(self.n_walkers))
+            self.forget(np.arange(self.n_walkers))
             return super()._infill()
         self._judging = True
         return self._archive()
@@ -113,7 +113,7 @@ class MGEOStaged(MGEODirected):
 
     def _archive(self) -> Population:
         """The points of the archive, to be evaluated anew."""
-        self._asked = self.variables.designs(self._archived(np.arange(len(self.front))))
+        self._asked = self.variables.designs(self.archived(np.arange(len(self.front))))
         return individuals(self._asked)
 
     def _begin_stage(self, judged: Population) -> None:
@@ -122,7 +122,7 @@ class MGEOStaged(MGEODirected):
         state, walkers = self.state, np.arange(self.n_walkers)
         state.front = ParetoArchive(F.shape[1], self.archive_size)
         state.front.add(F, judged, violation)
-        self._forget(walkers)
+        self.forget(walkers)
         self._migrate(walkers)
         marked: FloatArray = state.incumbent_F.copy()
         state.marked_F = marked

@@ -8,7 +8,7 @@ from mgeo._typing import FloatArray, IntArray
 from mgeo.algorithms.bounds import Bounding, Uniform
 
 Scale = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
-Differences = Callable[[tuple[int, ...]], FloatArray]
+Donors = Callable[[tuple[int, ...]], tuple[FloatArray, FloatArray]]
 
 #: What sigma is a multiple of, given the variables and their lower and upper bounds: their unit,
 #: their value (a variable at zero stays there), or the width of their bounds.
@@ -57,9 +57,9 @@ def joint_steps(
     widths: Sequence[float],
     coupling: Sequence[float],
     difference: float,
-    differences: Differences | None,
+    donors: Donors | None,
     rng: np.random.Generator,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray | None]:
     """Steps that change each its own variable, and others with some probability.
 
     Parameters
@@ -73,13 +73,14 @@ def joint_steps(
         change hardly any other variable, some nearly all, whatever the problem may need.
     difference : share of the steps that are a fraction, uniform in [0, 1), of the difference
         between two points (differential evolution's move; Storn & Price 1997).
-    differences : gives as many, (..., n_var), as it is asked for; None for normal steps only.
+    donors : gives as many pairs of points, (..., n_var) each, as it is asked for; None for normal
+        steps only.
     rng : stream of random numbers.
 
     Returns
     -------
-    (..., n_var) steps, zero where a variable stays; and their standard deviations, zero where
-    they are such a fraction.
+    (..., n_var) steps, zero where a variable stays; their standard deviations, zero where they are
+    such a fraction; and the first points of the pairs, towards which it is, if there are any.
     """
     shape = *own.shape, len(extent)
     least, largest = np.log(widths)
@@ -87,9 +88,11 @@ def joint_steps(
     spread = width * extent
     step = spread * rng.standard_normal(shape)
     mean = np.full(own.shape, coupling[0])
-    if differences is not None:
+    first = None
+    if donors is not None:
         learns = rng.random(own.shape) < difference
-        between = differences(own.shape)
+        first, second = donors(own.shape)
+        between = first - second
         step = np.where(learns[..., None], rng.random(own.shape)[..., None] * between, step)
         spread[learns] = 0.0
         mean[learns] = coupling[1]
@@ -97,4 +100,4 @@ def joint_steps(
         chance = rng.random(own.shape) ** (1.0 / mean - 1.0)
     changed = rng.random(shape) < chance[..., None]
     np.put_along_axis(changed, own[..., None], True, axis=-1)
-    return np.where(changed, step, 0.0), spread
+    return np.where(changed, step, 0.0), spread, first

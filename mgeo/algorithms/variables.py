@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -11,11 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from pymoo.core.sampling import Sampling
-from pymoo.core.variable import Binary, Integer, Real, Variable
+from pymoo.core.variable import Binary, Choice, Integer, Real, Variable
 
 from mgeo._typing import BoolArray, FloatArray
+from mgeo.evaluation.individuals import numbers, options_of
 
-Kind = Literal["real", "integer", "binary"]
+Kind = Literal["real", "integer", "binary", "choice"]
+KINDS: tuple[Kind, ...] = ("real", "integer", "binary", "choice")
 
 MOST_WHOLE = 2**53 - 1  # in size: floats tell the whole numbers up to it apart
 MOST_REAL = 1e150  # in size: the product of two such numbers is a float
@@ -25,8 +27,18 @@ _OF_TYPE: tuple[tuple[tuple[type, ...], Kind], ...] = (
     ((int, np.integer), "integer"),
     ((float, np.floating), "real"),
 )
-_OF_VARIABLE: dict[type[Variable], Kind] = {Real: "real", Integer: "integer", Binary: "binary"}
-_TYPES: dict[Kind, type] = {"real": float, "integer": int, "binary": bool}
+_OF_VARIABLE: dict[type[Variable], Kind] = {
+    Real: "real",
+    Integer: "integer",
+    Binary: "binary",
+    Choice: "choice",
+}
+#: Members of the family that take other variables than real ones.
+_TAKERS = (
+    "; MGEODirected (mgeo-directed) and MGEOCanonical (mgeo-canonical) take integer, binary and "
+    "choice ones, too, and MGEOVar (mgeo-var) integer ones of 3 levels or more"
+)
+_TYPES: dict[Kind, type] = {"real": float, "integer": int, "binary": bool, "choice": int}
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,16 +47,19 @@ class Variables:
 
     Attributes
     ----------
-    kinds : (n_var) "real", "integer" or "binary" (0 or 1).
+    kinds : (n_var) "real", "integer", "binary" (0 or 1) or "choice" (the number of the option,
+        from 0).
     xl, xu : (n_var,) bounds of at most `MOST_REAL` in size; unless real, whole numbers of at
         most `MOST_WHOLE`.
     names : (n_var) keys of a design vector, if it is a dict as in `Problem(vars=...)`; else None.
+    options : options of each choice, by its key.
     """
 
     kinds: tuple[Kind, ...]
     xl: FloatArray
     xu: FloatArray
     names: tuple[str, ...] | None = None
+    options: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, problem: Problem, allowed: Sequence[Kind]) -> Variables:
@@ -52,30 +67,34 @@ class Variables:
 
         Raises
         ------
-        ValueError : if a variable is of another kind than those allowed, is not bounded, or has
-            bounds too large to compute with.
+        ValueError : if a variable is of another kind than those allowed, is not bounded, has
+            bounds too large to compute with, or no options or equal ones.
         """
         name, expected = type(problem).__name__, f"expected {' or '.join(allowed)} variables"
         declared: dict[str, Variable] | None = getattr(problem, "vars", None)
+        options = options_of(problem)
         if declared is None:
             vtype = float if problem.vtype is None else problem.vtype
             known = _OF_TYPE if isinstance(vtype, type) else ()
             found = [kind for types, kind in known if issubclass(vtype, types)][:1]
             if not set(found) & set(allowed):
-                raise ValueError(f"{name} has vtype = {problem.vtype!r}: {expected}")
+                takers = _TAKERS if found else ""
+                raise ValueError(f"{name} has vtype = {problem.vtype!r}: {expected}{takers}")
             kinds = found * problem.n_var
             bounds = (0, 1) if found == ["binary"] else (problem.xl, problem.xu)
             xl, xu = (_numbers(np.broadcast_to(bound, problem.n_var)) for bound in bounds)
         else:
             for key, variable in declared.items():
-                if _OF_VARIABLE.get(type(variable)) not in allowed:
+                if (kind := _OF_VARIABLE.get(type(variable))) not in allowed:
+                    takers = _TAKERS if kind else ""
                     raise ValueError(
-                        f"{name}.vars[{key!r}] is a {type(variable).__name__}: {expected}"
+                        f"{name}.vars[{key!r}] is a {type(variable).__name__}: {expected}{takers}"
                     )
             kinds = [_OF_VARIABLE[type(variable)] for variable in declared.values()]
-            pairs = [(0, 1) if isinstance(v, Binary) else v.bounds for v in declared.values()]
+            pairs = [_bounds(variable, options.get(key)) for key, variable in declared.items()]
             xl, xu = (_numbers([pair[side] for pair in pairs]) for side in (0, 1))
-        variables = cls(tuple(kinds), xl, xu, None if declared is None else tuple(declared))
+        names = None if declared is None else tuple(declared)
+        variables = cls(tuple(kinds), xl, xu, names, options)
         variables._check_bounds(problem)
         return variables
 
@@ -110,6 +129,11 @@ class Variables:
         """(n_var,) mask of the real ones."""
         return np.array([kind == "real" for kind in self.kinds])
 
+    @property
+    def choice(self) -> BoolArray:
+        """(n_var,) mask of the choices, whose numbers are in no order."""
+        return np.array([kind == "choice" for kind in self.kinds])
+
     def designs(self, values: FloatArray) -> NDArray[Any]:
         """(n, n_var) numbers as the problem takes them: floats, ints, bools, or (n,) dicts."""
         if self.names is not None:
@@ -117,6 +141,9 @@ class Variables:
                 column.astype(_TYPES[kind]).tolist()
                 for column, kind in zip(values.T, self.kinds, strict=True)
             ]
+            for j, (name, kind) in enumerate(zip(self.names, self.kinds, strict=True)):
+                if kind == "choice":
+                    columns[j] = [self.options[name][number] for number in columns[j]]
             rows = np.empty(len(values), dtype=object)
             rows[:] = [
                 dict(zip(self.names, row, strict=True)) for row in zip(*columns, strict=True)
@@ -128,7 +155,14 @@ class Variables:
         """(n, n_var) numbers of design vectors: the inverse of `designs`."""
         if self.names is None:
             return np.array(designs, dtype=float)
-        return np.array([[design[name] for name in self.names] for design in designs], dtype=float)
+        return numbers(designs, self.names, self.options)
+
+
+def designs_of(problem: Problem, X: FloatArray) -> NDArray[Any]:
+    """Numbers (n, n_var) as the problem takes designs: the inverse of `as_numbers`."""
+    if getattr(problem, "vars", None) is None:
+        return X
+    return Variables.of(problem, KINDS).designs(X)
 
 
 def given_starts(
@@ -170,6 +204,12 @@ def given_starts(
             f"[{variables.xl[variable]}, {variables.xu[variable]}]"
         )
     return starts
+
+
+def _bounds(variable: Variable, options: Sequence[Any] | None) -> Any:
+    if isinstance(variable, Binary):
+        return 0, 1
+    return variable.bounds if options is None else (0, len(options) - 1)
 
 
 def _numbers(bounds: Any) -> FloatArray:

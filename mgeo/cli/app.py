@@ -69,6 +69,14 @@ def solve(
             autocompletion=completion.scenarios,
         ),
     ] = None,
+    after: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.json",
+            help="Go on from a result, such as a calibration, if the problem can; a scenario file "
+            "says only what differs.",
+        ),
+    ] = None,
     robust: Annotated[
         bool,
         typer.Option(
@@ -80,8 +88,8 @@ def solve(
     algorithm: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME",
-            autocompletion=completion.among_those_of("mgeo.runs.algorithms:ALGORITHMS"),
+            metavar="NAME|MODULE:CLASS",
+            autocompletion=completion.algorithms,
         ),
     ] = None,
     sigma: Annotated[str | None, typer.Option(metavar="NUMBER[,NUMBER...]")] = None,
@@ -142,9 +150,9 @@ def solve(
     from mgeo.runs.scenario import read_scenario
 
     algorithm = algorithm or default_algorithm(robust)
-    name = problem.replace(":", "-").replace("/", "-")  # of a collection: coco:bbob/f1/d10/i1
-    name += "-robust" if robust else ""
-    folder = out or Path("runs", f"{name}-{algorithm}-seed{seed}")
+    # of a collection, coco:bbob/f1/d10/i1, and of a class, module:Class
+    name = f"{problem}{'-robust' if robust else ''}-{algorithm}".replace(":", "-").replace("/", "-")
+    folder = out or Path("runs", f"{name}-seed{seed}")
     flags = {
         "sigma": sigma,
         "tau": tau,
@@ -156,7 +164,7 @@ def solve(
         run = prepare(
             problem,
             parameters=options.parse_parameters(algorithm, flags, settings or []),
-            options=read_scenario(problem, scenario),
+            options=read_scenario(problem, scenario, after=after),
             algorithm=algorithm,
             evaluations=evaluations,
             seed=seed,
@@ -190,6 +198,13 @@ def resume(
     generations: Annotated[
         int | None, typer.Option(min=1, help="New budget, in generations from the beginning.")
     ] = None,
+    algorithm: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODULE:CLASS",
+            help="That of the run, where it is none by name: no file has a module imported.",
+        ),
+    ] = None,
     check: Annotated[
         bool,
         typer.Option(
@@ -213,7 +228,12 @@ def resume(
         if evaluations is not None and generations is not None:
             raise ValueError("--evaluations and --generations are both given: expected one")
         run, persistence = resumed(
-            folder, output, evaluations=evaluations, generations=generations, check=check
+            folder,
+            output,
+            evaluations=evaluations,
+            generations=generations,
+            algorithm=algorithm,
+            check=check,
         )
     raise typer.Exit(run_to_folder(run, persistence, output, overwrite=True))
 

@@ -1,5 +1,6 @@
 """Populations of pymoo, made and read at a fraction of the usual cost, and designs as numbers."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,9 @@ from numpy.typing import NDArray
 from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
+from pymoo.core.variable import Choice
+
+from mgeo._typing import FloatArray
 
 
 def individuals(X: NDArray[Any]) -> Population:
@@ -41,17 +45,54 @@ def variable_names(problem: Problem) -> tuple[str, ...] | None:
     return None if declared is None else tuple(declared)
 
 
+def options_of(problem: Problem) -> dict[str, tuple[Any, ...]]:
+    """Options of each `Choice` among its variables, by name, in their order.
+
+    Raises
+    ------
+    ValueError : if there are none, or equal ones.
+    """
+    found: dict[str, tuple[Any, ...]] = {}
+    for name, variable in (getattr(problem, "vars", None) or {}).items():
+        if isinstance(variable, Choice):
+            given = variable.options
+            options = () if given is None else tuple(given)
+            if not options or any(option in options[:i] for i, option in enumerate(options)):
+                raise ValueError(
+                    f"{type(problem).__name__}.vars[{name!r}].options = {given!r:.80}: expected "
+                    "at least one, each once"
+                )
+            found[name] = options
+    return found
+
+
+def numbers(
+    designs: NDArray[Any], names: Sequence[str], options: Mapping[str, Sequence[Any]]
+) -> FloatArray:
+    """(n, n_var) design vectors that are dicts, as numbers: of a choice that of its option.
+
+    KeyError or ValueError if a name is missing, an option not known, or a value no number.
+    """
+    found = np.empty((len(designs), len(names)))
+    for j, name in enumerate(names):
+        column = [design[name] for design in designs]
+        if name in options:
+            column = [options[name].index(value) for value in column]
+        found[:, j] = column
+    return found
+
+
 def as_numbers(problem: Problem, X: NDArray[Any]) -> NDArray[Any]:
     """(n, n_var) design vectors as numbers, also where each of them is a dict.
 
     Raises
     ------
-    ValueError : if a variable is not a number.
+    ValueError : if a variable is not a number, nor one of the options of a choice.
     """
     names = variable_names(problem)
-    if names is not None and len(X) and isinstance(X[0], dict):
-        X = np.array([[design[name] for name in names] for design in X], dtype=object)
     try:
+        if names is not None and len(X) and isinstance(X[0], dict):
+            X = numbers(X, names, options_of(problem))
         X = X.astype(float) if X.dtype == object else X
     except (TypeError, ValueError) as error:
         raise ValueError(f"variables of {type(problem).__name__}: {error}") from error

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 from pymoo.core.problem import Problem
 
+from mgeo.evaluation.individuals import options_of
 from mgeo.plugins import protocol
 
 
 def identity(problem: Problem) -> dict[str, Any]:
     """Class, sizes, bounds and, if the problem has them, ``options()``; JSON values."""
     declared = getattr(problem, "vars", None) or {}
+    options = options_of(problem)
     data = {
         "class": type(problem).__name__,
         "n_var": problem.n_var,
@@ -22,6 +24,7 @@ def identity(problem: Problem) -> dict[str, Any]:
         "n_ieq_constr": problem.n_ieq_constr,
         "n_eq_constr": problem.n_eq_constr,
         "vars": {key: type(variable).__name__ for key, variable in declared.items()},
+        **({"choices": options} if options else {}),
         "xl": _plain(problem.xl),
         "xu": _plain(problem.xu),
         "options": protocol.options(problem),

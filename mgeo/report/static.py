@@ -49,12 +49,23 @@ def static_figures(folder: Path | str, formats: Sequence[str]) -> dict[str, byte
     FileNotFoundError, ValueError, TypeError
         See `mgeo.report.report_html`.
     """
+    return drawn(_pictures(Path(folder)), formats)
+
+
+def drawn(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str, bytes]:
+    """Files of these figures, by their names and formats.
+
+    Raises
+    ------
+    StaticExportError
+        If kaleido or a browser is missing, or the browser does not start.
+    """
     try:
         from kaleido import Kaleido
     except ImportError as error:
         needed = "kaleido 1 or newer: pip install 'mgeo[png]'"
         raise StaticExportError(f"PNG and PDF need {needed}") from error
-    return asyncio.run(_drawn(_pictures(Path(folder)), formats, Kaleido))
+    return asyncio.run(_drawn(figures, formats, Kaleido))
 
 
 def _pictures(folder: Path) -> dict[str, go.Figure]:

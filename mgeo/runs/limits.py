@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mgeo._typing import FloatArray
+from mgeo.algorithms.variables import designs_of
 from mgeo.plugins import protocol
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def constraints(problem: Problem, X: NDArray[Any]) -> list[list[Limit]]:
     names = protocol.constraint_names(problem)
     if not names or not len(X):
         return [[] for _ in X]
-    margins = -excess(*problem.evaluate(X, return_values_of=["G", "H"]))
+    margins = -excess(*problem.evaluate(designs_of(problem, X), return_values_of=["G", "H"]))
     return [
         [Limit(name, margin) for name, margin in zip(names, row, strict=True)]
         for row in margins.tolist()

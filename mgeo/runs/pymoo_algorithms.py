@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.core.algorithm import Algorithm
+from pymoo.core.mixed import (
+    MixedVariableDuplicateElimination,
+    MixedVariableMating,
+    MixedVariableSampling,
+)
 from pymoo.core.problem import Problem
 from pymoo.termination.max_eval import MaximumFunctionCallTermination
 from pymoo.util.archive import Archive, RandomTruncation, SurvivalTruncation, Truncation
@@ -43,6 +49,21 @@ def seed_archives(algorithm: Algorithm) -> None:
         archive = getattr(algorithm, name, None)
         if isinstance(archive, Archive):
             archive.truncation = SeededTruncation(archive.truncation, algorithm)
+
+
+def mixed_arguments(cls: type[Algorithm]) -> dict[str, Any]:
+    """Arguments with which a genetic algorithm of pymoo takes ``Problem(vars=...)``.
+
+    Without them it takes designs for arrays of floats. None of other algorithms.
+    """
+    if not issubclass(cls, GeneticAlgorithm):
+        return {}
+    same = MixedVariableDuplicateElimination()
+    return {
+        "sampling": MixedVariableSampling(),
+        "mating": MixedVariableMating(eliminate_duplicates=same),
+        "eliminate_duplicates": same,
+    }
 
 
 class FrontRVEA(RVEA):

@@ -6,9 +6,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
+from mgeo.algorithms.coding import RealCode
+from mgeo.algorithms.variables import KINDS, Variables, designs_of
+from mgeo.evaluation.individuals import as_numbers
 from mgeo.pareto.dominance import nondominated
 from mgeo.plugins import protocol
 from mgeo.testing.failure import no_error, require, require_equal
@@ -18,7 +22,8 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
     """Check a problem against the plugin protocol.
 
     The problem is evaluated at `n_points` random points and at both corners of its bounds, some
-    of them several times. Optional parts of the protocol are checked where the problem has them.
+    of them several times. Optional parts of the protocol are checked where the problem has them;
+    those about designs get them as numbers, of a choice that of its option.
 
     Parameters
     ----------
@@ -37,8 +42,7 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
     _check_names(problem)
     with no_error("fingerprint"):
         protocol.fingerprint(problem)
-    unit = np.random.default_rng(seed).random((n_points, problem.n_var))
-    X = np.vstack([problem.xl + (problem.xu - problem.xl) * unit, problem.xl, problem.xu])
+    X = _points(problem, np.random.default_rng(seed), n_points)
     values = _check_evaluation(problem, X)
     _check_grouping(problem, X, values, rtol)
     _check_copies(problem, X, values)
@@ -48,16 +52,36 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
 
 def evaluated(problem: Problem, X: FloatArray) -> dict[str, FloatArray]:
     """F, G and H of the rows of `X`, which must come back unmodified."""
-    given = X.copy()
+    given = _designs(problem, X)
     with no_error("evaluate(X)"):
         out = problem.evaluate(given, return_values_of=["F", "G", "H"], return_as_dictionary=True)
-    require_equal(given, X, "evaluate(X) must not modify X")
+    with no_error("evaluate(X) must not modify X"):
+        left = as_numbers(problem, given)
+    require_equal(left, X, "evaluate(X) must not modify X")
     return {key: np.asarray(out[key]) for key in ("F", "G", "H")}
+
+
+def _points(problem: Problem, rng: np.random.Generator, n: int) -> FloatArray:
+    """(n + 2, n_var) numbers: random points, and both corners of the bounds."""
+    if getattr(problem, "vars", None) is not None:
+        code = RealCode(Variables.of(problem, KINDS))
+        return np.vstack([code.draw([rng] * n), code.variables.xl, code.variables.xu])
+    unit = rng.random((n, problem.n_var))
+    return np.vstack([problem.xl + (problem.xu - problem.xl) * unit, problem.xl, problem.xu])
+
+
+def _designs(problem: Problem, X: FloatArray) -> NDArray[Any]:
+    """Points as the problem takes them, which share nothing with `X`."""
+    return designs_of(problem, X.copy())
 
 
 def _check_bounds(problem: Problem) -> None:
     for name in ("n_var", "n_obj"):
         require(getattr(problem, name) >= 1, f"{name} = {getattr(problem, name)}: expected >= 1")
+    if getattr(problem, "vars", None) is not None:
+        with no_error("vars"):
+            Variables.of(problem, KINDS)
+        return
     for name in ("xl", "xu"):
         bound = getattr(problem, name)
         require(

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, TelemetryMapping, fly
+from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.environment.orbit import ORBITS
 from mgeo_attitude.environment.position_table import read_position_table
 from mgeo_attitude.fields import declared
@@ -82,7 +83,7 @@ def test_the_commands_work_on_the_example_plugin(cantilever):
     assert "cantilever" in run(listing)
     for command in solving:
         run(command, "--evaluations", "600", "--quiet")
-    assert Path("runs/cantilever-mgeo-real-seed1/front.csv").is_file()
+    assert Path("runs/cantilever-mgeo-directed-seed1/front.csv").is_file()
     assert Path("runs/cantilever-nsga2-seed1/front.html").is_file()
 
 
@@ -110,6 +111,21 @@ def test_the_file_of_limits_is_read_and_keeps_what_the_page_says():
         Scenario.cubesat_6u().gyro,
         Scenario.cubesat_6u().sensors,
     )
+
+
+def test_the_page_names_all_directions_of_path_limits():
+    table = page("limits.md").partition("(path-limits)=")[2].partition("(star-tracker)=")[0]
+    assert re.findall(r"^\| `(\w+)`.* \|.*\|.*\|$", table, re.M) == ["reference", *DIRECTIONS]
+
+
+def test_the_scenario_of_errors_is_read_and_every_error_is_on_its_page():
+    (text,) = blocks("errors.md", "toml")
+    sun, mag = Scenario.from_toml(text).sensors
+    assert (sun.albedo, sun.sample_interval, mag.considered) == (0.05, 2.0, ("orbit_error",))
+    full = Scenario.cubesat_6u_full()
+    for owner in (full.gyro, *full.sensors):
+        for state in owner.states():
+            assert state in ("bias", "misalignment") or f".{state}`" in page("errors.md")
 
 
 def test_every_objective_is_on_the_page():
@@ -180,9 +196,13 @@ def test_the_tables_of_flights_and_rules_are_read():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["start-research.md", "limits.md", "calibration.md", "robust.md"])
+@pytest.mark.parametrize(
+    "name",
+    ["start-research.md", "limits.md", "errors.md", "calibration.md", "too-sure.md", "robust.md"],
+)
 def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    shutil.copytree(DOCS / "scenarios", "docs/scenarios")
     names = {"__name__": "page"}
     for code in blocks(name, "python"):
         exec(code, names)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constraints import constraints
+from mgeo_attitude.constraints import Limit, constraints
 from mgeo_attitude.describe import checked_designs
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.robustness import kept_by, over_flights
@@ -32,17 +33,13 @@ def margins(problem: ManeuverProblem, X: ArrayLike) -> list[pd.DataFrame]:
     ValueError
         For another shape, or a design that is no plan.
     """
-    import pandas as pd
-
     from mgeo_attitude.filter.evaluator import evaluate  # compiles
 
     designs = checked_designs(problem, X)
     asked = constraints(problem.scenario)
     limits = [limit for constraint in asked for limit in constraint.limits]
-    labels = pd.Index([limit.label for limit in limits], name="constraint", dtype=str)
-    columns = ["unit", "value", "bound", "limit", "margin"]
     if not limits:
-        return [pd.DataFrame(columns=columns, index=labels) for _ in designs]
+        return tables([], np.empty((len(designs), 0)))
     covariance = any(constraint.needs_covariance for constraint in asked)
 
     def excesses(model: FilterModel, result: Evaluation) -> Floats:
@@ -55,13 +52,22 @@ def margins(problem: ManeuverProblem, X: ArrayLike) -> list[pd.DataFrame]:
     else:
         flown = over_flights(problem.flights, designs, excesses, threads, covariance)
         found = kept_by(flown, errors.kept)
-    tables = []
-    for row in found:
+    return tables(limits, found)
+
+
+def tables(limits: Sequence[Limit], excesses: Floats) -> list[pd.DataFrame]:
+    """The table of each of n designs from what they exceed limits by, shape (n, n_limits)."""
+    import pandas as pd
+
+    labels = pd.Index([limit.label for limit in limits], name="constraint", dtype=str)
+    columns = ["unit", "value", "bound", "limit", "margin"]
+    found = []
+    for row in excesses:
         cells = []
         for limit, excess in zip(limits, row.tolist(), strict=True):
             bound = limit.bound * limit.factor
             value = bound * (1.0 - excess if limit.least else 1.0 + excess)
             least = "at least" if limit.least else "at most"
             cells.append((limit.unit, value, least, bound, -excess * bound))
-        tables.append(pd.DataFrame(cells, columns=columns, index=labels))
-    return tables
+        found.append(pd.DataFrame(cells, columns=columns, index=labels))
+    return found

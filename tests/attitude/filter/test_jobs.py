@@ -16,7 +16,7 @@ def steps_of(rates, starts, n_steps):
 def check(X, n_steps):
     rates, durations = decode(X)
     starts, over = maneuver_steps(durations, 1.0)
-    jobs = shared(rates, starts, over, n_steps)
+    jobs = shared(rates, starts, over, n_steps, np.zeros(len(rates), dtype=np.int64))
     written = [steps_of(r, s, n_steps) for r, s in zip(rates, starts, strict=True)]
     leaves = jobs.design[jobs.end < 0]
     assert sorted(leaves) == sorted(set(jobs.twin))  # every design is run once, or its twin is
@@ -84,8 +84,30 @@ def test_equal_designs_are_run_once():
 
 
 def test_separate_jobs():
-    jobs = separate(3)
+    jobs = separate(np.array([0, 2, 1]))
     assert jobs.design.tolist() == jobs.twin.tolist() == [0, 1, 2]
     assert (jobs.begin == 0).all()
-    assert (jobs.end == jobs.parent).all()
-    assert len(separate(0).design) == 0
+    assert (jobs.end == -1).all()
+    assert jobs.parent.tolist() == [-1, -3, -2]
+    assert len(separate(np.empty(0, dtype=np.int64)).design) == 0
+
+
+def test_variants_of_the_model_share_nothing():
+    """Each has the jobs that it has alone, and they begin at its own initial state."""
+    rng = np.random.default_rng(8)
+    X = np.tile(rng.uniform(5.0, 40.0, 12), (9, 1))
+    X[:, 8] = rng.integers(0, 3, 9)
+    variants = np.array([0, 1, 2] * 3)
+    rates, durations = decode(X)
+    given = rates, *maneuver_steps(durations, 1.0)
+    jobs = shared(*given, 400, variants)
+    apart = 0
+    for k in range(3):
+        mine = variants == k
+        own = shared(*(part[mine] for part in given), 400, np.full(mine.sum(), k))
+        apart += len(own.design)
+    assert len(jobs.design) == apart
+    for job, parent in enumerate(jobs.parent):
+        own = variants[jobs.design[job]]
+        assert parent == -1 - own if parent < 0 else variants[jobs.design[parent]] == own
+    assert (variants[jobs.twin] == variants).all()

@@ -197,7 +197,13 @@ def test_dicts_of_the_archive_are_places_to_restart_at():
 @pytest.mark.parametrize(
     ("arguments", "variant", "message"),
     [
-        ({"vars": {"c": Choice(options=["a", "b"])}}, MGEOCanonical, r"vars\['c'\] is a Choice"),
+        ({"vars": {"c": Choice(options=["a", "b"])}}, MGEOReal, r"vars\['c'\] is a Choice"),
+        (
+            {"vars": {"c": Choice(options=["a", "a"])}},
+            MGEOCanonical,
+            r"vars\['c'\].options = .*once",
+        ),
+        ({"vars": {"c": Choice()}}, MGEOCanonical, r"vars\['c'\].options = None: .* at least one"),
         ({"vars": {"b": Binary()}}, MGEOReal, r"vars\['b'\] is a Binary: expected real"),
         ({"vars": {"r": Real()}}, MGEOCanonical, "expected a finite bound"),
         ({"n_var": 2, "xl": 0, "xu": 1, "vtype": str}, MGEOCanonical, "vtype = <class 'str'>"),

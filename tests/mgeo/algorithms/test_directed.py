@@ -143,7 +143,7 @@ def test_a_candidate_changes_its_own_variable_and_others_as_often_as_said():
 def test_each_step_draws_how_many_variables_it_changes(mean):
     own = np.tile(np.arange(11), 4000)
     rng = np.random.default_rng(2)
-    steps, _ = joint_steps(own, np.ones(11), (0.1, 0.1), (mean, 0.9), 0.5, None, rng)
+    steps, _, _ = joint_steps(own, np.ones(11), (0.1, 0.1), (mean, 0.9), 0.5, None, rng)
     others = np.count_nonzero(steps, axis=1) - 1
     assert (steps[np.arange(len(own)), own] != 0).all()
     assert others.mean() / 10 == pytest.approx(mean, abs=0.01)
@@ -156,7 +156,7 @@ def test_each_step_draws_how_many_variables_it_changes(mean):
 def test_normal_steps_are_as_wide_as_said():
     rng = np.random.default_rng(3)
     own, extent = np.tile([0, 1], 20_000), np.array([1.0, 50.0])
-    steps, _ = joint_steps(own, extent, (0.01, 1.0), (0.0, 0.0), 0.0, None, rng)
+    steps, _, _ = joint_steps(own, extent, (0.01, 1.0), (0.0, 0.0), 0.0, None, rng)
     sizes = np.abs(steps[np.arange(len(own)), own]) / extent[own]
     # a log-uniform width times |N(0, 1)|, whose mean logarithm is -(gamma + ln 2) / 2
     expected = 0.5 * np.log(0.01) - (np.euler_gamma + np.log(2)) / 2

@@ -50,7 +50,9 @@ def test_without_kaleido_it_says_what_to_install(folder, monkeypatch, installed)
     assert report(folder).exit_code == 0  # the page needs none
 
 
-@pytest.mark.parametrize("path", ["/nowhere/chrome", "/bin/false", "silent"])
+@pytest.mark.parametrize(
+    "path", ["/nowhere/chrome", "/bin/false", pytest.param("silent", marks=pytest.mark.slow)]
+)
 def test_without_a_browser_it_says_so(folder, tmp_path, monkeypatch, path):
     pytest.importorskip("kaleido")
     silent = tmp_path / "silent"

@@ -98,10 +98,12 @@ def settled_for(recent, lane, now, k, factor):
 
 
 @njit(
-    "void(UniTuple(int64, 3), UniTuple(int64, 9), UniTuple(int64[::1], 2), UniTuple(int64[::1], 5),"
-    "float64[:,::1], Tuple((float64[:,:,::1], int64[:,::1], int64[::1])),"
-    "Tuple((float64[:,:,::1], float64[::1], int64[:,::1], float64)), float64[:,::1], float64[::1],"
-    "Tuple((int64, float64, boolean, float64)), UniTuple(int64[::1], 3), float64[::1],"
+    "void(UniTuple(int64, 3), UniTuple(int64, 10), UniTuple(int64[::1], 2),"
+    "UniTuple(int64[::1], 5), float64[:,::1],"
+    "Tuple((float64[:,:,::1], int64[:,::1], int64[::1], int64[::1])),"
+    "Tuple((float64[:,:,:,::1], float64[:,::1], int64[:,::1], float64)), float64[:,::1],"
+    "float64[:,::1], Tuple((int64, float64, boolean, float64)), UniTuple(int64[::1], 3),"
+    "float64[::1],"
     "UniTuple(float64[:,::1], 2), float64[:,:,::1])",
     error_model="numpy",
     nogil=True,
@@ -141,17 +143,19 @@ def run(
         final state, then 1, or 2 if its covariance had already lost positivity.
     jobs : five arrays of int, shape (n_jobs,)
         See `jobs.Jobs`.
-    states : array, shape (n_states + 1, rotation + window + 1)
-        States that jobs leave; the last one is that at time zero.
-    plan : arrays, shapes (n, n_stretches, 3), (n, n_stretches) and (n,)
-        Body rates [rad/s], the steps they begin at, and that at which the last maneuver is over.
-    dynamics : arrays, shapes (4, n_dynamic, n_dynamic), (n_dynamic,) and (n_entries, 2); float
+    states : array, shape (n_states + n_variants, rotation + window + 1)
+        States that jobs leave; the last ones are those at time zero, the first variant's the last.
+    plan : arrays, shapes (n, n_stretches, 3), (n, n_stretches), (n,) and (n,)
+        Body rates [rad/s], the steps they begin at, that at which the last maneuver is over, and
+        the variant of the model that flies it.
+    dynamics : arrays, shapes (n_variants, 4, n_dynamic, n_dynamic), (n_variants, n_dynamic) and
+        (n_entries, 2); float
         A at rest, and what a unit rate about each axis adds to it; process-noise density; entries
         of the transition matrix that a step reads; step [s].
     table : array, shape (n_steps + 1, n_given)
         What the orbit gives at each sample.
-    constants : array
-        The same for all candidates, see `codegen.step_constants`.
+    constants : array, shape (n_variants, n_constants)
+        See `codegen.step_constants`.
     convergence : int, float, bool, float
         Window [steps], least relative decrease of the trace over it, whether it may have risen;
         factor of a settled trace, 0 if nobody asks. With one, the window is the whole run.
@@ -168,15 +172,17 @@ def run(
     step, check, lanes = code
     taken, done = shared
     designs, begins, ends, parents, slots = jobs
-    rates, starts, over = plan
+    rates, starts, over, variants = plan
+    parts, densities, pattern, dt = dynamics
     window, decrease, allow_rise, factor = convergence
     stops, end_step, settled = steps
     watched, final = at_end
     n_jobs, n_maneuvers = len(designs), starts.shape[1]
-    attitude, monitors, rotation, _, _, trace_slot, pivot, given, first_constant = layout
-    W, recent = workspace(first_constant + len(constants), lanes), ring(window, lanes)
-    for k in range(len(constants)):
-        W[first_constant + k] = constants[k]
+    attitude, monitors, rotation, _, _, rate, trace_slot, pivot, given, first_constant = layout
+    n_constants = constants.shape[1]
+    W, recent = workspace(first_constant + n_constants, lanes), ring(window, lanes)
+    for k in range(n_constants):
+        W[first_constant + k] = constants[0, k]
     address, mask = W.ctypes.data, len(recent) - 1
     now = 0  # the row of `recent` for the present step of every lane
     job = np.empty(lanes, dtype=np.int64)
@@ -207,14 +213,20 @@ def run(
                 k = begins[this]
                 clock[lane] = k
                 test_from[lane] = max(over[i], window)
-                state = states[-1 if parent < 0 else slots[parent]]
+                for c in range(n_constants):
+                    W[first_constant + c, lane] = constants[variants[i], c]
+                state = states[parent if parent < 0 else slots[parent]]
                 restore(W, lane, rotation, recent, now, min(window, k) + 1, state)
             m = maneuver[lane]
             while m < n_maneuvers and starts[i, m] <= k:
                 m += 1
             if m > maneuver[lane]:
                 # of several maneuvers that have started only the last one is flown
-                load_maneuver(W, lane, rotation, rates[i, m - 1], dynamics)
+                own = parts[variants[i]], densities[variants[i]], pattern, dt
+                load_maneuver(W, lane, rotation, rates[i, m - 1], own)
+                if rate < trace_slot:
+                    omega = rates[i, m - 1]
+                    W[rate, lane] = omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2
                 maneuver[lane] = m
             due = min(stops[i], k - k % CHECK_PERIOD + CHECK_PERIOD)
             if m < n_maneuvers:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,14 +15,17 @@ from numpy.typing import ArrayLike
 
 from .._typing import Floats, Ints
 from ..maneuvers.schedule import Schedule
+from ..sensors import Gyro, Sensor
 from .codegen import step_constants
 from .jobs import separate, shared
-from .keep_out import cone_constants, sun_clearance
 from .kernel import lanes, load_driver, load_kernel
 from .layout import layout, transition_pattern
 from .model import FilterModel
+from .path_limits import excess
+from .suite import Suite
+from .wheel_load import wheel_loads
 
-#: The cosine of the angle to a Sun that has not shone.
+#: The cosine of the angle to what has not been seen.
 _NEVER_SEEN = -2.0
 
 
@@ -38,12 +43,15 @@ class Evaluation:
         History of the variances, NaN after `t_end`, if asked for.
     covariance : array, shape (n, n_states, n_states) or (0, n_states, n_states)
         Covariance at `t_end`, if asked for.
-    sun_angle : array, shape (n, n_cones)
-        Least angle [rad] between the Sun, while it shines, and each axis that must stay off it,
-        less the margin for the unknown attitude (`keep_out.sun_clearance`).
+    path_angle : array, shape (n, n_path_limits)
+        Least angle [rad] between the direction and the axis of each path limit, less the margin for
+        the unknown attitude; to keep in, the greatest, with the margin. See `path_limits.excess`.
     t_required : array, shape (n,)
         Time from which on all required 1-sigmas are met until `t_end` [s]; infinite if they are not
         met then, or there are none.
+    wheel_load : array, shape (n, 2)
+        Greatest momentum [N m s] and torque [N m] of a wheel until `t_end`, with a budget; see
+        `momentum.MomentumBudget`. NaN without one.
     plan : Schedule
         What is flown.
 
@@ -54,8 +62,9 @@ class Evaluation:
     trace: Floats
     variances: Floats
     covariance: Floats
-    sun_angle: Floats
+    path_angle: Floats
     t_required: Floats
+    wheel_load: Floats
     plan: Schedule
 
 
@@ -65,11 +74,17 @@ def evaluate(
     threads: int | None = None,
     history: bool = False,
     covariance: bool = False,
+    variants: Sequence[FilterModel] = (),
+    which: Ints | None = None,
 ) -> Evaluation:
     """Run the covariance filter over every design, shape (n, 4 m).
 
     The result of a design depends on nothing but the model and the design: not on its neighbors in
     the batch, their order, or the number of threads.
+
+    Designs may be flown by `variants` of the model, all with its one kernel: satellites that differ
+    in numbers of gyro and sensors, such as noise and field of view, in initial and required
+    1-sigmas, and in weights. A sensor of infinite noise is as good as absent, exactly.
 
     Parameters
     ----------
@@ -79,16 +94,27 @@ def evaluate(
         Whether to return the variances at every step.
     covariance : bool
         Whether to return the covariances at the end.
+    variants : sequence of FilterModel, optional
+        Default: the model itself.
+    which : array of int, shape (n,), optional
+        The variant that flies each design; default: the first.
+
+    Raises
+    ------
+    ValueError
+        If a variant has other states than the model, considers others, or a constant more or less.
     """
     plan = model.schedule(designs)
-    stops, model_run = np.full(len(plan.rates), model.n_steps), model
+    n, monitors = len(plan.rates), model.monitors
+    variants = variants or [model]
+    flown_by = np.zeros(n, dtype=np.int64) if which is None else np.asarray(which, dtype=np.int64)
+    stops, run = np.full(n, model.n_steps), partial(_run, model, variants, flown_by, plan, threads)
     if model.rule != "trace":
-        model_run = model.endless
-        whole = _run(model_run, plan, stops, threads, factor=model.factor)
+        run = partial(_run, model.endless, variants, flown_by, plan, threads)
+        whole = run(stops, factor=model.factor)
         settled = whole.settled if model.rule == "settling" else _required_from(whole)
         stops = np.clip(settled, plan.over, model.n_steps)
-    ran = _run(model_run, plan, stops, threads, history, covariance)
-    suite, monitors, n = model.suite, model.monitors, len(stops)
+    ran = run(stops, history, covariance)
     t_end, trace = model.step * ran.end_step.astype(float), ran.trace
     lost = np.isnan(trace)
     if lost.any():
@@ -100,14 +126,21 @@ def evaluate(
             stacklevel=2,
         )
         t_end = np.where(lost, np.nan, t_end)
-    sun = ran.watched[:, : len(monitors.cones)]
-    sun_angle = np.where(monitors.cones, -sun, np.arccos(np.clip(sun, -1.0, 1.0)))
+    path = ran.watched[:, : len(monitors.limits)]
+    path_angle = np.where([watch.inside for watch in monitors.limits], path, -path)
+    plain = [watch.plain for watch in monitors.limits]
+    path_angle = np.where(plain, np.arccos(np.clip(path, -1.0, 1.0)), path_angle)
     t_required = np.full(n, np.inf)
     if monitors.states:
         met = ran.watched[:, -1] > 0.0
         t_required[met] = model.step * _required_from(ran)[met]
-    full = _symmetric(ran.final, suite.n_states)
-    return Evaluation(t_end, trace, ran.record, full, sun_angle, t_required, plan)
+    full = _symmetric(ran.final, model.suite.n_states)
+    wheel_load = np.full((n, 2), np.nan)
+    if model.budget is not None:
+        wheel_load = wheel_loads(
+            model.budget, plan, ran.end_step, model.step, threads or available_threads()
+        )
+    return Evaluation(t_end, trace, ran.record, full, path_angle, t_required, wheel_load, plan)
 
 
 class _Ran(NamedTuple):
@@ -123,36 +156,50 @@ class _Ran(NamedTuple):
 
 def _run(
     model: FilterModel,
+    variants: Sequence[FilterModel],
+    flown_by: Ints,
     plan: Schedule,
-    stops: Ints,
     threads: int | None,
+    stops: Ints,
     history: bool = False,
     covariance: bool = False,
     factor: float = 0.0,
 ) -> _Ran:
     """Run the designs until they converge or stop, in whatever threads there are."""
-    suite, n, monitors = model.suite, len(plan.rates), model.monitors
+    suite, n, monitors = model.suite, len(stops), model.monitors
+    constants = _constants(model, variants)
     kernel, driver = load_kernel(suite, model.gated, monitors), load_driver()
     at = layout(suite, model.gated, monitors)
     # A history is recorded step by step, so every design is then run by itself from the start.
-    jobs = separate(n) if history else shared(plan.rates, plan.starts, plan.over, model.n_steps)
+    jobs = (
+        separate(flown_by)
+        if history
+        else shared(plan.rates, plan.starts, plan.over, model.n_steps, flown_by)
+    )
     n_jobs = len(jobs.design)
     record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)
-    record[:, 0] = model.initial_sigma**2
+    record[:, 0] = np.array([each.initial_sigma**2 for each in variants])[flown_by[: len(record)]]
     end_step, settled, trace = np.zeros(n, np.int64), np.zeros(n, np.int64), np.empty(n)
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
-    cones = cone_constants(model.cones, model.cone_sigmas)
-    required = model.required_sigma[list(monitors.states)]
+    of_gyro = {each.suite.gyro: each for each in variants}  # many variants have few gyros
+    kinematic = slice(suite.n_kinematic)
+    dynamics = {gyro: each.dynamics for gyro, each in of_gyro.items()}
+    densities = {gyro: each.suite.diffusion()[kinematic] for gyro, each in of_gyro.items()}
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, lanes()),
         tuple(at),
         (np.zeros(1, dtype=np.int64), np.zeros(n_jobs, dtype=np.int64)),
         jobs[:5],
-        _states(model, (jobs.snapshot >= 0).sum(), at.rotation),
-        (np.ascontiguousarray(plan.rates), np.ascontiguousarray(plan.starts), plan.over),
-        (model.dynamics, suite.diffusion(), np.array(transition_pattern(suite)), model.step),
+        _states(model, variants, (jobs.snapshot >= 0).sum(), at.rotation),
+        (np.ascontiguousarray(plan.rates), np.ascontiguousarray(plan.starts), plan.over, flown_by),
+        (
+            np.array([dynamics[each.suite.gyro] for each in variants]),
+            np.array([densities[each.suite.gyro] for each in variants]),
+            np.array(transition_pattern(suite)),
+            model.step,
+        ),
         model.table,
-        step_constants(suite, model.weights, cones, required),
+        constants,
         (model.window_steps, model.relative_decrease, model.allow_rise, factor),
         (stops, end_step, settled),
         trace,
@@ -175,32 +222,83 @@ def _required_from(ran: _Ran) -> Ints:
     return ran.end_step + 1 - np.rint(ran.watched[:, -1]).astype(np.int64)
 
 
-def _states(model: FilterModel, count: int, n_values: int) -> Floats:
-    """Room for states that jobs leave, as `driver.save` does; the last one is that at time zero.
+def _constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
+    """`step_constants` of variants of a model, side by side; ValueError if they do not match."""
+    suite, states, rows = model.suite, list(model.monitors.states), []
+    for number, each in enumerate(variants):
+        if each.suite.blocks != suite.blocks:
+            raise ValueError(
+                f"variants[{number}] has the states {', '.join(each.suite.blocks)}: expected those "
+                f"of the model, {', '.join(suite.blocks)}"
+            )
+        if not np.array_equal(each.suite.considered, suite.considered):
+            raise ValueError(f"variants[{number}] considers other states than the model")
+        limits, required = each.path_limits, each.required_sigma[states]
+        rows.append(step_constants(each.suite, each.step, each.weights, limits, required))
+        if len(rows[-1]) != len(rows[0]):
+            raise ValueError(
+                f"variants[{number}] has {len(rows[-1])} constants of a filter step: expected "
+                f"{len(rows[0])}, as its sensors all look everywhere or none does"
+            )
+        found, expected = _looked_at(each), _looked_at(model)
+        if found != expected:
+            raise ValueError(f"variants[{number}] looks at {found}: expected {expected}")
+        for one, other in zip(each.suite.sensors, suite.sensors, strict=True):
+            if one != other and not np.array_equal(_slopes(one), _slopes(other)):
+                raise ValueError(
+                    f"variants[{number}]: {one.name} measures otherwise than the model's: expected "
+                    "the same but for numbers, and the same boresight of a star tracker"
+                )
+    return np.array(rows)
+
+
+def _looked_at(model: FilterModel) -> list[tuple[str, bool]]:
+    """Directions of path limits and of sensors' views, and whether they have to be inside."""
+    limits = [(watch.direction, watch.inside) for watch in model.monitors.limits]
+    views = (view for sensor in model.suite.sensors for view in sensor.views())
+    return [*limits, *((view.direction, view.inside) for view in views)]
+
+
+@cache
+def _slopes(sensor: Sensor) -> Floats:
+    """H of a sensor by its own states, somewhere: its numbers are part of the kernel."""
+    somewhere = np.array([0.36, -0.48, 0.8])
+    gradient = [somewhere] * 3 * sensor.has_gradient
+    return Suite(Gyro(), (sensor,)).measurement_matrix(sensor, somewhere, gradient=gradient)
+
+
+def _states(
+    model: FilterModel, variants: Sequence[FilterModel], count: int, n_values: int
+) -> Floats:
+    """Room for states that jobs leave, as `driver.save` does; the last ones are those at time zero.
 
     Covariance, attitude, monitors and the trace over the last window.
     """
-    states = np.zeros((count + 1, n_values + model.window_steps + 1))
-    variances = model.initial_sigma**2
-    start = [np.diag(variances)[np.tril_indices(len(variances))], model.initial_attitude.ravel()]
-    start += [_monitors_at_start(model), np.cumsum(model.weights * variances)[-1:]]
-    states[-1, : n_values + 1] = np.concatenate(start)
+    states = np.zeros((count + len(variants), n_values + model.window_steps + 1))
+    watched = bool(model.monitors.states)
+    for number, each in enumerate(variants):
+        P = each.initial_covariance
+        start = [P[np.tril_indices(len(P))], each.initial_attitude.ravel()]
+        start += [_monitors_at_start(each, watched), np.cumsum(each.weights * np.diag(P))[-1:]]
+        states[-1 - number, : n_values + 1] = np.concatenate(start)
     return states
 
 
-def _monitors_at_start(model: FilterModel) -> Floats:
-    """What `layout.Monitors` says, at time zero."""
-    values = np.empty(0)
-    if len(model.cones):
-        sun = model.sun[:1] @ model.initial_attitude.T
-        covariance = np.diag(model.initial_sigma[:3] ** 2)[None]
-        cosines = model.cones @ sun[0] if sun.any() else np.full(len(model.cones), _NEVER_SEEN)
-        cones = zip(model.cones, model.cone_sigmas, strict=True)
-        angles = [sun_clearance(axis, k, sun, covariance)[0] for axis, k in cones]
-        excess = np.maximum(-np.pi, -np.array(angles))
-        values = np.where(model.monitors.cones, excess, cosines)
-    if not model.monitors.states:
-        return values
+def _monitors_at_start(model: FilterModel, watched: bool) -> Floats:
+    """What `layout.Monitors` says, at time zero; with the states', if they are `watched`."""
+    covariance = model.initial_covariance[None, :3, :3]
+    values = []
+    for limit, watch in zip(model.path_limits, model.monitors.limits, strict=True):
+        cone = limit.cone()
+        direction, radius = model.direction(cone.direction, slice(1))
+        direction = direction @ model.initial_attitude.T
+        if watch.plain:
+            values.append(direction[0] @ cone.axis if direction.any() else _NEVER_SEEN)
+        else:
+            at_start = excess(cone, limit.attitude_sigmas, direction, covariance, radius)[0]
+            values.append(max(-np.pi, at_start))
+    if not watched:
+        return np.array(values)
     return np.append(values, float(np.all(model.initial_sigma <= model.required_sigma)))
 
 

@@ -29,7 +29,8 @@ class Jobs(NamedTuple):
     begin, end : arrays, shape (n,)
         Steps it runs from and to; `end` is -1 for a job that runs to the design's end.
     parent : array, shape (n,)
-        Job whose final state it starts from; -1 for the initial state.
+        Job whose final state it starts from; -1 for the initial state, -1 - k for that of variant k
+        of the model.
     snapshot : array, shape (n,)
         Number of the stored state it leaves behind; -1 for none.
     twin : array, shape (n_designs,)
@@ -44,14 +45,15 @@ class Jobs(NamedTuple):
     twin: Ints
 
 
-def separate(n: int) -> Jobs:
-    """Every design a job of its own."""
+def separate(variants: Ints) -> Jobs:
+    """Every design, flown by these variants of the model, shape (n,), a job of its own."""
+    n = len(variants)
     each, none = np.arange(n), np.full(n, -1)
-    return Jobs(each, np.zeros(n, dtype=np.int64), none, none, none, each)
+    return Jobs(each, np.zeros(n, dtype=np.int64), none, -1 - variants, none, each)
 
 
-def shared(rates: Floats, starts: Ints, over: Ints, n_steps: int) -> Jobs:
-    """Jobs in which common beginnings are run once, and equal designs too.
+def shared(rates: Floats, starts: Ints, over: Ints, n_steps: int, variants: Ints) -> Jobs:
+    """Jobs in which common beginnings of a variant are run once, and equal designs too.
 
     Parameters
     ----------
@@ -60,11 +62,14 @@ def shared(rates: Floats, starts: Ints, over: Ints, n_steps: int) -> Jobs:
         See `maneuvers.schedule.Schedule`.
     n_steps : int
         Length of the longest run.
+    variants : array, shape (n,)
+        Variant of the model that flies each design.
     """
     if len(rates) == 0:
-        return separate(0)
+        return separate(variants)
     ends = np.column_stack([starts[:, 1:], over])
-    keys = np.concatenate([rates, ends[:, :, None]], axis=2).reshape(len(rates), -1)
+    plans = np.concatenate([rates, ends[:, :, None]], axis=2).reshape(len(rates), -1)
+    keys = np.column_stack([variants, plans])
     order = np.lexsort(keys.T[::-1])
     ordered = keys[order]
     differs = np.ones(len(order), dtype=bool)
@@ -77,7 +82,10 @@ def shared(rates: Floats, starts: Ints, over: Ints, n_steps: int) -> Jobs:
     limit = np.minimum(over[unique], n_steps) - 1
     common = np.minimum(common, np.minimum(limit[1:], limit[:-1]))
     common[common < _WORTHWHILE] = 0
-    return _tree(unique, common, twin)
+    common[variants[unique[1:]] != variants[unique[:-1]]] = 0
+    jobs = _tree(unique, common, twin)
+    initial = -1 - variants[jobs.design]
+    return jobs._replace(parent=np.where(jobs.parent < 0, initial, jobs.parent))
 
 
 def _common_steps(rates: Floats, ends: Ints) -> Ints:

@@ -44,12 +44,14 @@ LONGEST_STEP = 1.0
 
 @dataclass(frozen=True)
 class Drawn:
-    """True errors of a flight of n steps.
+    """How a flight of n steps begins, and its true errors.
 
     Attributes
     ----------
     start : array, shape (3, 3)
         Attitude at the start, GCRS to body.
+    rate : array, shape (3,)
+        Body rate at the start [rad/s].
     errors : array, shape (n_states,)
         Gyro and sensor states at the start.
     bias : array, shape (n, 3)
@@ -57,6 +59,7 @@ class Drawn:
     """
 
     start: Floats
+    rate: Floats
     errors: Floats
     bias: Floats
 
@@ -108,8 +111,8 @@ def simulate(
         return int(generator.integers(1, 2**31 - 1))
 
     surroundings = Surroundings(environment, scenario.epoch, parts * nanoseconds)
-    satellite = _satellite(scenario, drawn.start, vehicle, environment, surroundings)
-    effector, configuration = reaction_wheels(vehicle, satellite)
+    satellite = _satellite(scenario, drawn, vehicle, environment, surroundings)
+    effector, configuration = reaction_wheels(vehicle, satellite, drawn.rate)
     modules: list[Any] = [surroundings, effector, satellite]
     field = shadow = None
     with tempfile.TemporaryDirectory() as folder:
@@ -127,7 +130,8 @@ def simulate(
             for sensor in suite.sensors
         ]
         bias = np.repeat(drawn.bias / (1.0 + own.get("scale_factor", 0.0)), parts, axis=0)
-        guidance = Guidance(imu, Reference.of(motion, scenario.step, parts), bias, nanoseconds)
+        reference = Reference.of(motion, drawn.rate, scenario.step, parts)
+        guidance = Guidance(imu, reference, drawn.rate, bias, nanoseconds)
         loop = control_loop(vehicle, guidance, effector, configuration)
         modules += [imu, *(one for i in instruments for one in i.modules), guidance, *loop]
         records = {"state": satellite.scStateOutMsg.recorder(), "gyro": imu.sensorOutMsg.recorder()}
@@ -155,16 +159,17 @@ def simulate(
 
 def _satellite(
     scenario: Scenario,
-    start: Floats,
+    drawn: Drawn,
     vehicle: Vehicle,
     environment: Environment,
     surroundings: Surroundings,
 ) -> Any:
-    """A rigid body at rest in its orbit."""
+    """A rigid body in its orbit, turning as it does at the start."""
     satellite = spacecraft.Spacecraft()
     satellite.ModelTag = "satellite"
     satellite.hub.IHubPntBc_B = vehicle.wheels.matrix().tolist()
-    satellite.hub.sigma_BNInit = Rotation.from_matrix(start).inv().as_mrp().tolist()
+    satellite.hub.sigma_BNInit = Rotation.from_matrix(drawn.start).inv().as_mrp().tolist()
+    satellite.hub.omega_BN_BInit = drawn.rate.tolist()
     satellite.hub.r_CN_NInit = environment.position[0].tolist()
     satellite.hub.v_CN_NInit = environment.velocity[0].tolist()
     satellite.gravField.gravBodies = central_body(surroundings)

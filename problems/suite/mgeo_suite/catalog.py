@@ -1,0 +1,210 @@
+"""The catalog: classes of sensors that can be bought, with what they cost and how good they are."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from mgeo_attitude import Gyro, Magnetometer, StarTracker
+from mgeo_attitude.fields import (
+    InvalidType,
+    InvalidValue,
+    KeyProblem,
+    Validated,
+    expect,
+    from_table,
+    known_names,
+    quantity,
+    to_table,
+)
+from mgeo_attitude.fields.quantity import declared
+
+from mgeo_suite.heads import FACES, SunHead
+
+NONE = "none"  # the option of having no such sensor
+
+#: Class of the instruments of each section.
+SECTIONS: Mapping[str, type[Any]] = {
+    "gyros": Gyro,
+    "magnetometers": Magnetometer,
+    "sun_sensors": SunHead,
+    "star_trackers": StarTracker,
+}
+_NEEDED = ("gyros", "magnetometers")
+_OF_PLACE = ("name", "boresight")  # what the place decides where a sensor is put
+
+
+class CatalogError(ValueError):
+    """A catalog file that cannot be read; the message says which, where and why."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry(Validated):
+    """What a grade costs, and who says so."""
+
+    name: str = quantity(doc="name of the grade, unique in its section")
+    price_keur: float = quantity(unit="kEUR", low=0.0, doc="price class")
+    mass_g: float = quantity(unit="g", low=0.0, doc="mass")
+    power_mw: float = quantity(unit="mW", low=0.0, doc="average power")
+    source: str = quantity(doc="where the figures are from")
+
+
+@dataclass(frozen=True)
+class Grade:
+    """A grade of an instrument: what it costs, and the instrument itself."""
+
+    entry: Entry
+    instrument: Any
+
+    @property
+    def name(self) -> str:
+        return self.entry.name
+
+
+@dataclass(frozen=True)
+class Catalog:
+    """Grades of each kind of instrument, in the file's order; hashable.
+
+    Attributes
+    ----------
+    gyros, magnetometers, sun_sensors, star_trackers : tuples of Grade
+        A suite has one of each of the first two, at most one Sun sensor a face, and one or no star
+        tracker.
+    faces : tuple of str
+        Where Sun sensors can be, of `FACES`.
+    """
+
+    gyros: tuple[Grade, ...]
+    magnetometers: tuple[Grade, ...]
+    sun_sensors: tuple[Grade, ...] = ()
+    star_trackers: tuple[Grade, ...] = ()
+    faces: tuple[str, ...] = tuple(FACES)
+
+    @staticmethod
+    @cache
+    def default() -> Catalog:
+        """Classes of sensors for cubesats; the file says where each figure is from."""
+        return Catalog.from_toml(Path(__file__).with_name("catalog.toml"))
+
+    @staticmethod
+    def from_toml(path: str | os.PathLike[str]) -> Catalog:
+        """Read a file.
+
+        Raises
+        ------
+        CatalogError
+            (ValueError) Naming the file and the key, or the line where it is no TOML.
+        OSError
+            If it cannot be read.
+        """
+        try:
+            table = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
+            return Catalog.from_dict(table)
+        except (ValueError, RecursionError) as error:
+            raise CatalogError(f"{os.fspath(path)}: {error}") from error
+
+    @staticmethod
+    def from_dict(table: Mapping[str, Any]) -> Catalog:
+        """A catalog from nested dicts and lists, as TOML gives them.
+
+        Raises
+        ------
+        InvalidValue, InvalidType
+            (ValueError) Naming the full key, ``gyros[1].mass_g``: unknown, missing or of a bad
+            value; names that occur twice, a section that needs a grade and has none, or Sun sensors
+            of which only some see everywhere, or only some have bias states.
+        """
+        known = [*SECTIONS, "faces"]
+        for key, value in table.items():
+            if key not in known:
+                raise KeyProblem(str(key), value, f"unknown key{known_names(key, known)}")
+        grades = {section: _grades(section, table.get(section, [])) for section in SECTIONS}
+        for section in _NEEDED:
+            expect(grades[section], section, [], f"at least one entry [[{section}]]")
+        faces = _faces(table.get("faces", list(FACES)))
+        for section, entries in grades.items():
+            _check_alike(section, entries)
+        return Catalog(**grades, faces=faces)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Inverse of `from_dict`, of JSON's types."""
+        found: dict[str, Any] = {"faces": list(self.faces)}
+        for section in SECTIONS:
+            found[section] = [
+                to_table(grade.entry)
+                | {k: v for k, v in to_table(grade.instrument).items() if k not in _OF_PLACE}
+                for grade in getattr(self, section)
+            ]
+        return found
+
+
+def _grades(section: str, tables: Any) -> tuple[Grade, ...]:
+    if not isinstance(tables, list | tuple):
+        raise InvalidType(section, tables, f"expected entries [[{section}]]")
+    found: list[Grade] = []
+    for i, table in enumerate(tables):
+        try:
+            grade = _grade(SECTIONS[section], table)
+            names = [NONE, *(other.name for other in found)]
+            new = bool(grade.name.strip()) and grade.name not in names
+            expect(new, "name", grade.name, f"a name other than {', '.join(map(repr, names))}")
+        except InvalidValue as error:
+            raise error.under(f"{section}[{i}]") from None
+        found.append(grade)
+    return tuple(found)
+
+
+def _grade(cls: type[Any], table: Any) -> Grade:
+    if not isinstance(table, Mapping):
+        raise InvalidType("entry", table, "expected a table")
+    own = tuple(declared(Entry))
+    keys = [key for key in declared(cls) if key not in _OF_PLACE]
+    for key, value in table.items():
+        if key not in own and key not in keys:
+            raise KeyProblem(str(key), value, f"unknown key{known_names(key, [*own, *keys])}")
+    entry = from_table(Entry, {key: table[key] for key in table if key in own})
+    return Grade(entry, from_table(cls, {key: table[key] for key in table if key not in own}))
+
+
+def _faces(given: Any) -> tuple[str, ...]:
+    sound = isinstance(given, list | tuple) and all(face in FACES for face in given)
+    once = sound and len(set(given)) == len(given)
+    expect(once, "faces", given, f"a list of {', '.join(map(repr, FACES))}, each once")
+    return tuple(given)
+
+
+def _check_alike(section: str, grades: tuple[Grade, ...]) -> None:
+    """One kernel and its tables serve all: the same states at the same samples, and views alike."""
+    for i, grade in enumerate(grades):
+        one, first = grade.instrument, grades[0].instrument
+        for key, (is_so, meaning) in _ALIKE.get(section, {}).items():
+            same = is_so(one) == is_so(first)
+            expect(same, f"{section}[{i}].{key}", getattr(one, key), f"that all or none {meaning}")
+        for key in ("considered", "sample_interval"):
+            value, expected = getattr(one, key, None), getattr(first, key, None)
+            expect(value == expected, f"{section}[{i}].{key}", value, f"{expected!r}, as all have")
+        states, expected = list(one.states()), list(first.states())
+        names = f"{', '.join(expected)}, those of {section}[0]"
+        expect(states == expected, f"{section}[{i}] has the states", states, names)
+
+
+def _has_none(key: str) -> Callable[[Any], bool]:
+    return lambda instrument: getattr(instrument, key) is None
+
+
+#: What all entries of a section have or none, by key.
+_ALIKE: Mapping[str, Mapping[str, tuple[Callable[[Any], bool], str]]] = {
+    "sun_sensors": {
+        "field_of_view_deg": (lambda head: not head.views(), "see everywhere (180)"),
+        "initial_bias": (lambda head: not head.initial_bias, "have no bias states (0)"),
+    },
+    "star_trackers": {
+        key: (_has_none(key), "have none")
+        for key in ("max_rate_deg_s", *(f"{of}_exclusion_deg" for of in ("sun", "earth", "moon")))
+    },
+}

@@ -1,0 +1,91 @@
+"""Commands and flags; each command imports what it needs only when it is run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from mgeo.cli.completion import toml_files
+from mgeo.cli.errors import bad_input
+from mgeo.cli.examples import epilog
+from mgeo.cli.options import Debug, Json
+from mgeo.cli.output import Output
+
+app = typer.Typer(help="Sensor suites: what a catalog offers, and what a front of suites says.")
+
+EXAMPLES: Mapping[str, tuple[str, ...]] = {
+    "catalog": ("mgeo suite catalog", "mgeo suite catalog mine.toml --json"),
+    "conclude": (
+        "mgeo suite conclude runs/suite-mgeo-directed-seed1",
+        "mgeo suite conclude runs/suite-mgeo-directed-seed1 --budget 5 --budget 50",
+    ),
+}
+
+_BUDGETS = (10.0, 30.0, 60.0)  # kEUR, unless others are asked for
+
+
+@app.command(epilog=epilog("catalog", EXAMPLES))
+def catalog(
+    file: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="FILE.toml", help="A catalog [default: ours].", autocompletion=toml_files
+        ),
+    ] = None,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Print a catalog: every grade with price, mass, power and where the figures are from."""
+    from mgeo.terminal import table
+    from mgeo_suite.catalog import SECTIONS, Catalog
+
+    with bad_input():
+        found = Catalog.default() if file is None else Catalog.from_toml(file)
+    output = Output(json=json)
+    output.result(found.to_dict())
+    titles = ("", "price [kEUR]", "mass [g]", "power [mW]", "source")
+    rows: list[tuple[Any, ...]] = []
+    for section in SECTIONS:
+        for grade in getattr(found, section):
+            one = grade.entry
+            name = f"{section.removesuffix('s').replace('_', ' ')} {one.name}"
+            rows.append((name, one.price_keur, one.mass_g, one.power_mw, one.source))
+    output.print(table(titles, rows))
+
+
+@app.command(epilog=epilog("conclude", EXAMPLES))
+def conclude(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of `mgeo solve suite`.")],
+    budget: Annotated[
+        list[float] | None,
+        typer.Option(min=0.0, metavar="KEUR", help="Budgets [default: 10, 30 and 60]."),
+    ] = None,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Say in words what a front of price against accuracy shows, at some budgets."""
+    import numpy as np
+
+    from mgeo.plugins.discovery import load_problem
+    from mgeo.runs.folder import read_run
+    from mgeo_suite.describe import conclusions
+    from mgeo_suite.problem import SensorSuiteProblem
+
+    with bad_input():
+        found = read_run(run)
+        problem = load_problem(found.configuration.problem, found.configuration.options)
+        if not isinstance(problem, SensorSuiteProblem):
+            raise ValueError(f"{run} is a run of {found.configuration.problem!r}: expected 'suite'")
+        if not {"price", "attitude"} <= set(problem.objectives):
+            told = ", ".join(problem.objectives)
+            raise ValueError(f"{run} minimizes {told}: expected price and attitude among them")
+        if not len(found.outcome.F):
+            raise ValueError(f"{run} has no front to conclude from")
+    budgets = np.array(budget if budget else _BUDGETS)
+    lines = conclusions(problem, found.outcome.X, found.outcome.F, budgets)
+    output = Output(json=json)
+    output.result({"conclusions": lines})
+    output.print(*lines)

@@ -1,0 +1,175 @@
+"""Pictures of fronts of suites, and of the plan behind a point."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import plotly.graph_objects as go
+from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.accuracy import attitude_accuracy_deg
+from mgeo_attitude.describe import maneuver_texts
+from mgeo_attitude.figures.style import line, title
+from mgeo_attitude.filter.evaluator import Evaluation
+from numpy.typing import ArrayLike
+
+from mgeo.figures.style import COLORS, SYMBOLS, finished, log_axis
+from mgeo_suite.catalog import NONE
+from mgeo_suite.describe import suite_text
+
+if TYPE_CHECKING:
+    from mgeo_suite.problem import SensorSuiteProblem
+
+_SAMPLES = 200  # of a curve against time
+_TOGETHER = 50  # histories held in memory at once
+
+
+def figures(problem: SensorSuiteProblem, X: ArrayLike) -> dict[str, go.Figure]:
+    """``front``, price against accuracy by star tracker, and ``sensors``, which appear where.
+
+    Points and columns are numbered by the rows of `X`; designs without result are left out.
+    """
+    choices, maneuvers = problem.split(X)
+    result = problem.evaluation(X)
+    price = problem.suites.resources(choices)[:, 0]
+    accuracy = attitude_accuracy_deg(result.covariance)
+    rows = np.flatnonzero(np.isfinite(result.t_end) & np.isfinite(accuracy))
+    order = rows[np.argsort(price[rows], kind="stable")]
+    return {
+        "front": _front(problem, choices, maneuvers, price, accuracy, result, order),
+        "sensors": _sensors(problem, choices, price, order),
+    }
+
+
+def solution_figures(problem: SensorSuiteProblem, X: ArrayLike) -> list[dict[str, go.Figure]]:
+    """For each design its body rates and how the attitude comes to be known, until t_end."""
+    numbers = problem.numbers(X)
+    found = []
+    for first in range(0, len(numbers), _TOGETHER):
+        result = problem.evaluation(numbers[first : first + _TOGETHER], history=True)
+        found += [_of_plan(problem, result, i) for i in range(len(result.t_end))]
+    return found
+
+
+def _front(
+    problem: SensorSuiteProblem,
+    choices: Ints,
+    maneuvers: Floats,
+    price: Floats,
+    accuracy: Floats,
+    result: Evaluation,
+    order: Ints,
+) -> go.Figure:
+    figure = go.Figure()
+    names = [problem.suites.names(choice) for choice in choices]
+    trackers = [each.get("star tracker", NONE) for each in names]
+    for k, tracker in enumerate(dict.fromkeys(trackers[row] for row in order)):
+        own = [int(row) for row in order if trackers[row] == tracker]
+        hover = [
+            "<br>".join(
+                [
+                    f"<b>solution {row}</b>",
+                    f"{price[row]:.4g} kEUR, attitude {accuracy[row]:.3g} deg after "
+                    f"{result.t_end[row]:.6g} s",
+                    *suite_text(problem, choices[row]).split(", "),
+                    "maneuvers, x / y / z [deg/s] for duration [s]:",
+                    *maneuver_texts(maneuvers[row]),
+                ]
+            )
+            for row in own
+        ]
+        figure.add_scatter(
+            name="no star tracker" if tracker == NONE else f"{tracker} star tracker",
+            x=price[own],
+            y=accuracy[own],
+            mode="markers",
+            marker={"color": COLORS[k % 7], "symbol": SYMBOLS[k % 7], "size": 8},
+            customdata=np.array(own, dtype=np.int64),
+            hovertext=hover,
+            hoverinfo="text",
+        )
+    finished(figure, "Sensor suites", "price class against how well the attitude is known at t_end")
+    figure.update_xaxes(title="price [kEUR]")
+    axis = log_axis(accuracy[order]) if len(order) else {}
+    figure.update_yaxes(title="attitude, 1-sigma [deg]", **axis)
+    return figure
+
+
+def _sensors(problem: SensorSuiteProblem, choices: Ints, price: Floats, order: Ints) -> go.Figure:
+    """Which option each place has, a column a solution, the cheapest first."""
+    places = problem.suites.places[::-1]
+    numbers = choices[order][:, ::-1].T
+    texts = [[place.options[n] for n in row] for place, row in zip(places, numbers, strict=True)]
+    shares = [n / max(len(p.options) - 1, 1) for p, n in zip(places, numbers, strict=True)]
+    labels = [f"{row}: {price[row]:.4g} kEUR" for row in order]
+    figure = go.Figure().add_heatmap(
+        z=np.array(shares).reshape(len(places), len(order)),
+        x=np.arange(len(order)),
+        y=[place.name for place in places],
+        text=texts,
+        customdata=np.tile(labels, (len(places), 1)),
+        hovertemplate="solution %{customdata}<br>%{y}: %{text}<extra></extra>",
+        colorscale=[[0.0, "#f4f6f8"], [1.0, COLORS[0]]],
+        zmin=0.0,
+        zmax=1.0,
+        showscale=False,
+    )
+    finished(figure, "Which sensors appear where", "the darker the better; the cheapest first")
+    figure.update_xaxes(title="solutions by price")
+    return figure
+
+
+def _of_plan(problem: SensorSuiteProblem, result: Evaluation, i: int) -> dict[str, go.Figure]:
+    model, t_end = problem.suites.model, result.t_end[i]
+    end = round(t_end / model.step) if np.isfinite(t_end) else 0
+    steps = np.unique(np.linspace(0, end, _SAMPLES).round().astype(np.int64))
+    sigma = np.degrees(np.sqrt(result.variances[i, steps, :3].max(axis=1)))
+    plan = result.plan
+    stretch = np.maximum(np.searchsorted(plan.starts[i], steps, side="right") - 1, 0)
+    rates = np.degrees(plan.rates[i, stretch])
+    times = model.step * steps.astype(np.float64)
+    return {
+        "rates": _against_time(
+            "Body rates",
+            times,
+            {axis: rates[:, k] for k, axis in enumerate("xyz")},
+            {"title": {"text": "deg/s"}},
+            "hv",
+        ),
+        "attitude": _against_time(
+            "Attitude, 1-sigma of the worst body axis",
+            times,
+            {"attitude": sigma},
+            {"title": {"text": "deg"}, **log_axis(sigma)},
+        ),
+    }
+
+
+def _against_time(
+    text: str,
+    times: Floats,
+    lines: dict[str, Floats],
+    axis: dict[str, Any],
+    shape: str = "linear",
+) -> go.Figure:
+    data = [
+        {
+            "type": "scatter",
+            "name": name,
+            "x": times,
+            "y": values,
+            "mode": "lines",
+            "line": {**line(k), "shape": shape},
+            "hovertemplate": "%{x:.6g} s: %{y:.4g}",
+        }
+        for k, (name, values) in enumerate(lines.items())
+    ]
+    layout = {
+        "title": title(text),
+        "height": 300,
+        "margin": {"l": 65, "r": 10, "t": 55, "b": 45},
+        "xaxis": {"title": {"text": "time [s]"}, "tickformat": "d"},
+        "yaxis": axis,
+        "showlegend": len(lines) > 1,
+    }
+    return go.Figure({"data": data, "layout": layout}, _validate=False)

@@ -1,0 +1,91 @@
+"""What of a suite and its plan can be minimized, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.accuracy import attitude_accuracy_deg
+from mgeo_attitude.fields import InvalidValue, known_names
+from mgeo_attitude.objectives import OBJECTIVES as OF_PLANS
+
+if TYPE_CHECKING:
+    from mgeo_attitude import Evaluation, FilterModel, Scenario
+
+_DECADES = 4.0  # of accuracy and of resources that an indicator sees
+_FINEST_DEG = 1e-3
+
+
+@dataclass(frozen=True)
+class Objective:
+    """Something to minimize.
+
+    Attributes
+    ----------
+    label : str
+        With its unit.
+    value : function of model, evaluation and resources (n, 3)
+        Values, shape (n,).
+    indicator : function of values, scenario and the greatest resources (3,)
+        Values as indicators should see them, of order one.
+    """
+
+    label: str
+    value: Callable[[FilterModel, Evaluation, Floats], Floats]
+    indicator: Callable[[Floats, Scenario, Floats], Floats]
+
+
+def check_objectives(names: Sequence[str], required: bool) -> tuple[str, ...]:
+    """The names as a tuple, or an InvalidValue that says what is wrong with them."""
+    if isinstance(names, str) or not names:
+        raise InvalidValue("objectives", names, "expected a list of at least one name")
+    for i, name in enumerate(names):
+        key = f"objectives[{i}]"
+        if name not in OBJECTIVES:
+            raise InvalidValue(key, name, f"unknown objective{known_names(name, OBJECTIVES)}")
+        if name in names[:i]:
+            raise InvalidValue(key, name, "expected each one once")
+        if name == "t_required" and not required:
+            raise InvalidValue(key, name, "the scenario has no required_sigma")
+    return tuple(names)
+
+
+def _resource(label: str, column: int) -> Objective:
+    return Objective(
+        label,
+        lambda model, result, resources: resources[:, column],
+        lambda values, scenario, greatest: values / greatest[column],
+    )
+
+
+def _of_plan(name: str) -> Objective:
+    """One of the attitude problem."""
+    own = OF_PLANS[name]
+    return Objective(
+        own.label,
+        lambda model, result, resources: own.value(model, result),
+        lambda values, scenario, greatest: own.indicator(values, scenario),
+    )
+
+
+def _accuracy(model: FilterModel, result: Evaluation, resources: Floats) -> Floats:
+    accuracy = attitude_accuracy_deg(result.covariance)
+    return np.where(np.isnan(result.t_end), np.nan, accuracy)
+
+
+OBJECTIVES = {
+    "price": _resource("price [kEUR]", 0),
+    "mass": _resource("mass [g]", 1),
+    "power": _resource("power [mW]", 2),
+    "attitude": Objective(
+        "attitude 1-sigma [deg]",
+        _accuracy,
+        lambda values, scenario, greatest: np.log10(values / _FINEST_DEG) / _DECADES,
+    ),
+    "t_end": _of_plan("t_end"),
+    "t_required": _of_plan("t_required"),
+    "trace": _of_plan("trace"),
+}

@@ -1,0 +1,244 @@
+"""The choice of sensors for pymoo: which suite, calibrated how, at what price."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from mgeo_attitude import Scenario
+from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.constraints import check_start, constraints
+from mgeo_attitude.evaluation_cache import EvaluationCache
+from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, known_names
+from mgeo_attitude.maneuvers.schedule import decode
+from numpy.typing import ArrayLike
+from pymoo.core.problem import Problem
+from pymoo.core.variable import Choice, Real
+
+from mgeo_suite import describe
+from mgeo_suite.catalog import Catalog
+from mgeo_suite.objectives import OBJECTIVES, Objective, check_objectives
+from mgeo_suite.presets import PRESETS, scenario_table
+from mgeo_suite.suites import SuiteModels
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import plotly.graph_objects as go
+    from mgeo_attitude import Evaluation
+
+_OPTIONS = ("preset", "scenario", "catalog", "objectives")
+
+
+class SensorSuiteProblem(Problem):
+    """Minimize what a suite of attitude sensors costs and how well it knows the attitude.
+
+    Variables are pymoo's `Choice` of a grade of gyro, magnetometer, star tracker (or none) and of a
+    Sun sensor on each face (or none), then the reals of the maneuvers: ωx, ωy, ωz [deg/s] and
+    duration [s] of each in turn, as in `mgeo_attitude.AttitudeManeuverProblem`. A design is a dict
+    of them, or a row of numbers, of a choice that of its option. Limits of the scenario are
+    inequality constraints: see `constraint_names`.
+
+    Parameters
+    ----------
+    scenario : Scenario, optional
+        Orbit, limits and criteria; its own gyro and sensors do not matter. Default: a cubesat in
+        the orbit of `Scenario.cubesat_6u`, with one orbit to calibrate in.
+    catalog : Catalog, optional
+        Default: `Catalog.default()`.
+    objectives : sequence of str
+        What to minimize, of "price", "mass", "power", "attitude" (1-sigma of the angle by which the
+        attitude is off after calibration), "t_end", "t_required" and "trace".
+    threads : int, optional
+        Threads of one evaluation; default: the processors this process may use. The result does
+        not depend on it.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For arguments of another type, an objective that is not known, or a scenario with flights,
+        with requirements on sensors that a suite may not have, or with a start that breaks a limit.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario | None = None,
+        catalog: Catalog | None = None,
+        objectives: Sequence[str] = PRESETS["cubesat"],
+        threads: int | None = None,
+    ) -> None:
+        scenario = Scenario.from_dict(scenario_table()) if scenario is None else scenario
+        catalog = Catalog.default() if catalog is None else catalog
+        for name, value, kind in (("scenario", scenario, Scenario), ("catalog", catalog, Catalog)):
+            if not isinstance(value, kind):
+                raise TypeError(f"{name} = {value!r:.80}: expected a {kind.__name__}")
+        if threads is not None and (not isinstance(threads, int) or threads < 1):
+            raise ValueError(f"threads = {threads!r}: expected an integer >= 1, or None")
+        self.objectives = check_objectives(objectives, bool(scenario.required_sigma))
+        self.catalog, self.threads = catalog, threads
+        self.suites = SuiteModels(scenario, catalog)
+        self.scenario = self.suites.scenario
+        check_start(self.scenario)
+        self._cache = EvaluationCache()
+        self._constraints = constraints(self.scenario)
+        self.obj_names = tuple(entry.label for entry in self._objectives())
+        self.constraint_names = tuple(entry.label for entry in self._constraints)
+        declared = {place.name: Choice(options=list(place.options)) for place in self.suites.places}
+        limits = self.scenario.maneuvers
+        rate, longest = limits.max_rate_deg_s, limits.max_duration
+        for m in range(1, limits.count + 1):
+            for axis in "xyz":
+                declared[f"omega_{axis}_{m} [deg/s]"] = Real(bounds=(-rate, rate))
+            declared[f"duration_{m} [s]"] = Real(bounds=(0.0, longest))
+        self.var_names = tuple(declared)
+        super().__init__(
+            vars=declared, n_obj=len(self.objectives), n_ieq_constr=len(self.constraint_names)
+        )
+
+    def split(self, X: ArrayLike) -> tuple[Ints, Floats]:
+        """Numbers of options (n, n_places) and maneuvers (n, 4 m) of designs.
+
+        ValueError or TypeError for what is neither (n,) dicts nor (n, n_var) numbers in range.
+        """
+        k, numbers = len(self.suites.places), self.numbers(X)
+        choices = numbers[:, :k].astype(np.int64)
+        for j, place in enumerate(self.suites.places):
+            wrong = (numbers[:, j] != choices[:, j]) | (choices[:, j] < 0)
+            wrong |= choices[:, j] >= len(place.options)
+            if wrong.any():
+                raise ValueError(
+                    f"{place.name} = {numbers[wrong][0, j]}: expected a whole number from 0 to "
+                    f"{len(place.options) - 1}, of {', '.join(place.options)}"
+                )
+        return choices, numbers[:, k:]
+
+    def evaluation(self, X: ArrayLike, history: bool = False) -> Evaluation:
+        """Filter runs of designs; of states only those that all suites have: no Sun sensor's."""
+        from mgeo_suite.evaluation import evaluated  # compiles
+
+        return evaluated(self.suites, *self.split(X), self.threads, history)
+
+    def _evaluate(self, X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        numbers = self.numbers(X)
+        decode(self.split(numbers)[1])  # tells of a bad design by its place among all of them
+        values = self._cache.complete(numbers, self._run)
+        out["F"], out["G"] = np.split(values, [self.n_obj], axis=1)
+
+    def _run(self, numbers: Floats) -> Floats:
+        """Objectives and constraints, side by side, shape (n, n_obj + n_ieq_constr)."""
+        result = self.evaluation(numbers)
+        resources = self.suites.resources(self.split(numbers)[0])
+        columns = [
+            entry.value(self.suites.model, result, resources) for entry in self._objectives()
+        ]
+        columns += [entry.value(self.suites.model, result) for entry in self._constraints]
+        return np.column_stack(columns)
+
+    def _objectives(self) -> list[Objective]:
+        return [OBJECTIVES[name] for name in self.objectives]
+
+    def numbers(self, X: ArrayLike) -> Floats:
+        """Designs as numbers (n, n_var), of a choice that of its option; see `split`."""
+        designs = np.asarray(X)
+        if designs.dtype == object and designs.ndim == 1:
+            rows = []
+            for design in designs:
+                row = [place.options.index(design[place.name]) for place in self.suites.places]
+                rows.append(row + [design[name] for name in self.var_names[len(row) :]])
+            designs = np.array(rows, dtype=float).reshape(-1, self.n_var)
+        numbers = np.atleast_2d(designs.astype(float))
+        if numbers.ndim != 2 or numbers.shape[1] != self.n_var:
+            raise ValueError(f"X of shape {np.shape(X)}: expected (n, {self.n_var})")
+        return numbers
+
+    @classmethod
+    def from_options(cls, options: Mapping[str, Any]) -> SensorSuiteProblem:
+        """Build it from options: ``preset``, and what differs from it.
+
+        ``scenario`` and ``catalog`` are tables (`Scenario.from_dict`, `Catalog.from_dict`),
+        ``objectives`` a list of names.
+        """
+        for key, value in options.items():
+            if key not in _OPTIONS:
+                raise KeyProblem(str(key), value, f"unknown key{known_names(key, _OPTIONS)}")
+        preset = options.get("preset", "cubesat")
+        if not isinstance(preset, str) or preset not in PRESETS:
+            raise InvalidValue("preset", preset, f"unknown preset{known_names(preset, PRESETS)}")
+        for key in ("scenario", "catalog"):
+            if not isinstance(options.get(key, {}), Mapping):
+                raise InvalidType(key, options[key], "expected a table")
+        made: dict[str, Any] = {"objectives": options.get("objectives", PRESETS[preset])}
+        for key, read in (("scenario", Scenario.from_dict), ("catalog", Catalog.from_dict)):
+            try:
+                made[key] = read(options[key]) if key in options else None
+            except InvalidValue as error:
+                raise error.under(key) from None
+        return cls(**made)
+
+    @classmethod
+    def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+        """Options of a file in `folder`, with the scenario and the catalog that it names read."""
+        found = dict(options)
+        if isinstance(name := found.get("scenario"), str):
+            found["scenario"] = Scenario.from_toml(folder / name).to_dict()
+        if isinstance(name := found.get("catalog"), str):
+            found["catalog"] = Catalog.from_toml(folder / name).to_dict()
+        return found
+
+    def options(self) -> dict[str, Any]:
+        """Scenario, catalog and objectives as nested dicts of JSON's types."""
+        scenario = dataclasses.replace(
+            self.scenario,
+            gyro=self.suites.places[0].instruments[0],
+            sensors=(self.suites.places[1].instruments[0],),  # any: the catalog's count
+        )
+        return {
+            "scenario": scenario.to_dict(),
+            "catalog": self.catalog.to_dict(),
+            "objectives": list(self.objectives),
+        }
+
+    def indicator_space(self, F: ArrayLike) -> Floats:
+        """Objectives as indicators see them, of order one, shape (n, n_obj).
+
+        Resources as shares of the most expensive suite's, accuracy as decades above 0.001 deg out
+        of four, others as the attitude problem does.
+        """
+        greatest = np.sum([place.resources.max(axis=0) for place in self.suites.places], axis=0)
+        greatest = np.where(greatest > 0.0, greatest, 1.0)
+        values = np.atleast_2d(np.asarray(F, dtype=float))
+        columns = [
+            entry.indicator(column, self.scenario, greatest)
+            for entry, column in zip(self._objectives(), values.T, strict=True)
+        ]
+        return np.column_stack(columns)
+
+    def describe(self, X: ArrayLike) -> pd.DataFrame:
+        """Each solution, one row: its suite, what that costs, and what it comes to know."""
+        return describe.describe(self, X)
+
+    def answers(self, X: ArrayLike) -> list[str]:
+        """What each solution is worth, in one line."""
+        return describe.answers(self, X)
+
+    def limits(self, X: ArrayLike) -> list[pd.DataFrame]:
+        """The scenario's limits and each solution's margins, in their own units."""
+        return describe.limits(self, X)
+
+    def front_summary(self, F: ArrayLike) -> dict[str, float]:
+        """The cheapest price at which a front reaches 1, 0.1 and 0.03 deg, where it does."""
+        return describe.front_summary(self, F)
+
+    def figures(self, X: ArrayLike) -> dict[str, go.Figure]:
+        """``front`` by suite, and which sensors appear where."""
+        from mgeo_suite.figures import figures
+
+        return figures(self, X)
+
+    def solution_figures(self, X: ArrayLike) -> list[dict[str, go.Figure]]:
+        """For each solution its plan and how the attitude comes to be known along it."""
+        from mgeo_suite.figures import solution_figures
+
+        return solution_figures(self, X)

@@ -1,0 +1,205 @@
+"""Integers, bits and choices beside reals: steps, and fronts against exhaustive search."""
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pymoo.core.mixed import MixedVariableSampling
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Binary, Choice, Integer, Real
+from pymoo.indicators.hv import HV
+from pymoo.optimize import minimize
+
+from mgeo import MGEOCanonical, MGEODirected, MGEOVar
+from mgeo.algorithms.state import SavedState, capture, restore
+from mgeo.algorithms.variables import KINDS, Variables
+from mgeo.algorithms.whole import whole_steps
+from mgeo.testing import check_problem
+
+from .. import naive
+
+MATERIALS = {"steel": (7.8, 210.0), "titanium": (4.5, 110.0), "carbon": (1.6, 150.0)}
+PRICE = {"steel": 1.0, "titanium": 6.0, "carbon": 9.0}
+
+
+class Rod(ElementwiseProblem):
+    """Cost and stretch of a bundle of rods: a variable of each kind. Real ones can be left out."""
+
+    def __init__(self, real=True):
+        kinds = {
+            "coated": Binary(),
+            "rods": Integer(bounds=(1, 6)),
+            "material": Choice(options=list(MATERIALS)),
+            "grade": Choice(options=[3, 1, 2, 7]),
+        }
+        if real:
+            kinds["area"] = Real(bounds=(0.5, 2.0))
+        super().__init__(vars=kinds, n_obj=2, n_ieq_constr=1)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        assert type(X["rods"]) is int
+        assert type(X["coated"]) is bool
+        assert type(X["material"]) is str
+        density, modulus = MATERIALS[X["material"]]
+        area = X.get("area", 1.0) * X["rods"]
+        misfit = (X["grade"] - 2 * X["rods"] / 3) ** 2
+        cost = area * density * PRICE[X["material"]] + misfit + 0.5 * X["coated"]
+        out["F"] = [cost, 100.0 / (modulus * area) * (2 - X["coated"]) + 0.01 * misfit]
+        out["G"] = [area - 9.0]
+
+
+def exhaustive(problem, areas=(None,)):
+    """Objectives of all feasible designs, with these areas."""
+    rows = []
+    for coated, rods, material, grade, area in itertools.product(
+        (False, True), range(1, 7), MATERIALS, (3, 1, 2, 7), areas
+    ):
+        x = {"coated": coated, "rods": rods, "material": material, "grade": grade}
+        rows.append(x if area is None else {**x, "area": float(area)})
+    F, G = problem.evaluate(np.array(rows, dtype=object), return_values_of=["F", "G"])
+    F = F[G[:, 0] <= 0]
+    return F[naive.archive_rows(F.tolist(), [0.0] * len(F))]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("algorithm", [MGEODirected(), MGEOCanonical(1.0, 5)], ids=repr)
+def test_without_reals_the_whole_front_is_found(algorithm, seed):
+    problem = Rod(real=False)
+    result = minimize(problem, algorithm, ("n_eval", 3000), seed=seed)
+    found, expected = (F[np.lexsort(F.T)] for F in (result.F, exhaustive(problem)))
+    assert np.array_equal(found, expected)
+    assert np.array_equal(problem.evaluate(result.X, return_values_of=["F"]), result.F)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_beside_reals_it_finds_what_a_grid_does_and_more(seed):
+    problem = Rod()
+    known = exhaustive(problem, np.linspace(0.5, 2.0, 31))
+    ideal, nadir = known.min(axis=0), known.max(axis=0)
+    volume = HV(ref_point=np.array([1.1, 1.1]))
+    result = minimize(problem, MGEODirected(), ("n_eval", 6000), seed=seed)
+    share = volume((result.F - ideal) / (nadir - ideal)) / volume((known - ideal) / (nadir - ideal))
+    assert share > 0.999
+    assert (result.G <= 0).all()
+
+
+def test_the_variant_of_groups_flips_the_bits_of_a_choice_together():
+    class Two(Problem):
+        def __init__(self):
+            kinds = {"a": Choice(options=list("xyz")), "b": Integer(bounds=(0, 9))}
+            super().__init__(vars=kinds, n_obj=2)
+
+        def _evaluate(self, X, out, *args, **kwargs):
+            a = np.array(["xyz".index(x["a"]) for x in X])
+            b = np.array([x["b"] for x in X])
+            out["F"] = np.column_stack([b + 3 * (a == 1), (9 - b) + 3 * (a == 2)])
+
+    result = minimize(Two(), MGEOVar(1.0, 5), ("n_eval", 2000), seed=1)
+    assert sorted(F.tolist() for F in result.F) == [[float(b), 9.0 - b] for b in range(10)]
+    assert {x["a"] for x in result.X} == {"x"}
+
+
+def test_reals_that_are_declared_give_the_same_bits():
+    class Plain(Problem):
+        def __init__(self, **sizes):
+            super().__init__(n_obj=2, **sizes)
+
+        def _evaluate(self, X, out, *args, **kwargs):
+            X = np.array([[x["a"], x["b"]] for x in X]) if X.dtype == object else X
+            out["F"] = np.column_stack([(X**2).sum(axis=1), ((X - 1) ** 2).sum(axis=1)])
+
+    declared = {name: Real(bounds=(-3.0, 5.0)) for name in "ab"}
+    a, b = (
+        minimize(problem, MGEODirected(), ("n_eval", 2000), seed=4)
+        for problem in (Plain(vars=declared), Plain(n_var=2, xl=-3.0, xu=5.0))
+    )
+    assert a.F.tobytes() == b.F.tobytes()
+
+
+def test_a_run_of_mixed_variables_goes_on_from_its_state():
+    problem = Rod()
+
+    def begun():
+        return MGEODirected(n_walkers=3).setup(problem, termination=("n_gen", 20), seed=3)
+
+    whole, part = begun(), begun()
+    whole.run()
+    for _ in range(8):
+        part.next()
+    saved = capture(part)
+    saved = SavedState(saved.arrays, json.loads(json.dumps(saved.data)))
+    restored = restore(saved, problem)
+    restored.run()
+    assert restored.opt.get("F").tobytes() == whole.opt.get("F").tobytes()
+    assert restored.opt.get("X").tolist() == whole.opt.get("X").tolist()
+
+
+def test_walkers_begin_where_they_are_told_to():
+    starts = MixedVariableSampling().do(Rod(), 4, random_state=np.random.default_rng(1)).get("X")
+    run = MGEODirected(n_walkers=4, sampling=starts).setup(Rod(), seed=1)
+    assert run.variables.designs(run.walkers).tolist() == starts.tolist()
+    with pytest.raises(TypeError, match="sampling"):
+        MGEODirected(sampling=[{**starts[0], "material": "wood"}]).setup(Rod(), seed=1)
+
+
+def test_points_drawn_take_every_level_as_often_as_the_others():
+    run = MGEODirected(n_walkers=6000).setup(Rod(), seed=2)
+    for column, levels in zip(run.walkers.T, (2, 6, 3, 4), strict=False):
+        counts = np.unique(column, return_counts=True)[1]
+        assert len(counts) == levels
+        assert counts == pytest.approx(6000 / levels, rel=0.1)
+
+
+@st.composite
+def steps(draw):
+    """Arguments of `whole_steps` for 6 variables."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    xl = rng.integers(-3, 3, 6).astype(float)
+    xu = xl + rng.integers(0, 5, 6)
+    x, moved, donor = (xl + (xu - xl) * rng.random((4, 5, 6)) for _ in range(3))
+    donor = np.where(rng.random((4, 5, 1)) < 0.5, np.rint(donor), np.nan)
+    own, choice = rng.integers(0, 6, (4, 5)), rng.random(6) < 0.5
+    return np.rint(x[:, :1]), moved, own, donor, choice, xl, xu, rng.random((4, 5, 6))
+
+
+@given(steps())
+def test_steps_end_on_whole_numbers_within_the_bounds_and_change_their_own_variable(arguments):
+    x, moved, own, donor, choice, xl, xu, _ = arguments
+    end = whole_steps(*arguments)
+    assert np.array_equal(end, np.rint(end))
+    assert ((end >= xl) & (end <= xu)).all()
+    changed = end != x
+    mine = np.take_along_axis(changed, own[..., None], axis=2)[..., 0]
+    assert np.array_equal(mine, (xu > xl)[own])
+    others = np.arange(6) != own[..., None]
+    assert not changed[others & (np.rint(moved) == x)].any()
+    ordered = others & ~choice
+    assert np.array_equal(end[ordered], np.rint(moved)[ordered])
+    learned = others & choice & ~np.isnan(donor) & (np.rint(moved) != x)
+    assert np.array_equal(end[learned], donor[learned])
+
+
+def test_a_choice_without_donor_takes_any_other_option_as_often():
+    n, rng = 30_000, np.random.default_rng(1)
+    x, moved = np.full((n, 1), 2.0), np.full((n, 1), 3.0)
+    bounds = np.array([0.0]), np.array([4.0])
+    none, own = np.full((n, 1), np.nan), np.zeros(n, dtype=int)
+    end = whole_steps(x, moved, own, none, np.array([True]), *bounds, rng.random((n, 1)))
+    found, counts = np.unique(end, return_counts=True)
+    assert found.tolist() == [0, 1, 3, 4]
+    assert counts == pytest.approx(n / 4, rel=0.05)
+
+
+def test_numbers_and_designs_of_all_kinds_are_inverse():
+    variables = Variables.of(Rod(), KINDS)
+    designs = MixedVariableSampling().do(Rod(), 50, random_state=np.random.default_rng(1)).get("X")
+    assert variables.designs(variables.values(designs)).tolist() == designs.tolist()
+    assert variables.choice.tolist() == [False, False, True, True, False]
+    assert variables.xu.tolist() == [1, 6, 2, 3, 2]
+
+
+def test_the_check_of_problems_takes_mixed_variables():
+    check_problem(Rod())

@@ -1,0 +1,104 @@
+"""The catalog: what is in ours, and what is said of one that is not right."""
+
+import copy
+import re
+from pathlib import Path
+
+import mgeo_suite.catalog
+import pytest
+from mgeo_suite import Catalog
+from mgeo_suite.catalog import CatalogError
+
+TEXT = Path(mgeo_suite.catalog.__file__).with_name("catalog.toml").read_text(encoding="utf-8")
+
+
+def test_every_figure_of_ours_says_where_it_is_from():
+    figures = re.findall(r"^(\w+) = [\d.e-]+(.*)$", TEXT, re.MULTILINE)
+    assert len(figures) > 60
+    for key, comment in figures:
+        assert re.match(r" # \S", comment), key
+    for section in ("gyros", "magnetometers", "sun_sensors", "star_trackers"):
+        for grade in getattr(Catalog.default(), section):
+            source = grade.entry.source
+            assert source == "typical" or "https://" in source or "http://" in source
+
+
+def test_better_grades_of_ours_cost_more():
+    for section in ("gyros", "magnetometers", "sun_sensors", "star_trackers"):
+        prices = [grade.entry.price_keur for grade in getattr(Catalog.default(), section)]
+        assert prices == sorted(prices)
+
+
+def test_tables_and_catalogs_are_inverse(table):
+    for catalog in (Catalog.default(), Catalog.from_dict(table)):
+        assert Catalog.from_dict(catalog.to_dict()) == catalog
+        assert hash(Catalog.from_dict(catalog.to_dict())) == hash(catalog)
+
+
+def changed(table, place, value):
+    table = copy.deepcopy(table)
+    *path, last = place
+    inner = table
+    for key in path:
+        inner = inner[key]
+    if value is None:
+        del inner[last]
+    else:
+        inner[last] = value
+    return table
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "message"),
+    [
+        (("gyroes",), [], r"gyroes: unknown key, did you mean 'gyros'"),
+        (("gyros",), None, r"gyros = \[\]: expected at least one entry \[\[gyros\]\]"),
+        (("magnetometers",), [], "magnetometers = .*at least one entry"),
+        (("gyros",), {"name": "x"}, r"gyros = .*expected entries \[\[gyros\]\]"),
+        (("gyros", 0, "price"), 3.0, r"gyros\[0\]\.price: unknown key, did you mean 'price_keur'"),
+        (("gyros", 1, "mass_g"), None, r"gyros\[1\]\.mass_g: missing; expected a number >= 0 g"),
+        (("gyros", 1, "mass_g"), -1.0, r"gyros\[1\]\.mass_g = -1\.0: expected a number >= 0 g"),
+        (("gyros", 1, "mass_g"), "5 g", r"gyros\[1\]\.mass_g = '5 g': expected a number"),
+        (("gyros", 1, "name"), "poor", r"gyros\[1\]\.name = 'poor': expected a name other than"),
+        (("sun_sensors", 0, "name"), "none", r"sun_sensors\[0\]\.name = 'none': expected a name"),
+        (("gyros", 0, "source"), None, r"gyros\[0\]\.source: missing"),
+        (("gyros", 0, "noise_nt"), 1.0, r"gyros\[0\]\.noise_nt: unknown key"),
+        (("sun_sensors", 0, "boresight"), [1, 0, 0], r"sun_sensors\[0\]\.boresight: unknown key"),
+        (
+            ("sun_sensors", 1, "field_of_view_deg"),
+            180.0,
+            r"sun_sensors\[1\]\.field_of_view_deg = 180\.0: expected that all or none see every",
+        ),
+        (
+            ("sun_sensors", 1, "initial_bias"),
+            0.01,
+            r"sun_sensors\[1\]\.initial_bias = 0\.01: expected that all or none have no bias",
+        ),
+        (
+            ("sun_sensors", 1, "sample_interval"),
+            20.0,
+            r"sun_sensors\[1\]\.sample_interval = 20\.0: expected None, as all have",
+        ),
+        (
+            ("gyros", 1, "initial_scale_factor"),
+            1e-3,
+            r"gyros\[1\] has the states = \['bias', 'scale_factor'\]: expected bias, those of",
+        ),
+        (("faces",), ["+x", "up"], r"faces = \['\+x', 'up'\]: expected a list of '\+x', '-x'"),
+        (("faces",), ["+x", "+x"], "faces = .*each once"),
+    ],
+)
+def test_what_is_wrong_is_named(table, place, value, message):
+    with pytest.raises(ValueError, match=message):
+        Catalog.from_dict(changed(table, place, value))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [("[[gyros]\n", "mine.toml: .*line 1"), ("gyros = 1\n", "mine.toml: gyros = 1: expected ent")],
+)
+def test_a_file_is_named(tmp_path, text, message):
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(CatalogError, match=message):
+        Catalog.from_toml(path)

@@ -1,0 +1,60 @@
+"""Tables and pictures of suites."""
+
+import numpy as np
+import pytest
+from mgeo_attitude import evaluate
+from mgeo_suite.describe import suite_text
+
+
+def test_a_suite_in_words(problem):
+    assert suite_text(problem, np.array([0, 1, 0, 0, 0])) == "poor gyro, better magnetometer"
+    assert suite_text(problem, np.array([1, 0, 1, 2, 2])) == (
+        "good gyro, mag magnetometer, tracker star tracker, 2 fine Sun sensors (+x, -z)"
+    )
+    assert suite_text(problem, np.array([1, 0, 0, 0, 1])).endswith("1 coarse Sun sensor (-z)")
+
+
+def test_a_row_of_the_table_is_the_design(problem, points):
+    table, F = problem.describe(points), problem.evaluate(points)
+    assert np.array_equal(table["price [kEUR]"], F[:, 0])
+    assert np.array_equal(table["attitude 1-sigma [deg]"], F[:, 3])
+    assert np.array_equal(table["t_end [s]"], F[:, 4])
+    names = [problem.suites.names(row) for row in points[:, :5].astype(int)]
+    assert table["gyro"].tolist() == [each["gyro"] for each in names]
+    assert f"{points[0, 5]:+.3f}" in table.filter(like="maneuver 1").iloc[0, 0]
+
+
+def test_the_front_numbers_its_points_by_row(problem, points):
+    figure = problem.figures(points)["front"]
+    F = problem.evaluate(points)
+    numbers = np.concatenate([trace.customdata for trace in figure.data])
+    assert sorted(numbers) == list(range(len(points)))
+    for trace in figure.data:
+        assert np.array_equal(trace.x, F[trace.customdata, 0])
+        assert np.array_equal(trace.y, F[trace.customdata, 3])
+        with_tracker = points[trace.customdata, 2] == 1
+        assert with_tracker.all() == (trace.name != "no star tracker")
+
+
+def test_the_map_of_sensors_has_every_choice(problem, points):
+    (heatmap,) = problem.figures(points)["sensors"].data
+    order = np.argsort(problem.evaluate(points)[:, 0], kind="stable")
+    for row, name in enumerate(heatmap.y):
+        place = next(place for place in problem.suites.places if place.name == name)
+        column = problem.suites.places.index(place)
+        expected = [place.options[int(points[i, column])] for i in order]
+        assert list(heatmap.text[row]) == expected
+
+
+def test_the_plan_behind_a_point_is_flown(problem, points):
+    shown = problem.solution_figures(points[:3])
+    for row, figures in zip(points, shown, strict=False):
+        choice = row[:5].astype(int)
+        model = problem.suites.variant(choice)
+        result = evaluate(model, row[None, 5:], history=True)
+        (line,) = figures["attitude"].data
+        end = round(result.t_end[0] / model.step)
+        sigma = np.degrees(np.sqrt(result.variances[0, end, :3].max()))
+        assert line.x[-1] == result.t_end[0]
+        assert line.y[-1] == pytest.approx(sigma, rel=1e-9)
+        assert figures["rates"].data[0].y[0] == pytest.approx(row[5])

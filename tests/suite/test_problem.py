@@ -1,0 +1,182 @@
+"""Suites against the attitude problem with the same sensors, and against sums written out."""
+
+import dataclasses
+import itertools
+import pickle
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
+from mgeo_attitude.accuracy import attitude_accuracy_deg
+from mgeo_attitude.fields import InvalidValue
+from mgeo_suite import Catalog, SensorSuiteProblem
+from mgeo_suite.heads import Absent, SunHead
+from pymoo.optimize import minimize
+
+from mgeo import MGEODirected
+from mgeo.algorithms.variables import designs_of
+from mgeo.testing import check_problem
+
+from .conftest import grade
+
+
+def test_it_keeps_the_protocol(problem):
+    check_problem(problem, n_points=6)
+
+
+def carried(problem, choice):
+    """The scenario with the gyro and the sensors that a choice has, and no other."""
+    gyro, *sensors = (p.instruments[i] for p, i in zip(problem.suites.places, choice, strict=True))
+    present = tuple(sensor for sensor in sensors if not isinstance(sensor, Absent))
+    return dataclasses.replace(problem.scenario, gyro=gyro, sensors=present)
+
+
+CHOICES = [(0, 0, 0, 0, 0), (1, 1, 1, 2, 1), (0, 1, 0, 0, 2), (1, 0, 1, 0, 0)]
+
+
+@pytest.mark.parametrize("choice", CHOICES)
+def test_a_suite_is_worth_what_the_attitude_problem_says(problem, points, choice):
+    """By a kernel of its own sensors alone, which knows of no others."""
+    X = points.copy()
+    X[:, :5] = choice
+    plans = X[:, 5:]
+    F = problem.evaluate(X)
+    own = AttitudeManeuverProblem(carried(problem, choice))
+    expected = own.evaluate(plans)
+    assert np.array_equal(F[:, 4], expected[:, 0])
+    assert F[:, 5] == pytest.approx(expected[:, 1], rel=1e-9)
+    covariance = evaluate(own.model, plans, covariance=True).covariance
+    assert F[:, 3] == pytest.approx(attitude_accuracy_deg(covariance), rel=1e-9)
+
+
+def test_a_suite_agrees_with_the_reference_filter(problem, points):
+    """Filterpy's, of the sensors that there are."""
+    X = points[:3].copy()
+    X[:, :5] = (1, 1, 1, 0, 2)
+    model = FilterModel.from_scenario(carried(problem, (1, 1, 1, 0, 2)))
+    for row, F in zip(X, problem.evaluate(X), strict=True):
+        history = reference_run(model, row[5:])
+        assert F[4] == history.t_end
+        assert F[5] == pytest.approx(history.trace[-1], rel=1e-9)
+        assert F[3] == pytest.approx(attitude_accuracy_deg(history.covariance), rel=1e-9)
+
+
+def test_a_catalog_of_a_presets_sensors_is_the_preset(scenario, points):
+    """The scenario's own instruments, as they stand in its file."""
+    sun, mag = scenario.sensors
+    keys = {"gyros": scenario.gyro, "magnetometers": mag, "sun_sensors": sun}
+    table = {"faces": ["+z"]}
+    for section, instrument in keys.items():
+        values = dataclasses.asdict(instrument)
+        table[section] = [
+            grade("own", **{k: v for k, v in values.items() if k not in ("name", "boresight")})
+        ]
+    problem = SensorSuiteProblem(scenario, Catalog.from_dict(table), ("t_end", "trace"))
+    X = np.hstack([np.tile([0.0, 0.0, 1.0], (len(points), 1)), points[:, 5:]])
+    expected = AttitudeManeuverProblem(scenario).evaluate(points[:, 5:])
+    assert np.array_equal(problem.evaluate(X)[:, 0], expected[:, 0])
+    assert problem.evaluate(X)[:, 1] == pytest.approx(expected[:, 1], rel=1e-9)
+
+
+def test_resources_are_the_sums_of_what_is_bought(problem, table, points):
+    sections = ["gyros", "magnetometers", "star_trackers", "sun_sensors", "sun_sensors"]
+    keys = ["price_keur", "mass_g", "power_mw"]
+    sizes = [range(len(place.options)) for place in problem.suites.places]
+    for choice in itertools.product(*sizes):
+        total = np.zeros(3)
+        for section, place, number in zip(sections, problem.suites.places, choice, strict=True):
+            index = number - (place.options[0] == "none")
+            if index >= 0:
+                total += [table[section][index][key] for key in keys]
+        assert problem.suites.resources(np.array([choice]))[0] == pytest.approx(total)
+    X = points[:3]
+    assert problem.evaluate(X)[:, :3] == pytest.approx(
+        problem.suites.resources(X[:, :5].astype(int))
+    )
+
+
+def test_numbers_and_dicts_are_the_same_designs(problem, points):
+    designs = designs_of(problem, points)
+    assert designs[0]["gyro"] in ("poor", "good")
+    assert np.array_equal(problem.evaluate(designs), problem.evaluate(points))
+    assert np.array_equal(problem.numbers(designs), points)
+    assert np.array_equal(problem.numbers([dict(designs[0])]), points[:1])
+
+
+def test_values_do_not_depend_on_what_else_is_in_the_batch(problem, points):
+    fresh = pickle.loads(pickle.dumps(problem))
+    together = problem.evaluate(points)
+    for threads in (1, 3):
+        fresh.threads = threads
+        for rows in np.array_split(np.arange(len(points))[::-1], 7):
+            assert np.array_equal(fresh.evaluate(points[rows]), together[rows])
+    many = problem.suites
+    many._known.clear()
+    assert np.array_equal(
+        SensorSuiteProblem.from_options(problem.options()).evaluate(points), together
+    )
+
+
+def test_a_sun_sensor_needs_no_bias_states():
+    full = SunHead(name="a", initial_bias=0.02, field_of_view_deg=60.0)
+    bare = dataclasses.replace(full, initial_bias=0.0)
+    assert list(full.states()) == ["misalignment", "bias"]
+    assert list(bare.states()) == ["misalignment"]
+    scenario = dataclasses.replace(
+        Scenario.cubesat_6u(), duration=600.0, step=10.0, sensors=(bare,)
+    )
+    tiny = dataclasses.replace(scenario, sensors=(dataclasses.replace(full, initial_bias=1e-9),))
+    X = np.array([[0.3, 0.2, -0.4, 200.0] * 3])
+    a, b = (evaluate(FilterModel.from_scenario(s), X, covariance=True) for s in (scenario, tiny))
+    assert a.covariance[0, :3, :3] == pytest.approx(b.covariance[0, :3, :3], rel=1e-9)
+
+
+def test_the_cheapest_suite_and_the_best_are_found(problem):
+    """Against every suite of the catalog, each with some hundred plans."""
+    two = SensorSuiteProblem(problem.scenario, problem.catalog, ("price", "attitude"))
+    result = minimize(two, MGEODirected(), ("n_eval", 4000), seed=1)
+    sizes = [range(len(place.options)) for place in two.suites.places]
+    rng, best = np.random.default_rng(2), {}
+    for choice in itertools.product(*sizes):
+        X = np.tile([*choice, *np.zeros(12)], (40, 1))
+        X[:, 5:] = rng.uniform(-1.0, 1.0, (40, 12))
+        X[:, 8::4] = rng.uniform(0.0, 300.0, (40, 3))
+        price, accuracy = two.evaluate(X).T
+        best[price[0]] = min(best.get(price[0], np.inf), accuracy.min())
+    assert result.F[:, 0].min() == min(best)
+    for price, accuracy in best.items():
+        assert result.F[result.F[:, 0] <= price, 1].min() <= accuracy
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"objectives": ["prize"]}, r"objectives\[0\] = 'prize': unknown objective, did you mean"),
+        ({"objectives": []}, "objectives = .*at least one name"),
+        ({"objectives": ["price", "price"]}, r"objectives\[1\] = 'price': expected each one once"),
+        ({"objectives": ["t_required"]}, "the scenario has no required_sigma"),
+        ({"catalogue": {}}, "catalogue: unknown key, did you mean 'catalog'"),
+        ({"preset": "cubsat"}, "preset = 'cubsat': unknown preset, did you mean 'cubesat'"),
+        ({"scenario": 3}, "scenario = 3: expected a table"),
+        ({"scenario": {"preset": "paper", "step": -1.0}}, r"scenario\.step = -1\.0: expected"),
+        (
+            {"scenario": {"preset": "paper", "required_sigma": {"sun.bias": 1.0}}},
+            r"required_sigma.sun.bias = 1.0: expected a state of the attitude, the gyro",
+        ),
+        ({"scenario": {"preset": "paper", "flight": {"count": 3}}}, "flight = .*flown exactly"),
+    ],
+)
+def test_bad_options_are_named(changes, message):
+    with pytest.raises(InvalidValue, match=message):
+        SensorSuiteProblem.from_options(changes)
+
+
+def test_designs_that_are_none_are_refused(problem, points):
+    X = points[:2].copy()
+    X[1, 0] = 2.0
+    with pytest.raises(
+        ValueError, match=r"gyro = 2\.0: expected a whole number from 0 to 1, of poor"
+    ):
+        problem.describe(X)
+    with pytest.raises(ValueError, match=r"X of shape \(2, 5\): expected \(n, 17\)"):
+        problem.describe(X[:, :5])
