@@ -46,8 +46,8 @@ class Solving(TyperCommand):
 
         others = ", ".join(algorithms.other_parameters(FLAGS))
         texts = {flag: algorithms.parameter_help(name) for name, flag in FLAGS.items()} | {
-            "--algorithm": f"{', '.join(algorithms.ALGORITHMS)} [default: {algorithms.DEFAULT}, if "
-            "the problem asks for no other].",
+            "--algorithm": f"{', '.join(algorithms.ALGORITHMS)}. [default: {algorithms.DEFAULT}, "
+            "unless the problem asks for another]",
             "--set": f"Any other parameter of the algorithm, such as bits=12 or restart=archive; "
             f"may be given several times. They are {others}.",
         }
