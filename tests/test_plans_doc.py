@@ -36,7 +36,7 @@ def test_the_commands_and_the_code(tmp_path, monkeypatch, capsys):
             codes = {0, 3}
         done = CliRunner().invoke(app, arguments)
         assert done.exit_code in codes, line + done.output + done.stderr
-    made = ["plan.aem", "plan.csv", "plan.html", "plan.json"]
+    made = ["plan.aem", "plan.csv", "plan.html", "plan.json", "plan.uplink.csv"]
     assert sorted(path.name for path in tmp_path.glob("plan.*")) == made
     by_commands = read_json("plan.json"), Path("plan.csv").read_bytes()
     (code,) = blocks("python")

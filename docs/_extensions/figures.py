@@ -1,19 +1,29 @@
 """Interactive figures of the site, drawn when it is built, mostly from the data in this folder."""
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
-from mgeo_attitude import Scenario, calibrate, fly
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, calibrate, fly
 from mgeo_attitude.environment.interpolation import interpolate, nearest
+from mgeo_attitude.filter.momentum import MomentumBudget
+from mgeo_attitude.filter.reference import can_measure
+from mgeo_attitude.filter.wheel_load import wheel_loads
+from mgeo_attitude.flight import Motion
 from mgeo_suite import SensorSuiteProblem
+from plotly.subplots import make_subplots
 
 _FRONTS = Path(__file__).parents[1] / "fronts"
+_TRACKER = Path(__file__).parents[1] / "scenarios" / "tracker.toml"
+#: Time to converge of the plan of its front that is shown, the knee [s].
+_KNEE = 880.0
+_ERRORS = _FRONTS.parent / "errors.csv"
 
 #: Files that figures are drawn from; a page is built again when one of them changes.
-SOURCES = (Path(__file__), *sorted(_FRONTS.glob("*.csv")))
+SOURCES = (Path(__file__), _TRACKER, *sorted(_FRONTS.glob("*.csv")), _ERRORS)
 
 _LIMITS = {"free": ("cubesat_6u", "#1f5fa8"), "limits": ("with limits.toml", "#c8501e")}
 _STARTS = {
@@ -29,6 +39,20 @@ _POLYNOMIALS = (
     ("Hermite, degree 3", 2, True, "#7fa8d4"),
     ("Hermite, degree 7", 4, True, "#1f5fa8"),
 )
+#: Color and name of what blinds the star tracker.
+_DIRECTIONS = {
+    "sun": ("#e0a000", "Sun"),
+    "earth": ("#1f5fa8", "Earth's limb"),
+    "moon": ("#8a8a8a", "Moon"),
+}
+_COLORS = {"free": "#1f5fa8", "limits": "#c8501e"}
+_FLOORED = {
+    "attitude [deg]": "attitude [deg]",
+    "sun bias [arcmin]": "Sun sensor's bias [arcmin]",
+    "mag bias [nT]": "magnetometer's bias [nT]",
+}
+_FLOOR_COLORS = ("#1f5fa8", "#c8501e", "#4a8f3c")
+_ORBIT = 5992.0
 
 
 def limits() -> go.Figure:
@@ -92,6 +116,99 @@ def interpolation() -> go.Figure:
     return figure
 
 
+def tracker() -> go.Figure:
+    """Angles from the star tracker's boresight along a plan, its rate, and when it measures."""
+    problem, design = _knee()
+    model, n = problem.model, round(_KNEE)
+    motion = Motion.of(model, design, model.n_steps)
+    times, C = model.times[: n + 1], motion.attitude[: n + 1]
+    sees = can_measure(model, 2, motion.attitude, motion.rates)[: n + 1]
+    figure = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06)
+    for view in model.suite.sensors[2].views():
+        vectors, radius = model.direction(view.direction, slice(n + 1))
+        cosines = np.einsum("kij,kj->ki", C, vectors) @ view.axis
+        angle = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)) - radius)
+        angle[~vectors.any(axis=1)] = np.nan
+        color, name = _DIRECTIONS[view.direction]
+        least = float(np.degrees(view.half_angle))
+        line = {"color": color, "width": 1, "dash": "dash"}
+        figure.add_scatter(
+            x=times.tolist(), y=angle.tolist(), name=name, line={"color": color}, row=1, col=1
+        )
+        figure.add_hline(least, line=line, row=1, col=1)
+    rate = np.degrees(np.linalg.norm(motion.rates[:n], axis=1))
+    figure.add_scatter(
+        x=times[1:].tolist(),
+        y=rate.tolist(),
+        name="body rate",
+        line={"color": "#333"},
+        row=2,
+        col=1,
+    )
+    figure.add_hline(0.5, line={"color": "#333", "width": 1, "dash": "dash"}, row=2, col=1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], sees, [False]]).astype(int)))
+    for begin, end in edges.reshape(-1, 2):
+        span = {"fillcolor": "#2a9d5c", "opacity": 0.15, "line_width": 0, "layer": "below"}
+        figure.add_vrect(float(times[begin]), float(times[end - 1]), **span)
+    figure.update_xaxes(title="time [s]; green: it measures", row=2, col=1)
+    figure.update_yaxes(title="off boresight [deg]", row=1, col=1)
+    figure.update_yaxes(title="deg/s", row=2, col=1)
+    figure.update_layout(
+        template="plotly_white", height=520, margin={"l": 60, "r": 20, "t": 20, "b": 50}
+    )
+    return figure
+
+
+def wheels() -> go.Figure:
+    """Greatest momentum of a wheel until each time of a plan, by allocation and disturbances."""
+    problem, design = _knee()
+    steps = np.arange(1, round(_KNEE) + 1, 4)
+    plan = problem.model.schedule(np.tile(design, (len(steps), 1)))
+    figure = go.Figure()
+    for allocation, color in (("pseudo-inverse", "#1f5fa8"), ("minimax", "#c8501e")):
+        for quiet, dash in ((False, "solid"), (True, "dot")):
+            of = dataclasses.replace(problem.scenario.wheels, allocation=allocation)
+            changed = dataclasses.replace(problem.scenario, wheels=of)
+            budget = MomentumBudget.of(changed, problem.environment, np.eye(3), np.zeros(3))
+            budget = dataclasses.replace(budget, margin=0.0) if quiet else budget
+            found = wheel_loads(budget, plan, steps, problem.model.step, 1)[:, 0]
+            figure.add_scatter(
+                x=steps.tolist(),
+                y=(1e3 * found).tolist(),
+                name=allocation + (", no disturbances" if quiet else ""),
+                line={"color": color, "dash": dash},
+            )
+    figure.add_hline(2.0, line={"color": "#333", "width": 1, "dash": "dash"})
+    figure.update_xaxes(title="time [s]")
+    figure.update_yaxes(title="greatest so far [mN m s]", rangemode="tozero")
+    figure.update_layout(
+        template="plotly_white", height=380, margin={"l": 60, "r": 20, "t": 20, "b": 50}
+    )
+    return figure
+
+
+def floor() -> go.Figure:
+    """1-sigma over ten orbits, with errors that vary and without."""
+    history = pd.read_csv(_ERRORS)
+    figure = go.Figure()
+    for (column, label), color in zip(_FLOORED.items(), _FLOOR_COLORS, strict=True):
+        for errors, dash in (("without", "dash"), ("with", "solid")):
+            chosen = history[history["errors"] == errors]
+            figure.add_scatter(
+                x=(chosen["time [s]"] / _ORBIT).tolist(),
+                y=chosen[column].tolist(),
+                mode="lines",
+                line={"color": color, "dash": dash},
+                name=f"{label}, {errors}",
+            )
+    figure.update_xaxes(title="orbits", type="log")
+    figure.update_yaxes(title="1-sigma of the worst axis", type="log", exponentformat="power")
+    figure.update_layout(
+        template="plotly_white", height=460, margin={"l": 60, "r": 20, "t": 20, "b": 50}
+    )
+    return figure
+
+
 def calibration() -> go.Figure:
     """What the example of the page on calibration finds."""
     scenario = Scenario.from_dict(
@@ -114,9 +231,20 @@ FIGURES: dict[str, Callable[[], go.Figure]] = {
     "limits": limits,
     "starts": starts,
     "interpolation": interpolation,
+    "tracker": tracker,
+    "wheels": wheels,
+    "floor": floor,
     "calibration": calibration,
     "suite": suite,
 }
+
+
+def _knee() -> tuple[AttitudeManeuverProblem, np.ndarray]:
+    """The problem of the tracker's file and the knee of its front."""
+    table = pd.read_csv(_FRONTS / "tracker.csv")
+    problem = AttitudeManeuverProblem(Scenario.from_toml(_TRACKER))
+    (row,) = np.flatnonzero(table["t_end [s]"] == _KNEE)
+    return problem, table.loc[row, problem.var_names].to_numpy(float)
 
 
 def _hover_texts(table: pd.DataFrame) -> list[str]:

@@ -1,11 +1,29 @@
 """Algorithms of the generalized extremal optimization family.
 
 `real` and `binary` are the published variants, of `walkers`; `directed` is ours; `base` makes
-pymoo algorithms of them; `state` captures and restores runs.
+pymoo algorithms of them; `state` captures and restores runs. What is not called MGEO here is what
+a variant of one's own is made of.
 """
 
+from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.binary import MGEOCanonical, MGEOVar
+from mgeo.algorithms.coding import BitCode, RealCode
 from mgeo.algorithms.directed import MGEODirected
 from mgeo.algorithms.real import MGEOReal, MGEOReal2
+from mgeo.algorithms.run_state import RunState
+from mgeo.algorithms.variables import Variables
+from mgeo.algorithms.walkers import IndependentWalkers
 
-__all__ = ["MGEOCanonical", "MGEODirected", "MGEOReal", "MGEOReal2", "MGEOVar"]
+__all__ = [
+    "BitCode",
+    "ExtremalOptimization",
+    "IndependentWalkers",
+    "MGEOCanonical",
+    "MGEODirected",
+    "MGEOReal",
+    "MGEOReal2",
+    "MGEOVar",
+    "RealCode",
+    "RunState",
+    "Variables",
+]

@@ -53,9 +53,11 @@ class ExtremalOptimization(Algorithm, ABC):
     candidates are evaluated in one batch and update the archive. Then each walker accepts one of
     its own with a probability proportional to k^-tau, k being its rank, be it better or not.
 
-    A subclass says what is proposed, accepted and restarted. It keeps each parameter of its
+    A subclass says what is proposed, accepted and restarted, by the methods `representation`,
+    `candidates`, `accept`, `restart_idle` and, if it carries more, `new_state` and `forget`;
+    `restart_walkers` and `archived` are there to be used. It keeps each parameter of its
     constructor under the parameter's name, and all that it carries from one generation to the
-    next in its `mgeo.algorithms.run_state.RunState`.
+    next in its `mgeo.algorithms.run_state.RunState`. `docs/your-algorithm.md` has an example.
 
     Parameters
     ----------
@@ -81,7 +83,7 @@ class ExtremalOptimization(Algorithm, ABC):
     code: RealCode | BitCode
     variables: Variables
     state: RunState
-    _values: FloatArray  # what is proposed, until it is accepted
+    proposed: FloatArray  # what `candidates` leaves for `accept`, if it does
 
     def __init__(
         self,
@@ -168,7 +170,7 @@ class ExtremalOptimization(Algorithm, ABC):
                 "keep objectives of times that are past: expected a problem whose values do not "
                 "change during a run (pymoo's DNSGA2 and KGB treat others)"
             )
-        self.code = self._code(problem)
+        self.code = self.representation(problem)
         self.variables = self.code.variables
         if options.get("termination", self.termination) is None:
             # counted in generations, to end also where pymoo's evaluator is not used
@@ -180,20 +182,20 @@ class ExtremalOptimization(Algorithm, ABC):
     # ---- what a subclass supplies -----------------------------------------------------------
 
     @abstractmethod
-    def _code(self, problem: Problem) -> RealCode | BitCode:
+    def representation(self, problem: Problem) -> RealCode | BitCode:
         """How walkers stand for the problem's variables, if the parameters fit them."""
 
     @abstractmethod
-    def _candidates(self) -> FloatArray:
+    def candidates(self) -> FloatArray:
         """(n_walkers * candidates a walker, n_var) variables to evaluate, walker by walker."""
 
     @abstractmethod
-    def _accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
+    def accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
         """Move the walkers by what their candidates are worth.
 
         Parameters
         ----------
-        F : (n, n_obj) objectives of `_candidates`.
+        F : (n, n_obj) objectives of `candidates`.
         violation : (n,) constraint violations, 0 where feasible.
 
         Returns
@@ -202,16 +204,16 @@ class ExtremalOptimization(Algorithm, ABC):
         """
 
     @abstractmethod
-    def _restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
+    def restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
         """Restart walkers without progress; (n_walkers,) who made it, whose candidates entered."""
 
-    def _new_state(
+    def new_state(
         self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
     ) -> RunState:
-        """The state to begin with; `_forget` fills in what is known of walkers."""
+        """The state to begin with; `forget` fills in what is known of walkers."""
         return RunState.begin(streams, front, walkers)
 
-    def _forget(self, rows: IntArray) -> None:
+    def forget(self, rows: IntArray) -> None:
         """Let walkers begin: all but their points is as of new ones."""
         self.state.idle[rows] = 0
 
@@ -238,8 +240,8 @@ class ExtremalOptimization(Algorithm, ABC):
             points.append(self.code.encode(starts))
         if others := streams[sum(map(len, points)) :]:
             points.append(self.code.draw(others))
-        self.state = self._new_state(streams, front, np.concatenate(points))
-        self._forget(np.arange(self.n_walkers))
+        self.state = self.new_state(streams, front, np.concatenate(points))
+        self.forget(np.arange(self.n_walkers))
 
     def _initialize_infill(self) -> Population:
         return self._infill()
@@ -248,28 +250,28 @@ class ExtremalOptimization(Algorithm, ABC):
         self._advance(infills, **kwargs)
 
     def _infill(self) -> Population:
-        self._asked = self.variables.designs(self._candidates())
+        self._asked = self.variables.designs(self.candidates())
         return individuals(self._asked)
 
     def _advance(self, infills: Any = None, **kwargs: Any) -> None:
         F, violation, tolerated = self._told(infills)
         entered = self.front.add(F, infills, violation)
-        progress = self._accept(F, tolerated)
-        self._restart_idle(progress, np.any(entered.reshape(self.n_walkers, -1), axis=1))
+        progress = self.accept(F, tolerated)
+        self.restart_idle(progress, np.any(entered.reshape(self.n_walkers, -1), axis=1))
         self.pop = infills
         self._asked = None
-        del self._values
+        self.__dict__.pop("proposed", None)
         self.state.n_generations = self.n_iter
 
-    def _restart(self, rows: IntArray, starts: FloatArray | None = None) -> None:
+    def restart_walkers(self, rows: IntArray, starts: FloatArray | None = None) -> None:
         """Let some walkers begin at given variables, (n, n_var), or at random points."""
         streams = [self.streams[walker] for walker in rows]
         points = self.code.draw(streams) if starts is None else self.code.encode(starts)
         self.walkers[rows] = points
-        self._forget(rows)
+        self.forget(rows)
 
-    def _archived(self, rows: Any) -> FloatArray:
-        """(n, n_var) variables of points of the archive."""
+    def archived(self, rows: Any) -> FloatArray:
+        """(n, n_var) variables of these points of the archive."""
         return self.variables.values(self.front.individuals[rows].get("X"))
 
     def _told(self, infills: Any) -> tuple[FloatArray, FloatArray, FloatArray]:

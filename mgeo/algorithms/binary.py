@@ -38,11 +38,11 @@ class BitStrings(IndependentWalkers, ABC):
         self.bits = validate_each("bits", bits, validate_integer, low=1, high=MOST_BITS)
         self.coding = validate_choice("coding", coding, CODINGS)
 
-    def _code(self, problem: Problem) -> BitCode:
+    def representation(self, problem: Problem) -> BitCode:
         variables = Variables.of(problem, KINDS)
         return BitCode.of(variables, self.bits, self.coding == "gray")
 
-    def _propose(self) -> FloatArray:
+    def propose(self) -> FloatArray:
         return 1.0 - self.walkers[:, self._coordinates]
 
 
@@ -77,7 +77,7 @@ class MGEOCanonical(BitStrings):
     INPE-14795-TDI/1238 (2006) (M-GEO), as implemented in MGEO.jl, whose codes are plain.
     """
 
-    def _layout(self) -> IntArray:
+    def layout(self) -> IntArray:
         return np.arange(self.code.length, dtype=np.intp)[None, :]
 
 
@@ -108,9 +108,9 @@ class MGEOVar(BitStrings):
     INPE-15384-TDI/1403 (2013), as implemented in MGEO.jl (M-GEO_var), whose codes are plain.
     """
 
-    _evaluates_walkers = True
+    evaluates_walkers = True
 
-    def _layout(self) -> IntArray:
+    def layout(self) -> IntArray:
         if np.any(self.code.bits == 1):
             variable = int(np.argmax(self.code.bits == 1))
             raise ValueError(

@@ -148,10 +148,10 @@ class MGEODirected(ExtremalOptimization):
         self.max_candidates = validate_integer("max_candidates", max_candidates, low=1)
         self.bounds = validate_choice("bounds", bounds, BOUNDS)
 
-    def _code(self, problem: Problem) -> RealCode:
+    def representation(self, problem: Problem) -> RealCode:
         return RealCode(Variables.of(problem, KINDS))
 
-    def _new_state(
+    def new_state(
         self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
     ) -> DirectedState:
         n, n_obj = len(walkers), front.F.shape[1]
@@ -166,14 +166,14 @@ class MGEODirected(ExtremalOptimization):
             marked_F=np.empty((n, n_obj)),
         )
 
-    def _forget(self, rows: IntArray) -> None:
-        super()._forget(rows)
+    def forget(self, rows: IntArray) -> None:
+        super().forget(rows)
         state = self.state
         state.incumbents[rows] = state.walkers[rows]
         state.incumbent_F[rows] = state.marked_F[rows] = np.inf
         state.incumbent_violation[rows] = np.inf
 
-    def _candidates(self) -> FloatArray:
+    def candidates(self) -> FloatArray:
         xl, xu = self.variables.xl, self.variables.xu
         own = np.broadcast_to(np.arange(len(xl)), (self.n_walkers, len(xl)))
         if len(xl) > self.max_candidates:
@@ -183,16 +183,16 @@ class MGEODirected(ExtremalOptimization):
             own, xu - xl, self.widths, self.coupling, self.difference, donors, self.random_state
         )
         walkers, uniform = self.walkers[:, None, :], partial(self.random_state.random, steps.shape)
-        self._values = BOUNDS[self.bounds](walkers, steps, spread, xl, xu, uniform)
+        self.proposed = BOUNDS[self.bounds](walkers, steps, spread, xl, xu, uniform)
         whole = ~self.variables.real
         if whole.any():
             learned = np.full(steps.shape, np.nan) if donor is None else donor
             learned = np.where((spread == 0.0).all(axis=-1, keepdims=True), learned, np.nan)
             ended = whole_steps(
-                walkers, self._values, own, learned, self.variables.choice, xl, xu, uniform()
+                walkers, self.proposed, own, learned, self.variables.choice, xl, xu, uniform()
             )
-            self._values = np.where(whole, ended, self._values)
-        return self._values.reshape(-1, len(xl))
+            self.proposed = np.where(whole, ended, self.proposed)
+        return self.proposed.reshape(-1, len(xl))
 
     def _donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
         """Twice (..., n_var) points of the donor pool."""
@@ -202,11 +202,11 @@ class MGEODirected(ExtremalOptimization):
             archived = rng.integers(n, size=shape)
             incumbents = self.state.incumbents[rng.integers(self.n_walkers, size=shape)]
             of_archive = rng.random((*shape, 1)) < 0.5
-            known = self._archived(archived.ravel()).reshape(incumbents.shape)
+            known = self.archived(archived.ravel()).reshape(incumbents.shape)
             donors.append(np.where(of_archive, known, incumbents))
         return donors[0], donors[1]
 
-    def _accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
+    def accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
         state, rng, walker = self.state, self.random_state, np.arange(self.n_walkers)
         F = F.reshape(self.n_walkers, -1, F.shape[1])
         violation = np.where(np.isfinite(F).all(axis=2), violation.reshape(F.shape[:2]), np.inf)
@@ -214,8 +214,8 @@ class MGEODirected(ExtremalOptimization):
         ranking = rank(far, violation, rng.random(far.shape))
         place = pick(rng.random(self.n_walkers), F.shape[1], float(self.tau))
         best = walker, ranking[:, 0]
-        less = self._improve(self._values[best], F[best], violation[best], far[best])
-        state.walkers = self._values[walker, ranking[walker, place]]
+        less = self._improve(self.proposed[best], F[best], violation[best], far[best])
+        state.walkers = self.proposed[walker, ranking[walker, place]]
         self._go_back()
         return less
 
@@ -248,11 +248,11 @@ class MGEODirected(ExtremalOptimization):
             return
         far = distance(front.F, state.weights[rows][:, None], *ideal_and_nadir(front.F))
         nearest = far.argmin(axis=1)
-        state.walkers[rows] = state.incumbents[rows] = self._archived(nearest)
+        state.walkers[rows] = state.incumbents[rows] = self.archived(nearest)
         state.incumbent_F[rows] = front.F[nearest]
         state.incumbent_violation[rows] = front.violation
 
-    def _restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
+    def restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
         # progress is less violation, or a feasible incumbent that has come nearer by enough
         state = self.state
         ideal, nadir = ideal_and_nadir(state.front.F)
@@ -274,7 +274,7 @@ class MGEODirected(ExtremalOptimization):
             state.marked_F[rows] = state.incumbent_F[rows]
             state.idle[rows] = 0
         if len(rows := np.flatnonzero(idle & ~between)):
-            self._restart(rows)
+            self.restart_walkers(rows)
 
     def _between(self) -> BoolArray:
         """(n_walkers,) which walkers have weights of several objectives."""

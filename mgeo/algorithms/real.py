@@ -43,10 +43,10 @@ class RealSteps(IndependentWalkers, ABC):
         self.bounds = validate_choice("bounds", bounds, BOUNDS)
 
     @abstractmethod
-    def _deviations(self, sigma: FloatArray) -> FloatArray:
-        """Standard deviation of each step of `_layout`, from one per variable."""
+    def deviations(self, sigma: FloatArray) -> FloatArray:
+        """Standard deviation of each step of `layout`, from one per variable."""
 
-    def _code(self, problem: Problem) -> RealCode:
+    def representation(self, problem: Problem) -> RealCode:
         if np.size(self.sigma) not in (1, problem.n_var):
             raise ValueError(
                 f"sigma of length {np.size(self.sigma)}: expected one number, or one for each of "
@@ -54,11 +54,11 @@ class RealSteps(IndependentWalkers, ABC):
             )
         return RealCode(Variables.of(problem, ["real"]))
 
-    def _propose(self) -> FloatArray:
+    def propose(self) -> FloatArray:
         steps = self._coordinates
         noise = np.array([stream.standard_normal(steps.shape) for stream in self.streams])
         xl, xu = self.variables.xl, self.variables.xu
-        sigma = self._deviations(np.broadcast_to(self.sigma, xl.shape))
+        sigma = self.deviations(np.broadcast_to(self.sigma, xl.shape))
         return perturb(
             self.walkers[:, steps],
             noise,
@@ -105,10 +105,10 @@ class MGEOReal(RealSteps):
     codification", Shock and Vibration 19 (2012) 947-956. Public implementation: MGEO.jl.
     """
 
-    def _layout(self) -> IntArray:
+    def layout(self) -> IntArray:
         return np.arange(self.problem.n_var, dtype=np.intp)[None, :]
 
-    def _deviations(self, sigma: FloatArray) -> FloatArray:
+    def deviations(self, sigma: FloatArray) -> FloatArray:
         return sigma
 
 
@@ -143,7 +143,7 @@ class MGEOReal2(RealSteps):
     objectives, in the way of MGEO_real, is our reading.
     """
 
-    _evaluates_walkers = True
+    evaluates_walkers = True
 
     @takes_n_runs
     def __init__(
@@ -162,10 +162,10 @@ class MGEOReal2(RealSteps):
         self.divisor = validate_number("divisor", divisor, above=0)
         self.schedule = validate_choice("schedule", schedule, SCHEDULES)
 
-    def _layout(self) -> IntArray:
+    def layout(self) -> IntArray:
         return np.repeat(np.arange(self.problem.n_var, dtype=np.intp)[:, None], self.n_steps, 1)
 
-    def _deviations(self, sigma: FloatArray) -> FloatArray:
+    def deviations(self, sigma: FloatArray) -> FloatArray:
         shares = self.divisor ** -np.arange(float(self.n_steps))
         if self.schedule == "factorial":
             shares /= [math.factorial(j) for j in range(self.n_steps)]

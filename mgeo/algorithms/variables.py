@@ -33,6 +33,11 @@ _OF_VARIABLE: dict[type[Variable], Kind] = {
     Binary: "binary",
     Choice: "choice",
 }
+#: Members of the family that take other variables than real ones.
+_TAKERS = (
+    "; MGEODirected (mgeo-directed) and MGEOCanonical (mgeo-canonical) take integer, binary and "
+    "choice ones, too, and MGEOVar (mgeo-var) integer ones of 3 levels or more"
+)
 _TYPES: dict[Kind, type] = {"real": float, "integer": int, "binary": bool, "choice": int}
 
 
@@ -73,15 +78,17 @@ class Variables:
             known = _OF_TYPE if isinstance(vtype, type) else ()
             found = [kind for types, kind in known if issubclass(vtype, types)][:1]
             if not set(found) & set(allowed):
-                raise ValueError(f"{name} has vtype = {problem.vtype!r}: {expected}")
+                takers = _TAKERS if found else ""
+                raise ValueError(f"{name} has vtype = {problem.vtype!r}: {expected}{takers}")
             kinds = found * problem.n_var
             bounds = (0, 1) if found == ["binary"] else (problem.xl, problem.xu)
             xl, xu = (_numbers(np.broadcast_to(bound, problem.n_var)) for bound in bounds)
         else:
             for key, variable in declared.items():
-                if _OF_VARIABLE.get(type(variable)) not in allowed:
+                if (kind := _OF_VARIABLE.get(type(variable))) not in allowed:
+                    takers = _TAKERS if kind else ""
                     raise ValueError(
-                        f"{name}.vars[{key!r}] is a {type(variable).__name__}: {expected}"
+                        f"{name}.vars[{key!r}] is a {type(variable).__name__}: {expected}{takers}"
                     )
             kinds = [_OF_VARIABLE[type(variable)] for variable in declared.values()]
             pairs = [_bounds(variable, options.get(key)) for key, variable in declared.items()]

@@ -19,7 +19,9 @@ class IndependentWalkers(ExtremalOptimization, ABC):
     """Extremal optimization by walkers that change coordinate by coordinate.
 
     Every candidate differs from its walker in a single coordinate. A walker draws an objective,
-    ranks its candidates by it, and accepts one; or one of each group, if there are several.
+    ranks its candidates by it, and accepts one; or one of each group, if there are several. A
+    subclass supplies `representation`, `layout` and `propose`, and says by `evaluates_walkers`
+    whether a walker is evaluated with its candidates.
 
     Unless it restarts, a walker never looks at the archive or at other walkers, and it owns a
     random stream (child i of the seed), so running side by side is the same as running one after
@@ -40,11 +42,11 @@ class IndependentWalkers(ExtremalOptimization, ABC):
 
     # Whether a walker is evaluated with its candidates, before them: where there are several
     # groups, it is a combination of candidates that has not been evaluated yet.
-    _evaluates_walkers = False
+    evaluates_walkers = False
 
     _coordinates: IntArray
-    _order: IntArray  # of `_layout`: which candidate each entry is
-    _present: BoolArray  # of `_layout`: which entries are candidates
+    _order: IntArray  # of `layout`: which candidate each entry is
+    _present: BoolArray  # of `layout`: which entries are candidates
 
     def __init__(
         self,
@@ -64,44 +66,44 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         self.patience = validate_integer("patience", patience, low=1)
 
     @abstractmethod
-    def _layout(self) -> IntArray:
+    def layout(self) -> IntArray:
         """(n_groups, group_size) coordinate each candidate changes; one a group is accepted.
 
         -1 where a group is shorter than the longest one; no group is empty.
         """
 
     @abstractmethod
-    def _propose(self) -> FloatArray:
-        """(n_walkers, n_groups, group_size) new values of the coordinates of `_layout`."""
+    def propose(self) -> FloatArray:
+        """(n_walkers, n_groups, group_size) new values of the coordinates of `layout`."""
 
     def _begin(self, problem: Problem) -> None:
-        self._coordinates = self._layout()
+        self._coordinates = self.layout()
         self._present = present = self._coordinates >= 0
         self._order = np.where(present, np.cumsum(present).reshape(present.shape) - 1, -1)
         super()._begin(problem)
 
-    def _forget(self, rows: IntArray) -> None:
-        super()._forget(rows)
+    def forget(self, rows: IntArray) -> None:
+        super().forget(rows)
         state = self.state
         state.taus[rows] = START_TAU
         state.chances[rows] = 1.0 / math.sqrt(len(self.variables.kinds))
         unknown = np.inf, *np.zeros(state.taus.shape[1])  # as if the evaluation had failed
         state.current_fitness[rows] = state.incumbent_fitness[rows] = unknown
 
-    def _candidates(self) -> FloatArray:
-        self._values = self._propose()
+    def candidates(self) -> FloatArray:
+        self.proposed = self.propose()
         changed = self._coordinates[self._present]
-        own = int(self._evaluates_walkers)
+        own = int(self.evaluates_walkers)
         points = np.repeat(self.walkers[:, None, :], own + len(changed), axis=1)
-        points[:, own + np.arange(len(changed)), changed] = self._values[:, self._present]
+        points[:, own + np.arange(len(changed)), changed] = self.proposed[:, self._present]
         decoded = self.code.decode(points)
         return decoded.reshape(-1, decoded.shape[-1])
 
-    def _accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
+    def accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
         F = F.reshape(self.n_walkers, -1, F.shape[1])
         violation = violation.reshape(self.n_walkers, -1)
         groups = len(self._order)
-        own = int(self._evaluates_walkers)
+        own = int(self.evaluates_walkers)
         n = F.shape[1] - own
         draws = np.array([stream.random(1 + n + groups) for stream in self.streams])
         objective = (draws[:, 0] * F.shape[2]).astype(np.intp)
@@ -123,7 +125,7 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         walker, group = np.arange(self.n_walkers)[:, None], np.arange(groups)[None, :]
         accepted = ranking[walker, group, place]
         changed = self._coordinates[group, accepted]
-        self.walkers[walker, changed] = self._values[walker, group, accepted]
+        self.walkers[walker, changed] = self.proposed[walker, group, accepted]
         if watched and groups == 1:
             chosen = own + self._order[0, accepted[:, 0]]
             self.state.current_fitness = values[np.arange(self.n_walkers), chosen]
@@ -154,13 +156,13 @@ class IndependentWalkers(ExtremalOptimization, ABC):
         self.state.incumbent_fitness = best(np.concatenate([before[:, None], values], axis=1))
         return np.asarray(better(self.state.incumbent_fitness, before).any(axis=1))
 
-    def _restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
+    def restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
         if self.restart == "never":
             return
         self.state.idle = np.where(progress | entered, 0, self.state.idle + 1)
         rows = np.flatnonzero(self.state.idle >= self.patience)
         if self.restart == "archive" and len(self.front) and len(rows):
             points = [self.streams[walker].integers(len(self.front)) for walker in rows]
-            self._restart(rows, self._archived(points))
+            self.restart_walkers(rows, self.archived(points))
         elif len(rows):
-            self._restart(rows)
+            self.restart_walkers(rows)

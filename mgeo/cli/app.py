@@ -69,13 +69,21 @@ def solve(
             autocompletion=completion.scenarios,
         ),
     ] = None,
-    algorithm: Annotated[
-        str | None,
+    after: Annotated[
+        Path | None,
         typer.Option(
-            metavar="NAME",
-            autocompletion=completion.among_those_of("mgeo.runs.algorithms:ALGORITHMS"),
+            metavar="FILE.json",
+            help="Go on from a result, such as a calibration, if the problem can; a scenario file "
+            "says only what differs.",
         ),
     ] = None,
+    algorithm: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME|MODULE:CLASS",
+            autocompletion=completion.algorithms,
+        ),
+    ] = "mgeo-directed",
     sigma: Annotated[str | None, typer.Option(metavar="NUMBER[,NUMBER...]")] = None,
     tau: Annotated[
         str | None,
@@ -125,13 +133,14 @@ def solve(
     """
     from mgeo.cli.dry_run import describe_run
     from mgeo.cli.solve import run_to_folder
-    from mgeo.runs.algorithms import default_algorithm
     from mgeo.runs.folder import check_folder
     from mgeo.runs.persistence import RunPersistence
     from mgeo.runs.prepare import prepare
     from mgeo.runs.scenario import read_scenario
 
-    name = problem.replace(":", "-").replace("/", "-")  # of a collection: coco:bbob/f1/d10/i1
+    # of a collection, coco:bbob/f1/d10/i1, and of a class, module:Class
+    name = f"{problem}-{algorithm}".replace(":", "-").replace("/", "-")
+    folder = out or Path("runs", f"{name}-seed{seed}")
     flags = {
         "sigma": sigma,
         "tau": tau,
@@ -140,12 +149,10 @@ def solve(
         "population": population,
     }
     with bad_input():
-        algorithm = default_algorithm(problem) if algorithm is None else algorithm
-        folder = out or Path("runs", f"{name}-{algorithm}-seed{seed}")
         run = prepare(
             problem,
             parameters=options.parse_parameters(algorithm, flags, settings or []),
-            options=read_scenario(problem, scenario),
+            options=read_scenario(problem, scenario, after=after),
             algorithm=algorithm,
             evaluations=evaluations,
             seed=seed,
@@ -178,6 +185,13 @@ def resume(
     generations: Annotated[
         int | None, typer.Option(min=1, help="New budget, in generations from the beginning.")
     ] = None,
+    algorithm: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODULE:CLASS",
+            help="That of the run, where it is none by name: no file has a module imported.",
+        ),
+    ] = None,
     check: Annotated[
         bool,
         typer.Option(
@@ -201,7 +215,12 @@ def resume(
         if evaluations is not None and generations is not None:
             raise ValueError("--evaluations and --generations are both given: expected one")
         run, persistence = resumed(
-            folder, output, evaluations=evaluations, generations=generations, check=check
+            folder,
+            output,
+            evaluations=evaluations,
+            generations=generations,
+            algorithm=algorithm,
+            check=check,
         )
     raise typer.Exit(run_to_folder(run, persistence, output, overwrite=True))
 
@@ -225,6 +244,20 @@ def report(
     pdf: Annotated[
         bool, typer.Option("--pdf", help="Also write the figures as PDF, into figures beside FILE.")
     ] = False,
+    figure: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="Write only this figure, such as front or knee-rates, as PNG unless --pdf is "
+            "given; may be given several times. No report is written.",
+        ),
+    ] = None,
+    paper: Annotated[
+        bool,
+        typer.Option(
+            "--paper", help="Figures for a paper: 88 mm wide, 8-point serif, no title, as PDF."
+        ),
+    ] = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
     debug: options.Debug = False,
@@ -237,8 +270,10 @@ def report(
     """
     from mgeo.cli.report import write_report
 
-    formats = [kind for kind, wanted in (("png", png), ("pdf", pdf)) if wanted]
-    write_report(folder, out, formats, Output(quiet, json))
+    formats = [kind for kind, wanted in (("png", png), ("pdf", pdf or paper)) if wanted]
+    if figure and not formats:
+        formats = ["png"]
+    write_report(folder, out, formats, Output(quiet, json), only=figure or (), paper=paper)
 
 
 @app.command(epilog=epilog("problems"))

@@ -31,6 +31,11 @@ def problems(incomplete: str) -> list[str]:
     return among(plugin.name for plugin in installed_plugins())(incomplete)
 
 
+def algorithms(incomplete: str) -> list[str]:
+    """Algorithms, mgeo's own and installed ones."""
+    return among(resolve_name("mgeo.runs.algorithms:algorithm_names")())(incomplete)
+
+
 def scenarios(ctx: typer.Context, incomplete: str) -> list[str]:
     """Presets of the problem that was named, and files."""
     # an option without its value makes typer leave the arguments unread

@@ -13,13 +13,14 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo solve attitude --seed 2 --json | jq .hypervolume.value",
     ),
     "resume": (
-        "mgeo resume runs/attitude-mgeo-real-seed1",
-        "mgeo resume runs/attitude-mgeo-real-seed1 --evaluations 120000",
+        "mgeo resume runs/attitude-mgeo-directed-seed1",
+        "mgeo resume runs/attitude-mgeo-directed-seed1 --evaluations 120000",
     ),
     "report": (
-        "mgeo report runs/attitude-mgeo-real-seed1",
-        "mgeo report runs/attitude-mgeo-real-seed1 --out review.html",
-        "mgeo report runs/attitude-mgeo-real-seed1 --png --pdf",
+        "mgeo report runs/attitude-mgeo-directed-seed1",
+        "mgeo report runs/attitude-mgeo-directed-seed1 --out review.html",
+        "mgeo report runs/attitude-mgeo-directed-seed1 --png --pdf",
+        "mgeo report runs/attitude-mgeo-directed-seed1 --figure front --paper",
     ),
     "problems": ("mgeo problems", "mgeo problems --json | jq -r .problems[].name"),
     "study": (

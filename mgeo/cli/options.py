@@ -46,8 +46,8 @@ class Solving(TyperCommand):
 
         others = ", ".join(algorithms.other_parameters(FLAGS))
         texts = {flag: algorithms.parameter_help(name) for name, flag in FLAGS.items()} | {
-            "--algorithm": f"{', '.join(algorithms.ALGORITHMS)}. [default: {algorithms.DEFAULT}, "
-            "unless the problem asks for another]",
+            "--algorithm": f"{', '.join(algorithms.algorithm_names())}. Of a class of one's own, "
+            "MODULE:CLASS.",
             "--set": f"Any other parameter of the algorithm, such as bits=12 or restart=archive; "
             f"may be given several times. They are {others}.",
         }
@@ -68,7 +68,7 @@ def parse_parameters(
         If a text is none of that form, names a parameter twice or one with a flag of its own, or
         the algorithm has no such parameter: naming the flag, and those it takes.
     """
-    from mgeo.runs.algorithms import complete_parameters
+    from mgeo.runs.algorithms import complete_parameters, with_parameter
 
     parameters = {key: value for key, value in flags.items() if value is not None}
     if "sigma" in parameters:
@@ -80,7 +80,11 @@ def parse_parameters(
     for key in parameters:
         if key not in known:
             taken = ", ".join(map(_flag, known))
-            raise ValueError(f"{_flag(key)} does not apply to {algorithm}, which takes {taken}")
+            others = ", ".join(with_parameter(key))
+            raise ValueError(
+                f"{_flag(key)} does not apply to {algorithm}, which takes {taken}"
+                f"{f': it is of {others}' if others else ''}"
+            )
     return parameters
 
 

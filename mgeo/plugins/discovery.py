@@ -1,4 +1,4 @@
-"""Problems and commands installed as plugins: found without importing them, loaded when asked for.
+"""Problems, algorithms and commands of others: found without importing them, loaded on demand.
 
 A plugin is a distribution with an entry point in the group ``mgeo.problems`` that names a pymoo
 `Problem` class::
@@ -16,6 +16,12 @@ Its commands, a typer app, appear as ``mgeo NAME ...``::
 
     [project.entry-points."mgeo.commands"]
     attitude = "mgeo_attitude.commands.app:app"
+
+An algorithm, a class derived from pymoo's `Algorithm`, is known by its name in studies and on the
+command line, as ``module:Class`` is without an entry::
+
+    [project.entry-points."mgeo.algorithms"]
+    mgeo-cauchy = "cauchy:MGEOCauchy"
 
 Besides what pymoo asks of it a problem may have the optional parts that `mgeo.plugins.protocol`
 asks for and ``docs/plugins.md`` lists.
@@ -37,6 +43,7 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 PROBLEMS = "mgeo.problems"
+ALGORITHMS = "mgeo.algorithms"
 COMMANDS = "mgeo.commands"
 PRESETS = "mgeo.presets"
 
@@ -47,24 +54,33 @@ class PluginError(ValueError):
 
 @dataclass(frozen=True)
 class Plugin:
-    """An installed problem, or commands, not imported yet."""
+    """An installed problem, algorithm, or commands, not imported yet."""
 
     name: str
     distribution: str
     version: str
     entry_point: EntryPoint
 
+    @classmethod
+    def of(cls, entry_point: EntryPoint) -> Plugin:
+        """What an entry point names; of one built by hand no distribution is known."""
+        owner = entry_point.dist
+        known = ("", "") if owner is None else (owner.name, owner.version)
+        return cls(entry_point.name, *known, entry_point)
+
     def load(self) -> Any:
-        """The problem class, or the typer app of commands.
+        """The class of a problem or an algorithm, or the typer app of commands.
 
         Raises
         ------
         PluginError
-            If the module cannot be imported or the entry point is neither.
+            If the module cannot be imported or the entry point is none of these.
         """
         group = self.entry_point.group
         noun, is_valid, expected = _KINDS[group]
-        label = f"{noun} {self.name!r} of {self.distribution} {self.version}"
+        label = f"{noun} {self.name!r}"
+        if self.distribution:
+            label += f" of {self.distribution} {self.version}"
         try:
             loaded = self.entry_point.load()
         except Exception as error:  # whatever a foreign module raises while it is imported
@@ -78,7 +94,7 @@ class Plugin:
 
 def installed_plugins(group: str = PROBLEMS) -> list[Plugin]:
     """Every entry point of the group, sorted by name; a name may occur more than once."""
-    found = map(_plugin, entry_points(group=group))
+    found = map(Plugin.of, entry_points(group=group))
     return sorted(found, key=lambda plugin: (plugin.name, plugin.distribution))
 
 
@@ -106,7 +122,7 @@ def plugin_versions(modules: Iterable[str]) -> dict[str, str]:
     tops = {module.partition(".")[0] for module in modules}
     return {
         plugin.distribution: plugin.version
-        for plugin in installed_plugins()
+        for plugin in (*installed_plugins(), *installed_plugins(ALGORITHMS))
         if plugin.entry_point.module.partition(".")[0] in tops
     }
 
@@ -229,17 +245,16 @@ def _check_sizes(name: str, problem: Problem) -> None:
         raise PluginError(f"problem {name!r}: expected xl <= xu, not {problem.xl} and {problem.xu}")
 
 
-def _plugin(entry_point: EntryPoint) -> Plugin:
-    distribution = entry_point.dist
-    if distribution is None:  # an entry point built by hand
-        return Plugin(entry_point.name, "unknown distribution", "?", entry_point)
-    return Plugin(entry_point.name, distribution.name, distribution.version, entry_point)
-
-
 def _is_problem_class(loaded: object) -> bool:
     from pymoo.core.problem import Problem
 
     return isinstance(loaded, type) and issubclass(loaded, Problem)
+
+
+def _is_algorithm_class(loaded: object) -> bool:
+    from pymoo.core.algorithm import Algorithm
+
+    return isinstance(loaded, type) and issubclass(loaded, Algorithm)
 
 
 def _is_app(loaded: object) -> bool:
@@ -250,6 +265,11 @@ def _is_app(loaded: object) -> bool:
 
 _KINDS: Mapping[str, tuple[str, Callable[[object], bool], str]] = {
     PROBLEMS: ("problem", _is_problem_class, "a class derived from pymoo.core.problem.Problem"),
+    ALGORITHMS: (
+        "algorithm",
+        _is_algorithm_class,
+        "a class derived from pymoo.core.algorithm.Algorithm",
+    ),
     COMMANDS: ("command", _is_app, "a typer app"),
 }
 

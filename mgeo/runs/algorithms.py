@@ -1,4 +1,4 @@
-"""Algorithms by name: the MGEO family and those of pymoo, imported only when one is built."""
+"""Algorithms by name: the MGEO family, those of pymoo and of others, imported when one is built."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from mgeo._validation import did_you_mean, validate_integer
 from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
-from mgeo.benchmarks.collections import is_benchmark
-from mgeo.plugins.discovery import PluginError, find_plugin
+from mgeo.plugins import discovery
+from mgeo.plugins.algorithms import load_algorithm
 
 if TYPE_CHECKING:
     import numpy as np
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
 
-DEFAULT = "mgeo-real"
+DEFAULT = "mgeo-directed"
 _MOST_POPULATION = 100_000
 _NOT_SET = ("sampling", "archive_size")  # parameters that a run in a folder leaves as they are
 
@@ -26,11 +26,11 @@ _NOT_SET = ("sampling", "archive_size")  # parameters that a run in a folder lea
 # that, the parameters are those of the class.
 _PYMOO = "pymoo.algorithms"
 ALGORITHMS: Mapping[str, tuple[str, ...]] = {
-    DEFAULT: ("mgeo.algorithms", "MGEOReal"),
+    "mgeo-real": ("mgeo.algorithms", "MGEOReal"),
     "mgeo-real2": ("mgeo.algorithms", "MGEOReal2"),
     "mgeo-canonical": ("mgeo.algorithms", "MGEOCanonical"),
     "mgeo-var": ("mgeo.algorithms", "MGEOVar"),
-    "mgeo-directed": ("mgeo.algorithms", "MGEODirected"),
+    DEFAULT: ("mgeo.algorithms", "MGEODirected"),
     "nsga2": (f"{_PYMOO}.moo.nsga2", "NSGA2", "pop_size"),
     "nsga3": (f"{_PYMOO}.moo.nsga3", "NSGA3", "ref_dirs", "pop_size"),
     "u-nsga3": (f"{_PYMOO}.moo.unsga3", "UNSGA3", "ref_dirs", "pop_size"),
@@ -52,25 +52,10 @@ _MIXED = ("nsga2", "nsga3", "u-nsga3", "spea2", "sms-emoa", "age-moea2")
 FAMILY = [name for name, (_, _, *population) in ALGORITHMS.items() if not population]
 
 
-def default_algorithm(problem: str) -> str:
-    """What a problem of this name is searched by unless something else is asked for.
-
-    Raises
-    ------
-    PluginError
-        If there is not exactly one plugin of this name, it does not load, or its class names an
-        algorithm that is not known.
-    """
-    if is_benchmark(problem):
-        return DEFAULT
-    cls = find_plugin(problem).load()
-    name = getattr(cls, "default_algorithm", DEFAULT)
-    if not isinstance(name, str) or name not in ALGORITHMS:
-        raise PluginError(
-            f"default_algorithm of problem {problem!r} = {name!r:.80}: expected one of "
-            f"{', '.join(ALGORITHMS)}"
-        )
-    return name
+def algorithm_names() -> list[str]:
+    """All names, those of installed plugins after mgeo's own, which none replaces."""
+    others = (plugin.name for plugin in discovery.installed_plugins(discovery.ALGORITHMS))
+    return list(dict.fromkeys([*ALGORITHMS, *others]))
 
 
 def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) -> Algorithm:
@@ -87,6 +72,8 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
         cls = _class(name)
     except (ImportError, AttributeError) as error:
         raise ValueError(f"algorithm {name!r} is not in the installed pymoo: {error}") from error
+    if name not in ALGORITHMS:
+        return _built(name, cls, complete)
     if name in FAMILY:
         return cls(**complete)
     population = validate_integer(
@@ -119,22 +106,21 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     TypeError
         If `parameters` is no mapping.
     """
-    if name not in ALGORITHMS:
+    if ":" not in name and name not in (names := algorithm_names()):
         raise ValueError(
-            f"no algorithm is called {name!r}: expected one of {', '.join(ALGORITHMS)}"
-            f"{did_you_mean(name, ALGORITHMS)}"
+            f"no algorithm is called {name!r}: expected one of {', '.join(names)}, or module:Class"
+            f"{did_you_mean(name, names)}"
         )
     if not isinstance(parameters, Mapping):
         raise TypeError(f"parameters = {parameters!r}: expected a mapping of names to values")
-    defaults = _defaults(name)
-    if name in FAMILY:
+    known = _parameters(name)
+    if "n_walkers" in known:
         parameters = constructors.with_n_walkers(parameters)
     for key in parameters:
-        if key not in defaults:
-            raise ValueError(
-                f"algorithm {name!r} has no parameter {key!r}: expected {', '.join(defaults)}"
-            )
-    return {**defaults, **parameters}
+        if key not in known:
+            expected = ", ".join(known) or "none"
+            raise ValueError(f"algorithm {name!r} has no parameter {key!r}: expected {expected}")
+    return {key: value for key, value in known.items() if _is_plain(value)} | dict(parameters)
 
 
 def default_evaluations(algorithm: Algorithm, problem: Problem) -> int:
@@ -151,7 +137,7 @@ def parameter_help(parameter: str) -> str:
     """A line on a parameter: which algorithms have it, what it is, and its default."""
     if parameter == "population":
         return "pymoo's algorithms: population size [default: 100]."
-    defaults = {name: _defaults(name) for name in FAMILY}
+    defaults = {name: _parameters(name) for name in FAMILY}
     values = {name: d[parameter] for name, d in defaults.items() if parameter in d}
     first, *others = values
     different = [f", {values[n]} of {n}" for n in others if values[n] != values[first]]
@@ -160,21 +146,55 @@ def parameter_help(parameter: str) -> str:
     return f"{names}: {text[parameter]} [default: {values[first]}{''.join(different)}]."
 
 
+def with_parameter(parameter: str) -> list[str]:
+    """Members of the family that have a parameter of this name."""
+    return [name for name in FAMILY if parameter in _parameters(name)]
+
+
 def other_parameters(known: Collection[str]) -> list[str]:
     """Parameters of the family but those that are known."""
-    return list(dict.fromkeys(key for n in FAMILY for key in _defaults(n) if key not in known))
+    return list(dict.fromkeys(key for n in FAMILY for key in _parameters(n) if key not in known))
 
 
 def _class(name: str) -> Any:
+    if name not in ALGORITHMS:
+        return load_algorithm(name)
     module, cls, *_ = ALGORITHMS[name]
     return getattr(import_module(module), cls)
 
 
-def _defaults(name: str) -> dict[str, Any]:
-    if name not in FAMILY:
+def _built(name: str, cls: Any, parameters: Mapping[str, Any]) -> Algorithm:
+    try:
+        algorithm: Algorithm = cls(**parameters)
+    except Exception as error:  # whatever foreign code raises
+        if isinstance(error, ValueError) or issubclass(cls, ExtremalOptimization):
+            raise  # its own words on a parameter
+        raise discovery.PluginError(
+            f"algorithm {name!r} cannot be built: {type(error).__name__}: {error}"
+        ) from error
+    return algorithm
+
+
+def _parameters(name: str) -> dict[str, Any]:
+    """All parameters of an algorithm and their defaults, `inspect.Parameter.empty` for none."""
+    if name in ALGORITHMS and name not in FAMILY:
         return {"population": 100}
-    parameters = constructors.parameters(_class(name), ExtremalOptimization)
-    return {name: p.default for name, p in parameters.items() if name not in _NOT_SET}
+    cls, left_out = _class(name), {*_NOT_SET}
+    root: type = ExtremalOptimization
+    if not issubclass(cls, root):  # only what its own constructor names: others may pass it on
+        from pymoo.core.algorithm import Algorithm
+
+        root = next(each for each in cls.__mro__ if "__init__" in vars(each))
+        left_out |= constructors.named(Algorithm)
+    known = constructors.parameters(cls, root)
+    return {key: p.default for key, p in known.items() if key not in left_out}
+
+
+def _is_plain(value: Any) -> bool:
+    """Whether a default can be written into a file; operators and the like cannot."""
+    if isinstance(value, list | tuple):
+        return all(map(_is_plain, value))
+    return value is None or isinstance(value, bool | int | float | str)
 
 
 def _directions(population: int, problem: Problem) -> NDArray[np.float64]:

@@ -14,9 +14,9 @@ from mgeo.files.models import checked
 from mgeo.plugins import protocol
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import (
+    DEFAULT,
     build_algorithm,
     complete_parameters,
-    default_algorithm,
     default_evaluations,
 )
 from mgeo.runs.configuration import RunConfiguration
@@ -71,22 +71,21 @@ def prepare(
     problem: str,
     options: Mapping[str, Any] | None = None,
     *,
-    algorithm: str | None = None,
+    algorithm: str = DEFAULT,
     parameters: Mapping[str, Any] | None = None,
     evaluations: int | None = None,
     seed: int = 1,
 ) -> PreparedRun:
     """A new run whose configuration leaves nothing to defaults that may change.
 
-    The problem's own ``options()`` are written out, the algorithm's parameters completed; the
-    algorithm is `default_algorithm` and the budget `default_evaluations` if none is given.
+    The problem's own ``options()`` are written out, the algorithm's parameters completed, and the
+    budget is `default_evaluations` if none is given.
 
     Raises
     ------
     ValueError, TypeError
         If a name, an option or a parameter is refused, or the options are no JSON values.
     """
-    algorithm = default_algorithm(problem) if algorithm is None else algorithm
     complete = complete_parameters(algorithm, parameters or {})
     built = load_problem(problem, options)
     optimizer = build_algorithm(algorithm, complete, built)

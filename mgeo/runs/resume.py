@@ -9,7 +9,9 @@ from mgeo.algorithms.state import end_at
 from mgeo.files.models import checked
 from mgeo.files.reading import errors_of
 from mgeo.persistence.checkpoint import read_notes, resume
+from mgeo.plugins.algorithms import load_algorithm
 from mgeo.plugins.discovery import load_problem
+from mgeo.runs.algorithms import ALGORITHMS
 from mgeo.runs.folder import RUN_FILE, read_run
 from mgeo.runs.persistence import CHECKPOINT_FILE, Notes
 from mgeo.runs.prepare import PreparedRun
@@ -20,6 +22,7 @@ def resume_run(
     *,
     evaluations: int | None = None,
     generations: int | None = None,
+    algorithm: str | None = None,
     check: bool = True,
 ) -> PreparedRun:
     """The run of a folder, as its last checkpoint has it.
@@ -30,6 +33,8 @@ def resume_run(
         Of a run that was saved by a `RunPersistence`, finished or not.
     evaluations, generations
         A new budget, counted from the beginning of the run; at most one of them.
+    algorithm
+        The run's, if that is ``module:Class``: a file alone has no module imported.
     check
         Whether a few points are evaluated again and compared (see `mgeo.resume`).
 
@@ -49,6 +54,7 @@ def resume_run(
     with errors_of(path):
         notes = checked(Notes, found)
         configuration = notes.configuration
+        _import(configuration.algorithm, algorithm)
         problem = load_problem(configuration.problem, configuration.options)
         if notes.seen and [len(side) for side in notes.seen] != [problem.n_obj] * 2:
             raise ValueError(f"seen = {notes.seen!r:.80}: expected 2 x {problem.n_obj} numbers")
@@ -56,25 +62,37 @@ def resume_run(
         if any(len(row) != width for row in notes.nearest):
             raise ValueError(f"nearest = {notes.nearest!r:.80}: expected rows of {width} numbers")
     budget = configuration.evaluations
-    algorithm = resume(path, problem, ("n_eval", budget), check=check)
-    algorithm.evaluator.warn = False  # the outcome tells
-    made = algorithm.evaluator.n_eval
+    run = resume(path, problem, ("n_eval", budget), check=check)
+    run.evaluator.warn = False  # the outcome tells
+    made = run.evaluator.n_eval
     if evaluations is not None and generations is not None:
         raise ValueError("evaluations and generations are both given: expected one of them")
     if evaluations is not None:
         budget = evaluations
     elif generations is not None:
-        budget = generations * len(copy.deepcopy(algorithm).ask())
+        budget = generations * len(copy.deepcopy(run).ask())
     if budget != configuration.evaluations:
         if budget < made:
             raise ValueError(
                 f"the new budget is {budget} evaluations: expected at least the {made} that were "
                 "made already"
             )
-        end_at(algorithm, ("n_eval", budget))
+        end_at(run, ("n_eval", budget))
     return PreparedRun(
-        configuration.model_copy(update={"evaluations": budget}), problem, algorithm, notes
+        configuration.model_copy(update={"evaluations": budget}), problem, run, notes
     )
+
+
+def _import(name: str, named: str | None) -> None:
+    """Import the class of an installed algorithm, or one that was named by the caller."""
+    if named not in (None, name):
+        raise ValueError(f"algorithm = {name!r}: expected {named!r}, as asked for")
+    if ":" in name and named is None:
+        raise ValueError(
+            f"algorithm = {name!r}: its module is imported only if it is named: --algorithm {name}"
+        )
+    if name not in ALGORITHMS:
+        load_algorithm(name)
 
 
 def _reason(folder: Path) -> str:

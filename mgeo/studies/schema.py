@@ -55,7 +55,9 @@ class AlgorithmTable(Table):
 
     model_config = ConfigDict(extra="allow")
 
-    name: Names = Field(description=f"one of {', '.join(ALGORITHMS)}")
+    name: Names = Field(
+        description=f"one of {', '.join(ALGORITHMS)}; or of an installed plugin, or module:Class"
+    )
     label: str | None = Field(None, description="braces hold name, or a parameter")
 
     @property

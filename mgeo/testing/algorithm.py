@@ -19,7 +19,7 @@ from mgeo.testing.samples import Bowls
 
 
 def check_algorithm(
-    algorithm: Algorithm,
+    algorithm: Algorithm | type[Algorithm],
     seed: int = 1,
     n_gen: int = 5,
     n_var: int = 4,
@@ -30,7 +30,8 @@ def check_algorithm(
 
     Parameters
     ----------
-    algorithm : an instance that has not been set up; it is left as it is.
+    algorithm : a class that can be made without arguments, or an instance that has not been set
+        up; it is left as it is.
     seed : of the runs.
     n_gen : generations per run, at least 3.
     n_var : variables of the problems.
@@ -41,6 +42,9 @@ def check_algorithm(
     ------
     CheckError : for the first rule that is broken.
     """
+    if isinstance(algorithm, type):
+        with no_error(f"{algorithm.__name__}() must be constructible without arguments"):
+            algorithm = algorithm()
     require(isinstance(algorithm, Algorithm), f"{algorithm!r} is not a pymoo Algorithm")
     require(algorithm.problem is None, "the algorithm has been set up: expected a fresh one")
     for count in n_obj:

@@ -11,7 +11,7 @@ from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.maneuvers.phases import phases
 from mgeo_attitude.objectives import OBJECTIVES
-from mgeo_attitude.scenario import Convergence, KeepOut, ManeuverLimits, Wheels
+from mgeo_attitude.scenario import Convergence, ManeuverLimits, PathLimit, Wheels
 from mgeo_attitude.scenario.objective_names import NAMES
 
 DURATION = 900.0
@@ -38,9 +38,9 @@ def evaluated(problem, X):
 LIMITED = scenario(
     maneuvers=ManeuverLimits(max_acceleration_deg_s2=0.02),
     wheels=Wheels(inertia=(0.02, 0.03, 0.04), max_momentum=5e-4, max_torque=1e-5),
-    keep_outs=(
-        KeepOut(boresight=(0.0, 0.0, 3.0), half_angle_deg=30.0, attitude_sigmas=0.0),
-        KeepOut(
+    path_limits=(
+        PathLimit(boresight=(0.0, 0.0, 3.0), half_angle_deg=30.0, attitude_sigmas=0.0),
+        PathLimit(
             name="second", boresight=(1.0, -1.0, 0.0), half_angle_deg=60.0, attitude_sigmas=0.0
         ),
     ),
@@ -158,7 +158,9 @@ def test_sun_keep_out_binds_where_the_reference_sees_the_sun(limited):
         [((0.0, 0.0, 1.0), 30.0), ((np.sqrt(0.5), -np.sqrt(0.5), 0.0), 60.0)]
     ):
         for G, run in zip(out["G"], runs, strict=True):
-            sun = np.einsum("kij,kj->ki", run.attitude, problem.model.sun[: len(run.times)])
+            sun = np.einsum(
+                "kij,kj->ki", run.attitude, problem.model.direction("sun")[0][: len(run.times)]
+            )
             angle = np.degrees(np.arccos((sun @ axis).max()))
             assert G[1 + cone] == pytest.approx(1.0 - angle / half_angle, abs=1e-9)
     assert (out["G"][:, 1] > 0.0).any()
@@ -168,8 +170,8 @@ def test_sun_keep_out_binds_where_the_reference_sees_the_sun(limited):
 def test_no_sun_no_keep_out():
     """Where the Sun never shines there is nothing to stay off."""
     problem = AttitudeManeuverProblem(dataclasses.replace(LIMITED, eclipse=True))
-    dark = dataclasses.replace(problem.model, sun=np.zeros_like(problem.model.sun))
-    assert np.degrees(evaluate(dark, designs(2)).sun_angle.min()) >= 90.0
+    dark = dataclasses.replace(problem.model, directions=np.zeros_like(problem.model.directions))
+    assert np.degrees(evaluate(dark, designs(2)).path_angle.min()) >= 90.0
 
 
 def test_wheel_momentum_binds_on_the_fastest_heaviest_axis(limited):
@@ -377,10 +379,10 @@ def test_every_objective_has_a_name_that_a_scenario_takes():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: KeepOut(boresight=(0.0, 0.0, 0.0), half_angle_deg=10.0), "not zero"),
-        (lambda: KeepOut(boresight=(1.0, 0.0, 0.0), half_angle_deg=90.0), r"in \(0, 90\) deg"),
+        (lambda: PathLimit(boresight=(0.0, 0.0, 0.0), half_angle_deg=10.0), "not zero"),
+        (lambda: PathLimit(boresight=(1.0, 0.0, 0.0), half_angle_deg=180.0), r"in \(0, 180\) deg"),
         (
-            lambda: KeepOut(name="a\nb", boresight=(1.0, 0.0, 0.0), half_angle_deg=9.0),
+            lambda: PathLimit(name="a\nb", boresight=(1.0, 0.0, 0.0), half_angle_deg=9.0),
             r"name = 'a\\nb': expected printable characters on one line",
         ),
         (

@@ -5,11 +5,14 @@ import pickle
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario
+from mgeo_attitude.environment.moon import moon_position
+from mgeo_attitude.environment.time_frames import instants
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
+from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.robustness import draw_flights, judged, kept_by
-from mgeo_attitude.scenario import FlightErrors
+from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Prior, Wheels
 from scipy.spatial.transform import Rotation
 
 
@@ -104,6 +107,100 @@ def test_a_delayed_flight_sees_what_is_there_later():
         np.testing.assert_allclose(seen, before + part * (after - before), atol=2e-6)
 
 
+def test_a_delayed_flight_has_the_moon_of_its_day():
+    """It moves by 13 deg a day; the satellite's own place shifts it by a degree."""
+    moon = PathLimit(reference="moon", boresight=(0.0, 0.0, 1.0), half_angle_deg=1.0)
+    of = scenario(count=1, attitude_deg=0.0, start_delay=20 * 86400.0)
+    of = dataclasses.replace(of, path_limits=(moon,))
+    model = FilterModel.from_scenario(of)
+    (flight,) = draw_flights(of, model, of.flight)
+    later = moon_position(instants(of.epoch, [flight.delay]))[0]
+    later /= np.linalg.norm(later)
+    found, _ = flight.model.direction("moon")
+    assert flight.delay > 86400.0
+    assert np.degrees(np.arccos(found[0] @ later)) < 1.2
+    assert np.degrees(np.arccos(model.direction("moon")[0][0] @ later)) > 10.0
+
+
+def test_limits_hold_in_all_flights_from_an_attitude():
+    """By the reference filter and slow sums, flight by flight: cones, keep-ins and wheels."""
+    limits = [
+        PathLimit(boresight=(0.0, 1.0, 0.0), half_angle_deg=20.0, attitude_sigmas=1.0),
+        PathLimit(
+            reference="earth",
+            sense="keep-in",
+            boresight=(0.0, 0.0, 1.0),
+            half_angle_deg=100.0,
+            attitude_sigmas=0.0,
+        ),
+    ]
+    wheels = Wheels(
+        inertia=(310.0, 310.0, 170.0),
+        initial_momentum=(1.0, -2.0, 1.5),
+        residual_dipole=(1.0, 2.0, 0.0),
+        max_momentum=12.0,
+    )
+    of = dataclasses.replace(
+        scenario(count=4, start_delay=3000.0, attitude_deg=20.0),
+        initial=InitialConditions(pointing="nadir", rate_deg_s=(0.0, -0.1, 0.05)),
+        path_limits=tuple(limits),
+        wheels=wheels,
+    )
+    problem, X = AttitudeManeuverProblem(of), designs(3)
+    found = problem.evaluate(X, return_values_of=["G"])
+    worst = np.full((3, 3), -np.inf)
+    for flight in problem.flights:
+        for row, x in enumerate(flight.flown(X)):
+            worst[row] = np.maximum(worst[row], _excesses(of, flight, x))
+    np.testing.assert_allclose(found, worst, rtol=0, atol=1e-9)
+    alone = AttitudeManeuverProblem(of, flights=0).evaluate(X, return_values_of=["G"])
+    assert (np.abs(found - alone) > 1e-3).all()
+
+
+def _excesses(of, flight, x):
+    """Of wheels along the body axes and both limits, with another start time and attitude."""
+    run = reference_run(flight.model, x)
+    n = len(run.times)
+    around = Environment.at(of, of.times + flight.delay)
+    # the true axes at the start are off the pointing's: found from what the Sun sensor looks at
+    start = InitialConditions(pointing="nadir").attitude(around)[0]
+    planned = np.hstack([around.sun[:2].T, around.field[:1].T / 5e4])
+    looked_at = np.hstack([flight.model.references[:2, 0].T, flight.model.references[:1, 1].T])
+    turn, _ = Rotation.align_vectors(planned.T, looked_at.T)
+    C = run.attitude @ turn.as_matrix().T
+    np.testing.assert_allclose(run.attitude[0], start, atol=1e-6)
+    sun, down = (
+        np.einsum("kij,kj->ki", C, vectors[:n])
+        for vectors in (
+            around.sun,
+            -around.position / np.linalg.norm(around.position, axis=1)[:, None],
+        )
+    )
+    normal = np.cross([0.0, 1.0, 0.0], sun)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    sigma = np.sqrt(np.einsum("ki,kij,kj->k", normal, run.predicted_attitude, normal))
+    off = (np.arccos(sun[:, 1]) - sigma).min()
+    limb = (
+        np.arccos(down[:, 2]) - np.arcsin(6378136.3 / np.linalg.norm(around.position, axis=1))[:n]
+    )
+    wheels, step = of.wheels, of.step
+    J = wheels.matrix()
+    B = np.einsum("kij,kj->ki", C, 1e-9 * around.field[:n])
+    torque = np.einsum("kji,kj->ki", C, np.cross(wheels.residual_dipole, B))
+    added = np.vstack([np.zeros(3), np.cumsum(0.5 * step * (torque[1:] + torque[:-1]), axis=0)])
+    H0 = C[0].T @ (np.array(wheels.initial_momentum) + J @ np.radians([0.0, -0.1, 0.05]))
+    plan = schedule(x[None], step)
+    stretch = np.searchsorted(plan.starts[0], np.arange(n - 1), side="right") - 1
+    rates = plan.rates[0][stretch]
+    load = 0.0
+    for at in (slice(0, n - 1), slice(1, n)):
+        own, extra = (
+            np.einsum("kij,kj->ki", C[at], v) for v in (np.tile(H0, (n - 1, 1)), added[at])
+        )
+        load = max(load, (np.abs(own - rates @ J) + 2.0 * np.abs(extra)).max())
+    return load / 12.0 - 1.0, 1.0 - off / np.radians(20.0), limb.max() / np.radians(100.0) - 1.0
+
+
 def test_kept_by_is_the_least_value_that_the_share_does_not_exceed():
     values = np.random.default_rng(1).permutation(np.arange(1.0, 21.0))[:, None]
     for share, expected in ((0.9, 18.0), (1.0, 20.0), (0.05, 1.0), (0.901, 19.0)):
@@ -146,3 +243,37 @@ def test_promises_are_those_of_the_plan_and_of_other_flights():
     np.testing.assert_array_equal(table.filter(regex="^promised"), exact)
     np.testing.assert_array_equal(table.filter(regex="^kept (?!/)"), kept)
     np.testing.assert_allclose(table.filter(regex="^kept /"), kept / exact)
+
+
+def test_flights_after_a_calibration_are_drawn_from_its_covariance():
+    """Attitude and rate errors together: off by more about an axis, and by correlated numbers."""
+    of = scenario(count=4000)
+    sigma = FilterModel.from_scenario(of).initial_sigma
+    rng = np.random.default_rng(3)
+    mixed = rng.standard_normal((len(sigma), len(sigma))) + 2.0 * np.eye(len(sigma))
+    scale = 0.1 * sigma / np.sqrt(np.diag(mixed @ mixed.T))
+    P = scale[:, None] * (mixed @ mixed.T) * scale
+    prior = Prior(
+        quaternion=(0.5, -0.5, 0.5, 0.5),
+        rate_deg_s=(0.1, 0.0, 0.0),
+        states=np.zeros((len(sigma) // 3 - 1, 3)).tolist(),
+        covariance=(0.5 * (P + P.T)).tolist(),
+    )
+    of = dataclasses.replace(of, prior=prior)
+    model = FilterModel.from_scenario(of)
+    errors = []
+    for flight in draw_flights(of, model, of.flight):
+        # what is seen there is what is seen from the true attitude R(-e) C
+        turn, *_ = np.linalg.lstsq(model.references[:50, 1], flight.model.references[:50, 1])
+        C = model.initial_attitude
+        error = -Rotation.from_matrix(C @ turn.T @ C.T).as_rotvec()
+        errors.append([*error, *-np.radians(flight.rates[0])])
+    P = P[:6, :6]
+    found = np.cov(np.array(errors).T) / np.sqrt(np.outer(np.diag(P), np.diag(P)))
+    expected = P / np.sqrt(np.outer(np.diag(P), np.diag(P)))
+    assert np.abs(expected - np.eye(6)).max() > 0.3
+    np.testing.assert_allclose(found, expected, rtol=0, atol=0.08)  # 1.6 % 1-sigma, times 5
+    given = dataclasses.replace(of.flight, attitude_deg=0.0, rate_error_deg_s=0.0, count=2)
+    for flight in draw_flights(of, model, given):
+        np.testing.assert_array_equal(flight.model.references, model.references)
+        np.testing.assert_array_equal(flight.rates, np.zeros((3, 3)))

@@ -17,6 +17,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
 from mgeo_attitude.observability import baselines
 from mgeo_attitude.plan import Front
 
+from mgeo.runs.algorithms import DEFAULT
 from mgeo.runs.prepare import prepare
 from mgeo.runs.solve import Outcome
 
@@ -34,7 +35,7 @@ SWEEP_TIMES = (300.0, 600.0, 900.0, 1200.0, 1800.0, 2400.0, 3600.0, 6000.0)
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="Compare and write docs/plans.md.")
     parser.add_argument("--evaluations", type=int, default=None, help="budget [default: mgeo's]")
-    parser.add_argument("--algorithm", default="mgeo-real", help="as in mgeo solve")
+    parser.add_argument("--algorithm", default=DEFAULT, help="as in mgeo solve")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--output", type=Path, default=DOCUMENT, help="document with the markers")
     options = parser.parse_args(arguments)

@@ -23,7 +23,7 @@ import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.calibration import Calibration, calibrate
 from mgeo_attitude.filter.reference import reference_run
-from mgeo_attitude.flight import Telemetry, Truth
+from mgeo_attitude.flight import Truth
 from mgeo_attitude.flight.basilisk import fly
 from mgeo_attitude.rotation import matrix, vector
 
@@ -49,19 +49,6 @@ def promised(name: str, number: int) -> dict[str, Any]:
     return {"t_end": history.t_end, "at t_end": history.sigma[-1], "at the end": whole.sigma[-1]}
 
 
-def until(telemetry: Telemetry, end: float) -> Telemetry:
-    """The samples until a time [s]."""
-    n = int(np.searchsorted(telemetry.times, end, side="right"))
-    truth = telemetry.truth
-    assert truth is not None
-    return Telemetry(
-        times=telemetry.times[:n],
-        gyro_deg_s=telemetry.gyro_deg_s[:n],
-        sensors={sensor: rows[:n] for sensor, rows in telemetry.sensors.items()},
-        truth=Truth(attitude=truth.attitude[:n], states=truth.states[:n]),
-    )
-
-
 def errors(found: Calibration, truth: Truth) -> np.ndarray:
     """Truth less estimate at the last sample, of rotations the vectors of what remains."""
     suite, e = found.suite, truth.states[-1] - found.states
@@ -81,7 +68,7 @@ def run(case: tuple[str, int, int]) -> list[dict[str, Any]]:
     telemetry = fly(p.scenario, PLANS[name][number]["design"], seed, environment=p.environment)
     flown, rows = time.perf_counter() - start, []
     for when, end in (("at t_end", promise["t_end"]), ("at the end", p.scenario.duration)):
-        part, start = until(telemetry, end), time.perf_counter()
+        part, start = telemetry.until(end), time.perf_counter()
         row: dict[str, Any] = {"key": [name, number, seed, when], "t": end, "flight s": flown}
         try:
             found = calibrate(p.scenario, part)

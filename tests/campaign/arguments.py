@@ -38,6 +38,8 @@ def solve_arguments(box: Box) -> Attempt:
         problem = box.pick([*TEXTS, "zdt", "ZDT1", "pymoo:zdt1", "zdt1 "])
     # the last of several counts: 1,000 walkers would take their time
     arguments = ["mgeo", "solve", "--runs", "2", "--evaluations", "8", "--out", "made", "-q"]
+    if box.chance(0.5):  # the published algorithm, which has the most flags
+        arguments += ["--algorithm", "mgeo-real"]
     for _ in range(1 if box.chance(0.6) else 2):
         flag = box.pick(list(_SOLVE))
         value = box.pick(_SOLVE[flag] if box.chance(0.5) else TEXTS)

@@ -47,7 +47,7 @@ def _scenario_text(box: Box) -> str:
     preset = box.pick([Scenario.paper, Scenario.cubesat_6u])()
     text = preset.to_toml()
     if box.chance(0.3):
-        text += '[wheels]\ninertia = [1.0, 1.0, 2.0]\nmax_torque = 0.1\n[[keep_outs]]\n' \
+        text += '[wheels]\ninertia = [1.0, 1.0, 2.0]\nmax_torque = 0.1\n[[path_limits]]\n' \
                 'boresight = [1, 0, 0]\nhalf_angle_deg = 20.0\n'  # fmt: skip
     return text
 

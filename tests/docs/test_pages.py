@@ -12,13 +12,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, TelemetryMapping, fly
+from mgeo_attitude.calibration import read_json
+from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.environment.orbit import ORBITS
 from mgeo_attitude.environment.position_table import read_position_table
 from mgeo_attitude.fields import declared
 from mgeo_attitude.flight.mapping import UNITS
 from mgeo_attitude.objectives import OBJECTIVES
 from mgeo_attitude.plan import ManeuverPlan, write_plan
-from mgeo_attitude.scenario import InitialConditions
+from mgeo_attitude.scenario import InitialConditions, Prior
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
@@ -82,7 +84,7 @@ def test_the_commands_work_on_the_example_plugin(cantilever):
     assert "cantilever" in run(listing)
     for command in solving:
         run(command, "--evaluations", "600", "--quiet")
-    assert Path("runs/cantilever-mgeo-real-seed1/front.csv").is_file()
+    assert Path("runs/cantilever-mgeo-directed-seed1/front.csv").is_file()
     assert Path("runs/cantilever-nsga2-seed1/front.html").is_file()
 
 
@@ -110,6 +112,21 @@ def test_the_file_of_limits_is_read_and_keeps_what_the_page_says():
         Scenario.cubesat_6u().gyro,
         Scenario.cubesat_6u().sensors,
     )
+
+
+def test_the_page_names_all_directions_of_path_limits():
+    table = page("limits.md").partition("(path-limits)=")[2].partition("(star-tracker)=")[0]
+    assert re.findall(r"^\| `(\w+)`.* \|.*\|.*\|$", table, re.M) == ["reference", *DIRECTIONS]
+
+
+def test_the_scenario_of_errors_is_read_and_every_error_is_on_its_page():
+    (text,) = blocks("errors.md", "toml")
+    sun, mag = Scenario.from_toml(text).sensors
+    assert (sun.albedo, sun.sample_interval, mag.considered) == (0.05, 2.0, ("orbit_error",))
+    full = Scenario.cubesat_6u_full()
+    for owner in (full.gyro, *full.sensors):
+        for state in owner.states():
+            assert state in ("bias", "misalignment") or f".{state}`" in page("errors.md")
 
 
 def test_every_objective_is_on_the_page():
@@ -174,9 +191,20 @@ def test_every_propagator_is_on_the_page():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["start-research.md", "limits.md", "calibration.md"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "start-research.md",
+        "limits.md",
+        "errors.md",
+        "calibration.md",
+        "plan-again.md",
+        "too-sure.md",
+    ],
+)
 def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    shutil.copytree(DOCS / "scenarios", "docs/scenarios")
     names = {"__name__": "page"}
     for code in blocks(name, "python"):
         exec(code, names)
@@ -211,6 +239,24 @@ def test_the_command_of_the_page_on_calibration(tmp_path, monkeypatch):
     for path in Path("calibration").iterdir():
         assert f"`{path.name}`" in page("calibration.md")
     assert len(list(Path("calibration").iterdir())) == 4
+
+
+@pytest.mark.slow
+def test_the_way_from_a_front_to_a_second_calibration(tmp_path, monkeypatch):
+    pytest.importorskip(
+        "Basilisk", reason='flights by Basilisk: pip install "./problems/attitude[basilisk]"'
+    )
+    monkeypatch.chdir(tmp_path)
+    (rest,), (commands,) = blocks("plan-again.md", "toml"), blocks("plan-again.md", "sh")
+    Path("rest.toml").write_text(rest)
+    for line in commands.splitlines():
+        run(line.replace("9600", "480"))
+    first, second = (read_json(f"{n}-calibration/calibration.json") for n in ("first", "second"))
+    assert second.scenario.prior is not None
+    assert second.scenario.maneuvers.count == 2
+    assert (second.table()["sigma"] < first.table()["sigma"]).iloc[3:].all()
+    for key in declared(Prior):
+        assert f"| `{key}` |" in page("plan-again.md")
 
 
 @pytest.mark.slow

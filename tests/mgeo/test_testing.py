@@ -510,9 +510,9 @@ class Forgetful(MGEOReal):
 
     turn = 0
 
-    def _accept(self, F, violation):
+    def accept(self, F, violation):
         self.turn += 1
-        return super()._accept(F if self.turn % 3 else -F, violation)
+        return super().accept(F if self.turn % 3 else -F, violation)
 
 
 def test_a_member_of_the_family_that_forgets_is_caught():

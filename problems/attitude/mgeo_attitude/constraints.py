@@ -11,16 +11,20 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.describe import block_units
-from mgeo_attitude.fields import expect
-from mgeo_attitude.filter.keep_out import sun_clearance
+from mgeo_attitude.environment.directions import DIRECTIONS
+from mgeo_attitude.fields import InvalidValue, expect
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.path_limits import excess_at
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.scenario.settings import RequiredSigma
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.pointing import Place
     from mgeo_attitude.filter.evaluator import Evaluation
-    from mgeo_attitude.scenario import KeepOut, Scenario
+    from mgeo_attitude.scenario import PathLimit, Scenario
+
+#: A rate at its limit may be above it by what conversions round.
+_ROUNDING = 1.0 + 1e-12
 
 
 @dataclass(frozen=True)
@@ -66,10 +70,14 @@ def constraints(scenario: Scenario) -> list[Constraint]:
     found = []
     wheels = scenario.wheels
     if wheels is not None and wheels.max_momentum is not None:
-        momentum = partial(_wheel_momentum, inertia=wheels.matrix())
-        limit = Limit("wheel momentum", momentum, wheels.max_momentum, "N m s")
+        momentum = partial(_wheel_momentum, inertia=wheels.matrix(), allocation=wheels.shares())
+        load = _budgeted_momentum if wheels.budgeted else momentum
+        limit = Limit("wheel momentum", load, wheels.max_momentum, "N m s")
         found.append(Constraint(limit.label, (limit,)))
-    found += [_keep_out(i, cone) for i, cone in enumerate(scenario.keep_outs)]
+    if wheels is not None and wheels.max_torque is not None and wheels.budgeted:
+        limit = Limit("wheel torque", _budgeted_torque, wheels.max_torque, "N m")
+        found.append(Constraint(limit.label, (limit,)))
+    found += [_path_limit(i, limit) for i, limit in enumerate(scenario.path_limits)]
     if scenario.required_sigma:
         found.append(_required_sigma(scenario))
     return found
@@ -81,75 +89,95 @@ def check_start(scenario: Scenario) -> None:
     Raises
     ------
     InvalidValue
-        For a rate above that of maneuvers or the momentum of wheels, or a keep-out cone that the
-        Sun is in, or within the margin of.
+        For a rate above that of maneuvers or the momentum of wheels, or a path limit that is
+        violated, if only by its margin.
     """
     initial = scenario.initial
     moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
-    if moving or scenario.keep_outs:
+    if moving or scenario.prior is not None or scenario.path_limits:
         from mgeo_attitude.environment.pointing import Place  # imports scipy
 
         at = Place.at(scenario, np.zeros(1))
-        _check_rate(scenario, initial.rate(at))
-        _check_cones(scenario, at)
+        _check_rate(scenario, scenario.initial_rate(at))
+        _check_path(scenario, at if scenario.eclipse else at.without_shadow())
 
 
 def _check_rate(scenario: Scenario, rate: Floats) -> None:
-    key = "pointing" if scenario.initial.rate_deg_s is None else "rate_deg_s"
-    value, wheels = getattr(scenario.initial, key), scenario.wheels
-    limits = [("maneuvers.max_rate_deg_s", scenario.maneuvers.max_rate_deg_s, np.degrees(rate))]
-    if wheels is not None and wheels.max_momentum is not None:
-        limits.append(("wheels.max_momentum", wheels.max_momentum, wheels.matrix() @ rate))
-    for name, most, found in limits:
-        worst = int(np.abs(found).argmax())
-        expected = (
-            f"at most {name} = {most!r} about each axis, not {abs(found[worst]):.6g} about "
-            f"{'xyz'[worst]}"
-        )
-        expect(abs(found[worst]) <= most * (1.0 + 1e-12), f"initial.{key}", value, expected)
-
-
-def _check_cones(scenario: Scenario, at: Place) -> None:
-    if scenario.eclipse and not at.sunlit[0]:
+    key: str = "initial.pointing"
+    value: object = scenario.initial.pointing
+    for section in ("initial", "prior"):
+        given = getattr(getattr(scenario, section), "rate_deg_s", None)
+        key, value = (key, value) if given is None else (f"{section}.rate_deg_s", given)
+    most, about = scenario.maneuvers.max_rate_deg_s, np.abs(np.degrees(rate))
+    worst = int(about.argmax())
+    expected = (
+        f"at most maneuvers.max_rate_deg_s = {most!r} about each axis, not {about[worst]:.6g} "
+        f"about {'xyz'[worst]}"
+    )
+    expect(about[worst] <= most * _ROUNDING, key, value, expected)
+    wheels = scenario.wheels
+    if wheels is None or wheels.max_momentum is None or wheels.initial_momentum:
         return
-    sun = at.sun @ scenario.initial.attitude(at)[0].T
-    covariance = np.radians(scenario.initial.attitude_deg) ** 2 * np.eye(3)[None]
-    for i, cone in enumerate(scenario.keep_outs):
-        axis = np.array(cone.axis())
-        angle, clearance = (
-            np.degrees(sun_clearance(axis, k, sun, covariance)[0])
-            for k in (0.0, cone.attitude_sigmas)
-        )
-        smaller = f"at most {clearance:.4g}, or " if clearance > 0.0 else ""
-        expected = (
-            f"{smaller}another attitude in [initial]: at the start the Sun is {angle:.4g} deg from "
-            f"the boresight of {cone.name}, and the margin is attitude_sigmas = "
-            f"{cone.attitude_sigmas:g} times initial.attitude_deg = "
-            f"{scenario.initial.attitude_deg:g}"
-        )
-        key, kept = f"keep_outs[{i}].half_angle_deg", cone.half_angle_deg <= clearance
-        expect(kept, key, cone.half_angle_deg, expected)
+    momentum = wheels.greatest_share(rate @ wheels.matrix())
+    expected = (
+        f"at most wheels.max_momentum = {wheels.max_momentum!r} N m s in each wheel, not "
+        f"{momentum:.6g}"
+    )
+    expect(momentum <= wheels.max_momentum * _ROUNDING, key, value, expected)
 
 
-def _wheel_momentum(result: Evaluation, inertia: Floats) -> Floats:
-    """Greatest momentum about a body axis that the wheels hold [N m s], shape (n,)."""
+def _check_path(scenario: Scenario, at: Place) -> None:
+    attitude, known = scenario.initial_attitude(at), scenario.initial_attitude_covariance
+    sigma_deg = scenario.initial.attitude_deg
+    if scenario.prior is not None:
+        sigma_deg = float(np.degrees(scenario.prior.sigma[:3].max()))
+    for i, limit in enumerate(scenario.path_limits):
+        cone, half_angle = limit.cone(), limit.half_angle_deg
+        sign, most, less = (1.0, "least", "and") if cone.inside else (-1.0, "most", "less")
+        angle, bound = (
+            sign
+            * np.degrees(excess_at(cone, k, at, scenario.epoch, attitude[None], known[None])[0])
+            for k in (0.0, limit.attitude_sigmas)
+        )
+        if half_angle < bound if cone.inside else half_angle > bound:
+            other = f"at {most} {bound:.4g}, or " if 0.0 < bound < 180.0 else ""
+            raise InvalidValue(
+                f"path_limits[{i}].half_angle_deg",
+                half_angle,
+                f"expected {other}another attitude in [initial]: at the start "
+                f"{DIRECTIONS[cone.direction].label} is {angle:.4g} deg from the boresight of "
+                f"{limit.name!r}, {less} attitude_sigmas = {limit.attitude_sigmas:g} of "
+                f"initial.attitude_deg = {sigma_deg:g}",
+            )
+
+
+def _budgeted_momentum(result: Evaluation) -> Floats:
+    return result.wheel_load[:, 0]
+
+
+def _budgeted_torque(result: Evaluation) -> Floats:
+    return result.wheel_load[:, 1]
+
+
+def _wheel_momentum(result: Evaluation, inertia: Floats, allocation: Floats) -> Floats:
+    """Greatest momentum of a wheel [N m s], shape (n,), if the satellite's is zero."""
     # a ramp is straight, so the greatest momentum is at an end of one of its steps
-    momentum = np.abs(result.plan.end_rates @ inertia).max(axis=2)
+    momentum = np.abs(result.plan.end_rates @ inertia @ allocation.T).max(axis=2)
     greatest: Floats = np.where(result.plan.flown(), momentum, 0.0).max(axis=1)
     return greatest
 
 
-def _keep_out(index: int, cone: KeepOut) -> Constraint:
-    label, sigmas = f"Sun off {cone.name}", cone.attitude_sigmas
-    limit = Limit(
-        f"{label} less {sigmas:g} sigma" if sigmas else label,
-        lambda result: result.sun_angle[:, index],
-        np.radians(cone.half_angle_deg),
+def _path_limit(index: int, limit: PathLimit) -> Constraint:
+    sigmas, sign = limit.attitude_sigmas, "and" if limit.keep_in else "less"
+    angle = Limit(
+        f"{limit.label} {sign} {sigmas:g} sigma" if sigmas else limit.label,
+        lambda result: result.path_angle[:, index],
+        np.radians(limit.half_angle_deg),
         "deg",
         float(np.degrees(1.0)),
-        least=True,
+        least=not limit.keep_in,
     )
-    return Constraint(label, (limit,))
+    return Constraint(limit.label, (angle,))
 
 
 def _required_sigma(scenario: Scenario) -> Constraint:

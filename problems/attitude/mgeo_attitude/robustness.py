@@ -11,6 +11,7 @@ import dataclasses
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from datetime import timedelta
 from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
@@ -66,21 +67,28 @@ def draw_flights(scenario: Scenario, model: FilterModel, errors: FlightErrors) -
         If a delayed run leaves the years of the field model.
     """
     attitude, rate = errors.attitude_deg, errors.rate_error_deg_s
+    known = None
+    if scenario.prior is not None:
+        known = np.linalg.cholesky(model.initial_covariance[:6, :6])
     attitude = scenario.initial.attitude_deg if attitude is None else attitude
     rate = scenario.gyro.initial_bias_deg_s if rate is None else rate
     flights, count = [], scenario.maneuvers.count
     for number in range(errors.count):
         generator = np.random.default_rng([errors.seed, number])
-        turn = matrix(np.radians(attitude) * generator.standard_normal(3))
-        rates = rate * generator.standard_normal(3)
+        chance = generator.standard_normal(6)
+        off, rates = np.radians(attitude) * chance[:3], rate * chance[3:]
+        if known is not None:
+            error = known @ chance
+            if errors.attitude_deg is None:
+                off = model.initial_attitude.T @ error[:3]
+            if errors.rate_error_deg_s is None:  # who believes in too large a bias turns too fast
+                rates = -np.degrees(error[3:])
+        turn = matrix(off)
         rates = rates + errors.maneuver_rate_error_deg_s * generator.standard_normal((count, 3))
         durations = errors.duration_error * generator.standard_normal(count)
         delay = errors.start_delay * generator.random()
         later = _delayed(scenario, delay) if delay else model
-        turned = dataclasses.replace(
-            later, references=later.references @ turn, sun=later.sun @ turn
-        )
-        flights.append(Flight(turned, rates, durations, delay))
+        flights.append(Flight(later.turned(turn), rates, durations, delay))
     return flights
 
 
@@ -131,5 +139,7 @@ def _delayed(scenario: Scenario, delay: float) -> FilterModel:
     )
     tables = Environment.from_scenario(course)
     return FilterModel.from_scenario(
-        scenario, dataclasses.replace(tables, times=scenario.times, origin=None)
+        scenario,
+        dataclasses.replace(tables, times=scenario.times, origin=None),
+        scenario.epoch + timedelta(seconds=delay),
     )

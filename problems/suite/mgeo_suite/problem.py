@@ -62,8 +62,6 @@ class SensorSuiteProblem(Problem):
         with requirements on sensors that a suite may not have, or with a start that breaks a limit.
     """
 
-    default_algorithm = "mgeo-directed"
-
     def __init__(
         self,
         scenario: Scenario | None = None,

@@ -8,11 +8,11 @@ import pytest
 from filterpy.kalman import KalmanFilter
 from mgeo_attitude import FilterModel, Scenario, Suite
 from mgeo_attitude.estimation.batch import Batch, batch
+from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.estimation.linearization import (
     Partition,
     Trajectory,
     discretized,
-    prior,
     sightings,
     steps,
 )
@@ -92,7 +92,7 @@ def dense(data, sigma, at, parts):
         rows.append(np.zeros((m, N * d + c)))
         return rows[-1]
 
-    r, J = prior(data.suite, at.states[0], sigma)
+    r, J = Belief.initial(data.suite).residual(at.attitude[0], at.states[0])
     now = row(len(r))
     now[:, :d], now[:, N * d :] = J[:, parts.driven], J[:, parts.constant]
     right.append(r)
@@ -129,7 +129,7 @@ def dense(data, sigma, at, parts):
 def test_steps_and_covariances_are_those_of_dense_least_squares(name, gyro, broken):
     data, at = near(scenario(name, **gyro), broken=broken)
     sigma, parts = data.suite.initial_sigma(1.0), Partition.of(data.suite)
-    found = linear_solution(data, sigma, at, parts)
+    found = linear_solution(data, Belief.initial(data.suite), at, parts)
     J, r = dense(data, sigma, at, parts)
     N, d = found.e.shape
     scale = np.concatenate([np.tile(sigma[parts.driven], N), sigma[parts.constant]])
@@ -163,13 +163,15 @@ def test_steps_and_covariances_are_those_of_dense_least_squares(name, gyro, brok
 def test_a_reading_against_all_others_is_that_of_a_solution_without_it():
     data, at = near(scenario("paper"))
     sigma, parts = data.suite.initial_sigma(1.0), Partition.of(data.suite)
-    settled = solve(data, sigma, at, 30)
+    settled = solve(data, Belief.initial(data.suite), at, 30)
     none = tuple(np.zeros(len(data.times), dtype=bool) for _ in data.sensors)
     within = chi_squares(data, settled, smoothed_covariances(settled), none)
     for index, k in ((0, 3), (1, 12), (0, 30)):
         without = tuple(no.copy() for no in none)
         without[index][k] = True
-        other = linear_solution(data.without(without), sigma, settled.trajectory, parts)
+        other = linear_solution(
+            data.without(without), Belief.initial(data.suite), settled.trajectory, parts
+        )
         seen = sightings(data, index, settled.trajectory)
         row = int(np.flatnonzero(seen.samples == k)[0])
         H = np.zeros((3, len(sigma)))
@@ -187,9 +189,9 @@ def test_a_reading_against_all_others_is_that_of_a_solution_without_it():
         assert outside == pytest.approx(z @ np.linalg.solve(S, z), rel=1e-9)
 
 
-def linear_case():
+def linear_case(name):
     """A batch at the planned attitude with the plan's rates, so that all defects are zero."""
-    of = scenario("paper", **MEMS)
+    of = scenario(name, **MEMS)
     model = FilterModel.from_scenario(of)
     plan = model.schedule(np.atleast_2d(PLAN))
     rates, starts = plan.rates[0], plan.starts[0]
@@ -215,8 +217,9 @@ def linear_case():
     return model, data, rates[stretch], C, Trajectory(C.swapaxes(1, 2), zero)
 
 
-def test_the_linear_case_is_filterpys_smoother():
-    model, data, rates, C, at = linear_case()
+@pytest.mark.parametrize("name", ["paper", "varying errors", "orbit error", "cubesat_6u_full"])
+def test_the_linear_case_is_filterpys_smoother(name):
+    model, data, rates, C, at = linear_case(name)
     suite, n = model.suite, model.suite.n_states
     sigma, parts = suite.initial_sigma(1.0), Partition.of(suite)
     kf = KalmanFilter(dim_x=n, dim_z=6)
@@ -233,7 +236,8 @@ def test_the_linear_case_is_filterpys_smoother():
             y = data.sensors[index][k, 0]
             if np.isfinite(y).all():
                 v = C[k] @ model.references[k, index]
-                H.append(suite.measurement_matrix(sensor, v))
+                gradient = model.references[k, suite.gradient_rows(index)] @ C[k].T
+                H.append(suite.measurement_matrix(sensor, v, C[k], gradient))
                 R.extend(np.square(sensor.noise()))
                 z.extend(y - v)
         if H:
@@ -243,7 +247,7 @@ def test_the_linear_case_is_filterpys_smoother():
     means, Ps = np.array(means), np.array(Ps)
     # filterpy takes F and Q of the step to a sample at that sample; the first has none
     smoothed, P, _, _ = kf.rts_smoother(means, Ps, Fs=[Fs[0], *Fs], Qs=[Qs[0], *Qs])
-    found = linear_solution(data, sigma, at, parts)
+    found = linear_solution(data, Belief.initial(data.suite), at, parts)
     given = smoothed_covariances(found)
     spread = np.sqrt(np.einsum("kii->ki", P))
     d = parts.driven
@@ -277,7 +281,7 @@ def test_two_orbits_leave_the_covariance_of_the_reference_filter(name):
     )
     sigma = model.suite.initial_sigma(1.0)
     at = Trajectory(motion.attitude.swapaxes(1, 2), np.zeros((model.n_steps + 1, len(sigma))))
-    found = linear_solution(data, sigma, at, Partition.of(model.suite))
+    found = linear_solution(data, Belief.initial(model.suite), at, Partition.of(model.suite))
     endless = dataclasses.replace(model, window_steps=model.n_steps + 1, initial_sigma=sigma)
     history = reference_run(endless, PLAN)
     P, spread = last_covariance(found, smoothed_covariances(found)), history.sigma[-1]
@@ -289,17 +293,17 @@ def test_two_orbits_leave_the_covariance_of_the_reference_filter(name):
     )
 
 
-@pytest.mark.parametrize("name", ["paper", "full gyro"])
+@pytest.mark.parametrize("name", ["paper", "full gyro", "varying errors", "cubesat_6u_full"])
 def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
     """The linear filter that is read off the factor, against a Kalman filter of all states."""
     data, at = near(scenario(name, **MEMS))
     data = dataclasses.replace(data, breaks=np.zeros_like(data.breaks))
     sigma, parts = data.suite.initial_sigma(1.0), Partition.of(data.suite)
-    found = linear_solution(data, sigma, at, parts)
+    found = linear_solution(data, Belief.initial(data.suite), at, parts)
     move, (N, d) = found.steps, found.e.shape
     past = filtered(found)
     white, errors, P_driven = innovations(found, past), past.errors(found), past.covariances(found)
-    r, J = prior(data.suite, at.states[0], sigma)
+    r, J = Belief.initial(data.suite).residual(at.attitude[0], at.states[0])
     J = J[:, [*parts.driven, *parts.constant]]
     P = np.linalg.inv(J.T @ J)
     x, q = P @ J.T @ r, len(sigma)
@@ -350,7 +354,7 @@ def test_the_optimum_is_that_of_scipys_optimizer():
     of = short(scenario("paper", bias_decay=0.0), 12.0)
     data = batch(of, flown(of, 5, plan=PLAN))
     suite, sigma, N = data.suite, data.suite.initial_sigma(1.0), len(data.times)
-    found = solve(data, sigma, near_start(data, of), 30)
+    found = solve(data, Belief.initial(suite), near_start(data, of), 30)
     start = found.trajectory
     _, Q = van_loan(FilterModel.from_scenario(of), np.zeros(3))
     root = np.linalg.inv(np.linalg.cholesky(Q[:6, :6]))
@@ -388,7 +392,7 @@ def test_the_optimum_is_that_of_scipys_optimizer():
     np.testing.assert_allclose(moved[3 * N :], 0.0, atol=1e-4)
 
 
-@pytest.mark.parametrize("name", ["paper", "full gyro"])
+@pytest.mark.parametrize("name", ["paper", "full gyro", "varying errors", "cubesat_6u_full"])
 def test_discretization_of_many_steps_is_that_of_each(name):
     suite: Suite = SUITES[name]
     rng = np.random.default_rng(0)

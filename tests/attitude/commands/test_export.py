@@ -2,12 +2,13 @@
 
 import brahe.ccsds
 import pytest
-from mgeo_attitude.plan import read_json, to_csv
+from mgeo_attitude.plan import read_json, to_csv, to_uplink_csv
 
 
 def test_all_formats(run, folder, front, tmp_path):
-    paths = [tmp_path / f"plan{suffix}" for suffix in (".json", ".csv", ".aem")]
-    done = run("export", folder, *paths, "--pick", "best", "--originator", "INPE")
+    paths = [tmp_path / f"plan{suffix}" for suffix in (".json", ".csv", ".aem", ".uplink.csv")]
+    flags = ("--pick", "best", "--originator", "INPE", "--aem-version", "2.0")
+    done = run("export", folder, *paths, *flags)
     assert done.stdout.splitlines() == [f"wrote {path}" for path in paths]
     plan = front.plan("best")
     assert read_json(paths[0]) == plan
@@ -15,13 +16,14 @@ def test_all_formats(run, folder, front, tmp_path):
     message = brahe.ccsds.AEM.from_file(str(paths[2]))
     assert message.originator == "INPE"
     assert len(message.segments) == len(plan.phases)
+    assert paths[3].read_text(encoding="utf-8") == to_uplink_csv(plan)
     assert sorted(tmp_path.iterdir()) == sorted(paths)
 
 
-def test_from_a_plan_and_in_the_first_version(run, folder, tmp_path):
+def test_from_a_plan_and_with_the_names_of_a_satellite(run, folder, tmp_path):
     assert run("export", folder, tmp_path / "plan.json", "-q").stdout == ""
     run(
-        *("export", tmp_path / "plan.json", tmp_path / "one.aem", "--aem-version", "1.0"),
+        *("export", tmp_path / "plan.json", tmp_path / "one.aem"),
         *("--object-name", "SAT", "--object-id", "2021-015A", "--spacing", "10"),
     )
     text = (tmp_path / "one.aem").read_text(encoding="utf-8")
@@ -58,7 +60,7 @@ def test_a_plan_that_violates_a_constraint_is_refused_unless_forced(run, violati
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("plan.txt",), "plan.txt: expected a name that ends in .json, .csv, .aem"),
+        (("plan.txt",), "plan.txt: expected a name that ends in .json, .uplink.csv, .csv, .aem"),
         (("a.csv", "a.csv"), "a.csv is named twice"),
         (("folder.csv",), "folder.csv is a folder"),
         (("none/a.csv",), "there is no folder none"),

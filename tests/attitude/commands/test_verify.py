@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 import shutil
 
 import pytest
@@ -10,7 +11,7 @@ from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.verify import verification_document
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.plan.verification import verify
-from mgeo_attitude.scenario import KeepOut
+from mgeo_attitude.scenario import PathLimit
 
 from mgeo.report.build import report_html
 
@@ -55,21 +56,29 @@ def test_the_result_says_what_it_is_about(front):
 
 
 @pytest.mark.parametrize(
-    ("changes", "code", "verdict"),
+    ("p", "nees_p", "code", "verdict"),
     [
-        ({"nees": 1.0}, 0, "achieved"),
-        ({"nees": 0.5}, 0, "achieved; the filter is less sure than it might be"),
-        ({"nees": 2.0}, 3, "not achieved: the filter is surer than its errors allow"),
-        ({"nees": 1.0, "greatest_ratio": 0.0}, 3, "not achieved: worse than promised in attitude"),
+        (1.0, 1.0, 0, "achieved: no error is larger than promised"),
+        (1.0, 0.0, 3, "not achieved: the filter is too sure by 1.41 over all states together"),
+        (
+            0.0,
+            1.0,
+            3,
+            r"not achieved: attitude \(x, y, z\) .* times the promise, the filter is too",
+        ),
     ],
 )
-def test_verdicts(run, folder, front, monkeypatch, changes, code, verdict):
+def test_verdicts(run, folder, front, monkeypatch, p, nees_p, code, verdict):
     made = verify(front.plan("fastest"), n_runs=2)
-    fixed = {"greatest_ratio": 1e9, "nees_bounds": (0.9, 1.1), **changes}
-    made = dataclasses.replace(made, **fixed)
+    table = made.table.assign(**{"p, predicted": p, "p, claimed": p})
+    made = dataclasses.replace(made, table=table, nees=2.0, nees_p=nees_p)
     monkeypatch.setattr("mgeo_attitude.plan.verification.verify", lambda *_: made)
     text = run("verify", folder, "--pick", "fastest", code=code).stdout
-    assert text.splitlines()[-1].startswith(verdict)
+    assert re.match(verdict, text.splitlines()[1])
+    assert ("what to try" in text) == (code == 3)
+    rows = [line for line in text.splitlines() if line.startswith(("attitude", "sun", "mag"))]
+    assert len(rows) == len(made.table) - 3
+    assert max(map(len, rows)) <= 80
 
 
 def test_bad_input_has_another_exit_code(run, folder, tmp_path):
@@ -77,27 +86,27 @@ def test_bad_input_has_another_exit_code(run, folder, tmp_path):
     run("verify", folder, "--runs", "1", code=2)
 
 
-def test_what_was_inside_a_keep_out_cone_is_told(run, tmp_path):
+def test_a_broken_path_limit_is_told(run, tmp_path):
     """In words, as a table, and in the file that reports show."""
     scenario = dataclasses.replace(
         Scenario.paper(),
         duration=400.0,
-        keep_outs=(KeepOut(name="camera", boresight=(1.0, -1.0, 0.0), half_angle_deg=60.0),),
+        path_limits=(PathLimit(name="camera", boresight=(1.0, -1.0, 0.0), half_angle_deg=60.0),),
     )
     problem = AttitudeManeuverProblem(scenario)
     turning = [1.0, 0.0, 0.0, 30.0, 0.0, 1.0, 0.0, 30.0, 0.0, 0.0, 1.0, 30.0]
     plan = ManeuverPlan.from_design(problem, turning)
     write_plan(plan, tmp_path / "plan.json")
     found = verify(plan, n_runs=4, seed=2)
-    (steered, _, open_loop, _) = found.keep_outs.loc["camera"]
+    (steered, _, open_loop, _) = found.path_limits.loc["Sun off camera"]
     assert steered == open_loop == 100.0  # it turns through the Sun
     arguments = ("verify", tmp_path / "plan.json", "--runs", "4", "--seed", "2")
     code = 0 if found.achieved else 3
     text = run(*arguments, code=code).stdout
-    assert "Sun inside keep-out cones" in text
+    assert "path limits broken" in text
     document = json.loads(run(*arguments, "--json", code=code).stdout)
-    assert "Sun inside camera in 100 % of flights" in document["verdict"]
-    (row,) = document["keep_outs"]
-    assert row["cone"] == "camera"
+    assert "Sun off camera broken in 100 % of flights" in document["verdict"]
+    (row,) = document["path_limits"]
+    assert row["path limit"] == "Sun off camera"
     assert row["steered: flights [%]"] == 100.0
     assert 0.0 < row["open loop: time [%]"] < 100.0

@@ -83,6 +83,7 @@ def test_the_rate_of_a_circular_orbit() -> None:
     radius = 7e6
     speed = np.sqrt(EARTH_MU / radius)
     at = Place(
+        np.zeros(1),
         np.array([[radius, 0.0, 0.0]]),
         np.array([[0.0, 0.6 * speed, 0.8 * speed]]),
         np.array([[0.0, 0.0, 1.0]]),
@@ -101,7 +102,7 @@ def test_a_target_on_the_reference_of_the_clock_angle_is_refused() -> None:
     along = np.array([[0.0, 0.0, 1.0]])
     with pytest.raises(ValueError, match="parallel"):
         pointed(np.eye(3)[2], along, -3.0 * along, 0.0)
-    orbit = np.array([[7e6, 0.0, 0.0]]), np.array([[0.0, 7e3, 0.0]])
+    orbit = np.zeros(1), np.array([[7e6, 0.0, 0.0]]), np.array([[0.0, 7e3, 0.0]])
     with pytest.raises(InvalidValue, match=r"initial\.pointing = 'sun': expected.*parallel"):
         InitialConditions(pointing="sun").attitude(Place(*orbit, along, np.array([True])))
 

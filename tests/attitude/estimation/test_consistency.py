@@ -27,8 +27,8 @@ def result():
         nees=(errors**2).sum(axis=2),
         nis=np.stack([rng.chisquare(30, (N, M)), np.zeros((N, M))], axis=2),
         updates=np.stack([np.full((N, M), 10), np.zeros((N, M), dtype=int)], axis=2),
-        cones=(),
-        inside=np.zeros((N, 2, 0)),
+        path_limits=(),
+        broken=np.zeros((N, 2, 0)),
     )
 
 

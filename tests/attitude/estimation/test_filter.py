@@ -55,7 +55,7 @@ def test_runs_side_by_side_are_those_one_by_one(flown, estimator):
     assert 0 < seen.sum() < seen.size
     assert (seen.any(axis=1) & ~seen.all(axis=1)).any()
     filter_ = ErrorStateFilter(model.suite, estimator)
-    start = Estimate.at_start(model.suite, model.initial_sigma, RUNS)
+    start = Estimate.at_start(model, RUNS)
     run = filter_.run(start, readings, rates, model.references)
     found = [after for _, after, _ in run]
     sigma = model.initial_sigma
@@ -81,9 +81,9 @@ def test_steps_may_be_of_any_length_and_the_start_any_attitude():
         np.diff(kept) * model.step, every.gyro[kept[:-1]], tuple(s[kept] for s in every.sensors)
     )
     turn = matrix(np.array([0.7, -1.9, 0.4]))
-    filter_, sigma = ErrorStateFilter(model.suite, Estimator.plain()), model.initial_sigma
-    start = Estimate.at_start(model.suite, sigma)
-    turned = Estimate.at_start(model.suite, sigma, attitude=turn)
+    filter_ = ErrorStateFilter(model.suite, Estimator.plain())
+    start = Estimate.at_start(model)
+    turned = Estimate.at_start(dataclasses.replace(model, initial_attitude=turn))
     fine = [e for _, e, _ in filter_.run(start, [every], rates, model.references)]
     coarse = filter_.run(turned, [few], rates[kept[:-1]], model.references[kept] @ turn)
     for k, (_, estimate, _) in zip(kept, coarse, strict=True):
@@ -97,7 +97,7 @@ def test_steps_may_be_of_any_length_and_the_start_any_attitude():
 def test_an_estimate_without_its_error_is_the_truth(flown):
     model, readings, rates = flown
     filter_ = ErrorStateFilter(model.suite, Estimator())
-    start = Estimate.at_start(model.suite, model.initial_sigma, RUNS)
+    start = Estimate.at_start(model, RUNS)
     *_, (_, after, _) = filter_.run(start, readings, rates, model.references)
     rng = np.random.default_rng(0)
     attitude, states = matrix(rng.standard_normal((3, RUNS))), rng.standard_normal((18, RUNS))

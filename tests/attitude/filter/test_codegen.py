@@ -5,12 +5,20 @@ from math import sqrt
 import numpy as np
 import pytest
 from mgeo_attitude.filter.codegen import CHECK, module_source, step_constants, step_parts
-from mgeo_attitude.filter.layout import NO_MONITORS, layout, transition_pattern
+from mgeo_attitude.filter.layout import (
+    NO_MONITORS,
+    directions_of,
+    discs,
+    layout,
+    transition_pattern,
+)
+from mgeo_attitude.filter.reference import schmidt
 from mgeo_attitude.filter.symbols import Code, Symbol
 from scipy.linalg import block_diag
 
 from .suites import SUITES
 
+STEP = 2.0
 VALUES = {"a": 2.0, "b": -3.0, "c": 7.0, "sqrt": sqrt}
 
 
@@ -69,14 +77,17 @@ def test_only_what_is_stored_is_computed():
 
 @pytest.mark.parametrize("name", SUITES)
 def test_generated_step_is_one_filter_step(name):
-    """Equations (3) and (4) by dense algebra, all sensors together, against the text's result."""
+    """Equations (3) and (4) by dense algebra against the text's result."""
     suite, rng = SUITES[name], np.random.default_rng(0)
     gated = tuple(index == 0 for index in range(len(suite.sensors)))
-    at, n, m = layout(suite, gated), suite.n_states, suite.n_dynamic
-    parts, lanes = step_parts(suite, gated), 2
+    at, n, m, k = layout(suite, gated), suite.n_states, suite.n_dynamic, suite.n_kinematic
+    names, blind = directions_of(suite), []
+    parts, lanes = step_parts(suite, gated), 8
     assert list(parts)[-1] == CHECK
     weights = rng.uniform(0.5, 2.0, n)
-    constants = step_constants(suite, weights)
+    constants, step = step_constants(suite, STEP, weights), STEP
+    decays = [np.exp(-step / each.correlation_time) for each in suite.processes.values()]
+    sigmas = [each.sigma for each in suite.processes.values()]
     W = np.zeros((at.constants + len(constants), lanes))
     W[at.constants :] = constants[:, None]
     pattern = transition_pattern(suite)
@@ -89,26 +100,42 @@ def test_generated_step_is_one_filter_step(name):
             F[i, j] = rng.standard_normal()
         noisy = np.isin(np.arange(m), [i for i, _ in pattern])
         Q = np.cov(rng.standard_normal((m, 3 * m))) * np.outer(noisy, noisy)
+        F[k:, k:] = np.diag(np.repeat(decays, 3))
+        Q[k:, k:] = np.diag(np.repeat(sigmas, 3) ** 2 * (1.0 - np.repeat(decays, 3) ** 2))
         C, dC = (np.linalg.qr(rng.standard_normal((3, 3)))[0] for _ in range(2))
-        references = rng.standard_normal((len(suite.sensors), 3))
-        gate = float(lane)  # the first sensor is off in the first lane
+        references = rng.standard_normal((suite.n_vectors, 3))
+        vectors = rng.standard_normal((len(names), 3))
+        vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
+        limb, rate = rng.uniform(0.2, 1.0), rng.uniform(0.0, 0.02)
+        seen = dict(zip(names, vectors, strict=True))
+        gate = float(lane % 2)  # the first sensor is off in every second lane
         W[: at.attitude, lane] = P[np.tril_indices(n)]
         W[at.attitude : at.monitors, lane] = C.ravel()
         W[at.rotation : at.F, lane] = dC.ravel()
         W[at.F : at.Q, lane] = [F[i, j] for i, j in pattern]
-        W[at.Q : at.trace, lane] = Q[np.tril_indices(m)]
-        W[at.given : at.constants, lane] = [*references.ravel(), gate]
+        W[at.Q : at.rate, lane] = Q[np.tril_indices(k)]
+        W[at.rate : at.trace, lane] = rate**2
+        radii = [limb, np.cos(limb), np.sin(limb)] * len(discs(names))
+        W[at.given : at.constants, lane] = [*references.ravel(), *vectors.ravel(), *radii, gate]
 
         full = block_diag(F, np.eye(n - m))
         P = full @ P @ full.T + block_diag(Q, np.zeros((n - m, n - m)))
         for index, sensor in enumerate(suite.sensors):
             v = dC @ C @ references[index]
-            view = sensor.field_of_view()
-            if (index == 0 and not gate) or (view and v @ view[0] < np.cos(view[1])):
+            hidden = rate > sensor.max_rate()
+            for view in sensor.views():
+                looked_at = dC @ C @ seen[view.direction] if view.direction else v
+                angle = np.arccos(np.clip(looked_at @ view.axis, -1.0, 1.0)) - limb * view.disc
+                hidden |= (angle > view.half_angle) == view.inside
+            blind.append(hidden)
+            if (index == 0 and not gate) or hidden:
                 continue
-            H, R = suite.measurement_matrix(sensor, v), np.diag(np.square(sensor.noise()))
-            P = P - P @ H.T @ np.linalg.solve(R + H @ P @ H.T, H @ P)
+            gradient = references[suite.gradient_rows(index)] @ (dC @ C).T
+            H = suite.measurement_matrix(sensor, v, dC @ C, gradient)
+            P = schmidt(P, H, np.diag(np.square(sensor.noise())), suite.considered)
         expected.append((P, dC @ C, weights @ np.diag(P)))
+    if names:
+        assert len(set(blind[::2])) == 2  # the tracker sees in some lanes
     for lane, (P, C, trace) in enumerate(expected):
         values = W[:, lane].copy()
         for text in parts.values():

@@ -6,12 +6,18 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.scenario import KeepOut
+from mgeo_attitude.scenario import PathLimit
 from scipy.spatial.transform import Rotation
 
 from .agreement import assert_agrees, designs
 
-CAMERA = {"boresight": [0.0, 0.2, -1.0], "half_angle_deg": 20.0}
+CAMERAS = [
+    {"boresight": [0.0, 0.2, -1.0], "half_angle_deg": 20.0},
+    {"boresight": [1.0, 0.2, 0.1], "half_angle_deg": 20.0, "attitude_sigmas": 0.0},
+    {"boresight": [0.0, 0.2, -1.0], "half_angle_deg": 150.0, "reference": "earth"}
+    | {"sense": "keep-in", "attitude_sigmas": 1.0},
+]
+PYRAMID = [[1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, -1.0, 1.0]]
 TURNED = {"quaternion": [0.5, -0.1, 0.7, 0.5]}
 STARTS = {
     "inertial": TURNED,
@@ -44,19 +50,14 @@ def test_kernel_and_reference_agree(name):
 @pytest.mark.parametrize("name", STARTS)
 def test_another_attitude_is_other_references(name):
     """Of a satellite whose axes are those of GCRS, all that is seen is turned instead."""
-    model = FilterModel.from_scenario(scenario(STARTS[name], keep_outs=[CAMERA]))
+    model = FilterModel.from_scenario(scenario(STARTS[name], path_limits=CAMERAS))
     C = model.initial_attitude
-    turned = dataclasses.replace(
-        model,
-        references=model.references @ C.T,
-        sun=model.sun @ C.T,
-        initial_attitude=np.eye(3),
-    )
+    turned = dataclasses.replace(model.turned(C.T), initial_attitude=np.eye(3))
     X = designs(np.random.default_rng(6), 12, max_duration=300.0)
     one, other = (evaluate(each, X, covariance=True) for each in (model, turned))
     np.testing.assert_array_equal(one.t_end, other.t_end)
     np.testing.assert_allclose(one.trace, other.trace, rtol=1e-10)
-    np.testing.assert_allclose(one.sun_angle, other.sun_angle, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(one.path_angle, other.path_angle, rtol=0, atol=1e-9)
     scale = np.sqrt(np.einsum("nii,njj->nij", one.covariance, one.covariance))
     assert np.abs((one.covariance - other.covariance) / scale).max() < 1e-9
     straight = dataclasses.replace(model, initial_attitude=np.eye(3))
@@ -110,13 +111,20 @@ def test_rate_changes_count_from_the_initial_rate():
             {"rate_deg_s": [0.0, 0.0, 0.5]},
             {"wheels": {"inertia": [0.1, 0.1, 0.2], "max_momentum": 1e-3}},
             "initial.rate_deg_s = (0.0, 0.0, 0.5): expected at most wheels.max_momentum = 0.001 "
-            "about each axis, not 0.0017",
+            "N m s in each wheel, not 0.0017",
+        ),
+        (
+            {"rate_deg_s": [0.0, 0.0, 0.5]},
+            {"wheels": {"inertia": [0.1, 0.1, 0.2], "max_momentum": 5e-4, "axes": PYRAMID}},
+            # four wheels at 45 deg share it: √2 / 4 of 0.00175
+            "initial.rate_deg_s = (0.0, 0.0, 0.5): expected at most wheels.max_momentum = 0.0005 "
+            "N m s in each wheel, not 0.000617",
         ),
         (
             {"pointing": "sun"},
-            {"keep_outs": [{"name": "eye", "boresight": [0.0, 0.0, 1.0], "half_angle_deg": 10.0}]},
-            "keep_outs[0].half_angle_deg = 10.0: expected another attitude in [initial]: at the "
-            "start the Sun is ",
+            {"path_limits": [{"name": "eye", "boresight": [0, 0, 1], "half_angle_deg": 10.0}]},
+            "path_limits[0].half_angle_deg = 10.0: expected another attitude in [initial]: at the "
+            "start Sun is ",
         ),
     ],
 )
@@ -129,12 +137,12 @@ def test_a_start_that_breaks_a_limit_is_refused(initial, changes, message):
 def test_the_attitude_at_the_start_decides_about_a_cone():
     """A camera that looks away from the Sun while z points at it, and only then."""
     camera = {"name": "eye", "boresight": [0.0, 0.0, -1.0], "half_angle_deg": 60.0}
-    day = scenario({"pointing": "sun"}, eclipse=False, keep_outs=[camera])
+    day = scenario({"pointing": "sun"}, eclipse=False, path_limits=[camera])
     kept = AttitudeManeuverProblem(day)
-    assert kept.model.cones.tolist() == [[0.0, 0.0, -1.0]]
+    assert [limit.cone().axis for limit in kept.model.path_limits] == [(0.0, 0.0, -1.0)]
     at_rest = np.tile([0.0, 0.0, 0.0, 100.0], 3)
-    angle = evaluate(kept.model, at_rest).sun_angle[0, 0]
+    angle = evaluate(kept.model, at_rest).path_angle[0, 0]
     assert angle == pytest.approx(np.pi - 3.0 * np.radians(8.0), abs=1e-6)
-    opposite = KeepOut(name="eye", boresight=(0.0, 0.0, 1.0), half_angle_deg=60.0)
-    with pytest.raises(InvalidValue, match=r"expected another attitude.* boresight of eye"):
-        AttitudeManeuverProblem(dataclasses.replace(day, keep_outs=(opposite,)))
+    opposite = PathLimit(name="eye", boresight=(0.0, 0.0, 1.0), half_angle_deg=60.0)
+    with pytest.raises(InvalidValue, match=r"expected another attitude.* boresight of 'eye'"):
+        AttitudeManeuverProblem(dataclasses.replace(day, path_limits=(opposite,)))

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Gyro, Magnetometer, StarTracker, Suite, SunSensor, evaluate
+from mgeo_attitude.scenario import PathLimit
 
 from .agreement import designs
 
@@ -93,6 +94,35 @@ def test_a_sensor_of_infinite_noise_is_as_good_as_absent(models, short, index):
     )
 
 
+def test_trackers_and_path_limits_may_differ_in_numbers_but_not_in_what_they_look_at(short):
+    tracker = StarTracker(max_rate_deg_s=0.5, sun_exclusion_deg=40.0)
+    limit = PathLimit(boresight=(1.0, 0.0, 0.0), half_angle_deg=20.0)
+    scenario = dataclasses.replace(
+        short, sensors=(tracker, Magnetometer()), path_limits=(limit,), eclipse=False
+    )
+    model = FilterModel.from_scenario(scenario)
+    other = dataclasses.replace(
+        tracker, max_rate_deg_s=1.1, sun_exclusion_deg=60.0, noise_arcsec=30.0
+    )
+    aside = dataclasses.replace(limit, boresight=(0.0, 0.3, 1.0), attitude_sigmas=1.0)
+    second = dataclasses.replace(
+        variant(model, Suite(Gyro(), (other, Magnetometer()))), path_limits=(aside,)
+    )
+    X, which = designs(np.random.default_rng(5), 16, max_duration=300.0), np.arange(16) % 2
+    X[:, np.arange(12) % 4 != 3] *= 0.6
+    found = evaluate(model, X, variants=[model, second], which=which)
+    for k, each in enumerate((model, second)):
+        alone = evaluate(each, X[which == k])
+        np.testing.assert_array_equal(found.trace[which == k], alone.trace)
+        np.testing.assert_array_equal(found.path_angle[which == k], alone.path_angle)
+    moon = dataclasses.replace(tracker, sun_exclusion_deg=None, moon_exclusion_deg=40.0)
+    with pytest.raises(ValueError, match=r"variants\[0\] looks at .*'moon', False.*expected .*sun"):
+        evaluate(model, X, variants=[variant(model, Suite(Gyro(), (moon, Magnetometer())))])
+    aslant = dataclasses.replace(tracker, boresight=(0.0, 1.0, 0.5))
+    with pytest.raises(ValueError, match=r"variants\[0\]: tracker measures otherwise .*boresight"):
+        evaluate(model, X, variants=[variant(model, Suite(Gyro(), (aslant, Magnetometer())))])
+
+
 def test_variants_of_another_form_are_refused(models):
     full, X = models[0], designs(np.random.default_rng(3), 2, max_duration=300.0)
     tracker = variant(full, Suite(Gyro(), (*full.suite.sensors[:2], StarTracker())))
@@ -101,3 +131,7 @@ def test_variants_of_another_form_are_refused(models):
     everywhere = SunSensor(name="a"), *full.suite.sensors[1:]
     with pytest.raises(ValueError, match=r"variants\[1\] has .* constants of a filter step"):
         evaluate(full, X, variants=[full, variant(full, Suite(Gyro(), everywhere))])
+    unsure = dataclasses.replace(full.suite.sensors[0], considered=("bias",))
+    suite = Suite(Gyro(), (unsure, *full.suite.sensors[1:]))
+    with pytest.raises(ValueError, match=r"variants\[1\] considers other states than the model"):
+        evaluate(full, X, variants=[full, variant(full, suite)])

@@ -21,7 +21,7 @@ def flown(model, design, draws):
     return fly_run(model, Motion.of(model, design, len(draws.gyro_noise)), draws)
 
 
-def estimated(model, design, samples, draws, estimator=None, truth=None, cones=(), sun=()):
+def estimated(model, design, samples, draws, estimator=None, truth=None, n_watched=0):
     """What is recorded of the run at some samples."""
     flight = flown(truth or model, design, draws)
-    return record(model, [flight], estimator or Estimator(), samples, cones, sun)
+    return record(model, [flight], estimator or Estimator(), samples, truth, n_watched)

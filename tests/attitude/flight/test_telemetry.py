@@ -3,17 +3,29 @@
 import dataclasses
 import importlib.util
 from datetime import timedelta
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
-from mgeo_attitude import Scenario, StarTracker, Telemetry, TelemetryMapping, fly, read_telemetry
+from mgeo_attitude import (
+    Environment,
+    FilterModel,
+    Scenario,
+    StarTracker,
+    Telemetry,
+    TelemetryMapping,
+    fly,
+    read_telemetry,
+)
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.flight.mapping import Channels, GyroChannels, SensorChannels
 from mgeo_attitude.plan.ccsds import quaternions
 from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
 
 from ..calibration.flights import PLAN, short
+from ..filter.suites import SUITES
 
 PAPER = short(Scenario.paper(), 300.0)
 
@@ -58,6 +70,80 @@ def test_a_flight_reports_its_truth(scenario, telemetry):
     np.testing.assert_allclose(-step.as_rotvec(), np.tile(planned, (300, 1)), atol=1e-12)
     assert np.isnan(telemetry.gyro_deg_s[0]).all()
     same(fly(scenario, PLAN, 1), telemetry)
+
+
+def test_a_tracker_reports_the_body_s_attitude_with_noise_about_its_boresight():
+    """Whichever way it looks; and only where it sees stars, along the true path."""
+    tracker = StarTracker(
+        boresight=(1.0, -2.0, 0.5),
+        initial_misalignment_deg=1e-6,
+        roll_noise_arcsec=600.0,
+        max_rate_deg_s=0.6,
+        earth_exclusion_deg=10.0,
+    )
+    of = short(Scenario.paper(), 1500.0, sensors=(tracker,))
+    design = (0.5, 0.1, -0.2, 400.0, -0.5, 0.6, 0.2, 500.0, 0.2, -0.4, 0.3, 600.0)
+    sent = fly(of, design, 3)
+    there = np.isfinite(sent.sensors["tracker"][:, 0])
+    true = Rotation.from_matrix(sent.truth.attitude[there])
+    noise = (true * Rotation.from_quat(sent.sensors["tracker"][there])).as_rotvec(degrees=True)
+    axis = np.array([1.0, -2.0, 0.5]) / np.sqrt(5.25)
+    about = 3600.0 * noise @ axis
+    rest = 3600.0 * (noise - np.outer(noise @ axis, axis))
+    n = int(there.sum())
+    assert np.std(about) == pytest.approx(600.0, rel=5.0 / np.sqrt(2 * n))
+    assert np.sqrt((rest**2).sum(axis=1).mean() / 2.0) == pytest.approx(
+        10.0, rel=5.0 / np.sqrt(4 * n)
+    )
+    around = Environment.from_scenario(of)
+    distance = np.linalg.norm(around.position, axis=1)
+    down = np.einsum("kij,kj->ki", sent.truth.attitude, -around.position) @ axis / distance
+    limb = np.degrees(np.arccos(down) - np.arcsin(6378136.3 / distance))
+    slow = (np.arange(1501) <= 400) | (np.arange(1501) > 900)
+    expected = slow & (limb > 10.0)
+    expected[0] = False
+    np.testing.assert_array_equal(there, expected)
+    assert 200 < n < 1000
+
+
+@pytest.mark.parametrize("name", ["every constant", "orbit error", "considered"])
+def test_truth_with_errors_that_vary_explains_what_is_reported(name):
+    """What is left of reports, once the truth is taken out, is noise as loud as declared."""
+    suite = SUITES[name]
+    of = dataclasses.replace(short(Scenario.paper(), 2000.0), sensors=suite.sensors)
+    of = dataclasses.replace(of, gyro=suite.gyro)
+    telemetry, model = fly(of, PLAN, 2), FilterModel.from_scenario(of)
+    truth = telemetry.truth
+
+    def to_body(vector):
+        return np.einsum("kij,kj->ki", truth.attitude, np.broadcast_to(vector, (2001, 3)))
+
+    for index, sensor in enumerate(suite.sensors):
+        x = {state: truth.states[:, i : i + 3] for state, i in suite.places(sensor).items()}
+        rows = model.references[:, suite.gradient_rows(index)].swapaxes(0, 1)
+        x |= {"to_body": to_body, "gradient": [*map(to_body, rows)]}
+        expected = sensor.measured(SimpleNamespace(**x), to_body(model.references[:, index]))
+        reported = telemetry.sensors[sensor.name] / sensor.channel_unit.factor
+        left = (reported - expected)[np.isfinite(reported).all(axis=1)] / sensor.noise()
+        low, high = chi2.ppf([1e-4, 1.0 - 1e-4], left.size) / left.size
+        assert low < (left**2).mean() < high
+        assert abs((left[1:] * left[:-1]).mean()) < 4.0 / np.sqrt(left.size)
+
+
+def test_between_samples_of_a_sensor_there_is_nothing():
+    """The Sun every 4 s, the field every 6 s, nothing at the start; a table leaves them empty."""
+    sun, mag = PAPER.sensors
+    sensors = (
+        dataclasses.replace(sun, sample_interval=4.0),
+        dataclasses.replace(mag, sample_interval=6.0),
+    )
+    of = dataclasses.replace(PAPER, sensors=sensors, step=2.0)
+    telemetry = fly(of, PLAN, 1)
+    for name, every in (("sun", 4.0), ("mag", 6.0)):
+        seen = telemetry.times[np.isfinite(telemetry.sensors[name][:, 0])]
+        np.testing.assert_array_equal(seen, np.arange(every, 301.0, every))
+        assert telemetry.frame()[f"{name}_x"].isna().sum() == 151 - len(seen)
+    same(read_telemetry(telemetry.frame(), of), telemetry)
 
 
 def test_quaternions_are_those_of_plans(telemetry):

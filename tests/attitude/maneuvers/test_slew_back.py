@@ -123,7 +123,7 @@ def test_it_goes_on_with_the_law():
     assert np.degrees((attitude * Rotation.from_matrix(law).inv()).magnitude()) < 1e-3
 
 
-@pytest.mark.parametrize("limits", ["none", "acceleration"])
+@pytest.mark.parametrize("limits", ["none", pytest.param("acceleration", marks=pytest.mark.slow)])
 def test_no_sooner_slew_is_found_by_trying_all(limits, monkeypatch):
     scene = scenario(limits, {"pointing": "nadir"})
     x = designs(np.random.default_rng(8), 1)[0]

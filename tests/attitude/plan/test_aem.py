@@ -1,6 +1,7 @@
 """Attitude ephemeris messages, as two readers that are not ours understand them.
 
-brahe reads version 2.0 and turns vectors with it; ccsds-ndm reads version 1.0 against the schema.
+ccsds-ndm reads version 1.0, the default, against the schema; brahe reads version 2.0 and turns
+vectors with it. Each refuses the other version.
 """
 
 import dataclasses
@@ -17,6 +18,8 @@ from mgeo_attitude.plan import ManeuverPlan, aem_text, write_plan
 from mgeo_attitude.plan.ccsds import utc_texts
 from mgeo_attitude.scenario import InitialConditions
 from scipy.spatial.transform import Rotation
+
+from .conftest import DESIGN
 
 CREATED = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 NAMES = {"object_name": "AMAZONIA-1", "object_id": "2021-015A", "originator": "INPE"}
@@ -35,9 +38,13 @@ def matrix(segment, epoch):
     return np.array(segment.rotation_matrix(epoch).to_matrix())
 
 
+def read_2(plan, **keywords):
+    return brahe.ccsds.AEM.from_str(aem_text(plan, version="2.0", **keywords))
+
+
 @pytest.fixture(scope="module")
 def message(plan):
-    return brahe.ccsds.AEM.from_str(aem_text(plan, created=CREATED, **NAMES))
+    return read_2(plan, created=CREATED, **NAMES)
 
 
 def test_metadata_read_back(plan, message):
@@ -49,7 +56,11 @@ def test_metadata_read_back(plan, message):
         assert (segment.object_name, segment.object_id) == ("AMAZONIA-1", "2021-015A")
         assert segment.center_name == "EARTH"
         assert (segment.ref_frame_a, segment.ref_frame_b) == ("GCRF", "SC_BODY_1")
-        assert (str(segment.time_system), str(segment.attitude_type)) == ("UTC", "QUATERNION")
+        assert (str(segment.time_system), str(segment.attitude_type)) == (
+            "UTC",
+            "QUATERNION/ANGVEL",
+        )
+        assert segment.angvel_frame == "SC_BODY_1"
         assert (segment.interpolation_method, segment.interpolation_degree) == ("LINEAR", 1)
         assert segment.start_time == instant(plan, phase.start)
         assert segment.stop_time == instant(plan, phase.end)
@@ -62,7 +73,7 @@ def test_a_known_vector_in_the_body(message):
     scenario = dataclasses.replace(Scenario.paper(), duration=600.0)
     problem = AttitudeManeuverProblem(scenario, n_maneuvers=1)
     plan = ManeuverPlan.from_design(problem, [0.0, 0.0, 0.5, 180.0])
-    aem = brahe.ccsds.AEM.from_str(aem_text(plan))
+    aem = read_2(plan)
     turned = matrix(aem.segment_to_attitude_trajectory(0), instant(plan, 180.0))
     np.testing.assert_allclose(turned @ [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], atol=1e-14)
     half = matrix(aem.segment_to_attitude_trajectory(0), instant(plan, 90.0))
@@ -75,7 +86,7 @@ def test_a_nadir_start_is_read_back_as_looking_down():
     scenario = dataclasses.replace(Scenario.paper(), duration=600.0, initial=initial)
     problem = AttitudeManeuverProblem(scenario, n_maneuvers=1)
     plan = ManeuverPlan.from_design(problem, [0.0, 0.0, 0.5, 180.0])
-    aem = brahe.ccsds.AEM.from_str(aem_text(plan))
+    aem = read_2(plan)
     body = matrix(aem.segment_to_attitude_trajectory(0), instant(plan, 0.0))
     position, velocity = problem.environment.position[0], problem.environment.velocity[0]
     radial, along, _ = brahe.rotation_eci_to_rtn(np.append(position, velocity))
@@ -96,10 +107,52 @@ def test_attitudes_read_back_are_those_of_the_filter(plan, message):
         assert Rotation.from_matrix(between).magnitude() < np.radians(0.03 / 3600.0)
 
 
+def ramped(problem):
+    """A plan with ramps between its maneuvers, as slew limits ask for."""
+    paper = problem.scenario
+    limits = dataclasses.replace(paper.maneuvers, max_acceleration_deg_s2=0.05, count=3)
+    return ManeuverPlan(dataclasses.replace(paper, maneuvers=limits), DESIGN)
+
+
+@pytest.mark.parametrize("ramps", [False, True])
+def test_rates_read_back_by_both_are_those_that_are_flown(plan, problem, ramps):
+    """By brahe as angular velocities; by ccsds-ndm as derivatives, which are those of its own
+    quaternions by central differences."""
+    plan = ramped(problem) if ramps else plan
+    first, second = NdmIo().from_string(aem_text(plan)), read_2(plan)
+    parts = zip(first.body.segment, second.segments, plan.phases, strict=True)
+    for one, two, phase in parts:
+        steady = not phase.label.startswith("ramp")
+        velocities = np.array([state.angular_velocity for state in two.states])
+        mean = np.radians(phase.rates_deg_s)
+        if steady:
+            np.testing.assert_allclose(velocities, np.tile(mean, (len(velocities), 1)), atol=1e-12)
+        states = [state.quaternion_derivative for state in one.data.attitude_state]
+        q = np.array([[getattr(s.quaternion, k) for k in ("q1", "q2", "q3", "qc")] for s in states])
+        names = ("q1_dot", "q2_dot", "q3_dot", "qc_dot")
+        dots = np.array([[getattr(s.quaternion_rate, k).value for k in names] for s in states])
+        if len(q) > 2:
+            at = np.linspace(phase.start, phase.end, len(q))
+            differences = np.gradient(q, at, axis=0, edge_order=2)
+            np.testing.assert_allclose(dots, differences, atol=2e-6 if steady else 3e-5)
+        np.testing.assert_allclose(np.einsum("ki,ki->k", q, dots), 0.0, atol=1e-14)
+
+
+def test_the_ends_of_a_ramp_are_the_rates_before_and_after(problem):
+    plan = ramped(problem)
+    segments = read_2(plan).segments
+    labels = [phase.label for phase in plan.phases]
+    ramp = labels.index("ramp to maneuver 3")
+    before, after = plan.phases[ramp - 1].rates_deg_s, plan.phases[ramp + 1].rates_deg_s
+    for state, rate in ((segments[ramp].states[0], before), (segments[ramp].states[-1], after)):
+        # a ramp ends within a step of the filter, at 0.05 deg/s each
+        np.testing.assert_allclose(np.degrees(state.angular_velocity), rate, atol=0.03)
+
+
 @pytest.mark.parametrize("spacing", [0.3, 7.0, 1e6])
 def test_spacing(plan, spacing):
     """Other distances than the filter's step: still on the filter's attitudes, ends included."""
-    aem = brahe.ccsds.AEM.from_str(aem_text(plan, spacing=spacing))
+    aem = read_2(plan, spacing=spacing)
     for i, (segment, phase) in enumerate(zip(aem.segments, plan.phases, strict=True)):
         assert len(segment.states) == np.ceil(phase.duration / spacing) + 1
         trajectory = aem.segment_to_attitude_trajectory(i)
@@ -114,7 +167,7 @@ def test_linear_interpolation_at_full_rate_is_as_good_as_promised():
         AttitudeManeuverProblem(dataclasses.replace(Scenario.paper(), duration=600.0), 1),
         [1.0, -1.0, 1.0, 100.0],
     )
-    table = np.array([line.split()[1:] for line in data_lines(aem_text(plan))], dtype=float)
+    table = np.array([line.split()[1:5] for line in data_lines(aem_text(plan))], dtype=float)
     first, second = table[10], table[11]
     axis = np.array([1.0, -1.0, 1.0])
     worst = 0.0
@@ -131,20 +184,23 @@ def data_lines(text):
 
 
 def test_version_1_against_its_schema(plan):
-    message = NdmIo().from_string(aem_text(plan, version="1.0", created=CREATED, **NAMES))
+    message = NdmIo().from_string(aem_text(plan, created=CREATED, **NAMES))
     assert message.version == "1.0"
     assert len(message.body.segment) == len(plan.phases)
     for segment, phase in zip(message.body.segment, plan.phases, strict=True):
         meta = segment.metadata
         assert (meta.ref_frame_a, meta.ref_frame_b) == ("GCRF", "SC_BODY_1")
         assert (meta.attitude_dir.value, meta.quaternion_type.value) == ("A2B", "LAST")
-        assert (meta.time_system.value, meta.attitude_type.value) == ("UTC", "QUATERNION")
+        assert (meta.time_system.value, meta.attitude_type.value) == (
+            "UTC",
+            "QUATERNION/DERIVATIVE",
+        )
         assert [meta.start_time, meta.stop_time] == utc_texts(
             plan.scenario.epoch, [phase.start, phase.end]
         )
         states = segment.data.attitude_state
         assert len(states) == phase.duration + 1
-        last = states[-1].quaternion_state.quaternion
+        last = states[-1].quaternion_derivative.quaternion
         C = Rotation.from_quat([last.q1, last.q2, last.q3, last.qc]).inv().as_matrix()
         np.testing.assert_allclose(C, plan.history.attitude[int(phase.end)], atol=1e-14)
 
@@ -155,16 +211,19 @@ def test_form(plan):
     assert text.isascii()
     assert text.endswith("DATA_STOP\n")
     assert max(map(len, text.splitlines())) <= 254
-    assert "ATTITUDE_DIR" not in text  # of version 1.0 only
-    assert "QUATERNION_TYPE" not in text
+    second = aem_text(plan, version="2.0", created=CREATED)
+    assert "ATTITUDE_DIR" not in second  # of version 1.0 only
+    assert "QUATERNION_TYPE" not in second
     number = r" -?[01]\.\d{15}"
     for line in data_lines(text):
-        assert re.fullmatch(rf"\d{{4}}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{{6}}{number * 4}", line)
+        assert re.fullmatch(rf"\d{{4}}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{{6}}{number * 8}", line)
         assert "-0.000000000000000" not in line
-    norms = np.linalg.norm([np.array(line.split()[1:], float) for line in data_lines(text)], axis=1)
+    norms = np.linalg.norm(
+        [np.array(line.split()[1:5], float) for line in data_lines(text)], axis=1
+    )
     np.testing.assert_allclose(norms, 1.0, atol=1e-14)
     for block in re.findall(r"DATA_START\n(.*?)DATA_STOP", text, re.DOTALL):
-        q = np.array([line.split()[1:] for line in block.splitlines()], dtype=float)
+        q = np.array([line.split()[1:5] for line in block.splitlines()], dtype=float)
         assert (np.einsum("ki,ki->k", q[:-1], q[1:]) > 0.9).all()  # so components interpolate
         times = [line.split()[0] for line in block.splitlines()]
         assert times == sorted(set(times))
@@ -179,8 +238,7 @@ def test_a_plan_across_a_leap_second(problem):
     """The last of 2016; no second is lost or flown twice."""
     epoch = datetime(2016, 12, 31, 23, 58, tzinfo=UTC)
     scenario = dataclasses.replace(problem.scenario, epoch=epoch)
-    text = aem_text(ManeuverPlan(scenario, (0.1, 0.0, 0.0, 300.0) * 3))
-    first = brahe.ccsds.AEM.from_str(text).segments[0]
+    first = read_2(ManeuverPlan(scenario, (0.1, 0.0, 0.0, 300.0) * 3)).segments[0]
     assert [str(state.epoch) for state in first.states[119:123]] == [
         "2016-12-31 23:59:59.000 UTC",
         "2016-12-31 23:59:60.000 UTC",

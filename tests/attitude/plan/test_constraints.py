@@ -35,9 +35,9 @@ def by_hand(plan):
     C, model = plan.history.attitude, plan.problem.model
     turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
     yield np.abs(turns / model.step @ plan.scenario.wheels.matrix()).max()
-    for axis in model.cones:
-        sun = np.einsum("kij,kj->ki", C, model.sun[: len(C)])
-        yield np.degrees(np.arccos((sun @ axis).max()))
+    for limit in model.path_limits:
+        sun = np.einsum("kij,kj->ki", C, model.direction("sun", slice(len(C)))[0])
+        yield np.degrees(np.arccos((sun @ limit.cone().axis).max()))
     sigma = (plan.history.sigma[-1] / model.required_sigma).reshape(-1, 3)
     units = block_units(model.suite)
     for block, unit in enumerate(units):
@@ -93,7 +93,7 @@ def test_the_files_of_a_plan_that_violates_them_say_so(violating):
         lines = text.partition("CREATION_DATE")[0].splitlines()
         assert lines[2:] == [f"COMMENT {line}" for line in named]
     assert NdmIo().from_string(aem_text(violating, version="1.0")).header.comment[1:] == named
-    message = brahe.ccsds.AEM.from_str(aem_text(violating))
+    message = brahe.ccsds.AEM.from_str(aem_text(violating, version="2.0"))
     assert len(message.segments) == len(violating.phases)
     text = to_csv(violating)
     assert text.splitlines()[: len(named)] == [f"# {line}" for line in named]
@@ -112,9 +112,9 @@ def test_a_plan_read_back_computes_them_anew(violating):
 
 def test_names_that_no_line_of_an_ephemeris_holds(violating):
     """Neither other scripts nor long ones."""
-    first, *others = violating.scenario.keep_outs
+    first, *others = violating.scenario.path_limits
     named = [dataclasses.replace(cone, name="câmera " * 50) for cone in (first, *others)]
-    scenario = dataclasses.replace(violating.scenario, keep_outs=tuple(named))
+    scenario = dataclasses.replace(violating.scenario, path_limits=tuple(named))
     text = aem_text(ManeuverPlan(scenario, violating.design))
     assert text.isascii()
     assert "COMMENT VIOLATED CONSTRAINT: Sun off c?mera" in text

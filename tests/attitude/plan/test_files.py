@@ -188,6 +188,6 @@ def test_the_file_has_the_timeline_to_the_last_digit(fixture, request, tmp_path)
 
 
 def test_another_suffix_is_refused(plan, tmp_path):
-    with pytest.raises(ValueError, match=r"plan\.txt: expected .* \.json, \.csv, \.aem"):
+    with pytest.raises(ValueError, match=r"plan\.txt: expected .* \.uplink\.csv, \.csv, \.aem"):
         write_plan(plan, tmp_path / "plan.txt")
     assert not list(tmp_path.iterdir())

@@ -186,7 +186,7 @@ def test_a_front_of_another_scenario_is_refused(folder):
     [
         (lambda t: t[: len(t) // 2], "row .* values|end of line|finite"),
         (lambda t: t[:-1], "end of line"),
-        (lambda t: t.split("\n")[0] + "\n", "has 0 rows .*: expected 12 rows"),
+        (lambda t: t.split("\n")[0] + "\n", r"has 0 rows .*: expected [1-9]\d* rows"),
         (lambda t: "", "expected a header"),
         (lambda t: t.replace("omega_x_1", "omega_w_1"), "columns"),
         (lambda t: t.split("\n")[0] + "\n" + ",".join(["nan"] * 14) + "\n", "row 1, omega_x_1"),

@@ -7,14 +7,15 @@ import brahe
 import brahe.ccsds
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, simulate
+from mgeo_attitude import Environment, FilterModel, Scenario, simulate
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.show import plan_document
 from mgeo_attitude.figures.maneuvers import timeline
+from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.flight import Motion
 from mgeo_attitude.plan import ManeuverPlan, aem_text, from_json, to_json
 from mgeo_attitude.plan.figures import plan_figures
-from mgeo_attitude.scenario import KeepOut
+from mgeo_attitude.scenario import PathLimit, Wheels
 
 from ..flight.runs import flown, none
 from .conftest import DESIGN
@@ -63,7 +64,7 @@ def test_the_timeline_goes_on_to_the_law(plan, without):
 
 
 def test_its_end_is_read_back_as_looking_down(plan):
-    aem = brahe.ccsds.AEM.from_str(aem_text(plan))
+    aem = brahe.ccsds.AEM.from_str(aem_text(plan, version="2.0"))
     last = len(aem.segments) - 1
     assert len(aem.segments) == len(plan.phases)
     body = matrix(aem.segment_to_attitude_trajectory(last), instant(plan, plan.duration))
@@ -126,18 +127,69 @@ def test_flights_slew_back_too(plan):
     assert runs.rms[k] / runs.predicted[k] == pytest.approx(1.0, abs=0.45)
 
 
-def test_a_cone_is_looked_at_until_the_end(plan):
-    """The Sun's least distance on the way back, in the plan's own table."""
-    camera = KeepOut(boresight=(0.0, 1.0, 0.0), half_angle_deg=10.0, attitude_sigmas=0.0)
-    watched = ManeuverPlan(dataclasses.replace(plan.scenario, keep_outs=(camera,)), DESIGN)
-    scenario, problem = watched.scenario, AttitudeManeuverProblem(plan.scenario)
-    first, last = round(plan.t_end), round(plan.duration)
-    long = dataclasses.replace(scenario, duration=float(last))
-    sun = type(problem.environment).from_scenario(long).sun[first:]
-    seen = np.einsum("kij,kj->ki", watched.attitude[first:], sun)
-    least = np.degrees(np.arccos(seen[:, 1].max()))
-    row = watched.constraints().loc["Sun off payload in the slew back"]
-    assert row["value"] == pytest.approx(least, abs=1e-6)
-    assert row["margin"] == pytest.approx(least - 10.0, abs=1e-6)
-    assert watched.constraints().index.name == "constraint"
+def test_path_limits_are_looked_at_until_the_end(plan):
+    """Angles on the way back, in the plan's own table."""
+    axis = (0.0, 1.0, 0.0)
+    limits = (
+        PathLimit(boresight=axis, half_angle_deg=10.0, attitude_sigmas=0.0),
+        PathLimit(name="sure", boresight=axis, half_angle_deg=10.0, attitude_sigmas=2.0),
+        PathLimit(
+            name="dish",
+            reference="earth",
+            sense="keep-in",
+            boresight=(1.0, 0.0, 0.0),
+            half_angle_deg=100.0,
+            attitude_sigmas=0.0,
+        ),
+    )
+    watched = ManeuverPlan(dataclasses.replace(plan.scenario, path_limits=limits), DESIGN)
+    scenario, first, last = watched.scenario, round(plan.t_end), round(plan.duration)
+    long = Environment.from_scenario(dataclasses.replace(scenario, duration=float(last)))
+    distance = np.linalg.norm(long.position, axis=1)[first:]
+    sun, down = (
+        np.einsum("kij,kj->ki", watched.attitude[first:], vectors)
+        for vectors in (long.sun[first:], -long.position[first:] / distance[:, None])
+    )
+    off = np.degrees(np.arccos(sun[:, 1]))
+    normal = np.cross(axis, sun) / np.linalg.norm(np.cross(axis, sun), axis=1)[:, None]
+    known = plan.history.covariance[:3, :3]
+    sigma = np.degrees(np.sqrt(np.einsum("ki,ij,kj->k", normal, known, normal)))
+    limb = np.degrees(np.arccos(down[:, 0]) - np.arcsin(6378136.3 / distance))
+    expected = {
+        "Sun off payload": (off.min(), off.min() - 10.0),
+        "Sun off sure": ((off - 2.0 * sigma).min(), (off - 2.0 * sigma).min() - 10.0),
+        "Earth in dish": (limb.max(), 100.0 - limb.max()),
+    }
+    table = watched.constraints()
+    for label, (value, margin) in expected.items():
+        row = table.loc[f"{label} in the slew back"]
+        assert row["value"] == pytest.approx(value, abs=1e-6)
+        assert row["margin"] == pytest.approx(margin, abs=1e-6)
+        assert row["kept"] == (margin >= 0.0)
+    assert table.index.name == "constraint"
     assert from_json(to_json(watched)) == watched
+
+
+def test_wheels_with_a_budget_are_looked_at_until_the_end(plan):
+    """Their load on the way back, from a run that is long enough to end with it."""
+    wheels = Wheels(
+        inertia=(3.0, 2.0, 1.0),
+        initial_momentum=(0.02, -0.01, 0.03),
+        gravity_gradient=True,
+        max_momentum=0.15,
+        max_torque=0.01,
+        ramp_share=0.5,
+    )
+    loaded = ManeuverPlan(dataclasses.replace(plan.scenario, wheels=wheels), DESIGN)
+    back, step = loaded.slew_back, loaded.scenario.step
+    long = dataclasses.replace(loaded.scenario, duration=back.end + 10.0)
+    model = FilterModel.from_scenario(long)
+    flown = model.schedule(back.design)
+    table, ends = loaded.constraints(), np.array([round(back.end / step)])
+    whole = wheel_loads(model.budget, flown, ends, step, 1)[0]
+    until = wheel_loads(model.budget, flown, np.array([round(back.start / step)]), step, 1)[0]
+    for column, label in enumerate(("wheel momentum", "wheel torque")):
+        row = table.loc[f"{label} in the slew back"]
+        assert max(row["value"], until[column]) == pytest.approx(whole[column], rel=1e-12)
+        assert row["margin"] == pytest.approx(row["limit"] - row["value"], rel=1e-12)
+    assert 0.0 < row["value"] <= 0.01 * 1.5

@@ -88,7 +88,9 @@ def test_scenarios_keep_to_it(scenario: Scenario) -> None:
         "wheels.inertia = [1.0, 1.0]",
         "[[sensors]]\nkind = 'sunsensor'",
         "[[sensors]]\nkind = 'sun-sensor'\nnoise_nt = 1.0",
-        "[[keep_outs]]\nhalf_angle_deg = 90.0",
+        "[[path_limits]]\nhalf_angle_deg = 180.0",
+        "[[path_limits]]\nboresight = [1, 0, 0]\nhalf_angle_deg = 9.0\nreference = 'mars'",
+        "[[path_limits]]\nboresight = [1, 0, 0]\nhalf_angle_deg = 9.0\nsense = 'keep'",
     ],
 )
 def test_what_the_reader_refuses_by_itself_it_refuses_too(text: str) -> None:

@@ -110,8 +110,8 @@ class Oracle:
         algorithm = self.variant(n_walkers=n_walkers, **parameters).setup(problem, seed=seed)
         best, done = np.full(n_walkers, np.inf), 0
         while done < evaluations:
-            f = problem.function(algorithm._candidates())
-            algorithm._accept(f[:, None], np.zeros(len(f)))
+            f = problem.function(algorithm.candidates())
+            algorithm.accept(f[:, None], np.zeros(len(f)))
             by_walker = f.reshape(n_walkers, -1)
             best = np.minimum(best, by_walker.min(axis=1))
             done += by_walker.shape[1]

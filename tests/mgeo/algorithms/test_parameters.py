@@ -115,7 +115,10 @@ def test_a_sampling_that_is_none_is_refused_by_name(sampling):
             r"xl\[1\] = -1.7e\+308: .* at most 1e\+150",
         ),
         ({"vars": {"a": Real(bounds=(0, 1.7e308))}}, r"xu\['a'\] = 1.7e\+308: .* at most 1e\+150"),
-        ({"n_var": 2, "xl": 0, "xu": 9, "vtype": int}, "vtype = <class 'int'>"),
+        (
+            {"n_var": 2, "xl": 0, "xu": 9, "vtype": int},
+            "<class 'int'>: expected real .*; MGEODirected ",
+        ),
         ({"n_var": 2, "xl": 0, "xu": 1, "vtype": bool}, "vtype = <class 'bool'>"),
         (
             {"vars": {"a": Integer(bounds=(0, 3)), "b": Real(bounds=(0, 1))}},

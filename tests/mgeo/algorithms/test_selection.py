@@ -63,13 +63,13 @@ def accepted_ranks(algorithm, generations, objectives=1):
     """
     algorithm.setup(Fixed([0.0] * objectives), seed=1)
     rng, counts = np.random.default_rng(0), {}
-    own = int(algorithm._evaluates_walkers)
+    own = int(algorithm.evaluates_walkers)
     present = algorithm._order >= 0
     for _ in range(generations):
-        f = rng.random((len(algorithm._candidates()), objectives))
-        proposed = algorithm._values.copy()
+        f = rng.random((len(algorithm.candidates()), objectives))
+        proposed = algorithm.proposed.copy()
         before = algorithm.walkers.copy()
-        algorithm._accept(f, np.zeros(len(f)))
+        algorithm.accept(f, np.zeros(len(f)))
         by_walker = f.reshape(algorithm.n_walkers, -1, objectives)[:, own:]
         for walker, values in enumerate(by_walker):
             for group, row in enumerate(algorithm._order):

@@ -23,7 +23,8 @@ from mgeo.algorithms.state import SavedState, capture, restore
 from .problems import Fixed, Mixture
 from .variants import VARIANTS
 
-PUBLISHED = [getattr(mgeo.algorithms, name) for name in mgeo.algorithms.__all__]
+NAMES = [name for name in mgeo.algorithms.__all__ if name.startswith("MGEO")]
+PUBLISHED = [getattr(mgeo.algorithms, name) for name in NAMES]
 VALUES = ("X", "F", "G", "H", "CV", "n_gen")
 
 
@@ -249,9 +250,9 @@ class Forgetful(MGEOReal):
 
     counted = 0
 
-    def _accept(self, F, violation):
+    def accept(self, F, violation):
         self.counted += 1
-        return super()._accept(F, violation)
+        return super().accept(F, violation)
 
 
 def test_an_attribute_that_is_not_declared_would_be_noticed():
@@ -271,19 +272,19 @@ class Counts(RunState):
 class Counting(MGEOReal):
     """A variant with a state of its own, on which its way depends."""
 
-    def _new_state(self, streams, front, walkers):
+    def new_state(self, streams, front, walkers):
         return Counts.begin(
             streams, front, walkers, accepted=np.zeros(len(walkers), dtype=int), shift=0.0,
             phase="first", spare=np.random.default_rng(5), extremes=ParetoArchive(2, 4),
         )  # fmt: skip
 
-    def _accept(self, F, violation):
+    def accept(self, F, violation):
         state = self.state
         state.extremes.add(state.front.F, state.front.individuals)
         state.accepted += 1
         state.shift += state.spare.random() * state.accepted[0]
         state.phase = "later"
-        return super()._accept(F + state.shift * F[:, ::-1], violation)
+        return super().accept(F + state.shift * F[:, ::-1], violation)
 
 
 def test_a_variant_with_a_state_of_its_own_goes_on_bit_for_bit():

@@ -12,9 +12,9 @@ SHORT = ("--evaluations", "60", "--runs", "2", "-q")
 @pytest.mark.parametrize(
     ("name", "folder"),
     [
-        ("pymoo:zdt1", "pymoo-zdt1-mgeo-real-seed1"),
-        ("shifted:zdt1", "shifted-zdt1-mgeo-real-seed1"),
-        ("coco:bbob-biobj/f12/d5/i3", "coco-bbob-biobj-f12-d5-i3-mgeo-real-seed1"),
+        ("pymoo:zdt1", "pymoo-zdt1-mgeo-directed-seed1"),
+        ("shifted:zdt1", "shifted-zdt1-mgeo-directed-seed1"),
+        ("coco:bbob-biobj/f12/d5/i3", "coco-bbob-biobj-f12-d5-i3-mgeo-directed-seed1"),
     ],
 )
 def test_they_are_solved_and_reported(mgeo, name, folder):

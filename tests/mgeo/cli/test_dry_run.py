@@ -18,7 +18,7 @@ def test_a_run_is_described_and_nothing_is_written(mgeo):
     for line in (
         r"size +2 variables, 2 objectives \(mass \[kg\], deflection \[m\]\), 0 constraints",
         r"budget +4,000 evaluations",
-        r"folder +runs/cantilever-mgeo-real-seed1",
+        r"folder +runs/cantilever-mgeo-directed-seed1",
         r"files +front.csv, run.json, front.html, run.checkpoint, evaluations/",
         r"time +about [\d.:e-]+( s)?, an estimate from [\d,]+ evaluations",
     ):

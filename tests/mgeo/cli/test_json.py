@@ -7,7 +7,7 @@ import pytest
 
 from mgeo.runs.folder import read_run
 
-SHORT = ["--runs", "4", "--sigma", "0.05"]
+SHORT = ["--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]
 STUDY = """
 title = "One"
 evaluations = 60

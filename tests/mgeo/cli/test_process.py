@@ -13,7 +13,7 @@ from mgeo.runs.folder import read_run
 from mgeo.runs.prepare import PreparedRun
 
 COMMAND = [sys.executable, "-m", "mgeo"]
-LONG = ["--evaluations", "10000000", "--runs", "4", "--sigma", "0.05"]
+LONG = ["--evaluations", "10000000", "--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from mgeo.persistence.checkpoint import read_notes
 from mgeo.runs.folder import read_run
 from mgeo.runs.persistence import CHECKPOINT_FILE
 
-SHORT = ["--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
+SHORT = ["--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
 
 
 def solve(mgeo, folder, evaluations, *more):

@@ -10,10 +10,18 @@ from mgeo.cli.options import parse_numbers
 from mgeo.files.lock import lock
 from mgeo.runs.algorithms import ALGORITHMS
 from mgeo.runs.folder import read_run
-from mgeo.runs.prepare import PreparedRun
+from mgeo.runs.prepare import PreparedRun, prepare
 from mgeo.runs.representative import default_solution
 
-SHORT = ["--evaluations", "400", "--runs", "4", "--sigma", "0.05"]
+SHORT = ["--evaluations", "400", "--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]
+REAL = ["--algorithm", "mgeo-real"]
+
+
+def test_the_directed_walkers_are_the_default(mgeo):
+    assert mgeo("solve", "cantilever", "--evaluations", 64, "-q").exit_code == 0
+    made = read_run("runs/cantilever-mgeo-directed-seed1").configuration
+    prepared = prepare("cantilever", evaluations=64).configuration
+    assert (made, made.algorithm) == (prepared, "mgeo-directed")
 
 
 def test_a_run_is_written_and_can_be_made_again(mgeo):
@@ -65,7 +73,8 @@ def test_the_first_line_is_what_a_person_asked(mgeo):
 
 def test_flags_reach_the_configuration(mgeo):
     done = mgeo(
-        *("solve", "cantilever", "--sigma", "0.05,0.1", "--tau", "2.5", "--runs", "3"),
+        *("solve", "cantilever", "--algorithm", "mgeo-real", "--tau", "2.5", "--runs", "3"),
+        *("--sigma", "0.05,0.1"),
         *("--perturbation", "range", "--evaluations", "60", "--scenario", "heavy", "--out", "a"),
         *("--set", "bounds=reflect"),
     )
@@ -151,16 +160,20 @@ def test_an_existing_run_is_refused_unless_told(mgeo):
         (["cantilever", "--algorithm", "nsga9"], "no algorithm is called 'nsga9'"),
         (
             ["cantilever", "--algorithm", "nsga2", "--tau", "2"],
-            "--tau does not apply to nsga2, which takes --population$",
+            "--tau does not apply to nsga2, which takes --population: it is of mgeo-real, ",
         ),
         (
             ["cantilever", "--population", "20"],
-            "--population does not apply to mgeo-real, which takes --sigma, --tau, --walkers, --p",
+            "--population does not apply to mgeo-directed, which takes --tau, --walkers, --set ext",
+        ),
+        (
+            ["cantilever", "--sigma", "0.1"],
+            "--sigma does not apply to mgeo-directed, .*: it is of mgeo-real, mgeo-real2$",
         ),
         (["cantilever", "--sigma", "1,x"], "--sigma = '1,x': expected a number or numbers"),
-        (["cantilever", "--sigma", "1,2,3"], "sigma of length 3"),
+        (["cantilever", *REAL, "--sigma", "1,2,3"], "sigma of length 3"),
         (["cantilever", "--runs", "0"], "n_walkers = 0"),
-        (["cantilever", "--perturbation", "big"], "perturbation = 'big'"),
+        (["cantilever", *REAL, "--perturbation", "big"], "perturbation = 'big'"),
         (["cantilever", "--scenario", "huge"], "preset = 'huge': expected one of light, heavy"),
         (["cantilever", "--scenario", "no.toml"], "there is no scenario file no.toml"),
         (["zdt1", "--scenario", "huge"], "unknown option 'preset' of problem 'zdt1'"),
@@ -330,7 +343,8 @@ def test_any_other_parameter_is_set_by_name(mgeo):
         (["patience=3", "patience=4"], "--set patience=4: patience is given twice"),
         (
             ["bits=8"],
-            r"--set bits=... does not apply to mgeo-real, .* --set restart=..., --set pat",
+            r"--set bits=... does not apply to mgeo-real, .* --set restart=..., --set pat.*: it is "
+            "of mgeo-canonical, mgeo-var$",
         ),
         (["patience=2.5"], "patience = 2.5: expected an integer"),
         (["restart=often"], "restart = 'often': expected one of 'never'"),
@@ -338,9 +352,9 @@ def test_any_other_parameter_is_set_by_name(mgeo):
 )
 def test_bad_settings_are_refused(mgeo, settings, message):
     flags = [part for setting in settings for part in ("--set", setting)]
-    refused = mgeo("solve", "cantilever", *flags)
+    refused = mgeo("solve", "cantilever", *REAL, *flags)
     assert refused.exit_code == 2
-    assert re.search(message, refused.stderr.replace("\n", " "))
+    assert re.search(message, refused.stderr.strip().replace("\n", " "))
 
 
 def test_a_run_that_ended_meanwhile_is_kept(mgeo, monkeypatch):

@@ -20,7 +20,8 @@ from mgeo.files.reading import FileError
 from mgeo.persistence.checkpoint import read_notes
 
 PROBLEM = ZDT1(n_var=4)
-PUBLISHED = [getattr(mgeo.algorithms, name) for name in mgeo.algorithms.__all__]
+NAMES = [name for name in mgeo.algorithms.__all__ if name.startswith("MGEO")]
+PUBLISHED = [getattr(mgeo.algorithms, name) for name in NAMES]
 
 
 class Dying(ZDT1):

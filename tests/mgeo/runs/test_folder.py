@@ -24,7 +24,11 @@ pytestmark = pytest.mark.usefixtures("stand_in")
 @pytest.fixture
 def run(stand_in):
     prepared = prepare(
-        "cantilever", parameters={"sigma": 0.05, "n_walkers": 4}, evaluations=400, seed=2
+        "cantilever",
+        algorithm="mgeo-real",
+        parameters={"sigma": 0.05, "n_walkers": 4},
+        evaluations=400,
+        seed=2,
     )
     return Run(prepared.configuration, prepared.solve(), installed_versions("cantilever"))
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mgeo.files.models import checked
-from mgeo.runs.algorithms import complete_parameters
+from mgeo.runs.algorithms import DEFAULT, complete_parameters
 from mgeo.runs.configuration import RunConfiguration
 from mgeo.runs.prepare import PreparedRun, prepare
 
@@ -18,8 +18,8 @@ def test_a_configuration_states_everything():
     assert configuration.model_dump() == {
         "problem": "cantilever",
         "options": {"load": 2000.0},  # what the preset meant
-        "algorithm": "mgeo-real",
-        "parameters": complete_parameters("mgeo-real", {"n_walkers": 5}),
+        "algorithm": DEFAULT,
+        "parameters": json.loads(json.dumps(complete_parameters(DEFAULT, {"n_walkers": 5}))),
         "evaluations": 1000 * 5 * 2,
         "seed": 1,
     }
@@ -29,6 +29,7 @@ def test_the_same_configuration_gives_the_same_front_after_a_trip_through_json()
     prepared = prepare(
         "cantilever",
         {"load": 1234.5},
+        algorithm="mgeo-real",
         parameters={"sigma": (0.003, 0.1), "n_walkers": 3},
         evaluations=300,
         seed=7,
@@ -61,7 +62,7 @@ def test_a_problem_without_options_is_rebuilt_from_those_given():
 )
 def test_what_the_algorithm_refuses_is_refused_before_the_run(parameters, message):
     with pytest.raises(ValueError, match=message):
-        prepare("cantilever", parameters=parameters)
+        prepare("cantilever", algorithm="mgeo-real", parameters=parameters)
 
 
 @pytest.mark.parametrize("value", [{1, 2}, float("nan")])

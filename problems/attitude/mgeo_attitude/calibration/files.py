@@ -1,8 +1,8 @@
 """Calibrations as files: JSON that reads back.
 
-``scenario``, ``time_s``, ``quaternion``, ``states``, ``covariance``, ``tests`` and ``rejected`` are
-the calibration. ``utc``, ``table``, ``uplink`` and ``verdict`` follow from them; on reading they
-are computed again, and a file that says something else is refused.
+``scenario``, ``time_s``, ``quaternion``, ``rate_deg_s``, ``states``, ``covariance``, ``tests`` and
+``rejected`` are the calibration. ``utc``, ``table``, ``uplink`` and ``verdict`` follow from them;
+on reading they are computed again, and a file that says something else is refused.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from mgeo_attitude.calibration.sensor_tests import SensorTest
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.plan.files import MOST_BYTES, check_same
 from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.prior import check_covariance
 
 FORMAT = "mgeo-attitude-calibration"
 VERSION = 1
@@ -38,17 +39,10 @@ def to_json(calibration: Calibration) -> str:
 
 def document(calibration: Calibration) -> dict[str, Any]:
     """What `to_json` writes."""
-    suite = calibration.suite
     return {
         "format": FORMAT,
         "version": VERSION,
-        "scenario": calibration.scenario.to_dict(),
-        "time_s": calibration.time,
-        "quaternion": calibration.quaternion.tolist(),
-        "states": dict(
-            zip(suite.blocks[1:], calibration.states.reshape(-1, 3)[1:].tolist(), strict=True)
-        ),
-        "covariance": calibration.covariance.tolist(),
+        **calibration.entries(),
         "tests": [vars(test) for test in calibration.tests],
         "rejected": [list(one) for one in calibration.rejected],
         **_consequences(calibration),
@@ -118,12 +112,7 @@ def _calibration(table: dict[str, Any], scenario: Scenario) -> Calibration:
         raise InvalidValue("states", list(states), f"expected {', '.join(blocks[1:])}")
     values = [_numbers(states, block, (3,), "states.") for block in blocks[1:]]
     covariance = _numbers(table, "covariance", (n, n))
-    scale = np.sqrt(np.abs(np.diag(covariance)))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        correlation = covariance / scale / scale[:, None]
-    regular = np.isfinite(correlation).all() and np.allclose(correlation, correlation.T, 0, 1e-9)
-    if not regular or np.linalg.eigvalsh(correlation)[0] <= 0.0:
-        raise ValueError("covariance: expected a symmetric positive definite matrix")
+    check_covariance(covariance, n)
     quaternion = _numbers(table, "quaternion", (4,))
     if abs(np.linalg.norm(quaternion) - 1.0) > _ROUNDING:
         raise InvalidValue("quaternion", quaternion.tolist(), "expected one of unit length")
@@ -142,6 +131,7 @@ def _calibration(table: dict[str, Any], scenario: Scenario) -> Calibration:
         scenario=scenario,
         time=float(entry(table, "time_s", float)),
         quaternion=quaternion,
+        rate_deg_s=_numbers(table, "rate_deg_s", (3,)),
         states=np.concatenate([np.zeros(3), *values]),
         covariance=covariance,
         tests=tests,

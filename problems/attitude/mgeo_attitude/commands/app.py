@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,9 +20,9 @@ app = typer.Typer(
 
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "show": (
-        "mgeo attitude show runs/attitude-mgeo-real-seed1",
-        "mgeo attitude show runs/attitude-mgeo-real-seed1 --solution 12",
-        "mgeo attitude show runs/attitude-mgeo-real-seed1 --time 3000 --html plan.html",
+        "mgeo attitude show runs/attitude-mgeo-directed-seed1",
+        "mgeo attitude show runs/attitude-mgeo-directed-seed1 --solution 12",
+        "mgeo attitude show runs/attitude-mgeo-directed-seed1 --time 3000 --html plan.html",
         "mgeo attitude show plan.json --json | jq .t_end_s",
     ),
     "verify": (
@@ -33,6 +32,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "fly": (
         "mgeo attitude fly plan.json --out telemetry.csv --truth truth.json",
         "mgeo attitude fly plan.json --simulator basilisk --vehicle cubesat_6u --seed 2",
+        "mgeo attitude fly second.json --after truth.json --out second.csv",
     ),
     "calibrate": (
         "mgeo attitude calibrate telemetry.csv --scenario mine.toml --out calibration",
@@ -40,7 +40,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "schema": ("mgeo attitude schema > scenario.schema.json",),
     "export": (
-        "mgeo attitude export runs/first plan.json plan.csv --pick fastest",
+        "mgeo attitude export runs/first plan.json plan.uplink.csv --pick best",
         "mgeo attitude export plan.json plan.aem --object-name SAT --object-id 2021-015A",
     ),
 }
@@ -125,7 +125,7 @@ def verify(
     """Fly a plan many times in simulation; exit with 3 if it does not achieve what it promises.
 
     The truth is nonlinear, the errors are drawn from the scenario, the filter feeds them back. Of
-    keep-out cones it says how often the Sun was inside.
+    path limits it says how often they were broken.
     """
     from mgeo.files.atomic import write_file
     from mgeo_attitude.commands.files import check_targets, load_plan
@@ -152,8 +152,8 @@ def export(
         list[Path],
         typer.Argument(
             metavar="FILE...",
-            help="What to write, by suffix: .json (the plan, can be read back), .csv (timeline), "
-            ".aem (CCSDS attitude ephemeris).",
+            help="What to write, by suffix: .json (the plan, can be read back), .uplink.csv (start "
+            "times, rates, durations), .csv (timeline), .aem (CCSDS attitude ephemeris).",
         ),
     ],
     pick: Pick = None,
@@ -169,8 +169,8 @@ def export(
         str, typer.Option(metavar="TEXT", help="AEM: ORIGINATOR, agency or operator.")
     ] = "UNKNOWN",
     aem_version: Annotated[
-        str, typer.Option(metavar="2.0|1.0", help="AEM: CCSDS 504.0-B-2 or -B-1.")
-    ] = "2.0",
+        str, typer.Option(metavar="1.0|2.0", help="AEM: CCSDS 504.0-B-1 or -B-2.")
+    ] = "1.0",
     spacing: Annotated[
         float, typer.Option(metavar="SECONDS", help="AEM: greatest time between attitudes.")
     ] = 1.0,
@@ -190,8 +190,8 @@ def export(
     A plan that violates a constraint of its scenario is refused, unless told otherwise.
     """
     from mgeo.files.atomic import write_file
-    from mgeo_attitude.commands.files import SUFFIXES, check_constraints, check_targets, load_plan
-    from mgeo_attitude.plan import aem_text, to_csv, to_json
+    from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
+    from mgeo_attitude.plan.files import SUFFIXES, plan_text
 
     with bad_input(_USERS):
         check_targets(files, overwrite, SUFFIXES)
@@ -204,9 +204,7 @@ def export(
             "version": aem_version,
             "spacing": spacing,
         }
-        writers: dict[str, Any]
-        writers = {".json": to_json, ".csv": to_csv, ".aem": partial(aem_text, **aem)}
-        texts = {path: writers[path.suffix](picked.plan) for path in files}
+        texts = {path: plan_text(picked.plan, path, aem) for path in files}
         output = Output(quiet, json)
         for doubt in () if quiet else picked.doubts():
             output.note(doubt)
@@ -239,6 +237,15 @@ def fly(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of errors and noise.")] = 1,
+    after: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="TRUTH.json", help="Go on with the satellite of the flight that wrote this."
+        ),
+    ] = None,
+    until: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="Send down no later samples.")
+    ] = None,
     out: Annotated[
         Path, typer.Option(metavar="FILE.csv", help="Telemetry, for `mgeo attitude calibrate`.")
     ] = Path("telemetry.csv"),
@@ -253,8 +260,8 @@ def fly(
 ) -> None:
     """Fly a plan once, to the end of its scenario, and write what the satellite would send down.
 
-    Attitude and errors are drawn from the scenario; the same seed draws the same for both
-    simulators.
+    Attitude and errors are drawn from the scenario, unless --after says whose they are; the same
+    seed draws the same for both simulators.
     """
     from mgeo_attitude.commands import fly as command
     from mgeo_attitude.commands.files import check_targets, load_plan
@@ -263,7 +270,9 @@ def fly(
         check_targets([out], overwrite, (".csv",))
         check_targets([truth] if truth else [], overwrite, (".json",))
         plan = load_plan(source, pick, time, solution).plan
-        telemetry = command.flown(plan, simulator, vehicle, seed)
+        before = command.read_truth(after, plan) if after else None
+        telemetry = command.flown(plan, simulator, vehicle, seed, before)
+        telemetry = telemetry if until is None else telemetry.until(until)
         document = command.truth_document(plan, telemetry, simulator, seed)
         files = command.write_flight(telemetry, out, truth, document)
     output = Output(quiet, json)

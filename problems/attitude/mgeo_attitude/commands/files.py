@@ -9,8 +9,6 @@ from pathlib import Path
 from mgeo_attitude.plan import ManeuverPlan, read_front, read_json
 from mgeo_attitude.plan.run_folder import CHOICES
 
-SUFFIXES = (".json", ".csv", ".aem")
-
 
 @dataclass(frozen=True)
 class Picked:
@@ -69,7 +67,7 @@ def check_targets(
     That is a ValueError or OSError; a suffix other than those given is refused, too.
     """
     for path in filter(None, paths):
-        if suffixes and path.suffix not in suffixes:
+        if suffixes and not path.name.endswith(tuple(suffixes)):
             raise ValueError(f"{path}: expected a name that ends in {', '.join(suffixes)}")
         if list(paths).count(path) > 1:
             raise ValueError(f"{path} is named twice")

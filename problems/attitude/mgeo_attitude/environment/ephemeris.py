@@ -87,6 +87,10 @@ class EphemerisOrbit(Validated):
         expect(inside, "times", f"{first:.12g} to {last:.12g}", run)
         return self
 
+    def later(self, time: float) -> Self:
+        """Itself: it has an epoch of its own."""
+        return self
+
     @property
     def _points(self) -> int:
         return points(self.degree, bool(self.velocity))

@@ -103,6 +103,18 @@ def eccentric_anomaly(mean_anomaly: ArrayLike, eccentricity: float) -> Floats:
     )
 
 
+def advanced(elements: Elements, time: float, rates: tuple[float, float, float]) -> Elements:
+    """The elements `time` [s] later, of drifts as of `secular_rates`; angles are not folded."""
+    a, e, i, raan, perigee, true_anomaly = elements
+    raan_rate, perigee_rate, mean_rate = rates
+    mean = mean_from_true(true_anomaly, e) + (math.tau / orbital_period(a) + mean_rate) * time
+    half = 0.5 * float(eccentric_anomaly(mean, e))
+    true = 2.0 * math.atan2(
+        math.sqrt(1.0 + e) * math.sin(half), math.sqrt(1.0 - e) * math.cos(half)
+    )
+    return Elements(a, e, i, raan + raan_rate * time, perigee + perigee_rate * time, true)
+
+
 def mean_from_true(true_anomaly: float, eccentricity: float) -> float:
     """Mean anomaly [rad] in [-pi, pi] of a true anomaly [rad]."""
     _check_eccentricity(eccentricity)

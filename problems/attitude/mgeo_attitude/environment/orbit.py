@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from datetime import datetime
@@ -11,7 +12,14 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.constants import EARTH_RADIUS
 from mgeo_attitude.environment.ephemeris import EphemerisOrbit
 from mgeo_attitude.environment.ephemeris_file import EphemerisFile
-from mgeo_attitude.environment.kepler import Elements, j2_secular, orbital_period, two_body
+from mgeo_attitude.environment.kepler import (
+    Elements,
+    advanced,
+    j2_secular,
+    orbital_period,
+    secular_rates,
+    two_body,
+)
 from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import Kinds, Validated, expect, positive, quantity
 
@@ -61,18 +69,30 @@ class Orbit(Validated):
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
         """Position [m] and velocity [m/s], shape (n, 3), at `times` [s] after the epoch."""
+        return ANALYTIC[self.propagator](self._elements(), times)
+
+    def later(self, time: float) -> Self:
+        """The same orbit with the elements of an epoch `time` [s] later."""
+        elements = self._elements()
+        rates = secular_rates(*elements[:3]) if self.propagator == "j2" else (0.0, 0.0, 0.0)
+        _, _, _, *angles = advanced(elements, time, rates)
+        raan, perigee, anomaly = (math.degrees(math.remainder(a, math.tau)) for a in angles)
+        return dataclasses.replace(
+            self, raan_deg=raan, argument_of_perigee_deg=perigee, true_anomaly_deg=anomaly
+        )
+
+    def for_run(self, epoch: datetime, duration: float) -> Self:
+        """Itself: the elements are those of the epoch, whatever it is."""
+        return self
+
+    def _elements(self) -> Elements:
         angles = (
             self.inclination_deg,
             self.raan_deg,
             self.argument_of_perigee_deg,
             self.true_anomaly_deg,
         )
-        elements = Elements(self.semi_major_axis, self.eccentricity, *map(math.radians, angles))
-        return ANALYTIC[self.propagator](elements, times)
-
-    def for_run(self, epoch: datetime, duration: float) -> Self:
-        """Itself: the elements are those of the epoch, whatever it is."""
-        return self
+        return Elements(self.semi_major_axis, self.eccentricity, *map(math.radians, angles))
 
 
 AnyOrbit = Orbit | TLEOrbit | EphemerisOrbit

@@ -11,7 +11,7 @@ from mgeo_attitude.environment.sun import lit_fraction, sun_direction, sun_posit
 from mgeo_attitude.environment.time_frames import instants
 
 if TYPE_CHECKING:
-    from mgeo_attitude.environment.environment import Course
+    from mgeo_attitude.environment.environment import Course, Environment
 
 #: Sine of the least angle between a target and what the clock angle is counted from.
 _LEAST_SINE = 1e-3
@@ -24,6 +24,8 @@ class Place(NamedTuple):
 
     Attributes
     ----------
+    times : array, shape (n,)
+        [s] after the epoch.
     position, velocity : arrays, shape (n, 3)
         [m], [m/s], GCRS.
     sun : array, shape (n, 3)
@@ -31,6 +33,7 @@ class Place(NamedTuple):
     sunlit : array of bool, shape (n,)
     """
 
+    times: Floats
     position: Floats
     velocity: Floats
     sun: Floats
@@ -42,7 +45,16 @@ class Place(NamedTuple):
         position, velocity = course.orbit.propagate(course.epoch, times)
         sun = sun_position(instants(course.epoch, times))
         lit = lit_fraction(position, sun) >= 0.5
-        return cls(position, velocity, sun_direction(position, sun), lit)
+        return cls(times, position, velocity, sun_direction(position, sun), lit)
+
+    @classmethod
+    def first_of(cls, environment: Environment) -> Self:
+        """That of the first row of its tables."""
+        return cls(*(getattr(environment, name)[:1] for name in cls._fields))
+
+    def without_shadow(self) -> Self:
+        """The same with the Sun shining always."""
+        return self._replace(sunlit=np.ones_like(self.sunlit))
 
 
 def pointed(axis: Floats, target: Floats, toward: Floats, clock: float) -> Floats:

@@ -104,6 +104,10 @@ class TLEOrbit(Validated):
         expect(abs(epoch - self.epoch) <= MAX_AGE, "line1", self.line1, near)
         return self
 
+    def later(self, time: float) -> Self:
+        """Itself: it has an epoch of its own."""
+        return self
+
 
 def sgp4_gcrs(line1: str, line2: str, at: Instants) -> tuple[Floats, Floats]:
     """Position [m] and velocity [m/s], GCRS, shape (n, 3), from the two (checked) lines of a set.

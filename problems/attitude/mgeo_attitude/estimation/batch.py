@@ -40,8 +40,8 @@ class Batch:
         Steps over which the attitude is not known from the gyro.
     sensors : tuple of arrays, shape (n + 1, k, 3)
         As `Readings.sensors`.
-    vectors : array, shape (n + 1, n_sensors, 3)
-        What the sensors look at, GCRS; see `Sensor.inertial_vector`.
+    vectors : array, shape (n + 1, n_vectors, 3)
+        What the sensors look at and their gradients, GCRS; see `FilterModel.references`.
     """
 
     suite: Suite
@@ -88,11 +88,17 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     of the gyro that are missing are interpolated, with half the difference of their neighbors as
     1-sigma; what was sent while the gyro was silent for longer (`SILENT`) is left out.
 
+    If the scenario goes on from a calibration, the first sample is the epoch, and what was sent
+    until then is left out: the calibration has read it.
+
     Raises
     ------
     ValueError
-        For telemetry of other sensors, or vectors of a length that the environment's have not.
+        For telemetry of other sensors, nothing after the epoch of a scenario that goes on, or
+        vectors of a length that the environment's have not.
     """
+    if scenario.prior is not None:
+        telemetry = _since_epoch(scenario, telemetry)
     suite = Suite(scenario.gyro, scenario.sensors)
     readings = telemetry.readings(suite)
     there = np.isfinite(telemetry.gyro_deg_s[:, 0])
@@ -103,6 +109,7 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     for last, first in zip(at[silent], at[silent + 1], strict=True):
         there &= (telemetry.times <= last) | (telemetry.times >= first)
     there &= (telemetry.times >= at[0] - usual) & (telemetry.times <= at[-1] + usual)
+    there[0] |= scenario.prior is not None
 
     times = telemetry.times[there]
     position = None if telemetry.position is None else telemetry.position[there]
@@ -153,7 +160,32 @@ def _steps(times: Floats, at: Floats, rates: Floats, usual: float) -> tuple[Floa
     gyro = (known[:, None] * rates[j] + missing[:, None] * middle) / (end - start)[:, None]
     # one guess serves all steps of a gap: their errors add up, not their squares
     variance = missing * np.maximum(since - covered, missing) * (half**2).max(axis=1)
-    return gyro, variance, (missing > 0.0) & (since > SILENT * usual)
+    return gyro, variance, (missing > 0.0) & ((since > SILENT * usual) | (j == 0))
+
+
+def _since_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:
+    """Samples after the epoch, and an empty one then."""
+    later = telemetry.times > 0.0
+    if later.sum() < 2:
+        raise ValueError(
+            f"telemetry ends at {telemetry.times[-1]:.6f} s after {scenario.epoch.isoformat()}, "
+            "until when the calibration that the scenario goes on from has read it: expected later "
+            "samples"
+        )
+
+    def empty_before(rows: Floats) -> Floats:
+        return np.vstack([np.full(rows.shape[1], np.nan), rows[later]])
+
+    position = telemetry.position
+    if position is not None:
+        start, _ = scenario.orbit.propagate(scenario.epoch, np.zeros(1))
+        position = np.vstack([start, position[later]])
+    return Telemetry(
+        times=np.append(0.0, telemetry.times[later]),
+        gyro_deg_s=empty_before(telemetry.gyro_deg_s),
+        sensors={name: empty_before(rows) for name, rows in telemetry.sensors.items()},
+        position=position,
+    )
 
 
 def _check_lengths(suite: Suite, sensors: tuple[Floats, ...], vectors: Floats) -> None:

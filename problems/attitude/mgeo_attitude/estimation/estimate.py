@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.rotation import matrix, multiply, skew, vector
 
 
@@ -35,23 +35,15 @@ class Estimate:
     covariance: Floats
 
     @classmethod
-    def at_start(
-        cls, suite: Suite, sigma: Floats, n_runs: int = 1, attitude: Floats | None = None
-    ) -> Estimate:
-        """No sensor error and an attitude, with the 1-sigma of every state.
-
-        Parameters
-        ----------
-        sigma : array, shape (n_states,)
-        attitude : array, shape (3, 3), optional
-            GCRS to body; default: body axes along those of GCRS.
-        """
-        places = np.arange(3)[:, None] + np.array(suite.rotations)
-        states, P = np.zeros((len(sigma), n_runs)), np.diag(sigma**2)
+    def at_start(cls, model: FilterModel, n_runs: int = 1) -> Estimate:
+        """What a model says of the start, the same in all runs."""
+        places = np.arange(3)[:, None] + np.array(model.suite.rotations)
+        states = np.repeat(model.initial_states[:, None], n_runs, axis=-1)
+        P = np.repeat(model.initial_covariance[..., None], n_runs, axis=-1)
         rotations = matrix(states[places])
-        if attitude is not None:
-            rotations[:, :, 0] = attitude.T[..., None]
-        return cls(places, rotations, states, np.repeat(P[..., None], n_runs, axis=-1))
+        rotations[:, :, 0] = model.initial_attitude.T[..., None]
+        states[places] = 0.0
+        return cls(places, rotations, states, P)
 
     def corrected(self, e: Floats, covariance: Floats) -> Estimate:
         """With errors e, shape (n_states, r), taken out, and the covariance of what remains."""

@@ -10,6 +10,7 @@ from scipy.stats import chi2
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.estimation.batch import Batch
+from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.estimation.linearization import Trajectory
 from mgeo_attitude.estimation.residuals import chi_squares
 from mgeo_attitude.estimation.smoother import Solution, smoothed_covariances, solve
@@ -46,7 +47,7 @@ class Fit:
     given: Floats
 
 
-def fit(batch: Batch, sigma: Floats, gate: float) -> Fit:
+def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     """Estimate everything, whatever the attitude is.
 
     A short stretch in which the vectors are far apart is solved first, from Wahba's attitude; it
@@ -55,8 +56,8 @@ def fit(batch: Batch, sigma: Floats, gate: float) -> Fit:
 
     Parameters
     ----------
-    sigma : array, shape (n_states,)
-        Initial 1-sigmas; that of the attitude is not used.
+    belief : Belief
+        Before the first sample.
     gate : float
         Probability that a reading without fault is taken for an outlier.
 
@@ -68,7 +69,7 @@ def fit(batch: Batch, sigma: Floats, gate: float) -> Fit:
     """
     N, limit = len(batch.times), float(chi2.isf(gate, 3))
     check_unit_of_rates(batch)
-    states = np.zeros((N, batch.suite.n_states))
+    states = np.tile(belief.states, (N, 1))
     at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)
     rejected = tuple(np.zeros(N, dtype=bool) for _ in batch.sensors)
     arcs = np.concatenate([[0], np.flatnonzero(batch.breaks) + 1, [N]])
@@ -79,11 +80,14 @@ def fit(batch: Batch, sigma: Floats, gate: float) -> Fit:
         old = low, high
         low, high = _grown(low, high, more, arcs)
         at = _carried(batch, at, old, (low, high), arcs)
+        if low == 0 and belief.attitude is not None and batch.breaks[:1].any():
+            at.attitude[0] = belief.attitude
         part = batch.part(low, high)
+        before = belief if low == 0 else belief.without_attitude()
         known = Trajectory(at.attitude[low:high], at.states[low:high])
         cut = tuple(no[low:high] for no in rejected)
         last = high - low == N
-        found = _without_outliers(part, sigma, known, cut, limit, last)
+        found = _without_outliers(part, before, known, cut, limit, last)
         at.attitude[low:high] = found.solution.trajectory.attitude
         at.states[low:high] = found.solution.trajectory.states
         for no, new in zip(rejected, found.rejected, strict=True):
@@ -94,7 +98,7 @@ def fit(batch: Batch, sigma: Floats, gate: float) -> Fit:
 
 def _without_outliers(
     batch: Batch,
-    sigma: Floats,
+    belief: Belief,
     at: Trajectory,
     rejected: tuple[Bools, ...],
     limit: float,
@@ -102,7 +106,7 @@ def _without_outliers(
 ) -> Fit:
     """Solve until the readings beyond the limit are those that were left out."""
     for _ in range(_ROUNDS):
-        solution = solve(batch.without(rejected), sigma, at, _ITERATIONS[last], _TOLERANCE[last])
+        solution = solve(batch.without(rejected), belief, at, _ITERATIONS[last], _TOLERANCE[last])
         given = smoothed_covariances(solution)
         squares = chi_squares(batch, solution, given, rejected)
         beyond = tuple(square > limit for square in squares)
@@ -150,11 +154,17 @@ def _carried(
     """The trajectory with what is new: carried on by the gyro, or by Wahba's problem."""
     (low, high), (left, right) = old, new
     states, attitude = at.states, at.attitude
+    processes, m = batch.suite.processes, batch.suite.n_dynamic
     if high > low:
         for k, span in ((low, slice(left, low)), (high - 1, slice(high, right))):
             states[span] = states[k]
             elapsed = batch.times[span, None] - batch.times[k]
             states[span, 3:6] *= np.exp(-batch.suite.gyro.bias_decay * elapsed)
+            for process, i in zip(
+                processes.values(), range(batch.suite.n_kinematic, m, 3), strict=True
+            ):
+                decay, _ = process.over(np.abs(elapsed))
+                states[span, i : i + 3] *= decay
     for first, end in pairwise(arcs.tolist()):
         a, b = max(first, left), min(end, right)
         known = max(a, low), min(b, high)

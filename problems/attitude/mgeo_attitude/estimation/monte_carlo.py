@@ -21,12 +21,12 @@ class Record:
     nees: Floats
     nis: Floats
     updates: Ints
-    inside: Floats
+    broken: Floats
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MonteCarlo(Record):
-    """n runs of one plan at m samples, the whole scenario long.
+    """n runs of one plan at m samples, the whole scenario long unless it was told to end before.
 
     Errors are truth less estimate in the filter's units (rad, rad/s, dimensionless; the field in
     units of 50 µT); those of attitude and misalignments are the vectors of the rotations that
@@ -42,7 +42,7 @@ class MonteCarlo(Record):
     t_end : float
         When the linear filter has converged, first objective of equation (5) [s]; a sample.
     times : array, shape (m,)
-        [s], from 0 to the scenario's duration.
+        [s], from 0 to the scenario's duration, or until when it was simulated.
     predicted : array, shape (m, n_states)
         1-sigma that the linear covariance promises for the plan.
     errors : array, shape (n, m, n_states)
@@ -54,10 +54,10 @@ class MonteCarlo(Record):
         Sum of normalized innovations squared, rᵀ S⁻¹ r, since the sample before.
     updates : array of int, shape (n, m, n_sensors)
         Number of innovations in `nis`; the mean of each should be 3.
-    cones : tuple of str
-        Names of the scenario's keep-out cones.
-    inside : array, shape (n, 2, n_cones)
-        Share of the time until `t_end` in which the Sun was inside each cone; see `keep_outs`.
+    path_limits : tuple of str
+        Labels of the scenario's path limits: ``Sun off camera``.
+    broken : array, shape (n, 2, n_path_limits)
+        Share of the time until `t_end` in which each was broken; see `broken_limits`.
     """
 
     blocks: tuple[str, ...]
@@ -66,7 +66,7 @@ class MonteCarlo(Record):
     t_end: float
     times: Floats
     predicted: Floats
-    cones: tuple[str, ...]
+    path_limits: tuple[str, ...]
 
     @property
     def n_runs(self) -> int:
@@ -117,8 +117,8 @@ class MonteCarlo(Record):
             index=pd.Index(self.states, name="state"),
         )
 
-    def keep_outs(self) -> pd.DataFrame:
-        """How often the Sun was truly inside each keep-out cone until `t_end`, one row per cone.
+    def broken_limits(self) -> pd.DataFrame:
+        """How often each path limit was truly broken until `t_end`, without margin; a row for each.
 
         Two satellites are looked at. One is *steered*: its controller turns it until the estimated
         attitude is the plan's, so that the true one is off the plan by the error of the estimate,
@@ -126,14 +126,14 @@ class MonteCarlo(Record):
         runs here, and keeps the error of its first attitude. The errors of the estimate are those
         of the open-loop run; along the other path they differ by terms of second order.
 
-        Columns: share of flights in which it was inside at any time, and of the time of all.
+        Columns: share of flights in which it was broken at any time, and of the time of all.
         """
-        ever, share = (self.inside > 0.0).mean(axis=0), self.inside.mean(axis=0)
+        ever, share = (self.broken > 0.0).mean(axis=0), self.broken.mean(axis=0)
         columns = {}
         for i, way in enumerate(("steered", "open loop")):
             columns[f"{way}: flights [%]"] = 100.0 * ever[i]
             columns[f"{way}: time [%]"] = 100.0 * share[i]
-        return pd.DataFrame(columns, index=pd.Index(self.cones, name="cone"))
+        return pd.DataFrame(columns, index=pd.Index(self.path_limits, name="path limit"))
 
     def history(self) -> pd.DataFrame:
         """Every sample: ``nees`` (mean over runs, per state) and ``nis <sensor>`` (per component).

@@ -23,7 +23,7 @@ from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.flight import Flight, Motion, draw, fly_run, other_truth
 from mgeo_attitude.maneuvers.slew_back import slew_back
 from mgeo_attitude.rotation import multiply
-from mgeo_attitude.scenario import KeepOut, Scenario
+from mgeo_attitude.scenario import Scenario
 
 #: Runs that are computed side by side: their covariances fit into a processor's cache.
 RUNS = 100
@@ -42,6 +42,7 @@ def simulate(
     estimator: Estimator | None = None,
     truth: Scenario | None = None,
     environment: Environment | None = None,
+    until: float | None = None,
 ) -> MonteCarlo:
     """Fly a plan many times, each with other errors, and estimate attitude and errors from it.
 
@@ -74,6 +75,9 @@ def simulate(
         must be the same.
     environment : Environment, optional
         Saves computing that of the scenario again.
+    until : float, optional
+        Time [s] after which nothing is estimated, not before `t_end`; default: the scenario's
+        duration. What is found until then does not depend on it.
 
     Returns
     -------
@@ -108,12 +112,14 @@ def simulate(
     # with a window longer than the scenario the filter runs to its end
     endless = dataclasses.replace(model, window_steps=model.n_steps + 1)
     predicted = reference_run(endless, whole).sigma
-    samples, sun = _samples(model, t_end), real.sun[: round(t_end / model.step) + 1]
+    samples, n_watched = _samples(model, t_end), round(t_end / model.step) + 1
+    if until is not None:
+        samples = samples[model.times[samples] <= max(until, t_end)]
     motion = Motion.of(model, whole, model.n_steps)
 
     def some(generators: Sequence[np.random.Generator]) -> Record:
         flights = [fly_run(real, motion, draw(real, model.n_steps, each)) for each in generators]
-        return record(model, flights, estimator or Estimator(), samples, scenario.keep_outs, sun)
+        return record(model, flights, estimator or Estimator(), samples, real, n_watched)
 
     generators = np.random.default_rng(seed).spawn(n_runs)
     if n_runs == 1:
@@ -134,7 +140,7 @@ def simulate(
         t_end=t_end,
         times=model.times[samples],
         predicted=predicted[samples],
-        cones=tuple(cone.name for cone in scenario.keep_outs),
+        path_limits=tuple(limit.label for limit in scenario.path_limits),
         **runs,
     )
 
@@ -151,8 +157,8 @@ def record(
     flights: Sequence[Flight],
     estimator: Estimator,
     samples: Ints,
-    cones: Sequence[KeepOut],
-    sun: Floats,
+    real: FilterModel | None = None,
+    n_watched: int = 0,
 ) -> Record:
     """Estimate from the readings of flights of one plan, and compare with their truth.
 
@@ -162,12 +168,11 @@ def record(
         What the estimator believes.
     samples : array of int
         To record, increasing; nothing is estimated after the last.
-    cones : sequence of KeepOut
-        To watch at the first n samples.
-    sun : array, shape (n, 3)
-        Direction to the Sun where it shines, else zero, GCRS.
+    real : FilterModel, optional
+        Whose path limits are watched, along its directions, at the first `n_watched` samples.
     """
     n_runs, m, suite, motion = len(flights), len(samples), model.suite, flights[0].motion
+    watched = real or model
     start, states, gyro = (
         np.stack([getattr(flight, name) for flight in flights], axis=-1)
         for name in ("start", "errors", "gyro")
@@ -178,10 +183,10 @@ def record(
         nees=np.empty((n_runs, m)),
         nis=np.zeros((n_runs, m, len(suite.sensors))),
         updates=np.zeros((n_runs, m, len(suite.sensors)), dtype=np.int64),
-        inside=np.zeros((n_runs, 2, len(cones))),
+        broken=np.zeros((n_runs, 2, len(watched.path_limits))),
     )
     estimates = ErrorStateFilter(suite, estimator).run(
-        Estimate.at_start(suite, model.initial_sigma, n_runs, model.initial_attitude),
+        Estimate.at_start(model, n_runs),
         [flight.readings for flight in flights],
         motion.rates,
         model.references,
@@ -189,8 +194,8 @@ def record(
     d, row = 3 + gyro.shape[1], 0
     for k, (before, after, nis) in enumerate(estimates):
         attitude = multiply(motion.attitude[k][..., None], start)
-        if k < len(sun):
-            found.inside[:] += _inside(cones, sun[k], motion.attitude[k], attitude, before)
+        if k < n_watched:
+            found.broken[:] += _broken(watched, k, motion.attitude[k], attitude, before)
         seen = ~np.isnan(nis.T)
         found.nis[:, row] += np.where(seen, nis.T, 0.0)
         found.updates[:, row] += seen
@@ -203,21 +208,26 @@ def record(
             row += 1
             if row == m:
                 break
-    found.inside[:] /= max(len(sun), 1)
+    found.broken[:] /= max(n_watched, 1)
     return found
 
 
-def _inside(
-    cones: Sequence[KeepOut], sun: Floats, planned: Floats, true: Floats, before: Estimate
+def _broken(
+    model: FilterModel, sample: int, planned: Floats, true: Floats, before: Estimate
 ) -> Bools:
-    """Whether the Sun is inside, steered and open loop, shape (r, 2, n_cones).
+    """Whether path limits are broken, steered and open loop, shape (r, 2, n_path_limits).
 
     `before` is the estimate before the measurements of the sample.
     """
-    # a controller on the estimate would have made it the plan's
-    steered = np.einsum("ijr,j->ir", before.rotations[:, :, 0], planned @ sun)
-    directions = np.stack([steered, np.broadcast_to(sun[:, None], steered.shape)])
-    axes = np.array([cone.axis() for cone in cones])
-    cosines = np.cos(np.radians([cone.half_angle_deg for cone in cones]))
-    inside: Bools = np.einsum("ci,ijr,wjr->rwc", axes, true, directions) > cosines
-    return inside
+    broken = np.zeros((true.shape[-1], 2, len(model.path_limits)), dtype=bool)
+    for index, limit in enumerate(model.path_limits):
+        cone = limit.cone()
+        vectors, radii = model.direction(cone.direction, slice(sample, sample + 1))
+        vector, bound = vectors[0], np.cos(min(cone.half_angle + radii[0], np.pi))
+        # a controller on the estimate would have made it the plan's
+        steered = np.einsum("ijr,j->ir", before.rotations[:, :, 0], planned @ vector)
+        ways = np.stack([steered, np.broadcast_to(vector[:, None], steered.shape)])
+        cosines = np.einsum("i,ijr,wjr->rw", cone.axis, true, ways)
+        kept = cosines >= bound if cone.inside else cosines <= bound
+        broken[:, :, index] = ~kept & vector.any()
+    return broken

@@ -14,13 +14,13 @@ from scipy.linalg import cho_factor, cho_solve, cho_solve_banded, cholesky_bande
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.estimation.batch import Batch
+from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.estimation.linearization import (
     Partition,
     Sightings,
     Steps,
     Trajectory,
     moved,
-    prior,
     sightings,
     steps,
 )
@@ -101,17 +101,11 @@ class Solution:
 
 
 def solve(
-    batch: Batch, sigma: Floats, start: Trajectory, iterations: int, tolerance: float = 1.0
+    batch: Batch, belief: Belief, start: Trajectory, iterations: int, tolerance: float = 1.0
 ) -> Solution:
-    """Iterate from a trajectory until it is `settled`, at most so many times.
-
-    Parameters
-    ----------
-    sigma : array, shape (n_states,)
-        Initial 1-sigmas.
-    """
+    """Iterate from a trajectory until it is `settled`, at most so many times."""
     parts = Partition.of(batch.suite)
-    found = linear_solution(batch, sigma, start, parts)
+    found = linear_solution(batch, belief, start, parts)
     for _ in range(iterations):
         if found.settled(tolerance):
             break
@@ -120,7 +114,7 @@ def solve(
             growth = found.steps.growth
             e, e_c = share * found.e, share * found.e_c
             at = moved(found.trajectory, parts, growth, e, e_c, batch.suite)
-            better = linear_solution(batch, sigma, at, parts)
+            better = linear_solution(batch, belief, at, parts)
             if better.cost <= found.cost * (1.0 + 1e-9):
                 break
             share *= 0.5
@@ -128,7 +122,7 @@ def solve(
     return found
 
 
-def linear_solution(batch: Batch, sigma: Floats, at: Trajectory, parts: Partition) -> Solution:
+def linear_solution(batch: Batch, belief: Belief, at: Trajectory, parts: Partition) -> Solution:
     """Normal equations about a trajectory and the step that solves them."""
     move = steps(batch, at, parts)
     seen = tuple(sightings(batch, index, at) for index in range(len(batch.suite.sensors)))
@@ -136,7 +130,7 @@ def linear_solution(batch: Batch, sigma: Floats, at: Trajectory, parts: Partitio
     follow = _followed(move)
     q = follow.shape[-1]
 
-    r, J = prior(batch.suite, at.states[0], sigma)
+    r, J = belief.residual(at.attitude[0], at.states[0])
     J = J[:, np.concatenate([parts.driven, parts.constant])]
     believed = J.T @ J, J.T @ r
     C, g_c = believed[0].copy(), believed[1].copy()

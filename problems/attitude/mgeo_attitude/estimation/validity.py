@@ -22,6 +22,8 @@ def validity(scenario: Scenario) -> tuple[str, ...]:
     Compares initial uncertainties with the map of docs/consistency.md, which sweeps one at a time
     from the presets. A scenario within it is no proof; `simulate` is.
     """
+    if scenario.prior is not None:  # a calibration is better than all of these
+        return ()
     limits = [
         ("initial.attitude_deg", scenario.initial.attitude_deg, MAX_ATTITUDE_DEG),
         ("gyro.initial_bias_deg_s", scenario.gyro.initial_bias_deg_s, MAX_GYRO_BIAS_DEG_S),

@@ -18,12 +18,13 @@ from ..maneuvers.schedule import Flown
 from .convergence import sample_steps
 from .motion import directions, motion
 from .polyline import corners
-from .sphere import OUTLINE, graticule, projected
+from .sphere import OUTLINE, circle, graticule, projected
 from .style import line, title
 from .whole import Whole
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
+    from mgeo_attitude.scenario import Scenario
 
 Intervals = list[tuple[float, float]]
 
@@ -154,6 +155,7 @@ def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[st
                 "hoverinfo": "name",
             }
         )
+    traces += _edges(problem.scenario)
     width, height = OUTLINE
     hidden = {"visible": False, "fixedrange": True}
     axis = {**hidden, "range": [-height, height], "scaleanchor": "x"}
@@ -161,6 +163,31 @@ def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[st
     layout["xaxis"] = {**hidden, "range": [-width, width]}
     layout["margin"] |= {"l": 15, "b": 15}
     return {"data": traces, "layout": layout}
+
+
+def _edges(scenario: Scenario) -> list[dict[str, Any]]:
+    """Circles on the body's sphere: where the Sun must not be, and what sensors see."""
+    circles = [
+        (f"keep-out of {cone.name}", cone.axis(), np.radians(cone.half_angle_deg), "solid")
+        for cone in scenario.keep_outs
+    ]
+    views = [(f"view of {sensor.name}", sensor.field_of_view()) for sensor in scenario.sensors]
+    circles += [(name, *view, "dot") for name, view in views if view is not None]
+    found = []
+    for index, (name, axis, radius, dash) in enumerate(circles):
+        across, up = circle(axis, radius)
+        found.append(
+            {
+                "type": "scatter",
+                "name": name,
+                "x": across,
+                "y": up,
+                "mode": "lines",
+                "line": {"color": COLORS[(1 + index) % 4], "dash": dash, "width": 1.5},
+                "hoverinfo": "name",
+            }
+        )
+    return found
 
 
 def _line(times: Floats, values: Floats, index: int) -> dict[str, Any]:

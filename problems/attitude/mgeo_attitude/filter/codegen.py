@@ -8,20 +8,22 @@ see `layout.py`. `driver.py` feeds the lanes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import partial
 from itertools import count, islice
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..vector import Vec3, dot
 from .covariance import last_pivot, predict, update
-from .keep_out import sun_excess
-from .layout import NO_MONITORS, Monitors, layout, transition_pattern
+from .layout import NO_MONITORS, Monitors, directions_of, discs, layout, transition_pattern
+from .path_limits import cone_constants, excess_code
 from .suite import Suite
 from .symbols import Code, Symbol, Triangle, slot_of
+
+if TYPE_CHECKING:
+    from ..scenario import PathLimit
 
 CHECK = "check"
 
@@ -36,6 +38,7 @@ def step_parts(
     faster than a function: hence several parts.
     """
     at, n = layout(suite, gated, monitors), suite.n_states
+    considered = frozenset(suite.considered.tolist())
     parts: dict[str, Code] = {}
     following = count(at.constants)
 
@@ -46,10 +49,13 @@ def step_parts(
         """The next ones, in the order of `step_constants`."""
         return [code.slot(k) for k in islice(following, number)]
 
-    def in_body_axes(code: Code, first: int) -> Vec3:
-        """A given vector."""
-        C, v = code.slots(at.attitude, 9), code.slots(first, 3)
+    def to_body(code: Code, vector: Iterable[Any]) -> Vec3:
+        C, v = code.slots(at.attitude, 9), tuple(vector)
         return Vec3(*(sum(C[3 * i + k] * v[k] for k in range(3)) for i in range(3)))
+
+    def in_body_axes(code: Code, index: int) -> Vec3:
+        """One of the vectors that are given."""
+        return to_body(code, code.slots(at.given + 3 * index, 3))
 
     code = part("propagate")
     C, dC = code.slots(at.attitude, 9), code.slots(at.rotation, 9)
@@ -58,33 +64,61 @@ def step_parts(
         for i in range(3):
             code.store(at.attitude + 3 * i + j, column[i])
     F = {entry: code.slot(at.F + k) for k, entry in enumerate(transition_pattern(suite))}
-    m = suite.n_dynamic
+    m = suite.n_kinematic
     Q = {(i, j): code.slot(at.Q + slot_of(i, j)) for i in range(m) for j in range(i + 1)}
+    for first in range(m, suite.n_dynamic, 3):
+        decay, variance = constants(code, 2)
+        F |= {(i, i): decay for i in range(first, first + 3)}
+        Q |= {(i, i): variance for i in range(first, first + 3)}
     predict(Triangle(code), n, F, Q)
 
-    if monitors.cones:
+    names = directions_of(suite, monitors)
+
+    def direction(code: Code, name: str) -> Vec3:
+        return in_body_axes(code, suite.n_vectors + names.index(name))
+
+    def disc(code: Code, name: str) -> Sequence[Symbol]:
+        """Radius, its cosine and sine."""
+        place = suite.n_vectors + len(names) + discs(names).index(name)
+        return code.slots(at.given + 3 * place, 3)
+
+    if monitors.limits:
         # before the measurements: the attitude was flown on what was known until now
-        code = part("watch_sun")
-        sun = in_body_axes(code, at.given + 3 * len(suite.sensors))
-        for k, margin in enumerate(monitors.cones):
-            value, axis = code.slot(at.monitors + k), Vec3(*constants(code, 3))
-            if margin:
-                frame = [axis, *(Vec3(*constants(code, 3)) for _ in range(2))]
-                now = sun_excess(frame, constants(code, 1)[0], sun, Triangle(code), value)
+        code = part("watch_path")
+        seen = {watch.direction: direction(code, watch.direction) for watch in monitors.limits}
+        for k, watch in enumerate(monitors.limits):
+            v, value = seen[watch.direction], code.slot(at.monitors + k)
+            axis = Vec3(*constants(code, 3))
+            if watch.plain:
+                now = dot(axis, v)
             else:
-                now = dot(axis, sun)
+                frame = [axis, *(Vec3(*constants(code, 3)) for _ in range(2))]
+                sigmas = constants(code, 1)[0] if watch.margin else None
+                radius = disc(code, watch.direction)[0] if watch.disc else None
+                now = excess_code(frame, sigmas, v, radius, Triangle(code), watch.inside, value)
             code.store(at.monitors + k, now.maximum(value))
 
     gates = count(at.constants - sum(gated))
     for index, sensor in enumerate(suite.sensors):
         code = part(f"update_{index}")
-        v, variances = in_body_axes(code, at.given + 3 * index), constants(code, 3)
+        v, variances = in_body_axes(code, index), constants(code, 3)
+        rows = suite.gradient_rows(index)
+        gradient = [in_body_axes(code, row) for row in range(rows.start, rows.stop)]
         gate: Any = code.slot(next(gates)) if gated[index] else 1.0
-        if sensor.field_of_view() is not None:
-            *boresight, least = constants(code, 4)
-            cosine = sum(b * component for b, component in zip(boresight, v, strict=True))
-            gate = gate * cosine.choose(least, 1.0, 0.0)
-        update(Triangle(code), n, partial(suite.measure, sensor, v), variances, gate)
+        for view in sensor.views():
+            boresight, (bound,) = Vec3(*constants(code, 3)), constants(code, 1)
+            if view.disc:  # the cosine of the half-angle and the radius together
+                _, cosine, sine = disc(code, view.direction)
+                bound = bound * cosine - constants(code, 1)[0] * sine
+            looked_at = direction(code, view.direction) if view.direction else v
+            inside = float(view.inside)
+            gate = gate * dot(boresight, looked_at).choose(bound, inside, 1.0 - inside)
+        if sensor.max_rate() < np.inf:
+            gate = gate * constants(code, 1)[0].choose(code.slot(at.rate), 1.0, 0.0)
+        measure = partial(
+            suite.measure, sensor, v, to_body=partial(to_body, code), gradient=gradient
+        )
+        update(Triangle(code), n, measure, variances, gate, considered)
 
     if monitors.states:
         code = part("watch")
@@ -97,7 +131,7 @@ def step_parts(
         worst = ratios[0]
         for ratio in ratios[1:]:
             worst = worst.maximum(ratio)
-        samples = at.monitors + len(monitors.cones)
+        samples = at.monitors + len(monitors.limits)
         met = (-worst).choose(-1.0, code.slot(samples) + 1.0, 0.0)
         code.store(samples, met)
 
@@ -110,22 +144,31 @@ def step_parts(
 
 
 def step_constants(
-    suite: Suite, weights: np.ndarray, cones: ArrayLike = (), required: Iterable[float] = ()
+    suite: Suite,
+    step: float,
+    weights: np.ndarray,
+    limits: Sequence[PathLimit] = (),
+    required: Iterable[float] = (),
 ) -> np.ndarray:
-    """The constants of a step, for trace `weights` of shape (n_states,).
+    """The constants of a `step` [s], for trace `weights` of shape (n_states,).
 
-    Those of the keep-out cones (`keep_out.cone_constants`); three noise variances and, with a
-    field of view, boresight and cosine of the half-angle for each sensor in turn; those of the
-    `required` 1-sigmas that are monitored; then the weights.
+    Decay and new variance of each Gauss-Markov process of a sensor; those of the path limits
+    (`path_limits.cone_constants`); for each sensor in turn three noise variances, axis and cosine
+    of the half-angle of its views (and the sine, if it looks at a disc), and the square of its
+    greatest rate, if it has one; those of the `required` 1-sigmas that are
+    monitored; then the weights.
     """
+    processes = [value for each in suite.processes.values() for value in each.over(step)]
     values: list[float] = []
     for sensor in suite.sensors:
         values.extend(sigma**2 for sigma in sensor.noise())
-        view = sensor.field_of_view()
-        if view is not None:
-            boresight, half_angle = view
-            values.extend([*boresight, float(np.cos(half_angle))])
-    return np.concatenate([cones, values, [sigma**-2 for sigma in required], weights])
+        for view in sensor.views():
+            values.extend([*view.axis, float(np.cos(view.half_angle))])
+            values.extend([float(np.sin(view.half_angle))] * view.disc)
+        if sensor.max_rate() < np.inf:
+            values.append(sensor.max_rate() ** 2)
+    watched = [sigma**-2 for sigma in required]
+    return np.concatenate([processes, cone_constants(limits), values, watched, weights])
 
 
 def module_source(suite: Suite, gated: tuple[bool, ...], monitors: Monitors, lanes: int) -> str:

@@ -89,8 +89,9 @@ def converged(recent, lane, now, window, decrease, allow_rise):
 
 
 @njit(
-    "void(UniTuple(int64, 3), UniTuple(int64, 9), UniTuple(int64[::1], 2), UniTuple(int64[::1], 5),"
-    "float64[:,::1], Tuple((float64[:,:,::1], int64[:,::1], int64[::1], int64[::1])),"
+    "void(UniTuple(int64, 3), UniTuple(int64, 10), UniTuple(int64[::1], 2),"
+    "UniTuple(int64[::1], 5), float64[:,::1],"
+    "Tuple((float64[:,:,::1], int64[:,::1], int64[::1], int64[::1])),"
     "Tuple((float64[:,:,:,::1], float64[:,::1], int64[:,::1], float64)), float64[:,::1],"
     "float64[:,::1], Tuple((int64, float64, boolean)), int64[::1], float64[::1],"
     "UniTuple(float64[:,::1], 2), float64[:,:,::1])",
@@ -162,7 +163,7 @@ def run(
     window, decrease, allow_rise = convergence
     watched, final = at_end
     n_jobs, n_maneuvers, last_step = len(designs), starts.shape[1], len(table) - 1
-    attitude, monitors, rotation, _, _, trace_slot, pivot, given, first_constant = layout
+    attitude, monitors, rotation, _, _, rate, trace_slot, pivot, given, first_constant = layout
     n_constants = constants.shape[1]
     W, recent = workspace(first_constant + n_constants, lanes), ring(window, lanes)
     for k in range(n_constants):
@@ -208,6 +209,9 @@ def run(
                 # of several maneuvers that have started only the last one is flown
                 own = parts[variants[i]], densities[variants[i]], pattern, dt
                 load_maneuver(W, lane, rotation, rates[i, m - 1], own)
+                if rate < trace_slot:
+                    omega = rates[i, m - 1]
+                    W[rate, lane] = omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2
                 maneuver[lane] = m
             due = min(last_step, k - k % CHECK_PERIOD + CHECK_PERIOD)
             if m < n_maneuvers:

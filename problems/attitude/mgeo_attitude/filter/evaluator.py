@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,14 +15,17 @@ from numpy.typing import ArrayLike
 
 from .._typing import Floats, Ints
 from ..maneuvers.schedule import Schedule
+from ..sensors import Gyro, Sensor
 from .codegen import step_constants
 from .jobs import separate, shared
-from .keep_out import cone_constants, sun_clearance
 from .kernel import lanes, load_driver, load_kernel
 from .layout import layout, transition_pattern
 from .model import FilterModel
+from .path_limits import excess
+from .suite import Suite
+from .wheel_load import wheel_loads
 
-#: The cosine of the angle to a Sun that has not shone.
+#: The cosine of the angle to what has not been seen.
 _NEVER_SEEN = -2.0
 
 
@@ -39,12 +43,15 @@ class Evaluation:
         History of the variances, NaN after `t_end`, if asked for.
     covariance : array, shape (n, n_states, n_states) or (0, n_states, n_states)
         Covariance at `t_end`, if asked for.
-    sun_angle : array, shape (n, n_cones)
-        Least angle [rad] between the Sun, while it shines, and each axis that must stay off it,
-        less the margin for the unknown attitude (`keep_out.sun_clearance`).
+    path_angle : array, shape (n, n_path_limits)
+        Least angle [rad] between the direction and the axis of each path limit, less the margin for
+        the unknown attitude; to keep in, the greatest, with the margin. See `path_limits.excess`.
     t_required : array, shape (n,)
         Time from which on all required 1-sigmas are met until `t_end` [s]; infinite if they are not
         met then, or there are none.
+    wheel_load : array, shape (n, 2)
+        Greatest momentum [N m s] and torque [N m] of a wheel until `t_end`, with a budget; see
+        `momentum.MomentumBudget`. NaN without one.
     plan : Schedule
         What is flown.
 
@@ -55,8 +62,9 @@ class Evaluation:
     trace: Floats
     variances: Floats
     covariance: Floats
-    sun_angle: Floats
+    path_angle: Floats
     t_required: Floats
+    wheel_load: Floats
     plan: Schedule
 
 
@@ -94,7 +102,7 @@ def evaluate(
     Raises
     ------
     ValueError
-        If a variant has other states than the model, or a constant more or less.
+        If a variant has other states than the model, considers others, or a constant more or less.
     """
     plan = model.schedule(designs)
     suite, n, monitors = model.suite, len(plan.rates), model.monitors
@@ -115,8 +123,9 @@ def evaluate(
     end_step, trace = np.zeros(n, dtype=np.int64), np.empty(n)
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
     of_gyro = {each.suite.gyro: each for each in variants}  # many variants have few gyros
+    kinematic = slice(suite.n_kinematic)
     dynamics = {gyro: each.dynamics for gyro, each in of_gyro.items()}
-    densities = {gyro: each.suite.diffusion() for gyro, each in of_gyro.items()}
+    densities = {gyro: each.suite.diffusion()[kinematic] for gyro, each in of_gyro.items()}
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, lanes()),
         tuple(at),
@@ -156,35 +165,68 @@ def evaluate(
         )
         t_end = np.where(lost, np.nan, t_end)
     watched = watched[jobs.twin]
-    sun = watched[:, : len(monitors.cones)]
-    sun_angle = np.where(monitors.cones, -sun, np.arccos(np.clip(sun, -1.0, 1.0)))
+    path = watched[:, : len(monitors.limits)]
+    path_angle = np.where([watch.inside for watch in monitors.limits], path, -path)
+    plain = [watch.plain for watch in monitors.limits]
+    path_angle = np.where(plain, np.arccos(np.clip(path, -1.0, 1.0)), path_angle)
     t_required = np.full(n, np.inf)
     if monitors.states:
         samples = watched[:, -1]
         met = samples > 0.0
         t_required[met] = model.step * (end_step[jobs.twin] + 1.0 - samples)[met]
     full = _symmetric(final[jobs.twin] if covariance else final, suite.n_states)
-    return Evaluation(t_end, trace, record, full, sun_angle, t_required, plan)
+    wheel_load = np.full((n, 2), np.nan)
+    if model.budget is not None:
+        ends = end_step[jobs.twin]
+        wheel_load = wheel_loads(
+            model.budget, plan, ends, model.step, threads or available_threads()
+        )
+    return Evaluation(t_end, trace, record, full, path_angle, t_required, wheel_load, plan)
 
 
 def _constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
     """`step_constants` of variants of a model, side by side; ValueError if they do not match."""
-    states = list(model.monitors.states)
-    rows = []
+    suite, states, rows = model.suite, list(model.monitors.states), []
     for number, each in enumerate(variants):
-        if each.suite.blocks != model.suite.blocks:
+        if each.suite.blocks != suite.blocks:
             raise ValueError(
                 f"variants[{number}] has the states {', '.join(each.suite.blocks)}: expected those "
-                f"of the model, {', '.join(model.suite.blocks)}"
+                f"of the model, {', '.join(suite.blocks)}"
             )
-        cones, required = cone_constants(each.cones, each.cone_sigmas), each.required_sigma[states]
-        rows.append(step_constants(each.suite, each.weights, cones, required))
+        if not np.array_equal(each.suite.considered, suite.considered):
+            raise ValueError(f"variants[{number}] considers other states than the model")
+        limits, required = each.path_limits, each.required_sigma[states]
+        rows.append(step_constants(each.suite, each.step, each.weights, limits, required))
         if len(rows[-1]) != len(rows[0]):
             raise ValueError(
                 f"variants[{number}] has {len(rows[-1])} constants of a filter step: expected "
                 f"{len(rows[0])}, as its sensors all look everywhere or none does"
             )
+        found, expected = _looked_at(each), _looked_at(model)
+        if found != expected:
+            raise ValueError(f"variants[{number}] looks at {found}: expected {expected}")
+        for one, other in zip(each.suite.sensors, suite.sensors, strict=True):
+            if one != other and not np.array_equal(_slopes(one), _slopes(other)):
+                raise ValueError(
+                    f"variants[{number}]: {one.name} measures otherwise than the model's: expected "
+                    "the same but for numbers, and the same boresight of a star tracker"
+                )
     return np.array(rows)
+
+
+def _looked_at(model: FilterModel) -> list[tuple[str, bool]]:
+    """Directions of path limits and of sensors' views, and whether they have to be inside."""
+    limits = [(watch.direction, watch.inside) for watch in model.monitors.limits]
+    views = (view for sensor in model.suite.sensors for view in sensor.views())
+    return [*limits, *((view.direction, view.inside) for view in views)]
+
+
+@cache
+def _slopes(sensor: Sensor) -> Floats:
+    """H of a sensor by its own states, somewhere: its numbers are part of the kernel."""
+    somewhere = np.array([0.36, -0.48, 0.8])
+    gradient = [somewhere] * 3 * sensor.has_gradient
+    return Suite(Gyro(), (sensor,)).measurement_matrix(sensor, somewhere, gradient=gradient)
 
 
 def _states(
@@ -197,26 +239,28 @@ def _states(
     states = np.zeros((count + len(variants), n_values + model.window_steps + 1))
     watched = bool(model.monitors.states)
     for number, each in enumerate(variants):
-        variances = each.initial_sigma**2
-        start = [np.diag(variances)[np.tril_indices(len(variances))], each.initial_attitude.ravel()]
-        start += [_monitors_at_start(each, watched), np.cumsum(each.weights * variances)[-1:]]
+        P = each.initial_covariance
+        start = [P[np.tril_indices(len(P))], each.initial_attitude.ravel()]
+        start += [_monitors_at_start(each, watched), np.cumsum(each.weights * np.diag(P))[-1:]]
         states[-1 - number, : n_values + 1] = np.concatenate(start)
     return states
 
 
 def _monitors_at_start(model: FilterModel, watched: bool) -> Floats:
     """What `layout.Monitors` says, at time zero; with the states', if they are `watched`."""
-    values = np.empty(0)
-    if len(model.cones):
-        sun = model.sun[:1] @ model.initial_attitude.T
-        covariance = np.diag(model.initial_sigma[:3] ** 2)[None]
-        cosines = model.cones @ sun[0] if sun.any() else np.full(len(model.cones), _NEVER_SEEN)
-        cones = zip(model.cones, model.cone_sigmas, strict=True)
-        angles = [sun_clearance(axis, k, sun, covariance)[0] for axis, k in cones]
-        excess = np.maximum(-np.pi, -np.array(angles))
-        values = np.where(model.monitors.cones, excess, cosines)
+    covariance = model.initial_covariance[None, :3, :3]
+    values = []
+    for limit, watch in zip(model.path_limits, model.monitors.limits, strict=True):
+        cone = limit.cone()
+        direction, radius = model.direction(cone.direction, slice(1))
+        direction = direction @ model.initial_attitude.T
+        if watch.plain:
+            values.append(direction[0] @ cone.axis if direction.any() else _NEVER_SEEN)
+        else:
+            at_start = excess(cone, limit.attitude_sigmas, direction, covariance, radius)[0]
+            values.append(max(-np.pi, at_start))
     if not watched:
-        return values
+        return np.array(values)
     return np.append(values, float(np.all(model.initial_sigma <= model.required_sigma)))
 
 

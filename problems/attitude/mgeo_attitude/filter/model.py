@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
+from datetime import datetime
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -11,15 +13,18 @@ from numpy.typing import ArrayLike
 
 from .._typing import Bools, Floats
 from ..environment import Environment
+from ..environment.directions import directions, radii
 from ..environment.pointing import Place
 from ..maneuvers.schedule import Schedule, schedule
 from ..maneuvers.slew import SlewLimits
-from ..scenario.settings import RequiredSigma, TraceWeights
-from .layout import Monitors
+from ..scenario.settings import RequiredSigma, TraceWeights, uncalibrated
+from ..sensors import Sensor
+from .layout import Monitors, Watch, directions_of, discs
+from .momentum import MomentumBudget
 from .suite import Suite
 
 if TYPE_CHECKING:
-    from ..scenario import Scenario
+    from ..scenario import PathLimit, Scenario
 
 
 @dataclass(frozen=True)
@@ -31,11 +36,17 @@ class FilterModel:
     suite : Suite
     step : float
         Filter step [s].
-    references : array, shape (n_steps + 1, n_sensors, 3)
-        Vector that each sensor looks at, GCRS; zero for one that looks at none.
+    references : array, shape (n_steps + 1, n_vectors, 3)
+        Vector that each sensor looks at, GCRS, zero for one that looks at none; then the columns
+        of their gradients, see `Suite.gradient_rows`.
     available : array of bool, shape (n_steps + 1, n_sensors)
         Whether each sensor can measure at each sample, apart from its field of view.
     initial_sigma : array, shape (n_states,)
+    initial_correlation : array, shape (n_states, n_states)
+        Of the errors at the start; the identity unless a calibration has been before.
+    initial_states : array, shape (n_states,)
+        What is believed of gyro and sensors then, rotations as vectors of `rotation.rotate`; zero
+        unless a calibration has been before. It does not enter the covariance.
     weights : array, shape (n_states,)
         Weight of each state's variance in the trace.
     window_steps : int
@@ -51,12 +62,15 @@ class FilterModel:
         Body rate before the first maneuver [rad/s]; the ramps of `slew_limits` begin at it.
     slew_limits : SlewLimits, optional
         How fast rates can change; without it they change at once.
-    cones : array, shape (n_cones, 3)
-        Body axes that must stay off the Sun, unit vectors.
-    cone_sigmas : array, shape (n_cones,)
-        By how many 1-sigmas of the angle between more than they must.
-    sun : array, shape (n_steps + 1, 3) or (0, 3)
-        Direction to the Sun where it shines, else zero, GCRS; empty if no axis is watched.
+    path_limits : tuple of PathLimit
+    directions : array, shape (n_steps + 1, n_directions, 3)
+        Unit vectors that path limits and views of sensors look at, in the order of
+        `layout.directions_of`, GCRS; zero where there is nothing to be seen: of the Sun, in
+        eclipse.
+    radii : array, shape (n_steps + 1, n_directions)
+        Their apparent radii [rad]; zero for what is no disc.
+    budget : MomentumBudget, optional
+        Of wheels whose load does not follow from the rates alone.
     required_sigma : array, shape (n_states,)
         1-sigma that a plan must reach; infinite for a state without requirement.
     """
@@ -66,6 +80,8 @@ class FilterModel:
     references: Floats
     available: Bools
     initial_sigma: Floats
+    initial_correlation: Floats
+    initial_states: Floats
     weights: Floats
     window_steps: int
     relative_decrease: float
@@ -73,16 +89,22 @@ class FilterModel:
     initial_attitude: Floats
     initial_rate: Floats
     slew_limits: SlewLimits | None
-    cones: Floats
-    cone_sigmas: Floats
-    sun: Floats
+    path_limits: tuple[PathLimit, ...]
+    directions: Floats
+    radii: Floats
+    budget: MomentumBudget | None
     required_sigma: Floats
 
     @classmethod
     def from_scenario(
-        cls, scenario: Scenario, environment: Environment | None = None
+        cls,
+        scenario: Scenario,
+        environment: Environment | None = None,
+        epoch: datetime | None = None,
     ) -> FilterModel:
         """Build the tables; `environment` saves computing it again.
+
+        Its times count from `epoch`, if not from the scenario's.
 
         Raises
         ------
@@ -98,41 +120,60 @@ class FilterModel:
             environment = environment.without_shadow()
         suite = Suite(scenario.gyro, scenario.sensors)
         references, available = inertial_vectors(suite, environment)
-        weights = np.repeat(TraceWeights(scenario.trace_weights).of(suite.blocks), 3)
+        for index, sensor in enumerate(suite.sensors):
+            available[:, index] &= sampled(sensor, scenario.step, len(available))
+        unlearned = uncalibrated(suite.gyro, suite.sensors)
+        weights = np.repeat(TraceWeights(scenario.trace_weights).of(suite.blocks, unlearned), 3)
         required = RequiredSigma(scenario.required_sigma)
-        cones = np.array([cone.axis() for cone in scenario.keep_outs]).reshape(-1, 3)
-        sun = environment.sun * environment.sunlit[:, None]
-        start = Place(
-            environment.position[:1],
-            environment.velocity[:1],
-            environment.sun[:1],
-            environment.sunlit[:1],
-        )
-        initial_rate = scenario.initial.rate(start)
+        watches = tuple(map(Watch.of, scenario.path_limits))
+        names = directions_of(suite, Monitors(watches))
+        start, prior = Place.first_of(environment), scenario.prior
+        attitude, rate = scenario.initial_attitude(start), scenario.initial_rate(start)
+        sigma = suite.initial_sigma(np.radians(scenario.initial.attitude_deg))
         return cls(
             suite=suite,
             step=scenario.step,
             references=references,
             available=available,
-            initial_sigma=suite.initial_sigma(np.radians(scenario.initial.attitude_deg)),
+            initial_sigma=sigma if prior is None else prior.sigma,
+            initial_correlation=np.eye(len(sigma)) if prior is None else prior.correlation,
+            initial_states=np.zeros_like(sigma) if prior is None else prior.estimates,
             weights=weights,
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
             allow_rise=scenario.convergence.allow_rise,
-            initial_attitude=scenario.initial.attitude(start)[0],
-            initial_rate=initial_rate,
-            slew_limits=SlewLimits.of(scenario, initial_rate),
-            cones=cones,
-            cone_sigmas=np.array(
-                [cone.attitude_sigmas for cone in scenario.keep_outs], dtype=float
-            ),
-            sun=sun if len(cones) else np.zeros((0, 3)),
+            initial_attitude=attitude,
+            initial_rate=rate,
+            slew_limits=SlewLimits.of(scenario, rate),
+            path_limits=scenario.path_limits,
+            directions=directions(names, environment, epoch or scenario.epoch),
+            radii=radii(names, environment),
+            budget=MomentumBudget.of(scenario, environment, attitude, rate),
             required_sigma=np.repeat(required.of(suite.units), 3),
+        )
+
+    def turned(self, turn: Floats) -> FilterModel:
+        """The same from another attitude: at the start body axes are off by `turn`.
+
+        They are those of ``turn @ initial_attitude.T``, column by column, in axes of GCRS.
+        """
+        return dataclasses.replace(
+            self,
+            references=self.references @ turn,
+            directions=(self.directions.reshape(-1, 3) @ turn).reshape(self.directions.shape),
+            budget=self.budget and self.budget.turned(turn),
         )
 
     @property
     def n_steps(self) -> int:
         return len(self.references) - 1
+
+    @property
+    def initial_covariance(self) -> Floats:
+        """Of the errors at the start, shape (n_states, n_states)."""
+        sigma = self.initial_sigma
+        covariance: Floats = sigma[:, None] * self.initial_correlation * sigma
+        return covariance
 
     @property
     def times(self) -> Floats:
@@ -144,29 +185,41 @@ class FilterModel:
     def monitors(self) -> Monitors:
         """What is watched along a run."""
         states = np.flatnonzero(self.required_sigma < np.inf)
-        margins = tuple(bool(sigmas > 0.0) for sigmas in self.cone_sigmas)
-        return Monitors(margins, tuple(int(state) for state in states))
+        watches = tuple(map(Watch.of, self.path_limits))
+        return Monitors(watches, tuple(int(state) for state in states))
+
+    def direction(self, name: str, samples: slice = slice(None)) -> tuple[Floats, Floats]:
+        """One of `directions`, shape (n, 3), and its radius, shape (n,)."""
+        index = directions_of(self.suite, self.monitors).index(name)
+        return self.directions[samples, index], self.radii[samples, index]
 
     @cached_property
     def table(self) -> Floats:
         """What a filter step needs of the orbit, side by side at every sample.
 
-        The references; if an axis is watched, the Sun; and whether each gated sensor is available.
+        See `layout.layout`.
         """
-        parts = [self.references.reshape(len(self.references), -1)]
-        if len(self.cones):
-            parts.append(self.sun)
+        n, names = len(self.references), directions_of(self.suite, self.monitors)
+        parts = [self.references.reshape(n, -1), self.directions.reshape(n, -1)]
+        for name in discs(names):
+            _, radius = self.direction(name)
+            parts.append(np.column_stack([radius, np.cos(radius), np.sin(radius)]))
         return np.hstack([*parts, self.available[:, self.gated]])
 
     @cached_property
     def dynamics(self) -> Floats:
-        """A at rest, and what a unit rate about each axis adds, shape (4, n_dynamic, n_dynamic)."""
-        rest, *unit = map(self.suite.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
-        return np.array([rest, *(matrix - rest for matrix in unit)])
+        """A of attitude and gyro at rest, and what a unit rate about each axis adds.
 
-    def schedule(self, designs: ArrayLike) -> Schedule:
-        """What is flown of designs, shape (n, 4 m)."""
-        return schedule(designs, self.step, self.slew_limits, self.n_steps)
+        Shape (4, n_kinematic, n_kinematic). The processes of sensors do not depend on the rate.
+        """
+        k = self.suite.n_kinematic
+        rest, *unit = map(self.suite.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
+        return np.array([rest, *(matrix - rest for matrix in unit)])[:, :k, :k].copy()
+
+    def schedule(self, designs: ArrayLike, n_steps: int | None = None) -> Schedule:
+        """What is flown of designs, shape (n, 4 m), until the end or step `n_steps`."""
+        last = self.n_steps if n_steps is None else n_steps
+        return schedule(designs, self.step, self.slew_limits, last)
 
     @property
     def gated(self) -> tuple[bool, ...]:
@@ -174,10 +227,17 @@ class FilterModel:
         return tuple(bool(column.any()) for column in ~self.available.T)
 
 
+def sampled(sensor: Sensor, step: float, n: int) -> Bools:
+    """At which of n samples, one every `step` [s], a sensor has one."""
+    every = 1 if sensor.sample_interval is None else round(sensor.sample_interval / step)
+    samples: Bools = np.arange(n) % every == 0
+    return samples
+
+
 def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bools]:
-    """`FilterModel.references` and `FilterModel.available` of all samples."""
+    """`FilterModel.references` and `FilterModel.available` of all samples, at whatever interval."""
     n = len(environment.times)
-    references = np.zeros((n, len(suite.sensors), 3))
+    references = np.zeros((n, suite.n_vectors, 3))
     available = np.ones((n, len(suite.sensors)), dtype=bool)
     for index, sensor in enumerate(suite.sensors):
         reference, mask = sensor.inertial_vector(environment), sensor.available(environment)
@@ -185,4 +245,7 @@ def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bo
             references[:, index] = reference
         if mask is not None:
             available[:, index] = mask
+        if sensor.has_gradient:
+            columns = sensor.gradient(environment).swapaxes(1, 2)
+            references[:, suite.gradient_rows(index)] = columns
     return references, available

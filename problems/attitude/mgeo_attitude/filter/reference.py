@@ -1,6 +1,7 @@
 """The reference filter: filterpy's Kalman filter on dense matrices, one design, full history.
 
-Slow and plain on purpose. It shares with the compiled kernel only the declaration of the suite and
+Slow and plain on purpose. Where states are considered, which filterpy does not know, the update is
+written out. It shares with the compiled kernel only the declaration of the suite and
 the tables of the run: F and Q come from Van Loan's matrix exponential, the attitude from scipy's
 rotations, and all sensors update together.
 """
@@ -14,7 +15,7 @@ from filterpy.kalman import KalmanFilter
 from numpy.typing import ArrayLike
 from scipy.linalg import block_diag, expm
 
-from .._typing import Bools, Floats
+from .._typing import Bools, Floats, Ints
 from ..maneuvers.attitude import attitudes
 from .model import FilterModel
 
@@ -63,12 +64,13 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
     plan = model.schedule(np.atleast_2d(np.asarray(design, dtype=float)))
     rates, starts, over = plan.rates[0], plan.starts[0], plan.over[0]
     attitude = attitudes(rates, starts, model.n_steps, model.step, model.initial_attitude)
-    H, R, seen = _measurements(model, attitude)
+    stretch = np.searchsorted(starts, np.arange(model.n_steps), side="right") - 1
+    H, R, seen = _measurements(model, attitude, rates[stretch])
 
-    n = model.suite.n_states
+    n, considered = model.suite.n_states, model.suite.considered
     kf = KalmanFilter(dim_x=n, dim_z=len(R))
     kf.x = np.zeros(n)  # one-dimensional: filterpy broadcasts its (n, 1) default when given H
-    kf.P = np.diag(model.initial_sigma**2)
+    kf.P = model.initial_covariance
     trace, sigma = [float(model.weights @ np.diag(kf.P))], [model.initial_sigma]
     predicted = [kf.P[:3, :3]]
     converged = False
@@ -79,7 +81,12 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
         kf.predict()
         predicted.append(kf.P[:3, :3].copy())
         rows = seen[k]
-        if rows.any():
+        if considered.size:
+            for first in range(0, len(R), 3):
+                if rows[first]:
+                    sensor = slice(first, first + 3)
+                    kf.P = schmidt(kf.P, H[k, sensor], np.diag(R[sensor]), considered)
+        elif rows.any():
             kf.update(np.zeros(rows.sum()), R=np.diag(R[rows]), H=H[k, rows])
         trace.append(float(model.weights @ np.diag(kf.P)))
         sigma.append(np.sqrt(np.diag(kf.P)))
@@ -100,6 +107,19 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
         blocks=model.suite.blocks,
         converged=converged,
     )
+
+
+def schmidt(P: Floats, H: Floats, R: Floats, considered: Ints) -> Floats:
+    """Covariance after an update whose gain is zero for the states that are considered.
+
+    Joseph's form, which holds for any gain. Sensors take turns: one that leaves such a state as it
+    is does not make the next one's reading more certain, so that together they would do better.
+    """
+    K = np.linalg.solve(H @ P @ H.T + R, H @ P).T
+    K[considered] = 0.0
+    rest = np.eye(len(P)) - K @ H
+    updated: Floats = rest @ P @ rest.T + K @ R @ K.T
+    return updated
 
 
 def has_converged(before: float, now: float, relative_decrease: float, allow_rise: bool) -> bool:
@@ -124,19 +144,41 @@ def van_loan(model: FilterModel, omega: Floats) -> tuple[Floats, Floats]:
     return block_diag(F, np.eye(constant)), block_diag(Q, np.zeros((constant, constant)))
 
 
-def _measurements(model: FilterModel, attitude: Floats) -> tuple[Floats, Floats, Bools]:
+def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats) -> Bools:
+    """Samples at which a sensor can measure, shape (n_steps + 1,).
+
+    Parameters
+    ----------
+    attitude : array, shape (n_steps + 1, 3, 3)
+        GCRS to body.
+    rates : array, shape (n_steps, 3)
+        Body rate in each step [rad/s].
+    """
+    sensor, mask = model.suite.sensors[index], model.available[:, index].copy()
+    for view in sensor.views():
+        looked_at, radius = model.references[:, index], np.zeros(len(attitude))
+        if view.direction:
+            looked_at, radius = model.direction(view.direction)
+        cosine = np.einsum("kij,kj->ki", attitude, looked_at) @ view.axis
+        mask &= (cosine >= np.cos(view.half_angle + radius)) == view.inside
+    mask[1:] &= np.einsum("ki,ki->k", rates, rates) <= sensor.max_rate() ** 2
+    return mask
+
+
+def _measurements(
+    model: FilterModel, attitude: Floats, rates: Floats
+) -> tuple[Floats, Floats, Bools]:
     """H and the diagonal of R of all sensors' rows, and which rows are seen, at every sample."""
     H: list[Floats] = []
     R: list[float] = []
     seen: list[Bools] = []
     for index, sensor in enumerate(model.suite.sensors):
-        v = np.einsum("kij,kj->ki", attitude, model.references[:, index])
-        H.append(model.suite.measurement_matrix(sensor, v))
+        rows = model.suite.gradient_rows(index)
+        v, *gradient = (
+            np.einsum("kij,kj->ki", attitude, model.references[:, row])
+            for row in (index, *range(rows.start, rows.stop))
+        )
+        H.append(model.suite.measurement_matrix(sensor, v, attitude, gradient))
         R.extend(sigma**2 for sigma in sensor.noise())
-        mask = model.available[:, index]
-        view = sensor.field_of_view()
-        if view is not None:
-            boresight, half_angle = view
-            mask = mask & (v @ boresight >= np.cos(half_angle))
-        seen.extend([mask] * 3)
+        seen.extend([can_measure(model, index, attitude, rates)] * 3)
     return np.concatenate(H, axis=1), np.array(R), np.stack(seen, axis=1)

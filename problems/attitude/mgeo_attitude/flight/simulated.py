@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,11 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
-from mgeo_attitude.flight.flight import Flight, Motion, draw, fly_run
+from mgeo_attitude.flight.flight import Draws, Flight, Motion, draw, fly_run
 from mgeo_attitude.flight.telemetry import Telemetry, Truth
 from mgeo_attitude.flight.truth import other_truth
 from mgeo_attitude.maneuvers.slew_back import slew_back
+from mgeo_attitude.rotation import vector
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.readings import to_channels
 
@@ -24,6 +26,7 @@ def fly(
     seed: int | np.random.Generator | None = None,
     *,
     truth: Scenario | None = None,
+    after: Truth | None = None,
     environment: Environment | None = None,
 ) -> Telemetry:
     """Fly a plan once, to the end of the scenario, and send down what gyro and sensors report.
@@ -42,6 +45,8 @@ def fly(
         None takes fresh entropy.
     truth : Scenario, optional
         What is true, if it is not the scenario; see `estimation.simulate`.
+    after : Truth, optional
+        Of a flight before: attitude and errors are not drawn, but those of its last sample.
     environment : Environment, optional
         Saves computing that of the scenario again.
 
@@ -61,7 +66,22 @@ def fly(
     model = planned if truth is None else other_truth(truth, scenario, environment)
     n = model.n_steps
     motion = Motion.of(planned, design, n)
-    return sent_down(model, fly_run(model, motion, draw(model, n, np.random.default_rng(seed))))
+    draws = going_on(model, draw(model, n, np.random.default_rng(seed)), after)
+    return sent_down(model, fly_run(model, motion, draws))
+
+
+def going_on(model: FilterModel, draws: Draws, after: Truth | None) -> Draws:
+    """With the errors at the end of a flight before, if there was one."""
+    if after is None:
+        return draws
+    if after.states.shape[1] != model.suite.n_states:
+        raise ValueError(
+            f"after: truth of {after.states.shape[1]} states: expected the scenario's "
+            f"{model.suite.n_states}"
+        )
+    errors = after.states[-1].copy()
+    errors[:3] = -vector(after.attitude[-1] @ model.initial_attitude.T)
+    return dataclasses.replace(draws, errors=errors)
 
 
 def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:

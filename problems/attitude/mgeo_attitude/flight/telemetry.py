@@ -84,6 +84,26 @@ class Telemetry:
             columns |= _columns("position", self.position)
         return pd.DataFrame(columns)
 
+    def until(self, time: float) -> Telemetry:
+        """The samples until a time [s].
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        n = int(np.searchsorted(self.times, time, side="right"))
+        if not n:
+            raise ValueError(f"no sample until {time!r} s: the first is at {self.times[0]:.6f} s")
+        truth = self.truth
+        return Telemetry(
+            times=self.times[:n],
+            gyro_deg_s=self.gyro_deg_s[:n],
+            sensors={name: rows[:n] for name, rows in self.sensors.items()},
+            position=None if self.position is None else self.position[:n],
+            truth=truth and Truth(attitude=truth.attitude[:n], states=truth.states[:n]),
+        )
+
     def to_csv(self, path: Path | str) -> None:
         """Write the table; floats by repr, so that it reads back exactly.
 

@@ -200,7 +200,8 @@ class _Search:
         wheels = self.scenario.wheels
         within = np.abs(rate).max() <= self._most_rate * _ROUNDING
         if wheels is not None and wheels.max_momentum is not None:
-            within &= np.abs(wheels.matrix() @ rate).max() <= wheels.max_momentum * _ROUNDING
+            momentum = wheels.greatest_share(rate @ wheels.matrix())
+            within &= momentum <= wheels.max_momentum * _ROUNDING
         return bool(within)
 
     def _design(self, n: int, leaving: int, rate: Floats, final: Floats) -> Floats:

@@ -1,9 +1,10 @@
 """The planned attitude as a CCSDS Attitude Ephemeris Message (CCSDS 504.0-B), in KVN.
 
-Version 2.0 (504.0-B-2, 2024) gives attitudes from REF_FRAME_A to REF_FRAME_B with the scalar last,
-always; version 1.0 (504.0-B-1, 2008) says the same with ATTITUDE_DIR = A2B and QUATERNION_TYPE =
-LAST. REF_FRAME_A is GCRF, the frame of all tables here: EME2000 is not the same, its axes are 0.02
-arc seconds off.
+Attitudes go from REF_FRAME_A to REF_FRAME_B with the scalar last. Version 1.0 (504.0-B-1, 2008)
+says so with ATTITUDE_DIR = A2B and QUATERNION_TYPE = LAST; in 2.0 (504.0-B-2, 2024) it is always
+so. Rates are the derivatives of the quaternion in 1.0, whose own rates are those of Euler angles,
+and the angular velocity in body axes in 2.0. REF_FRAME_A is GCRF, the frame of all tables here:
+EME2000 is not the same, its axes are 0.02 arc seconds off.
 
 Each phase of constant rate is a segment of its own, across whose ends nobody may interpolate
 (4.2.4.8.3), and begins at the instant at which the one before it ends.
@@ -19,7 +20,12 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.maneuvers.phases import Phase
-from mgeo_attitude.plan.ccsds import sampled_quaternions, utc_texts
+from mgeo_attitude.plan.ccsds import (
+    body_rates,
+    quaternion_derivatives,
+    sampled_quaternions,
+    utc_texts,
+)
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 Version = Literal["1.0", "2.0"]
@@ -37,7 +43,7 @@ def aem_text(
     object_id: str = "UNKNOWN",
     originator: str = "UNKNOWN",
     created: datetime | None = None,
-    version: Version = "2.0",
+    version: Version = "1.0",
     spacing: float = 1.0,
 ) -> str:
     """The attitude of a plan from its start to its end, slew back included.
@@ -50,7 +56,7 @@ def aem_text(
         OBJECT_NAME, OBJECT_ID (international designator) and ORIGINATOR, in upper or lower case.
     created : datetime with UTC offset, optional
         CREATION_DATE; default: now.
-    version : {"2.0", "1.0"}
+    version : {"1.0", "2.0"}
     spacing : float
         Greatest time between attitudes [s]. Readers interpolate linearly: at 1 deg/s about all axes
         and the default 1 s they are wrong by less than 0.03 arc seconds in between.
@@ -100,21 +106,22 @@ def _segment(
         "TIME_SYSTEM = UTC",
         f"START_TIME = {epochs[0]}",
         f"STOP_TIME = {epochs[-1]}",
-        "ATTITUDE_TYPE = QUATERNION",
-        *(["QUATERNION_TYPE = LAST"] if first_edition else []),
+        f"ATTITUDE_TYPE = QUATERNION/{'DERIVATIVE' if first_edition else 'ANGVEL'}",
+        "QUATERNION_TYPE = LAST" if first_edition else "ANGVEL_FRAME = SC_BODY_1",
         "INTERPOLATION_METHOD = LINEAR",
         "INTERPOLATION_DEGREE = 1",
         "META_STOP",
         "DATA_START",
         *(
-            f"{epoch} {' '.join(f'{part:.{_DIGITS}f}' for part in q)}"
-            for epoch, q in zip(epochs, _attitudes(plan, phase, at), strict=True)
+            f"{epoch} {' '.join(f'{part:.{_DIGITS}f}' for part in row)}"
+            for epoch, row in zip(epochs, _rows(plan, phase, at, version), strict=True)
         ),
         "DATA_STOP",
     ]
 
 
-def _attitudes(plan: ManeuverPlan, phase: Phase, at: Floats) -> Floats:
+def _rows(plan: ManeuverPlan, phase: Phase, at: Floats, version: Version) -> Floats:
+    """Quaternions, and their derivatives [1/s] or angular velocities [deg/s]."""
     step = plan.scenario.step
     turn = float(np.linalg.norm(phase.rates_deg_s)) * step
     if turn >= 180.0:
@@ -125,7 +132,9 @@ def _attitudes(plan: ManeuverPlan, phase: Phase, at: Floats) -> Floats:
     samples = slice(first, last + 1)
     times = step * np.arange(first, last + 1, dtype=float)
     q = sampled_quaternions(times, plan.attitude[samples], at)
-    rounded: Floats = q.round(_DIGITS) + 0.0  # the format knows no -0
+    rates = body_rates(times, plan.attitude[samples], at)
+    second = quaternion_derivatives(q, rates) if version == "1.0" else np.degrees(rates)
+    rounded: Floats = np.hstack([q, second]).round(_DIGITS) + 0.0  # the format knows no -0
     return rounded
 
 

@@ -7,6 +7,7 @@ from datetime import datetime
 import erfa
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation, Slerp
 
 from mgeo_attitude._typing import Floats
@@ -36,6 +37,31 @@ def sampled_quaternions(times: Floats, matrices: Floats, at: Floats) -> Floats:
     found: Floats = Slerp(times, rotations)(at).as_quat()
     jumps = np.where(np.einsum("ki,ki->k", found[:-1], found[1:]) < 0.0, -1.0, 1.0)
     return found * np.cumprod(np.append(_signs(found[:1]), jumps))[:, None]
+
+
+def body_rates(times: Floats, matrices: Floats, at: Floats) -> Floats:
+    """Body rates [rad/s] at times `at`, shape (k, 3), of a stretch of constant rate or a ramp.
+
+    Each step between the samples of `times` and GCRS-to-body `matrices` has the rate of its middle;
+    between the middles, and to the ends, rates go linearly, as a ramp's do.
+    """
+    turns = Rotation.from_matrix(matrices[:-1] @ np.swapaxes(matrices[1:], -1, -2))
+    rates: Floats = turns.as_rotvec() / np.diff(times)[:, None]
+    if len(rates) == 1:
+        return np.repeat(rates, len(at), axis=0)
+    middles = 0.5 * (times[:-1] + times[1:])
+    found: Floats = make_interp_spline(middles, rates, k=1)(at)
+    return found
+
+
+def quaternion_derivatives(q: Floats, rates: Floats) -> Floats:
+    """dq/dt [1/s] of `quaternions`, shape (k, 4), vector first, at body rates [rad/s], (k, 3).
+
+    It is ½ q ⊗ (ω, 0).
+    """
+    vector, scalar = q[:, :3], q[:, 3:]
+    turned = scalar * rates + np.cross(vector, rates)
+    return 0.5 * np.hstack([turned, -np.einsum("ki,ki->k", vector, rates)[:, None]])
 
 
 def _signs(q: Floats) -> Floats:

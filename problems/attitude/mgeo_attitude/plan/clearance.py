@@ -1,38 +1,68 @@
-"""How near the Sun comes to what must stay off it while a plan slews back."""
+"""What is left of the limits of the way while a plan slews back."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from .._typing import Floats
+from ..environment import Environment
 from ..environment.pointing import Place
-from ..filter.keep_out import sun_clearance
+from ..filter.model import FilterModel
+from ..filter.momentum import MomentumBudget
+from ..filter.path_limits import excess_at
+from ..maneuvers.slew_back import SlewBack
 from ..scenario import Scenario
 
+#: Unit, value, "at most" or "at least", limit and margin: a row of `margins.margins`.
+Row = tuple[str, float, str, float, float]
 
-def sun_in_slew_back(
-    scenario: Scenario, times: Floats, attitude: Floats, covariance: Floats
-) -> Floats:
-    """Least clearance of each keep-out cone [rad], shape (n_cones,), at most π.
 
-    The attitude is as well known as at the end of the filter's run.
+def limits_of_slew_back(
+    model: FilterModel, scenario: Scenario, back: SlewBack, attitude: Floats, covariance: Floats
+) -> dict[str, Row]:
+    """Margins of path limits, and of the wheels' budget, by label.
 
     Parameters
     ----------
-    times : array, shape (n,)
-        [s] after the epoch.
+    model : FilterModel
+        Of the scenario.
     attitude : array, shape (n, 3, 3)
-        GCRS to body then.
+        GCRS to body in every step of the filter, from the start of the slew to its end.
     covariance : array, shape (3, 3)
-        Of the attitude error at the end of the run, body axes [rad²].
+        Of the attitude error at its start, body axes [rad²]; it is as well known to the end.
     """
-    at = Place.at(scenario, times)
-    shining = at.sunlit | (not scenario.eclipse)
-    sun = np.einsum("kij,kj->ki", attitude, at.sun) * shining[:, None]
-    known = np.repeat(covariance[None], len(times), axis=0)
-    least = [
-        sun_clearance(np.array(cone.axis()), cone.attitude_sigmas, sun, known).min()
-        for cone in scenario.keep_outs
-    ]
-    clearance: Floats = np.minimum(np.array(least), np.pi)
-    return clearance
+    rows: dict[str, Row] = {}
+    wheels = scenario.wheels
+    if wheels is not None and wheels.budgeted:
+        bounds = (wheels.max_momentum, wheels.max_torque)
+        names = (("wheel momentum", "N m s"), ("wheel torque", "N m"))
+        loads = _wheel_load(model, scenario, back).tolist()
+        for (name, unit), load, bound in zip(names, loads, bounds, strict=True):
+            if bound is not None:
+                rows[name] = (unit, load, "at most", bound, bound - load)
+    at = Place.at(scenario, back.start + model.step * np.arange(len(attitude), dtype=float))
+    at = at if scenario.eclipse else at.without_shadow()
+    known = np.repeat(covariance[None], len(attitude), axis=0)
+    for limit in scenario.path_limits:
+        cone, bound = limit.cone(), limit.half_angle_deg
+        excess = excess_at(cone, limit.attitude_sigmas, at, scenario.epoch, attitude, known)
+        worst = np.degrees(max(float(excess.max()), -np.pi))  # of a Sun that never shines
+        if cone.inside:
+            rows[limit.label] = ("deg", worst, "at most", bound, bound - worst)
+        else:
+            rows[limit.label] = ("deg", -worst, "at least", bound, -worst - bound)
+    return {f"{label} in the slew back": row for label, row in rows.items()}
+
+
+def _wheel_load(model: FilterModel, scenario: Scenario, back: SlewBack) -> Floats:
+    """Greatest momentum [N m s] and torque [N m] of a wheel with a budget, shape (2,)."""
+    from ..filter.wheel_load import wheel_loads  # compiles
+
+    first, last = (round(time / model.step) for time in (back.start, back.end))
+    times = model.step * np.arange(last + 1, dtype=float)  # the run may end earlier
+    around = Environment.at(scenario, times)
+    budget = MomentumBudget.of(scenario, around, model.initial_attitude, model.initial_rate)
+    assert budget is not None  # of wheels with one
+    flown = model.schedule(back.design, last + 1)
+    found: Floats = wheel_loads(budget, flown, np.array([last]), model.step, 1, first)[0]
+    return found

@@ -1,4 +1,4 @@
-"""Plans as files: JSON that reads back, CSV of the timeline, CCSDS attitude ephemeris.
+"""Plans as files: JSON that reads back, CSV of timeline and commands, CCSDS attitude ephemeris.
 
 In JSON, ``scenario`` and ``design`` are the plan. ``predicted``, ``constraints``, ``timeline`` and
 ``accuracy`` follow from them; on reading they are computed again, and a file that says something
@@ -8,6 +8,7 @@ else is refused. CSV says less than the plan; floats are written to the last dig
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,10 @@ from mgeo.files.reading import entry, errors_of, parse_json, read_text
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.plan.uplink import to_uplink_csv
 from mgeo_attitude.scenario import Scenario
+
+SUFFIXES = (".json", ".uplink.csv", ".csv", ".aem")
 
 FORMAT = "mgeo-attitude-plan"
 VERSION = 2
@@ -34,7 +38,8 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **aem: Any) -> None:
     Parameters
     ----------
     path : path
-        Ends in ``.json`` (`to_json`), ``.csv`` (`to_csv`) or ``.aem`` (`aem_text`).
+        Ends in ``.json`` (`to_json`), ``.uplink.csv`` (`to_uplink_csv`), any other ``.csv``
+        (`to_csv`) or ``.aem`` (`aem_text`).
     aem
         Keywords of `aem_text`.
 
@@ -45,11 +50,24 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **aem: Any) -> None:
     OSError
         If it cannot be written.
     """
-    formats = {".json": to_json, ".csv": to_csv, ".aem": lambda plan: aem_text(plan, **aem)}
-    suffix = Path(path).suffix
-    if suffix not in formats:
-        raise ValueError(f"{path}: expected a name that ends in {', '.join(formats)}")
-    write_file(path, formats[suffix](plan).encode())
+    write_file(path, plan_text(plan, path, aem).encode())
+
+
+def plan_text(plan: ManeuverPlan, path: Path | str, aem: Mapping[str, Any]) -> str:
+    """What a file of this name holds; raises as `write_plan`."""
+    suffix = ending(path)
+    if suffix == ".aem":
+        return aem_text(plan, **aem)
+    writers = {".json": to_json, ".uplink.csv": to_uplink_csv, ".csv": to_csv}
+    return writers[suffix](plan)
+
+
+def ending(path: Path | str) -> str:
+    """Which of `SUFFIXES` a name ends in; ValueError for none."""
+    for suffix in SUFFIXES:
+        if Path(path).name.endswith(suffix):
+            return suffix
+    raise ValueError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
 
 
 def to_csv(plan: ManeuverPlan) -> str:

@@ -22,9 +22,9 @@ from ..maneuvers.phases import HELD, Phase, phases
 from ..maneuvers.slew_back import SlewBack, slew_back
 from ..margins import margins
 from ..problem import AttitudeManeuverProblem
-from ..scenario import KeepOut, Scenario
+from ..scenario import Scenario
 from .ccsds import quaternions, utc_texts
-from .clearance import sun_in_slew_back
+from .clearance import limits_of_slew_back
 
 #: Share of an initial 1-sigma from which on an error counts as not calibrated.
 UNLEARNED = 0.5
@@ -212,32 +212,21 @@ class ManeuverPlan(Validated):
 
         Columns ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit``, ``margin``,
         below zero where it is violated, and whether it is ``kept``. They are computed by the
-        optimizer's filter, not the reference. Keep-out cones are looked at in a slew back, too.
+        optimizer's filter, not the reference. Path limits, and the budget of wheels, are looked at
+        in a slew back, too.
         """
         (table,) = margins(self.problem, np.array([self.design]))
-        after = self._sun_in_slew_back()
-        if after:
-            rows = [
-                ("deg", angle, "at least", cone.half_angle_deg, angle - cone.half_angle_deg)
-                for cone, angle in after
-            ]
-            labels = [f"Sun off {cone.name} in the slew back" for cone, _ in after]
-            index = pd.Index(labels, name=table.index.name)
-            table = pd.concat([table, pd.DataFrame(rows, index=index, columns=table.columns)])
+        if self.slew_back is not None:
+            (first,) = self.steps([self.t_end])
+            rest, known = self.attitude[first:], self.history.covariance[:3, :3]
+            after = limits_of_slew_back(
+                self.problem.model, self.scenario, self.slew_back, rest, known
+            )
+            if after:
+                index = pd.Index(after, name=table.index.name)
+                rows = pd.DataFrame(after.values(), index=index, columns=table.columns)
+                table = pd.concat([table, rows])
         return table.assign(kept=table["margin"].to_numpy(float) >= 0.0)
-
-    def _sun_in_slew_back(self) -> list[tuple[KeepOut, float]]:
-        """Least clearance of each cone after `t_end` [deg]."""
-        if self.slew_back is None or not self.scenario.keep_outs:
-            return []
-        first, last = self.steps([self.t_end, self.duration])
-        found = sun_in_slew_back(
-            self.scenario,
-            self.scenario.step * np.arange(first, last + 1, dtype=float),
-            self.attitude[first:],
-            self.history.covariance[:3, :3],
-        )
-        return list(zip(self.scenario.keep_outs, np.degrees(found).tolist(), strict=True))
 
     def violations(self) -> list[str]:
         """Constraints that are not kept, each in words with its numbers; none is what one wants."""

@@ -7,7 +7,8 @@ from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import KeyProblem
 from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.limits import KeepOut, Wheels
+from mgeo_attitude.scenario.path_limits import PathLimit
+from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.scenario import Scenario, scenario_schema
 from mgeo_attitude.scenario.settings import (
     Convergence,
@@ -16,6 +17,7 @@ from mgeo_attitude.scenario.settings import (
     TraceWeights,
 )
 from mgeo_attitude.scenario.toml import ScenarioFileError
+from mgeo_attitude.scenario.wheels import Wheels
 
 __all__ = [
     "Convergence",
@@ -23,10 +25,11 @@ __all__ = [
     "EphemerisOrbit",
     "FlightErrors",
     "InitialConditions",
-    "KeepOut",
     "KeyProblem",
     "ManeuverLimits",
     "Orbit",
+    "PathLimit",
+    "Prior",
     "RequiredSigma",
     "Scenario",
     "ScenarioFileError",

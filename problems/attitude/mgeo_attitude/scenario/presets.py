@@ -13,7 +13,7 @@ from mgeo_attitude.fields import InvalidValue, known_names
 Table = dict[str, Any]
 
 #: Names of the presets; each is a file of this folder.
-PRESETS = ("paper", "cubesat_6u")
+PRESETS = ("paper", "cubesat_6u", "cubesat_6u_full")
 
 
 def on_preset(table: Mapping[str, Any]) -> Table:
@@ -25,9 +25,14 @@ def on_preset(table: Mapping[str, Any]) -> Table:
     if not isinstance(preset, str) or preset not in PRESETS:
         raise InvalidValue("preset", preset, f"unknown preset{known_names(preset, PRESETS)}")
     file = Path(__file__).with_name(f"{preset}.toml")
-    base = on_preset(tomllib.loads(file.read_text(encoding="utf-8")))
+    return overridden(on_preset(tomllib.loads(file.read_text(encoding="utf-8"))), overrides)
+
+
+def overridden(base: Table, table: Mapping[str, Any]) -> Table:
+    """A complete table with what another says, key by key."""
+    overrides = dict(table)
     if _kind_of_orbit(overrides) not in (None, _kind_of_orbit(base)):
-        del base["orbit"]  # elements and element sets share no key
+        base = {key: base[key] for key in base if key != "orbit"}  # their kinds share no key
     sensors = overrides.get("sensors")
     if isinstance(sensors, list | tuple):
         overrides["sensors"] = [_on_sensor(entry, base["sensors"]) for entry in sensors]

@@ -27,11 +27,13 @@ from mgeo_attitude.fields import (
     to_table,
 )
 from mgeo_attitude.files import write_text
+from mgeo_attitude.scenario.after import going_on
 from mgeo_attitude.scenario.flight import FlightErrors
-from mgeo_attitude.scenario.initial import InitialConditions
-from mgeo_attitude.scenario.limits import KeepOut, Wheels
+from mgeo_attitude.scenario.initial import InitialConditions, Sight
 from mgeo_attitude.scenario.objective_names import NAMES, PAPER, TRACE_OF, check_objectives
+from mgeo_attitude.scenario.path_limits import PathLimit
 from mgeo_attitude.scenario.presets import PRESETS, on_preset
+from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.settings import (
     Convergence,
     ManeuverLimits,
@@ -40,8 +42,10 @@ from mgeo_attitude.scenario.settings import (
     check_blocks,
     check_name,
     state_units,
+    uncalibrated,
 )
 from mgeo_attitude.scenario.toml import ScenarioFileError, read_toml, to_toml
+from mgeo_attitude.scenario.wheels import Wheels
 from mgeo_attitude.sensors import SENSORS, Gyro, Sensor
 
 _MAX_COUNT = 2**31  # with more steps than this any remainder would be within rounding
@@ -88,16 +92,24 @@ class Scenario(Validated):
     trace_weights: Annotated[Mapping[str, float], TraceWeights] = quantity(
         factory=TraceWeights,
         low=0.0,
-        doc="weight of each state block in the trace, 1 where none is given",
+        doc="weight of each state block in the trace; where none is given 1, but 0 for errors that "
+        "vary or are considered",
     )
     required_sigma: Annotated[Mapping[str, float], RequiredSigma] = positive(
         factory=RequiredSigma,
         doc="1-sigma that each axis of a state block must reach, by key with unit",
     )
     wheels: Wheels | None = quantity(None, doc="reaction wheels that turn the satellite")
-    keep_outs: tuple[KeepOut, ...] = quantity((), doc="cones that the Sun must stay out of")
+    path_limits: tuple[PathLimit, ...] = quantity(
+        (),
+        doc="cones that a direction must stay out of, or in, along the way",
+        formerly="keep_outs",
+    )
     flight: FlightErrors | None = quantity(
         None, doc="flights over which plans are judged; without it each is flown exactly"
+    )
+    prior: Prior | None = quantity(
+        None, doc="what a calibration has found, in place of initial attitude, rate and 1-sigmas"
     )
 
     def __post_init__(self) -> None:
@@ -125,6 +137,22 @@ class Scenario(Validated):
         """Sample times k * step since the epoch [s], shape (n_steps + 1,)."""
         return self.step * np.arange(self.n_steps + 1, dtype=np.float64)
 
+    def initial_attitude(self, at: Sight) -> Floats:
+        """GCRS to body at the epoch, of which `at` is; shape (3, 3)."""
+        return self.initial.attitude(at)[0] if self.prior is None else self.prior.attitude
+
+    def initial_rate(self, at: Sight) -> Floats:
+        """Body rate at the epoch [rad/s], shape (3,)."""
+        return self.initial.rate(at) if self.prior is None else self.prior.rate
+
+    @property
+    def initial_attitude_covariance(self) -> Floats:
+        """Of the attitude error at the epoch [rad²], shape (3, 3)."""
+        if self.prior is None:
+            return float(np.radians(self.initial.attitude_deg)) ** 2 * np.eye(3)
+        covariance: Floats = np.array(self.prior.covariance)[:3, :3]
+        return covariance
+
     @staticmethod
     def paper() -> Scenario:
         """Table 2 of Hott, Chagas & de Sousa; what it leaves open reproduces its fronts.
@@ -141,6 +169,14 @@ class Scenario(Validated):
         """
         return Scenario.from_dict({"preset": "cubesat_6u"})
 
+    @staticmethod
+    def cubesat_6u_full() -> Scenario:
+        """`cubesat_6u` with every error of its instruments and models, constant or varying.
+
+        Its file, ``scenario/cubesat_6u_full.toml``, says where they are from.
+        """
+        return Scenario.from_dict({"preset": "cubesat_6u_full"})
+
     def to_dict(self) -> dict[str, Any]:
         """The scenario as nested dicts and lists of JSON's types; see `from_dict`."""
         table = to_table(self)
@@ -152,6 +188,9 @@ class Scenario(Validated):
     def from_dict(table: Mapping[str, Any], folder: str | os.PathLike[str] = "") -> Scenario:
         """Inverse of `to_dict`; ``preset`` names a preset that `table` overrides key by key.
 
+        Or it overrides the scenario that goes on from the calibration whose document is ``after``:
+        from its attitude, time and covariance, see `Calibration.scenario_after`.
+
         A list of sensors replaces the preset's. What one of them leaves out is that of the preset's
         sensor of the same name and kind, or else of its only one of the kind, or else the kind's
         default. An ephemeris is read from the file that ``orbit.file`` names in `folder`.
@@ -161,6 +200,8 @@ class Scenario(Validated):
         InvalidValue, InvalidType
             Naming the full key (``orbit.eccentricity``): unknown, missing or of a bad value.
         """
+        if "after" in table:
+            table = going_on(table, Scenario.from_dict)
         return from_table(Scenario, _in_folder(on_preset(table), folder), "preset")
 
     def to_toml(self) -> str:
@@ -203,11 +244,16 @@ class Scenario(Validated):
     def _check_together(self, units: Iterable[str]) -> None:
         """Refuse, with an InvalidValue, what does not go with other fields."""
         step, window = f"step = {self.step!r} s", self.convergence.window
+        most = f"at most duration = {self.duration!r} s"
         for key, span in (("duration", self.duration), ("convergence.window", window)):
             expect(_is_multiple(span, self.step), key, span, f"a multiple of {step}")
             few = round(span / self.step) <= _MAX_STEPS[key]
             expect(few, key, span, f"at most {_MAX_STEPS[key]} times {step}")
-        most = f"at most duration = {self.duration!r} s"
+        for i, sensor in enumerate(self.sensors):
+            interval, key = sensor.sample_interval, f"sensors[{i}].sample_interval"
+            fits = interval is None or _is_multiple(interval, self.step)
+            expect(fits, key, interval, f"a multiple of {step}")
+            expect((interval or 0.0) <= self.duration, key, interval, most)
         expect(window <= self.duration, "convergence.window", window, most)
 
         epoch, start, end = self.epoch, FIELD_MODEL_START, FIELD_MODEL_END
@@ -229,15 +275,24 @@ class Scenario(Validated):
             expect(new, key, name, "a name that no other sensor nor the gyro has")
 
         weights = TraceWeights(self.trace_weights)
-        expect(any(weights.of(units)), "trace_weights", dict(weights), "a weight above 0")
-        for i, cone in enumerate(self.keep_outs):
-            limit = (180.0 - cone.half_angle_deg) / self.initial.attitude_deg
+        unlearned = uncalibrated(self.gyro, self.sensors)
+        some = any(weights.of(units, unlearned))
+        expect(some, "trace_weights", dict(weights), "a weight above 0")
+        if self.prior is not None:
+            blocks, found = list(units)[1:], len(self.prior.states)
+            same = f"{len(blocks)} rows, of {', '.join(blocks)}"
+            expect(found == len(blocks), "prior.states", f"{found} rows", same)
+        for i, limit in enumerate(self.path_limits if self.prior is None else ()):
+            room = limit.half_angle_deg if limit.keep_in else 180.0 - limit.half_angle_deg
+            fewest = room / self.initial.attitude_deg
             far = (
-                f"less than {limit:.4g}: with initial.attitude_deg = {self.initial.attitude_deg!r} "
-                f"no attitude is that far from half_angle_deg = {cone.half_angle_deg!r}"
+                f"less than {fewest:.4g}: with initial.attitude_deg = "
+                f"{self.initial.attitude_deg!r} no attitude is that far "
+                f"{'inside' if limit.keep_in else 'from'} half_angle_deg = {limit.half_angle_deg!r}"
             )
-            key = f"keep_outs[{i}].attitude_sigmas"
-            expect(cone.attitude_sigmas < limit, key, cone.attitude_sigmas, far)
+            # of a disc the angle counts from its limb: what is left depends on where that is
+            fits = limit.attitude_sigmas < fewest or limit.cone().disc
+            expect(fits, f"path_limits[{i}].attitude_sigmas", limit.attitude_sigmas, far)
 
 
 def scenario_schema() -> dict[str, Any]:

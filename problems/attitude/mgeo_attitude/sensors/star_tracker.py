@@ -5,25 +5,42 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import positive, quantity
-from mgeo_attitude.rotation import cross, dot, rotate, unrotate
+from mgeo_attitude.environment.directions import Cone
+from mgeo_attitude.fields import expect, positive, quantity
+from mgeo_attitude.rotation import across, cross, dot, rotate, unrotate
 from mgeo_attitude.sensors.base import NAME, Sensor
 from mgeo_attitude.units import DEG, Unit
-from mgeo_attitude.vector import Vec3
+from mgeo_attitude.vector import Vec3, unit
+from mgeo_attitude.vector import dot as inner
 
 _ARCSEC_PER_DEG = 3600.0
 
 
+def _exclusion(of: str) -> Any:
+    return quantity(
+        None,
+        unit="deg",
+        low=0.0,
+        high=90.0,
+        open_high=True,
+        doc=f"least angle of the boresight {of} at which it measures",
+    )
+
+
 @dataclass(frozen=True)
 class StarTracker(Sensor):
-    """y = θ - μ + w: small-angle attitude with the tracker's own misalignment μ.
+    """y = T (θ - μ) + w: small-angle attitude with the tracker's own misalignment μ.
 
-    The boresight is body z; rotation about it is measured worse than the two cross axes.
+    T turns body axes into the tracker's, whose z is the boresight; rotation about it is measured
+    worse than about the two cross axes. What it reports is in body axes. It measures below a body
+    rate, while Sun, Moon and the Earth's limb are farther from the boresight than its exclusion
+    angles.
     """
 
     kind: ClassVar[str] = "star-tracker"
@@ -34,7 +51,7 @@ class StarTracker(Sensor):
     name: str = quantity("tracker", doc=NAME)
     noise_arcsec: float = positive(10.0, unit="arcsec", doc="noise about the cross axes, 1-sigma")
     roll_noise_arcsec: float = positive(
-        60.0, unit="arcsec", doc="noise about the boresight z, 1-sigma"
+        60.0, unit="arcsec", doc="noise about the boresight, 1-sigma"
     )
     initial_misalignment_deg: float = positive(
         0.2,
@@ -43,28 +60,73 @@ class StarTracker(Sensor):
         formerly="misalignment_deg",
     )
 
+    boresight: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)"
+    )
+    max_rate_deg_s: float | None = positive(
+        None, unit="deg/s", doc="greatest body rate at which it measures"
+    )
+    sun_exclusion_deg: float | None = _exclusion("from the Sun, while it shines")
+    earth_exclusion_deg: float | None = _exclusion("from the Earth's limb")
+    moon_exclusion_deg: float | None = _exclusion("from the Moon")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        expect(any(self.boresight), "boresight", self.boresight, "a direction, not zero")
+
+    @cached_property
+    def axes(self) -> Floats:
+        """T: the tracker's axes in body axes, row by row, shape (3, 3)."""
+        z = np.array(unit(self.boresight))
+        y, minus_x = across(z)
+        return np.array([-minus_x, y, z])
+
+    @cached_property
+    def _straight(self) -> bool:
+        """Whether T is none."""
+        return bool((self.axes == np.eye(3)).all())
+
     def states(self) -> dict[str, float]:
         return {"misalignment": math.radians(self.initial_misalignment_deg)}
 
     def measure(self, x: Any, v: Vec3) -> Vec3:
-        y: Vec3 = x.theta - x.misalignment
-        return y
+        error: Vec3 = x.theta - x.misalignment
+        return Vec3(*(inner(error, Vec3(*axis)) for axis in self.axes.tolist()))
 
     def measured(self, x: Any, v: Any) -> tuple[Any, ...]:
-        """The axes of GCRS, in the tracker's."""
+        """The axes of GCRS, in those of the body as the tracker has them."""
         return tuple(rotate(x.misalignment, x.to_body(axis)) for axis in np.eye(3))
 
     def with_noise(self, measured: tuple[Any, ...], noise: Floats) -> tuple[Floats, ...]:
-        """The axes turned by R(-noise), so that the `innovation` is the noise."""
-        return tuple(unrotate(noise, axis) for axis in measured)
+        """The axes turned by R(-Tᵀ noise), so that the `innovation` is the noise."""
+        turn = noise if self._straight else noise @ self.axes
+        return tuple(unrotate(turn, axis) for axis in measured)
 
     def innovation(self, measured: tuple[Any, ...], predicted: tuple[Any, ...]) -> Any:
-        """The vector y of the rotation R(-y) that takes the predicted axes to the measured."""
+        """T y, for the rotation R(-y) that takes the predicted axes to the measured."""
         pairs = list(zip(predicted, measured, strict=True))
         cosines, axis = sum(dot(p, m) for p, m in pairs), sum(cross(p, m) for p, m in pairs)
-        return -2.0 * axis / (1.0 + cosines)
+        y = -2.0 * axis / (1.0 + cosines)
+        if self._straight:
+            return y
+        return sum(column * y[..., [k]] for k, column in enumerate(self.axes.T))
 
     def noise(self) -> tuple[float, float, float]:
         cross_axis = math.radians(self.noise_arcsec / _ARCSEC_PER_DEG)
         roll = math.radians(self.roll_noise_arcsec / _ARCSEC_PER_DEG)
         return (cross_axis, cross_axis, roll)
+
+    def views(self) -> tuple[Cone, ...]:
+        exclusions = {
+            "sun": self.sun_exclusion_deg,
+            "earth": self.earth_exclusion_deg,
+            "moon": self.moon_exclusion_deg,
+        }
+        return tuple(
+            Cone(direction, unit(self.boresight), math.radians(angle), inside=False)
+            for direction, angle in exclusions.items()
+            if angle is not None
+        )
+
+    def max_rate(self) -> float:
+        return math.inf if self.max_rate_deg_s is None else math.radians(self.max_rate_deg_s)

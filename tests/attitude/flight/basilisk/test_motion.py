@@ -7,14 +7,14 @@ import sys
 import numpy as np
 import ppigrf
 import pytest
-from mgeo_attitude import FilterModel, Magnetometer, Scenario, SunSensor
+from mgeo_attitude import FilterModel, Magnetometer, Scenario, StarTracker, SunSensor
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.sun import lit_fraction, sun_position
 from mgeo_attitude.environment.time_frames import gcrs_to_itrs, instants, rotate
 from mgeo_attitude.flight import Motion
 from mgeo_attitude.flight import fly as fly_exactly
 from mgeo_attitude.flight.basilisk import Vehicle, fly
-from mgeo_attitude.scenario import ManeuverLimits, Orbit, TLEOrbit, Wheels
+from mgeo_attitude.scenario import InitialConditions, ManeuverLimits, Orbit, TLEOrbit, Wheels
 from scipy.spatial.transform import Rotation
 
 from .flights import PLAN, errorless, seen, short
@@ -133,6 +133,98 @@ def test_ramps_of_a_plan_are_followed_as_planned():
     assert np.degrees(np.abs(rates - motion.rates).max()) < 0.012  # half a step of acceleration
 
 
+#: Four wheels that spin against each other and with a resultant.
+PYRAMID = Wheels(
+    inertia=(310.0, 310.0, 170.0),
+    axes=((1.0, 0.0, 1.0), (-1.0, 0.0, 1.0), (0.0, 1.0, 1.0), (0.0, -1.0, 1.0)),
+    max_torque=0.2,
+    max_momentum=12.0,
+    initial_momentum=(4.0, 2.0, -3.0, -1.0),
+    ramp_share=0.5,
+)
+SPINNING = InitialConditions(pointing="nadir", axis=(0.0, 0.6, 0.8), rate_deg_s=(0.2, -0.1, 0.1))
+
+
+def silent(scenario):
+    """With a gyro that has next to no noise."""
+    gyro = dataclasses.replace(scenario.gyro, angle_random_walk_deg_per_sqrt_h=1e-9)
+    return dataclasses.replace(scenario, gyro=gyro)
+
+
+@pytest.mark.parametrize("wheels", [PYRAMID, dataclasses.replace(PYRAMID, initial_momentum=())])
+def test_a_start_that_turns_is_flown_with_wheels_that_spin(wheels):
+    """By any axes, from attitude and rate at the start, along ramps, as planned; gyroscopic torque
+    of up to 8 N m s is in the way."""
+    limits = ManeuverLimits(max_acceleration_deg_s2=0.01)
+    scenario = silent(
+        short(Scenario.paper(), 900.0, maneuvers=limits, wheels=wheels, initial=SPINNING)
+    )
+    environment = Environment.from_scenario(scenario)
+    model = FilterModel.from_scenario(scenario, environment)
+    slow = PLAN * np.tile([0.5, 0.5, 0.5, 1.0], 3)
+    motion = Motion.of(model, slow, model.n_steps)
+    found = seen(scenario, motion, errorless(model), Vehicle.of(scenario), environment)
+    np.testing.assert_allclose(found.attitude[0], model.initial_attitude, rtol=0, atol=1e-12)
+    off = Rotation.from_matrix(found.attitude @ motion.attitude.transpose(0, 2, 1)).magnitude()
+    assert np.degrees(off.max()) < 0.05
+    assert np.abs(np.degrees(motion.rates)).max() > 0.3
+
+
+def test_a_flight_from_an_attitude_has_the_own_simulation_s_errors():
+    scenario = short(Scenario.cubesat_6u(), 60.0, initial=SPINNING)
+    one, exact = fly(scenario, PLAN, 5), fly_exactly(scenario, PLAN, 5)
+    np.testing.assert_array_equal(one.truth.states, exact.truth.states)
+    np.testing.assert_allclose(one.truth.attitude[0], exact.truth.attitude[0], atol=1e-14)
+
+
+@pytest.mark.parametrize("momentum", [(), (4.0, 2.0, -3.0, -1.0)])
+def test_the_momentum_of_wheels_is_the_satellite_s_at_the_start(momentum):
+    """Free of torque, wheels without a motor: the body goes round the total momentum."""
+    wheels = dataclasses.replace(PYRAMID, initial_momentum=momentum, max_torque=1e-12)
+    scenario = silent(short(Scenario.paper(), 600.0, wheels=wheels, initial=SPINNING))
+    environment = Environment.from_scenario(scenario)
+    model = FilterModel.from_scenario(scenario, environment)
+    motion = Motion.of(model, np.zeros(12), model.n_steps)
+    C = seen(scenario, motion, errorless(model), Vehicle(wheels=wheels), environment).attitude
+    rates = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
+    J = wheels.matrix()
+    spin = wheels.spin_axes().T @ np.array(momentum or np.zeros(4))
+    if not momentum:
+        spin = -J @ model.initial_rate
+    middle = Rotation.from_rotvec(-0.5 * rates).as_matrix() @ C[:-1]
+    total = np.einsum("kji,kj->ki", middle, rates @ J + spin)
+    expected = C[0].T @ (J @ model.initial_rate + spin)
+    scale = np.linalg.norm(J @ model.initial_rate) + np.linalg.norm(spin)
+    np.testing.assert_allclose(total, np.tile(expected, (len(total), 1)), atol=1e-4 * scale)
+
+
+def test_a_star_tracker_reports_where_it_sees_stars_along_the_path_that_is_flown():
+    """By geometry from the flight's own truth."""
+    tracker = StarTracker(
+        boresight=(-1.0, 0.0, 0.0),
+        max_rate_deg_s=0.75,
+        sun_exclusion_deg=40.0,
+        earth_exclusion_deg=20.0,
+    )
+    scenario = short(Scenario.cubesat_6u(), 900.0, sensors=(tracker, Magnetometer()))
+    environment = Environment.from_scenario(scenario)
+    telemetry = fly(scenario, PLAN, 4, environment=environment)
+    C = telemetry.truth.attitude
+    turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).magnitude()
+    distance = np.linalg.norm(environment.position, axis=1)
+    sun, nadir = (
+        np.degrees(np.arccos(-np.einsum("kij,kj->ki", C, vectors)[:, 0]))
+        for vectors in (environment.sun, -environment.position / distance[:, None])
+    )
+    expected = (sun > 40.0) | ~environment.sunlit
+    expected &= nadir - np.degrees(np.arcsin(6378136.3 / distance)) > 20.0
+    expected[1:] &= np.degrees(turns) <= 0.75
+    expected[0] = False
+    reported = np.isfinite(telemetry.sensors["tracker"][:, 0])
+    np.testing.assert_array_equal(reported, expected)
+    assert 50 < reported.sum() < 850
+
+
 def test_torque_and_momentum_stay_within_what_wheels_give():
     """No torque acts from outside: what the body gains the wheels lose."""
     wheels = Wheels(inertia=(3.0, 2.0, 1.0), max_torque=2e-3, max_momentum=0.02)
@@ -174,6 +266,23 @@ def test_the_same_seed_gives_the_same_telemetry_and_the_own_simulation_s_errors(
     np.testing.assert_array_equal(one.truth.states, exact.truth.states)
     np.testing.assert_allclose(one.truth.attitude[0], exact.truth.attitude[0], atol=1e-14)
     assert not np.allclose(one.gyro_deg_s[1:], exact.gyro_deg_s[1:])
+
+
+def test_sensors_report_at_their_own_intervals_and_what_is_considered_is_flown():
+    """As in the own simulation, of which errors and times of samples are."""
+    scenario = short(Scenario.cubesat_6u(), 120.0)
+    sun, mag = scenario.sensors
+    sensors = (
+        dataclasses.replace(sun, sample_interval=5.0),
+        dataclasses.replace(mag, sample_interval=2.0, considered=("bias",)),
+    )
+    scenario = dataclasses.replace(scenario, sensors=sensors, eclipse=False)  # no penumbra
+    found, exact = fly(scenario, PLAN, 5), fly_exactly(scenario, PLAN, 5)
+    np.testing.assert_array_equal(found.truth.states, exact.truth.states)
+    for name, count in (("sun", 24), ("mag", 60)):
+        rows, expected = found.sensors[name], exact.sensors[name]
+        np.testing.assert_array_equal(np.isnan(rows), np.isnan(expected))
+        assert np.isfinite(rows[:, 0]).sum() == count
 
 
 def test_a_long_step_is_cut_into_parts_and_its_mean_rate_is_that_of_the_turn():

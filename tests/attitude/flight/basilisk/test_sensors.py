@@ -29,8 +29,8 @@ def quiet():
         angle_random_walk_deg_per_sqrt_h=1e-9,
         rate_random_walk=0.0,
         bias_decay=0.0,
-        scale_factor=0.01,
-        misalignment_deg=1.0,
+        initial_scale_factor=0.01,
+        initial_misalignment_deg=1.0,
     )
     scenario = short(Scenario.paper(), 20.0, sensors=QUIET, gyro=gyro)
     environment = Environment.from_scenario(scenario)
@@ -126,7 +126,7 @@ def loud():
     sensors = (
         SunSensor(noise_deg=1.5),
         Magnetometer(noise_nt=300.0),
-        StarTracker(noise_arcsec=10.0, roll_noise_arcsec=60.0, misalignment_deg=20.0),
+        StarTracker(noise_arcsec=10.0, roll_noise_arcsec=60.0, initial_misalignment_deg=20.0),
     )
     gyro = dataclasses.replace(
         Scenario.paper().gyro, rate_random_walk=WALK, angle_random_walk_deg_per_sqrt_h=0.05

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,8 +43,8 @@ class Reference:
     acceleration: Floats
 
     @classmethod
-    def of(cls, motion: Motion, step: float, parts: int) -> Reference:
-        """From steps of constant rate [s], cut into parts.
+    def of(cls, motion: Motion, initial_rate: Floats, step: float, parts: int) -> Reference:
+        """From steps of constant rate [s], cut into parts, and the rate before them [rad/s].
 
         Where rates change the rate is the mean of both steps': what a straight ramp has there.
         """
@@ -54,7 +54,7 @@ class Reference:
         to_body = np.concatenate(
             [within @ np.repeat(motion.attitude[:-1], parts, axis=0), motion.attitude[-1:]]
         )
-        before, after = np.vstack([np.zeros(3), rates]), np.vstack([rates, rates[-1:]])
+        before, after = np.vstack([initial_rate, rates]), np.vstack([rates, rates[-1:]])
         mean, change = 0.5 * (before + after), np.vstack([after[1:], after[-1:]]) - before
         return cls(
             Rotation.from_matrix(to_body).inv().as_mrp(),
@@ -66,28 +66,43 @@ class Reference:
 class Guidance(sysModel.SysModel):
     """Navigation by the gyro alone, and the reference; it also lets the gyro's bias drift.
 
-    The attitude is believed along GCRS at the start, as the plan has it, and turned by what the
-    gyro measures: of its error at the start, and of that which grows, the satellite does not know.
+    Attitude and rate are believed at the start as the plan has them, and the attitude is turned by
+    what the gyro measures, without the errors that a calibration has found: of what is left, and of
+    the error of the attitude, the satellite does not know.
     """
 
-    def __init__(self, imu: Any, reference: Reference, bias: Floats, nanoseconds: int) -> None:
+    def __init__(
+        self,
+        imu: Any,
+        reference: Reference,
+        initial_rate: Floats,
+        corrected: Callable[[Floats], Floats],
+        bias: Floats,
+        nanoseconds: int,
+    ) -> None:
         super().__init__()
         self.ModelTag = "guidance"
         self.navigation, self.wanted = messaging.NavAttMsg(), messaging.AttRefMsg()
         self._imu, self._reference, self._bias = imu, reference, bias
         self._nanoseconds = nanoseconds
-        self._attitude = np.zeros(3)
+        self._initial_rate, self._corrected = initial_rate, corrected
+        self._attitude = reference.attitude[0]
         self.kept: tuple[Any, ...] = ()
 
     def Reset(self, nanoseconds: int) -> None:
-        self._attitude = np.zeros(3)
-        self._write(nanoseconds, np.zeros(3))
+        self._attitude = self._reference.attitude[0]
+        self._write(nanoseconds, self._initial_rate)
 
     def UpdateState(self, nanoseconds: int) -> None:
+        if nanoseconds == 0:  # nothing is measured yet
+            self._write(nanoseconds, self._initial_rate)
+            return
         measured = self._imu.sensorOutMsg.read()
-        turn = Rotation.from_rotvec(measured.DRFramePlatform).as_mrp()
+        step = 1e-9 * self._nanoseconds
+        rate = self._corrected(np.array(measured.DRFramePlatform) / step)
+        turn = Rotation.from_rotvec(rate * step).as_mrp()
         self._attitude = RigidBodyKinematics.addMRP(self._attitude, turn)
-        self._write(nanoseconds, measured.AngVelPlatform)
+        self._write(nanoseconds, self._corrected(np.array(measured.AngVelPlatform)))
 
     def _write(self, nanoseconds: int, rate: Any) -> None:
         k = round(nanoseconds / self._nanoseconds)
@@ -101,17 +116,22 @@ class Guidance(sysModel.SysModel):
         self.wanted.write(wanted, nanoseconds, self.moduleID)
 
 
-def reaction_wheels(vehicle: Vehicle, satellite: Any) -> tuple[Any, Any]:
-    """Basilisk's wheels at rest, fixed to a satellite, and the message of what they are."""
+def reaction_wheels(vehicle: Vehicle, satellite: Any, rate: Floats) -> tuple[Any, Any]:
+    """Basilisk's wheels, fixed to a satellite that turns, and the message of what they are.
+
+    They spin as `Vehicle.momentum` says. One at the limit of its momentum cannot be sped up.
+    """
     factory, wheels = simIncludeRW.rwFactory(), vehicle.wheels
-    speed = WHEEL_SPEED * 2.0 * np.pi / 60.0
+    rpm = 2.0 * np.pi / 60.0
+    speed = WHEEL_SPEED * rpm
     limits: dict[str, Any] = {"Js": WHEEL_SHARE * min(wheels.inertia), "useMaxTorque": False}
     if wheels.max_momentum is not None:
         limits |= {"Js": wheels.max_momentum / speed, "Omega_max": WHEEL_SPEED}
     if wheels.max_torque is not None:
         limits |= {"useMaxTorque": True, "u_max": wheels.max_torque}
-    for axis in vehicle.directions():
-        factory.create("custom", axis.tolist(), **limits)
+    for axis, momentum in zip(wheels.spin_axes(), vehicle.momentum(rate), strict=True):
+        spin = float(momentum / limits["Js"] / rpm)
+        factory.create("custom", axis.tolist(), Omega=spin, **limits)
     effector = reactionWheelStateEffector.ReactionWheelStateEffector()
     factory.addToSpacecraft("wheels", effector, satellite)
     return effector, factory.getConfigMessage()

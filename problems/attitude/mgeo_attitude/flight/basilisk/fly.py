@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.model import FilterModel, sampled
+from mgeo_attitude.filter.reference import can_measure
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight.basilisk.vehicle import Vehicle
 from mgeo_attitude.flight.flight import Motion, draw, fly_run
-from mgeo_attitude.flight.simulated import commanded, sent_down
-from mgeo_attitude.flight.telemetry import Telemetry
+from mgeo_attitude.flight.simulated import commanded, going_on, sent_down
+from mgeo_attitude.flight.telemetry import Telemetry, Truth
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Magnetometer, Sensor, StarTracker, SunSensor
 from mgeo_attitude.sensors.readings import Readings
@@ -35,6 +37,7 @@ def fly(
     seed: int | np.random.Generator | None = None,
     *,
     vehicle: Vehicle | None = None,
+    after: Truth | None = None,
     environment: Environment | None = None,
 ) -> Telemetry:
     """Fly a plan once by Basilisk, to the end of the scenario, with errors drawn from it.
@@ -55,6 +58,8 @@ def fly(
         The same seed, the same telemetry, bit by bit; None takes fresh entropy.
     vehicle : Vehicle, optional
         Default: that of the scenario, see `Vehicle.of`.
+    after : Truth, optional
+        Of a flight before, as of `flight.fly`.
     environment : Environment, optional
         Saves computing that of the scenario again.
 
@@ -80,25 +85,50 @@ def fly(
     check_suite(model.suite)
     n, gyro, generator = model.n_steps, scenario.gyro, np.random.default_rng(seed)
     design = commanded(scenario, plan, model)
-    drawn = fly_run(model, Motion.of(model, design, n), draw(model, n, generator))
+    drawn = fly_run(
+        model, Motion.of(model, design, n), going_on(model, draw(model, n, generator), after)
+    )
     bias = drawn.gyro[:, :3]
     # a random walk between two known ends has this mean and this spread about it
     spread = gyro.rate_random_walk * np.sqrt(model.step / 12.0)
     mean_bias = 0.5 * (bias[:-1] + bias[1:]) + spread * generator.standard_normal((n, 3))
-    limits = model.slew_limits or vehicle.slew_limits()
+    limits = model.slew_limits or vehicle.slew_limits(model.initial_rate)
     ramped = dataclasses.replace(model, slew_limits=limits)
     seen = simulate(
         scenario,
         Motion.of(ramped, design, n),
-        Drawn(drawn.start, drawn.errors, mean_bias),
+        Drawn(
+            model.initial_attitude @ drawn.start,
+            model.initial_rate,
+            model.initial_states,
+            drawn.errors,
+            mean_bias,
+        ),
         vehicle,
         environment,
         generator,
     )
     turns = Rotation.from_matrix(seen.attitude[:-1] @ seen.attitude[1:].transpose(0, 2, 1))
     motion = Motion(turns.as_rotvec() / model.step, seen.attitude @ drawn.start.T)
-    readings = Readings(np.full(n, model.step), seen.gyro, seen.sensors)
+    sensors = _reported(model, seen.attitude, motion.rates, seen.sensors)
+    readings = Readings(np.full(n, model.step), seen.gyro, sensors)
     return sent_down(model, dataclasses.replace(drawn, motion=motion, readings=readings))
+
+
+def _reported(
+    model: FilterModel, attitude: Floats, rates: Floats, sensors: tuple[Floats, ...]
+) -> tuple[Floats, ...]:
+    """Readings at the samples of each sensor; of star trackers those where stars are seen.
+
+    They are not where it turns too fast or is dazzled.
+    """
+    found = []
+    for index, (sensor, vectors) in enumerate(zip(model.suite.sensors, sensors, strict=True)):
+        there = sampled(sensor, model.step, len(vectors))
+        if isinstance(sensor, StarTracker):
+            there &= can_measure(model, index, attitude, rates)
+        found.append(np.where(there[:, None, None], vectors, np.nan))
+    return tuple(found)
 
 
 def require_basilisk() -> None:
@@ -122,13 +152,15 @@ def check_suite(suite: Suite) -> None:
         if states is None:
             kinds = ", ".join(kind.kind for kind in MODELED)
             raise InvalidValue(f"sensors[{i}].kind", sensor.kind, f"Basilisk flies with {kinds}")
-        for state in sensor.states().keys() - states:
+        for state in sorted(sensor.states().keys() - states):
             raise InvalidValue(
                 f"sensors[{i}].{state}",
                 sensor.name,
                 f"Basilisk's {sensor.kind} has {' and '.join(sorted(states))} only",
             )
-    for state in suite.gyro.states().keys() - {"bias", "scale_factor", "misalignment"}:
+    for state in sorted(suite.gyro.states().keys() - {"bias", "scale_factor", "misalignment"}):
         raise InvalidValue(
-            f"gyro.{state}", suite.gyro, "Basilisk's gyro has bias, scale_factor and misalignment"
+            f"gyro.{state}",
+            suite.gyro.states()[state],
+            "Basilisk's gyro has bias, scale_factor and misalignment",
         )

@@ -159,28 +159,26 @@ def _seen(sensor: SunSensor, of: Mapping[str, Any]) -> Bools:
     seen = np.ones(len(of[sensor.name].times()), bool)
     if light is not None:
         seen &= light.illuminationFactor >= 1.0
-    view = sensor.field_of_view()
-    if view is not None:
+    for view in sensor.views():
         state, sun = of[f"{sensor.name} state"], of[f"{sensor.name} Sun"]
         to_sun = sun.PositionVector - state.r_BN_N
         to_sun /= np.linalg.norm(to_sun, axis=1, keepdims=True)
         in_body = Rotation.from_mrp(state.sigma_BN).inv().apply(to_sun)
-        boresight, half_angle = view
-        seen &= in_body @ boresight >= np.cos(half_angle)
+        seen &= in_body @ view.axis >= np.cos(view.half_angle)
     return seen
 
 
 def star_tracker(
     sensor: StarTracker, errors: Errors, sources: Sources, seeds: Callable[[], int]
 ) -> Instrument:
-    """Basilisk's star tracker."""
+    """Basilisk's star tracker, which reports always: `fly` leaves out where it sees no stars."""
     tracker = starTracker.StarTracker()
     tracker.ModelTag, tracker.RNGSeed = sensor.name, seeds()
     tracker.scStateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
     mount = matrix(errors["misalignment"])
     tracker.dcm_CB = mount.tolist()
     # its noise is a rotation about body axes, ours about the tracker's
-    tracker.PMatrix = (mount.T @ np.diag(sensor.noise())).tolist()
+    tracker.PMatrix = ((sensor.axes @ mount).T @ np.diag(sensor.noise())).tolist()
     tracker.setAMatrix(WHITE)
     tracker.setWalkBounds([NO_BOUND] * 3)
 

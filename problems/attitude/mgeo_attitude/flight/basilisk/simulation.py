@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -44,12 +46,16 @@ LONGEST_STEP = 1.0
 
 @dataclass(frozen=True)
 class Drawn:
-    """True errors of a flight of n steps.
+    """How a flight of n steps begins, and its true errors.
 
     Attributes
     ----------
     start : array, shape (3, 3)
         Attitude at the start, GCRS to body.
+    rate : array, shape (3,)
+        Body rate at the start [rad/s].
+    believed : array, shape (n_states,)
+        What the satellite believes of gyro and sensors; zero before a calibration.
     errors : array, shape (n_states,)
         Gyro and sensor states at the start.
     bias : array, shape (n, 3)
@@ -57,6 +63,8 @@ class Drawn:
     """
 
     start: Floats
+    rate: Floats
+    believed: Floats
     errors: Floats
     bias: Floats
 
@@ -108,8 +116,8 @@ def simulate(
         return int(generator.integers(1, 2**31 - 1))
 
     surroundings = Surroundings(environment, scenario.epoch, parts * nanoseconds)
-    satellite = _satellite(scenario, drawn.start, vehicle, environment, surroundings)
-    effector, configuration = reaction_wheels(vehicle, satellite)
+    satellite = _satellite(scenario, drawn, vehicle, environment, surroundings)
+    effector, configuration = reaction_wheels(vehicle, satellite, drawn.rate)
     modules: list[Any] = [surroundings, effector, satellite]
     field = shadow = None
     with tempfile.TemporaryDirectory() as folder:
@@ -127,7 +135,9 @@ def simulate(
             for sensor in suite.sensors
         ]
         bias = np.repeat(drawn.bias / (1.0 + own.get("scale_factor", 0.0)), parts, axis=0)
-        guidance = Guidance(imu, Reference.of(motion, scenario.step, parts), bias, nanoseconds)
+        reference = Reference.of(motion, drawn.rate, scenario.step, parts)
+        corrected = _corrected(suite, drawn.believed)
+        guidance = Guidance(imu, reference, drawn.rate, corrected, bias, nanoseconds)
         loop = control_loop(vehicle, guidance, effector, configuration)
         modules += [imu, *(one for i in instruments for one in i.modules), guidance, *loop]
         records = {"state": satellite.scStateOutMsg.recorder(), "gyro": imu.sensorOutMsg.recorder()}
@@ -153,18 +163,31 @@ def simulate(
     )
 
 
+def _corrected(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:
+    """Takes what is believed of the gyro out of a rate, shape (3,)."""
+    own = SimpleNamespace(**{name: states[None, i : i + 3] for name, i in
+                             suite.places(suite.gyro).items()})  # fmt: skip
+
+    def corrected(reported: Floats) -> Floats:
+        rate: Floats = suite.gyro.corrected(own, reported[None])[0]
+        return rate
+
+    return corrected if states.any() else lambda reported: reported
+
+
 def _satellite(
     scenario: Scenario,
-    start: Floats,
+    drawn: Drawn,
     vehicle: Vehicle,
     environment: Environment,
     surroundings: Surroundings,
 ) -> Any:
-    """A rigid body at rest in its orbit."""
+    """A rigid body in its orbit, turning as it does at the start."""
     satellite = spacecraft.Spacecraft()
     satellite.ModelTag = "satellite"
     satellite.hub.IHubPntBc_B = vehicle.wheels.matrix().tolist()
-    satellite.hub.sigma_BNInit = Rotation.from_matrix(start).inv().as_mrp().tolist()
+    satellite.hub.sigma_BNInit = Rotation.from_matrix(drawn.start).inv().as_mrp().tolist()
+    satellite.hub.omega_BN_BInit = drawn.rate.tolist()
     satellite.hub.r_CN_NInit = environment.position[0].tolist()
     satellite.hub.v_CN_NInit = environment.velocity[0].tolist()
     satellite.gravField.gravBodies = central_body(surroundings)

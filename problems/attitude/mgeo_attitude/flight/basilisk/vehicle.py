@@ -7,35 +7,42 @@ from dataclasses import dataclass
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import InvalidValue, Validated, known_names, positive, quantity
+from mgeo_attitude.fields import (
+    InvalidValue,
+    Validated,
+    expect,
+    known_names,
+    positive,
+    quantity,
+)
 from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.scenario import Scenario, Wheels
+from mgeo_attitude.scenario.allocation import pseudo_inverse
 
-Axis = tuple[float, float, float]
-
-_BODY_AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+#: How Basilisk shares a torque among wheels.
+SHARED_BY = "pseudo-inverse"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Vehicle(Validated):
-    """A satellite as its wheels turn it, starting from rest.
+    """A satellite as its wheels turn it.
 
     Raises
     ------
     InvalidType, InvalidValue
-        For a value out of its range, or wheels that cannot turn it about every axis.
+        For a value out of its range, or wheels that share a torque as Basilisk's do not.
     """
 
     wheels: Wheels = quantity(
-        doc="the satellite's inertia, wheels included, and torque and momentum of each wheel"
+        doc="the satellite's inertia, wheels included, axes of the wheels, and torque and momentum "
+        "of each"
     )
-    axes: tuple[Axis, ...] = quantity(_BODY_AXES, doc="axes of the wheels, body axes (any length)")
     bandwidth: float = positive(0.2, unit="rad/s", doc="natural frequency of the controller")
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if np.linalg.matrix_rank(self.axes) < 3:
-            raise InvalidValue("axes", self.axes, "expected wheels about three independent axes")
+        shared, by = self.wheels.allocation, f"{SHARED_BY!r}: Basilisk shares a torque so"
+        expect(shared == SHARED_BY, "wheels.allocation", shared, by)
 
     @staticmethod
     def amazonia() -> Vehicle:
@@ -44,10 +51,13 @@ class Vehicle(Validated):
         Wheels along the body axes and a skew one, as INPE describes it; their size, 0.2 N m and
         12 N m s, and the inertia are ours, typical of the class.
         """
-        return Vehicle(
-            wheels=Wheels(inertia=(310.0, 310.0, 170.0), max_torque=0.2, max_momentum=12.0),
-            axes=(*_BODY_AXES, (1.0, 1.0, 1.0)),
+        wheels = Wheels(
+            inertia=(310.0, 310.0, 170.0),
+            axes=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 1.0, 1.0)),
+            max_torque=0.2,
+            max_momentum=12.0,
         )
+        return Vehicle(wheels=wheels)
 
     @staticmethod
     def cubesat_6u() -> Vehicle:
@@ -81,13 +91,15 @@ class Vehicle(Validated):
             "wheels", None, f"expected wheels in the scenario, or a vehicle: {known}"
         )
 
-    def directions(self) -> Floats:
-        """Unit vectors of the wheels' axes, shape (n, 3)."""
-        axes = np.array(self.axes)
-        unit: Floats = axes / np.linalg.norm(axes, axis=1, keepdims=True)
-        return unit
+    def momentum(self, rate: Floats) -> Floats:
+        """Of each wheel at the start [N m s], shape (n,), when the body turns at `rate` [rad/s]."""
+        wheels = self.wheels
+        if wheels.initial_momentum:
+            return np.array(wheels.initial_momentum)
+        zero: Floats = -pseudo_inverse(wheels.spin_axes()) @ wheels.matrix() @ rate
+        return zero
 
-    def slew_limits(self) -> SlewLimits | None:
+    def slew_limits(self, initial_rate: Floats) -> SlewLimits | None:
         """How fast rates can change about all axes at once; None where nothing limits it.
 
         Torque is shared among wheels by the pseudo-inverse, so that of n wheels along n axes each
@@ -96,9 +108,14 @@ class Vehicle(Validated):
         torque = self.wheels.max_torque
         if torque is None:
             return None
-        shares = np.abs(np.linalg.pinv(self.directions().T)).sum(axis=1).max()
-        return SlewLimits(np.inf, torque / float(shares), self.wheels.matrix())
+        most = float(np.abs(pseudo_inverse(self.wheels.spin_axes())).sum(axis=1).max())
+        least = self.wheels.ramp_share * torque / most
+        return SlewLimits(np.inf, least, self.wheels.matrix(), initial_rate=initial_rate)
 
 
 #: Vehicles by name: those of the presets of scenarios.
-VEHICLES = {"paper": Vehicle.amazonia, "cubesat_6u": Vehicle.cubesat_6u}
+VEHICLES = {
+    "paper": Vehicle.amazonia,
+    "cubesat_6u": Vehicle.cubesat_6u,
+    "cubesat_6u_full": Vehicle.cubesat_6u,
+}

@@ -1,4 +1,4 @@
-"""How often the Sun truly is inside a keep-out cone, steered by the estimate and open loop."""
+"""How often path limits truly are broken, steered by the estimate and open loop."""
 
 import dataclasses
 from math import erfc, sqrt
@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, simulate
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.flight import Motion
-from mgeo_attitude.scenario import Convergence, KeepOut
+from mgeo_attitude.scenario import Convergence, PathLimit
 
 from ..flight.runs import estimated, none
 from ..flight.test_rotation import as_scipy
@@ -18,13 +18,13 @@ STEPS = 300
 PLAN = np.array([0.3, -0.1, 0.2, 80.3, -0.1, 0.3, 0.1, 60.0, 0.2, 0.1, -0.3, 160.0])
 
 
-def scenario(*keep_outs):
+def scenario(*path_limits):
     return dataclasses.replace(
         Scenario.cubesat_6u(),
         duration=float(STEPS),
         eclipse=False,
         convergence=Convergence(window=float(STEPS)),
-        keep_outs=keep_outs,
+        path_limits=path_limits,
     )
 
 
@@ -34,42 +34,49 @@ def toward_sun(off_deg, half_angle_deg, **margin):
     across = np.cross(sun, [0.0, 0.0, 1.0])
     off = np.radians(off_deg)
     axis = np.cos(off) * sun + np.sin(off) * across / np.linalg.norm(across)
-    return KeepOut(boresight=tuple(axis), half_angle_deg=half_angle_deg, **margin)
+    return PathLimit(boresight=tuple(axis), half_angle_deg=half_angle_deg, **margin)
 
 
 def test_counts_are_those_of_the_errors():
     """Blind sensors, so that errors before and after a measurement are the same."""
     cones = tuple(toward_sun(off, half) for off, half in ((12.0, 10.0), (40.0, 35.0), (5.0, 30.0)))
+    cones += (toward_sun(12.0, 31.0, sense="keep-in"),)
+    cones += (PathLimit(reference="earth", boresight=(1.0, 0.3, 0.0), half_angle_deg=10.0),)
     model = FilterModel.from_scenario(scenario(*cones))
     blind = dataclasses.replace(model, available=np.zeros_like(model.available))
     draws = none(blind, STEPS)
     draws.errors[:6] = [0.1, -0.15, 0.05, 1e-3, -5e-4, 8e-4]  # attitude and gyro bias
-    sun = blind.sun[:200]
-    record = estimated(blind, PLAN, np.arange(STEPS + 1), draws, cones=cones, sun=sun)
+    record = estimated(blind, PLAN, np.arange(STEPS + 1), draws, n_watched=200)
 
     plan = Motion.of(blind, PLAN, STEPS).attitude[:200]
     errors = np.array([as_scipy(-e[:3]).as_matrix() for e in record.errors[0, :200]])
     start = as_scipy(-draws.errors[:3]).as_matrix()
-    for shares, attitude in zip(record.inside[0], (errors @ plan, plan @ start), strict=True):
-        seen = np.einsum("kij,kj->ki", attitude, sun)
-        expected = [
-            (seen @ cone.axis() > np.cos(np.radians(cone.half_angle_deg))).sum() for cone in cones
-        ]
-        assert (200 * shares).tolist() == pytest.approx(expected, abs=1e-9)
-    assert (record.inside[0, 0] != record.inside[0, 1]).any()
-    assert (record.inside > 0).any()
-    assert (record.inside < 1).any()
-
-
-def test_no_flight_is_inside_in_the_dark():
-    cone = toward_sun(0.0, 80.0)
-    day = FilterModel.from_scenario(scenario(cone))
-    dark = dataclasses.replace(day, sun=np.zeros_like(day.sun))
-    for model, share in ((day, 1), (dark, 0)):
-        record = estimated(
-            model, PLAN, np.arange(STEPS + 1), none(model, STEPS), cones=(cone,), sun=model.sun[:20]
+    environment = AttitudeManeuverProblem(scenario()).environment
+    position = environment.position[:200]
+    distance = np.linalg.norm(position, axis=1)
+    limb = np.degrees(np.arcsin(6378136.3 / distance))
+    for shares, attitude in zip(record.broken[0], (errors @ plan, plan @ start), strict=True):
+        sun, nadir = (
+            np.einsum("kij,kj->ki", attitude, vectors)
+            for vectors in (environment.sun[:200], -position / distance[:, None])
         )
-        assert (record.inside == share).all()
+        angles = [np.degrees(np.arccos(sun @ cone.cone().axis)) for cone in cones[:4]]
+        angles.append(np.degrees(np.arccos(nadir @ cones[4].cone().axis)) - limb)
+        inside = [angle < cone.half_angle_deg for angle, cone in zip(angles, cones, strict=True)]
+        expected = [~k if cone.keep_in else k for k, cone in zip(inside, cones, strict=True)]
+        assert (200 * shares).tolist() == pytest.approx(np.sum(expected, axis=1), abs=1e-9)
+    assert (record.broken[0, 0] != record.broken[0, 1]).any()
+    assert (record.broken > 0).any(axis=(0, 1)).sum() >= 4
+    assert (record.broken < 1).all(axis=(0, 1)).sum() >= 4
+
+
+def test_nothing_is_broken_in_the_dark():
+    cones = toward_sun(0.0, 80.0), toward_sun(180.0, 80.0, sense="keep-in")
+    day = FilterModel.from_scenario(scenario(*cones))
+    dark = dataclasses.replace(day, directions=np.zeros_like(day.directions))
+    for model, share in ((day, 1), (dark, 0)):
+        record = estimated(model, PLAN, np.arange(STEPS + 1), none(model, STEPS), n_watched=20)
+        assert (record.broken == share).all()
 
 
 def test_what_passes_a_cone_by_a_degree_is_inside_it_unless_it_keeps_the_margin():
@@ -77,12 +84,14 @@ def test_what_passes_a_cone_by_a_degree_is_inside_it_unless_it_keeps_the_margin(
     bare = toward_sun(21.0, 20.0, attitude_sigmas=0.0)
     wide = toward_sun(51.0, 20.0)
     away = np.zeros(12)
-    with pytest.raises(InvalidValue, match=r"keep_outs\[1\]\.half_angle_deg = 20\.0.* 21 deg"):
-        AttitudeManeuverProblem(scenario(bare, dataclasses.replace(bare, attitude_sigmas=3.0)))
-    G = AttitudeManeuverProblem(scenario(bare, wide)).evaluate(away, return_values_of=["G"])
-    assert (G < 0.0).all()
+    margin = scenario(bare, dataclasses.replace(bare, attitude_sigmas=3.0))
+    message = r"path_limits\[1\]\.half_angle_deg = 20\.0: expected another attitude .* 21 deg"
+    with pytest.raises(InvalidValue, match=message):
+        AttitudeManeuverProblem(margin)
+    kept = AttitudeManeuverProblem(scenario(bare, wide)).evaluate(away, return_values_of=["G"])
+    assert (kept < 0.0).all()
     n = 400
-    table = simulate(scenario(bare, wide), away, n_runs=n, seed=2).keep_outs()
+    table = simulate(scenario(bare, wide), away, n_runs=n, seed=2).broken_limits()
     beyond = [100.0 * 0.5 * erfc(k / sqrt(2.0)) for k in (0.1, 3.1)]
     for way in ("steered", "open loop"):
         flights = table[f"{way}: flights [%]"].to_numpy()

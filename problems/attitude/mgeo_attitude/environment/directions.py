@@ -1,0 +1,128 @@
+"""Directions that body axes are kept off or on, and that blind sensors.
+
+To add one is to add an entry of `DIRECTIONS`: scenario files, filter, its kernel, simulation and
+reports take it from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.constants import EARTH_RADIUS
+from mgeo_attitude.environment.moon import moon_position
+from mgeo_attitude.environment.time_frames import instants
+
+if TYPE_CHECKING:
+    from mgeo_attitude.environment.environment import Environment
+    from mgeo_attitude.environment.pointing import Place
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A direction from the satellite.
+
+    Attributes
+    ----------
+    label : str
+        What it is called for people.
+    vectors : function of Environment or Place, and epoch
+        Unit vectors at its times, GCRS, shape (n, 3); zero where there is nothing to be seen.
+    radius : function of Environment or Place, optional
+        Apparent radius of a disc [rad], shape (n,), from whose limb angles count; without it they
+        count from the direction itself.
+    """
+
+    label: str
+    vectors: Callable[[Environment | Place, datetime], Floats]
+    radius: Callable[[Environment | Place], Floats] | None = None
+
+
+@dataclass(frozen=True)
+class Cone:
+    """A cone about a body axis that a direction has to be inside of, or outside.
+
+    Attributes
+    ----------
+    direction : str
+        One of `DIRECTIONS`; empty for what a sensor looks at.
+    axis : tuple of three float
+        Unit vector, body axes.
+    half_angle : float
+        [rad]; of a disc it counts from the limb.
+    inside : bool
+        Whether the direction has to be inside.
+    """
+
+    direction: str
+    axis: tuple[float, float, float]
+    half_angle: float
+    inside: bool
+
+    @property
+    def disc(self) -> bool:
+        """Whether the direction is that of a disc."""
+        return bool(self.direction) and DIRECTIONS[self.direction].radius is not None
+
+
+def _sun(at: Environment | Place, epoch: datetime) -> Floats:
+    """While it shines."""
+    return at.sun * at.sunlit[:, None]
+
+
+def _nadir(at: Environment | Place, epoch: datetime) -> Floats:
+    return _unit(-at.position)
+
+
+def _earth_radius(at: Environment | Place) -> Floats:
+    """Of a sphere without an atmosphere, as it casts the shadow."""
+    distance = np.linalg.norm(at.position, axis=1)
+    return np.asarray(np.arcsin(EARTH_RADIUS / distance))
+
+
+def _moon(at: Environment | Place, epoch: datetime) -> Floats:
+    """From the satellite, whether the Earth hides it or not."""
+    moon = moon_position(instants(epoch, at.times))
+    return _unit(moon - at.position)
+
+
+def _velocity(at: Environment | Place, epoch: datetime) -> Floats:
+    """Relative to GCRS."""
+    return _unit(at.velocity)
+
+
+def _unit(vectors: Floats) -> Floats:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+
+
+#: Directions by the ``reference`` that names them in a scenario file.
+DIRECTIONS: dict[str, Direction] = {
+    "sun": Direction("Sun", _sun),
+    "earth": Direction("Earth", _nadir, _earth_radius),
+    "nadir": Direction("nadir", _nadir),
+    "moon": Direction("Moon", _moon),
+    "velocity": Direction("velocity", _velocity),
+}
+
+
+def directions(names: tuple[str, ...], environment: Environment, epoch: datetime) -> Floats:
+    """Some of `DIRECTIONS` along a run, shape (n, m, 3)."""
+    found = np.zeros((len(environment.times), len(names), 3))
+    for index, name in enumerate(names):
+        found[:, index] = DIRECTIONS[name].vectors(environment, epoch)
+    return found
+
+
+def radii(names: tuple[str, ...], environment: Environment) -> Floats:
+    """Their apparent radii [rad], zero for what is no disc; shape (n, m)."""
+    found = np.zeros((len(environment.times), len(names)))
+    for index, name in enumerate(names):
+        radius = DIRECTIONS[name].radius
+        if radius is not None:
+            found[:, index] = radius(environment)
+    return found

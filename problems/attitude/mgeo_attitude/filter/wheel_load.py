@@ -1,0 +1,170 @@
+"""Momentum and torque of the wheels along plans, compiled: nothing is simulated but the attitude.
+
+The satellite's angular momentum H changes by external torques only. In body axes it is C (H₀ + D)
+with the attitude C, H₀ = C₀ᵀ (A h₀ + J ω₀) at the start, and D = ∫ Cᵀ T dt of the torques
+T = 3 μ / r⁵ r × J r + m × B. What the wheels hold of it is A h = H - J ω, and their torque
+A dh/dt = T - J dω/dt - ω × H. A wheel's load is what both are by the plan alone, and the magnitude
+of what the disturbances T and D add times a margin.
+"""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numba import njit
+
+from .._typing import Floats, Ints
+from ..constants import EARTH_MU
+from ..maneuvers.schedule import Schedule
+from .discretization import turn
+from .momentum import MomentumBudget
+
+#: Part of a step below which a rate changes at once.
+_AT_ONCE = 1e-12
+
+
+def wheel_loads(
+    budget: MomentumBudget,
+    plan: Schedule,
+    end_steps: Ints,
+    step: float,
+    threads: int,
+    first_step: int = 0,
+) -> Floats:
+    """Greatest momentum [N m s] and torque [N m] of a wheel until `end_steps`, shape (n, 2).
+
+    They are looked at in every filter step of `step` seconds from the first one on, at both ends.
+    """
+    found = np.zeros((len(end_steps), 2))
+    wheels = budget.inertia, budget.allocation, budget.circulating
+    start = budget.attitude, budget.rate, budget.momentum, first_step
+    outside = budget.position, budget.field, budget.dipole, budget.gradient, budget.margin
+
+    def some(part: slice) -> None:
+        stretches = plan.rates[part], plan.end_rates[part], plan.starts[part]
+        _greatest(stretches, end_steps[part], step, start, wheels, outside, found[part])
+
+    size = -(-len(end_steps) // threads)
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(some, (slice(k * size, (k + 1) * size) for k in range(threads))))
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def gravity_gradient(inertia: Floats, position: Floats, out: Floats) -> None:
+    """out ← 3 μ / r⁵ r × J r [N m], for the position from the Earth's center in body axes [m]."""
+    square = position[0] ** 2 + position[1] ** 2 + position[2] ** 2
+    _product(inertia, position, out)
+    _cross(position, out, out)
+    for i in range(3):
+        out[i] *= 3.0 * EARTH_MU / (square * square * math.sqrt(square))
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _greatest(plan, end_steps, step, start, wheels, outside, found):  # type: ignore[no-untyped-def]
+    """`wheel_loads`, written to `found`."""
+    rates, end_rates, starts = plan
+    inertia = wheels[0]
+    initial_attitude, initial_rate, momentum, first = start
+    position, field, dipole, gradient, _ = outside
+    C, turned, old = initial_attitude.copy(), np.eye(3), np.eye(3)
+    rate, acceleration = np.zeros(3), np.zeros(3)
+    torque, magnetic, vector = np.zeros(3), np.zeros(3), np.zeros(3)
+    added, now, last = np.zeros(3), np.zeros(3), np.zeros(3)
+    own, extra, room = np.zeros(3), np.zeros(3), np.zeros((4, 3))
+    for i in range(len(end_steps)):
+        C[:] = initial_attitude
+        rate[:], added[:] = initial_rate, 0.0
+        m, n_stretches = -1, starts.shape[1]
+        for k in range(end_steps[i] + 1):
+            _product(C, position[k], vector)
+            gravity_gradient(inertia, vector, torque)
+            _product(C, field[k], vector)
+            _cross(dipole, vector, magnetic)
+            for a in range(3):
+                torque[a] = gradient * torque[a] + magnetic[a]
+            _product(C.T, torque, now)
+            if k > 0:
+                for a in range(3):
+                    added[a] += 0.5 * step * (last[a] + now[a])
+            last[:] = now
+            _product(C, momentum, own)
+            _product(C, added, extra)
+            if k > 0:
+                rate[:] = end_rates[i, m]
+            if k > first:  # at the end of a step
+                _load(rate, acceleration, own, extra, torque, wheels, outside[4], room, found[i])
+            if k == end_steps[i]:
+                break
+            before = m
+            while m + 1 < n_stretches and starts[i, m + 1] <= k:
+                m += 1
+            if m > before:  # and at the beginning of one of another rate
+                turned[:] = turn(rates[i, m], step)
+                if not _accelerate(rate, rates[i, m], end_rates[i, m], step, acceleration):
+                    rate[:] = rates[i, m]
+            if k == first or (m > before and k > first):
+                _load(rate, acceleration, own, extra, torque, wheels, outside[4], room, found[i])
+            old[:] = C
+            for a in range(3):
+                _product(turned, old[:, a], vector)
+                C[:, a] = vector
+
+
+@njit(cache=True, error_model="numpy")
+def _load(rate, acceleration, own, extra, torque, wheels, margin, room, found):  # type: ignore[no-untyped-def]
+    """Raise `found` to the momentum and torque of the most loaded wheel, if they are greater.
+
+    `own` is the satellite's momentum in body axes by the plan alone, `extra` what disturbances
+    added, `torque` what they are. There is `room`, shape (4, 3), because to make it takes as long
+    as all else.
+    """
+    inertia, allocation, circulating = wheels
+    spin, needed, turning, turned = room[0], room[1], room[2], room[3]
+    _product(inertia, rate, spin)
+    _product(inertia, acceleration, needed)
+    _cross(rate, own, turning)
+    _cross(rate, extra, turned)
+    for row in range(len(allocation)):
+        momentum, its_extra, effort, its_disturbance = circulating[row], 0.0, 0.0, 0.0
+        for a in range(3):
+            share = allocation[row, a]
+            momentum += share * (own[a] - spin[a])
+            its_extra += share * extra[a]
+            effort += share * (needed[a] + turning[a])
+            its_disturbance += share * (torque[a] - turned[a])
+        found[0] = max(found[0], abs(momentum) + margin * abs(its_extra))
+        found[1] = max(found[1], abs(effort) + margin * abs(its_disturbance))
+
+
+@njit(cache=True, error_model="numpy")
+def _accelerate(before, mean, end, step, out):  # type: ignore[no-untyped-def]
+    """Angular acceleration of a step [rad/s²], and whether it is one of a ramp.
+
+    The rate moves straight from `before` to `end` in a part p of the step: its mean is 1 - p / 2 of
+    the way.
+    """
+    out[:] = 0.0
+    change, moved = 0.0, 0.0
+    for a in range(3):
+        change += (end[a] - before[a]) ** 2
+        moved += (end[a] - before[a]) * (mean[a] - before[a])
+    ramp = moved < change * (1.0 - _AT_ONCE)
+    if ramp:
+        for a in range(3):
+            out[a] = (end[a] - before[a]) * change / (2.0 * (change - moved) * step)
+    return ramp
+
+
+@njit(cache=True, error_model="numpy")
+def _product(A, x, out):  # type: ignore[no-untyped-def]
+    for i in range(3):
+        out[i] = A[i, 0] * x[0] + A[i, 1] * x[1] + A[i, 2] * x[2]
+
+
+@njit(cache=True, error_model="numpy")
+def _cross(a, b, out):  # type: ignore[no-untyped-def]
+    x, y, z = b[0], b[1], b[2]
+    out[0], out[1], out[2] = a[1] * z - a[2] * y, a[2] * x - a[0] * z, a[0] * y - a[1] * x

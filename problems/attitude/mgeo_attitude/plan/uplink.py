@@ -1,0 +1,60 @@
+"""A plan as commands to uplink: when to turn at which rates, for how long."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from .ccsds import utc_texts
+from .plan import ManeuverPlan
+
+_RAMP = "ramp to "
+
+
+def commands(plan: ManeuverPlan) -> pd.DataFrame:
+    """One row per command, from its start until the next one's.
+
+    A ramp belongs to the command for which it is flown: its rates are commanded when the ramp
+    begins. The last rows are the rate that is held until the filter has converged and, if there is
+    one, the slew back.
+
+    Columns: ``command``, from 1; ``what``; ``start_utc``; ``start_s`` after the scenario's epoch;
+    ``duration_s``; and the body rates ``rate_x_deg_s``, ``rate_y_deg_s``, ``rate_z_deg_s``.
+    """
+    found: list[tuple[str, float, tuple[float, float, float]]] = []
+    ramp_since: float | None = None
+    for phase in plan.phases:
+        if phase.label.startswith(_RAMP):
+            ramp_since = phase.start if ramp_since is None else ramp_since
+            continue
+        start = phase.start if ramp_since is None else ramp_since
+        found.append((phase.label, start, phase.rates_deg_s))
+        ramp_since = None
+    if ramp_since is not None:  # it ends in a ramp, to the last rate of all
+        design = plan.design if plan.slew_back is None else plan.slew_back.design
+        x, y, z = (float(rate) for rate in design[-4:-1])
+        found.append((plan.phases[-1].label.removeprefix(_RAMP), ramp_since, (x, y, z)))
+    starts = np.array([start for _, start, _ in found])
+    table = pd.DataFrame(
+        {
+            "command": range(1, len(found) + 1),
+            "what": [label for label, _, _ in found],
+            "start_utc": utc_texts(plan.scenario.epoch, starts),
+            "start_s": starts,
+            "duration_s": np.diff([*starts, plan.duration]),
+        }
+    )
+    rates = np.array([rate for _, _, rate in found])
+    for i, axis in enumerate("xyz"):
+        table[f"rate_{axis}_deg_s"] = rates[:, i]
+    return table
+
+
+def to_uplink_csv(plan: ManeuverPlan) -> str:
+    """The `commands` as CSV, floats to the last digit.
+
+    Lines that begin with # stand before the header where the plan violates constraints.
+    """
+    comments = "".join(f"# VIOLATED CONSTRAINT: {violation}\n" for violation in plan.violations())
+    text: str = commands(plan).to_csv(index=False, lineterminator="\n")
+    return comments + text

@@ -1,0 +1,99 @@
+"""What a run starts from when the satellite has been calibrated before."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
+
+#: Quaternions and matrices are written with all their digits.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prior(Validated):
+    """Estimates at the epoch, and the covariance of their errors, as a calibration leaves them.
+
+    They take the place of attitude and rate in ``[initial]`` and of all initial 1-sigmas. Numbers
+    are in the filter's units (rad, rad/s, 1; a field in units of 50 µT); estimates of rotations are
+    vectors of `rotation.rotate`, their errors those of the rotations that remain, R = R̂ R(e).
+    """
+
+    quaternion: tuple[float, float, float, float] = quantity(
+        doc="attitude from GCRF to body at the epoch, scalar last"
+    )
+    rate_deg_s: tuple[float, float, float] = quantity(unit="deg/s", doc="body rate at the epoch")
+    states: tuple[tuple[float, float, float], ...] = quantity(
+        doc="estimates of gyro and sensors, a row for each block after the attitude, filter's units"
+    )
+    covariance: tuple[tuple[float, ...], ...] = quantity(
+        doc="of the errors of attitude and these estimates, rows first, filter's units squared"
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        length = float(np.linalg.norm(self.quaternion))
+        unit = f"a length of 1, not {length:.12g}"
+        expect(abs(length - 1.0) <= _ROUNDING, "quaternion", self.quaternion, unit)
+        check_covariance(self.covariance, 3 * (1 + len(self.states)))
+
+    @property
+    def attitude(self) -> Floats:
+        """GCRS to body, shape (3, 3)."""
+        from scipy.spatial.transform import Rotation
+
+        C: Floats = Rotation.from_quat(self.quaternion).as_matrix().T
+        return C
+
+    @property
+    def rate(self) -> Floats:
+        """Body rate [rad/s], shape (3,)."""
+        return np.radians(self.rate_deg_s)
+
+    @property
+    def estimates(self) -> Floats:
+        """Of all states, shape (n_states,); zero for the attitude."""
+        return np.concatenate([np.zeros(3), *map(np.array, self.states)])
+
+    @property
+    def sigma(self) -> Floats:
+        """1-sigma of every state, shape (n_states,)."""
+        sigma: Floats = np.sqrt(np.diag(np.array(self.covariance)))
+        return sigma
+
+    @property
+    def correlation(self) -> Floats:
+        """Of the errors, shape (n_states, n_states)."""
+        correlation: Floats = np.array(self.covariance) / np.outer(self.sigma, self.sigma)
+        np.fill_diagonal(correlation, 1.0)
+        return 0.5 * (correlation + correlation.T)
+
+
+def check_covariance(matrix: Sequence[Sequence[float]] | ArrayLike, n: int) -> None:
+    """Refuse what is no covariance of n states.
+
+    Raises
+    ------
+    InvalidValue
+    """
+    rows = [len(row) for row in matrix]  # type: ignore[union-attr, arg-type]
+    square = len(rows) == n and set(rows) == {n}
+    shape = f"{len(rows)} rows of {', '.join(map(str, sorted(set(rows)))) or 0}"
+    expect(square, "covariance", shape, f"{n} x {n} numbers, three a block and axis")
+    found = np.array(matrix, dtype=float)
+    scale = np.sqrt(np.abs(np.diag(found)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        correlation = found / scale / scale[:, None]
+    regular = np.isfinite(correlation).all() and np.allclose(correlation, correlation.T, 0, 1e-9)
+    if not regular or np.linalg.eigvalsh(correlation)[0] <= 0.0:
+        worst = float(np.diag(found).min())
+        raise InvalidValue(
+            "covariance",
+            f"least variance {worst:.6g}",
+            "expected a symmetric positive definite matrix",
+        )

@@ -1,0 +1,119 @@
+"""Reaction wheels, which limit torque and momentum; `mgeo_attitude.constraints` measures them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.fields import Validated, expect, positive, quantity
+from mgeo_attitude.scenario.allocation import ALLOCATIONS
+from mgeo_attitude.vector import unit
+
+#: Singular value of the spin axes below which they span no more than a plane.
+_FLAT = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wheels(Validated):
+    """Reaction wheels of one size that turn the satellite.
+
+    Their momentum and torque follow from the plan: together they hold what is the satellite's
+    angular momentum but not the body's J ω. It is constant, in inertial axes, but for what gravity
+    gradient and a residual dipole add (`filter.wheel_load`).
+    """
+
+    inertia: tuple[float, float, float] = positive(
+        unit="kg m²", doc="moments of inertia about body x, y and z"
+    )
+    products_of_inertia: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0), unit="kg m²", doc="entries xy, xz and yz of the inertia matrix"
+    )
+    axes: tuple[tuple[float, float, float], ...] = quantity(
+        ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+        doc="spin axes of three or more wheels, body axes (any length)",
+    )
+    allocation: str = quantity(
+        "pseudo-inverse",
+        choices=tuple(ALLOCATIONS),
+        doc="how more than three share a torque: least squares, or least load of the most loaded",
+    )
+    max_torque: float | None = positive(None, unit="N m", doc="greatest torque of each wheel")
+    max_momentum: float | None = positive(
+        None, unit="N m s", doc="greatest momentum stored in each wheel"
+    )
+    initial_momentum: tuple[float, ...] = quantity(
+        (), unit="N m s", doc="of each wheel at the start; none makes the satellite's zero"
+    )
+    residual_dipole: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0), unit="A m²", doc="magnetic dipole of the satellite, body axes"
+    )
+    gravity_gradient: bool = quantity(
+        False, doc="whether the gravity gradient's torque counts in the momentum budget"
+    )
+    disturbance_margin: float = quantity(
+        2.0, low=1.0, doc="factor on what dipole and gravity gradient do, whatever its sign"
+    )
+    ramp_share: float = quantity(
+        1.0,
+        low=0.0,
+        high=1.0,
+        open_low=True,
+        doc="part of max_torque that ramps use; gyroscopic torque and disturbances take the rest",
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        definite = f"a positive definite inertia matrix with {self.inertia} on the diagonal"
+        least = np.linalg.eigvalsh(self.matrix())[0]
+        expect(least > 0.0, "products_of_inertia", self.products_of_inertia, definite)
+        for i, axis in enumerate(self.axes):
+            expect(any(axis), f"axes[{i}]", axis, "a direction, not zero")
+        spans = len(self.axes) >= 3 and np.linalg.svd(self.spin_axes())[1][2] > _FLAT
+        expect(spans, "axes", self.axes, "three or more that do not lie in a plane")
+
+        momentum, key = self.initial_momentum, "initial_momentum"
+        count = f"{len(self.axes)} numbers, one for each of axes, or none"
+        expect(len(momentum) in (0, len(self.axes)), key, momentum, count)
+        most = self.max_momentum
+        within = most is None or all(abs(h) <= most for h in momentum)
+        expect(within, key, momentum, f"at most max_momentum = {most!r} N m s in each wheel")
+        if self.budgeted and self.max_torque is not None:
+            rest = (
+                "less than 1: with initial_momentum, residual_dipole or gravity_gradient wheels of "
+                f"max_torque = {self.max_torque!r} N m need some of it besides that of ramps"
+            )
+            expect(self.ramp_share < 1.0, "ramp_share", self.ramp_share, rest)
+        limited = self.max_torque is not None or self.max_momentum is not None
+        disturbed = {
+            "residual_dipole": any(self.residual_dipole) and self.residual_dipole,
+            "gravity_gradient": self.gravity_gradient,
+        }
+        for key, value in disturbed.items():
+            expect(
+                limited or not value, key, value, "max_momentum or max_torque to hold it against"
+            )
+
+    @property
+    def budgeted(self) -> bool:
+        """Whether the total angular momentum is not zero all the time."""
+        disturbed = self.gravity_gradient or any(self.residual_dipole)
+        return disturbed or bool(self.initial_momentum)
+
+    def matrix(self) -> Floats:
+        """J, shape (3, 3) [kg m²]."""
+        (xx, yy, zz), (xy, xz, yz) = self.inertia, self.products_of_inertia
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+    def spin_axes(self) -> Floats:
+        """Unit vectors, shape (n, 3)."""
+        return np.array([unit(axis) for axis in self.axes])
+
+    def shares(self) -> Floats:
+        """W of the wheels' `allocation`, shape (k, 3): the most loaded takes the greatest |W m|."""
+        return ALLOCATIONS[self.allocation](self.spin_axes())
+
+    def greatest_share(self, demand: Floats) -> float:
+        """What the most loaded wheel takes of a torque or momentum about the body axes."""
+        return float(np.abs(self.shares() @ demand).max())

@@ -1,0 +1,293 @@
+"""Path limits with a margin for the attitude: by hand, as code, and along whole runs."""
+
+import dataclasses
+from math import sqrt
+
+import numpy as np
+import pytest
+from mgeo_attitude import (
+    AttitudeManeuverProblem,
+    FilterModel,
+    Scenario,
+    evaluate,
+    reference_run,
+)
+from mgeo_attitude.constraints import constraints
+from mgeo_attitude.environment.directions import DIRECTIONS, Cone
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.filter.path_limits import angle_sigma, arc, cone_constants, excess, excess_code
+from mgeo_attitude.filter.symbols import Code, Symbol, Triangle
+from mgeo_attitude.scenario import Convergence, InitialConditions, PathLimit
+from mgeo_attitude.vector import Vec3
+from scipy.spatial.transform import Rotation
+
+#: A long way from the Sun at the start, so that only what is flown decides.
+CAMERA = PathLimit(name="camera", boresight=(0.0, 0.2, -1.0), half_angle_deg=50.0)
+
+
+def scenario(*path_limits, **changes):
+    short = dataclasses.replace(
+        Scenario.cubesat_6u(),
+        duration=900.0,
+        convergence=Convergence(window=60.0),
+        path_limits=path_limits,
+    )
+    return dataclasses.replace(short, **changes)
+
+
+def unit(rng, n=1):
+    v = rng.standard_normal((n, 3))
+    return v / np.linalg.norm(v, axis=1, keepdims=True)
+
+
+def covariances(rng, n):
+    roots = rng.standard_normal((n, 3, 3))
+    return roots @ roots.transpose(0, 2, 1)
+
+
+def value(symbol, **names):
+    """What a symbol stands for."""
+    names |= {"sqrt": sqrt}
+    exec("\n".join(symbol.code.lines), names)
+    return names[symbol.name]
+
+
+def test_the_margin_is_how_far_turns_of_one_sigma_move_the_sun():
+    """A finite turn by a millionth changes the angle by what the formula says of its variance."""
+    rng = np.random.default_rng(1)
+    axis, sun = unit(rng)[0], unit(rng, 20)
+    for v, turn in zip(sun, 1e-6 * unit(rng, 20), strict=True):
+        one_direction = np.outer(turn, turn)[None]
+        turned = Rotation.from_rotvec(-turn).as_matrix() @ v
+        change = np.arccos(turned @ axis) - np.arccos(v @ axis)
+        sigma = angle_sigma(axis, v[None], one_direction)[0]
+        assert sigma == pytest.approx(abs(change), rel=1e-4, abs=1e-12)
+
+
+def about(axis, inside=False):
+    return Cone("sun", tuple(axis), 0.0, inside)
+
+
+def test_parallel_takes_the_largest_sigma_across_the_axis():
+    axis, sun = np.array([0.0, 0.0, 1.0]), np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
+    P = np.diag([0.01, 0.04, 9.0])  # turns about the axis itself change no angle
+    np.testing.assert_allclose(angle_sigma(axis, sun, np.array([P, P])), 0.2, rtol=1e-12)
+    found = excess(about(axis), 3.0, sun, np.array([P, P]))
+    np.testing.assert_allclose(found, [0.6, 0.6 - np.pi], rtol=1e-12)
+    found = excess(about(axis, inside=True), 3.0, sun, np.array([P, P]), radius=0.2)
+    np.testing.assert_allclose(found, [0.4, np.pi + 0.4], rtol=1e-12)
+
+
+@pytest.mark.parametrize("inside", [False, True])
+def test_no_sun_no_excess(inside):
+    cone = about(np.eye(3)[0], inside)
+    assert excess(cone, 3.0, np.zeros((1, 3)), np.eye(3)[None]) == -np.inf
+
+
+def test_the_arc_is_exact_at_every_angle():
+    code = Code()
+    result = arc(Symbol("s", code), Symbol("c", code))
+    angles = [0.0, 1e-9, 1e-3, np.pi / 2, 3.0, np.pi - 1e-9, *np.linspace(0.0, np.pi, 500)]
+    for angle in angles:
+        s, c = np.sin(angle), np.cos(angle)
+        assert value(result, s=s, c=c) == pytest.approx(np.arctan2(s, c), rel=1e-15, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("sigmas", "inside", "radius"),
+    [(0.5, False, 0.0), (3.0, False, 0.0), (3.0, True, 1.1), (2.0, False, 1.1), (0.0, True, 0.0)],
+)
+def test_the_code_says_what_its_twin_says(sigmas, inside, radius):
+    rng = np.random.default_rng(2)
+    axis = unit(rng)[0]
+    across = np.cross(axis, unit(rng)[0])
+    across /= np.linalg.norm(across)
+    near = axis + 1e-5 * across
+    sun = np.vstack([unit(rng, 50), axis, -axis, near / np.linalg.norm(near)])
+    P = 0.01 * covariances(rng, len(sun))
+    code = Code()
+    limit = PathLimit(
+        reference="earth" if radius else "sun",
+        sense="keep-in" if inside else "keep-out",
+        boresight=tuple(axis),
+        half_angle_deg=20.0,
+        attitude_sigmas=sigmas,
+    )
+    C = cone_constants([limit])
+    frame = [Vec3(*(Symbol(f"C[{3 * i + k}]", code) for k in range(3))) for i in range(3)]
+    v = Vec3(*(Symbol(f"v[{k}]", code) for k in range(3)))
+    margin, limb = Symbol("C[9]", code) if sigmas else None, Symbol("r", code) if radius else None
+    dark = Symbol("dark", code)
+    result = excess_code(frame, margin, v, limb, Triangle(code), inside, dark)
+    W = P[:, *np.tril_indices(3)]
+    found = [value(result, C=C, v=v, W=w, r=radius, dark=-7.0) for v, w in zip(sun, W, strict=True)]
+    expected = excess(limit.cone(), sigmas, sun, P, radius)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
+    assert value(result, C=C, v=np.zeros(3), W=W[0], r=radius, dark=-7.0) == -7.0
+
+
+@pytest.fixture(scope="module")
+def watched():
+    """Limits with margins and without, of all directions, through the end of the night."""
+    others = (
+        PathLimit(
+            name="side", boresight=(1.0, -1.0, 0.2), half_angle_deg=40.0, attitude_sigmas=1.5
+        ),
+        PathLimit(
+            name="sure", boresight=(1.0, -1.0, 0.2), half_angle_deg=40.0, attitude_sigmas=0.0
+        ),
+        *(
+            PathLimit(
+                name=f"{reference} {sense} {sigmas}",
+                reference=reference,
+                sense=sense,
+                boresight=(0.3, 1.0, -0.4),
+                half_angle_deg=70.0,
+                attitude_sigmas=sigmas,
+            )
+            for reference in DIRECTIONS
+            for sense in ("keep-out", "keep-in")
+            for sigmas in (0.0, 2.0)
+        ),
+    )
+    model = FilterModel.from_scenario(scenario(CAMERA, *others))
+    rng = np.random.default_rng(3)
+    X = rng.uniform(-1.0, 1.0, (8, 12))
+    X[:, 3::4] = rng.uniform(20.0, 150.0, (8, 3))
+    return model, X
+
+
+def path_angles(model, run):
+    """The worst of every path limit along a run of the reference filter."""
+    n = len(run.times)
+    for limit in model.path_limits:
+        cone = limit.cone()
+        direction, radius = model.direction(cone.direction, slice(n))
+        seen = np.einsum("kij,kj->ki", run.attitude, direction)
+        P = run.predicted_attitude
+        worst = excess(cone, limit.attitude_sigmas, seen, P, radius).max()
+        yield worst if limit.keep_in else -worst
+
+
+def test_kernel_keeps_the_limits_that_the_reference_keeps(watched):
+    model, X = watched
+    sun, _ = model.direction("sun")
+    assert not sun[0].any()
+    assert sun[-1].any()
+    result = evaluate(model, X)
+    expected = np.array([[*path_angles(model, reference_run(model, x))] for x in X])
+    plain = [2, 3]
+    # so far the Sun is of itself, in the dark
+    expected[:, plain] = np.minimum(expected[:, plain], np.pi / 2)
+    np.testing.assert_allclose(result.path_angle, expected, rtol=0, atol=1e-9)
+    assert (result.path_angle[:, 1] < result.path_angle[:, 2] - 1e-3).any()
+    G = np.column_stack(
+        [entry.value(model, result) for entry in constraints(scenario(*model.path_limits))]
+    )
+    keep_in = np.array([limit.keep_in for limit in model.path_limits])
+    half = np.radians([limit.half_angle_deg for limit in model.path_limits])
+    share = result.path_angle / half
+    np.testing.assert_allclose(G, np.where(keep_in, share - 1.0, 1.0 - share), rtol=0, atol=1e-12)
+    assert ((G > 0.0).any(axis=0) & (G < 0.0).any(axis=0)).sum() > 8
+
+
+def test_margins_do_not_depend_on_what_else_is_run(watched):
+    model, X = watched
+    batch = np.repeat(X[:2], 12, axis=0)
+    batch[np.arange(24), np.tile(np.arange(12), 2)] *= 0.9
+    together = evaluate(model, batch).path_angle
+    alone = [evaluate(model, x[None]).path_angle[0] for x in batch]
+    np.testing.assert_array_equal(together, alone)
+
+
+def test_a_cone_at_rest_by_hand():
+    """Nothing turns: the margin is largest at the start, but for a step's drift of the gyro."""
+    day = dataclasses.replace(CAMERA, half_angle_deg=30.0)
+    problem = AttitudeManeuverProblem(
+        scenario(day, eclipse=False, initial=InitialConditions(attitude_deg=8.0))
+    )
+    sun, axis = problem.environment.sun[0], np.array([0.0, 0.2, -1.0]) / np.hypot(0.2, 1.0)
+    at_start = np.arccos(sun @ axis) - 3.0 * np.radians(8.0)
+    found = evaluate(problem.model, np.zeros((1, 12))).path_angle[0, 0]
+    assert found == pytest.approx(at_start, abs=1e-6)
+
+
+def test_no_margin_is_the_angle_alone():
+    bare = dataclasses.replace(CAMERA, attitude_sigmas=0.0)
+    problem = AttitudeManeuverProblem(scenario(bare, eclipse=False))
+    X = np.array([[0.3, -0.7, 0.2, 100.0, -0.9, 0.1, 0.4, 80.0, 0.5, 0.5, -0.5, 60.0]])
+    run = reference_run(problem.model, X[0])
+    sun = np.einsum("kij,kj->ki", run.attitude, problem.model.direction("sun")[0][: len(run.times)])
+    angle = np.arccos((sun @ bare.cone().axis).max())
+    assert evaluate(problem.model, X).path_angle[0, 0] == pytest.approx(angle, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: dataclasses.replace(CAMERA, attitude_sigmas=-1.0), "attitude_sigmas = -1.0"),
+        (
+            lambda: scenario(CAMERA, dataclasses.replace(CAMERA, attitude_sigmas=13.0)),
+            r"path_limits\[1\].attitude_sigmas = 13.0: expected less than 13: "
+            r"with initial.attitude_deg = 10.0 .* half_angle_deg = 50.0",
+        ),
+    ],
+)
+def test_bad_margins_are_named(make, message):
+    with pytest.raises(InvalidValue, match=message):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("limit", "message"),
+    [
+        # the attitude at the start is given: there the Sun is 67.5 deg from z
+        (
+            PathLimit(name="camera", boresight=(0.0, 0.0, 1.0), half_angle_deg=38.0),
+            r"path_limits\[0\].half_angle_deg = 38.0: expected at most 37.5\d*, or another "
+            r"attitude in \[initial\]: at the start "
+            r"Sun is 67.5\d* deg from the boresight of 'camera', less attitude_sigmas = 3 of",
+        ),
+        (
+            PathLimit(sense="keep-in", boresight=(0.0, 0.0, 1.0), half_angle_deg=90.0),
+            r"half_angle_deg = 90.0: expected at least 97.\d+, or .* start .*, and attitude_sigm",
+        ),
+    ],
+)
+def test_a_limit_that_the_start_violates_is_refused(limit, message):
+    with pytest.raises(InvalidValue, match=message):
+        AttitudeManeuverProblem(scenario(limit, eclipse=False))
+    surer = dataclasses.replace(limit, attitude_sigmas=1.0)
+    for kept in (scenario(surer, eclipse=False), scenario(limit)):  # it starts at night
+        assert AttitudeManeuverProblem(kept).model.path_limits
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        (
+            {"keep_outs": [{"boresight": [0, 0, 1], "half_angle_deg": 20.0}]},
+            "keep_outs: is now called 'path_limits'",
+        ),
+        (
+            {
+                "path_limits": [
+                    {"boresight": [0, 0, 1], "half_angle_deg": 20.0, "reference": "mars"}
+                ]
+            },
+            r"path_limits\[0\].reference = 'mars': expected one of 'sun', 'earth', 'nadir', 'moon'",
+        ),
+        (
+            {"path_limits": [{"boresight": [0, 0, 1], "half_angle_deg": 20.0, "sense": "out"}]},
+            r"path_limits\[0\].sense = 'out': expected one of 'keep-out', 'keep-in'",
+        ),
+        (
+            {"path_limits": [{"boresight": [0, 0, 1], "half_angle_deg": 20.0, "sense": "keep-in"}]},
+            r"path_limits\[0\].attitude_sigmas = 3.0: expected less than 2: .* no attitude is that "
+            "far inside half_angle_deg = 20.0",
+        ),
+    ],
+)
+def test_bad_path_limits_are_named(table, message):
+    with pytest.raises(InvalidValue, match=message):
+        Scenario.from_dict({"preset": "cubesat_6u"} | table)

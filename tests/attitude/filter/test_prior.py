@@ -1,0 +1,192 @@
+"""Runs that go on from a calibration: the kernel, its reference, and a run that is cut in two."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.objectives import OBJECTIVES
+from mgeo_attitude.scenario import PathLimit, Prior
+from mgeo_attitude.scenario.settings import state_units
+from scipy.spatial.transform import Rotation
+
+from .agreement import assert_agrees, designs
+
+CAMERA = PathLimit(boresight=(0.0, 0.2, -1.0), half_angle_deg=20.0, attitude_sigmas=3.0)
+
+
+def scenario(**changes):
+    """Eclipses, ramps and a field of view: all that an attitude enters."""
+    table = {
+        "preset": "cubesat_6u",
+        "duration": 1200.0,
+        "step": 2.0,
+        "convergence": {"window": 60.0, "relative_decrease": 0.05},
+        "maneuvers": {"max_acceleration_deg_s2": 0.05},
+        "sensors": [{"kind": "sun-sensor", "field_of_view_deg": 80.0}, {"kind": "magnetometer"}],
+    }
+    return Scenario.from_dict(table | changes)
+
+
+def known(of, rng, share=0.3):
+    """The scenario after a calibration that left a share of 1-sigmas, all of them correlated."""
+    n = 3 * len(state_units(of.gyro, of.sensors))
+    sigma = share * FilterModel.from_scenario(of).initial_sigma
+    mixed = rng.standard_normal((n, n)) + 2.0 * np.eye(n)
+    correlation = mixed @ mixed.T
+    scale = sigma / np.sqrt(np.diag(correlation))
+    covariance = scale[:, None] * correlation * scale
+    prior = Prior(
+        quaternion=Rotation.random(rng=rng).as_quat().tolist(),
+        rate_deg_s=(0.3, -0.2, 0.4),
+        states=(sigma * rng.standard_normal(n))[3:].reshape(-1, 3).tolist(),
+        covariance=(0.5 * (covariance + covariance.T)).tolist(),
+    )
+    return dataclasses.replace(of, prior=prior)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"maneuvers": {}, "gyro": {"initial_scale_factor": 1e-3, "initial_misalignment_deg": 0.1}},
+        {"sensors": [{"kind": "star-tracker"}, {"kind": "magnetometer"}]},
+        {
+            "sensors": [
+                {"kind": "sun-sensor", "albedo": 0.05, "sample_interval": 4.0},
+                {
+                    "kind": "magnetometer",
+                    "initial_scale_factor": 0.02,
+                    "field_error_nt": 100.0,
+                    "orbit_error_m": 1000.0,
+                    "considered": ["orbit_error", "scale_factor"],
+                },
+            ]
+        },
+    ],
+    ids=["cubesat", "full gyro", "star tracker", "varying and considered"],
+)
+def test_kernel_and_reference_agree(changes):
+    rng = np.random.default_rng(3)
+    of = known(scenario(**changes), rng)
+    model = FilterModel.from_scenario(of)
+    assert np.abs(model.initial_correlation - np.eye(model.suite.n_states)).max() > 0.3
+    np.testing.assert_allclose(
+        model.initial_covariance, np.array(of.prior.covariance), rtol=1e-12, atol=1e-30
+    )
+    assert_agrees(model, designs(rng, 5, max_duration=300.0))
+    alone = dataclasses.replace(model, initial_correlation=np.eye(model.suite.n_states))
+    X = designs(rng, 3, max_duration=300.0)
+    assert not np.allclose(evaluate(alone, X).trace, evaluate(model, X).trace, rtol=1e-3)
+
+
+def test_covariance_at_the_end_is_the_reference_s():
+    rng = np.random.default_rng(4)
+    model = FilterModel.from_scenario(known(scenario(), rng))
+    X = designs(rng, 3, max_duration=300.0)
+    for x, P in zip(X, evaluate(model, X, covariance=True).covariance, strict=True):
+        expected = reference_run(model, x).covariance
+        scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+        np.testing.assert_allclose(P / scale, expected / scale, rtol=0, atol=1e-9)
+
+
+def test_a_run_that_is_cut_in_two_is_the_whole_run():
+    """The second part, from covariance and attitude where the first one ends, by the kernel."""
+    of = scenario(maneuvers={}, convergence={"window": 1200.0})
+    model = FilterModel.from_scenario(of)
+    x = np.array([0.5, 0.3, -0.2, 200.0, -0.3, 0.6, 0.2, 250.0, 0.2, -0.4, 0.7, 300.0])
+    whole = evaluate(model, x[None], covariance=True).covariance[0]
+    k = 225  # steps of 2 s: the first two maneuvers
+    first = reference_run(
+        dataclasses.replace(model, references=model.references[: k + 1],
+                            available=model.available[: k + 1]),
+        x,
+    )  # fmt: skip
+    assert first.times[-1] == 450.0
+    sigma = first.sigma[-1]
+    rest = dataclasses.replace(
+        model,
+        references=model.references[k:],
+        available=model.available[k:],
+        initial_sigma=sigma,
+        initial_correlation=first.covariance / np.outer(sigma, sigma),
+        initial_attitude=first.attitude[-1],
+        window_steps=600 - k,
+    )
+    later = np.array([0.2, -0.4, 0.7, 300.0])
+    found = evaluate(rest, later[None], covariance=True).covariance[0]
+    scale = np.sqrt(np.outer(np.diag(whole), np.diag(whole)))
+    np.testing.assert_allclose(found / scale, whole / scale, rtol=0, atol=1e-9)
+
+
+def test_a_cone_is_kept_with_the_margin_of_what_is_known():
+    """From the covariance of the attitude, correlated or not, at the first sample and after."""
+    rng = np.random.default_rng(8)
+    of = dataclasses.replace(
+        known(scenario(), rng, 0.1),
+        path_limits=(CAMERA,),
+        eclipse=False,
+        maneuvers=scenario().maneuvers,
+    )
+    model = FilterModel.from_scenario(of)
+    still = np.tile([0.0, 0.0, 0.0, 100.0], 3)
+    angle = evaluate(model, still[None]).path_angle[0, 0]
+    history = reference_run(model, still)
+    axis = np.array(CAMERA.cone().axis)
+    sun = np.einsum("kij,kj->ki", history.attitude, model.direction("sun")[0][: len(history.times)])
+    expected = []
+    for s, P in zip(sun, history.predicted_attitude, strict=True):
+        across = np.cross(axis, s)
+        across /= np.linalg.norm(across)
+        # along the rotation that takes the axis to the Sun
+        expected.append(np.arccos(axis @ s) - 3.0 * np.sqrt(across @ P @ across))
+    assert angle == pytest.approx(min(expected), abs=1e-9)
+
+
+def test_objectives_count_from_what_is_known():
+    """At the start all that is relative to it is 1, and the logarithm of 1."""
+    rng = np.random.default_rng(5)
+    names = ("normalized_trace", "log_det", "max_eigenvalue")
+    of = dataclasses.replace(known(scenario(), rng), objectives=names)
+    problem = AttitudeManeuverProblem(of)
+    model = problem.model
+    P = model.initial_covariance[None]
+    start = SimpleNamespace(covariance=P)
+    assert OBJECTIVES["log_det"].value(model, start)[0] == pytest.approx(0.0, abs=1e-12)
+    assert OBJECTIVES["normalized_trace"].value(model, start)[0] == pytest.approx(1.0)
+
+
+def test_tables_and_files_read_back(tmp_path):
+    of = known(scenario(), np.random.default_rng(6))
+    assert Scenario.from_dict(of.to_dict()) == of
+    of.save(tmp_path / "s.toml")
+    assert Scenario.from_toml(tmp_path / "s.toml") == of
+    assert hash(of) == hash(Scenario.from_toml(tmp_path / "s.toml"))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"quaternion": [1.0, 0.0, 0.0, 0.1]}, "quaternion = .*a length of 1, not 1.00498"),
+        ({"rate_deg_s": [0.0, 1.5, 0.0]}, "prior.rate_deg_s = .*maneuvers.max_rate_deg_s = 1.0"),
+        ({"states": [[0.0] * 3]}, "covariance = '18 rows of 18': expected 6 x 6 numbers"),
+        ({"covariance": [[1.0] * 18] * 18}, "symmetric positive definite"),
+        ({"covariance": [[1.0] * 18] * 17}, "covariance = '17 rows of 18': expected 18 x 18"),
+        ({"covariance": [[0.0] * 18] * 18}, "symmetric positive definite"),
+    ],
+)
+def test_what_no_calibration_leaves_is_refused(changes, message):
+    of = known(scenario(), np.random.default_rng(7))
+    table = of.to_dict()
+    table["prior"] |= changes
+    with pytest.raises(InvalidValue, match=message):
+        AttitudeManeuverProblem(Scenario.from_dict(table))
+
+
+def test_states_of_other_sensors_are_refused():
+    of = known(scenario(), np.random.default_rng(7))
+    table = of.to_dict() | {"sensors": [{"kind": "magnetometer", "name": "mag"}]}
+    with pytest.raises(InvalidValue, match=r"prior.states = '5 rows': expected 3 rows, of gyro"):
+        Scenario.from_dict(table)

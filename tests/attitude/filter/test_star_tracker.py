@@ -1,0 +1,157 @@
+"""When a star tracker measures, by geometry; and its noise about whatever boresight."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import (
+    AttitudeManeuverProblem,
+    Gyro,
+    Scenario,
+    StarTracker,
+    Suite,
+    consistency,
+    simulate,
+)
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.reference import can_measure, reference_run
+from mgeo_attitude.flight import Motion, draw, fly_run
+from mgeo_attitude.scenario import Convergence
+
+from .agreement import assert_agrees, designs
+
+TRACKER = StarTracker(
+    boresight=(0.0, 1.0, -1.0),
+    max_rate_deg_s=0.5,
+    sun_exclusion_deg=40.0,
+    earth_exclusion_deg=20.0,
+    moon_exclusion_deg=15.0,
+)
+
+
+def scenario(tracker=TRACKER, **changes):
+    return dataclasses.replace(
+        Scenario.cubesat_6u(),
+        duration=3000.0,
+        step=2.0,
+        convergence=Convergence(window=60.0, relative_decrease=1e-6),
+        sensors=(tracker, *Scenario.cubesat_6u().sensors),
+        **changes,
+    )
+
+
+@pytest.fixture(scope="module")
+def model():
+    return FilterModel.from_scenario(scenario())
+
+
+def angle(axis, vectors):
+    """In degrees, by arcs of the unit sphere's chords."""
+    return np.degrees(2.0 * np.arcsin(0.5 * np.linalg.norm(vectors - axis, axis=1)))
+
+
+def test_it_measures_where_geometry_says(model):
+    """At rest in GCRS axes, from the satellite's place and the Sun's alone."""
+    environment = AttitudeManeuverProblem(scenario()).environment
+    axis = np.array([0.0, 1.0, -1.0]) / np.sqrt(2.0)
+    distance = np.linalg.norm(environment.position, axis=1)
+    nadir = -environment.position / distance[:, None]
+    limb = np.degrees(np.arcsin(6378136.3 / distance))
+    sun_off = (angle(axis, environment.sun) > 40.0) | ~environment.sunlit
+    earth_off = angle(axis, nadir) - limb > 20.0
+    attitude = np.broadcast_to(np.eye(3), (model.n_steps + 1, 3, 3))
+    found = can_measure(model, 0, attitude, np.zeros((model.n_steps, 3)))
+    moon, _ = model.direction("moon")
+    np.testing.assert_array_equal(found, sun_off & earth_off & (angle(axis, moon) > 15.0))
+    assert found.any()
+    assert not found.all()
+
+
+def test_it_measures_below_its_rate(model):
+    """A sample belongs to the step before it."""
+    tracker = dataclasses.replace(TRACKER, sun_exclusion_deg=None, earth_exclusion_deg=None)
+    bare = dataclasses.replace(tracker, moon_exclusion_deg=None)
+    model = FilterModel.from_scenario(scenario(bare))
+    slow, fast = [0.3, 0.0, 0.4], [0.3, 0.01, 0.4]  # deg/s: 0.5 and just more
+    design = np.array([*slow, 100.0, *fast, 60.0, *slow, 500.0])
+    motion = Motion.of(model, design, model.n_steps)
+    found = can_measure(model, 0, motion.attitude, motion.rates)
+    times = model.times
+    np.testing.assert_array_equal(found, (times <= 100.0) | (times > 160.0))
+    assert_agrees(model, design[None])
+
+
+def test_kernel_measures_when_the_reference_does(model):
+    X = designs(np.random.default_rng(4), 8, max_duration=600.0)
+    X[:, np.arange(12) % 4 != 3] *= 0.4
+    seen = []
+    for x in X:
+        motion = Motion.of(model, x, model.n_steps)
+        seen.append(can_measure(model, 0, motion.attitude, motion.rates).mean())
+    assert max(seen) > 2.0 * min(seen)
+    assert_agrees(model, X)
+
+
+def test_where_it_is_blind_the_plan_decides(model):
+    """What it sees within its rate and away from Sun, Earth and Moon is what it calibrates by."""
+    away = FilterModel.from_scenario(scenario(dataclasses.replace(TRACKER, max_rate_deg_s=1e-3)))
+    design = [0.3, 0.1, 0.0, 100.0, 0.0, 0.2, 0.0, 100.0, 0.1, 0.0, 0.3, 2900.0]
+    blind, seeing = reference_run(away, design), reference_run(model, design)
+    assert seeing.sigma[-1, 2] < 0.7 * blind.sigma[-1, 2]
+
+
+def test_flights_report_when_it_measures(model):
+    x = designs(np.random.default_rng(5), 1, max_duration=600.0)[0]
+    x[np.arange(12) % 4 != 3] *= 0.3
+    motion = Motion.of(model, x, model.n_steps)
+    draws = draw(model, model.n_steps, np.random.default_rng(6))
+    draws.errors[:3] = 0.0
+    flight = fly_run(model, motion, draws)
+    reported = ~np.isnan(flight.readings.sensors[0]).any(axis=(1, 2))
+    expected = can_measure(model, 0, motion.attitude, motion.rates)
+    expected[0] = False
+    np.testing.assert_array_equal(reported, expected)
+    assert set(reported[1:].tolist()) == {True, False}
+
+
+@pytest.mark.slow
+def test_flights_with_it_are_consistent():
+    """Whatever way it looks, noise is about the axes in which the estimator believes it."""
+    x = [0.2, 0.3, -0.1, 300.0, 0.0, -0.6, 0.6, 200.0, 0.1, 0.1, 0.3, 300.0]
+    result = simulate(scenario(), x, 100, seed=2)
+    report = consistency(result, since=100.0)
+    assert result.updates[:, :, 0].sum() > 10_000
+    assert report["nees"].passed, report.table()
+    assert report["nis tracker"].passed, report.table()
+
+
+@pytest.mark.parametrize("boresight", [(0.0, 0.0, 1.0), (0.0, 0.0, -2.0), (1.0, -2.0, 0.5)])
+def test_information_is_isotropic_across_the_boresight(boresight):
+    """Hᵀ R⁻¹ H = (I - b bᵀ) / σc² + b bᵀ / σr², whatever axes across it are."""
+    tracker = StarTracker(boresight=boresight)
+    H = Suite(Gyro(), (tracker,)).measurement_matrix(tracker, np.zeros(3))[:, :3]
+    b = np.array(boresight) / np.linalg.norm(boresight)
+    cross, roll = np.radians([10.0 / 3600.0, 60.0 / 3600.0])
+    along = np.outer(b, b)
+    expected = (np.eye(3) - along) / cross**2 + along / roll**2
+    found = H.T @ np.diag(np.array(tracker.noise()) ** -2.0) @ H
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * expected.max())
+
+
+def test_along_z_its_axes_are_the_bodys():
+    np.testing.assert_array_equal(StarTracker().axes, np.eye(3))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"boresight": (0.0, 0.0, 0.0)}, "boresight .* a direction, not zero"),
+        ({"max_rate_deg_s": 0.0}, "max_rate_deg_s = 0.0: expected nothing or a number > 0 deg/s"),
+        ({"earth_exclusion_deg": 90.0}, r"earth_exclusion_deg = 90.0: .* in \[0, 90\) deg"),
+        ({"sun_exclusion_deg": -1.0}, r"sun_exclusion_deg = -1.0: .* \[0, 90\) deg"),
+    ],
+)
+def test_bad_values_are_named(changes, message):
+    with pytest.raises(InvalidValue, match=message):
+        StarTracker(**changes)

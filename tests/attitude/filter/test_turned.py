@@ -1,0 +1,75 @@
+"""Another attitude at the start: a satellite whose axes are named otherwise is the same one."""
+
+import dataclasses
+
+import numpy as np
+from mgeo_attitude import FilterModel, Magnetometer, Scenario, StarTracker, evaluate
+from mgeo_attitude.scenario import Convergence, PathLimit, Wheels
+
+from .agreement import designs
+
+
+def satellite(renamed):
+    """With everything in it that has a place in body axes; `renamed` names them otherwise."""
+    xyz = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    limits = [
+        PathLimit(
+            name=f"{reference} {sense}",
+            reference=reference,
+            sense=sense,
+            boresight=renamed((0.2, -0.5, 1.0)),
+            half_angle_deg=80.0,
+            attitude_sigmas=sigmas,
+        )
+        for reference, sense, sigmas in (
+            ("sun", "keep-out", 0.0),
+            ("earth", "keep-in", 2.0),
+            ("moon", "keep-out", 1.0),
+            ("velocity", "keep-in", 0.0),
+        )
+    ]
+    tracker = StarTracker(
+        boresight=renamed((1.0, -0.4, 0.3)), earth_exclusion_deg=15.0, sun_exclusion_deg=30.0
+    )
+    wheels = Wheels(
+        inertia=renamed((0.13, 0.10, 0.05)),
+        axes=(*(renamed(axis) for axis in xyz), renamed((1.0, 1.0, -1.0))),
+        initial_momentum=(1e-3, -5e-4, 2e-4, 3e-4),
+        residual_dipole=renamed((0.01, -0.02, 0.03)),
+        gravity_gradient=True,
+        max_torque=2e-4,
+        max_momentum=1e-2,
+        ramp_share=0.5,
+    )
+    return dataclasses.replace(
+        Scenario.cubesat_6u(),
+        duration=1500.0,
+        eclipse=False,
+        convergence=Convergence(window=60.0),
+        sensors=(tracker, Magnetometer()),
+        path_limits=tuple(limits),
+        wheels=wheels,
+    )
+
+
+def test_axes_by_other_names():
+    """x, y, z of one are z, x, y of the other."""
+    order = [1, 2, 0]
+
+    def renamed(v):
+        return tuple(v[k] for k in order)
+
+    plain = FilterModel.from_scenario(satellite(lambda v: v))
+    other = FilterModel.from_scenario(satellite(renamed)).turned(np.eye(3)[:, order])
+    X = designs(np.random.default_rng(7), 5, max_duration=200.0)
+    X[:, np.arange(12) % 4 != 3] *= 0.5
+    maneuvers = X.reshape(5, 3, 4).copy()
+    maneuvers[:, :, :3] = maneuvers[:, :, order]
+    one, two = evaluate(plain, X), evaluate(other, maneuvers.reshape(5, 12))
+    np.testing.assert_array_equal(one.t_end, two.t_end)
+    np.testing.assert_allclose(one.trace, two.trace, rtol=1e-9)
+    np.testing.assert_allclose(one.path_angle, two.path_angle, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(one.wheel_load, two.wheel_load, rtol=1e-9)
+    still = evaluate(FilterModel.from_scenario(satellite(renamed)), maneuvers.reshape(5, 12))
+    assert not np.allclose(still.path_angle, one.path_angle, atol=1e-3)
+    assert not np.allclose(still.wheel_load, one.wheel_load, rtol=1e-3)

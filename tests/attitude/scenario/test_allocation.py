@@ -1,0 +1,72 @@
+"""How wheels share a demand, against linear programs and least squares."""
+
+import numpy as np
+import pytest
+from mgeo_attitude.scenario.allocation import ALLOCATIONS, minimax, pseudo_inverse
+from scipy.optimize import linprog
+
+PYRAMID = np.array([[1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, -1.0, 1.0]])
+ARRAYS = {
+    "body axes": np.eye(3),
+    "tilted three": np.array([[1.0, 0.2, 0.0], [0.0, 1.0, -0.4], [0.3, 0.0, 1.0]]),
+    "pyramid": PYRAMID,
+    "body axes and a skew one": np.vstack([np.eye(3), np.ones(3)]),
+    "two along one axis": np.array([[1.0, 0, 0], [1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]]),
+    "six": np.random.default_rng(3).standard_normal((6, 3)),
+}
+
+
+@pytest.fixture(params=ARRAYS, name="axes")
+def axes_(request):
+    axes = ARRAYS[request.param]
+    return axes / np.linalg.norm(axes, axis=1, keepdims=True)
+
+
+def demands(n=30):
+    return np.random.default_rng(1).standard_normal((n, 3))
+
+
+def test_minimax_is_the_linear_programs_least_load(axes):
+    """Least t with A u = m and -t <= u <= t."""
+    n = len(axes)
+    bounds = np.block([[np.eye(n), -np.ones((n, 1))], [-np.eye(n), -np.ones((n, 1))]])
+    for m in demands():
+        program = linprog(
+            np.append(np.zeros(n), 1.0),
+            A_ub=bounds,
+            b_ub=np.zeros(2 * n),
+            A_eq=np.column_stack([axes.T, np.zeros(3)]),
+            b_eq=m,
+            bounds=[(None, None)] * n + [(0.0, None)],
+        )
+        assert np.abs(minimax(axes) @ m).max() == pytest.approx(program.fun, rel=1e-9)
+
+
+def test_pseudo_inverse_is_least_squares(axes):
+    for m in demands():
+        u = np.linalg.lstsq(axes.T, m, rcond=None)[0]
+        np.testing.assert_allclose(pseudo_inverse(axes) @ m, u, rtol=0, atol=1e-12)
+
+
+def test_three_wheels_leave_no_choice(axes):
+    loads = {
+        rule: np.abs(demands() @ make(axes).T).max(axis=1) for rule, make in ALLOCATIONS.items()
+    }
+    # nor do two wheels along one axis, which share alike by either rule
+    if len(axes) == 3 or len(np.unique(axes, axis=0)) == 3:
+        np.testing.assert_allclose(loads["minimax"], loads["pseudo-inverse"], rtol=1e-12)
+    else:
+        assert (loads["minimax"] <= loads["pseudo-inverse"] * (1.0 + 1e-12)).all()
+        assert (loads["minimax"] < 0.99 * loads["pseudo-inverse"]).any()
+
+
+def test_along_the_body_axes_each_takes_its_own():
+    np.testing.assert_array_equal(pseudo_inverse(np.eye(3)), np.eye(3))
+    assert sorted(np.abs(minimax(np.eye(3))).tolist()) == sorted(np.eye(3).tolist())
+
+
+def test_a_pyramid_by_hand():
+    """Along its axis four wheels at 45 deg share alike; across, the two in that plane."""
+    axes = PYRAMID / np.sqrt(2.0)
+    assert np.abs(minimax(axes) @ [0.0, 0.0, 1.0]).max() == pytest.approx(np.sqrt(2.0) / 4.0)
+    assert np.abs(minimax(axes) @ [1.0, 0.0, 0.0]).max() == pytest.approx(np.sqrt(2.0) / 2.0)
