@@ -12,6 +12,7 @@ from mgeo.figures.style import COLORS, GRAY, log_axis
 from mgeo_attitude._typing import Floats
 
 from ..describe import block_units, checked_designs
+from ..environment.directions import DIRECTIONS
 from ..filter.evaluator import evaluate
 from ..filter.model import FilterModel
 from ..maneuvers.schedule import Flown
@@ -166,16 +167,15 @@ def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[st
 
 
 def _edges(scenario: Scenario) -> list[dict[str, Any]]:
-    """Circles on the body's sphere: where the Sun must not be, and what sensors see."""
-    circles = [
-        (f"keep-out of {cone.name}", cone.axis(), np.radians(cone.half_angle_deg), "solid")
-        for cone in scenario.keep_outs
-    ]
-    views = [(f"view of {sensor.name}", sensor.field_of_view()) for sensor in scenario.sensors]
-    circles += [(name, *view, "dot") for name, view in views if view is not None]
+    """Circles on the body's sphere: where directions must be or must not, and what sensors see."""
+    circles = [(limit.label, limit.cone(), "solid") for limit in scenario.path_limits]
+    for sensor in scenario.sensors:
+        for cone in sensor.views():
+            limit = f"{DIRECTIONS[cone.direction].label} off" if cone.direction else "view of"
+            circles.append((f"{limit} {sensor.name}", cone, "dot"))
     found = []
-    for index, (name, axis, radius, dash) in enumerate(circles):
-        across, up = circle(axis, radius)
+    for index, (name, cone, dash) in enumerate(circles):
+        across, up = circle(cone.axis, cone.half_angle)
         found.append(
             {
                 "type": "scatter",
