@@ -6,10 +6,8 @@ from pymoo.core.problem import Problem
 from pymoo.core.variable import Integer
 
 from mgeo.algorithms.variables import designs_of
-from mgeo.plugins.discovery import PluginError, find_plugin
-from mgeo.runs.algorithms import build_algorithm, default_algorithm
+from mgeo.runs.algorithms import build_algorithm
 from mgeo.runs.limits import limits
-from mgeo.runs.prepare import prepare
 from mgeo.runs.solve import solve
 
 from ..algorithms.test_mixed import Rod as Strict
@@ -60,17 +58,3 @@ def test_a_front_in_numbers_is_that_of_the_designs(name):
 def test_what_takes_arrays_alone_is_refused(name):
     with pytest.raises(ValueError, match=f"algorithm '{name}' .*one of mgeo-real, .*, nsga2, "):
         build_algorithm(name, {"population": 20}, Free())
-
-
-@pytest.mark.usefixtures("stand_in")
-def test_a_problem_says_what_searches_it(monkeypatch):
-    assert default_algorithm("cantilever") == "mgeo-real"
-    assert default_algorithm("pymoo:zdt1") == "mgeo-real"
-    cls = find_plugin("cantilever").load()
-    monkeypatch.setattr(cls, "default_algorithm", "mgeo-directed", raising=False)
-    assert default_algorithm("cantilever") == "mgeo-directed"
-    assert prepare("cantilever").configuration.algorithm == "mgeo-directed"
-    assert prepare("cantilever", algorithm="nsga2").configuration.algorithm == "nsga2"
-    monkeypatch.setattr(cls, "default_algorithm", "nsga", raising=False)
-    with pytest.raises(PluginError, match="default_algorithm of problem 'cantilever' = 'nsga'"):
-        default_algorithm("cantilever")
