@@ -41,7 +41,7 @@ class Calibration:
         Body rate in the last step, by the gyro without its errors.
     states : array, shape (n_states,)
         Gyro and sensor states then, in the filter's units, rotations as vectors of
-        `rotation.rotate`; zero for the attitude and for what is only considered.
+        `rotation.rotate`; zero for the attitude.
     covariance : array, shape (n_states, n_states)
         Of their errors, the attitude's first.
     tests : tuple of SensorTest
@@ -195,8 +195,10 @@ class Calibration:
         """Figures ``constants`` and, of one with history, ``innovations`` and ``attitude``."""
         from mgeo_attitude.calibration.figures import calibration_figures
 
-        names = [sensor.name for sensor in self.scenario.sensors]
-        return calibration_figures(self.table(), names, self.history)
+        names, known = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior
+        states = np.zeros_like(self.states) if known is None else known.estimates
+        believed = [in_units(self.suite, states, block) for block in self._units()]
+        return calibration_figures(self.table(), np.concatenate(believed), names, self.history)
 
     def _history(self) -> History:
         if self.history is None:
