@@ -20,7 +20,7 @@ from mgeo_attitude.fields import declared
 from mgeo_attitude.flight.mapping import UNITS
 from mgeo_attitude.objectives import OBJECTIVES
 from mgeo_attitude.plan import ManeuverPlan, write_plan
-from mgeo_attitude.scenario import InitialConditions, Prior
+from mgeo_attitude.scenario import FlightErrors, InitialConditions, Prior
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
@@ -190,6 +190,12 @@ def test_every_propagator_is_on_the_page():
     assert set(named) == set(ORBITS.classes)
 
 
+def test_the_tables_of_flights_and_rules_are_read():
+    flights, rule = (Scenario.from_toml(text) for text in blocks("robust.md", "toml"))
+    assert flights.flight == FlightErrors(rate_error_deg_s=0.01, attitude_deg=5.0)
+    assert (rule.convergence.rule, rule.convergence.factor) == ("settling", 1.25)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
@@ -200,6 +206,7 @@ def test_every_propagator_is_on_the_page():
         "calibration.md",
         "plan-again.md",
         "too-sure.md",
+        "robust.md",
     ],
 )
 def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):

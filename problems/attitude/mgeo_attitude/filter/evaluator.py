@@ -7,8 +7,8 @@ import warnings
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache
-from typing import Any
+from functools import cache, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -105,9 +105,68 @@ def evaluate(
         If a variant has other states than the model, considers others, or a constant more or less.
     """
     plan = model.schedule(designs)
-    suite, n, monitors = model.suite, len(plan.rates), model.monitors
+    n, monitors = len(plan.rates), model.monitors
     variants = variants or [model]
     flown_by = np.zeros(n, dtype=np.int64) if which is None else np.asarray(which, dtype=np.int64)
+    stops, run = np.full(n, model.n_steps), partial(_run, model, variants, flown_by, plan, threads)
+    if model.rule != "trace":
+        run = partial(_run, model.endless, variants, flown_by, plan, threads)
+        whole = run(stops, factor=model.factor)
+        settled = whole.settled if model.rule == "settling" else _required_from(whole)
+        stops = np.clip(settled, plan.over, model.n_steps)
+    ran = run(stops, history, covariance)
+    t_end, trace = model.step * ran.end_step.astype(float), ran.trace
+    lost = np.isnan(trace)
+    if lost.any():
+        first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(lost)]
+        warnings.warn(
+            f"covariance lost positivity in {lost.sum()} of {n} designs, first {first.tolist()}; "
+            "their objectives are NaN",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+        t_end = np.where(lost, np.nan, t_end)
+    path = ran.watched[:, : len(monitors.limits)]
+    path_angle = np.where([watch.inside for watch in monitors.limits], path, -path)
+    plain = [watch.plain for watch in monitors.limits]
+    path_angle = np.where(plain, np.arccos(np.clip(path, -1.0, 1.0)), path_angle)
+    t_required = np.full(n, np.inf)
+    if monitors.states:
+        met = ran.watched[:, -1] > 0.0
+        t_required[met] = model.step * _required_from(ran)[met]
+    full = _symmetric(ran.final, model.suite.n_states)
+    wheel_load = np.full((n, 2), np.nan)
+    if model.budget is not None:
+        wheel_load = wheel_loads(
+            model.budget, plan, ran.end_step, model.step, threads or available_threads()
+        )
+    return Evaluation(t_end, trace, ran.record, full, path_angle, t_required, wheel_load, plan)
+
+
+class _Ran(NamedTuple):
+    """What the driver leaves of n designs; see `driver.run`."""
+
+    end_step: Ints
+    settled: Ints
+    trace: Floats
+    watched: Floats
+    final: Floats
+    record: Floats
+
+
+def _run(
+    model: FilterModel,
+    variants: Sequence[FilterModel],
+    flown_by: Ints,
+    plan: Schedule,
+    threads: int | None,
+    stops: Ints,
+    history: bool = False,
+    covariance: bool = False,
+    factor: float = 0.0,
+) -> _Ran:
+    """Run the designs until they converge or stop, in whatever threads there are."""
+    suite, n, monitors = model.suite, len(stops), model.monitors
     constants = _constants(model, variants)
     kernel, driver = load_kernel(suite, model.gated, monitors), load_driver()
     at = layout(suite, model.gated, monitors)
@@ -120,7 +179,7 @@ def evaluate(
     n_jobs = len(jobs.design)
     record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)
     record[:, 0] = np.array([each.initial_sigma**2 for each in variants])[flown_by[: len(record)]]
-    end_step, trace = np.zeros(n, dtype=np.int64), np.empty(n)
+    end_step, settled, trace = np.zeros(n, np.int64), np.zeros(n, np.int64), np.empty(n)
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
     of_gyro = {each.suite.gyro: each for each in variants}  # many variants have few gyros
     kinematic = slice(suite.n_kinematic)
@@ -141,8 +200,8 @@ def evaluate(
         ),
         model.table,
         constants,
-        (model.window_steps, model.relative_decrease, model.allow_rise),
-        end_step,
+        (model.window_steps, model.relative_decrease, model.allow_rise, factor),
+        (stops, end_step, settled),
         trace,
         (watched, final),
         record,
@@ -153,35 +212,14 @@ def evaluate(
         driver.run(*arguments)
     for future in futures:
         future.result()
-    t_end, trace = model.step * end_step[jobs.twin].astype(float), trace[jobs.twin]
-    lost = np.isnan(trace)
-    if lost.any():
-        first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(lost)]
-        warnings.warn(
-            f"covariance lost positivity in {lost.sum()} of {n} designs, first {first.tolist()}; "
-            "their objectives are NaN",
-            RuntimeWarning,
-            stacklevel=2,
-        )
-        t_end = np.where(lost, np.nan, t_end)
-    watched = watched[jobs.twin]
-    path = watched[:, : len(monitors.limits)]
-    path_angle = np.where([watch.inside for watch in monitors.limits], path, -path)
-    plain = [watch.plain for watch in monitors.limits]
-    path_angle = np.where(plain, np.arccos(np.clip(path, -1.0, 1.0)), path_angle)
-    t_required = np.full(n, np.inf)
-    if monitors.states:
-        samples = watched[:, -1]
-        met = samples > 0.0
-        t_required[met] = model.step * (end_step[jobs.twin] + 1.0 - samples)[met]
-    full = _symmetric(final[jobs.twin] if covariance else final, suite.n_states)
-    wheel_load = np.full((n, 2), np.nan)
-    if model.budget is not None:
-        ends = end_step[jobs.twin]
-        wheel_load = wheel_loads(
-            model.budget, plan, ends, model.step, threads or available_threads()
-        )
-    return Evaluation(t_end, trace, record, full, path_angle, t_required, wheel_load, plan)
+    twin = jobs.twin
+    final = final[twin] if covariance else final
+    return _Ran(end_step[twin], settled[twin], trace[twin], watched[twin], final, record)
+
+
+def _required_from(ran: _Ran) -> Ints:
+    """Step from which on the requirements are met; after the last one if they are not."""
+    return ran.end_step + 1 - np.rint(ran.watched[:, -1]).astype(np.int64)
 
 
 def _constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:

@@ -56,6 +56,10 @@ class FilterModel:
         did not rise.
     allow_rise : bool
         Whether it has converged, too, when the trace rose.
+    rule : {"trace", "required", "settling"}
+        Whether that is the rule at all, or the end of a run tells from when on it was converged.
+    factor : float
+        Within which of its last value a trace has settled.
     initial_attitude : array, shape (3, 3)
         GCRS to body at the start.
     initial_rate : array, shape (3,)
@@ -86,6 +90,8 @@ class FilterModel:
     window_steps: int
     relative_decrease: float
     allow_rise: bool
+    rule: str
+    factor: float
     initial_attitude: Floats
     initial_rate: Floats
     slew_limits: SlewLimits | None
@@ -142,6 +148,8 @@ class FilterModel:
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
             allow_rise=scenario.convergence.allow_rise,
+            rule=scenario.convergence.rule,
+            factor=scenario.convergence.factor,
             initial_attitude=attitude,
             initial_rate=rate,
             slew_limits=SlewLimits.of(scenario, rate),
@@ -167,6 +175,11 @@ class FilterModel:
     @property
     def n_steps(self) -> int:
         return len(self.references) - 1
+
+    @property
+    def endless(self) -> FilterModel:
+        """The same filter, run for the whole duration: its window is longer than that."""
+        return dataclasses.replace(self, window_steps=self.n_steps + 1, rule="trace")
 
     @property
     def initial_covariance(self) -> Floats:

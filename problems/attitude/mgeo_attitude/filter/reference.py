@@ -73,7 +73,8 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
     kf.P = model.initial_covariance
     trace, sigma = [float(model.weights @ np.diag(kf.P))], [model.initial_sigma]
     predicted = [kf.P[:3, :3]]
-    converged = False
+    covariances = [kf.P.copy()]
+    converged, rule = False, model.rule
     for k in range(1, model.n_steps + 1):
         flown = np.flatnonzero(starts == k - 1)
         if flown.size:
@@ -91,22 +92,38 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
         trace.append(float(model.weights @ np.diag(kf.P)))
         sigma.append(np.sqrt(np.diag(kf.P)))
         before = k - model.window_steps
-        if k >= over and before >= 0:
+        if rule != "trace":
+            covariances.append(kf.P.copy())
+        elif k >= over and before >= 0:
             converged = has_converged(
                 trace[before], trace[k], model.relative_decrease, model.allow_rise
             )
             if converged:
                 break
+    end, covariance = len(trace) - 1, kf.P
+    if rule != "trace":
+        end = min(max(_converged_from(model, trace, sigma), over), end)
+        converged, covariance = end < model.n_steps, covariances[end]
+        trace, sigma, predicted = trace[: end + 1], sigma[: end + 1], predicted[: end + 1]
     return FilterHistory(
         times=model.times[: len(trace)],
         trace=np.array(trace),
         sigma=np.array(sigma),
         attitude=attitude[: len(trace)],
         predicted_attitude=np.array(predicted),
-        covariance=kf.P,
+        covariance=covariance,
         blocks=model.suite.blocks,
         converged=converged,
     )
+
+
+def _converged_from(model: FilterModel, trace: list[float], sigma: list[Floats]) -> int:
+    """Step from which on the rule's condition holds for the rest of a whole run."""
+    if model.rule == "settling":
+        broken = np.flatnonzero(np.array(trace) > model.factor * trace[-1])
+    else:
+        broken = np.flatnonzero((np.array(sigma) > model.required_sigma).any(axis=1))
+    return int(broken[-1]) + 1 if broken.size else 0
 
 
 def schmidt(P: Floats, H: Floats, R: Floats, considered: Ints) -> Floats:

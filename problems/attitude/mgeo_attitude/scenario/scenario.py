@@ -255,6 +255,9 @@ class Scenario(Validated):
             expect(fits, key, interval, f"a multiple of {step}")
             expect((interval or 0.0) <= self.duration, key, interval, most)
         expect(window <= self.duration, "convergence.window", window, most)
+        possible = self.required_sigma or self.convergence.rule != "required"
+        others = "another rule, or something in required_sigma"
+        expect(possible, "convergence.rule", self.convergence.rule, others)
 
         epoch, start, end = self.epoch, FIELD_MODEL_START, FIELD_MODEL_END
         zone = epoch.utcoffset() is not None
