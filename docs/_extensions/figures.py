@@ -13,6 +13,7 @@ from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.reference import can_measure
 from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.flight import Motion
+from mgeo_suite import SensorSuiteProblem
 from plotly.subplots import make_subplots
 
 _FRONTS = Path(__file__).parents[1] / "fronts"
@@ -218,6 +219,14 @@ def calibration() -> go.Figure:
     return found
 
 
+def suite() -> go.Figure:
+    """The stored front of the page on sensor suites."""
+    problem = SensorSuiteProblem()
+    table = pd.read_csv(_FRONTS / "suite.csv")
+    found: go.Figure = problem.figures(table.to_numpy()[:, : problem.n_var])["front"]
+    return found
+
+
 FIGURES: dict[str, Callable[[], go.Figure]] = {
     "limits": limits,
     "starts": starts,
@@ -226,6 +235,7 @@ FIGURES: dict[str, Callable[[], go.Figure]] = {
     "wheels": wheels,
     "floor": floor,
     "calibration": calibration,
+    "suite": suite,
 }
 
 

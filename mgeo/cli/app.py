@@ -257,6 +257,20 @@ def report(
     pdf: Annotated[
         bool, typer.Option("--pdf", help="Also write the figures as PDF, into figures beside FILE.")
     ] = False,
+    figure: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="Write only this figure, such as front or knee-rates, as PNG unless --pdf is "
+            "given; may be given several times. No report is written.",
+        ),
+    ] = None,
+    paper: Annotated[
+        bool,
+        typer.Option(
+            "--paper", help="Figures for a paper: 88 mm wide, 8-point serif, no title, as PDF."
+        ),
+    ] = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
     debug: options.Debug = False,
@@ -269,8 +283,10 @@ def report(
     """
     from mgeo.cli.report import write_report
 
-    formats = [kind for kind, wanted in (("png", png), ("pdf", pdf)) if wanted]
-    write_report(folder, out, formats, Output(quiet, json))
+    formats = [kind for kind, wanted in (("png", png), ("pdf", pdf or paper)) if wanted]
+    if figure and not formats:
+        formats = ["png"]
+    write_report(folder, out, formats, Output(quiet, json), only=figure or (), paper=paper)
 
 
 @app.command(epilog=epilog("problems"))

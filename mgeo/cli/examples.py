@@ -21,6 +21,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo report runs/attitude-mgeo-directed-seed1",
         "mgeo report runs/attitude-mgeo-directed-seed1 --out review.html",
         "mgeo report runs/attitude-mgeo-directed-seed1 --png --pdf",
+        "mgeo report runs/attitude-mgeo-directed-seed1 --figure front --paper",
     ),
     "problems": ("mgeo problems", "mgeo problems --json | jq -r .problems[].name"),
     "study": (

@@ -15,7 +15,7 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.robustness import draw_flights, judged, kept_by
-from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Wheels
+from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Prior, Wheels
 from pymoo.optimize import minimize
 from scipy.spatial.transform import Rotation
 
@@ -309,3 +309,37 @@ def test_remarks_count_the_plans_that_keep_their_promise():
         f"{worst.max():.3g} at most"
     )
     assert re.match(r"\d+ of 50 plans looked at keep", problem.remarks(X)[0])
+
+
+def test_flights_after_a_calibration_are_drawn_from_its_covariance():
+    """Attitude and rate errors together: off by more about an axis, and by correlated numbers."""
+    of = scenario(count=4000)
+    sigma = FilterModel.from_scenario(of).initial_sigma
+    rng = np.random.default_rng(3)
+    mixed = rng.standard_normal((len(sigma), len(sigma))) + 2.0 * np.eye(len(sigma))
+    scale = 0.1 * sigma / np.sqrt(np.diag(mixed @ mixed.T))
+    P = scale[:, None] * (mixed @ mixed.T) * scale
+    prior = Prior(
+        quaternion=(0.5, -0.5, 0.5, 0.5),
+        rate_deg_s=(0.1, 0.0, 0.0),
+        states=np.zeros((len(sigma) // 3 - 1, 3)).tolist(),
+        covariance=(0.5 * (P + P.T)).tolist(),
+    )
+    of = dataclasses.replace(of, prior=prior)
+    model = FilterModel.from_scenario(of)
+    errors = []
+    for flight in draw_flights(of, model, of.flight):
+        # what is seen there is what is seen from the true attitude R(-e) C
+        turn, *_ = np.linalg.lstsq(model.references[:50, 1], flight.model.references[:50, 1])
+        C = model.initial_attitude
+        error = -Rotation.from_matrix(C @ turn.T @ C.T).as_rotvec()
+        errors.append([*error, *-np.radians(flight.rates[0])])
+    P = P[:6, :6]
+    found = np.cov(np.array(errors).T) / np.sqrt(np.outer(np.diag(P), np.diag(P)))
+    expected = P / np.sqrt(np.outer(np.diag(P), np.diag(P)))
+    assert np.abs(expected - np.eye(6)).max() > 0.3
+    np.testing.assert_allclose(found, expected, rtol=0, atol=0.08)  # 1.6 % 1-sigma, times 5
+    given = dataclasses.replace(of.flight, attitude_deg=0.0, rate_error_deg_s=0.0, count=2)
+    for flight in draw_flights(of, model, given):
+        np.testing.assert_array_equal(flight.model.references, model.references)
+        np.testing.assert_array_equal(flight.rates, np.zeros((3, 3)))

@@ -309,3 +309,15 @@ def test_a_second_flight_goes_on_consistently_and_better(preset, flights):
             rtol=1e-12,
         )
         assert not one.states[suite.considered].any()
+
+
+def test_the_figure_shows_what_is_new(first):
+    """Estimates less those of the calibration before, over its 1-sigmas."""
+    found, telemetry = first
+    after = found.scenario_after({"duration": 600.0})
+    again = calibrate(after, fly(after, SECOND, 2, after=telemetry.truth))
+    one, other = found.table(), again.table()
+    drawn = [point for trace in again.figures()["constants"].data for point in trace.y]
+    expected = (other["estimate"] - one["estimate"]) / one["sigma"]
+    np.testing.assert_allclose(drawn, expected, rtol=1e-9)
+    np.testing.assert_allclose(other["prior_sigma"], one["sigma"], rtol=1e-12)

@@ -195,8 +195,10 @@ class Calibration:
         """Figures ``constants`` and, of one with history, ``innovations`` and ``attitude``."""
         from mgeo_attitude.calibration.figures import calibration_figures
 
-        names = [sensor.name for sensor in self.scenario.sensors]
-        return calibration_figures(self.table(), names, self.history)
+        names, known = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior
+        states = np.zeros_like(self.states) if known is None else known.estimates
+        believed = [in_units(self.suite, states, block) for block in self._units()]
+        return calibration_figures(self.table(), np.concatenate(believed), names, self.history)
 
     def _history(self) -> History:
         if self.history is None:

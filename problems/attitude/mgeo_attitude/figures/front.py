@@ -7,7 +7,7 @@ import math
 import numpy as np
 import plotly.graph_objects as go
 
-from mgeo.figures.style import COLORS, GRAY, SYMBOLS, finished, log_axis
+from mgeo.figures.style import COLORS, GRAY, HOVER, SYMBOLS, finished, log_axis
 
 from .._typing import Floats
 from ..describe import front_summary, maneuver_texts, nondominated
@@ -76,7 +76,7 @@ def front_figure(scenario: Scenario, solutions: Solutions, kept: Floats | None =
     finished(
         figure,
         "Calibration maneuvers: covariance trace against time to converge",
-        f"scenario {scenario.name}; points on the front: {summary}; hover over one for its plan",
+        f"scenario {scenario.name}; points on the front: {summary}{HOVER}",
     )
     figure.add_vline(
         x=period,

@@ -12,18 +12,20 @@ from mgeo.figures.style import COLORS, GRAY, log_axis
 from mgeo_attitude._typing import Floats
 
 from ..describe import block_units, checked_designs
+from ..environment.directions import DIRECTIONS
 from ..filter.evaluator import evaluate
 from ..filter.model import FilterModel
 from ..maneuvers.schedule import Flown
 from .convergence import sample_steps
 from .motion import directions, motion
 from .polyline import corners
-from .sphere import OUTLINE, graticule, projected
+from .sphere import OUTLINE, circle, graticule, projected
 from .style import line, title
 from .whole import Whole
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
+    from mgeo_attitude.scenario import Scenario
 
 Intervals = list[tuple[float, float]]
 
@@ -154,6 +156,7 @@ def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[st
                 "hoverinfo": "name",
             }
         )
+    traces += _edges(problem.scenario)
     width, height = OUTLINE
     hidden = {"visible": False, "fixedrange": True}
     axis = {**hidden, "range": [-height, height], "scaleanchor": "x"}
@@ -161,6 +164,30 @@ def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[st
     layout["xaxis"] = {**hidden, "range": [-width, width]}
     layout["margin"] |= {"l": 15, "b": 15}
     return {"data": traces, "layout": layout}
+
+
+def _edges(scenario: Scenario) -> list[dict[str, Any]]:
+    """Circles on the body's sphere: where directions must be or must not, and what sensors see."""
+    circles = [(limit.label, limit.cone(), "solid") for limit in scenario.path_limits]
+    for sensor in scenario.sensors:
+        for cone in sensor.views():
+            limit = f"{DIRECTIONS[cone.direction].label} off" if cone.direction else "view of"
+            circles.append((f"{limit} {sensor.name}", cone, "dot"))
+    found = []
+    for index, (name, cone, dash) in enumerate(circles):
+        across, up = circle(cone.axis, cone.half_angle)
+        found.append(
+            {
+                "type": "scatter",
+                "name": name,
+                "x": across,
+                "y": up,
+                "mode": "lines",
+                "line": {"color": COLORS[(1 + index) % 4], "dash": dash, "width": 1.5},
+                "hoverinfo": "name",
+            }
+        )
+    return found
 
 
 def _line(times: Floats, values: Floats, index: int) -> dict[str, Any]:

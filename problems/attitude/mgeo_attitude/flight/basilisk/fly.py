@@ -97,7 +97,13 @@ def fly(
     seen = simulate(
         scenario,
         Motion.of(ramped, design, n),
-        Drawn(model.initial_attitude @ drawn.start, model.initial_rate, drawn.errors, mean_bias),
+        Drawn(
+            model.initial_attitude @ drawn.start,
+            model.initial_rate,
+            model.initial_states,
+            drawn.errors,
+            mean_bias,
+        ),
         vehicle,
         environment,
         generator,
