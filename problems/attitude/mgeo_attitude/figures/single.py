@@ -166,16 +166,15 @@ def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[st
 
 
 def _edges(scenario: Scenario) -> list[dict[str, Any]]:
-    """Circles on the body's sphere: where the Sun must not be, and what sensors see."""
-    circles = [
-        (f"keep-out of {cone.name}", cone.axis(), np.radians(cone.half_angle_deg), "solid")
-        for cone in scenario.keep_outs
-    ]
-    views = [(f"view of {sensor.name}", sensor.field_of_view()) for sensor in scenario.sensors]
-    circles += [(name, *view, "dot") for name, view in views if view is not None]
+    """Circles on the body's sphere: the cones of path limits, solid, and of sensors."""
+    cones = [(limit.label, limit.cone(), "solid") for limit in scenario.path_limits]
+    for sensor in scenario.sensors:
+        for view in sensor.views():
+            seen = "view of" if view.inside else f"{view.direction.capitalize()} off"
+            cones.append((f"{seen} {sensor.name}", view, "dot" if view.inside else "dash"))
     found = []
-    for index, (name, axis, radius, dash) in enumerate(circles):
-        across, up = circle(axis, radius)
+    for index, (name, cone, dash) in enumerate(cones):
+        across, up = circle(cone.axis, cone.half_angle)
         found.append(
             {
                 "type": "scatter",
