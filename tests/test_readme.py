@@ -1,13 +1,16 @@
 """What the README shows works as it stands there."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import plotly.graph_objects as go
 import pytest
+import yaml
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+READMES = {"README.md", "README.pt-BR.md"}
 
 
 def blocks(language):
@@ -30,6 +33,54 @@ def test_the_python_code_runs(monkeypatch, capsys):
     exec(code.replace("20_000", "1_080"), {})
     assert "t_end [s]" in capsys.readouterr().out
     assert len(shown) == 1
+
+
+PORTUGUESE = (ROOT / "README.pt-BR.md").read_text(encoding="utf-8")
+
+
+def test_the_portuguese_one_has_the_same_commands_figures_and_numbers():
+    def of(text):
+        prose = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
+        return {
+            "blocks": re.findall(r"```(\w+)\n(.*?)```", text, re.DOTALL),
+            "pictures": re.findall(r"!\[[^\]]*\]\(([^)]*)\)", text),
+            "links": sorted(set(re.findall(r"(?<!!)\[[^\]]*\]\(([^)]*)\)", text)) - READMES),
+            "code": sorted(re.findall(r"`([^`\n]+)`", prose)),
+            "numbers": sorted(re.findall(r"\d[\d,.]*\d|\d", prose.replace("pt-BR", ""))),
+            "headings": len(re.findall(r"^#", text, re.MULTILINE)),
+            "rows": len(re.findall(r"^\|", text, re.MULTILINE)),
+            "points": len(re.findall(r"^- ", text, re.MULTILINE)),
+        }
+
+    english, portuguese = of(README), of(PORTUGUESE)
+    for part, found in english.items():
+        assert portuguese[part] == found, part
+
+
+def test_each_leads_to_the_other():
+    assert "](README.pt-BR.md)" in README
+    assert "](README.md)" in PORTUGUESE
+
+
+def test_sentences_are_short():
+    prose = re.sub(r"```.*?```|^\|.*$|^!.*$", "", README, flags=re.DOTALL | re.MULTILINE)
+    prose = re.sub(r"\]\([^)]*\)", "]", prose)
+    for paragraph in re.split(r"\n\n|\n- |\n#+ ", prose):
+        for sentence in re.split(r"(?<=[.:;?!])\s", paragraph.replace("\n", " ")):
+            assert len(sentence.split()) <= 25, sentence
+    assert len(README.split()) <= 450  # it was 878 words once
+
+
+def test_the_citation_names_the_paper_and_this_version():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert (citation["cff-version"], citation["type"]) == ("1.2.0", "software")
+    assert (citation["version"], citation["license"]) == (project["version"], project["license"])
+    assert citation["preferred-citation"]["journal"] == "Shock and Vibration"
+    page = (ROOT / "docs" / "citing.md").read_text(encoding="utf-8")
+    assert f"version = {{{project['version']}}}" in page
+    for cited in (citation["preferred-citation"], *citation["references"]):
+        assert " ".join(cited["title"].split()) in " ".join(page.replace("*", "").split())
 
 
 def test_links_into_the_repository_lead_somewhere():

@@ -9,6 +9,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo solve attitude",
         "mgeo solve attitude --scenario cubesat_6u --algorithm nsga2 --population 50",
         "mgeo solve attitude --scenario mine.toml --evaluations 20000 --out runs/mine --dry-run",
+        "mgeo solve attitude --robust",
         "mgeo solve attitude --algorithm mgeo-canonical --set bits=12 --set restart=archive",
         "mgeo solve attitude --seed 2 --json | jq .hypervolume.value",
     ),
@@ -20,6 +21,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo report runs/attitude-mgeo-directed-seed1",
         "mgeo report runs/attitude-mgeo-directed-seed1 --out review.html",
         "mgeo report runs/attitude-mgeo-directed-seed1 --png --pdf",
+        "mgeo report runs/attitude-mgeo-directed-seed1 --figure front --paper",
     ),
     "problems": ("mgeo problems", "mgeo problems --json | jq -r .problems[].name"),
     "study": (

@@ -14,7 +14,15 @@ REPORT_FILE = "report.html"
 FIGURES_FOLDER = "figures"
 
 
-def write_report(folder: Path, out: Path | None, formats: Sequence[str], output: Output) -> None:
+def write_report(
+    folder: Path,
+    out: Path | None,
+    formats: Sequence[str],
+    output: Output,
+    *,
+    only: Sequence[str] = (),
+    paper: bool = False,
+) -> None:
     """Write the report of a run folder, into it unless `out` is given, and pictures beside it.
 
     Nothing is written before all of it is made.
@@ -23,6 +31,10 @@ def write_report(folder: Path, out: Path | None, formats: Sequence[str], output:
     ----------
     formats
         Of the pictures: "png", "pdf", both or none.
+    only
+        Names of the pictures to write; then no report is written.
+    paper
+        See `mgeo.report.static_figures`.
     """
     path = out or folder / REPORT_FILE
     figures = path.parent / FIGURES_FOLDER
@@ -35,16 +47,23 @@ def write_report(folder: Path, out: Path | None, formats: Sequence[str], output:
             raise IsADirectoryError(f"{path} is a folder: expected a file, or none yet")
         if formats and figures.exists() and not figures.is_dir():
             raise FileExistsError(f"{figures} is a file: expected a folder to write figures into")
-        html = report_html(folder).encode()
-        pictures = static_figures(folder, formats) if formats else {}
+        html = b"" if only else report_html(folder).encode()
+        pictures = static_figures(folder, formats, only=only, paper=paper) if formats else {}
         if pictures:
             figures.mkdir(exist_ok=True)
             write_files(figures, pictures)
-        write_file(path, html)
-    output.print(f"written: {path} ({len(html) / 1e6:.1f} MB)")
+        if html:
+            write_file(path, html)
+    if html:
+        output.print(f"written: {path} ({len(html) / 1e6:.1f} MB)")
     if pictures:
         output.print(f"written: {figures} ({len(pictures)} files)")
     written = [str(figures / name) for name in pictures]
     output.result(
-        {"folder": str(folder), "file": str(path), "bytes": len(html), "figures": written}
+        {
+            "folder": str(folder),
+            "file": str(path) if html else None,
+            "bytes": len(html),
+            "figures": written,
+        }
     )

@@ -15,11 +15,20 @@ COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#44
 #: Marker shapes, so that no figure depends on color alone.
 SYMBOLS = ("circle", "diamond", "square", "cross", "triangle-up", "x", "star")
 
+#: What subtitles say to whoever sees a figure on a screen.
+HOVER = "; hover over one for its plan"
+CLICK = "; click the legend to hide"
+
 GRAY = "#767676"
 GRID = "#e3e6ea"
 
 #: Ratio of largest to smallest value from which only powers of ten are labeled.
 _WIDE = 1e3
+
+
+def symbol(index: int) -> str:
+    """Marker of one of several lines; with the color of that number no two of 49 are alike."""
+    return SYMBOLS[(index + index // len(COLORS)) % len(SYMBOLS)]
 
 
 def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:

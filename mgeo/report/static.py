@@ -12,7 +12,10 @@ from typing import Any
 
 import plotly.graph_objects as go
 
+from mgeo._validation import did_you_mean
 from mgeo.figures.motion import motion_of
+from mgeo.figures.paper import for_paper
+from mgeo.figures.style import CLICK, HOVER
 from mgeo.plugins import protocol
 from mgeo.report.history import recorded_history
 from mgeo.report.reading import read_subject
@@ -30,7 +33,13 @@ class StaticExportError(RuntimeError):
     """Figures cannot be drawn on this machine; the message says what it lacks."""
 
 
-def static_figures(folder: Path | str, formats: Sequence[str]) -> dict[str, bytes]:
+def static_figures(
+    folder: Path | str,
+    formats: Sequence[str],
+    *,
+    only: Sequence[str] = (),
+    paper: bool = False,
+) -> dict[str, bytes]:
     """Files of the figures of a run, by name.
 
     They are the front, the hypervolume of a recorded run and, of the knee and the best solution
@@ -41,15 +50,25 @@ def static_figures(folder: Path | str, formats: Sequence[str]) -> dict[str, byte
     ----------
     formats
         Of "png" and "pdf".
+    only
+        Names of figures, without their endings; none for all of them.
+    paper
+        As wide as a column of a paper, in its fonts, and without a title.
 
     Raises
     ------
     StaticExportError
         If kaleido or a browser is missing, or the browser does not start.
     FileNotFoundError, ValueError, TypeError
-        See `mgeo.report.report_html`.
+        See `mgeo.report.report_html`; a ValueError also for a figure that there is not.
     """
-    return drawn(_pictures(Path(folder)), formats)
+    found = _pictures(Path(folder))
+    for name in only:
+        if name not in found:
+            expected = f"expected {', '.join(found)}{did_you_mean(name, found)}"
+            raise ValueError(f"the run has no figure {name!r}: {expected}")
+    shape = for_paper if paper else _sized
+    return drawn({name: shape(found[name]) for name in only or found}, formats)
 
 
 def drawn(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str, bytes]:
@@ -81,7 +100,7 @@ def _pictures(folder: Path) -> dict[str, go.Figure]:
         for name, figure in figures.items():
             if motion_of(figure) is None:
                 found[_file_name(found, solution.label, name)] = figure
-    return {name: _sized(figure) for name, figure in found.items() if figure is not None}
+    return {name: figure for name, figure in found.items() if figure is not None}
 
 
 def _file_name(taken: Container[str], label: str, figure: str) -> str:
@@ -93,8 +112,18 @@ def _file_name(taken: Container[str], label: str, figure: str) -> str:
 
 def _sized(figure: go.Figure) -> go.Figure:
     width, height = _SIZE if figure.layout.height is None else (_WIDTH_OF_SOLUTION, None)
-    still = go.Figure(figure).update_layout(template="plotly_white", font_color=_INK)
+    still = _still(figure).update_layout(template="plotly_white", font_color=_INK)
     return still.update_layout(width=width, height=height or figure.layout.height)
+
+
+def _still(figure: go.Figure) -> go.Figure:
+    """Without what its title says to whoever sees it on a screen."""
+    still = go.Figure(figure)
+    if text := still.layout.title.text:
+        for words in (HOVER, CLICK):
+            text = text.replace(words, "")
+        still.update_layout(title_text=text)
+    return still
 
 
 async def _drawn(

@@ -20,7 +20,7 @@ from mgeo_attitude.fields import declared
 from mgeo_attitude.flight.mapping import UNITS
 from mgeo_attitude.objectives import OBJECTIVES
 from mgeo_attitude.plan import ManeuverPlan, write_plan
-from mgeo_attitude.scenario import InitialConditions, Prior
+from mgeo_attitude.scenario import FlightErrors, InitialConditions, Prior
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
@@ -119,6 +119,16 @@ def test_the_page_names_all_directions_of_path_limits():
     assert re.findall(r"^\| `(\w+)`.* \|.*\|.*\|$", table, re.M) == ["reference", *DIRECTIONS]
 
 
+def test_the_scenario_of_errors_is_read_and_every_error_is_on_its_page():
+    (text,) = blocks("errors.md", "toml")
+    sun, mag = Scenario.from_toml(text).sensors
+    assert (sun.albedo, sun.sample_interval, mag.considered) == (0.05, 2.0, ("orbit_error",))
+    full = Scenario.cubesat_6u_full()
+    for owner in (full.gyro, *full.sensors):
+        for state in owner.states():
+            assert state in ("bias", "misalignment") or f".{state}`" in page("errors.md")
+
+
 def test_every_objective_is_on_the_page():
     rows = re.findall(r"^\| (.*?) \|", page("limits.md").partition("## Objectives")[2], re.M)
     named = {name for row in rows for name in re.findall(r"`(.*?)`", row)}
@@ -180,9 +190,24 @@ def test_every_propagator_is_on_the_page():
     assert set(named) == set(ORBITS.classes)
 
 
+def test_the_tables_of_flights_and_rules_are_read():
+    flights, rule = (Scenario.from_toml(text) for text in blocks("robust.md", "toml"))
+    assert flights.flight == FlightErrors(rate_error_deg_s=0.01, attitude_deg=5.0)
+    assert (rule.convergence.rule, rule.convergence.factor) == ("settling", 1.25)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", ["start-research.md", "limits.md", "calibration.md", "plan-again.md", "too-sure.md"]
+    "name",
+    [
+        "start-research.md",
+        "limits.md",
+        "errors.md",
+        "calibration.md",
+        "plan-again.md",
+        "too-sure.md",
+        "robust.md",
+    ],
 )
 def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -276,3 +301,19 @@ def test_the_command_with_limits(objectives, tmp_path, monkeypatch):
     assert Path("runs/limits/front.html").is_file()
     run("mgeo report runs/limits")
     assert "ramp to maneuver 1" in run("mgeo attitude show runs/limits --pick best")
+
+
+@pytest.mark.slow
+def test_the_way_out_of_no_plan(tmp_path, monkeypatch):
+    """The page's scenario has no plan, and each command shows what comes nearest."""
+    monkeypatch.chdir(tmp_path)
+    (scenario,) = blocks("no-plan.md", "toml")
+    Path("tight.toml").write_text(scenario)
+    solve, show, report = blocks("no-plan.md", "sh")[0].splitlines()
+    told = run(solve, codes=(3,))
+    assert "ways out" in told
+    assert re.search(r"relax .*(wheel momentum|required 1-sigma)", told)
+    assert Path("runs/tight/nearest.csv").is_file()
+    assert "keeps all limits" in run(show)
+    run(report)
+    assert "Nothing that was found keeps all limits" in Path("runs/tight/report.html").read_text()

@@ -8,6 +8,7 @@ import moocore
 import numpy as np
 import plotly.graph_objects as go
 
+from mgeo.figures.style import CLICK
 from mgeo.studies.figures.style import finished, looks, require_objectives, set_axes
 
 if TYPE_CHECKING:
@@ -60,8 +61,8 @@ def attainment_figure(results: Results) -> go.Figure:
     return finished(
         figure,
         "Empirical attainment surfaces",
-        "thick: what half of the runs dominate or reach; dotted: the best run and every run; "
-        "click the legend to hide",
+        "thick: what half of the runs dominate or reach; dotted: the best run and every "
+        f"run{CLICK}",
     )
 
 

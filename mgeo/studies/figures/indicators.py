@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from mgeo.figures.front import axis
+from mgeo.figures.style import CLICK
 from mgeo.studies.figures.style import Look, finished, looks, row_height
 from mgeo.studies.statistics import bootstrap_band
 
@@ -47,8 +48,7 @@ def anytime_figure(results: Results, indicator: str | None = None) -> go.Figure:
     return finished(
         figure,
         f"{chosen.title[0].upper()}{chosen.title[1:]} of all evaluations so far",
-        f"mean of the runs, {chosen.direction}; band: 95 % bootstrap interval of the mean; "
-        "click the legend to hide",
+        f"mean of the runs, {chosen.direction}; band: 95 % bootstrap interval of the mean{CLICK}",
     )
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import plotly.graph_objects as go
 
+from mgeo.figures.style import CLICK
 from mgeo.studies.figures.style import finished, looks
 from mgeo.studies.targets import SHORTFALLS, runtimes
 
@@ -44,5 +45,5 @@ def targets_figure(results: Mapping[str, Results]) -> go.Figure | None:
         figure,
         f"Targets reached, {len(results)} problems",
         f"targets: hypervolumes short of a problem's best by {SHORTFALLS[0]:.0%} to "
-        f"{SHORTFALLS[-1]:.3%} of it; click the legend to hide",
+        f"{SHORTFALLS[-1]:.3%} of it{CLICK}",
     )

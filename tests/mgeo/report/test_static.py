@@ -1,5 +1,6 @@
 """Pictures of a run's figures, and what is said where they cannot be drawn."""
 
+import re
 import struct
 import sys
 import threading
@@ -10,6 +11,9 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
+from mgeo.figures.paper import for_paper
+from mgeo.figures.style import COLORS, HOVER, finished, symbol
+from mgeo.report import static
 
 from ...browser import find_browser
 
@@ -95,8 +99,46 @@ def test_pictures_are_written_beside_the_report(folder, tmp_path):
 
 def test_a_folder_that_cannot_be_made_leaves_no_report(folder, monkeypatch):
     (folder / "figures").write_text("a file in the way")
-    monkeypatch.setattr("mgeo.cli.report.static_figures", lambda *_: {"front.png": b"drawn"})
+    monkeypatch.setattr("mgeo.cli.report.static_figures", lambda *_, **__: {"front.png": b"drawn"})
     done = report(folder, "--png")
     assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
     assert not (folder / "report.html").exists()
     assert (folder / "figures").read_text() == "a file in the way"
+
+
+@pytest.mark.slow
+def test_one_figure_for_a_paper(folder):
+    pytest.importorskip("kaleido")
+    find_browser()
+    done = report(folder, "--figure", "knee-bar", "--paper")
+    assert done.exit_code == 0, done.output
+    assert [path.name for path in (folder / "figures").iterdir()] == ["knee-bar.pdf"]
+    assert not (folder / "report.html").exists()
+    done = report(folder, "--figure", "knee-bar", "--figure", "front")
+    assert done.exit_code == 0, done.output
+    assert (folder / "figures" / "front.png").exists()
+
+
+def test_a_figure_that_there_is_not(folder):
+    message = refused(folder, report(folder, "--figure", "knee-bra"))
+    assert re.search(r"no figure 'knee-bra': expected front, .*; did you mean 'knee-bar'", message)
+
+
+def test_what_only_a_screen_can_do_is_not_printed():
+    figure = go.Figure(go.Scatter(x=[1, 2], y=[3, 4], marker={"size": 10}))
+    finished(figure, "A title", f"points{HOVER}")
+    figure.update_layout(xaxis2={"side": "top"})
+    still = static._sized(figure)
+    assert still.layout.title.text.endswith("13px'>points</span>")
+    printed = for_paper(figure)
+    assert (printed.layout.title.text, printed.layout.width) == (None, 333)
+    assert printed.layout.width / 96 * 25.4 == pytest.approx(88.0, abs=0.2)
+    assert printed.layout.font.size * 0.75 == pytest.approx(8.0, abs=0.1)  # points
+    assert printed.data[0].marker.size == 6.0
+    assert figure.data[0].marker.size == 10  # the figure itself is as it was
+    assert HOVER in figure.layout.title.text
+
+
+def test_no_two_of_many_lines_look_alike():
+    looks = {(COLORS[i % len(COLORS)], symbol(i)) for i in range(49)}
+    assert len(looks) == 49

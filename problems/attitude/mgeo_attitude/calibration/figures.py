@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 
-from mgeo.figures.style import COLORS, GRAY, SYMBOLS, finished, log_axis
+from mgeo.figures.style import COLORS, GRAY, finished, log_axis, symbol
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.calibration.history import History
 from mgeo_attitude.figures.style import line
@@ -52,7 +52,7 @@ def _constants(table: pd.DataFrame) -> go.Figure:
             mode="markers",
             name=label,
             marker={
-                "symbol": SYMBOLS[number % len(SYMBOLS)],
+                "symbol": symbol(number),
                 "size": 8,
                 "color": COLORS[number % len(COLORS)],
             },
@@ -83,7 +83,7 @@ def _innovations(names: Sequence[str], history: History) -> go.Figure:
             name=name,
             mode="lines+markers",
             line=line(number),
-            marker={"symbol": SYMBOLS[number % len(SYMBOLS)], "size": 7},
+            marker={"symbol": symbol(number), "size": 7},
             hovertemplate=f"{name} %{{y:.3f}} at %{{x:.0f}} s<extra></extra>",
         )
     finished(

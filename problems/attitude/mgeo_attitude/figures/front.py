@@ -7,9 +7,11 @@ import math
 import numpy as np
 import plotly.graph_objects as go
 
-from mgeo.figures.style import COLORS, GRAY, SYMBOLS, finished, log_axis
+from mgeo.figures.style import COLORS, GRAY, HOVER, SYMBOLS, finished, log_axis
 
+from .._typing import Floats
 from ..describe import front_summary, maneuver_texts, nondominated
+from ..promises import MOST_FLIGHTS
 from ..scenario import Scenario
 from .solutions import Solutions
 
@@ -17,19 +19,26 @@ from .solutions import Solutions
 _TICKS = 20
 
 
-def front_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
+def front_figure(scenario: Scenario, solutions: Solutions, kept: Floats | None = None) -> go.Figure:
     """Trace against t_end, in seconds below and orbits above, with each plan in its hover text.
 
     Traces: the boundary of what the front dominates, then the solutions that converge within the
-    first orbital period, then the later ones (``customdata`` is the solution's number).
+    first orbital period, then the later ones (``customdata`` is the solution's number), and the
+    boundary of what most flights keep.
+
+    Parameters
+    ----------
+    kept : array, shape (n, 2), optional
+        What most flights of the solutions keep, NaN where nobody looked.
     """
+    kept = np.full(solutions.F.shape, np.nan) if kept is None else kept
     period = scenario.orbit.period
     t_end, trace = solutions.F.T
     later = t_end > period
     names = ("first orbit", "second orbit" if scenario.duration <= 2.0 * period else "later orbits")
     counts = zip(names, front_summary(scenario, solutions.F).values(), strict=True)
     summary = ", ".join(f"{name} {count:.0f}" for name, count in counts)
-    hover = np.array([_hover_text(solutions, i, period) for i in range(len(t_end))])
+    hover = np.array([_hover_text(solutions, i, period, kept[i]) for i in range(len(t_end))])
     front = solutions.F[nondominated(solutions.F)]
     figure = go.Figure().add_scatter(
         name="boundary",
@@ -54,10 +63,20 @@ def front_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
             hovertext=hover[group],
             hoverinfo="text",
         )
+    safe = nondominated(kept)
+    if len(safe):
+        figure.add_scatter(
+            name=f"kept by {MOST_FLIGHTS}",
+            x=kept[safe, 0],
+            y=kept[safe, 1],
+            mode="lines",
+            line={"shape": "hv", "width": 1.5, "color": COLORS[2], "dash": "dot"},
+            hoverinfo="skip",
+        )
     finished(
         figure,
         "Calibration maneuvers: covariance trace against time to converge",
-        f"scenario {scenario.name}; points on the front: {summary}; hover over one for its plan",
+        f"scenario {scenario.name}; points on the front: {summary}{HOVER}",
     )
     figure.add_vline(
         x=period,
@@ -73,26 +92,40 @@ def front_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
     figure.update_xaxes(title_text="t_end [s]", tickformat="d")
     figure.update_yaxes(log_axis(trace), title_text="trace of the covariance at t_end [-]")
     return figure.update_layout(
-        # above the plot, where neither points nor the mark of the period can be
-        legend={"orientation": "h", "x": 1, "xanchor": "right", "y": 1.07, "yanchor": "bottom"},
+        # below the lower axis' title, where neither points nor labels are
+        legend={
+            "orientation": "h",
+            "x": 1,
+            "xanchor": "right",
+            "y": 0,
+            "yref": "container",
+            "yanchor": "bottom",
+        },
         legend_title_text="converged in",
         hovermode="closest",
-        margin_t=135,  # room for the upper axis
+        margin={"t": 135, "b": 105},  # room for the upper axis, and the legend
         xaxis2=_orbits_axis(scenario.duration, period),
     )
 
 
-def _hover_text(solutions: Solutions, i: int, period: float) -> str:
+def _hover_text(solutions: Solutions, i: int, period: float, kept: Floats) -> str:
     t_end, trace = solutions.F[i]
     lines = [
         f"<b>{solutions.labels[i]}</b>",
         f"t_end {t_end:.6g} s ({t_end / period:.3f} orbits)",
         f"trace {trace:.4g}",
+        *_kept_text(kept),
         f"attitude {solutions.accuracy_deg[i]:.3g} deg (1-sigma, worst axis)",
         "maneuvers, x / y / z [deg/s] for duration [s]:",
         *(f"{m}: {text}" for m, text in enumerate(maneuver_texts(solutions.X[i]), 1)),
     ]
     return "<br>".join(lines)
+
+
+def _kept_text(kept: Floats) -> list[str]:
+    if not np.isfinite(kept).all():
+        return []
+    return [f"{MOST_FLIGHTS} keep t_end {kept[0]:.6g} s, trace {kept[1]:.4g}"]
 
 
 def _orbits_axis(duration: float, period: float) -> dict[str, object]:

@@ -18,12 +18,13 @@ from ..maneuvers.schedule import Flown
 from .convergence import sample_steps
 from .motion import directions, motion
 from .polyline import corners
-from .sphere import OUTLINE, graticule, projected
+from .sphere import OUTLINE, circle, graticule, projected
 from .style import line, title
 from .whole import Whole
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
+    from mgeo_attitude.scenario import Scenario
 
 Intervals = list[tuple[float, float]]
 
@@ -154,6 +155,7 @@ def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[st
                 "hoverinfo": "name",
             }
         )
+    traces += _edges(problem.scenario)
     width, height = OUTLINE
     hidden = {"visible": False, "fixedrange": True}
     axis = {**hidden, "range": [-height, height], "scaleanchor": "x"}
@@ -161,6 +163,30 @@ def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[st
     layout["xaxis"] = {**hidden, "range": [-width, width]}
     layout["margin"] |= {"l": 15, "b": 15}
     return {"data": traces, "layout": layout}
+
+
+def _edges(scenario: Scenario) -> list[dict[str, Any]]:
+    """Circles on the body's sphere: the cones of path limits, solid, and of sensors."""
+    cones = [(limit.label, limit.cone(), "solid") for limit in scenario.path_limits]
+    for sensor in scenario.sensors:
+        for view in sensor.views():
+            seen = "view of" if view.inside else f"{view.direction.capitalize()} off"
+            cones.append((f"{seen} {sensor.name}", view, "dot" if view.inside else "dash"))
+    found = []
+    for index, (name, cone, dash) in enumerate(cones):
+        across, up = circle(cone.axis, cone.half_angle)
+        found.append(
+            {
+                "type": "scatter",
+                "name": name,
+                "x": across,
+                "y": up,
+                "mode": "lines",
+                "line": {"color": COLORS[(1 + index) % 4], "dash": dash, "width": 1.5},
+                "hoverinfo": "name",
+            }
+        )
+    return found
 
 
 def _line(times: Floats, values: Floats, index: int) -> dict[str, Any]:

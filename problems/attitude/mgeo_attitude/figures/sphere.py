@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mgeo.figures.style import GRAY
 from mgeo_attitude._typing import Floats
@@ -31,6 +31,24 @@ def projected(vectors: Floats) -> tuple[Shorts, Shorts]:
     level = np.sqrt(np.clip(1.0 - z**2, 0.0, 1.0))
     place = np.array([2.0 * level * np.sin(half), z]) / np.sqrt(0.5 + 0.5 * level * np.cos(half))
     across, up = np.rint(place * _SCALE).astype(np.int16)
+    return across, up
+
+
+def circle(axis: ArrayLike, radius: float) -> tuple[Floats, Floats]:
+    """A circle of this angular radius [rad] about a body direction, as a line on the map.
+
+    It is broken where it leaves the map on one side and comes back on the other.
+    """
+    middle = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    first = np.cross(middle, np.eye(3)[np.abs(middle).argmin()])
+    first /= np.linalg.norm(first)
+    around = np.linspace(0.0, 2.0 * np.pi, 145)[:, None]
+    edge = np.cos(around) * first + np.sin(around) * np.cross(middle, first)
+    points = np.cos(radius) * middle + np.sin(radius) * edge
+    place = np.array(projected(points), dtype=float)
+    x, y, _ = points.T
+    jumps = np.flatnonzero((y[:-1] * y[1:] <= 0.0) & (x[:-1] + x[1:] < 0.0)) + 1
+    across, up = np.insert(place, jumps, np.nan, axis=1)
     return across, up
 
 

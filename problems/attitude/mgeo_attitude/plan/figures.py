@@ -6,7 +6,7 @@ import numpy as np
 import plotly.express as px
 import plotly.graph_objects as go
 
-from mgeo.figures.style import COLORS, SYMBOLS, finished, log_axis
+from mgeo.figures.style import COLORS, finished, log_axis, symbol
 from mgeo_attitude.describe import block_units
 from mgeo_attitude.figures.maneuvers import maneuvers_figure
 from mgeo_attitude.figures.solutions import Solutions
@@ -45,7 +45,7 @@ def _contributions(plan: ManeuverPlan) -> go.Figure:
             name=block.label,
             mode="lines+markers",
             line=line(index),
-            marker={"symbol": SYMBOLS[index % len(SYMBOLS)], "size": 9},
+            marker={"symbol": symbol(index), "size": 9},
             customdata=worst[:, index],
             hovertemplate=f"{block.label} %{{customdata:.4g}} {block.unit} (%{{y:.3g}})",
         )
