@@ -13,7 +13,6 @@ from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.reference import can_measure
 from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.flight import Motion
-from mgeo_suite import SensorSuiteProblem
 from plotly.subplots import make_subplots
 
 _FRONTS = Path(__file__).parents[1] / "fronts"
@@ -221,6 +220,8 @@ def calibration() -> go.Figure:
 
 def suite() -> go.Figure:
     """The stored front of the page on sensor suites."""
+    from mgeo_suite import SensorSuiteProblem
+
     problem = SensorSuiteProblem()
     table = pd.read_csv(_FRONTS / "suite.csv")
     found: go.Figure = problem.figures(table.to_numpy()[:, : problem.n_var])["front"]

@@ -5,6 +5,7 @@ import shlex
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 import pytest
@@ -59,6 +60,11 @@ def test_what_the_page_says_of_the_front():
     assert tracker[price >= 14.8].all()
     assert not tracker[price < 14.8].any()
     assert table["magnetometer"].max() == 1  # never the boom
+    assert (table["gyro"][price <= 6.8] == 0).all()
+    assert (table["gyro"][~tracker & (price >= 8.3)] == 1).all()
+    first = table[tracker].iloc[0]
+    assert (first["gyro"], first["magnetometer"]) == (0, 0)
+    assert np.diff(accuracy[price <= 6.8]).max() < 0
     with_tracker = table[tracker].groupby("gyro").last()
     assert (with_tracker.index == [0, 1, 2]).all()
 
