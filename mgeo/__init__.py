@@ -4,7 +4,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mgeo.algorithms import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
+    from mgeo.algorithms import (
+        MGEOCanonical,
+        MGEODirected,
+        MGEOReal,
+        MGEOReal2,
+        MGEOStaged,
+        MGEOVar,
+    )
     from mgeo.evaluation.evaluator import EvaluationError, TolerantEvaluator
     from mgeo.pareto.archive import ParetoArchive
     from mgeo.persistence.checkpoint import Checkpoint, resume
@@ -20,6 +27,7 @@ __all__ = [
     "MGEODirected",
     "MGEOReal",
     "MGEOReal2",
+    "MGEOStaged",
     "MGEOVar",
     "ParetoArchive",
     "Recorder",
@@ -31,7 +39,14 @@ __all__ = [
 ]
 
 _HOMES = {
-    "mgeo.algorithms": ("MGEOCanonical", "MGEODirected", "MGEOReal", "MGEOReal2", "MGEOVar"),
+    "mgeo.algorithms": (
+        "MGEOCanonical",
+        "MGEODirected",
+        "MGEOReal",
+        "MGEOReal2",
+        "MGEOStaged",
+        "MGEOVar",
+    ),
     "mgeo.pareto.archive": ("ParetoArchive",),
     "mgeo.persistence.checkpoint": ("Checkpoint", "resume"),
     "mgeo.evaluation.evaluator": ("EvaluationError", "TolerantEvaluator"),

@@ -19,9 +19,10 @@ _FRONTS = Path(__file__).parents[1] / "fronts"
 _TRACKER = Path(__file__).parents[1] / "scenarios" / "tracker.toml"
 #: Time to converge of the plan of its front that is shown, the knee [s].
 _KNEE = 880.0
+_ERRORS = _FRONTS.parent / "errors.csv"
 
 #: Files that figures are drawn from; a page is built again when one of them changes.
-SOURCES = (Path(__file__), _TRACKER, *sorted(_FRONTS.glob("*.csv")))
+SOURCES = (Path(__file__), _TRACKER, *sorted(_FRONTS.glob("*.csv")), _ERRORS)
 
 _LIMITS = {"free": ("cubesat_6u", "#1f5fa8"), "limits": ("with limits.toml", "#c8501e")}
 _STARTS = {
@@ -44,6 +45,13 @@ _DIRECTIONS = {
     "moon": ("#8a8a8a", "Moon"),
 }
 _COLORS = {"free": "#1f5fa8", "limits": "#c8501e"}
+_FLOORED = {
+    "attitude [deg]": "attitude [deg]",
+    "sun bias [arcmin]": "Sun sensor's bias [arcmin]",
+    "mag bias [nT]": "magnetometer's bias [nT]",
+}
+_FLOOR_COLORS = ("#1f5fa8", "#c8501e", "#4a8f3c")
+_ORBIT = 5992.0
 
 
 def limits() -> go.Figure:
@@ -178,6 +186,28 @@ def wheels() -> go.Figure:
     return figure
 
 
+def floor() -> go.Figure:
+    """1-sigma over ten orbits, with errors that vary and without."""
+    history = pd.read_csv(_ERRORS)
+    figure = go.Figure()
+    for (column, label), color in zip(_FLOORED.items(), _FLOOR_COLORS, strict=True):
+        for errors, dash in (("without", "dash"), ("with", "solid")):
+            chosen = history[history["errors"] == errors]
+            figure.add_scatter(
+                x=(chosen["time [s]"] / _ORBIT).tolist(),
+                y=chosen[column].tolist(),
+                mode="lines",
+                line={"color": color, "dash": dash},
+                name=f"{label}, {errors}",
+            )
+    figure.update_xaxes(title="orbits", type="log")
+    figure.update_yaxes(title="1-sigma of the worst axis", type="log", exponentformat="power")
+    figure.update_layout(
+        template="plotly_white", height=460, margin={"l": 60, "r": 20, "t": 20, "b": 50}
+    )
+    return figure
+
+
 def calibration() -> go.Figure:
     """What the example of the page on calibration finds."""
     scenario = Scenario.from_dict(
@@ -188,13 +218,25 @@ def calibration() -> go.Figure:
     return found
 
 
+def suite() -> go.Figure:
+    """The stored front of the page on sensor suites."""
+    from mgeo_suite import SensorSuiteProblem
+
+    problem = SensorSuiteProblem()
+    table = pd.read_csv(_FRONTS / "suite.csv")
+    found: go.Figure = problem.figures(table.to_numpy()[:, : problem.n_var])["front"]
+    return found
+
+
 FIGURES: dict[str, Callable[[], go.Figure]] = {
     "limits": limits,
     "starts": starts,
     "interpolation": interpolation,
     "tracker": tracker,
     "wheels": wheels,
+    "floor": floor,
     "calibration": calibration,
+    "suite": suite,
 }
 
 

@@ -16,7 +16,7 @@ from mgeo.runs.pymoo_algorithms import mixed_arguments
 
 ALGORITHMS = {
     "MGEO directed (ours)": mgeo.MGEODirected(),
-    "NSGA-II, mixed operators": NSGA2(pop_size=100, **mixed_arguments(NSGA2)),
+    "NSGA-II, mixed operators": NSGA2(pop_size=100, **mixed_arguments()),
     # its own survival is that of a single objective
     "MixedVariableGA": MixedVariableGA(pop_size=50, survival=RankAndCrowdingSurvival()),
     "MGEO canonical": mgeo.MGEOCanonical(tau=1.0, n_walkers=5, bits=8),

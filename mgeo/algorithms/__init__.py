@@ -1,8 +1,8 @@
 """Algorithms of the generalized extremal optimization family.
 
-`real` and `binary` are the published variants, of `walkers`; `directed` is ours; `base` makes
-pymoo algorithms of them; `state` captures and restores runs. What is not called MGEO here is what
-a variant of one's own is made of.
+`real` and `binary` are the published variants, of `walkers`; `directed` and `staged` are ours;
+`base` makes pymoo algorithms of them; `state` captures and restores runs. What is not called MGEO
+here is what a variant of one's own is made of.
 """
 
 from mgeo.algorithms.base import ExtremalOptimization
@@ -11,6 +11,7 @@ from mgeo.algorithms.coding import BitCode, RealCode
 from mgeo.algorithms.directed import MGEODirected
 from mgeo.algorithms.real import MGEOReal, MGEOReal2
 from mgeo.algorithms.run_state import RunState
+from mgeo.algorithms.staged import MGEOStaged
 from mgeo.algorithms.variables import Variables
 from mgeo.algorithms.walkers import IndependentWalkers
 
@@ -22,6 +23,7 @@ __all__ = [
     "MGEODirected",
     "MGEOReal",
     "MGEOReal2",
+    "MGEOStaged",
     "MGEOVar",
     "RealCode",
     "RunState",

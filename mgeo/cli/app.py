@@ -77,13 +77,21 @@ def solve(
             "says only what differs.",
         ),
     ] = None,
+    robust: Annotated[
+        bool,
+        typer.Option(
+            "--robust",
+            help="Judge solutions by what they keep where things are not exactly known, if the "
+            "problem can.",
+        ),
+    ] = False,
     algorithm: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="NAME|MODULE:CLASS",
             autocompletion=completion.algorithms,
         ),
-    ] = "mgeo-directed",
+    ] = None,
     sigma: Annotated[str | None, typer.Option(metavar="NUMBER[,NUMBER...]")] = None,
     tau: Annotated[
         str | None,
@@ -111,7 +119,9 @@ def solve(
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar="DIR", help="Folder to write [default: runs/PROBLEM-ALGORITHM-seedSEED]."
+            metavar="DIR",
+            help="Folder to write [default: runs/PROBLEM-ALGORITHM-seedSEED, of a robust run "
+            "runs/PROBLEM-robust-ALGORITHM-seedSEED].",
         ),
     ] = None,
     overwrite: Annotated[
@@ -133,13 +143,15 @@ def solve(
     """
     from mgeo.cli.dry_run import describe_run
     from mgeo.cli.solve import run_to_folder
+    from mgeo.runs.algorithms import default_algorithm
     from mgeo.runs.folder import check_folder
     from mgeo.runs.persistence import RunPersistence
     from mgeo.runs.prepare import prepare
     from mgeo.runs.scenario import read_scenario
 
+    algorithm = algorithm or default_algorithm(robust)
     # of a collection, coco:bbob/f1/d10/i1, and of a class, module:Class
-    name = f"{problem}-{algorithm}".replace(":", "-").replace("/", "-")
+    name = f"{problem}{'-robust' if robust else ''}-{algorithm}".replace(":", "-").replace("/", "-")
     folder = out or Path("runs", f"{name}-seed{seed}")
     flags = {
         "sigma": sigma,
@@ -156,6 +168,7 @@ def solve(
             algorithm=algorithm,
             evaluations=evaluations,
             seed=seed,
+            robust=robust,
         )
         persistence = RunPersistence(folder, run.configuration, run.algorithm, record=record)
         check_folder(folder, overwrite=overwrite)

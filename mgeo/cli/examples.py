@@ -9,6 +9,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo solve attitude",
         "mgeo solve attitude --scenario cubesat_6u --algorithm nsga2 --population 50",
         "mgeo solve attitude --scenario mine.toml --evaluations 20000 --out runs/mine --dry-run",
+        "mgeo solve attitude --robust",
         "mgeo solve attitude --algorithm mgeo-canonical --set bits=12 --set restart=archive",
         "mgeo solve attitude --seed 2 --json | jq .hypervolume.value",
     ),

@@ -47,7 +47,7 @@ class Solving(TyperCommand):
         others = ", ".join(algorithms.other_parameters(FLAGS))
         texts = {flag: algorithms.parameter_help(name) for name, flag in FLAGS.items()} | {
             "--algorithm": f"{', '.join(algorithms.algorithm_names())}. Of a class of one's own, "
-            "MODULE:CLASS.",
+            f"MODULE:CLASS. [default: {algorithms.DEFAULT}, of a robust run {algorithms.ROBUST}]",
             "--set": f"Any other parameter of the algorithm, such as bits=12 or restart=archive; "
             f"may be given several times. They are {others}.",
         }

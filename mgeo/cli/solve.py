@@ -95,8 +95,9 @@ def run_to_folder(
             if html is not None:
                 write_file(folder / FIGURE_FILE, html.encode())
     found = answer(run.problem, outcome)
-    _print_results(run.problem, outcome, found, persistence, html is not None, output)
-    output.result(_document(made, found, persistence))
+    told = [] if output.quiet and not output.json else protocol.remarks(run.problem, outcome.X)
+    _print_results(run.problem, outcome, found, told, persistence, html is not None, output)
+    output.result(_document(made, found, told, persistence))
     if outcome.status == "interrupted":
         return stop.exit_code
     return ExitCode.DONE if len(outcome.F) else ExitCode.INCOMPLETE
@@ -123,6 +124,7 @@ def _print_results(
     problem: Problem,
     outcome: Outcome,
     found: Answer | None,
+    remarks: list[str],
     persistence: RunPersistence,
     drawn: bool,
     output: Output,
@@ -136,6 +138,7 @@ def _print_results(
         size += f"; hypervolume {volume.value:.4f}{seen}"
     took = f"{outcome.evaluations:,} evaluations in {clock(outcome.wall_time_s)}"
     output.print(f"{outcome.status} after {took}; {size}")
+    output.print(*remarks)
     if outcome.failures:
         output.print(_failures(outcome))
     if outcome.nearest:
@@ -187,12 +190,15 @@ def _solutions(problem: Problem, outcome: Outcome) -> Columns:
     return every if every.fits(console().width) else of(told)
 
 
-def _document(made: Run, found: Answer | None, persistence: RunPersistence) -> dict[str, Any]:
+def _document(
+    made: Run, found: Answer | None, remarks: list[str], persistence: RunPersistence
+) -> dict[str, Any]:
     names = (FRONT_FILE, RUN_FILE, NEAREST_FILE, FIGURE_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
     return {
         "folder": str(persistence.folder),
         "files": [name for name in names if (persistence.folder / name).exists()],
         "answer": None if found is None else asdict(found),
+        "remarks": remarks,
         "checkpoint_error": None if persistence.error is None else str(persistence.error),
         **run_document(made),
     }

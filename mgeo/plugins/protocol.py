@@ -103,6 +103,27 @@ def options(problem: Problem) -> dict[str, Any] | None:
     return found
 
 
+def robust(problem: Problem) -> Problem:
+    """Its ``robust()``, the problem of solutions that keep what they promise.
+
+    Raises
+    ------
+    ValueError
+        If it has none.
+    PluginError
+        If it gives no problem, or one whose ``options()`` would not build it again.
+    """
+    from pymoo.core.problem import Problem
+
+    found: Problem | None
+    found = _ask(problem, "robust()", lambda given: isinstance(given, Problem), "a pymoo Problem")
+    if found is None:
+        raise ValueError(f"{type(problem).__name__} has no robust(): expected a run without it")
+    if options(found) is None:
+        raise PluginError(f"robust() of problem {type(problem).__name__} has no options()")
+    return found
+
+
 def fingerprint(thing: Any) -> str:
     """The ``fingerprint`` by which a problem's or an algorithm's author vouches; empty for none."""
     given = getattr(thing, "fingerprint", None)
@@ -141,6 +162,17 @@ def answers(problem: Problem, X: NDArray[Any]) -> list[str] | None:
     found: list[str] | None
     found = _ask(problem, "answers(X)", is_valid, f"a list of {len(X)} texts", X)
     return found
+
+
+def remarks(problem: Problem, X: NDArray[Any]) -> list[str]:
+    """Its ``remarks(X)``, lines about a front as a whole; empty if it has none."""
+
+    def is_valid(given: Any) -> bool:
+        return isinstance(given, list) and all(isinstance(line, str) and line for line in given)
+
+    found: list[str] | None
+    found = _ask(problem, "remarks(X)", is_valid, "a list of texts", X) if len(X) else None
+    return found or []
 
 
 def limits(problem: Problem, X: NDArray[Any]) -> list[pd.DataFrame] | None:

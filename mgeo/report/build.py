@@ -10,6 +10,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import render
+from mgeo.plugins import protocol
 from mgeo.report.encode import figure_json, script_json
 from mgeo.report.history import recorded_history
 from mgeo.report.reading import read_subject
@@ -39,6 +40,7 @@ def report_html(folder: Path | str) -> str:
         "report/assets/report.html",
         title=title,
         answer=None if nearest else answer(problem, run.outcome),
+        remarks=protocol.remarks(problem, run.outcome.X),
         dead_end=dead_end(problem, nearest) if nearest else None,
         folder=folder.resolve().name,
         run=run,

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
 
-DEFAULT = "mgeo-directed"
+DEFAULT, ROBUST = "mgeo-directed", "mgeo-staged"
 _MOST_POPULATION = 100_000
 _NOT_SET = ("sampling", "archive_size")  # parameters that a run in a folder leaves as they are
 
@@ -31,6 +31,7 @@ ALGORITHMS: Mapping[str, tuple[str, ...]] = {
     "mgeo-canonical": ("mgeo.algorithms", "MGEOCanonical"),
     "mgeo-var": ("mgeo.algorithms", "MGEOVar"),
     DEFAULT: ("mgeo.algorithms", "MGEODirected"),
+    ROBUST: ("mgeo.algorithms", "MGEOStaged"),
     "nsga2": (f"{_PYMOO}.moo.nsga2", "NSGA2", "pop_size"),
     "nsga3": (f"{_PYMOO}.moo.nsga3", "NSGA3", "ref_dirs", "pop_size"),
     "u-nsga3": (f"{_PYMOO}.moo.unsga3", "UNSGA3", "ref_dirs", "pop_size"),
@@ -47,7 +48,14 @@ ALGORITHMS: Mapping[str, tuple[str, ...]] = {
     "mo-cma-es": ("mgeo.runs.mo_cma_es", "MOCMAES", "pop_size"),
     "random": (f"{_PYMOO}.soo.nonconvex.random_search", "RandomSearch", "n_points_per_iteration"),
 }
+# Those of pymoo's that search ``Problem(vars=...)`` with its operators for mixed variables.
+_MIXED = ("nsga2", "nsga3", "u-nsga3", "spea2", "sms-emoa", "age-moea2")
 FAMILY = [name for name, (_, _, *population) in ALGORITHMS.items() if not population]
+
+
+def default_algorithm(robust: bool) -> str:
+    """The algorithm of a run for which none is named."""
+    return ROBUST if robust else DEFAULT
 
 
 def algorithm_names() -> list[str]:
@@ -85,7 +93,12 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
     if getattr(problem, "vars", None) is not None:
         from mgeo.runs.pymoo_algorithms import mixed_arguments  # imports algorithms
 
-        given |= mixed_arguments(cls)
+        if name not in _MIXED:
+            raise ValueError(
+                f"algorithm {name!r} takes arrays of real variables, and this problem declares its "
+                f"variables one by one: expected one of {', '.join((*FAMILY, *_MIXED))}"
+            )
+        given |= mixed_arguments()
     return cls(**given)
 
 

@@ -14,9 +14,9 @@ from mgeo.files.models import checked
 from mgeo.plugins import protocol
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import (
-    DEFAULT,
     build_algorithm,
     complete_parameters,
+    default_algorithm,
     default_evaluations,
 )
 from mgeo.runs.configuration import RunConfiguration
@@ -71,23 +71,28 @@ def prepare(
     problem: str,
     options: Mapping[str, Any] | None = None,
     *,
-    algorithm: str = DEFAULT,
+    algorithm: str | None = None,
     parameters: Mapping[str, Any] | None = None,
     evaluations: int | None = None,
     seed: int = 1,
+    robust: bool = False,
 ) -> PreparedRun:
     """A new run whose configuration leaves nothing to defaults that may change.
 
-    The problem's own ``options()`` are written out, the algorithm's parameters completed, and the
-    budget is `default_evaluations` if none is given.
+    The problem's own ``options()`` are written out, the algorithm's parameters completed; without
+    an algorithm it is the `default_algorithm`, and the budget is `default_evaluations` if none is
+    given. A `robust` run is one of the problem that this problem's ``robust()`` gives.
 
     Raises
     ------
     ValueError, TypeError
         If a name, an option or a parameter is refused, or the options are no JSON values.
     """
+    algorithm = algorithm or default_algorithm(robust)
     complete = complete_parameters(algorithm, parameters or {})
     built = load_problem(problem, options)
+    if robust:
+        built = protocol.robust(built)
     optimizer = build_algorithm(algorithm, complete, built)
     own = protocol.options(built)
     if evaluations is None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.mixed import (
@@ -51,13 +50,11 @@ def seed_archives(algorithm: Algorithm) -> None:
             archive.truncation = SeededTruncation(archive.truncation, algorithm)
 
 
-def mixed_arguments(cls: type[Algorithm]) -> dict[str, Any]:
+def mixed_arguments() -> dict[str, Any]:
     """Arguments with which a genetic algorithm of pymoo takes ``Problem(vars=...)``.
 
-    Without them it takes designs for arrays of floats. None of other algorithms.
+    Without them it takes designs for arrays of floats.
     """
-    if not issubclass(cls, GeneticAlgorithm):
-        return {}
     same = MixedVariableDuplicateElimination()
     return {
         "sampling": MixedVariableSampling(),

@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import ConfigDict, Field, Strict
 
 from mgeo._typing import FloatArray
+from mgeo.algorithms.staged import MGEOStaged
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import as_numbers
 from mgeo.files.models import Table
@@ -81,7 +82,7 @@ class State:
         algorithm.evaluator.callback = self._evaluated
         if algorithm.opt is not None:
             self.update()
-        if len(self.front()[0]):
+        if len(self.front()[0]) and self._is_precise:
             self._nearest.stop()
 
     def stop(self) -> None:
@@ -117,6 +118,11 @@ class State:
         }
 
     @property
+    def _is_precise(self) -> bool:
+        """Whether the constraints are those by which solutions are judged in the end."""
+        return not isinstance(self._algorithm, MGEOStaged) or self._algorithm.is_precise
+
+    @property
     def nearest(self) -> Nearest:
         """What comes nearest to the constraints, if nothing has kept them so far."""
         return self._nearest.nearest
@@ -127,7 +133,8 @@ class State:
 
     def _evaluated(self, population: Population) -> None:
         self._meter.see(population)
-        self._nearest.see(population)
+        if self._is_precise:
+            self._nearest.see(population)
         if self._watcher is not None:
             self._watcher(population)
 
@@ -195,6 +202,9 @@ def follow(
     else:
         if persistence is not None:
             persistence.end()
+    if isinstance(algorithm, MGEOStaged):
+        algorithm.conclude()  # one that was stopped, or was resumed at its end
+        state.update()
     return _outcome(state)
 
 

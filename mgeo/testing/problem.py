@@ -170,6 +170,10 @@ def _check_presentation(problem: Problem, X: FloatArray, F: FloatArray) -> None:
             and all(isinstance(line, str) and line for line in lines),
             f"answers(X) = {lines!r:.80}: expected a list of {len(X)} texts",
         )
+    if hasattr(problem, "remarks"):
+        _asked(problem, "remarks", X=X)
+        with no_error("remarks(X), a list of texts"):
+            protocol.remarks(problem, X)
     if hasattr(problem, "limits"):
         _asked(problem, "limits", X=X)
         with no_error("limits(X), a table of each solution's limits"):

@@ -24,22 +24,26 @@ def X(problem):
     return rng.uniform(problem.xl, problem.xu, (3, problem.n_var))
 
 
+def in_seconds(text):
+    seconds = {"h": 3600, "min": 60, "s": 1}
+    return sum(int(value) * seconds[unit] for value, unit in re.findall(r"(\d+) (\w+)", text))
+
+
 def test_numbers_are_those_of_the_reference_filter(problem, X):
     for x, line in zip(X, problem.answers(X), strict=True):
         history = reference_run(problem.model, x)
         found = re.fullmatch(
             r"(.*); then attitude (\S+) deg, gyro bias (\S+) deg/h, sun bias (\S+) arcmin, "
-            r"mag bias (\S+) nT \(1-sigma, worst axis\)",
+            r"mag bias (\S+) nT \(1-sigma, worst axis\); 9 of 10 flights converge within (.*)",
             line,
         )
         assert found, line
-        seconds = {"h": 3600, "min": 60, "s": 1}
-        parts = re.findall(r"(\d+) (\w+)", found[1])
-        assert sum(int(value) * seconds[unit] for value, unit in parts) == history.t_end
+        assert in_seconds(found[1]) == history.t_end
+        assert in_seconds(found[6]) == problem.promises(x[None])["kept t_end [s]"][0]
         sigma = history.sigma[-1].reshape(-1, 3).max(axis=1)
         attitude = np.sqrt(np.linalg.eigvalsh(history.covariance[:3, :3])[-1])
         expected = [DEG * attitude, DEG * 3600 * sigma[1], DEG * 60 * sigma[3], 50e3 * sigma[5]]
-        shown = [float(text) for text in found.groups()[1:]]
+        shown = [float(text) for text in found.groups()[1:5]]
         np.testing.assert_allclose(shown, expected, rtol=0.05)  # of two digits
 
 
@@ -53,6 +57,9 @@ def test_what_did_not_converge_or_broke_down_says_so():
     covariance = np.diag(np.full(suite.n_states, 1e-6))
     line = answer(suite, 600.0, covariance, converged=False)
     assert line.startswith("not converged; after 10 min attitude 0.057 deg, gyro bias ")
+    assert line.endswith("(1-sigma, worst axis)")  # nobody asked for flights
+    few = answer(suite, 600.0, covariance, converged=True, kept=np.inf)
+    assert few.endswith("; fewer than 9 of 10 flights converge")
     lost = answer(suite, np.nan, np.full_like(covariance, np.nan), converged=False)
     assert lost == "the filter's covariance lost positivity"
 

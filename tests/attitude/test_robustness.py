@@ -1,7 +1,10 @@
 """Plans judged over flights."""
 
+import copy
 import dataclasses
 import pickle
+import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,8 +15,11 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.robustness import draw_flights, judged, kept_by
-from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Wheels
+from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Prior, Wheels
+from pymoo.optimize import minimize
 from scipy.spatial.transform import Rotation
+
+from mgeo import Checkpoint, MGEOStaged, resume
 
 
 def scenario(**errors) -> Scenario:
@@ -237,9 +243,103 @@ def test_promises_are_those_of_the_plan_and_of_other_flights():
     of = scenario(count=4)
     problem, X = AttitudeManeuverProblem(of), designs(3)
     table = problem.promises(X, flights=11, seed=5)
-    exact = AttitudeManeuverProblem(of, flights=0).evaluate(X, return_values_of=["F"])
+    own = problem.evaluate(X, return_values_of=["F"])
     others = dataclasses.replace(of, flight=FlightErrors(count=11, seed=5))
     kept = AttitudeManeuverProblem(others).evaluate(X, return_values_of=["F"])
-    np.testing.assert_array_equal(table.filter(regex="^promised"), exact)
+    np.testing.assert_array_equal(table.filter(regex="^promised"), own)
     np.testing.assert_array_equal(table.filter(regex="^kept (?!/)"), kept)
-    np.testing.assert_allclose(table.filter(regex="^kept /"), kept / exact)
+    np.testing.assert_allclose(table.filter(regex="^kept /"), kept / own)
+    many = problem.promises(X, flights=40, seed=5)  # more than are drawn at once
+    others = dataclasses.replace(of, flight=FlightErrors(count=40, seed=5))
+    kept = AttitudeManeuverProblem(others).evaluate(X, return_values_of=["F"])
+    np.testing.assert_array_equal(many.filter(regex="^kept (?!/)"), kept)
+
+
+@pytest.mark.parametrize(("stage", "flights"), [(0, None), (1, 3), (2, 8), (7, 8)])
+def test_a_stage_of_a_search_has_as_many_flights_as_it_says(stage, flights):
+    X = designs(3)
+    problem = AttitudeManeuverProblem(scenario(count=8, grow=(0, 3)))
+    expected = AttitudeManeuverProblem(scenario(count=flights or 1), flights=flights or 0)
+    for asked, found in ((SimpleNamespace(stage=stage), expected), (object(), problem)):
+        F = problem.evaluate(X, algorithm=asked, return_values_of=["F"])
+        np.testing.assert_array_equal(F, found.evaluate(X, return_values_of=["F"]))
+
+
+def test_a_robust_search_goes_on_as_it_would_have(tmp_path):
+    """Killed in any stage; and what it finds are values over all flights."""
+    problem = AttitudeManeuverProblem(scenario(count=8)).robust()
+    assert problem.scenario.flight == FlightErrors(count=8, grow=(0, 2))
+    algorithm, path = MGEOStaged(stages=(0.4, 0.8), n_walkers=4), tmp_path / "checkpoint"
+    whole = minimize(problem, algorithm, ("n_eval", 720), seed=2)
+    F = AttitudeManeuverProblem(scenario(count=8)).evaluate(whole.X, return_values_of=["F"])
+    np.testing.assert_array_equal(whole.F, F)
+    for generations, stage in ((3, 0), (9, 1), (14, 2)):
+        running = copy.deepcopy(algorithm)
+        running.setup(problem, termination=("n_eval", 720), seed=2)
+        for _ in range(generations):
+            running.next()
+        assert running.stage == stage
+        Checkpoint(path).write(running)
+        again = resume(path, AttitudeManeuverProblem.from_options(problem.options()))
+        result = again.run()
+        np.testing.assert_array_equal(result.X, whole.X)
+        np.testing.assert_array_equal(result.F, whole.F)
+
+
+def test_robust_problems_have_the_flights_of_their_scenario_or_64():
+    problem = AttitudeManeuverProblem(scenario(grow=(4,)), threads=1).robust()
+    assert (problem.scenario.flight, problem.threads) == (FlightErrors(grow=(4,)), 1)
+    paper = AttitudeManeuverProblem().robust().scenario.flight
+    assert paper == FlightErrors(count=64, quantile=0.95, grow=(0, 16))
+    with pytest.raises(ValueError, match=r"grow = \(0, 17\): expected ascending, up to 16"):
+        FlightErrors(grow=(0, 17))
+
+
+def test_remarks_count_the_plans_that_keep_their_promise():
+    problem, X = AttitudeManeuverProblem(scenario(rate_error_deg_s=0.2)), designs(60)
+    assert problem.remarks(X[:0]) == []
+    table = problem.promises(X[:5])
+    ratios = table.filter(regex="^kept /").to_numpy()
+    (line,) = problem.remarks(X[:5])
+    worst = table["kept / promised t_end [s]"]
+    count = (ratios <= 1.1).all(axis=1).sum()
+    assert line == (
+        f"{count} of 5 plans keep what they promise in 9 of 10 flights, "
+        f"to 10%; t_end [s] is then {worst.median():.3g} times the promised in the median, "
+        f"{worst.max():.3g} at most"
+    )
+    assert re.match(r"\d+ of 50 plans looked at keep", problem.remarks(X)[0])
+
+
+def test_flights_after_a_calibration_are_drawn_from_its_covariance():
+    """Attitude and rate errors together: off by more about an axis, and by correlated numbers."""
+    of = scenario(count=4000)
+    sigma = FilterModel.from_scenario(of).initial_sigma
+    rng = np.random.default_rng(3)
+    mixed = rng.standard_normal((len(sigma), len(sigma))) + 2.0 * np.eye(len(sigma))
+    scale = 0.1 * sigma / np.sqrt(np.diag(mixed @ mixed.T))
+    P = scale[:, None] * (mixed @ mixed.T) * scale
+    prior = Prior(
+        quaternion=(0.5, -0.5, 0.5, 0.5),
+        rate_deg_s=(0.1, 0.0, 0.0),
+        states=np.zeros((len(sigma) // 3 - 1, 3)).tolist(),
+        covariance=(0.5 * (P + P.T)).tolist(),
+    )
+    of = dataclasses.replace(of, prior=prior)
+    model = FilterModel.from_scenario(of)
+    errors = []
+    for flight in draw_flights(of, model, of.flight):
+        # what is seen there is what is seen from the true attitude R(-e) C
+        turn, *_ = np.linalg.lstsq(model.references[:50, 1], flight.model.references[:50, 1])
+        C = model.initial_attitude
+        error = -Rotation.from_matrix(C @ turn.T @ C.T).as_rotvec()
+        errors.append([*error, *-np.radians(flight.rates[0])])
+    P = P[:6, :6]
+    found = np.cov(np.array(errors).T) / np.sqrt(np.outer(np.diag(P), np.diag(P)))
+    expected = P / np.sqrt(np.outer(np.diag(P), np.diag(P)))
+    assert np.abs(expected - np.eye(6)).max() > 0.3
+    np.testing.assert_allclose(found, expected, rtol=0, atol=0.08)  # 1.6 % 1-sigma, times 5
+    given = dataclasses.replace(of.flight, attitude_deg=0.0, rate_error_deg_s=0.0, count=2)
+    for flight in draw_flights(of, model, given):
+        np.testing.assert_array_equal(flight.model.references, model.references)
+        np.testing.assert_array_equal(flight.rates, np.zeros((3, 3)))

@@ -32,9 +32,15 @@ SUITES = {
 }
 
 
+#: A preset with more kinds of states than the scalar loop knows.
+FULL = "cubesat_6u_full"
+
+
 @cache
 def model(name: str) -> FilterModel:
-    """The paper's scenario with another suite."""
+    """The paper's scenario with another suite, or the preset `FULL`."""
+    if name == FULL:
+        return FilterModel.from_scenario(Scenario.cubesat_6u_full())
     suite = SUITES[name]
     scenario = dataclasses.replace(Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors)
     return FilterModel.from_scenario(scenario)

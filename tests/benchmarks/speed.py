@@ -140,7 +140,10 @@ def batch_tasks() -> dict[tuple[str, int], Task]:
 
 
 def growth_tasks() -> dict[tuple[str, int, str], Task]:
-    """Other suites and numbers of maneuvers, by suite, maneuvers and way to do it."""
+    """Other suites and numbers of maneuvers, by suite, maneuvers and way to do it.
+
+    The scalar loop does not know the preset's states.
+    """
     variants = [(name, 3) for name in cases.SUITES]
     variants += [(cases.PAPER, m) for m in MANEUVERS if m != 3]
     tasks: dict[tuple[str, int, str], Task] = {}
@@ -148,6 +151,7 @@ def growth_tasks() -> dict[tuple[str, int, str], Task]:
         model, X = cases.model(name), cases.designs(360, maneuvers)
         tasks[name, maneuvers, "scalar loop"] = scalar(model, X)
         tasks[name, maneuvers, "kernel"] = kernel(model, X, threads=1)
+    tasks[cases.FULL, 3, "kernel"] = kernel(cases.model(cases.FULL), cases.designs(360), threads=1)
     return tasks
 
 

@@ -119,7 +119,7 @@ def growth_table(measured: Comparison[tuple[str, int, str]]) -> str:
             continue
         model = cases.model(name)
         count = count_step(model)
-        loop: Speed = measured.speeds[name, maneuvers, "scalar loop"]
+        loop: Speed | None = measured.speeds.get((name, maneuvers, "scalar loop"))
         it = measured.speeds[name, maneuvers, "kernel"]
         rows.append(
             (
@@ -128,9 +128,9 @@ def growth_table(measured: Comparison[tuple[str, int, str]]) -> str:
                 len(model.suite.sensors),
                 maneuvers,
                 count.multiplications,
-                f"{loop.processor:.0f}",
+                f"{loop.processor:.0f}" if loop else "-",
                 f"{it.processor:.0f}",
-                f"{loop.processor / it.processor:.1f}",
+                f"{loop.processor / it.processor:.1f}" if loop else "-",
                 f"{measured.fraction_of_peak((name, maneuvers, way), count):.0%}",
             )
         )

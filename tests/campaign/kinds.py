@@ -9,7 +9,7 @@ CHEAP = ("run read", "record read", "configuration made", "study read", "scenari
 
 #: Those about telemetry: some hundred milliseconds a case.
 TELEMETRY = ("telemetry read", "telemetry mapped", "telemetry calibrated", "telemetry command",
-             "calibration read")  # fmt: skip
+             "calibration read", "calibration gone on from", "calibration command")  # fmt: skip
 
 __all__ = ["CHEAP", "KINDS", "TELEMETRY", "arguments", "places", "plugins", "run_folders",
            "telemetry", "texts"]  # fmt: skip

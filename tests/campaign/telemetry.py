@@ -9,9 +9,19 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from mgeo_attitude import Calibration, Scenario, Telemetry, TelemetryMapping, calibrate, fly
+from mgeo_attitude import (
+    AttitudeManeuverProblem,
+    Calibration,
+    Scenario,
+    Telemetry,
+    TelemetryMapping,
+    calibrate,
+    fly,
+)
 from mgeo_attitude.calibration import read_json, to_json
 from mgeo_attitude.flight import read_telemetry
+
+from mgeo.runs.scenario import read_scenario
 
 from .harness import Attempt, Box, kind
 from .mutations import spoiled_bytes, spoiled_table
@@ -113,6 +123,34 @@ def calibration_read(box: Box) -> Attempt:
     path.write_text(calibrated())
     spoil_json(box, path)
     return Attempt(lambda: read_json(path), ("calibration.json",), sound=to_json)
+
+
+@kind(weight=3)
+def calibration_gone_on_from(box: Box) -> Attempt:
+    """Another value in what the next scenario starts from."""
+    path = Path("calibration.json")
+    path.write_text(calibrated())
+    spoil_json(box, path)
+
+    def action() -> AttitudeManeuverProblem:
+        options = read_scenario("attitude", None, after=path)
+        return AttitudeManeuverProblem.from_options(options)
+
+    def sound(problem: AttitudeManeuverProblem) -> None:
+        again = Scenario.from_dict(problem.scenario.to_dict())
+        assert again == problem.scenario
+        assert np.linalg.eigvalsh(problem.model.initial_correlation)[0] > 0.0
+        assert np.isfinite(problem.model.initial_states).all()
+
+    return Attempt(action, sound=sound)
+
+
+@kind(weight=0.2)
+def calibration_command(box: Box) -> Attempt:
+    path = Path("calibration.json")
+    path.write_text(calibrated())
+    spoil_json(box, path)
+    return Attempt(["mgeo", "solve", "attitude", "--after", str(path), "--dry-run"])
 
 
 def _changed(box: Box, frame: pd.DataFrame) -> pd.DataFrame:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, TelemetryMapping, fly
+from mgeo_attitude.calibration import read_json
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.environment.orbit import ORBITS
 from mgeo_attitude.environment.position_table import read_position_table
@@ -19,7 +20,7 @@ from mgeo_attitude.fields import declared
 from mgeo_attitude.flight.mapping import UNITS
 from mgeo_attitude.objectives import OBJECTIVES
 from mgeo_attitude.plan import ManeuverPlan, write_plan
-from mgeo_attitude.scenario import InitialConditions
+from mgeo_attitude.scenario import FlightErrors, InitialConditions, Prior
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
@@ -118,6 +119,16 @@ def test_the_page_names_all_directions_of_path_limits():
     assert re.findall(r"^\| `(\w+)`.* \|.*\|.*\|$", table, re.M) == ["reference", *DIRECTIONS]
 
 
+def test_the_scenario_of_errors_is_read_and_every_error_is_on_its_page():
+    (text,) = blocks("errors.md", "toml")
+    sun, mag = Scenario.from_toml(text).sensors
+    assert (sun.albedo, sun.sample_interval, mag.considered) == (0.05, 2.0, ("orbit_error",))
+    full = Scenario.cubesat_6u_full()
+    for owner in (full.gyro, *full.sensors):
+        for state in owner.states():
+            assert state in ("bias", "misalignment") or f".{state}`" in page("errors.md")
+
+
 def test_every_objective_is_on_the_page():
     rows = re.findall(r"^\| (.*?) \|", page("limits.md").partition("## Objectives")[2], re.M)
     named = {name for row in rows for name in re.findall(r"`(.*?)`", row)}
@@ -179,9 +190,24 @@ def test_every_propagator_is_on_the_page():
     assert set(named) == set(ORBITS.classes)
 
 
+def test_the_tables_of_flights_and_rules_are_read():
+    flights, rule = (Scenario.from_toml(text) for text in blocks("robust.md", "toml"))
+    assert flights.flight == FlightErrors(rate_error_deg_s=0.01, attitude_deg=5.0)
+    assert (rule.convergence.rule, rule.convergence.factor) == ("settling", 1.25)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", ["start-research.md", "limits.md", "calibration.md", "too-sure.md"]
+    "name",
+    [
+        "start-research.md",
+        "limits.md",
+        "errors.md",
+        "calibration.md",
+        "plan-again.md",
+        "too-sure.md",
+        "robust.md",
+    ],
 )
 def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -220,6 +246,24 @@ def test_the_command_of_the_page_on_calibration(tmp_path, monkeypatch):
     for path in Path("calibration").iterdir():
         assert f"`{path.name}`" in page("calibration.md")
     assert len(list(Path("calibration").iterdir())) == 4
+
+
+@pytest.mark.slow
+def test_the_way_from_a_front_to_a_second_calibration(tmp_path, monkeypatch):
+    pytest.importorskip(
+        "Basilisk", reason='flights by Basilisk: pip install "./problems/attitude[basilisk]"'
+    )
+    monkeypatch.chdir(tmp_path)
+    (rest,), (commands,) = blocks("plan-again.md", "toml"), blocks("plan-again.md", "sh")
+    Path("rest.toml").write_text(rest)
+    for line in commands.splitlines():
+        run(line.replace("9600", "480"))
+    first, second = (read_json(f"{n}-calibration/calibration.json") for n in ("first", "second"))
+    assert second.scenario.prior is not None
+    assert second.scenario.maneuvers.count == 2
+    assert (second.table()["sigma"] < first.table()["sigma"]).iloc[3:].all()
+    for key in declared(Prior):
+        assert f"| `{key}` |" in page("plan-again.md")
 
 
 @pytest.mark.slow

@@ -74,6 +74,16 @@ def changed(table, place, value):
             0.01,
             r"sun_sensors\[1\]\.initial_bias = 0\.01: expected that all or none have no bias",
         ),
+        (
+            ("sun_sensors", 1, "sample_interval"),
+            20.0,
+            r"sun_sensors\[1\]\.sample_interval = 20\.0: expected None, as all have",
+        ),
+        (
+            ("gyros", 1, "initial_scale_factor"),
+            1e-3,
+            r"gyros\[1\] has the states = \['bias', 'scale_factor'\]: expected bias, those of",
+        ),
         (("faces",), ["+x", "up"], r"faces = \['\+x', 'up'\]: expected a list of '\+x', '-x'"),
         (("faces",), ["+x", "+x"], "faces = .*each once"),
     ],

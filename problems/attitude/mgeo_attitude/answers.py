@@ -12,6 +12,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.accuracy import attitude_accuracy_deg
 from mgeo_attitude.describe import block_units, checked_designs
 from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.promises import MOST_FLIGHTS, time_kept
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
@@ -28,15 +29,19 @@ def answers(problem: ManeuverProblem, X: ArrayLike) -> list[str]:
     from mgeo_attitude.filter.evaluator import evaluate  # compiles
 
     model = problem.model
-    result = evaluate(model, checked_designs(problem, X), problem.threads, covariance=True)
+    designs = checked_designs(problem, X)
+    result = evaluate(model, designs, problem.threads, covariance=True)
     longest = model.n_steps * model.step
+    found = zip(result.t_end, result.covariance, time_kept(problem, designs), strict=True)
     return [
-        answer(model.suite, float(t_end), covariance, t_end < longest)
-        for t_end, covariance in zip(result.t_end, result.covariance, strict=True)
+        answer(model.suite, float(t_end), covariance, t_end < longest, kept)
+        for t_end, covariance, kept in found
     ]
 
 
-def answer(suite: Suite, t_end: float, covariance: Floats, converged: bool) -> str:
+def answer(
+    suite: Suite, t_end: float, covariance: Floats, converged: bool, kept: float | None = None
+) -> str:
     """Time to converge, attitude accuracy, and the worst body axis of each bias.
 
     Parameters
@@ -45,6 +50,8 @@ def answer(suite: Suite, t_end: float, covariance: Floats, converged: bool) -> s
         When the filter has converged or the run ended [s]; NaN if its covariance was lost.
     covariance : array, shape (n_states, n_states)
         Of the error state then.
+    kept : float, optional
+        Time to converge that most flights keep [s]; infinite if fewer converge.
     """
     if not math.isfinite(t_end):
         return "the filter's covariance lost positivity"
@@ -55,7 +62,11 @@ def answer(suite: Suite, t_end: float, covariance: Floats, converged: bool) -> s
             parts.append(f"{block.label} {two_digits(worst * block.factor)} {block.unit}")
     known = ", ".join(parts)
     after = f"{span(t_end)}; then" if converged else f"not converged; after {span(t_end)}"
-    return f"{after} {known} (1-sigma, worst axis)"
+    told = f"{after} {known} (1-sigma, worst axis)"
+    if kept is None:
+        return told
+    within = f"{MOST_FLIGHTS} converge within {span(kept)}" if kept < math.inf else None
+    return f"{told}; {within or f'fewer than {MOST_FLIGHTS} converge'}"
 
 
 def span(seconds: float) -> str:

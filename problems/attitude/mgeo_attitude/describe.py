@@ -38,8 +38,10 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     see `attitude_accuracy_deg`; ``maneuver time [s]``, the sum of all durations; one text per
     maneuver, its rates about body x / y / z [deg/s] and its duration [s]; and for each 3-vector of
     the error state the predicted 1-sigma at t_end of its worst body axis (the largest of the three,
-    as comparable to a data sheet's value per axis). A design whose covariance lost positivity has
-    NaN in objectives and 1-sigmas. Another shape than (n, n_var), or a design that is no plan, is a
+    as comparable to a data sheet's value per axis); and of each objective what is promised, over
+    the scenario's flights if there are any, and what 9 of 10 others keep, see
+    `AttitudeManeuverProblem.promises`. A design whose covariance lost positivity has NaN in
+    objectives and 1-sigmas. Another shape than (n, n_var), or a design that is no plan, is a
     ValueError.
     """
     import pandas as pd
@@ -69,7 +71,8 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     worst = sigma.reshape(len(designs), len(blocks), 3).max(axis=2)
     for block, values in zip(blocks, worst.T, strict=True):
         columns[f"{block.label} 1-sigma [{block.unit}]"] = values * block.factor
-    return pd.DataFrame(columns)
+    told = "(promised|kept)" if problem.scenario.flight else "kept"  # promised is what is flown
+    return pd.DataFrame(columns).join(problem.promises(designs).filter(regex=f"^{told} (?!/)"))
 
 
 def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:

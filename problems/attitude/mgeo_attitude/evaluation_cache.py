@@ -1,4 +1,4 @@
-"""Designs of the batch before are not run again."""
+"""Designs that have just been run are not run again."""
 
 from __future__ import annotations
 
@@ -16,13 +16,20 @@ class EvaluationCache:
     A step that is clipped to a bound, or leaves a variable at it, gives a design that the optimizer
     has just seen: in Table 3 of the paper up to one in seven is. Each thread has a batch of its
     own, so that runs in several threads neither disturb one another nor lose what they know.
+
+    Parameters
+    ----------
+    forget : bool
+        Whether the batches before that are forgotten.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, forget: bool = True) -> None:
         self._before = threading.local()
+        self._forget = forget
 
-    def __reduce__(self) -> tuple[type[EvaluationCache], tuple[()]]:
-        return EvaluationCache, ()  # a copy, in another process or a history, knows nothing yet
+    def __reduce__(self) -> tuple[type[EvaluationCache], tuple[bool]]:
+        # a copy, in another process or a history, knows nothing yet
+        return EvaluationCache, (self._forget,)
 
     def complete(self, designs: Floats, run: Callable[[Floats], Floats]) -> Floats:
         """Values of designs (n, n_var), shape (n, n_values).
@@ -38,5 +45,6 @@ class EvaluationCache:
         values[new] = found
         for i in np.flatnonzero(~new):
             values[i] = known[keys[i]]
-        self._before.values = dict(zip(keys, values, strict=True))
+        before = {} if self._forget else known
+        self._before.values = before | dict(zip(keys, values, strict=True))
         return values

@@ -54,21 +54,27 @@ def indicators(names: Sequence[str], F: Floats, scenario: Scenario) -> Floats:
 
 
 def _scaled(model: FilterModel, result: Evaluation) -> Floats:
-    """Covariances at the end in units of the initial 1-sigmas, shape (n, n_states, n_states)."""
-    matrix: Floats = result.covariance / np.outer(model.initial_sigma, model.initial_sigma)
+    """Covariances of calibrated states at the end in units of the initial 1-sigmas, (n, k, k)."""
+    of = model.suite.calibrated
+    sigma = model.initial_sigma[of]
+    # an index array would leave an order in memory that sums follow
+    block = result.covariance.take(of, axis=1).take(of, axis=2)
+    matrix: Floats = block / np.outer(sigma, sigma)
     return matrix
 
 
 def _normalized_trace(model: FilterModel, result: Evaluation) -> Floats:
     """This and the next two are those of equation (13)."""
-    mean: Floats = np.trace(_scaled(model, result), axis1=1, axis2=2) / model.suite.n_states
+    matrices = _scaled(model, result)
+    mean: Floats = np.trace(matrices, axis1=1, axis2=2) / matrices.shape[1]
     return mean
 
 
 def _log_determinant(model: FilterModel, result: Evaluation) -> Floats:
-    sign, value = np.linalg.slogdet(_scaled(model, result))
-    value = value - np.linalg.slogdet(model.initial_correlation).logabsdet
-    per_state: Floats = np.where(sign > 0.0, value / np.log(10.0), np.nan) / model.suite.n_states
+    matrices, of = _scaled(model, result), model.suite.calibrated
+    sign, value = np.linalg.slogdet(matrices)
+    value = value - np.linalg.slogdet(model.initial_correlation[np.ix_(of, of)]).logabsdet
+    per_state: Floats = np.where(sign > 0.0, value / np.log(10.0), np.nan) / matrices.shape[1]
     return per_state
 
 

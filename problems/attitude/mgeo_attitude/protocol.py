@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.robustness import Flight
 from mgeo_attitude.scenario import Scenario
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class ManeuverProblem(Protocol):
@@ -18,7 +21,10 @@ class ManeuverProblem(Protocol):
     objectives: tuple[str, ...]
     n_var: int
 
+    obj_names: tuple[str, ...]
+
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any: ...
+    def promises(self, X: Any) -> pd.DataFrame: ...
     @property
     def environment(self) -> Environment: ...
     @property

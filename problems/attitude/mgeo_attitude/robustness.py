@@ -8,7 +8,7 @@ kernel is the same, and designs share what they begin with as ever.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import timedelta
@@ -58,8 +58,13 @@ class Flight:
         return maneuvers.reshape(designs.shape)
 
 
-def draw_flights(scenario: Scenario, model: FilterModel, errors: FlightErrors) -> list[Flight]:
-    """Draw the flights of a scenario whose exact one is `model`.
+def draw_flights(
+    scenario: Scenario,
+    model: FilterModel,
+    errors: FlightErrors,
+    numbers: Iterable[int] | None = None,
+) -> list[Flight]:
+    """Draw the flights of a scenario whose exact one is `model`, or those of some numbers.
 
     Raises
     ------
@@ -73,7 +78,7 @@ def draw_flights(scenario: Scenario, model: FilterModel, errors: FlightErrors) -
     attitude = scenario.initial.attitude_deg if attitude is None else attitude
     rate = scenario.gyro.initial_bias_deg_s if rate is None else rate
     flights, count = [], scenario.maneuvers.count
-    for number in range(errors.count):
+    for number in range(errors.count) if numbers is None else numbers:
         generator = np.random.default_rng([errors.seed, number])
         chance = generator.standard_normal(6)
         off, rates = np.radians(attitude) * chance[:3], rate * chance[3:]
@@ -119,8 +124,13 @@ def kept_by(values: Floats, share: float) -> Floats:
     NaN, a covariance that lost positivity, is above every number.
     """
     ordered = np.sort(values, axis=0)
-    kept: Floats = ordered[max(int(np.ceil(share * len(values) - 1e-9)), 1) - 1]
+    kept: Floats = ordered[_place(len(values), share) - 1]
     return kept
+
+
+def _place(count: int, share: float) -> int:
+    """Of `count` ascending values the first, from 1, that a share does not exceed."""
+    return max(int(np.ceil(share * count - 1e-9)), 1)
 
 
 def judged(values: Floats, n_objectives: int, errors: FlightErrors) -> Floats:

@@ -8,8 +8,9 @@ It is twice the Gibbs vector: a rotation vector but for terms of third order, wi
 sine, and what multiplicative attitude filters use (F. L. Markley, Attitude Error Representations
 for Kalman Filtering, Journal of Guidance, Control, and Dynamics 26 (2003) 311-317).
 
-Sensors are written with `rotate`, `cross` and `dot`, for arrays of vectors, shape (..., 3), and for
-`estimation.taylor.Taylor`. Many rotations at once are matrices of arrays, shape (3, 3, ...).
+Sensors are written with `rotate`, `cross`, `shear` and `dot`, for arrays of vectors, shape
+(..., 3), and for `estimation.taylor.Taylor`. Many rotations at once are matrices of arrays, shape
+(3, 3, ...).
 """
 
 from __future__ import annotations
@@ -30,6 +31,12 @@ def cross(a: Any, b: Any) -> Any:
     """Cross product a × b."""
     following, last = [1, 2, 0], [2, 0, 1]
     return a[..., following] * b[..., last] - a[..., last] * b[..., following]
+
+
+def shear(a: Any, b: Any) -> Any:
+    """The cross product with a plus; see `vector.shear`."""
+    following, last = [1, 2, 0], [2, 0, 1]
+    return a[..., following] * b[..., last] + a[..., last] * b[..., following]
 
 
 def dot(a: Any, b: Any) -> Any:

@@ -56,3 +56,8 @@ def unit(direction: tuple[float, float, float]) -> tuple[float, float, float]:
 def scale(a: Vec3, b: Vec3) -> Vec3:
     """Component-wise product diag(a) b."""
     return Vec3(a.x * b.x, a.y * b.y, a.z * b.z)
+
+
+def shear(a: Vec3, b: Vec3) -> Vec3:
+    """The cross product with a plus, N(a) b: a symmetric matrix with zeros on the diagonal."""
+    return Vec3(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -127,7 +127,8 @@ class Catalog:
         for section in _NEEDED:
             expect(grades[section], section, [], f"at least one entry [[{section}]]")
         faces = _faces(table.get("faces", list(FACES)))
-        _check_alike(grades["sun_sensors"])
+        for section, entries in grades.items():
+            _check_alike(section, entries)
         return Catalog(**grades, faces=faces)
 
     def to_dict(self) -> dict[str, Any]:
@@ -177,14 +178,33 @@ def _faces(given: Any) -> tuple[str, ...]:
     return tuple(given)
 
 
-def _check_alike(grades: tuple[Grade, ...]) -> None:
-    """One kernel serves all heads: all have the same states, and all a field of view or none."""
-    alike = {
-        "field_of_view_deg": (lambda head: head.field_of_view() is None, "see everywhere (180)"),
-        "initial_bias": (lambda head: not head.initial_bias, "have no bias states (0)"),
-    }
+def _check_alike(section: str, grades: tuple[Grade, ...]) -> None:
+    """One kernel and its tables serve all: the same states at the same samples, and views alike."""
     for i, grade in enumerate(grades):
-        for key, (is_so, meaning) in alike.items():
-            same = is_so(grade.instrument) == is_so(grades[0].instrument)
-            value = getattr(grade.instrument, key)
-            expect(same, f"sun_sensors[{i}].{key}", value, f"that all or none {meaning}")
+        one, first = grade.instrument, grades[0].instrument
+        for key, (is_so, meaning) in _ALIKE.get(section, {}).items():
+            same = is_so(one) == is_so(first)
+            expect(same, f"{section}[{i}].{key}", getattr(one, key), f"that all or none {meaning}")
+        for key in ("considered", "sample_interval"):
+            value, expected = getattr(one, key, None), getattr(first, key, None)
+            expect(value == expected, f"{section}[{i}].{key}", value, f"{expected!r}, as all have")
+        states, expected = list(one.states()), list(first.states())
+        names = f"{', '.join(expected)}, those of {section}[0]"
+        expect(states == expected, f"{section}[{i}] has the states", states, names)
+
+
+def _has_none(key: str) -> Callable[[Any], bool]:
+    return lambda instrument: getattr(instrument, key) is None
+
+
+#: What all entries of a section have or none, by key.
+_ALIKE: Mapping[str, Mapping[str, tuple[Callable[[Any], bool], str]]] = {
+    "sun_sensors": {
+        "field_of_view_deg": (lambda head: not head.views(), "see everywhere (180)"),
+        "initial_bias": (lambda head: not head.initial_bias, "have no bias states (0)"),
+    },
+    "star_trackers": {
+        key: (_has_none(key), "have none")
+        for key in ("max_rate_deg_s", *(f"{of}_exclusion_deg" for of in ("sun", "earth", "moon")))
+    },
+}

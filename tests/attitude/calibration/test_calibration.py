@@ -233,5 +233,6 @@ def test_a_full_gyro_has_rows_of_its_own():
         "gyro.scale_factor",
         "gyro.misalignment",
     ]
-    assert set(found.uplink()["gyro"]) == {"bias", "unit", "scale_factor", "dcm", "quaternion"}
+    sent = {"bias", "unit", "scale_factor", "dcm", "quaternion", "correction"}
+    assert set(found.uplink()["gyro"]) == sent
     assert to_json(from_json(to_json(found))) == to_json(found)

@@ -189,9 +189,9 @@ def test_a_reading_against_all_others_is_that_of_a_solution_without_it():
         assert outside == pytest.approx(z @ np.linalg.solve(S, z), rel=1e-9)
 
 
-def linear_case():
+def linear_case(name):
     """A batch at the planned attitude with the plan's rates, so that all defects are zero."""
-    of = scenario("paper", **MEMS)
+    of = scenario(name, **MEMS)
     model = FilterModel.from_scenario(of)
     plan = model.schedule(np.atleast_2d(PLAN))
     rates, starts = plan.rates[0], plan.starts[0]
@@ -217,8 +217,9 @@ def linear_case():
     return model, data, rates[stretch], C, Trajectory(C.swapaxes(1, 2), zero)
 
 
-def test_the_linear_case_is_filterpys_smoother():
-    model, data, rates, C, at = linear_case()
+@pytest.mark.parametrize("name", ["paper", "varying errors", "orbit error", "cubesat_6u_full"])
+def test_the_linear_case_is_filterpys_smoother(name):
+    model, data, rates, C, at = linear_case(name)
     suite, n = model.suite, model.suite.n_states
     sigma, parts = suite.initial_sigma(1.0), Partition.of(suite)
     kf = KalmanFilter(dim_x=n, dim_z=6)
@@ -235,7 +236,8 @@ def test_the_linear_case_is_filterpys_smoother():
             y = data.sensors[index][k, 0]
             if np.isfinite(y).all():
                 v = C[k] @ model.references[k, index]
-                H.append(suite.measurement_matrix(sensor, v))
+                gradient = model.references[k, suite.gradient_rows(index)] @ C[k].T
+                H.append(suite.measurement_matrix(sensor, v, C[k], gradient))
                 R.extend(np.square(sensor.noise()))
                 z.extend(y - v)
         if H:
@@ -291,7 +293,7 @@ def test_two_orbits_leave_the_covariance_of_the_reference_filter(name):
     )
 
 
-@pytest.mark.parametrize("name", ["paper", "full gyro"])
+@pytest.mark.parametrize("name", ["paper", "full gyro", "varying errors", "cubesat_6u_full"])
 def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
     """The linear filter that is read off the factor, against a Kalman filter of all states."""
     data, at = near(scenario(name, **MEMS))
@@ -390,7 +392,7 @@ def test_the_optimum_is_that_of_scipys_optimizer():
     np.testing.assert_allclose(moved[3 * N :], 0.0, atol=1e-4)
 
 
-@pytest.mark.parametrize("name", ["paper", "full gyro"])
+@pytest.mark.parametrize("name", ["paper", "full gyro", "varying errors", "cubesat_6u_full"])
 def test_discretization_of_many_steps_is_that_of_each(name):
     suite: Suite = SUITES[name]
     rng = np.random.default_rng(0)

@@ -16,6 +16,7 @@ from ..filter.suites import SUITES
 from ..flight.test_rotation import as_scipy
 
 V = np.array([0.3, -0.5, 0.9])
+GRADIENT = np.array([[0.5, 0.1, -0.3], [0.1, -0.9, 0.2], [-0.3, 0.2, 0.4]])
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,10 @@ CASES = [
     (SUITES[name], i)
     for name in ("paper", "star tracker", "oblique star tracker")
     for i in range(2)
-] + [(OWN, 0)]
+]
+CASES += [(OWN, 0), (SUITES["soft iron"], 1)]
+CASES += [(SUITES["varying errors"], 0), (SUITES["varying errors"], 1)]
+CASES += [(SUITES["orbit error"], 2), (SUITES["considered"], 1)]
 
 
 def estimate(suite, C, x):
@@ -74,13 +78,14 @@ def measured(suite, sensor, C, x):
         return C @ vector
 
     own = {state: x[first : first + 3] for state, first in suite.places(sensor).items()}
-    report = sensor.measured(SimpleNamespace(to_body=to_body, **own), C @ V)
+    gradient = [C @ column for column in GRADIENT]
+    report = sensor.measured(SimpleNamespace(to_body=to_body, gradient=gradient, **own), C @ V)
     return as_array(report)[None]
 
 
 def expanded(suite, index, y, C, x):
     """Innovation, dense H and dense matrices of second derivatives."""
-    r = innovation(suite, index, as_reported(y), V, estimate(suite, C, x))
+    r = innovation(suite, index, as_reported(y), V, estimate(suite, C, x), gradient=GRADIENT)
     states, H = jacobian(r)
     n = suite.n_states
     dense, second = np.zeros((3, n)), np.zeros((3, n, n))
@@ -133,7 +138,8 @@ def test_moments_of_second_order_are_those_of_samples(suite, index):
     """Mean and covariance of ½ eᵀ B e by the traces of dense matrices."""
     C, x, e = random(suite, seed=4)
     y = measured(suite, suite.sensors[index], *perturbed(suite, C, x, e))
-    found = innovation(suite, index, as_reported(y), V, estimate(suite, C, x))
+    at = estimate(suite, C, x)
+    found = innovation(suite, index, as_reported(y), V, at, gradient=GRADIENT)
     B = expanded(suite, index, y, C, x)[2]
     root = np.random.default_rng(5).standard_normal((suite.n_states, suite.n_states))
     P = root @ root.T
@@ -148,9 +154,11 @@ def test_at_zero_the_derivative_is_the_declared_H(name):
     suite = SUITES[name]
     x = np.zeros(suite.n_states)
     for index, sensor in enumerate(suite.sensors):
-        y = measured(suite, sensor, np.eye(3), x)
-        H = expanded(suite, index, y, np.eye(3), x)[1]
-        np.testing.assert_allclose(H, suite.measurement_matrix(sensor, V), atol=1e-15)
+        for C in (np.eye(3), Rotation.random(random_state=6).as_matrix()):
+            y = measured(suite, sensor, C, x)
+            H = expanded(suite, index, y, C, x)[1]
+            declared = suite.measurement_matrix(sensor, C @ V, C, GRADIENT @ C.T)
+            np.testing.assert_allclose(H, declared, atol=1e-15)
 
 
 def test_the_estimator_predicts_what_it_believes():

@@ -9,16 +9,22 @@ from mgeo_attitude.flight import draw
 from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.scenario import Convergence
 
+from ..filter.suites import SUITES
 from ..flight.runs import estimated, none
 
 PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
 
 
-@pytest.fixture(scope="module")
-def model():
+@pytest.fixture(
+    scope="module", params=["cubesat_6u", "every constant", "orbit error", "considered"]
+)
+def model(request):
     scenario = dataclasses.replace(
         Scenario.cubesat_6u(), duration=300.0, convergence=Convergence(window=300.0)
     )
+    if request.param in SUITES:
+        suite = SUITES[request.param]
+        scenario = dataclasses.replace(scenario, gyro=suite.gyro, sensors=suite.sensors)
     return FilterModel.from_scenario(scenario)
 
 
@@ -39,13 +45,13 @@ def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model
 
 
 def test_tiny_errors_are_the_linear_filters(model):
-    """A millionth of every error and noise leaves the covariance as it is."""
+    """A ten-millionth of every error and noise leaves the covariance as it is."""
     drawn = draw(model, 300, np.random.default_rng(1))
     tiny = dataclasses.replace(
         drawn,
-        errors=1e-6 * drawn.errors,
-        gyro_noise=1e-6 * drawn.gyro_noise,
-        noise=1e-6 * drawn.noise,
+        errors=1e-7 * drawn.errors,
+        gyro_noise=1e-7 * drawn.gyro_noise,
+        noise=1e-7 * drawn.noise,
     )
     small = estimated(model, PLAN, np.arange(301), tiny, Estimator.plain())
     kernel = evaluate(model, PLAN, history=True).variances[0]

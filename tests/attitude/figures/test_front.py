@@ -5,9 +5,11 @@ import re
 
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.describe import nondominated
 from mgeo_attitude.figures.front import front_figure
 from mgeo_attitude.figures.solutions import Solutions
+from mgeo_attitude.promises import spread
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +30,7 @@ def test_points_are_the_objectives(figure, F, problem):
     later = F[:, 0] > problem.scenario.orbit.period
     assert later.any()
     assert not later.all()
-    _, first, second = figure.data
+    _, first, second, _ = figure.data
     for trace, group in ((first, ~later), (second, later)):
         np.testing.assert_array_equal(trace.x, F[group, 0])
         np.testing.assert_array_equal(trace.y, F[group, 1])
@@ -47,9 +49,17 @@ def test_boundary_holds_the_nondominated_points():
 
 def test_hover_text_is_the_plan(figure, problem, X, F):
     accuracy = problem.describe(X)["attitude accuracy [deg]"]
-    for trace in figure.data[1:]:
+    looked_at = spread(len(X))
+    kept = problem.promises(X[looked_at]).set_index(looked_at)
+    for trace in figure.data[1:3]:
         for number, text in zip(trace.customdata, trace.hovertext, strict=True):
-            head, t_end, trace_line, attitude, _, *maneuvers = text.split("<br>")
+            head, t_end, trace_line, *flights, attitude, _, m1, m2, m3 = text.split("<br>")
+            maneuvers = m1, m2, m3
+            assert bool(flights) == (number in looked_at)
+            for line in flights:
+                found = re.fullmatch(r"9 of 10 flights keep t_end (\S+) s, trace (\S+)", line)
+                assert float(found[1]) == kept["kept t_end [s]"][number]
+                assert float(found[2]) == pytest.approx(kept["kept trace [-]"][number], rel=1e-3)
             assert attitude == f"attitude {accuracy[number]:.3g} deg (1-sigma, worst axis)"
             assert head == f"<b>solution {number}</b>"
             assert float(t_end.split()[1]) == F[number, 0]
@@ -60,6 +70,22 @@ def test_hover_text_is_the_plan(figure, problem, X, F):
                 shown[np.arange(12) % 4 != 3], X[number].reshape(3, 4)[:, :3].ravel(), atol=5.1e-4
             )
             np.testing.assert_allclose(shown[3::4], X[number, 3::4], atol=0.051)
+
+
+def test_what_flights_keep_has_a_boundary_of_its_own(figure, problem, X):
+    kept = problem.promises(X[spread(len(X))])[["kept t_end [s]", "kept trace [-]"]].to_numpy()
+    safe = kept[nondominated(kept)]
+    np.testing.assert_array_equal(np.column_stack([figure.data[3].x, figure.data[3].y]), safe)
+    assert figure.data[3].name == "kept by 9 of 10 flights"
+
+
+def test_a_front_over_flights_is_that_of_its_own_promises(problem, X):
+    own = AttitudeManeuverProblem(problem.scenario, flights=3)
+    F = own.evaluate(X, return_values_of=["F"])
+    _, first, second, _ = own.figures(X)["front"].data
+    for trace in (first, second):
+        shown = np.column_stack([trace.x, trace.y])
+        np.testing.assert_array_equal(shown, F[np.asarray(trace.customdata)])
 
 
 def test_axes(figure, problem):

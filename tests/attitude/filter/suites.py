@@ -1,6 +1,12 @@
 """Sensor suites that the filter's tests run over."""
 
-from mgeo_attitude import Gyro, Magnetometer, StarTracker, Suite, SunSensor
+import dataclasses
+
+from mgeo_attitude import Gyro, Magnetometer, Scenario, StarTracker, Suite, SunSensor
+
+FULL = Scenario.cubesat_6u_full()
+#: For filters of any step.
+FULL_SENSORS = tuple(dataclasses.replace(each, sample_interval=None) for each in FULL.sensors)
 
 SUITES = {
     "paper": Suite(Gyro(), (SunSensor(), Magnetometer())),
@@ -31,5 +37,51 @@ SUITES = {
     "random-walk bias": Suite(Gyro(bias_decay=0.0), (SunSensor(), Magnetometer())),
     "full gyro": Suite(
         Gyro(initial_scale_factor=1e-3, initial_misalignment_deg=0.1), (SunSensor(), Magnetometer())
+    ),
+    "soft iron": Suite(
+        Gyro(initial_nonorthogonality_deg=0.1),
+        (
+            SunSensor(),
+            Magnetometer(initial_scale_factor=0.02, initial_nonorthogonality_deg=0.5),
+        ),
+    ),
+    "varying errors": Suite(
+        Gyro(),
+        (
+            SunSensor(albedo=0.05, albedo_correlation_time=40.0),
+            Magnetometer(field_error_nt=100.0, field_error_correlation_time=20.0),
+        ),
+    ),
+    "orbit error": Suite(
+        Gyro(initial_scale_factor=1e-3),
+        (
+            Magnetometer(name="inner"),
+            SunSensor(boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0, albedo=0.03),
+            Magnetometer(orbit_error_m=1000.0, orbit_error_correlation_time=300.0),
+        ),
+    ),
+    "considered": Suite(
+        Gyro(initial_misalignment_deg=0.1, considered=("misalignment",)),
+        (
+            SunSensor(albedo=0.05, considered=("albedo",), sample_interval=4.0),
+            Magnetometer(
+                initial_scale_factor=0.02,
+                field_error_nt=100.0,
+                orbit_error_m=1000.0,
+                considered=("orbit_error", "scale_factor"),
+            ),
+        ),
+    ),
+    "cubesat_6u_full": Suite(FULL.gyro, FULL_SENSORS),
+    "every constant": Suite(
+        Gyro(
+            initial_scale_factor=1e-3,
+            initial_misalignment_deg=0.1,
+            initial_nonorthogonality_deg=0.1,
+        ),
+        (
+            SunSensor(),
+            Magnetometer(initial_scale_factor=0.02, initial_nonorthogonality_deg=0.5),
+        ),
     ),
 }

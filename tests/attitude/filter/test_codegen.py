@@ -12,11 +12,13 @@ from mgeo_attitude.filter.layout import (
     layout,
     transition_pattern,
 )
+from mgeo_attitude.filter.reference import schmidt
 from mgeo_attitude.filter.symbols import Code, Symbol
 from scipy.linalg import block_diag
 
 from .suites import SUITES
 
+STEP = 2.0
 VALUES = {"a": 2.0, "b": -3.0, "c": 7.0, "sqrt": sqrt}
 
 
@@ -75,15 +77,17 @@ def test_only_what_is_stored_is_computed():
 
 @pytest.mark.parametrize("name", SUITES)
 def test_generated_step_is_one_filter_step(name):
-    """Equations (3) and (4) by dense algebra, all sensors together, against the text's result."""
+    """Equations (3) and (4) by dense algebra against the text's result."""
     suite, rng = SUITES[name], np.random.default_rng(0)
     gated = tuple(index == 0 for index in range(len(suite.sensors)))
-    at, n, m = layout(suite, gated), suite.n_states, suite.n_dynamic
+    at, n, m, k = layout(suite, gated), suite.n_states, suite.n_dynamic, suite.n_kinematic
     names, blind = directions_of(suite), []
     parts, lanes = step_parts(suite, gated), 8
     assert list(parts)[-1] == CHECK
     weights = rng.uniform(0.5, 2.0, n)
-    constants = step_constants(suite, weights)
+    constants, step = step_constants(suite, STEP, weights), STEP
+    decays = [np.exp(-step / each.correlation_time) for each in suite.processes.values()]
+    sigmas = [each.sigma for each in suite.processes.values()]
     W = np.zeros((at.constants + len(constants), lanes))
     W[at.constants :] = constants[:, None]
     pattern = transition_pattern(suite)
@@ -96,8 +100,10 @@ def test_generated_step_is_one_filter_step(name):
             F[i, j] = rng.standard_normal()
         noisy = np.isin(np.arange(m), [i for i, _ in pattern])
         Q = np.cov(rng.standard_normal((m, 3 * m))) * np.outer(noisy, noisy)
+        F[k:, k:] = np.diag(np.repeat(decays, 3))
+        Q[k:, k:] = np.diag(np.repeat(sigmas, 3) ** 2 * (1.0 - np.repeat(decays, 3) ** 2))
         C, dC = (np.linalg.qr(rng.standard_normal((3, 3)))[0] for _ in range(2))
-        references = rng.standard_normal((len(suite.sensors), 3))
+        references = rng.standard_normal((suite.n_vectors, 3))
         vectors = rng.standard_normal((len(names), 3))
         vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
         limb, rate = rng.uniform(0.2, 1.0), rng.uniform(0.0, 0.02)
@@ -107,7 +113,7 @@ def test_generated_step_is_one_filter_step(name):
         W[at.attitude : at.monitors, lane] = C.ravel()
         W[at.rotation : at.F, lane] = dC.ravel()
         W[at.F : at.Q, lane] = [F[i, j] for i, j in pattern]
-        W[at.Q : at.rate, lane] = Q[np.tril_indices(m)]
+        W[at.Q : at.rate, lane] = Q[np.tril_indices(k)]
         W[at.rate : at.trace, lane] = rate**2
         radii = [limb, np.cos(limb), np.sin(limb)] * len(discs(names))
         W[at.given : at.constants, lane] = [*references.ravel(), *vectors.ravel(), *radii, gate]
@@ -124,8 +130,9 @@ def test_generated_step_is_one_filter_step(name):
             blind.append(hidden)
             if (index == 0 and not gate) or hidden:
                 continue
-            H, R = suite.measurement_matrix(sensor, v), np.diag(np.square(sensor.noise()))
-            P = P - P @ H.T @ np.linalg.solve(R + H @ P @ H.T, H @ P)
+            gradient = references[suite.gradient_rows(index)] @ (dC @ C).T
+            H = suite.measurement_matrix(sensor, v, dC @ C, gradient)
+            P = schmidt(P, H, np.diag(np.square(sensor.noise())), suite.considered)
         expected.append((P, dC @ C, weights @ np.diag(P)))
     if names:
         assert len(set(blind[::2])) == 2  # the tracker sees in some lanes

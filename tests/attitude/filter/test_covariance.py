@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude.filter.covariance import last_pivot, predict, update
 from mgeo_attitude.filter.layout import transition_pattern
+from mgeo_attitude.filter.reference import schmidt
 from mgeo_attitude.vector import Vec3
 from scipy.linalg import expm
 
@@ -42,7 +43,8 @@ def test_predict_is_equation_3(name, seed):
     P = random_covariance(rng, n)
     F, Q = np.eye(n), np.zeros((n, n))
     F[:m, :m] = expm(suite.dynamics_matrix(rng.standard_normal(3)))
-    sparse_F = {(i, j): F[i, j] for i, j in transition_pattern(suite)}
+    pattern = [*transition_pattern(suite), *((i, i) for i in range(suite.n_kinematic, m))]
+    sparse_F = {(i, j): F[i, j] for i, j in pattern}
     noisy = np.isin(np.arange(m), [i for i, _ in sparse_F])
     Q[:m, :m] = random_covariance(rng, m) * np.outer(noisy, noisy)
     lower = Lower(P)
@@ -58,15 +60,41 @@ def test_update_is_equation_4(name, seed):
     P = random_covariance(rng, suite.n_states)
     for sensor in suite.sensors:
         v, R = rng.standard_normal(3), np.diag(rng.uniform(0.1, 1.0, 3))
-        H = suite.measurement_matrix(sensor, v)
+        gradient = rng.standard_normal((3, 3))
+        H = suite.measurement_matrix(sensor, v, gradient=gradient)
         K = P @ H.T @ np.linalg.inv(R + H @ P @ H.T)
         lower, closed = Lower(P), Lower(P)
 
-        measure = partial(suite.measure, sensor, Vec3(*v))
+        columns = [Vec3(*column) for column in gradient]
+        measure = partial(suite.measure, sensor, Vec3(*v), gradient=columns)
         update(lower, suite.n_states, measure, np.diag(R))
         np.testing.assert_allclose(lower.dense(), P - K @ H @ P, rtol=1e-10, atol=1e-10)
         update(closed, suite.n_states, measure, np.diag(R), gate=0.0)
         np.testing.assert_array_equal(closed.dense(), Lower(P).dense())
+
+
+@pytest.mark.parametrize("name", ["considered", "every constant"])
+@pytest.mark.parametrize("seed", range(3))
+def test_an_update_with_considered_states_is_that_of_any_gain(name, seed):
+    """Joseph's form with the optimal gain, whose rows of considered states are zero."""
+    suite, rng = SUITES[name], np.random.default_rng(seed)
+    P = random_covariance(rng, suite.n_states)
+    considered = suite.considered if suite.considered.size else np.array([1, 4, 5, 20])
+    for sensor in suite.sensors:
+        v, R = rng.standard_normal(3), np.diag(rng.uniform(0.1, 1.0, 3))
+        gradient = [Vec3(*row) for row in rng.standard_normal((3, 3))]
+        measure = partial(suite.measure, sensor, Vec3(*v), gradient=gradient)
+        H = np.array([list(measure(list(unit))) for unit in np.eye(suite.n_states)]).T
+        K = P @ H.T @ np.linalg.inv(R + H @ P @ H.T)
+        K[considered] = 0.0
+        rest = np.eye(len(P)) - K @ H
+        lower = Lower(P)
+        update(lower, suite.n_states, measure, np.diag(R), considered=considered.tolist())
+        expected = rest @ P @ rest.T + K @ R @ K.T
+        np.testing.assert_allclose(lower.dense(), expected, rtol=1e-10, atol=1e-10)
+        np.testing.assert_allclose(schmidt(P, H, R, considered), expected, rtol=1e-10, atol=1e-10)
+        kept = np.ix_(considered, considered)
+        np.testing.assert_array_equal(lower.dense()[kept], P[kept])
 
 
 @pytest.mark.parametrize("name", SUITES)
@@ -74,11 +102,12 @@ def test_transition_pattern_holds_every_entry_that_is_not_the_identitys(name):
     suite, rng = SUITES[name], np.random.default_rng(7)
     pattern = set(transition_pattern(suite))
     for _ in range(5):
-        F = expm(suite.dynamics_matrix(rng.standard_normal(3)))
+        k = suite.n_kinematic
+        F = expm(suite.dynamics_matrix(rng.standard_normal(3))[:k, :k])
         differs = {(int(i), int(j)) for i, j in np.argwhere(np.eye(len(F)) != F)}
         assert differs <= pattern
         assert pattern <= {(int(i), int(j)) for i, j in np.argwhere(F != 0.0)}
-    constant = set(range(suite.n_dynamic)) - {i for i, _ in pattern}
+    constant = set(range(suite.n_kinematic)) - {i for i, _ in pattern}
     assert not suite.diffusion()[list(constant)].any()
 
 

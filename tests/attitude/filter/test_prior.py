@@ -53,8 +53,20 @@ def known(of, rng, share=0.3):
         {},
         {"maneuvers": {}, "gyro": {"initial_scale_factor": 1e-3, "initial_misalignment_deg": 0.1}},
         {"sensors": [{"kind": "star-tracker"}, {"kind": "magnetometer"}]},
+        {
+            "sensors": [
+                {"kind": "sun-sensor", "albedo": 0.05, "sample_interval": 4.0},
+                {
+                    "kind": "magnetometer",
+                    "initial_scale_factor": 0.02,
+                    "field_error_nt": 100.0,
+                    "orbit_error_m": 1000.0,
+                    "considered": ["orbit_error", "scale_factor"],
+                },
+            ]
+        },
     ],
-    ids=["cubesat", "full gyro", "star tracker"],
+    ids=["cubesat", "full gyro", "star tracker", "varying and considered"],
 )
 def test_kernel_and_reference_agree(changes):
     rng = np.random.default_rng(3)

@@ -44,6 +44,17 @@ def test_paper_measurements_are_equation_2(index, first):
     np.testing.assert_array_equal(H, expected)
 
 
+def test_soft_iron_is_a_symmetric_matrix():
+    """(I + [ψ×] + diag(k) + N(η)) B, column by column."""
+    suite = SUITES["soft iron"]
+    H = suite.measurement_matrix(suite.sensors[1], V)
+    own = suite.places(suite.sensors[1])
+    for axis, unit in enumerate(np.eye(3)):
+        np.testing.assert_array_equal(H[:, own["misalignment"] + axis], skew(unit) @ V)
+        np.testing.assert_array_equal(H[:, own["scale_factor"] + axis], np.diag(unit) @ V)
+        np.testing.assert_array_equal(H[:, own["nonorthogonality"] + axis], symmetric(unit) @ V)
+
+
 def test_star_tracker_measures_the_attitude():
     suite = SUITES["star tracker"]
     H = suite.measurement_matrix(suite.sensors[0], V)
@@ -53,18 +64,23 @@ def test_star_tracker_measures_the_attitude():
     assert not H[:, 9:].any()
 
 
-def test_full_gyro_is_the_derivative_of_the_rate_error():
-    """θ' against finite differences of -(ω_m - ω), ω_m = (I + diag(k) + [μ×]) ω + b."""
-    suite = SUITES["full gyro"]
+def symmetric(e):
+    """N(e): e on both sides of the diagonal, its x component between y and z."""
+    return np.array([[0, e[2], e[1]], [e[2], 0, e[0]], [e[1], e[0], 0]])
+
+
+def test_a_gyro_of_every_error_is_the_derivative_of_the_rate_error():
+    """θ' is -(ω_m - ω) for ω_m = (I + diag(k) + [μ×] + N(η)) ω + b."""
+    suite = SUITES["every constant"]
     A = suite.dynamics_matrix(OMEGA)
 
-    def rate_error(b, k, mu):
-        return -((np.diag(k) + skew(mu)) @ OMEGA + b)
+    def rate_error(b, k, mu, eta):
+        return -((np.diag(k) + skew(mu) + symmetric(eta)) @ OMEGA + b)
 
-    zero = np.zeros(3)
-    for block, argument in enumerate(["b", "k", "mu"], start=1):
+    names = ["b", "k", "mu", "eta"]
+    for block, argument in enumerate(names, start=1):
         for axis in range(3):
-            arguments = {"b": zero, "k": zero, "mu": zero, argument: np.eye(3)[axis]}
+            arguments = dict.fromkeys(names, np.zeros(3)) | {argument: np.eye(3)[axis]}
             np.testing.assert_allclose(
                 A[:3, 3 * block + axis], rate_error(**arguments), rtol=0, atol=1e-15
             )

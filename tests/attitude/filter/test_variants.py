@@ -131,3 +131,7 @@ def test_variants_of_another_form_are_refused(models):
     everywhere = SunSensor(name="a"), *full.suite.sensors[1:]
     with pytest.raises(ValueError, match=r"variants\[1\] has .* constants of a filter step"):
         evaluate(full, X, variants=[full, variant(full, Suite(Gyro(), everywhere))])
+    unsure = dataclasses.replace(full.suite.sensors[0], considered=("bias",))
+    suite = Suite(Gyro(), (unsure, *full.suite.sensors[1:]))
+    with pytest.raises(ValueError, match=r"variants\[1\] considers other states than the model"):
+        evaluate(full, X, variants=[full, variant(full, suite)])

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, Gyro, Scenario, SunSensor
+from mgeo_attitude import FilterModel, Gyro, Magnetometer, Scenario, SunSensor
 from mgeo_attitude.flight import draw
 from mgeo_attitude.flight.flight import at_rest
 from mgeo_attitude.scenario import Convergence, InitialConditions
@@ -16,6 +16,7 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from ..filter.suites import SUITES
+from ..filter.test_suite import symmetric
 from .runs import estimated, flown, none
 from .test_rotation import as_scipy
 
@@ -132,6 +133,58 @@ def test_gyro_noise_is_the_markov_process_of_equation_2():
     assert np.abs((sample - Q) / scale).max() < 4.5 * np.sqrt(2.0 / 40_000)
 
 
+def test_errors_of_sensors_are_ornstein_uhlenbeck_processes():
+    """Stationary, with the autocovariance σ² exp(-t / τ) of the closed form, and independent."""
+    sensors = (
+        SunSensor(albedo=0.05, albedo_correlation_time=15.0),
+        Magnetometer(field_error_nt=80),
+    )
+    model = FilterModel.from_scenario(short(Scenario.paper(), sensors=sensors, step=2.0))
+    F, Q = at_rest(model)
+    expected = np.repeat([np.exp(-2.0 / 15.0), np.exp(-2.0 / 300.0)], 3)
+    np.testing.assert_allclose(np.diag(F)[6:], expected, rtol=1e-13)
+    variances = np.repeat([0.05**2, (80.0 / 50_000.0) ** 2], 3)
+    np.testing.assert_allclose(np.diag(Q)[6:], variances * (1.0 - expected**2), rtol=1e-12)
+
+    n, runs = DURATION // 2, 600
+    flights = [
+        flown(model, PLAN, draw(model, n, generator)).gyro[:, 3:6]
+        for generator in np.random.default_rng(6).spawn(runs)
+    ]
+    samples = np.moveaxis(np.array(flights), 1, 0).reshape(n + 1, -1)  # of 1800 processes
+    covariance = samples @ samples.T / samples.shape[1]
+    lag = 2.0 * np.abs(np.subtract.outer(np.arange(n + 1), np.arange(n + 1)))
+    # an entry's standard deviation is at most sqrt(2 / 1800) of the variance: 3.3 %
+    error = covariance / 0.05**2 - np.exp(-lag / 15.0)
+    assert np.abs(error).max() < 5.0 * np.sqrt(2.0 / samples.shape[1])
+
+
+def test_what_light_from_the_earth_does_turns_with_the_sky_not_with_the_body(model):
+    """And what the field is beside its model: at two attitudes the same vector in GCRS."""
+    sensors = (
+        SunSensor(albedo=0.05),
+        Magnetometer(field_error_nt=100.0, orbit_error_m=1000.0),
+    )
+    seen = FilterModel.from_scenario(short(Scenario.paper(), sensors=sensors))
+    usual, other = none(seen, DURATION), none(seen, DURATION)
+    albedo, field, orbit = np.random.default_rng(8).standard_normal((3, 3))
+    other.errors[6:15] = np.concatenate([albedo, field, orbit])
+    clean, dirty = flown(seen, PLAN, usual), flown(seen, PLAN, other)
+    C, k = clean.motion.attitude, np.arange(1, DURATION + 1)
+    for index, added in (
+        (0, np.exp(-k / 600.0)[:, None] * albedo),
+        (
+            1,
+            np.exp(-k / 300.0)[:, None] * field
+            + np.exp(-k / 20_000.0)[:, None]
+            * np.einsum("kji,j->ki", seen.references[1:, 2:5], orbit),
+        ),
+    ):
+        difference = dirty.readings.sensors[index] - clean.readings.sensors[index]
+        expected = np.einsum("kij,kj->ki", C[1:], added)
+        np.testing.assert_allclose(difference[1:, 0], expected, rtol=0, atol=1e-12)
+
+
 def test_a_bias_that_does_not_drift_stays(model):
     suite = dataclasses.replace(
         model.suite, gyro=dataclasses.replace(model.suite.gyro, rate_random_walk=0.0)
@@ -216,6 +269,16 @@ def test_readings_are_those_of_rotated_vectors(pointing):
         assert np.isnan(flight.readings.sensors[0][0]).all()  # the start is what is believed
 
 
+def test_a_field_is_distorted_by_a_symmetric_matrix_and_turned():
+    magnetometer, rng = SUITES["soft iron"].sensors[1], np.random.default_rng(4)
+    bias, k, psi, eta = 0.2 * rng.standard_normal((4, 3))
+    field = rng.standard_normal(3)
+    x = SimpleNamespace(bias=bias, scale_factor=k, misalignment=psi, nonorthogonality=eta)
+    distorted = (np.eye(3) + np.diag(k) + symmetric(eta)) @ field
+    expected = as_scipy(psi).apply(distorted) + bias
+    np.testing.assert_allclose(magnetometer.measured(x, field), expected, rtol=0, atol=1e-15)
+
+
 def test_the_error_of_a_start_elsewhere_is_in_body_axes():
     """What the estimator is off by at first are the errors that were drawn, body axis by axis."""
     initial = InitialConditions(pointing="sun", axis=(0.0, 0.6, 0.8))
@@ -227,11 +290,20 @@ def test_the_error_of_a_start_elsewhere_is_in_body_axes():
 
 
 def test_gyro_is_corrected_by_what_it_measures():
-    gyro, rng = SUITES["full gyro"].gyro, np.random.default_rng(2)
-    bias, k, mu = 0.1 * rng.standard_normal((3, 3))
-    omega = rng.standard_normal(3)
-    x = SimpleNamespace(bias=bias, scale_factor=k, misalignment=mu)
-    reported = gyro.measured(x, omega)
-    np.testing.assert_allclose(reported, as_scipy(mu).apply((1 + k) * omega) + bias, rtol=1e-14)
-    np.testing.assert_allclose(gyro.corrected(x, reported), omega, rtol=1e-13)
+    rng = np.random.default_rng(2)
+    bias, k, mu, eta = 0.1 * rng.standard_normal((4, 5, 3))
+    omega = rng.standard_normal((5, 3))
+    x = SimpleNamespace(bias=bias, scale_factor=k, misalignment=mu, nonorthogonality=eta)
+    for name, of in (
+        ("full gyro", [1, 1, 0]),
+        ("soft iron", [0, 0, 1]),
+        ("every constant", [1] * 3),
+    ):
+        gyro = SUITES[name].gyro
+        reported = gyro.measured(x, omega)
+        for i in range(5):
+            stretched = (np.eye(3) + of[0] * np.diag(k[i]) + of[2] * symmetric(eta[i])) @ omega[i]
+            turned = as_scipy(mu[i]).apply(stretched) if of[1] else stretched
+            np.testing.assert_allclose(reported[i], turned + bias[i], rtol=1e-13)
+        np.testing.assert_allclose(gyro.corrected(x, reported), omega, rtol=1e-12)
     assert Gyro.rotations == ("misalignment",)

@@ -3,12 +3,14 @@
 import dataclasses
 import importlib.util
 from datetime import timedelta
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import (
     Environment,
+    FilterModel,
     Scenario,
     StarTracker,
     Telemetry,
@@ -20,8 +22,10 @@ from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.flight.mapping import Channels, GyroChannels, SensorChannels
 from mgeo_attitude.plan.ccsds import quaternions
 from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
 
 from ..calibration.flights import PLAN, short
+from ..filter.suites import SUITES
 
 PAPER = short(Scenario.paper(), 300.0)
 
@@ -100,6 +104,46 @@ def test_a_tracker_reports_the_body_s_attitude_with_noise_about_its_boresight():
     expected[0] = False
     np.testing.assert_array_equal(there, expected)
     assert 200 < n < 1000
+
+
+@pytest.mark.parametrize("name", ["every constant", "orbit error", "considered"])
+def test_truth_with_errors_that_vary_explains_what_is_reported(name):
+    """What is left of reports, once the truth is taken out, is noise as loud as declared."""
+    suite = SUITES[name]
+    of = dataclasses.replace(short(Scenario.paper(), 2000.0), sensors=suite.sensors)
+    of = dataclasses.replace(of, gyro=suite.gyro)
+    telemetry, model = fly(of, PLAN, 2), FilterModel.from_scenario(of)
+    truth = telemetry.truth
+
+    def to_body(vector):
+        return np.einsum("kij,kj->ki", truth.attitude, np.broadcast_to(vector, (2001, 3)))
+
+    for index, sensor in enumerate(suite.sensors):
+        x = {state: truth.states[:, i : i + 3] for state, i in suite.places(sensor).items()}
+        rows = model.references[:, suite.gradient_rows(index)].swapaxes(0, 1)
+        x |= {"to_body": to_body, "gradient": [*map(to_body, rows)]}
+        expected = sensor.measured(SimpleNamespace(**x), to_body(model.references[:, index]))
+        reported = telemetry.sensors[sensor.name] / sensor.channel_unit.factor
+        left = (reported - expected)[np.isfinite(reported).all(axis=1)] / sensor.noise()
+        low, high = chi2.ppf([1e-4, 1.0 - 1e-4], left.size) / left.size
+        assert low < (left**2).mean() < high
+        assert abs((left[1:] * left[:-1]).mean()) < 4.0 / np.sqrt(left.size)
+
+
+def test_between_samples_of_a_sensor_there_is_nothing():
+    """The Sun every 4 s, the field every 6 s, nothing at the start; a table leaves them empty."""
+    sun, mag = PAPER.sensors
+    sensors = (
+        dataclasses.replace(sun, sample_interval=4.0),
+        dataclasses.replace(mag, sample_interval=6.0),
+    )
+    of = dataclasses.replace(PAPER, sensors=sensors, step=2.0)
+    telemetry = fly(of, PLAN, 1)
+    for name, every in (("sun", 4.0), ("mag", 6.0)):
+        seen = telemetry.times[np.isfinite(telemetry.sensors[name][:, 0])]
+        np.testing.assert_array_equal(seen, np.arange(every, 301.0, every))
+        assert telemetry.frame()[f"{name}_x"].isna().sum() == 151 - len(seen)
+    same(read_telemetry(telemetry.frame(), of), telemetry)
 
 
 def test_quaternions_are_those_of_plans(telemetry):

@@ -103,4 +103,54 @@ def test_a_preset_is_named_after_itself() -> None:
     assert {name: Scenario.from_dict({"preset": name}).name for name in PRESETS} == {
         "paper": "paper",
         "cubesat_6u": "cubesat_6u",
+        "cubesat_6u_full": "cubesat_6u_full",
     }
+
+
+def test_the_full_cubesat_has_every_error_and_is_the_cubesat_otherwise() -> None:
+    plain, full = Scenario.cubesat_6u(), Scenario.cubesat_6u_full()
+    suite = Suite(full.gyro, full.sensors)
+    assert suite.blocks == (
+        "attitude",
+        "gyro.bias",
+        "gyro.scale_factor",
+        "gyro.misalignment",
+        "gyro.nonorthogonality",
+        "sun.albedo",
+        "mag.field_error",
+        "mag.orbit_error",
+        "sun.misalignment",
+        "sun.bias",
+        "mag.misalignment",
+        "mag.bias",
+        "mag.scale_factor",
+        "mag.nonorthogonality",
+    )
+    assert suite.considered.tolist() == [21, 22, 23]
+    off = dict.fromkeys(
+        [
+            "initial_scale_factor",
+            "initial_misalignment_deg",
+            "initial_nonorthogonality_deg",
+            "albedo",
+            "field_error_nt",
+            "orbit_error_m",
+        ],
+        0.0,
+    )
+    gone = {
+        "albedo_correlation_time",
+        "field_error_correlation_time",
+        "orbit_error_correlation_time",
+    }
+    table, expected = full.to_dict(), plain.to_dict()
+    for key, values in off.items():
+        if key in table["gyro"]:
+            table["gyro"][key] = values
+        for one in (table, expected):
+            for sensor in one["sensors"]:
+                if key in sensor and key != "initial_misalignment_deg":
+                    sensor[key] = values
+                for name in ("sample_interval", "considered", *gone):
+                    sensor.pop(name, None)
+    assert table | {"name": "cubesat_6u"} == expected

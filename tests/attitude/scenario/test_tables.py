@@ -195,8 +195,14 @@ def test_keys_of_older_files_are_told_the_new_ones(override: dict[str, Any], mes
             {"preset": "papers"},
             "preset = 'papers': unknown preset, did you mean 'paper'? (known: 'paper', 'cubes",
         ),
-        ({"preset": 6}, "preset = 6: unknown preset (known: 'paper', 'cubesat_6u')"),
-        ({"preset": []}, "preset = []: unknown preset (known: 'paper', 'cubesat_6u')"),
+        (
+            {"preset": 6},
+            "preset = 6: unknown preset (known: 'paper', 'cubesat_6u', 'cubesat_6u_full')",
+        ),
+        (
+            {"preset": []},
+            "preset = []: unknown preset (known: 'paper', 'cubesat_6u', 'cubesat_6u_full')",
+        ),
         (
             {"orbit": {"propagator": "j22"}},
             "orbit.propagator = 'j22': unknown propagator, did you mean 'j2'? (known: 'two-body', "

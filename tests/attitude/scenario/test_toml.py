@@ -58,7 +58,9 @@ def test_every_key_has_a_comment() -> None:
     lines = Scenario.paper().to_toml().splitlines()
     uncommented = [line for line in lines if " = " in line and " # " not in line]
     assert uncommented[1:] == []
-    assert uncommented == ['# only what differs: preset = "paper" or "cubesat_6u"']
+    assert uncommented == [
+        '# only what differs: preset = "paper" or "cubesat_6u" or "cubesat_6u_full"'
+    ]
 
 
 @pytest.mark.parametrize("section", SECTIONS)
@@ -116,6 +118,38 @@ def test_an_epoch_with_an_offset_is_converted_to_utc() -> None:
         (
             "[[sensors]]\nkind = 'magnetometer'\n[[sensors]]\nkind = 'magnetometer'",
             "sensors[1].name = 'mag': expected a name that no other sensor nor the gyro has",
+        ),
+        (
+            "[[sensors]]\nkind = 'magnetometer'\nsample_interval = 1.5",
+            "sensors[0].sample_interval = 1.5: expected a multiple of step = 1.0 s",
+        ),
+        (
+            "step = 2.0\n[[sensors]]\nkind = 'magnetometer'\nsample_interval = 1",
+            "sensors[0].sample_interval = 1.0: expected a multiple of step = 2.0 s",
+        ),
+        (
+            "[[sensors]]\nkind = 'magnetometer'\nsample_interval = 20_000",
+            "sensors[0].sample_interval = 20000.0: expected at most duration = 11984.0 s",
+        ),
+        (
+            "[[sensors]]\nkind = 'magnetometer'\nsample_interval = 0",
+            "sensors[0].sample_interval = 0: expected nothing or a number > 0 s",
+        ),
+        (
+            "[[sensors]]\nkind = 'magnetometer'\nconsidered = ['field_error']",
+            "sensors[0].considered[0] = 'field_error': unknown state (known: 'misalignment', 'bias",
+        ),
+        (
+            "[[sensors]]\nkind = 'magnetometer'\nconsidered = ['bias', 'bias']",
+            "sensors[0].considered[1] = 'bias': expected each one once",
+        ),
+        (
+            "gyro.considered = ['biass']",
+            "gyro.considered[0] = 'biass': unknown state, did you mean",
+        ),
+        (
+            "[[sensors]]\nkind = 'sun-sensor'\nalbedo = 0.1\nalbedo_correlation_time = 0",
+            "sensors[0].albedo_correlation_time = 0: expected a number > 0 s",
         ),
         ("[[sensors]]\nkind = 'radar'", "sensors[0].kind = 'radar': unknown kind (known: 'sun-"),
         ("[gyro]\nbias_decays = 1", "gyro.bias_decays: unknown key, did you mean 'bias_d"),

@@ -39,6 +39,27 @@ def test_a_run_is_written_and_can_be_made_again(mgeo):
     assert "drawn by the plugin" in (folder / "front.html").read_text()
 
 
+def test_a_robust_run_is_one_of_the_problem_that_the_problem_gives(mgeo):
+    done = mgeo("solve", "cantilever", "--robust", "--evaluations", 160)
+    assert done.exit_code == 0, done.output
+    run = read_run("runs/cantilever-robust-mgeo-staged-seed1").configuration
+    assert run.options == {"load": pytest.approx(1100.0)}
+    assert run.algorithm == "mgeo-staged"
+    mgeo("solve", "cantilever", "--robust", "--algorithm", "nsga2", *SHORT[:2], "--out", "b")
+    assert read_run("b").configuration.algorithm == "nsga2"
+    refused = mgeo("solve", "bnh", "--robust")
+    assert refused.exit_code == 2
+    assert refused.stderr == "Error: BNH has no robust(): expected a run without it\n"
+
+
+def test_what_a_problem_remarks_on_its_front_is_told(mgeo):
+    done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
+    line = f"{len(read_run('a').outcome.F)} beams, of steel"
+    assert done.stdout.splitlines()[2] == line
+    mgeo("report", "a")
+    assert f"<p>{line}</p>" in Path("a/report.html").read_text()
+
+
 def test_the_table_shows_five_solutions_in_the_problems_terms(mgeo):
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     F = read_run("a").outcome.F
@@ -64,7 +85,7 @@ def test_the_first_line_is_what_a_person_asked(mgeo):
     assert done.stdout.splitlines()[0] == (
         f"solution {row} of {len(outcome.F)}, knee: {problem.answers(outcome.X[[row]])[0]}"
     )
-    assert f"knee ({row})" in done.stdout.splitlines()[2]
+    assert f"knee ({row})" in done.stdout.splitlines()[3]
     done = mgeo("solve", "sphere", "--algorithm", "nsga2", "--evaluations", "100", "--out", "b")
     (least,) = read_run("b").outcome.F.ravel()
     first = done.stdout.splitlines()[0]
@@ -308,7 +329,7 @@ def test_the_help_says_what_the_classes_say(mgeo):
     text = " ".join(re.sub(r"-\n +", "-", mgeo("solve", "--help").stdout).split())
     assert f"{', '.join(ALGORITHMS)}." in text
     assert "standard deviation of the step, > 0: a number, or one per variable" in text
-    assert "[default: 30, 8 of mgeo-directed]" in text
+    assert "[default: 30, 8 of mgeo-directed, 8 of mgeo-staged]" in text
     assert "restart, patience, n_steps, " in text
 
 

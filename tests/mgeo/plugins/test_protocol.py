@@ -1,6 +1,8 @@
+import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 
+from mgeo.plugins import protocol
 from mgeo.plugins.protocol import column_names
 
 
@@ -26,3 +28,25 @@ def test_wrong_names_are_refused(names):
 def test_a_name_for_a_variable_and_an_objective_is_refused():
     with pytest.raises(ValueError, match="'a' names both"):
         column_names(problem(var_names=["a", "b"], obj_names=["c", "a"]))
+
+
+def test_a_robust_problem_can_be_built_again():
+    other = problem(options=dict)
+    assert protocol.robust(problem(robust=lambda: other)) is other
+    with pytest.raises(ValueError, match=r"^Problem has no robust\(\): expected"):
+        protocol.robust(problem())
+    with pytest.raises(
+        ValueError, match=r"robust\(\) of problem Problem gives 3: expected a pymoo"
+    ):
+        protocol.robust(problem(robust=lambda: 3))
+    with pytest.raises(ValueError, match=r"robust\(\) of problem Problem has no options\(\)"):
+        protocol.robust(problem(robust=problem))
+
+
+@pytest.mark.parametrize("given", ["one", ["one", ""], [1], None])
+def test_remarks_are_texts(given):
+    X = np.zeros((3, 2))
+    assert protocol.remarks(problem(remarks=lambda X: ["one", "two"]), X) == ["one", "two"]
+    assert protocol.remarks(problem(), X) == []
+    with pytest.raises(ValueError, match=r"remarks\(X\) of problem Problem .*: expected a list of"):
+        protocol.remarks(problem(remarks=lambda X: given), X)

@@ -19,6 +19,7 @@ SMALL = {
     "mgeo-canonical": {"n_walkers": 1, "bits": 5},
     "mgeo-var": {"n_walkers": 1, "bits": 5},
     "mgeo-directed": {"n_walkers": 4},
+    "mgeo-staged": {"n_walkers": 4},
 }
 DIRECTED = ("nsga3", "u-nsga3", "moead", "ctaea", "rvea")
 AREA = HV(ref_point=np.array([1.1, 6.0]))

@@ -61,6 +61,13 @@ class Cantilever(Problem):
             f"{m:.3g} kg that sag {1000 * d:.3g} mm" for m, d in zip(mass, deflection, strict=True)
         ]
 
+    def robust(self):
+        """Loads are not known better than to a tenth."""
+        return type(self)(1.1 * self.load)
+
+    def remarks(self, X):
+        return [f"{len(X)} beams, of steel"]
+
     def figures(self, X):
         mass, deflection = self.evaluate(X).T
         figure = go.Figure(go.Scatter(x=mass, y=deflection, mode="markers"))

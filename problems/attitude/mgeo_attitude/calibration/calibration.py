@@ -13,19 +13,17 @@ from scipy.spatial.transform import Rotation
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.calibration.history import History
 from mgeo_attitude.calibration.sensor_tests import SensorTest
+from mgeo_attitude.calibration.uplink import DEG_S, uplink
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.plan.ccsds import quaternions, utc_texts
 from mgeo_attitude.rotation import matrix
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Gyro, Sensor
 from mgeo_attitude.units import Unit
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
     from mgeo_attitude.plan import ManeuverPlan
-
-_DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))  # of the gyro's bias in telemetry
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -74,11 +72,11 @@ class Calibration:
         return utc_texts(self.scenario.epoch, [self.time])[0]
 
     def table(self) -> pd.DataFrame:
-        """A row for each constant and axis: ``block``, ``axis``, ``unit``, ``estimate``...
+        """A row for each error and axis: ``block``, ``axis``, ``unit``, ``estimate``...
 
-        ``sigma`` is the 1-sigma of the estimate, ``prior_sigma`` what was believed before. The
-        gyro's bias is in deg/s, that of other sensors in the unit of their readings; misalignments
-        are rotation vectors in deg.
+        ``sigma`` is the 1-sigma of the estimate, ``prior_sigma`` what was believed before; an error
+        that varies is that at the last sample. The gyro's bias is in deg/s, that of other sensors
+        in the unit of their readings; misalignments are rotation vectors in deg.
         """
         known, sigma = self.scenario.prior, np.sqrt(np.diag(self.covariance))
         prior = self.suite.initial_sigma(0.0) if known is None else known.sigma
@@ -95,29 +93,15 @@ class Calibration:
     def uplink(self) -> dict[str, Any]:
         """Numbers to send up, of gyro and sensors by name.
 
-        A sensor reports R s + b of a vector s in body axes: ``dcm`` is R, rows first, and
-        ``quaternion`` the same from body to sensor, scalar last; ``bias`` is b, in ``unit``. So
-        s = Rᵀ (report - b). The gyro reports R (ω + k ω) + b, with ``scale_factor`` k. What the
-        scenario does not estimate is left out.
+        A sensor reports R (I + diag k + N) s + b of a vector s in body axes, the gyro of the rate:
+        ``dcm`` is R, rows first, and ``quaternion`` the same from body to sensor, scalar last;
+        ``scale_factor`` is k; ``nonorthogonality`` the elements yz, zx and xy of the symmetric N,
+        whose diagonal is zero; ``bias`` is b, in ``unit``, that of the report. So
+        s = (I + diag k + N)⁻¹ Rᵀ (report - b), and where there is k or N, ``correction`` is the
+        matrix before the bracket. What the scenario does not estimate is left out, and so is what
+        varies.
         """
-        found: dict[str, Any] = {}
-        suite = self.suite
-        owners: tuple[Gyro | Sensor, ...] = (suite.gyro, *suite.sensors)
-        for owner in owners:
-            name = getattr(owner, "name", "gyro")
-            entry: dict[str, Any] = {}
-            for state in owner.states():
-                block = f"{name}.{state}"
-                if state in owner.rotations:
-                    R = matrix(self._block(block))
-                    entry["dcm"] = R.tolist()
-                    entry["quaternion"] = quaternions(R[None])[0].tolist()
-                else:
-                    entry[state] = self._values(block).tolist()
-                    if state == "bias":
-                        entry["unit"] = self._units()[block].text
-            found[name] = entry
-        return found
+        return uplink(self.suite, self.states)
 
     @property
     def failures(self) -> list[str]:
@@ -211,8 +195,10 @@ class Calibration:
         """Figures ``constants`` and, of one with history, ``innovations`` and ``attitude``."""
         from mgeo_attitude.calibration.figures import calibration_figures
 
-        names = [sensor.name for sensor in self.scenario.sensors]
-        return calibration_figures(self.table(), names, self.history)
+        names, known = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior
+        states = np.zeros_like(self.states) if known is None else known.estimates
+        believed = [in_units(self.suite, states, block) for block in self._units()]
+        return calibration_figures(self.table(), np.concatenate(believed), names, self.history)
 
     def _history(self) -> History:
         if self.history is None:
@@ -222,10 +208,6 @@ class Calibration:
     def _units(self) -> dict[str, Unit]:
         return telemetry_units(self.suite)
 
-    def _block(self, block: str) -> Floats:
-        first = 3 * self.suite.blocks.index(block)
-        return self.states[first : first + 3]
-
     def _values(self, block: str) -> Floats:
         return in_units(self.suite, self.states, block)
 
@@ -234,7 +216,7 @@ def telemetry_units(suite: Suite) -> dict[str, Unit]:
     """Unit of each block but the attitude; of a bias that of the readings in telemetry."""
     units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
     biases = {f"{sensor.name}.bias": sensor.channel_unit for sensor in suite.sensors}
-    return {block: biases.get(block, unit) for block, unit in units.items()} | {"gyro.bias": _DEG_S}
+    return {block: biases.get(block, unit) for block, unit in units.items()} | {"gyro.bias": DEG_S}
 
 
 def in_units(suite: Suite, states: Floats, block: str) -> Floats:

@@ -18,7 +18,7 @@ POINTS = 1500
 
 
 def calibration_figures(
-    table: pd.DataFrame, sensors: Sequence[str], history: History | None
+    table: pd.DataFrame, believed: Floats, sensors: Sequence[str], history: History | None
 ) -> dict[str, go.Figure]:
     """Figures ``constants`` and, of one with history, ``innovations`` and ``attitude``.
 
@@ -26,10 +26,12 @@ def calibration_figures(
     ----------
     table : DataFrame
         `Calibration.table`.
+    believed : array, shape (n,)
+        What its estimates were before.
     sensors : sequence of str
         Names, in the order of the history's innovations.
     """
-    figures = {"constants": _constants(table)}
+    figures = {"constants": _constants(table.assign(change=table["estimate"] - believed))}
     if history is not None:
         figures["innovations"] = _innovations(sensors, history)
         figures["attitude"] = _attitude(history)
@@ -45,7 +47,7 @@ def _constants(table: pd.DataFrame) -> go.Figure:
         prior = rows["prior_sigma"]
         figure.add_scatter(
             x=[f"{label} {axis}" for axis in rows["axis"]],
-            y=rows["estimate"] / prior,
+            y=rows["change"] / prior,
             error_y={"array": 3.0 * rows["sigma"] / prior, "thickness": 1.5, "width": 5},
             mode="markers",
             name=label,
@@ -60,12 +62,12 @@ def _constants(table: pd.DataFrame) -> go.Figure:
     finished(
         figure,
         "Errors of gyro and sensors",
-        "estimates with bars of 3-sigma, in units of the 1-sigma that was believed before",
+        "estimates with bars of 3-sigma, less what was believed before and in units of its 1-sigma",
     )
     figure.add_hline(y=0.0, line={"color": GRAY, "width": 1})
     figure.update_layout(height=480, showlegend=False)
     figure.update_xaxes(tickangle=-60)
-    return figure.update_yaxes(title_text="estimate / initial 1-sigma [-]")
+    return figure.update_yaxes(title_text="change / initial 1-sigma [-]")
 
 
 def _innovations(names: Sequence[str], history: History) -> go.Figure:

@@ -18,6 +18,7 @@ from mgeo_attitude.calibration.sensor_tests import (
 )
 from mgeo_attitude.estimation.batch import batch
 from mgeo_attitude.estimation.belief import Belief
+from mgeo_attitude.estimation.considered import as_believed
 from mgeo_attitude.estimation.fit import Fit, fit
 from mgeo_attitude.estimation.linearization import Trajectory, sightings, turns
 from mgeo_attitude.estimation.residuals import (
@@ -48,7 +49,8 @@ def calibrate(
     Nothing has to be known of the attitude. The errors' initial 1-sigmas are the scenario's, as are
     noise, orbit and eclipses; if the scenario goes on from a calibration, so does this. All samples
     are estimated at once, by a smoother that is iterated until it settles; a reading that all
-    others contradict, by a chi-square test, is left out.
+    others contradict, by a chi-square test, is left out. States that are only considered stay what
+    was believed of them, and as uncertain.
 
     Parameters
     ----------
@@ -74,17 +76,24 @@ def calibrate(
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
     data = batch(scenario, telemetry)
-    found = fit(data, Belief.of(scenario), gate)
+    belief = Belief.of(scenario)
+    found = fit(data, belief, gate)
     last = found.solution.trajectory
     past = filtered(found.solution)
     white = innovations(found.solution, past)
+    states, covariance = as_believed(
+        belief,
+        found.solution,
+        last.states[-1],
+        last_covariance(found.solution, found.given),
+    )
     return Calibration(
         scenario=scenario,
         time=float(data.times[-1]),
         quaternion=quaternions(last.attitude[-1:].swapaxes(1, 2))[0],
         rate_deg_s=np.degrees(turns(data, last.states)[0][-1]),
-        states=last.states[-1],
-        covariance=last_covariance(found.solution, found.given),
+        states=states,
+        covariance=covariance,
         tests=_tests(found, white),
         rejected=_rejected(found),
         history=_history(found, past, white),

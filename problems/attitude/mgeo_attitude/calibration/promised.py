@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pandas as pd
 
@@ -37,8 +35,7 @@ def promised(suite: Suite, time: float, covariance: Floats, plan: ManeuverPlan) 
             f"the calibration's {list(suite.blocks)}"
         )
     back = plan.slew_back
-    endless = dataclasses.replace(model, window_steps=model.n_steps + 1)
-    history = reference_run(endless, plan.design if back is None else back.design)
+    history = reference_run(model.endless, plan.design if back is None else back.design)
     k = int(np.argmin(np.abs(history.times - time)))
     states = States.of(model.suite)
     predicted = history.sigma[k] * states.factors

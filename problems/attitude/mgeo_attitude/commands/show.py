@@ -16,6 +16,7 @@ from mgeo.terminal import Columns, plain, table
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.figures import plan_figures
+from mgeo_attitude.promises import MOST_FLIGHTS
 
 
 def print_plan(picked: Picked, output: Output) -> None:
@@ -32,6 +33,7 @@ def print_plan(picked: Picked, output: Output) -> None:
         f"trace {plan.trace:.4g}",
         *([f"slew back until {plan.duration:.6g} s"] if plan.slew_back else []),
         *(titled("Constraints", constraints.assign(kept=kept)) if len(kept) else ()),
+        *promised(plan),
         *titled("Timeline", _timeline(plan).T, digits=6),
         *titled("Predicted 1-sigma", plan.accuracy()),
         *titled("What each phase bought", _contributions(plan).T),
@@ -40,6 +42,14 @@ def print_plan(picked: Picked, output: Output) -> None:
         note("remaining: 1-sigma along it over the initial one; 1 is nothing learned"),
         *titled(f"Beside plans that need no optimizer, after {plan.t_end:.6g} s", _others(plan).T),
         note("1-sigma of the worst body axis; t_end: when each by itself converges"),
+    )
+
+
+def promised(plan: ManeuverPlan) -> tuple[Text | Columns, ...]:
+    """What is promised and kept, as a table for people."""
+    return (
+        *titled("Promised and kept", plan.promises()),
+        note(f"kept: by {MOST_FLIGHTS} of 200, with the errors of the scenario's flight table"),
     )
 
 
@@ -69,6 +79,7 @@ def plan_document(picked: Picked) -> dict[str, Any]:
         "trace": plan.trace,
         "design": list(plan.design),
         "constraints": rows(plan.constraints()),
+        "promises": rows(plan.promises()),
         "timeline": rows(plan.timeline()),
         "accuracy": rows(plan.accuracy()),
         "contributions": rows(plan.contributions()),

@@ -7,7 +7,7 @@ from typing import Any
 from mgeo.cli.output import Output
 from mgeo.terminal import plain
 from mgeo_attitude.commands.files import Picked
-from mgeo_attitude.commands.show import note, rows, titled
+from mgeo_attitude.commands.show import note, promised, rows, titled
 from mgeo_attitude.plan.remedies import findings, power, remedies, verdict
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.verification import LEVEL, Verification
@@ -31,6 +31,7 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
         *titled(f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s", shown),
         note(f"NEES per state {found.nees:.3f}; {power(found)}"),
     )
+    output.print(*promised(plan))
     if len(found.path_limits):
         output.print(
             *titled("path limits broken", found.path_limits),
@@ -60,6 +61,7 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
         "design": list(plan.design),
         "achieved": bool(found.achieved),
         "path_limits": rows(found.path_limits),
+        "promises": rows(plan.promises()),
     }
 
 

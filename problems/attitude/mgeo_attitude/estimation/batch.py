@@ -40,8 +40,8 @@ class Batch:
         Steps over which the attitude is not known from the gyro.
     sensors : tuple of arrays, shape (n + 1, k, 3)
         As `Readings.sensors`.
-    vectors : array, shape (n + 1, n_sensors, 3)
-        What the sensors look at, GCRS; see `Sensor.inertial_vector`.
+    vectors : array, shape (n + 1, n_vectors, 3)
+        What the sensors look at and their gradients, GCRS; see `FilterModel.references`.
     """
 
     suite: Suite

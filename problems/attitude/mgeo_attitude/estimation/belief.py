@@ -52,11 +52,13 @@ class Belief:
         return cls(suite, prior.attitude.T, prior.estimates, prior.sigma, prior.correlation)
 
     def without_attitude(self) -> Belief:
-        """The same of gyro and sensors, and nothing of the attitude."""
-        correlation, sigma = self.correlation.copy(), self.sigma.copy()
-        correlation[:3], correlation[:, :3], correlation[:3, :3] = 0.0, 0.0, np.eye(3)
-        sigma[:3] = UNKNOWN
-        return replace(self, attitude=None, sigma=sigma, correlation=correlation)
+        """The same of constants, and nothing of the attitude and of errors of sensors that vary."""
+        unknown = np.r_[:3, self.suite.n_kinematic : self.suite.n_dynamic]
+        correlation, sigma, states = self.correlation.copy(), self.sigma.copy(), self.states.copy()
+        correlation[unknown], correlation[:, unknown], states[unknown] = 0.0, 0.0, 0.0
+        correlation[unknown, unknown] = 1.0
+        sigma[unknown] = self.suite.initial_sigma(UNKNOWN)[unknown]
+        return replace(self, attitude=None, states=states, sigma=sigma, correlation=correlation)
 
     def residual(self, attitude: Floats, states: Floats) -> tuple[Floats, Floats]:
         """Residual of an estimate of the same sample and its derivative, -J.

@@ -73,8 +73,8 @@ class ErrorStateFilter:
             Of runs with the same steps.
         rates : array, shape (n, 3)
             Body rate in each step [rad/s] at which the covariance is propagated.
-        vectors : array, shape (n + 1, n_sensors, 3)
-            What the sensors look at, GCRS; see `Sensor.inertial_vector`.
+        vectors : array, shape (n + 1, n_vectors, 3)
+            What the sensors look at and their gradients, GCRS; see `FilterModel.references`.
 
         Yields
         ------
@@ -96,9 +96,7 @@ class ErrorStateFilter:
             before, nis = estimate, np.full((len(sensors), len(readings)), np.nan)
             for index, reported in enumerate(sensors):
                 if not np.isnan(reported[k]).all():
-                    estimate, nis[index] = self.update(
-                        estimate, index, reported[k], vectors[k, index]
-                    )
+                    estimate, nis[index] = self.update(estimate, index, reported[k], vectors[k])
             yield before, estimate, nis
 
     def predict(
@@ -139,9 +137,9 @@ class ErrorStateFilter:
         return Estimate(estimate.places, rotations, states, P)
 
     def update(
-        self, estimate: Estimate, index: int, readings: Floats, inertial: Floats
+        self, estimate: Estimate, index: int, readings: Floats, vectors: Floats
     ) -> tuple[Estimate, Floats]:
-        """By the readings of a sensor, equation (4).
+        """By the readings of a sensor, equation (4); states that are considered stay as they are.
 
         Parameters
         ----------
@@ -149,8 +147,8 @@ class ErrorStateFilter:
             Number of the sensor in the suite.
         readings : array, shape (r, k, 3)
             NaN in runs in which it reports nothing; nothing changes there.
-        inertial : array, shape (3,)
-            What it looks at, GCRS.
+        vectors : array, shape (n_vectors, 3)
+            What the sensors look at and their gradients, GCRS.
 
         Returns
         -------
@@ -158,13 +156,22 @@ class ErrorStateFilter:
         """
         options, P, seen = self.estimator, estimate.covariance, ~np.isnan(readings[:, 0, 0])
         y = as_reported(np.where(seen[:, None, None], readings, 0.0))
+        considered = self.suite.considered
+        predicted = partial(
+            innovation,
+            self.suite,
+            index,
+            y,
+            vectors[index],
+            gradient=tuple(vectors[self.suite.gradient_rows(index)]),
+        )
         at, e, nis = estimate, np.zeros_like(estimate.states), np.zeros(0)
         for iteration in range(options.iterations):
             if iteration:
                 at = estimate.corrected(e, P)
-            r = slopes = innovation(self.suite, index, y, inertial, at)
+            r = slopes = predicted(at)
             if options.jacobians == "aligned":
-                slopes = innovation(self.suite, index, y, inertial, at, aligned=True)
+                slopes = predicted(at, aligned=True)
             states, H = jacobian(slopes)
             HP = multiply(H, P[states])
             z = r.value + (H * e[states]).sum(axis=1)
@@ -177,10 +184,13 @@ class ErrorStateFilter:
             G, w = whiten(S, HP, z)
             G *= seen
             e = (G * w[:, None]).sum(axis=0)
+            e[considered] = 0.0
             if not iteration:
                 nis = np.where(seen, (w * w).sum(axis=0), np.nan)
         columns = G.swapaxes(0, 1).copy()
+        kept = P[considered[:, None], considered]
         P = P - multiply(columns, G)
+        P[considered[:, None], considered] = kept
         if options.reset:
             reset(P, e, estimate.places)
         return estimate.corrected(e, P), nis

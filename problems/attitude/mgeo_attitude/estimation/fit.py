@@ -154,11 +154,17 @@ def _carried(
     """The trajectory with what is new: carried on by the gyro, or by Wahba's problem."""
     (low, high), (left, right) = old, new
     states, attitude = at.states, at.attitude
+    processes, m = batch.suite.processes, batch.suite.n_dynamic
     if high > low:
         for k, span in ((low, slice(left, low)), (high - 1, slice(high, right))):
             states[span] = states[k]
             elapsed = batch.times[span, None] - batch.times[k]
             states[span, 3:6] *= np.exp(-batch.suite.gyro.bias_decay * elapsed)
+            for process, i in zip(
+                processes.values(), range(batch.suite.n_kinematic, m, 3), strict=True
+            ):
+                decay, _ = process.over(np.abs(elapsed))
+                states[span, i : i + 3] *= decay
     for first, end in pairwise(arcs.tolist()):
         a, b = max(first, left), min(end, right)
         known = max(a, low), min(b, high)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
@@ -13,10 +13,17 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.taylor import Taylor, uncertain, uncertain_rotation
 from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.rotation import multiply
 
 
 def innovation(
-    suite: Suite, index: int, y: Any, vector: Floats, estimate: Estimate, aligned: bool = False
+    suite: Suite,
+    index: int,
+    y: Any,
+    vector: Floats,
+    estimate: Estimate,
+    aligned: bool = False,
+    gradient: Sequence[Floats] = (),
 ) -> Taylor:
     """Innovation as a polynomial in the errors of an estimate, by numbers of their blocks.
 
@@ -30,10 +37,15 @@ def innovation(
         What it looks at, GCRS; see `Sensor.inertial_vector`.
     aligned : bool
         Whether the estimate of every rotation but the attitude is taken to be none.
+    gradient : sequence of arrays, shape (3,)
+        Columns of its gradient, GCRS, if it has one.
     """
     sensor, turn = suite.sensors[index], uncertain_rotation(None, 0, -1.0)
 
-    def to_body(vector: Floats) -> Taylor:
+    def to_body(vector: Floats | Taylor) -> Taylor:
+        if isinstance(vector, Taylor):
+            C = estimate.rotations[:, :, 0].swapaxes(0, 1)
+            return turn(vector.map(lambda part: multiply(C, part)))
         each = "i,ijr->rj" if vector.ndim == 1 else "ri,ijr->rj"
         return turn(np.einsum(each, vector, estimate.rotations[:, :, 0]))
 
@@ -44,7 +56,8 @@ def innovation(
             own[state] = uncertain_rotation(None if aligned else known, first // 3)
         else:
             own[state] = uncertain(estimate.states[first : first + 3].T, first // 3)
-    predicted = sensor.measured(SimpleNamespace(to_body=to_body, **own), to_body(vector))
+    x = SimpleNamespace(to_body=to_body, gradient=[to_body(each) for each in gradient], **own)
+    predicted = sensor.measured(x, to_body(vector))
     found: Taylor = sensor.innovation(y, predicted)
     return found
 

@@ -44,7 +44,7 @@ class Partition:
     Attributes
     ----------
     driven : array of int, shape (d,)
-        Those that noise drives: the attitude, and mostly the gyro's bias.
+        Those that noise drives: the attitude, mostly the gyro's bias, and processes of sensors.
     constant : array of int, shape (c,)
         All others; what is estimated is their value at the first sample.
     """
@@ -154,7 +154,9 @@ def sightings(batch: Batch, index: int, at: Trajectory) -> Sightings:
     rotations[:, :, 0] = np.moveaxis(at.attitude[samples], 0, -1)
     estimate = Estimate(places, rotations, states, np.zeros(0))
     y = as_reported(batch.sensors[index][samples])
-    r = innovation(suite, index, y, batch.vectors[samples, index], estimate)
+    vectors = batch.vectors[samples]
+    gradient = [vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]]
+    r = innovation(suite, index, y, vectors[:, index], estimate, gradient=gradient)
     found, H = jacobian(r)
     H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
     return Sightings(samples, r.value.T, found, H, noise)
@@ -179,15 +181,28 @@ def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floa
 def discretized(suite: Suite, rates: Floats, durations: Floats) -> tuple[Floats, Floats]:
     """F and Q, equation (7), of n steps at once, shape (n, n_dynamic, n_dynamic).
 
-    The series of `filter.discretization.discretize`, on steps halved as often as the worst needs.
+    Of attitude and gyro by the series of `filter.discretization.discretize`, on steps halved as
+    often as the worst needs; of the sensors' processes, which depend on nothing else, exactly.
     """
-    rest, *unit = map(suite.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
+    n, m, k = len(rates), suite.n_dynamic, suite.n_kinematic
+    F, Q = np.zeros((2, n, m, m))
+    F[:, :k, :k], Q[:, :k, :k] = _kinematic(suite, rates, durations)
+    for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):
+        for i in range(first, first + 3):
+            F[:, i, i], Q[:, i, i] = process.over(durations)
+    return F, Q
+
+
+def _kinematic(suite: Suite, rates: Floats, durations: Floats) -> tuple[Floats, Floats]:
+    k = suite.n_kinematic
+    matrices = map(suite.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
+    rest, *unit = (matrix[:k, :k] for matrix in matrices)
     A = rest + np.einsum("na,aij->nij", rates, np.array([one - rest for one in unit]))
     angle = float((np.linalg.norm(rates, axis=1) * durations).max(initial=0.0))
     halvings = max(0, int(np.ceil(np.log2(angle / _SERIES)))) if angle > 0.0 else 0
     A *= durations[:, None, None] / 2.0**halvings
     F_term = np.broadcast_to(np.eye(len(rest)), A.shape)
-    Q_term = np.diag(suite.diffusion()) * durations[:, None, None] / 2.0**halvings
+    Q_term = np.diag(suite.diffusion()[:k]) * durations[:, None, None] / 2.0**halvings
     F, Q = F_term.copy(), Q_term.copy()
     for m in range(1, _TERMS):
         F_term = A @ F_term / m

@@ -109,9 +109,7 @@ def simulate(
     t_end = reference_run(model, plan).t_end
     back = slew_back(scenario, plan, t_end, model.slew_limits, model.initial_attitude)
     whole = plan if back is None else back.design
-    # with a window longer than the scenario the filter runs to its end
-    endless = dataclasses.replace(model, window_steps=model.n_steps + 1)
-    predicted = reference_run(endless, whole).sigma
+    predicted = reference_run(model.endless, whole).sigma
     samples, n_watched = _samples(model, t_end), round(t_end / model.step) + 1
     if until is not None:
         samples = samples[model.times[samples] <= max(until, t_end)]

@@ -89,10 +89,14 @@ class Quantity:
         return "a table" if table else " or ".join(names)
 
 
-def quantity(default: Any = MISSING, *, factory: Any = MISSING, **declaration: Any) -> Any:
+def quantity(
+    default: Any = MISSING, *, factory: Any = MISSING, kw_only: Any = MISSING, **declaration: Any
+) -> Any:
     """A dataclass field carrying a `Quantity`, whose attributes are the other keywords."""
     metadata = {"quantity": Quantity(**declaration)}
-    return dataclasses.field(default=default, default_factory=factory, metadata=metadata)
+    return dataclasses.field(
+        default=default, default_factory=factory, kw_only=kw_only, metadata=metadata
+    )
 
 
 def positive(default: Any = MISSING, **declaration: Any) -> Any:

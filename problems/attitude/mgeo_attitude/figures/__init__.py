@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
+import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
 from mgeo.runs.representative import knee
 
 from ..objectives import indicators
+from ..promises import kept, spread
 from ..scenario.objective_names import PAPER
 from .convergence import convergence_figure
 from .front import front_figure
@@ -43,7 +46,11 @@ def figures(problem: ManeuverProblem, X: ArrayLike) -> dict[str, go.Figure]:
     few = solutions.chosen(knee(indicators(problem.objectives, own, problem.scenario)))
     front = {}
     if problem.objectives == PAPER:
-        front["front"] = front_figure(problem.scenario, solutions)
+        rows = spread(len(solutions.X))
+        known = np.full(own.shape, np.nan)
+        known[rows] = kept(problem, solutions.X[rows])
+        promised = dataclasses.replace(solutions, F=own)
+        front["front"] = front_figure(problem.scenario, promised, known)
     return front | {
         "maneuvers": maneuvers_figure(problem, few),
         "convergence": convergence_figure(problem, few),

@@ -9,7 +9,9 @@ import plotly.graph_objects as go
 
 from mgeo.figures.style import COLORS, GRAY, HOVER, SYMBOLS, finished, log_axis
 
+from .._typing import Floats
 from ..describe import front_summary, maneuver_texts, nondominated
+from ..promises import MOST_FLIGHTS
 from ..scenario import Scenario
 from .solutions import Solutions
 
@@ -17,19 +19,26 @@ from .solutions import Solutions
 _TICKS = 20
 
 
-def front_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
+def front_figure(scenario: Scenario, solutions: Solutions, kept: Floats | None = None) -> go.Figure:
     """Trace against t_end, in seconds below and orbits above, with each plan in its hover text.
 
     Traces: the boundary of what the front dominates, then the solutions that converge within the
-    first orbital period, then the later ones (``customdata`` is the solution's number).
+    first orbital period, then the later ones (``customdata`` is the solution's number), and the
+    boundary of what most flights keep.
+
+    Parameters
+    ----------
+    kept : array, shape (n, 2), optional
+        What most flights of the solutions keep, NaN where nobody looked.
     """
+    kept = np.full(solutions.F.shape, np.nan) if kept is None else kept
     period = scenario.orbit.period
     t_end, trace = solutions.F.T
     later = t_end > period
     names = ("first orbit", "second orbit" if scenario.duration <= 2.0 * period else "later orbits")
     counts = zip(names, front_summary(scenario, solutions.F).values(), strict=True)
     summary = ", ".join(f"{name} {count:.0f}" for name, count in counts)
-    hover = np.array([_hover_text(solutions, i, period) for i in range(len(t_end))])
+    hover = np.array([_hover_text(solutions, i, period, kept[i]) for i in range(len(t_end))])
     front = solutions.F[nondominated(solutions.F)]
     figure = go.Figure().add_scatter(
         name="boundary",
@@ -53,6 +62,16 @@ def front_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
             customdata=solutions.numbers[group],
             hovertext=hover[group],
             hoverinfo="text",
+        )
+    safe = nondominated(kept)
+    if len(safe):
+        figure.add_scatter(
+            name=f"kept by {MOST_FLIGHTS}",
+            x=kept[safe, 0],
+            y=kept[safe, 1],
+            mode="lines",
+            line={"shape": "hv", "width": 1.5, "color": COLORS[2], "dash": "dot"},
+            hoverinfo="skip",
         )
     finished(
         figure,
@@ -89,17 +108,24 @@ def front_figure(scenario: Scenario, solutions: Solutions) -> go.Figure:
     )
 
 
-def _hover_text(solutions: Solutions, i: int, period: float) -> str:
+def _hover_text(solutions: Solutions, i: int, period: float, kept: Floats) -> str:
     t_end, trace = solutions.F[i]
     lines = [
         f"<b>{solutions.labels[i]}</b>",
         f"t_end {t_end:.6g} s ({t_end / period:.3f} orbits)",
         f"trace {trace:.4g}",
+        *_kept_text(kept),
         f"attitude {solutions.accuracy_deg[i]:.3g} deg (1-sigma, worst axis)",
         "maneuvers, x / y / z [deg/s] for duration [s]:",
         *(f"{m}: {text}" for m, text in enumerate(maneuver_texts(solutions.X[i]), 1)),
     ]
     return "<br>".join(lines)
+
+
+def _kept_text(kept: Floats) -> list[str]:
+    if not np.isfinite(kept).all():
+        return []
+    return [f"{MOST_FLIGHTS} keep t_end {kept[0]:.6g} s, trace {kept[1]:.4g}"]
 
 
 def _orbits_axis(duration: float, period: float) -> dict[str, object]:

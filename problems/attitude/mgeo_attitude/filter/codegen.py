@@ -38,6 +38,7 @@ def step_parts(
     faster than a function: hence several parts.
     """
     at, n = layout(suite, gated, monitors), suite.n_states
+    considered = frozenset(suite.considered.tolist())
     parts: dict[str, Code] = {}
     following = count(at.constants)
 
@@ -48,10 +49,13 @@ def step_parts(
         """The next ones, in the order of `step_constants`."""
         return [code.slot(k) for k in islice(following, number)]
 
-    def in_body_axes(code: Code, first: int) -> Vec3:
-        """A given vector."""
-        C, v = code.slots(at.attitude, 9), code.slots(first, 3)
+    def to_body(code: Code, vector: Iterable[Any]) -> Vec3:
+        C, v = code.slots(at.attitude, 9), tuple(vector)
         return Vec3(*(sum(C[3 * i + k] * v[k] for k in range(3)) for i in range(3)))
+
+    def in_body_axes(code: Code, index: int) -> Vec3:
+        """One of the vectors that are given."""
+        return to_body(code, code.slots(at.given + 3 * index, 3))
 
     code = part("propagate")
     C, dC = code.slots(at.attitude, 9), code.slots(at.rotation, 9)
@@ -60,18 +64,22 @@ def step_parts(
         for i in range(3):
             code.store(at.attitude + 3 * i + j, column[i])
     F = {entry: code.slot(at.F + k) for k, entry in enumerate(transition_pattern(suite))}
-    m = suite.n_dynamic
+    m = suite.n_kinematic
     Q = {(i, j): code.slot(at.Q + slot_of(i, j)) for i in range(m) for j in range(i + 1)}
+    for first in range(m, suite.n_dynamic, 3):
+        decay, variance = constants(code, 2)
+        F |= {(i, i): decay for i in range(first, first + 3)}
+        Q |= {(i, i): variance for i in range(first, first + 3)}
     predict(Triangle(code), n, F, Q)
 
-    names, n_sensors = directions_of(suite, monitors), len(suite.sensors)
+    names = directions_of(suite, monitors)
 
     def direction(code: Code, name: str) -> Vec3:
-        return in_body_axes(code, at.given + 3 * (n_sensors + names.index(name)))
+        return in_body_axes(code, suite.n_vectors + names.index(name))
 
     def disc(code: Code, name: str) -> Sequence[Symbol]:
         """Radius, its cosine and sine."""
-        place = n_sensors + len(names) + discs(names).index(name)
+        place = suite.n_vectors + len(names) + discs(names).index(name)
         return code.slots(at.given + 3 * place, 3)
 
     if monitors.limits:
@@ -93,7 +101,9 @@ def step_parts(
     gates = count(at.constants - sum(gated))
     for index, sensor in enumerate(suite.sensors):
         code = part(f"update_{index}")
-        v, variances = in_body_axes(code, at.given + 3 * index), constants(code, 3)
+        v, variances = in_body_axes(code, index), constants(code, 3)
+        rows = suite.gradient_rows(index)
+        gradient = [in_body_axes(code, row) for row in range(rows.start, rows.stop)]
         gate: Any = code.slot(next(gates)) if gated[index] else 1.0
         for view in sensor.views():
             boresight, (bound,) = Vec3(*constants(code, 3)), constants(code, 1)
@@ -105,7 +115,10 @@ def step_parts(
             gate = gate * dot(boresight, looked_at).choose(bound, inside, 1.0 - inside)
         if sensor.max_rate() < np.inf:
             gate = gate * constants(code, 1)[0].choose(code.slot(at.rate), 1.0, 0.0)
-        update(Triangle(code), n, partial(suite.measure, sensor, v), variances, gate)
+        measure = partial(
+            suite.measure, sensor, v, to_body=partial(to_body, code), gradient=gradient
+        )
+        update(Triangle(code), n, measure, variances, gate, considered)
 
     if monitors.states:
         code = part("watch")
@@ -132,17 +145,20 @@ def step_parts(
 
 def step_constants(
     suite: Suite,
+    step: float,
     weights: np.ndarray,
     limits: Sequence[PathLimit] = (),
     required: Iterable[float] = (),
 ) -> np.ndarray:
-    """The constants of a step, for trace `weights` of shape (n_states,).
+    """The constants of a `step` [s], for trace `weights` of shape (n_states,).
 
-    Those of the path limits (`path_limits.cone_constants`); for each sensor in turn three noise
-    variances, axis and cosine of the half-angle of its views (and the sine, if it looks at a disc),
-    and the square of its greatest rate, if it has one; those of the `required` 1-sigmas that are
+    Decay and new variance of each Gauss-Markov process of a sensor; those of the path limits
+    (`path_limits.cone_constants`); for each sensor in turn three noise variances, axis and cosine
+    of the half-angle of its views (and the sine, if it looks at a disc), and the square of its
+    greatest rate, if it has one; those of the `required` 1-sigmas that are
     monitored; then the weights.
     """
+    processes = [value for each in suite.processes.values() for value in each.over(step)]
     values: list[float] = []
     for sensor in suite.sensors:
         values.extend(sigma**2 for sigma in sensor.noise())
@@ -151,8 +167,8 @@ def step_constants(
             values.extend([float(np.sin(view.half_angle))] * view.disc)
         if sensor.max_rate() < np.inf:
             values.append(sensor.max_rate() ** 2)
-    cones = cone_constants(limits)
-    return np.concatenate([cones, values, [sigma**-2 for sigma in required], weights])
+    watched = [sigma**-2 for sigma in required]
+    return np.concatenate([processes, cone_constants(limits), values, watched, weights])
 
 
 def module_source(suite: Suite, gated: tuple[bool, ...], monitors: Monitors, lanes: int) -> str:

@@ -7,7 +7,7 @@ sensor's `measure` is applied to the columns of P, and F is a sparse table.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import reduce
 from typing import Any
 
@@ -62,11 +62,17 @@ def update(
     measure: Callable[[Sequence[Any]], Vec3],
     variances: Sequence[Any],
     gate: Any = 1.0,
+    considered: Collection[int] = (),
 ) -> None:
     """P ← P - K H P with K = P Hᵀ (R + H P Hᵀ)⁻¹, equation (4), the three rows together.
 
     With R + H P Hᵀ = L Lᵀ and G = P Hᵀ L⁻ᵀ this is P ← P - G Gᵀ, equation (8).
     A `gate` of zero leaves P as it is (sensor not available), one updates it.
+
+    States that are `considered` have no gain: G Gᵀ is taken from P but where both states are
+    such. With K = [K₁; 0], K₁ the optimal gain of the others, that is what the filter of any gain
+    has, (I - K H) P (I - K H)ᵀ + K R Kᵀ (S. F. Schmidt, Application of State-Space Methods to
+    Navigation Problems, Advances in Control Systems 3 (1966) 293-340).
 
     Parameters
     ----------
@@ -76,6 +82,8 @@ def update(
         Applies H to a state column and returns a `Vec3`.
     variances : three scalars
         Diagonal of R.
+    considered : collection of int
+        States that are not estimated.
     """
 
     def project(j: int) -> list[Any]:
@@ -105,6 +113,8 @@ def update(
             G.append(g)
         for j in range(first + 3):
             for i in range(max(first, j), first + 3):
+                if i in considered and j in considered:
+                    continue
                 P[i, j] = reduce(lambda left, r: left - G[i][r] * G[j][r], range(3), P[i, j])
 
 

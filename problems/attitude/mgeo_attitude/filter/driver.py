@@ -88,12 +88,22 @@ def converged(recent, lane, now, window, decrease, allow_rise):
     return not (fall >= decrease * before or (fall < 0.0 and not allow_rise))
 
 
+@njit(cache=True)
+def settled_for(recent, lane, now, k, factor):
+    """For how many of the last k steps the trace was within a factor of what it is now."""
+    limit, n = factor * recent[now, lane], 0
+    while n < k and recent[(now - n - 1) & (len(recent) - 1), lane] <= limit:
+        n += 1
+    return n
+
+
 @njit(
     "void(UniTuple(int64, 3), UniTuple(int64, 10), UniTuple(int64[::1], 2),"
     "UniTuple(int64[::1], 5), float64[:,::1],"
     "Tuple((float64[:,:,::1], int64[:,::1], int64[::1], int64[::1])),"
     "Tuple((float64[:,:,:,::1], float64[:,::1], int64[:,::1], float64)), float64[:,::1],"
-    "float64[:,::1], Tuple((int64, float64, boolean)), int64[::1], float64[::1],"
+    "float64[:,::1], Tuple((int64, float64, boolean, float64)), UniTuple(int64[::1], 3),"
+    "float64[::1],"
     "UniTuple(float64[:,::1], 2), float64[:,:,::1])",
     error_model="numpy",
     nogil=True,
@@ -110,7 +120,7 @@ def run(
     table,
     constants,
     convergence,
-    end_step,
+    steps,
     trace,
     at_end,
     record,
@@ -146,10 +156,14 @@ def run(
         What the orbit gives at each sample.
     constants : array, shape (n_variants, n_constants)
         See `codegen.step_constants`.
-    convergence : int, float, bool
-        Window [steps], least relative decrease of the trace over it, whether it may have risen.
-    end_step, trace : arrays, shape (n,), written
-        Step at which the design ended and its trace there; NaN if the covariance lost positivity.
+    convergence : int, float, bool, float
+        Window [steps], least relative decrease of the trace over it, whether it may have risen;
+        factor of a settled trace, 0 if nobody asks. With one, the window is the whole run.
+    steps : three arrays of int, shape (n,)
+        Step at which a design stops in any case; and, written, that at which it ended, and that
+        from which on its trace was settled.
+    trace : array, shape (n,), written
+        At the end; NaN if the covariance lost positivity.
     at_end : arrays, shapes (n, n_monitors) and (n or 0, n_states (n_states + 1) / 2), written
         Monitors then and, if asked for, the lower triangle of the covariance, row by row.
     record : array, shape (n or 0, n_steps + 1, n_states), written
@@ -160,9 +174,10 @@ def run(
     designs, begins, ends, parents, slots = jobs
     rates, starts, over, variants = plan
     parts, densities, pattern, dt = dynamics
-    window, decrease, allow_rise = convergence
+    window, decrease, allow_rise, factor = convergence
+    stops, end_step, settled = steps
     watched, final = at_end
-    n_jobs, n_maneuvers, last_step = len(designs), starts.shape[1], len(table) - 1
+    n_jobs, n_maneuvers = len(designs), starts.shape[1]
     attitude, monitors, rotation, _, _, rate, trace_slot, pivot, given, first_constant = layout
     n_constants = constants.shape[1]
     W, recent = workspace(first_constant + n_constants, lanes), ring(window, lanes)
@@ -213,7 +228,7 @@ def run(
                     omega = rates[i, m - 1]
                     W[rate, lane] = omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2
                 maneuver[lane] = m
-            due = min(last_step, k - k % CHECK_PERIOD + CHECK_PERIOD)
+            due = min(stops[i], k - k % CHECK_PERIOD + CHECK_PERIOD)
             if m < n_maneuvers:
                 due = min(due, starts[i, m])
             if ends[this] >= 0:
@@ -248,7 +263,7 @@ def run(
             if not running[lane]:
                 continue
             this, k = job[lane], clock[lane]
-            over_now = k == last_step or (
+            over_now = k == stops[designs[this]] or (
                 k >= test_from[lane] and converged(recent, lane, now, window, decrease, allow_rise)
             )
             if over_now or k % CHECK_PERIOD == 0:
@@ -263,6 +278,8 @@ def run(
             elif over_now:
                 i = designs[this]
                 end_step[i] = k
+                if factor > 0.0:
+                    settled[i] = k - settled_for(recent, lane, now, k, factor)
                 trace[i] = recent[now, lane] if healthy[lane] else np.nan
                 for j in range(watched.shape[1]):
                     watched[i, j] = W[monitors + j, lane]

@@ -7,23 +7,23 @@ import warnings
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from functools import cache, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._typing import Floats, Ints
 from ..maneuvers.schedule import Schedule
+from ..sensors import Gyro, Sensor
 from .codegen import step_constants
 from .jobs import separate, shared
 from .kernel import lanes, load_driver, load_kernel
 from .layout import layout, transition_pattern
 from .model import FilterModel
 from .path_limits import excess
+from .suite import Suite
 from .wheel_load import wheel_loads
-
-#: A direction to compare measurements at.
-_SOMEWHERE = np.array([0.36, -0.48, 0.8])
 
 #: The cosine of the angle to what has not been seen.
 _NEVER_SEEN = -2.0
@@ -102,12 +102,71 @@ def evaluate(
     Raises
     ------
     ValueError
-        If a variant has other states than the model, or a constant more or less.
+        If a variant has other states than the model, considers others, or a constant more or less.
     """
     plan = model.schedule(designs)
-    suite, n, monitors = model.suite, len(plan.rates), model.monitors
+    n, monitors = len(plan.rates), model.monitors
     variants = variants or [model]
     flown_by = np.zeros(n, dtype=np.int64) if which is None else np.asarray(which, dtype=np.int64)
+    stops, run = np.full(n, model.n_steps), partial(_run, model, variants, flown_by, plan, threads)
+    if model.rule != "trace":
+        run = partial(_run, model.endless, variants, flown_by, plan, threads)
+        whole = run(stops, factor=model.factor)
+        settled = whole.settled if model.rule == "settling" else _required_from(whole)
+        stops = np.clip(settled, plan.over, model.n_steps)
+    ran = run(stops, history, covariance)
+    t_end, trace = model.step * ran.end_step.astype(float), ran.trace
+    lost = np.isnan(trace)
+    if lost.any():
+        first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(lost)]
+        warnings.warn(
+            f"covariance lost positivity in {lost.sum()} of {n} designs, first {first.tolist()}; "
+            "their objectives are NaN",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+        t_end = np.where(lost, np.nan, t_end)
+    path = ran.watched[:, : len(monitors.limits)]
+    path_angle = np.where([watch.inside for watch in monitors.limits], path, -path)
+    plain = [watch.plain for watch in monitors.limits]
+    path_angle = np.where(plain, np.arccos(np.clip(path, -1.0, 1.0)), path_angle)
+    t_required = np.full(n, np.inf)
+    if monitors.states:
+        met = ran.watched[:, -1] > 0.0
+        t_required[met] = model.step * _required_from(ran)[met]
+    full = _symmetric(ran.final, model.suite.n_states)
+    wheel_load = np.full((n, 2), np.nan)
+    if model.budget is not None:
+        wheel_load = wheel_loads(
+            model.budget, plan, ran.end_step, model.step, threads or available_threads()
+        )
+    return Evaluation(t_end, trace, ran.record, full, path_angle, t_required, wheel_load, plan)
+
+
+class _Ran(NamedTuple):
+    """What the driver leaves of n designs; see `driver.run`."""
+
+    end_step: Ints
+    settled: Ints
+    trace: Floats
+    watched: Floats
+    final: Floats
+    record: Floats
+
+
+def _run(
+    model: FilterModel,
+    variants: Sequence[FilterModel],
+    flown_by: Ints,
+    plan: Schedule,
+    threads: int | None,
+    stops: Ints,
+    history: bool = False,
+    covariance: bool = False,
+    factor: float = 0.0,
+) -> _Ran:
+    """Run the designs until they converge or stop, in whatever threads there are."""
+    suite, n, monitors = model.suite, len(stops), model.monitors
     constants = _constants(model, variants)
     kernel, driver = load_kernel(suite, model.gated, monitors), load_driver()
     at = layout(suite, model.gated, monitors)
@@ -120,11 +179,12 @@ def evaluate(
     n_jobs = len(jobs.design)
     record = np.full((n if history else 0, model.n_steps + 1, suite.n_states), np.nan)
     record[:, 0] = np.array([each.initial_sigma**2 for each in variants])[flown_by[: len(record)]]
-    end_step, trace = np.zeros(n, dtype=np.int64), np.empty(n)
+    end_step, settled, trace = np.zeros(n, np.int64), np.zeros(n, np.int64), np.empty(n)
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
     of_gyro = {each.suite.gyro: each for each in variants}  # many variants have few gyros
+    kinematic = slice(suite.n_kinematic)
     dynamics = {gyro: each.dynamics for gyro, each in of_gyro.items()}
-    densities = {gyro: each.suite.diffusion() for gyro, each in of_gyro.items()}
+    densities = {gyro: each.suite.diffusion()[kinematic] for gyro, each in of_gyro.items()}
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, lanes()),
         tuple(at),
@@ -140,8 +200,8 @@ def evaluate(
         ),
         model.table,
         constants,
-        (model.window_steps, model.relative_decrease, model.allow_rise),
-        end_step,
+        (model.window_steps, model.relative_decrease, model.allow_rise, factor),
+        (stops, end_step, settled),
         trace,
         (watched, final),
         record,
@@ -152,49 +212,29 @@ def evaluate(
         driver.run(*arguments)
     for future in futures:
         future.result()
-    t_end, trace = model.step * end_step[jobs.twin].astype(float), trace[jobs.twin]
-    lost = np.isnan(trace)
-    if lost.any():
-        first = np.atleast_2d(np.asarray(designs, dtype=float))[np.argmax(lost)]
-        warnings.warn(
-            f"covariance lost positivity in {lost.sum()} of {n} designs, first {first.tolist()}; "
-            "their objectives are NaN",
-            RuntimeWarning,
-            stacklevel=2,
-        )
-        t_end = np.where(lost, np.nan, t_end)
-    watched = watched[jobs.twin]
-    path = watched[:, : len(monitors.limits)]
-    path_angle = np.where([watch.inside for watch in monitors.limits], path, -path)
-    plain = [watch.plain for watch in monitors.limits]
-    path_angle = np.where(plain, np.arccos(np.clip(path, -1.0, 1.0)), path_angle)
-    t_required = np.full(n, np.inf)
-    if monitors.states:
-        samples = watched[:, -1]
-        met = samples > 0.0
-        t_required[met] = model.step * (end_step[jobs.twin] + 1.0 - samples)[met]
-    full = _symmetric(final[jobs.twin] if covariance else final, suite.n_states)
-    wheel_load = np.full((n, 2), np.nan)
-    if model.budget is not None:
-        ends = end_step[jobs.twin]
-        wheel_load = wheel_loads(
-            model.budget, plan, ends, model.step, threads or available_threads()
-        )
-    return Evaluation(t_end, trace, record, full, path_angle, t_required, wheel_load, plan)
+    twin = jobs.twin
+    final = final[twin] if covariance else final
+    return _Ran(end_step[twin], settled[twin], trace[twin], watched[twin], final, record)
+
+
+def _required_from(ran: _Ran) -> Ints:
+    """Step from which on the requirements are met; after the last one if they are not."""
+    return ran.end_step + 1 - np.rint(ran.watched[:, -1]).astype(np.int64)
 
 
 def _constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
     """`step_constants` of variants of a model, side by side; ValueError if they do not match."""
-    states = list(model.monitors.states)
-    rows = []
+    suite, states, rows = model.suite, list(model.monitors.states), []
     for number, each in enumerate(variants):
-        if each.suite.blocks != model.suite.blocks:
+        if each.suite.blocks != suite.blocks:
             raise ValueError(
                 f"variants[{number}] has the states {', '.join(each.suite.blocks)}: expected those "
-                f"of the model, {', '.join(model.suite.blocks)}"
+                f"of the model, {', '.join(suite.blocks)}"
             )
-        required = each.required_sigma[states]
-        rows.append(step_constants(each.suite, each.weights, each.path_limits, required))
+        if not np.array_equal(each.suite.considered, suite.considered):
+            raise ValueError(f"variants[{number}] considers other states than the model")
+        limits, required = each.path_limits, each.required_sigma[states]
+        rows.append(step_constants(each.suite, each.step, each.weights, limits, required))
         if len(rows[-1]) != len(rows[0]):
             raise ValueError(
                 f"variants[{number}] has {len(rows[-1])} constants of a filter step: expected "
@@ -203,12 +243,8 @@ def _constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
         found, expected = _looked_at(each), _looked_at(model)
         if found != expected:
             raise ValueError(f"variants[{number}] looks at {found}: expected {expected}")
-        for one, other in zip(each.suite.sensors, model.suite.sensors, strict=True):
-            slopes, kernel = (
-                suite.measurement_matrix(sensor, _SOMEWHERE)
-                for suite, sensor in ((each.suite, one), (model.suite, other))
-            )
-            if not np.array_equal(slopes, kernel):
+        for one, other in zip(each.suite.sensors, suite.sensors, strict=True):
+            if one != other and not np.array_equal(_slopes(one), _slopes(other)):
                 raise ValueError(
                     f"variants[{number}]: {one.name} measures otherwise than the model's: expected "
                     "the same but for numbers, and the same boresight of a star tracker"
@@ -221,6 +257,14 @@ def _looked_at(model: FilterModel) -> list[tuple[str, bool]]:
     limits = [(watch.direction, watch.inside) for watch in model.monitors.limits]
     views = (view for sensor in model.suite.sensors for view in sensor.views())
     return [*limits, *((view.direction, view.inside) for view in views)]
+
+
+@cache
+def _slopes(sensor: Sensor) -> Floats:
+    """H of a sensor by its own states, somewhere: its numbers are part of the kernel."""
+    somewhere = np.array([0.36, -0.48, 0.8])
+    gradient = [somewhere] * 3 * sensor.has_gradient
+    return Suite(Gyro(), (sensor,)).measurement_matrix(sensor, somewhere, gradient=gradient)
 
 
 def _states(

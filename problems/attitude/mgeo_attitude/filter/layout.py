@@ -97,13 +97,13 @@ class Layout(NamedTuple):
 def layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS) -> Layout:
     """Workspace of a suite; `gated` tells which sensors are not available at every sample.
 
-    Given is a row of `FilterModel.table`: the reference of each sensor; each of `directions_of`;
-    of each that is a disc the radius with its cosine and sine; whether each gated sensor is
-    available.
+    Given is a row of `FilterModel.table`: the reference of each sensor, and their gradients; each
+    of `directions_of`; of each that is a disc the radius with its cosine and sine; whether each
+    gated sensor is available.
     """
-    n, m = suite.n_states, suite.n_dynamic
+    n, m = suite.n_states, suite.n_kinematic
     names = directions_of(suite, monitors)
-    given = 3 * (len(suite.sensors) + len(names) + len(discs(names))) + sum(gated)
+    given = 3 * (suite.n_vectors + len(names) + len(discs(names))) + sum(gated)
     n_transition = len(transition_pattern(suite))
     rated = any(sensor.max_rate() < np.inf for sensor in suite.sensors)
     sizes = [_half(n), 9, monitors.total, 9, n_transition, _half(m), int(rated), 1, 1, given]
@@ -124,18 +124,19 @@ def discs(names: tuple[str, ...]) -> tuple[str, ...]:
 
 @cache
 def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
-    """Entries of exp(A dt), for any rate, in the rows of the states that change.
+    """Entries of exp(A dt), for any rate, in the rows of the kinematic states that change.
 
     They are the transitive closure of A's pattern. A state without dynamics and without process
     noise is constant: its row stays the identity's and is left out.
     """
-    generic = np.zeros((suite.n_dynamic, suite.n_dynamic), dtype=bool)
+    k = suite.n_kinematic
+    generic = np.zeros((k, k), dtype=bool)
     for omega in np.vstack([np.zeros(3), np.eye(3)]):
-        generic |= suite.dynamics_matrix(omega) != 0.0
-    closure = generic | np.eye(suite.n_dynamic, dtype=bool)
-    for _ in range(suite.n_dynamic):
+        generic |= suite.dynamics_matrix(omega)[:k, :k] != 0.0
+    closure = generic | np.eye(k, dtype=bool)
+    for _ in range(k):
         closure = closure @ closure
-    rows = generic.any(axis=1) | (suite.diffusion() > 0.0)
+    rows = generic.any(axis=1) | (suite.diffusion()[:k] > 0.0)
     return tuple((int(i), int(j)) for i, j in np.argwhere(closure) if rows[i])
 
 

@@ -17,7 +17,8 @@ from ..environment.directions import directions, radii
 from ..environment.pointing import Place
 from ..maneuvers.schedule import Schedule, schedule
 from ..maneuvers.slew import SlewLimits
-from ..scenario.settings import RequiredSigma, TraceWeights
+from ..scenario.settings import RequiredSigma, TraceWeights, uncalibrated
+from ..sensors import Sensor
 from .layout import Monitors, Watch, directions_of, discs
 from .momentum import MomentumBudget
 from .suite import Suite
@@ -35,8 +36,9 @@ class FilterModel:
     suite : Suite
     step : float
         Filter step [s].
-    references : array, shape (n_steps + 1, n_sensors, 3)
-        Vector that each sensor looks at, GCRS; zero for one that looks at none.
+    references : array, shape (n_steps + 1, n_vectors, 3)
+        Vector that each sensor looks at, GCRS, zero for one that looks at none; then the columns
+        of their gradients, see `Suite.gradient_rows`.
     available : array of bool, shape (n_steps + 1, n_sensors)
         Whether each sensor can measure at each sample, apart from its field of view.
     initial_sigma : array, shape (n_states,)
@@ -54,6 +56,10 @@ class FilterModel:
         did not rise.
     allow_rise : bool
         Whether it has converged, too, when the trace rose.
+    rule : {"trace", "required", "settling"}
+        Whether that is the rule at all, or the end of a run tells from when on it was converged.
+    factor : float
+        Within which of its last value a trace has settled.
     initial_attitude : array, shape (3, 3)
         GCRS to body at the start.
     initial_rate : array, shape (3,)
@@ -84,6 +90,8 @@ class FilterModel:
     window_steps: int
     relative_decrease: float
     allow_rise: bool
+    rule: str
+    factor: float
     initial_attitude: Floats
     initial_rate: Floats
     slew_limits: SlewLimits | None
@@ -118,7 +126,10 @@ class FilterModel:
             environment = environment.without_shadow()
         suite = Suite(scenario.gyro, scenario.sensors)
         references, available = inertial_vectors(suite, environment)
-        weights = np.repeat(TraceWeights(scenario.trace_weights).of(suite.blocks), 3)
+        for index, sensor in enumerate(suite.sensors):
+            available[:, index] &= sampled(sensor, scenario.step, len(available))
+        unlearned = uncalibrated(suite.gyro, suite.sensors)
+        weights = np.repeat(TraceWeights(scenario.trace_weights).of(suite.blocks, unlearned), 3)
         required = RequiredSigma(scenario.required_sigma)
         watches = tuple(map(Watch.of, scenario.path_limits))
         names = directions_of(suite, Monitors(watches))
@@ -137,6 +148,8 @@ class FilterModel:
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
             allow_rise=scenario.convergence.allow_rise,
+            rule=scenario.convergence.rule,
+            factor=scenario.convergence.factor,
             initial_attitude=attitude,
             initial_rate=rate,
             slew_limits=SlewLimits.of(scenario, rate),
@@ -162,6 +175,11 @@ class FilterModel:
     @property
     def n_steps(self) -> int:
         return len(self.references) - 1
+
+    @property
+    def endless(self) -> FilterModel:
+        """The same filter, run for the whole duration: its window is longer than that."""
+        return dataclasses.replace(self, window_steps=self.n_steps + 1, rule="trace")
 
     @property
     def initial_covariance(self) -> Floats:
@@ -203,9 +221,13 @@ class FilterModel:
 
     @cached_property
     def dynamics(self) -> Floats:
-        """A at rest, and what a unit rate about each axis adds, shape (4, n_dynamic, n_dynamic)."""
+        """A of attitude and gyro at rest, and what a unit rate about each axis adds.
+
+        Shape (4, n_kinematic, n_kinematic). The processes of sensors do not depend on the rate.
+        """
+        k = self.suite.n_kinematic
         rest, *unit = map(self.suite.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
-        return np.array([rest, *(matrix - rest for matrix in unit)])
+        return np.array([rest, *(matrix - rest for matrix in unit)])[:, :k, :k].copy()
 
     def schedule(self, designs: ArrayLike, n_steps: int | None = None) -> Schedule:
         """What is flown of designs, shape (n, 4 m), until the end or step `n_steps`."""
@@ -218,10 +240,17 @@ class FilterModel:
         return tuple(bool(column.any()) for column in ~self.available.T)
 
 
+def sampled(sensor: Sensor, step: float, n: int) -> Bools:
+    """At which of n samples, one every `step` [s], a sensor has one."""
+    every = 1 if sensor.sample_interval is None else round(sensor.sample_interval / step)
+    samples: Bools = np.arange(n) % every == 0
+    return samples
+
+
 def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bools]:
-    """`FilterModel.references` and `FilterModel.available` of all samples."""
+    """`FilterModel.references` and `FilterModel.available` of all samples, at whatever interval."""
     n = len(environment.times)
-    references = np.zeros((n, len(suite.sensors), 3))
+    references = np.zeros((n, suite.n_vectors, 3))
     available = np.ones((n, len(suite.sensors)), dtype=bool)
     for index, sensor in enumerate(suite.sensors):
         reference, mask = sensor.inertial_vector(environment), sensor.available(environment)
@@ -229,4 +258,7 @@ def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bo
             references[:, index] = reference
         if mask is not None:
             available[:, index] = mask
+        if sensor.has_gradient:
+            columns = sensor.gradient(environment).swapaxes(1, 2)
+            references[:, suite.gradient_rows(index)] = columns
     return references, available

@@ -1,6 +1,7 @@
 """The reference filter: filterpy's Kalman filter on dense matrices, one design, full history.
 
-Slow and plain on purpose. It shares with the compiled kernel only the declaration of the suite and
+Slow and plain on purpose. Where states are considered, which filterpy does not know, the update is
+written out. It shares with the compiled kernel only the declaration of the suite and
 the tables of the run: F and Q come from Van Loan's matrix exponential, the attitude from scipy's
 rotations, and all sensors update together.
 """
@@ -14,7 +15,7 @@ from filterpy.kalman import KalmanFilter
 from numpy.typing import ArrayLike
 from scipy.linalg import block_diag, expm
 
-from .._typing import Bools, Floats
+from .._typing import Bools, Floats, Ints
 from ..maneuvers.attitude import attitudes
 from .model import FilterModel
 
@@ -66,13 +67,14 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
     stretch = np.searchsorted(starts, np.arange(model.n_steps), side="right") - 1
     H, R, seen = _measurements(model, attitude, rates[stretch])
 
-    n = model.suite.n_states
+    n, considered = model.suite.n_states, model.suite.considered
     kf = KalmanFilter(dim_x=n, dim_z=len(R))
     kf.x = np.zeros(n)  # one-dimensional: filterpy broadcasts its (n, 1) default when given H
     kf.P = model.initial_covariance
     trace, sigma = [float(model.weights @ np.diag(kf.P))], [model.initial_sigma]
     predicted = [kf.P[:3, :3]]
-    converged = False
+    covariances = [kf.P.copy()]
+    converged, rule = False, model.rule
     for k in range(1, model.n_steps + 1):
         flown = np.flatnonzero(starts == k - 1)
         if flown.size:
@@ -80,27 +82,61 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
         kf.predict()
         predicted.append(kf.P[:3, :3].copy())
         rows = seen[k]
-        if rows.any():
+        if considered.size:
+            for first in range(0, len(R), 3):
+                if rows[first]:
+                    sensor = slice(first, first + 3)
+                    kf.P = schmidt(kf.P, H[k, sensor], np.diag(R[sensor]), considered)
+        elif rows.any():
             kf.update(np.zeros(rows.sum()), R=np.diag(R[rows]), H=H[k, rows])
         trace.append(float(model.weights @ np.diag(kf.P)))
         sigma.append(np.sqrt(np.diag(kf.P)))
         before = k - model.window_steps
-        if k >= over and before >= 0:
+        if rule != "trace":
+            covariances.append(kf.P.copy())
+        elif k >= over and before >= 0:
             converged = has_converged(
                 trace[before], trace[k], model.relative_decrease, model.allow_rise
             )
             if converged:
                 break
+    end, covariance = len(trace) - 1, kf.P
+    if rule != "trace":
+        end = min(max(_converged_from(model, trace, sigma), over), end)
+        converged, covariance = end < model.n_steps, covariances[end]
+        trace, sigma, predicted = trace[: end + 1], sigma[: end + 1], predicted[: end + 1]
     return FilterHistory(
         times=model.times[: len(trace)],
         trace=np.array(trace),
         sigma=np.array(sigma),
         attitude=attitude[: len(trace)],
         predicted_attitude=np.array(predicted),
-        covariance=kf.P,
+        covariance=covariance,
         blocks=model.suite.blocks,
         converged=converged,
     )
+
+
+def _converged_from(model: FilterModel, trace: list[float], sigma: list[Floats]) -> int:
+    """Step from which on the rule's condition holds for the rest of a whole run."""
+    if model.rule == "settling":
+        broken = np.flatnonzero(np.array(trace) > model.factor * trace[-1])
+    else:
+        broken = np.flatnonzero((np.array(sigma) > model.required_sigma).any(axis=1))
+    return int(broken[-1]) + 1 if broken.size else 0
+
+
+def schmidt(P: Floats, H: Floats, R: Floats, considered: Ints) -> Floats:
+    """Covariance after an update whose gain is zero for the states that are considered.
+
+    Joseph's form, which holds for any gain. Sensors take turns: one that leaves such a state as it
+    is does not make the next one's reading more certain, so that together they would do better.
+    """
+    K = np.linalg.solve(H @ P @ H.T + R, H @ P).T
+    K[considered] = 0.0
+    rest = np.eye(len(P)) - K @ H
+    updated: Floats = rest @ P @ rest.T + K @ R @ K.T
+    return updated
 
 
 def has_converged(before: float, now: float, relative_decrease: float, allow_rise: bool) -> bool:
@@ -154,8 +190,12 @@ def _measurements(
     R: list[float] = []
     seen: list[Bools] = []
     for index, sensor in enumerate(model.suite.sensors):
-        v = np.einsum("kij,kj->ki", attitude, model.references[:, index])
-        H.append(model.suite.measurement_matrix(sensor, v))
+        rows = model.suite.gradient_rows(index)
+        v, *gradient = (
+            np.einsum("kij,kj->ki", attitude, model.references[:, row])
+            for row in (index, *range(rows.start, rows.stop))
+        )
+        H.append(model.suite.measurement_matrix(sensor, v, attitude, gradient))
         R.extend(sigma**2 for sigma in sensor.noise())
         seen.extend([can_measure(model, index, attitude, rates)] * 3)
     return np.concatenate(H, axis=1), np.array(R), np.stack(seen, axis=1)

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import block_diag
 from scipy.signal import lfilter
 
 from mgeo_attitude._typing import Floats
@@ -56,7 +57,8 @@ class Draws:
         True attitude error, gyro and sensor states at the start. Those that are rotations are
         vectors of `rotation.rotate`. The attitude is R(-θ) times the model's.
     gyro_noise : array, shape (n, n_dynamic)
-        What noise adds in each step to the attitude error and the gyro's states, at rest.
+        What noise adds in each step to the attitude error, the gyro's states and the sensors'
+        processes, at rest.
     noise : array, shape (n + 1, n_sensors, 3)
         Measurement noise of every sensor at every sample.
     """
@@ -69,9 +71,10 @@ class Draws:
 def draw(model: FilterModel, n_steps: int, generator: np.random.Generator) -> Draws:
     """Draw a run of a scenario."""
     suite = model.suite
-    _, Q = at_rest(model)
-    variances, axes = np.linalg.eigh(Q)  # a bias that does not drift has no Cholesky factor
-    root = axes * np.sqrt(np.maximum(variances, 0.0))
+    (_, Q), k = at_rest(model), suite.n_kinematic
+    # a bias that does not drift has no Cholesky factor
+    variances, axes = np.linalg.eigh(Q[:k, :k])
+    root = block_diag(axes * np.sqrt(np.maximum(variances, 0.0)), np.sqrt(Q[k:, k:]))
     sigma = np.array([sensor.noise() for sensor in suite.sensors])
     chance = np.linalg.cholesky(model.initial_correlation) @ generator.standard_normal(
         suite.n_states
@@ -117,7 +120,7 @@ class Flight:
     errors : array, shape (n_states,)
         True gyro and sensor states at the start; zero for the attitude.
     gyro : array, shape (n + 1, n_dynamic - 3)
-        True states of the gyro at every sample.
+        True states of the gyro, and of the sensors those that vary, at every sample.
     readings : Readings
     """
 
@@ -135,7 +138,7 @@ def fly_run(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
     errors[:3] = 0.0
     gyro = np.vstack([errors[3 : len(F)], draws.gyro_noise[:, 3:]])
     for state, decay in zip(gyro.T, np.diag(F)[3:], strict=True):
-        state[:] = lfilter([1.0], [1.0, -decay], state)  # a Markov process
+        state[:] = lfilter([1.0], [1.0, -decay], state)  # a Gauss-Markov process
     x = {name: gyro[:-1, first - 3 : first] for name, first in suite.places(suite.gyro).items()}
     # what bias and noise turn the attitude by in a step is reported as their mean over it
     x["bias"] = -(np.diag(F[:3, 3:6]) * x["bias"] + draws.gyro_noise[:, :3]) / model.step
@@ -144,7 +147,7 @@ def fly_run(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
         np.full(len(motion.rates), model.step),
         suite.gyro.measured(SimpleNamespace(**x), motion.rates),
         tuple(
-            _reported(model, index, attitude, motion.rates, errors, draws.noise[:, index])
+            _reported(model, index, attitude, motion.rates, errors, gyro, draws.noise[:, index])
             for index in range(len(suite.sensors))
         ),
     )
@@ -157,18 +160,26 @@ def _reported(
     attitude: Floats,
     rates: Floats,
     errors: Floats,
+    varying: Floats,
     noise: Floats,
 ) -> Floats:
     """What a sensor reports at every sample but the first, NaN where it sees nothing."""
     sensor = model.suite.sensors[index]
-    x = {name: errors[first : first + 3] for name, first in model.suite.places(sensor).items()}
+    x = {
+        name: varying[:, first - 3 : first]
+        if first < model.suite.n_dynamic
+        else errors[first : first + 3]
+        for name, first in model.suite.places(sensor).items()
+    }
 
     def to_body(vector: Floats) -> Floats:
         turned: Floats = np.einsum("kij,kj->ki", attitude, np.broadcast_to(vector, noise.shape))
         return turned
 
     v = to_body(model.references[:, index])
-    report = sensor.measured(SimpleNamespace(to_body=to_body, **x), v)
+    columns = model.references[:, model.suite.gradient_rows(index)].swapaxes(0, 1)
+    gradient = [to_body(column) for column in columns]
+    report = sensor.measured(SimpleNamespace(to_body=to_body, gradient=gradient, **x), v)
     seen = can_measure(model, index, attitude, rates)
     seen[0] = False  # the start is what is believed
     return np.where(seen[:, None, None], as_array(sensor.with_noise(report, noise)), np.nan)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -88,9 +87,7 @@ def compare(problem: ManeuverProblem, designs: Mapping[str, ArrayLike], at: floa
         raise ValueError(f"at = {at!r} s: expected a time within {model.times[-1]:.12g} s")
     X = _stacked([np.asarray(design, dtype=float) for design in designs.values()])
     own = evaluate(model, X, problem.threads)
-    # no trace falls by less than minus infinity: every run lasts as long as the scenario's
-    endless = dataclasses.replace(model, relative_decrease=-np.inf)
-    variances = evaluate(endless, X, problem.threads, history=True).variances[:, step]
+    variances = evaluate(model.endless, X, problem.threads, history=True).variances[:, step]
     trace = variances @ model.weights
     columns: dict[str, object] = {
         "t_end [s]": own.t_end,

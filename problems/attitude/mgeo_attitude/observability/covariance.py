@@ -51,8 +51,8 @@ def normalized(model: FilterModel, covariance: ArrayLike) -> Floats:
 def least_observable(model: FilterModel, covariance: ArrayLike, count: int = 3) -> pd.DataFrame:
     """The `count` directions of the error state of which least was learned, the worst first.
 
-    They are eigenvectors of the `normalized` covariance, by falling eigenvalue. Process noise may
-    lift an eigenvalue above one.
+    They are eigenvectors of the `normalized` covariance, by falling eigenvalue; errors that vary,
+    and those that are considered, are left out. Process noise may lift an eigenvalue above one.
 
     Returns
     -------
@@ -66,10 +66,12 @@ def least_observable(model: FilterModel, covariance: ArrayLike, count: int = 3) 
     ValueError
         For a matrix of another shape, or one that is no covariance.
     """
-    values, vectors = np.linalg.eigh(normalized(model, covariance))
+    of = model.suite.calibrated
+    values, vectors = np.linalg.eigh(normalized(model, covariance)[of[:, None], of])
     worst = np.argsort(values)[::-1][:count]
     remaining = np.sqrt(np.maximum(values[worst], 0.0))  # rounding may leave -1e-17
-    directions = vectors.T[worst]
+    directions = np.zeros((len(worst), model.suite.n_states))
+    directions[:, of] = vectors.T[worst]
     columns: dict[str, object] = {
         "direction": [in_words(model.suite, model.initial_sigma, v) for v in directions],
         "remaining [-]": remaining,

@@ -22,6 +22,7 @@ from ..maneuvers.phases import HELD, Phase, phases
 from ..maneuvers.slew_back import SlewBack, slew_back
 from ..margins import margins
 from ..problem import AttitudeManeuverProblem
+from ..promises import time_kept
 from ..scenario import Scenario
 from .ccsds import quaternions, utc_texts
 from .clearance import limits_of_slew_back
@@ -119,7 +120,19 @@ class ManeuverPlan(Validated):
         """What the plan is worth, in one line; see `answers.answer`."""
         history = self.history
         suite = self.problem.model.suite
-        return answer(suite, self.t_end, history.covariance, history.converged)
+        (kept,) = time_kept(self.problem, np.array([self.design]))
+        return answer(suite, self.t_end, history.covariance, history.converged, kept)
+
+    def promises(self) -> pd.DataFrame:
+        """What the plan promises and what 9 of 10 flights of it keep, one row per objective.
+
+        Columns: ``promised``, ``kept``, ``kept / promised [-]``; see
+        `AttitudeManeuverProblem.promises`.
+        """
+        (row,) = self.problem.promises([self.design]).to_numpy(float)
+        columns = ["promised", "kept", "kept / promised [-]"]
+        labels = pd.Index(self.problem.obj_names, name="objective")
+        return pd.DataFrame(row.reshape(-1, 3), index=labels, columns=columns)
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
@@ -199,8 +212,11 @@ class ManeuverPlan(Validated):
 
         The fast end of a front may converge because its filter has stalled.
         """
-        left = self.accuracy()["after / before [-]"].to_numpy().reshape(-1, 3).max(axis=1)
-        blocks = block_units(self.problem.model.suite)
+        suite = self.problem.model.suite
+        # not of what a calibration has left: one that teaches little more is no bad plan
+        initial = suite.initial_sigma(np.radians(self.scenario.initial.attitude_deg))
+        left = (self.history.sigma[-1] / initial).reshape(-1, 3).max(axis=1)
+        blocks = block_units(suite)
         return [
             f"{block.label} ({100.0 * share:.0f} % of the initial 1-sigma is left)"
             for block, share in zip(blocks, left, strict=True)

@@ -60,7 +60,7 @@ def _remedies(plan: ManeuverPlan) -> Iterator[str]:
     scenario, outside = plan.scenario, validity(plan.scenario)
     if outside:
         yield f"know more at the start: {'; '.join(outside)}"
-    else:
+    elif scenario.prior is None:
         known = f"initial.attitude_deg, {scenario.initial.attitude_deg:g} here"
         yield f"know more at the start, such as the attitude ({known})"
     if plan.t_end < scenario.duration:

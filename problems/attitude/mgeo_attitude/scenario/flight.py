@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mgeo_attitude.fields import Validated, quantity
+from mgeo_attitude.fields import Validated, expect, quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +26,13 @@ class FlightErrors(Validated):
     mean: bool = quantity(False, doc="whether objectives are means over the flights instead")
     kept: float = quantity(
         1.0, low=0.0, high=1.0, open_low=True, doc="share of the flights that must keep each limit"
+    )
+    grow: tuple[int, ...] = quantity(
+        (),
+        low=0,
+        high=10_000,
+        doc="how many there are in the stages of a search before its last; 0 for none but the "
+        "exact one",
     )
     attitude_deg: float | None = quantity(
         None,
@@ -54,3 +61,8 @@ class FlightErrors(Validated):
         doc="greatest delay of the start, of which all are equally likely; 604800 for a plan that "
         "holds at any time of a week",
     )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        counts = [*self.grow, self.count]
+        expect(counts == sorted(counts), "grow", self.grow, f"ascending, up to {self.count}")

@@ -42,6 +42,7 @@ from mgeo_attitude.scenario.settings import (
     check_blocks,
     check_name,
     state_units,
+    uncalibrated,
 )
 from mgeo_attitude.scenario.toml import ScenarioFileError, read_toml, to_toml
 from mgeo_attitude.scenario.wheels import Wheels
@@ -91,7 +92,8 @@ class Scenario(Validated):
     trace_weights: Annotated[Mapping[str, float], TraceWeights] = quantity(
         factory=TraceWeights,
         low=0.0,
-        doc="weight of each state block in the trace, 1 where none is given",
+        doc="weight of each state block in the trace; where none is given 1, but 0 for errors that "
+        "vary or are considered",
     )
     required_sigma: Annotated[Mapping[str, float], RequiredSigma] = positive(
         factory=RequiredSigma,
@@ -167,6 +169,14 @@ class Scenario(Validated):
         """
         return Scenario.from_dict({"preset": "cubesat_6u"})
 
+    @staticmethod
+    def cubesat_6u_full() -> Scenario:
+        """`cubesat_6u` with every error of its instruments and models, constant or varying.
+
+        Its file, ``scenario/cubesat_6u_full.toml``, says where they are from.
+        """
+        return Scenario.from_dict({"preset": "cubesat_6u_full"})
+
     def to_dict(self) -> dict[str, Any]:
         """The scenario as nested dicts and lists of JSON's types; see `from_dict`."""
         table = to_table(self)
@@ -234,12 +244,20 @@ class Scenario(Validated):
     def _check_together(self, units: Iterable[str]) -> None:
         """Refuse, with an InvalidValue, what does not go with other fields."""
         step, window = f"step = {self.step!r} s", self.convergence.window
+        most = f"at most duration = {self.duration!r} s"
         for key, span in (("duration", self.duration), ("convergence.window", window)):
             expect(_is_multiple(span, self.step), key, span, f"a multiple of {step}")
             few = round(span / self.step) <= _MAX_STEPS[key]
             expect(few, key, span, f"at most {_MAX_STEPS[key]} times {step}")
-        most = f"at most duration = {self.duration!r} s"
+        for i, sensor in enumerate(self.sensors):
+            interval, key = sensor.sample_interval, f"sensors[{i}].sample_interval"
+            fits = interval is None or _is_multiple(interval, self.step)
+            expect(fits, key, interval, f"a multiple of {step}")
+            expect((interval or 0.0) <= self.duration, key, interval, most)
         expect(window <= self.duration, "convergence.window", window, most)
+        possible = self.required_sigma or self.convergence.rule != "required"
+        others = "another rule, or something in required_sigma"
+        expect(possible, "convergence.rule", self.convergence.rule, others)
 
         epoch, start, end = self.epoch, FIELD_MODEL_START, FIELD_MODEL_END
         zone = epoch.utcoffset() is not None
@@ -260,7 +278,9 @@ class Scenario(Validated):
             expect(new, key, name, "a name that no other sensor nor the gyro has")
 
         weights = TraceWeights(self.trace_weights)
-        expect(any(weights.of(units)), "trace_weights", dict(weights), "a weight above 0")
+        unlearned = uncalibrated(self.gyro, self.sensors)
+        some = any(weights.of(units, unlearned))
+        expect(some, "trace_weights", dict(weights), "a weight above 0")
         if self.prior is not None:
             blocks, found = list(units)[1:], len(self.prior.states)
             same = f"{len(blocks)} rows, of {', '.join(blocks)}"

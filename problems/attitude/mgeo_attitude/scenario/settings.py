@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from mgeo_attitude.fields import InvalidValue, Validated, expect, known_names, positive, quantity
-from mgeo_attitude.sensors import Gyro, Sensor
+from mgeo_attitude.sensors import GaussMarkov, Gyro, Sensor
 from mgeo_attitude.units import DEG, DIMENSIONLESS, Unit
 
 
@@ -30,8 +30,15 @@ class ManeuverLimits(Validated):
 
 @dataclass(frozen=True, kw_only=True)
 class Convergence(Validated):
-    """When the filter counts as converged, tested once all maneuvers are over."""
+    """When the filter counts as converged, but not before all maneuvers are over."""
 
+    rule: str = quantity(
+        "trace",
+        choices=("trace", "required", "settling"),
+        doc="what tells: the trace over a window; from when on required_sigma is met until the end "
+        "of duration; or from when on the trace stays within a factor of what it is then",
+    )
+    factor: float = quantity(1.25, low=1.0, open_low=True, doc="that factor, for the rule settling")
     window: float = positive(300.0, unit="s", doc="window, a multiple of the step")
     relative_decrease: float = quantity(
         0.01,
@@ -70,11 +77,14 @@ class Numbers(Mapping[str, float]):
 
 
 class TraceWeights(Numbers):
-    """Weight, >= 0, of each state block in the trace, 1 where none is given."""
+    """Weight, >= 0, of each state block in the trace.
 
-    def of(self, blocks: Iterable[str]) -> tuple[float, ...]:
+    Where none is given it is 1, but 0 for errors that no plan makes smaller: `uncalibrated`.
+    """
+
+    def of(self, blocks: Iterable[str], uncalibrated: Collection[str] = ()) -> tuple[float, ...]:
         """Weights of the given blocks, in their order."""
-        return tuple(self.get(block, 1.0) for block in blocks)
+        return tuple(self.get(block, 0.0 if block in uncalibrated else 1.0) for block in blocks)
 
 
 class RequiredSigma(Numbers):
@@ -94,11 +104,36 @@ class RequiredSigma(Numbers):
 def state_units(gyro: Gyro, sensors: Iterable[Sensor]) -> dict[str, Unit]:
     """Unit of each 3-vector of the error state for people and scenario files, by its name."""
     owners: dict[str, Gyro | Sensor] = {"gyro": gyro} | {sensor.name: sensor for sensor in sensors}
-    return {"attitude": DEG} | {
+    units = {
         f"{name}.{state}": owner.units.get(state, DIMENSIONLESS)
         for name, owner in owners.items()
         for state in owner.states()
     }
+    varying, own = processes(owners.values()), [f"gyro.{state}" for state in gyro.states()]
+    first = {block: units[block] for block in (*own, *varying)}  # the filter has them before others
+    return {"attitude": DEG} | first | units
+
+
+def processes(owners: Iterable[Gyro | Sensor]) -> dict[str, GaussMarkov]:
+    """States of sensors that are Gauss-Markov processes, by the names of their blocks."""
+    return {
+        f"{owner.name}.{state}": value
+        for owner in owners
+        if isinstance(owner, Sensor)
+        for state, value in owner.states().items()
+        if isinstance(value, GaussMarkov)
+    }
+
+
+def considered_blocks(gyro: Gyro, sensors: Iterable[Sensor]) -> tuple[str, ...]:
+    """Blocks of the state that are considered, not estimated."""
+    own = [f"gyro.{state}" for state in gyro.considered]
+    return (*own, *(f"{each.name}.{state}" for each in sensors for state in each.considered))
+
+
+def uncalibrated(gyro: Gyro, sensors: Sequence[Sensor]) -> frozenset[str]:
+    """Blocks of the state that no plan makes smaller for good: they vary, or are considered."""
+    return frozenset((*processes(sensors), *considered_blocks(gyro, sensors)))
 
 
 def check_blocks(key: str, values: Mapping[str, float], known: Collection[str]) -> None:

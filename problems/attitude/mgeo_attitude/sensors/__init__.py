@@ -2,10 +2,20 @@
 
 from mgeo_attitude.sensors.base import Sensor
 from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.markov import GaussMarkov, sigma_of
 from mgeo_attitude.sensors.star_tracker import StarTracker
 from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
 
 #: Sensor classes by the ``kind`` that names them in a scenario file.
 SENSORS: dict[str, type[Sensor]] = {cls.kind: cls for cls in (SunSensor, Magnetometer, StarTracker)}
 
-__all__ = ["SENSORS", "Gyro", "Magnetometer", "Sensor", "StarTracker", "SunSensor"]
+__all__ = [
+    "SENSORS",
+    "GaussMarkov",
+    "Gyro",
+    "Magnetometer",
+    "Sensor",
+    "StarTracker",
+    "SunSensor",
+    "sigma_of",
+]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields import Validated, quantity
+from mgeo_attitude.fields import InvalidValue, Validated, known_names, positive, quantity
+from mgeo_attitude.sensors.markov import GaussMarkov
 from mgeo_attitude.units import DIMENSIONLESS, Unit
 from mgeo_attitude.vector import Vec3
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment
 
 NAME = "name, unique in the suite; prefixes the sensor's states"
+CONSIDERED = "its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"
 
 
 @dataclass(frozen=True)
@@ -35,16 +37,30 @@ class Sensor(Validated, ABC):
     #: Units of its states for people and scenario files; one that is left out has none.
     units: ClassVar[Mapping[str, Unit]] = {}
     #: Columns of telemetry are its name, an underscore, and these: those of a vector, or q1 to q4
-    #: of a quaternion from GCRF to the sensor, scalar last.
+    #: of a quaternion from GCRF to the body as the sensor has it, scalar last.
     channels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
     #: Unit of a vector in telemetry.
     channel_unit: ClassVar[Unit] = DIMENSIONLESS
 
     name: str = quantity(doc=NAME)
+    sample_interval: float | None = positive(
+        None,
+        unit="s",
+        kw_only=True,
+        doc="time between samples, a multiple of the filter's step; without it one in every step",
+    )
+    considered: tuple[str, ...] = quantity((), kw_only=True, doc=CONSIDERED)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_considered(self.considered, self.states())
 
     @abstractmethod
-    def states(self) -> dict[str, float]:
-        """Error states it adds (3-vectors, body axes) with their initial 1-sigma per axis."""
+    def states(self) -> Mapping[str, float | GaussMarkov]:
+        """Error states it adds, 3-vectors.
+
+        A constant has its initial 1-sigma per axis, an error that varies the process it is.
+        """
 
     @abstractmethod
     def measure(self, x: Any, v: Vec3) -> Vec3:
@@ -53,8 +69,9 @@ class Sensor(Validated, ABC):
         Parameters
         ----------
         x : namespace of Vec3
-            ``x.theta`` is the attitude error [rad], the other attributes are the sensor's own
-            `states`.
+            ``x.theta`` is the attitude error [rad], others are the sensor's own `states`.
+            ``x.to_body`` turns a GCRS vector into body axes; ``x.gradient`` are the columns of its
+            `gradient` there.
         v : Vec3
             The `inertial_vector` in body axes.
         """
@@ -70,7 +87,7 @@ class Sensor(Validated, ABC):
         ----------
         x : namespace
             The sensor's own `states`, shape (..., 3); one of `rotations` is an argument for
-            `rotate`; and ``x.to_body``, which turns a GCRS vector into body axes.
+            `rotate`; and ``x.to_body`` and ``x.gradient``, see `measure`.
         v : array, shape (..., 3)
             The `inertial_vector` in body axes.
 
@@ -98,6 +115,18 @@ class Sensor(Validated, ABC):
         """Vector it looks at, GCRS, shape (n_steps + 1, 3); None where `measure` uses none."""
         return None
 
+    @property
+    def has_gradient(self) -> bool:
+        """Whether `measure` uses the `gradient`."""
+        return False
+
+    def gradient(self, environment: Environment) -> Floats:
+        """Derivative of the `inertial_vector` by the position, or by whatever state it is for.
+
+        Shape (n_steps + 1, 3, 3), GCRS; columns belong to the state's components.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no gradient")
+
     def views(self) -> tuple[Cone, ...]:
         """Cones about body axes that directions must be inside of, or outside, for it to measure.
 
@@ -112,3 +141,13 @@ class Sensor(Validated, ABC):
     def available(self, environment: Environment) -> Bools | None:
         """Samples at which it can measure, if it sees, shape (n_steps + 1,); None for all."""
         return None
+
+
+def check_considered(considered: Sequence[str], states: Collection[str]) -> None:
+    """Refuse, with an InvalidValue, what is none of the states, or twice there."""
+    for i, state in enumerate(considered):
+        key = f"considered[{i}]"
+        if state not in states:
+            raise InvalidValue(key, state, f"unknown state{known_names(state, states)}")
+        if state in considered[:i]:
+            raise InvalidValue(key, state, "expected each one once")

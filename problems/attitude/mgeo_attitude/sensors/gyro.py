@@ -7,16 +7,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
+
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import Validated, positive, quantity
-from mgeo_attitude.rotation import rotate, unrotate
+from mgeo_attitude.rotation import rotate, shear, unrotate
+from mgeo_attitude.sensors.base import CONSIDERED, check_considered
 from mgeo_attitude.units import DEG, DEG_H, PPM, Unit
 from mgeo_attitude.vector import Vec3, cross, scale
+from mgeo_attitude.vector import shear as shear_components
 
 
 @dataclass(frozen=True)
 class Gyro(Validated):
-    """Three-axis gyro: ω_m = ω + b + v_g, with optional scale-factor and misalignment errors."""
+    """Three-axis gyro: ω_m = ω + b + v_g.
+
+    Optional are errors of scale factor, misalignment and non-orthogonality; see `measured`.
+    """
 
     #: Those of its states that are rotations; see `Sensor.rotations`.
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
@@ -25,6 +32,7 @@ class Gyro(Validated):
         "bias": DEG_H,
         "scale_factor": PPM,
         "misalignment": DEG,
+        "nonorthogonality": DEG,
     }
 
     angle_random_walk_deg_per_sqrt_h: float = positive(
@@ -55,6 +63,18 @@ class Gyro(Validated):
         doc="initial misalignment, 1-sigma per axis; 0 leaves the states out",
         formerly="misalignment_deg",
     )
+    initial_nonorthogonality_deg: float = quantity(
+        0.0,
+        unit="deg",
+        low=0.0,
+        doc="initial non-orthogonality, half of what two axes are off a right angle, 1-sigma; "
+        "0 leaves the states out",
+    )
+    considered: tuple[str, ...] = quantity((), doc=CONSIDERED)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_considered(self.considered, self.states())
 
     def states(self) -> dict[str, float]:
         """Error states it adds (3-vectors, body axes) with their initial 1-sigma per axis."""
@@ -63,6 +83,8 @@ class Gyro(Validated):
             states["scale_factor"] = self.initial_scale_factor
         if self.initial_misalignment_deg:
             states["misalignment"] = math.radians(self.initial_misalignment_deg)
+        if self.initial_nonorthogonality_deg:
+            states["nonorthogonality"] = math.radians(self.initial_nonorthogonality_deg)
         return states
 
     def derivative(self, x: Any, omega: Vec3) -> dict[str, Vec3]:
@@ -80,17 +102,18 @@ class Gyro(Validated):
             theta = theta - scale(omega, x.scale_factor)
         if self.initial_misalignment_deg:
             theta = theta + cross(omega, x.misalignment)
+        if self.initial_nonorthogonality_deg:
+            theta = theta - shear_components(omega, x.nonorthogonality)
         return {"theta": theta, "bias": -self.bias_decay * x.bias}
 
     def measured(self, x: Any, omega: Floats) -> Floats:
         """Rate it reports but for noise, whatever the size of the errors, shape (..., 3).
 
-        ω_m = R(μ) (ω + k ∘ ω) + b with misalignment μ and scale factors k: the attributes of `x`,
-        shape (..., 3), as the body rate `omega` [rad/s].
+        ω_m = R(μ) (ω + k ∘ ω + N(η) ω) + b with misalignment μ, scale factors k and the symmetric
+        matrix N of the non-orthogonality η (`vector.shear`): the attributes of `x`, shape (..., 3),
+        as the body rate `omega` [rad/s].
         """
-        rate = omega
-        if self.initial_scale_factor:
-            rate = rate + x.scale_factor * rate
+        rate = self._stretched(x, omega)
         if self.initial_misalignment_deg:
             rate = rotate(x.misalignment, rate)
         reported: Floats = rate + x.bias
@@ -98,12 +121,25 @@ class Gyro(Validated):
 
     def corrected(self, x: Any, measured: Floats) -> Floats:
         """The body rate from the reported one: inverse of `measured`."""
-        rate: Floats = measured - x.bias
+        rate: Any = measured - x.bias
         if self.initial_misalignment_deg:
             rate = unrotate(x.misalignment, rate)
-        if self.initial_scale_factor:
+        if self.initial_nonorthogonality_deg:
+            columns = np.stack([self._stretched(x, axis) for axis in np.eye(3)], axis=-1)
+            rate = np.linalg.solve(columns, rate[..., None])[..., 0]
+        elif self.initial_scale_factor:
             rate = rate / (1.0 + x.scale_factor)
-        return rate
+        corrected: Floats = rate
+        return corrected
+
+    def _stretched(self, x: Any, rate: Floats) -> Floats:
+        """(I + diag(k) + N(η)) ω."""
+        stretched = rate
+        if self.initial_scale_factor:
+            stretched = stretched + x.scale_factor * rate
+        if self.initial_nonorthogonality_deg:
+            stretched = stretched + shear(x.nonorthogonality, rate)
+        return stretched
 
     def diffusion(self) -> dict[str, float]:
         """Power spectral density of the noise that drives each state, per axis."""

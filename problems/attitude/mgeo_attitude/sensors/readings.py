@@ -49,7 +49,7 @@ def as_reported(array: Floats) -> Any:
 def n_vectors(sensor: Sensor) -> int:
     """How many vectors the sensor reports; NotImplementedError if it does not say."""
     zero = dict.fromkeys(sensor.states(), np.zeros(3))
-    x = SimpleNamespace(to_body=lambda vector: vector, **zero)
+    x = SimpleNamespace(to_body=lambda vector: vector, gradient=np.zeros((3, 3)), **zero)
     return len(as_array(sensor.measured(x, np.array([1.0, 0.0, 0.0]))))
 
 

@@ -8,12 +8,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.environment.dipole import dipole_gradient
 from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.fields import InvalidValue, positive, quantity
-from mgeo_attitude.rotation import rotate
+from mgeo_attitude.rotation import rotate, shear
 from mgeo_attitude.sensors.base import NAME, Sensor
-from mgeo_attitude.units import ARCMIN, DEG, Unit
-from mgeo_attitude.vector import Vec3, cross, unit
+from mgeo_attitude.sensors.markov import GaussMarkov
+from mgeo_attitude.units import ARCMIN, DEG, PPM, Unit
+from mgeo_attitude.vector import Vec3, cross, scale, unit
+from mgeo_attitude.vector import shear as shear_components
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment
@@ -21,6 +24,9 @@ if TYPE_CHECKING:
 #: Unit of the field inside the filter [nT], so that every state is of order one or less.
 FIELD_UNIT_NT = 50_000.0
 _NT = Unit("nT", "nt", FIELD_UNIT_NT)
+
+#: Unit of errors of the position inside the filter [m].
+POSITION_UNIT = 1000.0
 
 
 class VectorSensor(Sensor):
@@ -41,10 +47,14 @@ class VectorSensor(Sensor):
 
 @dataclass(frozen=True)
 class SunSensor(VectorSensor):
-    """y_s = [s×]θ - [s×]φ + δs + w_s (equation 2), blind in eclipse."""
+    """y_s = [s×]θ - [s×]φ + δs + w_s (equation 2), blind in eclipse.
+
+    Optional is what light from the Earth adds to a coarse sensor's vector, a Gauss-Markov process
+    in GCRS axes.
+    """
 
     kind: ClassVar[str] = "sun-sensor"
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN}
+    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "albedo": ARCMIN}
 
     name: str = quantity("sun", doc=NAME)
     noise_deg: float = positive(2.0, unit="deg", doc="noise per sample, 1-sigma per axis")
@@ -69,17 +79,36 @@ class SunSensor(VectorSensor):
         open_low=True,
         doc="half-angle of the field of view; 180 sees everywhere",
     )
+    albedo: float = quantity(
+        0.0,
+        low=0.0,
+        doc="error of the unit vector by light from the Earth, 1-sigma per axis; 0 leaves the "
+        "states out",
+    )
+    albedo_correlation_time: float = positive(
+        600.0, unit="s", doc="correlation time of the error by light from the Earth"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not any(self.boresight):
             raise InvalidValue("boresight", self.boresight, "expected a direction, not zero")
 
-    def states(self) -> dict[str, float]:
-        return {
+    def states(self) -> dict[str, float | GaussMarkov]:
+        states: dict[str, float | GaussMarkov] = {
             "misalignment": math.radians(self.initial_misalignment_deg),
             "bias": self.initial_bias,
         }
+        if self.albedo:
+            states["albedo"] = GaussMarkov(self.albedo, self.albedo_correlation_time)
+        return states
+
+    def measure(self, x: Any, v: Vec3) -> Vec3:
+        y = super().measure(x, v)
+        return y + x.to_body(x.albedo) if self.albedo else y
+
+    def measured(self, x: Any, v: Any) -> Any:
+        return super().measured(x, v + x.to_body(x.albedo) if self.albedo else v)
 
     def noise(self) -> tuple[float, float, float]:
         sigma = math.radians(self.noise_deg)
@@ -100,10 +129,22 @@ class SunSensor(VectorSensor):
 
 @dataclass(frozen=True)
 class Magnetometer(VectorSensor):
-    """y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT."""
+    """y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT.
+
+    Optional are errors of scale factor and non-orthogonality, such as soft iron makes, and two
+    Gauss-Markov processes in GCRS axes: what the field is beside its model, and how far the
+    satellite is from where the model is asked; see `measured`.
+    """
 
     kind: ClassVar[str] = "magnetometer"
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": _NT}
+    units: ClassVar[Mapping[str, Unit]] = {
+        "misalignment": DEG,
+        "bias": _NT,
+        "scale_factor": PPM,
+        "nonorthogonality": DEG,
+        "field_error": _NT,
+        "orbit_error": Unit("m", "m", POSITION_UNIT),
+    }
     channel_unit: ClassVar[Unit] = _NT
 
     name: str = quantity("mag", doc=NAME)
@@ -117,12 +158,86 @@ class Magnetometer(VectorSensor):
     initial_bias_nt: float = positive(
         2000.0, unit="nT", doc="initial bias, 1-sigma per axis", formerly="bias_nt"
     )
+    initial_scale_factor: float = quantity(
+        0.0, low=0.0, doc="initial scale-factor error, 1-sigma per axis; 0 leaves the states out"
+    )
+    initial_nonorthogonality_deg: float = quantity(
+        0.0,
+        unit="deg",
+        low=0.0,
+        doc="initial non-orthogonality, half of what two axes are off a right angle, 1-sigma; "
+        "0 leaves the states out",
+    )
+    field_error_nt: float = quantity(
+        0.0,
+        unit="nT",
+        low=0.0,
+        doc="error of the field's model, 1-sigma per axis; 0 leaves the states out",
+    )
+    field_error_correlation_time: float = positive(
+        300.0, unit="s", doc="correlation time of the error of the field's model along the orbit"
+    )
+    orbit_error_m: float = quantity(
+        0.0,
+        unit="m",
+        low=0.0,
+        doc="error of the position at which the model is asked, 1-sigma per axis; 0 leaves the "
+        "states out",
+    )
+    orbit_error_correlation_time: float = positive(
+        20000.0, unit="s", doc="correlation time of the error of the position"
+    )
 
-    def states(self) -> dict[str, float]:
-        return {
+    def states(self) -> dict[str, float | GaussMarkov]:
+        states: dict[str, float | GaussMarkov] = {
             "misalignment": math.radians(self.initial_misalignment_deg),
             "bias": self.initial_bias_nt / FIELD_UNIT_NT,
         }
+        if self.initial_scale_factor:
+            states["scale_factor"] = self.initial_scale_factor
+        if self.initial_nonorthogonality_deg:
+            states["nonorthogonality"] = math.radians(self.initial_nonorthogonality_deg)
+        if self.field_error_nt:
+            sigma, time = self.field_error_nt / FIELD_UNIT_NT, self.field_error_correlation_time
+            states["field_error"] = GaussMarkov(sigma, time)
+        if self.orbit_error_m:
+            sigma, time = self.orbit_error_m / POSITION_UNIT, self.orbit_error_correlation_time
+            states["orbit_error"] = GaussMarkov(sigma, time)
+        return states
+
+    def measure(self, x: Any, v: Vec3) -> Vec3:
+        y = super().measure(x, v)
+        if self.initial_scale_factor:
+            y = y + scale(v, x.scale_factor)
+        if self.initial_nonorthogonality_deg:
+            y = y + shear_components(v, x.nonorthogonality)
+        if self.field_error_nt:
+            y = y + x.to_body(x.field_error)
+        if self.has_gradient:
+            for error, column in zip(x.orbit_error, x.gradient, strict=True):
+                y = y + Vec3(*(error * component for component in column))
+        return y
+
+    def measured(self, x: Any, v: Any) -> Any:
+        """B_m = R(ψ) (B + k ∘ B + N(η) B) + δB, with B = C (B_model + e + G r).
+
+        C is the attitude, e the error of the model, G its `gradient` and r that of the position.
+        I + diag(k) + N(η), N of `vector.shear`, is the symmetric part of what soft iron, gains and
+        axes off their right angles do to a field; the other part is the misalignment ψ. (R. Alonso,
+        M. D. Shuster, Complete Linear Attitude-Independent Magnetometer Calibration, Journal of the
+        Astronautical Sciences 50 (2002) 477-490.)
+        """
+        if self.field_error_nt:
+            v = v + x.to_body(x.field_error)
+        if self.has_gradient:
+            for axis, column in enumerate(x.gradient):
+                v = v + x.orbit_error[..., [axis]] * column
+        field = v
+        if self.initial_scale_factor:
+            field = field + x.scale_factor * v
+        if self.initial_nonorthogonality_deg:
+            field = field + shear(x.nonorthogonality, v)
+        return super().measured(x, field)
 
     def noise(self) -> tuple[float, float, float]:
         sigma = self.noise_nt / FIELD_UNIT_NT
@@ -130,3 +245,12 @@ class Magnetometer(VectorSensor):
 
     def inertial_vector(self, environment: Environment) -> Floats:
         return environment.field / FIELD_UNIT_NT
+
+    @property
+    def has_gradient(self) -> bool:
+        return self.orbit_error_m > 0.0
+
+    def gradient(self, environment: Environment) -> Floats:
+        """By the position, of the dipole that has the field's value there."""
+        scale = POSITION_UNIT / FIELD_UNIT_NT
+        return scale * dipole_gradient(environment.position, environment.field)

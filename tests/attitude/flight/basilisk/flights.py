@@ -26,8 +26,8 @@ def short(scenario: Scenario, duration: float, **changes) -> Scenario:
 
 def errorless(model) -> Drawn:
     """No error at all, of a run of a model."""
-    zero = np.zeros(model.suite.n_states)
-    return Drawn(model.initial_attitude, model.initial_rate, zero, np.zeros((model.n_steps, 3)))
+    zero, bias = np.zeros(model.suite.n_states), np.zeros((model.n_steps, 3))
+    return Drawn(model.initial_attitude, model.initial_rate, zero, zero.copy(), bias)
 
 
 def seen(scenario, motion, drawn, vehicle, environment, seed=1):

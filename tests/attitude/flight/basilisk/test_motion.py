@@ -268,6 +268,23 @@ def test_the_same_seed_gives_the_same_telemetry_and_the_own_simulation_s_errors(
     assert not np.allclose(one.gyro_deg_s[1:], exact.gyro_deg_s[1:])
 
 
+def test_sensors_report_at_their_own_intervals_and_what_is_considered_is_flown():
+    """As in the own simulation, of which errors and times of samples are."""
+    scenario = short(Scenario.cubesat_6u(), 120.0)
+    sun, mag = scenario.sensors
+    sensors = (
+        dataclasses.replace(sun, sample_interval=5.0),
+        dataclasses.replace(mag, sample_interval=2.0, considered=("bias",)),
+    )
+    scenario = dataclasses.replace(scenario, sensors=sensors, eclipse=False)  # no penumbra
+    found, exact = fly(scenario, PLAN, 5), fly_exactly(scenario, PLAN, 5)
+    np.testing.assert_array_equal(found.truth.states, exact.truth.states)
+    for name, count in (("sun", 24), ("mag", 60)):
+        rows, expected = found.sensors[name], exact.sensors[name]
+        np.testing.assert_array_equal(np.isnan(rows), np.isnan(expected))
+        assert np.isfinite(rows[:, 0]).sum() == count
+
+
 def test_a_long_step_is_cut_into_parts_and_its_mean_rate_is_that_of_the_turn():
     gyro = dataclasses.replace(
         Scenario.paper().gyro, angle_random_walk_deg_per_sqrt_h=1e-9, rate_random_walk=0.0

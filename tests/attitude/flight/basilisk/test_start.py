@@ -5,14 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, Scenario
+from mgeo_attitude import FilterModel, Scenario, calibrate
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.flight import Motion
 from mgeo_attitude.flight import fly as fly_exactly
 from mgeo_attitude.flight.basilisk import Vehicle, fly
 from mgeo_attitude.scenario import Wheels
 from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
 
+from ...calibration.flights import normalized
 from .flights import PLAN, errorless, seen
 
 ISS = Path(__file__).parents[2] / "reference" / "iss-2008-09-20.oem"
@@ -116,3 +118,22 @@ def test_an_ephemeris_is_flown_position_by_position():
     environment, _, found = flown(base, PLAN)
     np.testing.assert_allclose(found.position, environment.position, rtol=0, atol=1e-6)
     assert np.abs(found.field - environment.field).max() < 10.0
+
+
+def test_a_second_flight_is_that_of_the_same_satellite():
+    """Attitude, rate and errors at its start are those at the end of the first, and it turns on at
+    the rate that it has, by a gyro whose bias of 6e-5 rad/s is known by now."""
+    scenario = starting({"pointing": "nadir"}, 900.0)
+    first = fly(scenario, PLAN, 5)
+    found = calibrate(scenario, first)
+    after = found.scenario_after({"duration": 600.0})
+    design = [*after.prior.rate_deg_s, 50.0, *PLAN[:8]]  # turns on first
+    second = fly(after, design, 6, after=first.truth)
+    np.testing.assert_allclose(second.truth.attitude[0], first.truth.attitude[-1], atol=1e-12)
+    np.testing.assert_array_equal(second.truth.states[0], first.truth.states[-1])
+    before, rates = (rates_of(one.truth.attitude) for one in (first, second))
+    np.testing.assert_allclose(rates[:49], np.tile(before[-1], (49, 1)), atol=2e-5)
+    nees, x = normalized(calibrate(after, second), second)
+    low, high = chi2.ppf([1e-3, 1.0 - 1e-3], 18) / 18
+    assert low < nees < high
+    assert np.abs(x).max() < 4.0

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import Gyro, Magnetometer, Scenario, Suite
+from mgeo_attitude import Gyro, Magnetometer, Scenario, Suite, SunSensor
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.flight.basilisk import Vehicle, fly
 from mgeo_attitude.flight.basilisk.fly import check_suite
@@ -53,6 +53,7 @@ def test_the_vehicle_is_the_scenario_s_wheels_or_a_known_one():
     assert Vehicle.of(paper) == Vehicle.amazonia()
     assert Vehicle.of(dataclasses.replace(paper, wheels=WHEELS)) == Vehicle(wheels=WHEELS)
     assert Vehicle.of(paper, "cubesat_6u") == Vehicle.cubesat_6u()
+    assert Vehicle.of(Scenario.cubesat_6u_full()) == Vehicle.cubesat_6u()
     with pytest.raises(InvalidValue, match=r"vehicle = 'shuttle'.*cubesat_6u"):
         Vehicle.of(paper, "shuttle")
     with pytest.raises(InvalidValue, match=r"wheels = None: expected wheels.*paper, cubesat_6u"):
@@ -80,14 +81,34 @@ class Horizon(Magnetometer):
 
 
 def test_what_basilisk_has_not_is_named(monkeypatch):
-    check_suite(
-        Suite(Gyro(initial_scale_factor=1e-3, initial_misalignment_deg=0.1), (Magnetometer(),))
-    )
+    gyro = Gyro(initial_scale_factor=1e-3, initial_misalignment_deg=0.1)
+    check_suite(Suite(gyro, (Magnetometer(),)))
     with pytest.raises(InvalidValue, match=r"sensors\[1\].kind = 'horizon-sensor'.*magnetometer"):
         check_suite(Suite(Gyro(), (Magnetometer(), Horizon(name="earth"))))
     monkeypatch.setattr(Magnetometer, "states", lambda self: {"bias": 1.0, "soft_iron": 0.1})
     with pytest.raises(InvalidValue, match=r"sensors\[0\].soft_iron = 'mag': .*bias and mis"):
         check_suite(Suite(Gyro(), (Magnetometer(),)))
+
+
+@pytest.mark.parametrize(
+    ("suite", "message"),
+    [
+        (Suite(Gyro(), (SunSensor(albedo=0.1),)), r"sensors\[0\].albedo = 'sun': .*sun-sensor has"),
+        (
+            Suite(Gyro(), (SunSensor(), Magnetometer(initial_scale_factor=0.1))),
+            r"sensors\[1\].scale_factor = 'mag': Basilisk's magnetometer has bias and misalignment",
+        ),
+        (Suite(Gyro(), (Magnetometer(field_error_nt=1.0),)), r"sensors\[0\].field_error = 'mag'"),
+        (Suite(Gyro(), (Magnetometer(orbit_error_m=1.0),)), r"sensors\[0\].orbit_error = 'mag'"),
+        (
+            Suite(Gyro(initial_nonorthogonality_deg=0.1), ()),
+            r"gyro.nonorthogonality = 0.0017\d*: Basilisk's gyro has",
+        ),
+    ],
+)
+def test_errors_that_basilisk_has_not_are_refused_by_name(suite, message):
+    with pytest.raises(InvalidValue, match=message):
+        check_suite(suite)
 
 
 def test_where_basilisk_is_missing_one_line_says_how_to_install_it(monkeypatch):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -66,8 +66,9 @@ class Reference:
 class Guidance(sysModel.SysModel):
     """Navigation by the gyro alone, and the reference; it also lets the gyro's bias drift.
 
-    The attitude is believed at the start as the plan has it, and turned by what the gyro
-    measures: of its error at the start, and of that which grows, the satellite does not know.
+    Attitude and rate are believed at the start as the plan has them, and the attitude is turned by
+    what the gyro measures, without the errors that a calibration has found: of what is left, and of
+    the error of the attitude, the satellite does not know.
     """
 
     def __init__(
@@ -75,6 +76,7 @@ class Guidance(sysModel.SysModel):
         imu: Any,
         reference: Reference,
         initial_rate: Floats,
+        corrected: Callable[[Floats], Floats],
         bias: Floats,
         nanoseconds: int,
     ) -> None:
@@ -82,7 +84,8 @@ class Guidance(sysModel.SysModel):
         self.ModelTag = "guidance"
         self.navigation, self.wanted = messaging.NavAttMsg(), messaging.AttRefMsg()
         self._imu, self._reference, self._bias = imu, reference, bias
-        self._nanoseconds, self._initial_rate = nanoseconds, initial_rate
+        self._nanoseconds = nanoseconds
+        self._initial_rate, self._corrected = initial_rate, corrected
         self._attitude = reference.attitude[0]
         self.kept: tuple[Any, ...] = ()
 
@@ -95,9 +98,11 @@ class Guidance(sysModel.SysModel):
             self._write(nanoseconds, self._initial_rate)
             return
         measured = self._imu.sensorOutMsg.read()
-        turn = Rotation.from_rotvec(measured.DRFramePlatform).as_mrp()
+        step = 1e-9 * self._nanoseconds
+        rate = self._corrected(np.array(measured.DRFramePlatform) / step)
+        turn = Rotation.from_rotvec(rate * step).as_mrp()
         self._attitude = RigidBodyKinematics.addMRP(self._attitude, turn)
-        self._write(nanoseconds, measured.AngVelPlatform)
+        self._write(nanoseconds, self._corrected(np.array(measured.AngVelPlatform)))
 
     def _write(self, nanoseconds: int, rate: Any) -> None:
         k = round(nanoseconds / self._nanoseconds)

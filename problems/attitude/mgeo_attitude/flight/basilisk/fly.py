@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.model import FilterModel, sampled
 from mgeo_attitude.filter.reference import can_measure
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight.basilisk.vehicle import Vehicle
@@ -97,28 +97,38 @@ def fly(
     seen = simulate(
         scenario,
         Motion.of(ramped, design, n),
-        Drawn(model.initial_attitude @ drawn.start, model.initial_rate, drawn.errors, mean_bias),
+        Drawn(
+            model.initial_attitude @ drawn.start,
+            model.initial_rate,
+            model.initial_states,
+            drawn.errors,
+            mean_bias,
+        ),
         vehicle,
         environment,
         generator,
     )
     turns = Rotation.from_matrix(seen.attitude[:-1] @ seen.attitude[1:].transpose(0, 2, 1))
     motion = Motion(turns.as_rotvec() / model.step, seen.attitude @ drawn.start.T)
-    sensors = _where_stars_are_seen(model, seen.attitude, motion.rates, seen.sensors)
+    sensors = _reported(model, seen.attitude, motion.rates, seen.sensors)
     readings = Readings(np.full(n, model.step), seen.gyro, sensors)
     return sent_down(model, dataclasses.replace(drawn, motion=motion, readings=readings))
 
 
-def _where_stars_are_seen(
+def _reported(
     model: FilterModel, attitude: Floats, rates: Floats, sensors: tuple[Floats, ...]
 ) -> tuple[Floats, ...]:
-    """Readings without those of star trackers that turn too fast or are dazzled."""
-    return tuple(
-        np.where(can_measure(model, index, attitude, rates)[:, None, None], vectors, np.nan)
-        if isinstance(sensor, StarTracker)
-        else vectors
-        for index, (sensor, vectors) in enumerate(zip(model.suite.sensors, sensors, strict=True))
-    )
+    """Readings at the samples of each sensor; of star trackers those where stars are seen.
+
+    They are not where it turns too fast or is dazzled.
+    """
+    found = []
+    for index, (sensor, vectors) in enumerate(zip(model.suite.sensors, sensors, strict=True)):
+        there = sampled(sensor, model.step, len(vectors))
+        if isinstance(sensor, StarTracker):
+            there &= can_measure(model, index, attitude, rates)
+        found.append(np.where(there[:, None, None], vectors, np.nan))
+    return tuple(found)
 
 
 def require_basilisk() -> None:
@@ -142,13 +152,15 @@ def check_suite(suite: Suite) -> None:
         if states is None:
             kinds = ", ".join(kind.kind for kind in MODELED)
             raise InvalidValue(f"sensors[{i}].kind", sensor.kind, f"Basilisk flies with {kinds}")
-        for state in sensor.states().keys() - states:
+        for state in sorted(sensor.states().keys() - states):
             raise InvalidValue(
                 f"sensors[{i}].{state}",
                 sensor.name,
                 f"Basilisk's {sensor.kind} has {' and '.join(sorted(states))} only",
             )
-    for state in suite.gyro.states().keys() - {"bias", "scale_factor", "misalignment"}:
+    for state in sorted(suite.gyro.states().keys() - {"bias", "scale_factor", "misalignment"}):
         raise InvalidValue(
-            f"gyro.{state}", suite.gyro, "Basilisk's gyro has bias, scale_factor and misalignment"
+            f"gyro.{state}",
+            suite.gyro.states()[state],
+            "Basilisk's gyro has bias, scale_factor and misalignment",
         )

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -52,6 +54,8 @@ class Drawn:
         Attitude at the start, GCRS to body.
     rate : array, shape (3,)
         Body rate at the start [rad/s].
+    believed : array, shape (n_states,)
+        What the satellite believes of gyro and sensors; zero before a calibration.
     errors : array, shape (n_states,)
         Gyro and sensor states at the start.
     bias : array, shape (n, 3)
@@ -60,6 +64,7 @@ class Drawn:
 
     start: Floats
     rate: Floats
+    believed: Floats
     errors: Floats
     bias: Floats
 
@@ -131,7 +136,8 @@ def simulate(
         ]
         bias = np.repeat(drawn.bias / (1.0 + own.get("scale_factor", 0.0)), parts, axis=0)
         reference = Reference.of(motion, drawn.rate, scenario.step, parts)
-        guidance = Guidance(imu, reference, drawn.rate, bias, nanoseconds)
+        corrected = _corrected(suite, drawn.believed)
+        guidance = Guidance(imu, reference, drawn.rate, corrected, bias, nanoseconds)
         loop = control_loop(vehicle, guidance, effector, configuration)
         modules += [imu, *(one for i in instruments for one in i.modules), guidance, *loop]
         records = {"state": satellite.scStateOutMsg.recorder(), "gyro": imu.sensorOutMsg.recorder()}
@@ -155,6 +161,18 @@ def simulate(
         _composed(turns) / scenario.step,
         tuple(_after_start(one.vectors(records)[::parts]) for one in instruments),
     )
+
+
+def _corrected(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:
+    """Takes what is believed of the gyro out of a rate, shape (3,)."""
+    own = SimpleNamespace(**{name: states[None, i : i + 3] for name, i in
+                             suite.places(suite.gyro).items()})  # fmt: skip
+
+    def corrected(reported: Floats) -> Floats:
+        rate: Floats = suite.gyro.corrected(own, reported[None])[0]
+        return rate
+
+    return corrected if states.any() else lambda reported: reported
 
 
 def _satellite(

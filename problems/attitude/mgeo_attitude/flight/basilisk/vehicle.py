@@ -114,4 +114,8 @@ class Vehicle(Validated):
 
 
 #: Vehicles by name: those of the presets of scenarios.
-VEHICLES = {"paper": Vehicle.amazonia, "cubesat_6u": Vehicle.cubesat_6u}
+VEHICLES = {
+    "paper": Vehicle.amazonia,
+    "cubesat_6u": Vehicle.cubesat_6u,
+    "cubesat_6u_full": Vehicle.cubesat_6u,
+}

@@ -1,0 +1,129 @@
+"""MGEOStaged: a search whose problem is judged more precisely, and at a higher cost, by stages."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from pymoo.core.population import Population
+
+from mgeo._typing import FloatArray
+from mgeo._validation import validate_fraction, validate_pair
+from mgeo.algorithms.directed import DirectedState, MGEODirected
+from mgeo.evaluation.individuals import individuals
+from mgeo.pareto.archive import ParetoArchive
+
+
+@dataclass(kw_only=True, eq=False, slots=True)
+class StagedState(DirectedState):
+    """The state of a run of `MGEOStaged`.
+
+    Attributes
+    ----------
+    stage : the present one, from 0.
+    """
+
+    stage: int
+
+
+class MGEOStaged(MGEODirected):
+    """`MGEODirected` in three stages: rough, precise, and as precise as the problem can.
+
+    A problem whose values are estimates, from samples say, is cheap to search roughly and dear to
+    search precisely. At the beginning of a stage all points of the archive are evaluated anew, the
+    archive keeps what is nondominated then, and the walkers go on from its points. If a run ends
+    before the last stage, the archive is evaluated as there.
+
+    A problem that can be judged roughly says so by ``requires_kwargs``, and gives, when it is
+    handed an `algorithm` with a `stage`, the values of that stage, otherwise those of the last.
+    For any other problem it is `MGEODirected`.
+
+    Parameters
+    ----------
+    stages : shares of the run, as its termination counts it, at which the second and the third
+        stage begin, in [0, 1].
+    options : the parameters of `MGEODirected`.
+
+    Attributes
+    ----------
+    state : the `StagedState`.
+
+    Raises
+    ------
+    TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one.
+    """
+
+    state: StagedState
+    _judging = False  # whether what is proposed are the points of the archive
+
+    def __init__(self, stages: Sequence[float] = (0.85, 0.985), **options: Any) -> None:
+        super().__init__(**options)
+        self.stages = validate_pair("stages", stages, validate_fraction)
+        if self.stages[0] > self.stages[1]:
+            raise ValueError(f"stages = {stages!r}: expected the earlier one first")
+
+    @property
+    def stage(self) -> int:
+        """The present stage, from 0."""
+        return self.state.stage
+
+    @property
+    def is_precise(self) -> bool:
+        """Whether values are those of the last stage."""
+        return self.stage == len(self.stages) or not self.problem.requires_kwargs
+
+    def conclude(self) -> None:
+        """Judge the archive as in the last stage, if the run has not come that far."""
+        if (self.is_precise and not self._judging) or not len(self.front):
+            return
+        self.state.stage = len(self.stages)
+        population = self._archive()
+        self.evaluator.eval(self.problem, population, algorithm=self)
+        self._begin_stage(population)
+        self._judging = False
+        self._set_optimum()
+
+    def new_state(self, *parts: Any) -> StagedState:
+        state = super().new_state(*parts)
+        known = {field.name: getattr(state, field.name) for field in fields(state)}
+        return StagedState(**known, stage=0)
+
+    def _finalize(self) -> None:
+        self.conclude()
+
+    def _infill(self) -> Population:
+        done, later = self.termination.perc, self.stages[self.stage :]
+        if self.is_precise or done < later[0]:
+            return super()._infill()
+        self.state.stage += 1
+        if not len(self.front):
+            self.forget(np.arange(self.n_walkers))
+            return super()._infill()
+        self._judging = True
+        return self._archive()
+
+    def _advance(self, infills: Any = None, **kwargs: Any) -> None:
+        if not self._judging:
+            return super()._advance(infills, **kwargs)
+        self._begin_stage(infills)
+        self._judging = False
+        self.pop = infills
+        self.state.n_generations = self.n_iter
+        return None
+
+    def _archive(self) -> Population:
+        """The points of the archive, to be evaluated anew."""
+        self._asked = self.variables.designs(self.archived(np.arange(len(self.front))))
+        return individuals(self._asked)
+
+    def _begin_stage(self, judged: Population) -> None:
+        """Let the archive be what is nondominated of these, and walkers go on from its points."""
+        F, violation, _ = self._told(judged)
+        state, walkers = self.state, np.arange(self.n_walkers)
+        state.front = ParetoArchive(F.shape[1], self.archive_size)
+        state.front.add(F, judged, violation)
+        self.forget(walkers)
+        self._migrate(walkers)
+        marked: FloatArray = state.incumbent_F.copy()
+        state.marked_F = marked
+        self._asked = None

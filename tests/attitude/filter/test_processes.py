@@ -1,0 +1,154 @@
+"""Errors that vary, through the compiled kernel, against closed forms; sample intervals."""
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from mgeo_attitude import FilterModel, Magnetometer, Scenario, Sensor, SunSensor, evaluate
+from mgeo_attitude.scenario import Convergence
+from mgeo_attitude.sensors import GaussMarkov
+
+from .suites import SUITES
+
+PLAN = np.array([0.5, -0.3, 0.8, 80.0, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
+
+
+def scenario(duration=240.0, **changes):
+    return dataclasses.replace(
+        Scenario.paper(), duration=duration, convergence=Convergence(window=duration), **changes
+    )
+
+
+def variances(model, block):
+    first = 3 * model.suite.blocks.index(block)
+    return evaluate(model, PLAN, history=True).variances[0][:, first : first + 3]
+
+
+def test_what_is_over_a_duration_are_the_moments_of_an_ornstein_uhlenbeck_process():
+    """From e(0): mean e(0) exp(-t / τ), variance σ² (1 - exp(-2 t / τ)); and steps add up."""
+    process = GaussMarkov(0.3, 40.0)
+    decay, variance = process.over(10.0)
+    assert decay == pytest.approx(np.exp(-0.25), rel=1e-15)
+    assert variance == pytest.approx(0.09 * (1.0 - np.exp(-0.5)), rel=1e-15)
+    half, new = process.over(5.0)
+    assert half * half == pytest.approx(decay, rel=1e-15)
+    assert half**2 * new + new == pytest.approx(variance, rel=1e-15)
+    assert process.over(1e-12)[1] == pytest.approx(process.density * 1e-12, rel=1e-12)
+    assert process.over(1e6) == (pytest.approx(0.0, abs=1e-300), 0.3**2)
+
+
+def test_a_process_that_nothing_measures_keeps_its_variance():
+    suite = SUITES["varying errors"]
+    model = FilterModel.from_scenario(scenario(gyro=suite.gyro, sensors=suite.sensors))
+    blind = dataclasses.replace(model, available=np.zeros_like(model.available))
+    np.testing.assert_allclose(variances(blind, "sun.albedo"), 0.05**2, rtol=1e-12)
+    np.testing.assert_allclose(variances(blind, "mag.field_error"), 0.002**2, rtol=1e-12)
+    assert (variances(model, "sun.albedo")[1:] < 0.9 * 0.05**2).all()
+
+
+@dataclass(frozen=True)
+class Mean(Sensor):
+    """A constant and an error that varies, and next to no noise."""
+
+    kind = "mean"
+    time: float = 20.0
+
+    def states(self):
+        return {"constant": 10.0, "error": GaussMarkov(1.0, self.time)}
+
+    def measure(self, x, v):
+        return x.constant + x.error
+
+    def noise(self):
+        return (1e-4, 1e-4, 1e-4)
+
+
+@pytest.mark.parametrize("time", [2.0, 20.0, 300.0])
+def test_a_mean_is_known_as_well_as_correlated_samples_tell(time):
+    """Of n samples of correlation ρ, σ² (1 + ρ) / (n - (n - 2) ρ): the floor of more samples.
+
+    E. Parzen, A new approach to the synthesis of optimal smoothing and prediction systems (1960).
+    """
+    sensors = (Mean(name="own", time=time), Magnetometer())
+    found = variances(FilterModel.from_scenario(scenario(sensors=sensors)), "own.constant")
+    n, rho = np.arange(1, 241), np.exp(-1.0 / time)
+    mean = (1.0 + rho) / (n - (n - 2.0) * rho)
+    expected = 1.0 / (1.0 / mean + 0.01)  # with what was known
+    np.testing.assert_allclose(found[1:], np.repeat(expected[:, None], 3, 1), rtol=1e-5)
+
+
+def test_where_it_is_considered_the_gain_is_that_of_an_error_that_stays_unknown():
+    """One step by hand: the same gain at first; the error itself is never known better."""
+    estimated, considered = (
+        FilterModel.from_scenario(
+            scenario(sensors=(Mean(name="own", considered=names), Magnetometer()))
+        )
+        for names in ((), ("error",))
+    )
+    a, b = (variances(model, "own.constant") for model in (estimated, considered))
+    np.testing.assert_allclose(b[1], a[1], rtol=1e-12)
+    assert (b[2:] > a[2:]).all()
+    np.testing.assert_allclose(variances(considered, "own.error"), 1.0, rtol=1e-12)
+    np.testing.assert_array_equal(considered.suite.considered, [6, 7, 8])
+
+
+def test_sampled_at_an_interval_a_filter_of_any_step_knows_the_same():
+    """Whose maneuvers begin at steps of all; the orbit is the same table, sparser."""
+    suite = SUITES["orbit error"]
+    sensors = tuple(dataclasses.replace(s, sample_interval=4.0) for s in suite.sensors)
+    every = tuple(dataclasses.replace(s, sample_interval=None) for s in suite.sensors)
+
+    def known(step, these):
+        found = FilterModel.from_scenario(scenario(gyro=suite.gyro, sensors=these, step=step))
+        return evaluate(found, PLAN, history=True).variances[0][:: round(4.0 / step)]
+
+    finest = known(1.0, sensors)
+    for step in (2.0, 4.0):
+        np.testing.assert_allclose(known(step, sensors), finest, rtol=1e-9)
+    np.testing.assert_allclose(known(4.0, every), finest, rtol=1e-9)
+    assert (known(1.0, every)[-1] < known(2.0, every)[-1])[:3].all()
+    assert (known(1.0, every)[-1] < finest[-1])[:3].all()
+
+
+def test_errors_that_vary_or_are_considered_have_no_weight_unless_given():
+    sensors = (SunSensor(albedo=0.05), Magnetometer(considered=("bias",)))
+    model = FilterModel.from_scenario(scenario(sensors=sensors))
+    blocks = model.suite.blocks
+    weights = dict(zip(blocks, model.weights[::3], strict=True))
+    assert [block for block in blocks if not weights[block]] == ["sun.albedo", "mag.bias"]
+    given = scenario(sensors=sensors, trace_weights={"sun.albedo": 2.0})
+    assert FilterModel.from_scenario(given).weights[6:9].tolist() == [2.0] * 3
+    assert [blocks[i // 3] for i in model.suite.calibrated[::3]] == [
+        block for block in blocks if weights[block]
+    ]
+
+
+@pytest.mark.slow
+def test_the_full_cubesat_stops_at_a_floor():
+    """Ten orbits with and without errors that vary; docs/errors.md has the figure."""
+    ten = 10 * 5992.0
+    full = dataclasses.replace(
+        Scenario.cubesat_6u_full(), duration=ten, convergence=Convergence(window=ten)
+    )
+    sun, mag = full.sensors
+    calm = (
+        dataclasses.replace(sun, albedo=0.0),
+        dataclasses.replace(mag, field_error_nt=0.0, orbit_error_m=0.0, considered=()),
+    )
+    plan = [1.0, 0.0, 0.0, 667.0, 0.0, 1.0, 0.0, 667.0, 0.0, 0.0, 1.0, 666.0]
+    sigma = []
+    for sensors in (full.sensors, calm):
+        model = FilterModel.from_scenario(dataclasses.replace(full, sensors=sensors))
+        found = evaluate(model, plan, history=True).variances[0]
+        worst = np.sqrt(found.reshape(len(found), -1, 3).max(axis=2))
+        sigma.append(dict(zip(model.suite.blocks, worst.T, strict=True)))
+    varying, white = sigma
+    one, last = 5992, 59920
+    # white noise: within ten orbits a third and less, as 1 / sqrt(10); else the floor
+    assert white["sun.bias"][last] < 0.4 * white["sun.bias"][one]
+    assert varying["sun.bias"][last] > 0.9 * varying["sun.bias"][one]
+    assert varying["sun.bias"][last] > 30.0 * white["sun.bias"][last]
+    after = slice(one, None)
+    assert varying["attitude"][after].min() > 1.5 * white["attitude"][after].min()
+    assert varying["attitude"][last] > 0.8 * varying["attitude"][one]

@@ -1,0 +1,85 @@
+"""Rules of convergence that a whole run tells: what the kernel finds, against the reference."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
+from mgeo_attitude.scenario import Convergence
+
+from .agreement import assert_agrees, designs
+
+REQUIRED = {"gyro.bias_deg_h": 20.0, "attitude_deg": 1.5}
+
+
+def ruled(short, rule, **more):
+    convergence = dataclasses.replace(short.convergence, rule=rule, **more)
+    scenario = dataclasses.replace(short, convergence=convergence, required_sigma=REQUIRED)
+    return FilterModel.from_scenario(scenario)
+
+
+@pytest.fixture(scope="module")
+def X():
+    return designs(np.random.default_rng(21), 16, max_duration=300.0)
+
+
+@pytest.mark.parametrize("rule", ["required", "settling"])
+def test_the_kernel_ends_where_the_reference_does(short, rule, X):
+    model = ruled(short, rule)
+    assert_agrees(model, X)
+    result = evaluate(model, X, covariance=True)
+    assert len(set(result.t_end)) > 4
+    for x, covariance in zip(X[:3], result.covariance, strict=False):
+        expected = reference_run(model, x).covariance
+        scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+        np.testing.assert_allclose(covariance / scale, expected / scale, atol=1e-9)
+
+
+def test_settled_is_within_the_factor_of_the_last_trace_and_was_not_before(short, X):
+    model = ruled(short, "settling", factor=1.1)
+    result = evaluate(model, X)
+    over = model.schedule(X).over
+    for x, t_end, trace, earliest in zip(X, result.t_end, result.trace, over, strict=True):
+        whole = reference_run(model.endless, x).trace
+        k = round(t_end / model.step)
+        assert trace == pytest.approx(whole[k], rel=1e-9)
+        assert (whole[k:] <= 1.1 * whole[-1]).all()
+        assert k == min(earliest, model.n_steps) or whole[k - 1] > 1.1 * whole[-1]
+
+
+def test_required_is_the_time_from_which_on_all_is_met(short, X):
+    model = ruled(short, "required")
+    result, whole = evaluate(model, X), evaluate(model.endless, X)
+    longest = model.step * model.n_steps
+    over = model.step * np.minimum(model.schedule(X).over, model.n_steps)
+    np.testing.assert_array_equal(
+        result.t_end, np.clip(np.maximum(whole.t_required, over), 0.0, longest)
+    )
+    met = np.isfinite(whole.t_required)
+    assert 0 < met.sum() < len(X)
+    for x in X[~met]:
+        history = reference_run(model, x)
+        assert (history.t_end, history.converged) == (longest, False)
+
+
+@pytest.mark.parametrize("rule", ["required", "settling"])
+def test_results_do_not_depend_on_batch_or_threads(short, rule):
+    model = ruled(short, rule)
+    X = np.repeat(designs(np.random.default_rng(22), 10, 400.0), 3, axis=0)
+    X[1::3, 8:] = X[0, 8:]  # designs that begin with the same maneuvers
+    together = evaluate(model, X, threads=1)
+    for name in ("t_end", "trace", "t_required"):
+        values = getattr(together, name)
+        np.testing.assert_array_equal(getattr(evaluate(model, X[::-1], 2), name), values[::-1])
+        alone = [getattr(evaluate(model, x), name)[0] for x in X]
+        np.testing.assert_array_equal(alone, values)
+
+
+def test_a_rule_is_a_key_of_the_scenario(short):
+    scenario = dataclasses.replace(short, convergence=Convergence(rule="settling", factor=2.0))
+    assert Scenario.from_toml(scenario.to_toml()) == scenario
+    assert AttitudeManeuverProblem(scenario).model.factor == 2.0
+    with pytest.raises(ValueError, match=r"convergence.rule = 'required': expected another rule"):
+        dataclasses.replace(short, convergence=Convergence(rule="required"))
+    with pytest.raises(ValueError, match="one of 'trace', 'required', 'settling'"):
+        Convergence(rule="plateau")

@@ -1,0 +1,139 @@
+"""MGEOStaged: what happens at the beginning of a stage, and at the end."""
+
+import numpy as np
+import pytest
+from pymoo.core.problem import Problem
+from pymoo.optimize import minimize
+from pymoo.problems.multi import BNH, ZDT1
+
+from mgeo import MGEODirected, MGEOStaged
+from mgeo.pareto.dominance import nondominated
+from mgeo.runs.solve import solve
+from mgeo.testing import check_algorithm
+
+
+class Estimated(Problem):
+    """Two objectives that are known in the last stage, and off by some waves before."""
+
+    def __init__(self, constrained=False):
+        super().__init__(
+            n_var=4, n_obj=2, n_ieq_constr=int(constrained), xl=0.0, xu=1.0, requires_kwargs=True
+        )
+        self.batches = []
+
+    def _evaluate(self, X, out, *args, algorithm=None, **kwargs):
+        stage = getattr(algorithm, "stage", 2)
+        self.batches.append((stage, X.copy()))
+        rest = 1.0 + X[:, 1:].sum(axis=1) + 0.1 * (2 - stage) * np.sin(40.0 * X).sum(axis=1)
+        out["F"] = np.column_stack([X[:, 0] + 0.5 * rest, 1.0 - X[:, 0] + rest])
+        if self.n_ieq_constr:
+            out["G"] = 0.1 * stage - X[:, :1] * X[:, 1:2]
+
+
+@pytest.mark.parametrize("options", [{}, {"stages": (0.0, 1.0), "n_walkers": 3, "archive_size": 9}])
+def test_it_is_a_variant_of_the_family(options):
+    check_algorithm(MGEOStaged(**options))
+
+
+@pytest.mark.parametrize("constrained", [False, True])
+def test_a_stage_begins_with_the_archive_judged_anew(constrained):
+    problem = Estimated(constrained)
+    algorithm = MGEOStaged(stages=(0.5, 0.75), n_walkers=4)
+    algorithm.setup(problem, termination=("n_eval", 640), seed=1)
+    began = []
+    while algorithm.has_next():
+        before = algorithm.front.individuals.get("X")
+        algorithm.next()
+        stage, X = problem.batches[-1]
+        assert stage == algorithm.stage
+        if stage != len(began):
+            continue
+        if stage:
+            np.testing.assert_array_equal(X, before)
+            out = {}
+            problem._evaluate(X, out, algorithm=algorithm)
+            F = out["F"][nondominated(out["F"])]
+            if not constrained:
+                np.testing.assert_array_equal(algorithm.front.F, F[np.argsort(F[:, 0])])
+            known = algorithm.front.individuals.get("X").tolist()
+            assert all(walker in known for walker in algorithm.walkers.tolist())
+            np.testing.assert_array_equal(algorithm.state.incumbents, algorithm.walkers)
+        began.append(algorithm.evaluator.n_eval)
+    assert len(began) == 3
+    assert began[1] - 320 < 64 + len(before)
+    found = algorithm.result()
+    np.testing.assert_array_equal(found.F, problem.evaluate(found.X, return_values_of=["F"]))
+    assert not constrained or (problem.evaluate(found.X, return_values_of=["G"]) <= 0.0).all()
+
+
+@pytest.mark.parametrize("evaluations", [16, 130, 400])
+def test_a_run_that_ends_before_is_judged_as_in_the_last(evaluations):
+    problem = Estimated()
+    found = minimize(problem, MGEOStaged(n_walkers=4), ("n_eval", evaluations), seed=1)
+    np.testing.assert_array_equal(found.F, problem.evaluate(found.X, return_values_of=["F"]))
+    assert nondominated(found.F).all()
+
+
+def test_so_is_one_that_was_stopped():
+    problem, stopped = Estimated(), []
+
+    def stop(state):
+        if state.evaluations > 100 and not stopped:
+            stopped.append(state.front()[1])
+            state.stop()
+
+    found = solve(problem, MGEOStaged(n_walkers=4), 4000, 1, stop)
+    assert found.status == "interrupted"
+    np.testing.assert_array_equal(found.F, problem.evaluate(found.X, return_values_of=["F"]))
+    assert len(found.F) <= len(stopped[0])
+    assert not np.isin(found.F, stopped[0]).any()
+
+
+@pytest.mark.parametrize("batch", [3, 6, 7])
+def test_so_is_one_that_was_stopped_amid_a_generation(batch):
+    """Also in that in which the archive is judged anew."""
+    problem = Estimated()
+
+    def evaluate(X, out, *args, algorithm=None, **kwargs):
+        if len(problem.batches) == batch:
+            problem.batches.append(None)
+            raise KeyboardInterrupt
+        Estimated._evaluate(problem, X, out, algorithm=algorithm)
+
+    problem._evaluate = evaluate
+    found = solve(problem, MGEOStaged((0.5, 0.6), n_walkers=4), 160, 1)
+    assert found.status == "interrupted"
+    np.testing.assert_array_equal(found.F, problem.evaluate(found.X, return_values_of=["F"]))
+
+
+def test_of_a_run_without_a_feasible_solution_the_nearest_is_told():
+    problem = Estimated(constrained=True)
+
+    def evaluate(X, out, *args, **kwargs):
+        Estimated._evaluate(problem, X, out, *args, **kwargs)
+        if problem.batches[-1][0] == 2:
+            out["G"] = out["G"] + 1.0
+
+    problem._evaluate = evaluate
+    found = solve(problem, MGEOStaged(n_walkers=4), 400, 1)
+    assert not len(found.F)
+    excess = problem.evaluate(found.nearest.X, return_values_of=["G"])
+    np.testing.assert_array_equal(found.nearest.violation, excess)
+
+
+def test_of_a_problem_without_stages_it_is_the_directed_search():
+    for problem in (ZDT1(n_var=5), BNH()):
+        found, expected = (
+            minimize(problem, algorithm, ("n_eval", 900), seed=3)
+            for algorithm in (MGEOStaged((0.2, 0.4), n_walkers=6), MGEODirected(n_walkers=6))
+        )
+        np.testing.assert_array_equal(found.X, expected.X)
+
+
+def test_stages_are_shares_in_order():
+    with pytest.raises(ValueError, match=r"stages = \(0.9, 0.5\): expected the earlier one first"):
+        MGEOStaged((0.9, 0.5))
+    with pytest.raises(ValueError, match="stages"):
+        MGEOStaged((0.5, 1.5))
+    with pytest.raises(TypeError, match="stages"):
+        MGEODirected(stages=(0.5, 0.6))
