@@ -38,6 +38,7 @@ def for_paper(figure: go.Figure) -> go.Figure:
             "x": 1.0,
             "xanchor": "right",
             "y": 1.0 if not above else 0.99,
+            "yref": "paper",
             "yanchor": "bottom" if not above else "top",
             "bgcolor": "rgba(255,255,255,0.8)",
             "borderwidth": 0,

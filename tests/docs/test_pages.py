@@ -301,3 +301,19 @@ def test_the_command_with_limits(objectives, tmp_path, monkeypatch):
     assert Path("runs/limits/front.html").is_file()
     run("mgeo report runs/limits")
     assert "ramp to maneuver 1" in run("mgeo attitude show runs/limits --pick best")
+
+
+@pytest.mark.slow
+def test_the_way_out_of_no_plan(tmp_path, monkeypatch):
+    """The page's scenario has no plan, and each command shows what comes nearest."""
+    monkeypatch.chdir(tmp_path)
+    (scenario,) = blocks("no-plan.md", "toml")
+    Path("tight.toml").write_text(scenario)
+    solve, show, report = blocks("no-plan.md", "sh")[0].splitlines()
+    told = run(solve, codes=(3,))
+    assert "ways out" in told
+    assert re.search(r"relax .*(wheel momentum|required 1-sigma)", told)
+    assert Path("runs/tight/nearest.csv").is_file()
+    assert "keeps all limits" in run(show)
+    run(report)
+    assert "Nothing that was found keeps all limits" in Path("runs/tight/report.html").read_text()

@@ -147,6 +147,13 @@ def test_equations_have_the_numbers_that_are_cited(site):
     assert {2, 3, 4, 5} <= cited <= set(NUMBERS.values())
 
 
+def test_the_pages_of_keys_have_every_table(site):
+    for kind, key in (("scenario", "max_duration"), ("study", "per_variable")):
+        text = (site / "reference" / f"{kind}-keys.html").read_text(encoding="utf-8")
+        assert "The file’s own keys" in text
+        assert f">{key}<" in text
+
+
 def test_the_reference_has_every_public_name(site):
     with (site / "objects.inv").open("rb") as file:
         inventory = InventoryFile.load(file, "", lambda base, target: target)
@@ -179,6 +186,7 @@ def test_a_browser_draws_the_interactive_figure(site, browser, tmp_path):
 @pytest.mark.parametrize(
     ("page", "figures", "tables"),
     [
+        ("gallery", 7, 1),
         ("notebooks/1_first_run", 3, 3),
         ("notebooks/3_comparing_algorithms", 3, 2),
         ("studies/table3", 3, 2),

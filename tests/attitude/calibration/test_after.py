@@ -20,6 +20,7 @@ from mgeo_attitude.calibration import from_json, to_json
 from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.rotation import matrix, vector
 from mgeo_attitude.scenario import Wheels
 from scipy.spatial.transform import Rotation
@@ -321,3 +322,13 @@ def test_the_figure_shows_what_is_new(first):
     expected = (other["estimate"] - one["estimate"]) / one["sigma"]
     np.testing.assert_allclose(drawn, expected, rtol=1e-9)
     np.testing.assert_allclose(other["prior_sigma"], one["sigma"], rtol=1e-12)
+
+
+def test_a_plan_that_teaches_little_more_is_no_bad_plan(first):
+    """Of what was known before the first calibration little is left."""
+    after = first[0].scenario_after({"duration": 600.0})
+    plan = ManeuverPlan(after, SECOND)
+    assert plan.accuracy()["after / before [-]"].max() > 0.5
+    assert plan.uncalibrated() == []
+    still = ManeuverPlan(dataclasses.replace(after, prior=None), (0.0,) * 12)
+    assert any("of the initial 1-sigma is left" in line for line in still.uncalibrated())

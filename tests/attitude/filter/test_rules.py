@@ -75,6 +75,20 @@ def test_results_do_not_depend_on_batch_or_threads(short, rule):
         np.testing.assert_array_equal(alone, values)
 
 
+@pytest.mark.parametrize("rule", ["required", "settling"])
+def test_each_variant_ends_by_its_own_run(short, rule, X):
+    model = ruled(short, rule)
+    gyro = dataclasses.replace(model.suite.gyro, angle_random_walk_deg_per_sqrt_h=0.3)
+    other = dataclasses.replace(model, suite=dataclasses.replace(model.suite, gyro=gyro))
+    which = np.arange(len(X)) % 2
+    both = evaluate(model, X, variants=[model, other], which=which)
+    for number, alone in enumerate((model, other)):
+        expected = evaluate(alone, X[which == number])
+        for name in ("t_end", "trace"):
+            found = getattr(both, name)[which == number]
+            np.testing.assert_array_equal(found, getattr(expected, name))
+
+
 def test_a_rule_is_a_key_of_the_scenario(short):
     scenario = dataclasses.replace(short, convergence=Convergence(rule="settling", factor=2.0))
     assert Scenario.from_toml(scenario.to_toml()) == scenario

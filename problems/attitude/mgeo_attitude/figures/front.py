@@ -92,11 +92,18 @@ def front_figure(scenario: Scenario, solutions: Solutions, kept: Floats | None =
     figure.update_xaxes(title_text="t_end [s]", tickformat="d")
     figure.update_yaxes(log_axis(trace), title_text="trace of the covariance at t_end [-]")
     return figure.update_layout(
-        # above the plot, where neither points nor the mark of the period can be
-        legend={"orientation": "h", "x": 1, "xanchor": "right", "y": 1.07, "yanchor": "bottom"},
+        # below the lower axis' title, where neither points nor labels are
+        legend={
+            "orientation": "h",
+            "x": 1,
+            "xanchor": "right",
+            "y": 0,
+            "yref": "container",
+            "yanchor": "bottom",
+        },
         legend_title_text="converged in",
         hovermode="closest",
-        margin_t=135,  # room for the upper axis
+        margin={"t": 135, "b": 105},  # room for the upper axis, and the legend
         xaxis2=_orbits_axis(scenario.duration, period),
     )
 

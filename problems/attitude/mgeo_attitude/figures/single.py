@@ -12,7 +12,6 @@ from mgeo.figures.style import COLORS, GRAY, log_axis
 from mgeo_attitude._typing import Floats
 
 from ..describe import block_units, checked_designs
-from ..environment.directions import DIRECTIONS
 from ..filter.evaluator import evaluate
 from ..filter.model import FilterModel
 from ..maneuvers.schedule import Flown
@@ -167,14 +166,14 @@ def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[st
 
 
 def _edges(scenario: Scenario) -> list[dict[str, Any]]:
-    """Circles on the body's sphere: where directions must be or must not, and what sensors see."""
-    circles = [(limit.label, limit.cone(), "solid") for limit in scenario.path_limits]
+    """Circles on the body's sphere: the cones of path limits, solid, and of sensors."""
+    cones = [(limit.label, limit.cone(), "solid") for limit in scenario.path_limits]
     for sensor in scenario.sensors:
-        for cone in sensor.views():
-            limit = f"{DIRECTIONS[cone.direction].label} off" if cone.direction else "view of"
-            circles.append((f"{limit} {sensor.name}", cone, "dot"))
+        for view in sensor.views():
+            seen = "view of" if view.inside else f"{view.direction.capitalize()} off"
+            cones.append((f"{seen} {sensor.name}", view, "dot" if view.inside else "dash"))
     found = []
-    for index, (name, cone, dash) in enumerate(circles):
+    for index, (name, cone, dash) in enumerate(cones):
         across, up = circle(cone.axis, cone.half_angle)
         found.append(
             {

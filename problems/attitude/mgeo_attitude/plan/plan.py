@@ -212,8 +212,11 @@ class ManeuverPlan(Validated):
 
         The fast end of a front may converge because its filter has stalled.
         """
-        left = self.accuracy()["after / before [-]"].to_numpy().reshape(-1, 3).max(axis=1)
-        blocks = block_units(self.problem.model.suite)
+        suite = self.problem.model.suite
+        # not of what a calibration has left: one that teaches little more is no bad plan
+        initial = suite.initial_sigma(np.radians(self.scenario.initial.attitude_deg))
+        left = (self.history.sigma[-1] / initial).reshape(-1, 3).max(axis=1)
+        blocks = block_units(suite)
         return [
             f"{block.label} ({100.0 * share:.0f} % of the initial 1-sigma is left)"
             for block, share in zip(blocks, left, strict=True)

@@ -111,7 +111,7 @@ class Wheels(Validated):
         return np.array([unit(axis) for axis in self.axes])
 
     def shares(self) -> Floats:
-        """W of the wheels' `allocation`, shape (k, 3): the most loaded takes the greatest |W m|."""
+        """W of the wheels' `allocation`, (k, 3): the most loaded takes the greatest `|W m|`."""
         return ALLOCATIONS[self.allocation](self.spin_axes())
 
     def greatest_share(self, demand: Floats) -> float:

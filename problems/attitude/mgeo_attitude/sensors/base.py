@@ -37,7 +37,7 @@ class Sensor(Validated, ABC):
     #: Units of its states for people and scenario files; one that is left out has none.
     units: ClassVar[Mapping[str, Unit]] = {}
     #: Columns of telemetry are its name, an underscore, and these: those of a vector, or q1 to q4
-    #: of a quaternion from GCRF to the sensor, scalar last.
+    #: of a quaternion from GCRF to the body as the sensor has it, scalar last.
     channels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
     #: Unit of a vector in telemetry.
     channel_unit: ClassVar[Unit] = DIMENSIONLESS

@@ -1,0 +1,136 @@
+"""Tables of every key of a file, made of its JSON Schema when the site is built.
+
+The directive ``keys scenario``, or ``keys study``, writes a table of the file's own keys, and a
+section for each table below it.
+"""
+
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+Schema = Mapping[str, Any]
+
+_TYPES = {"boolean": "true or false", "string": "text", "object": "table", "null": "nothing"}
+_BOUNDS = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
+
+
+def scenario() -> Schema:
+    from mgeo_attitude.scenario import scenario_schema
+
+    return scenario_schema()
+
+
+def study() -> Schema:
+    from mgeo.studies.schema import study_schema
+
+    return json.loads(study_schema())
+
+
+SCHEMAS: Mapping[str, Callable[[], Schema]] = {"scenario": scenario, "study": study}
+
+
+def markdown(schema: Schema) -> str:
+    """Every key with what it takes, its default and what it says: the file's, then of each table.
+
+    A table stands where it is first named, under the key that holds it.
+    """
+    parts = ["## The file's own keys", _table(schema)]
+    for name, key in _places(schema).items():
+        definition = schema["$defs"][name]
+        parts.append(f"## `{key}`, {_words(name)}")
+        parts += [text for text in (definition.get("description", ""), _table(definition)) if text]
+    return "\n\n".join(parts) + "\n"
+
+
+def _table(schema: Schema) -> str:
+    required = schema.get("required", ())
+    rows = ["| key | takes | default | |", "| --- | --- | --- | --- |"]
+    for key, value in schema.get("properties", {}).items():
+        default = "needed" if key in required else _default(value)
+        cells = (f"`{key}`", _takes(value), default, value.get("description", ""))
+        rows.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
+    return "\n".join(rows)
+
+
+def _places(schema: Schema) -> dict[str, str]:
+    """Names of definitions and the key, as a file writes it, under which each is first found."""
+    found: dict[str, str] = {}
+    waiting = [("", schema)]
+    for above, table in waiting:
+        for key, value in table.get("properties", {}).items():
+            listed = "items" in value or value.get("type") == "array"
+            full = f"{above}{key}"
+            for name in _references(value):
+                if name not in found:
+                    found[name] = f"[[{full}]]" if listed else f"[{full}]"
+                    waiting.append((f"{full}.", schema["$defs"][name]))
+    return found
+
+
+def _references(value: Any) -> Iterator[str]:
+    if isinstance(value, Mapping):
+        if "$ref" in value:
+            yield value["$ref"].rpartition("/")[2]
+        for part in value.values():
+            yield from _references(part)
+    elif isinstance(value, list):
+        for part in value:
+            yield from _references(part)
+
+
+def _takes(value: Schema) -> str:
+    """Type and range in words."""
+    if "$ref" in value:
+        return _words(value["$ref"].rpartition("/")[2])
+    if "anyOf" in value:
+        return " or ".join(dict.fromkeys(map(_takes, value["anyOf"])))
+    if "enum" in value:
+        return " or ".join(f"`{each}`" for each in value["enum"])
+    if "const" in value:
+        return f"`{value['const']}`"
+    kind = value.get("type", "")
+    if kind == "array":
+        items = value.get("prefixItems") or [value.get("items", {})]
+        size = value.get("minItems") if value.get("minItems") == value.get("maxItems") else None
+        what = ", ".join(dict.fromkeys(map(_takes, items))) or "anything"
+        return f"list of {f'{size} ' if size else ''}{what}"
+    bounds = " and ".join(
+        f"{sign} {value[name]:g}" for name, sign in _BOUNDS.items() if name in value
+    )
+    if kind == "string" and value.get("format") == "date-time":
+        return "date and time"
+    return " ".join(filter(None, (_TYPES.get(kind, kind or "anything"), bounds)))
+
+
+def _default(value: Schema) -> str:
+    if "default" not in value:
+        return ""
+    default = value["default"]
+    return "none" if default is None else f"`{json.dumps(default, ensure_ascii=False)}`"
+
+
+def _words(name: str) -> str:
+    """`ManeuverLimits` as maneuver limits, `TLEOrbit` as TLE orbit."""
+    parts = re.findall(r"[A-Z]+(?=[A-Z][a-z])|[A-Z][a-z]+|[A-Z]+|\d+", name)
+    return " ".join(part if part.isupper() else part.lower() for part in parts)
+
+
+class Keys(SphinxDirective):
+    """The keys of one kind of file, where it stands."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        (kind,) = self.arguments
+        lines = markdown(SCHEMAS[kind]()).splitlines()
+        return self.parse_text_to_nodes("\n".join(lines), allow_section_headings=True)
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    app.add_directive("keys", Keys)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
