@@ -9,6 +9,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 
+from content import digest
+
 project = "mgeo"
 author = "mgeo developers"
 release = version = installed("mgeo")
@@ -26,9 +28,12 @@ extensions = [
 ]
 exclude_patterns = ["_build", "_extensions", "_static", "jupyter_execute"]
 
-# Notebooks and pages with code are run whenever they are read: a cache by their text would not
-# notice that the data they show have changed. MGEO_NOTEBOOK_SMALL makes the notebooks short.
-nb_execution_mode = "force"
+# Notebooks and pages with code are run once: the cache knows them by their text, and its folder by
+# all else that they show. MGEO_NOTEBOOK_SMALL makes the notebooks short.
+nb_execution_mode = "cache"
+nb_execution_cache_path = str(
+    Path(__file__).parent / "_build" / "executed" / digest(Path(__file__).parents[1])
+)
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
 nb_merge_streams = True

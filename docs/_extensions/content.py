@@ -1,0 +1,35 @@
+"""What executed pages depend on, besides their own text: code, data, versions, and how short."""
+
+import hashlib
+import os
+import platform
+from collections.abc import Iterable
+from importlib.metadata import version
+from pathlib import Path
+
+#: Below the root of the repository.
+SOURCES = (
+    "mgeo",
+    "problems",
+    "docs/fronts",
+    "docs/scenarios",
+    "docs/studies",
+    "docs/_extensions",
+)
+_KINDS = {".py", ".toml", ".csv", ".json", ".jsonl", ".html", ".js", ".css", ".npz"}
+_PACKAGES = ("numpy", "pandas", "plotly", "pymoo", "moocore", "numba", "scipy", "myst-nb")
+
+
+def digest(root: Path, sources: Iterable[str] = SOURCES) -> str:
+    """A name for all of it: the same as long as no page could show anything else."""
+    state = hashlib.sha256()
+    state.update(platform.python_version().encode())
+    state.update(os.environ.get("MGEO_NOTEBOOK_SMALL", "").encode())
+    for package in _PACKAGES:
+        state.update(f"{package} {version(package)}\n".encode())
+    for source in sources:
+        for path in sorted((root / source).rglob("*")):
+            if path.suffix in _KINDS and path.is_file() and "__pycache__" not in path.parts:
+                state.update(f"{path.relative_to(root)}\n".encode())
+                state.update(hashlib.sha256(path.read_bytes()).digest())
+    return state.hexdigest()[:16]
