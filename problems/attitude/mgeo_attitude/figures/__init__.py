@@ -10,15 +10,14 @@ import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
 from mgeo.runs.representative import knee
-
-from ..objectives import indicators
-from ..promises import kept, spread
-from ..scenario.objective_names import PAPER
-from .convergence import convergence_figure
-from .front import front_figure
-from .maneuvers import maneuvers_figure
-from .single import solution_figures
-from .solutions import Solutions
+from mgeo_attitude.figures.convergence import convergence_figure
+from mgeo_attitude.figures.front import front_figure
+from mgeo_attitude.figures.maneuvers import maneuvers_figure
+from mgeo_attitude.figures.single import solution_figures
+from mgeo_attitude.figures.solutions import Solutions
+from mgeo_attitude.objectives import indicators
+from mgeo_attitude.promises import kept, spread
+from mgeo_attitude.scenario.objective_names import PAPER
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem

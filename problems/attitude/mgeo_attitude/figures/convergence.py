@@ -11,11 +11,10 @@ from plotly.subplots import make_subplots
 
 from mgeo.figures.style import finished, log_axis
 from mgeo_attitude._typing import Floats
-
-from ..describe import block_units
-from ..filter.evaluator import evaluate
-from .solutions import Solutions
-from .style import line, panels_height
+from mgeo_attitude.describe import block_units
+from mgeo_attitude.figures.solutions import Solutions
+from mgeo_attitude.figures.style import line, panels_height
+from mgeo_attitude.filter.evaluator import evaluate
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem

@@ -8,12 +8,11 @@ import numpy as np
 import plotly.graph_objects as go
 
 from mgeo.figures.style import COLORS, GRAY, HOVER, SYMBOLS, finished, log_axis
-
-from .._typing import Floats
-from ..describe import front_summary, maneuver_texts, nondominated
-from ..promises import MOST_FLIGHTS
-from ..scenario import Scenario
-from .solutions import Solutions
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.describe import front_summary, maneuver_texts, nondominated
+from mgeo_attitude.figures.solutions import Solutions
+from mgeo_attitude.promises import MOST_FLIGHTS
+from mgeo_attitude.scenario import Scenario
 
 #: Ticks of the upper axis over a run of two orbits, a tenth of an orbit apart.
 _TICKS = 20

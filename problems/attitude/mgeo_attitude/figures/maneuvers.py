@@ -10,11 +10,10 @@ from plotly.subplots import make_subplots
 
 from mgeo.figures.style import finished
 from mgeo_attitude._typing import Floats
-
-from ..maneuvers.schedule import flown
-from .solutions import Solutions
-from .style import line, panels_height
-from .whole import Whole
+from mgeo_attitude.figures.solutions import Solutions
+from mgeo_attitude.figures.style import line, panels_height
+from mgeo_attitude.figures.whole import Whole
+from mgeo_attitude.maneuvers.schedule import flown
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem

@@ -14,11 +14,10 @@ from scipy.spatial.transform import Rotation
 
 from mgeo.figures.style import COLORS, GRAY
 from mgeo_attitude._typing import Floats
-
-from ..environment import Environment
-from ..maneuvers.schedule import Flown
-from .style import title
-from .whole import Whole
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.figures.style import title
+from mgeo_attitude.figures.whole import Whole
+from mgeo_attitude.maneuvers.schedule import Flown
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem

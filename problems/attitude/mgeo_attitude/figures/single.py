@@ -10,17 +10,16 @@ import plotly.graph_objects as go
 
 from mgeo.figures.style import COLORS, GRAY, log_axis
 from mgeo_attitude._typing import Floats
-
-from ..describe import block_units, checked_designs
-from ..filter.evaluator import evaluate
-from ..filter.model import FilterModel
-from ..maneuvers.schedule import Flown
-from .convergence import sample_steps
-from .motion import directions, motion
-from .polyline import corners
-from .sphere import OUTLINE, circle, graticule, projected
-from .style import line, title
-from .whole import Whole
+from mgeo_attitude.describe import block_units, checked_designs
+from mgeo_attitude.figures.convergence import sample_steps
+from mgeo_attitude.figures.motion import directions, motion
+from mgeo_attitude.figures.polyline import corners
+from mgeo_attitude.figures.sphere import OUTLINE, circle, graticule, projected
+from mgeo_attitude.figures.style import line, title
+from mgeo_attitude.figures.whole import Whole
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.maneuvers.schedule import Flown
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem

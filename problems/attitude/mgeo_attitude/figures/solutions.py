@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mgeo_attitude._typing import Floats
-
-from ..accuracy import attitude_accuracy_deg
-from ..describe import checked_designs, nondominated
-from ..filter.evaluator import evaluate
+from mgeo_attitude.accuracy import attitude_accuracy_deg
+from mgeo_attitude.describe import checked_designs, nondominated
+from mgeo_attitude.filter.evaluator import evaluate
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 from mgeo_attitude._typing import Floats
-
-from ..flight import Motion
-from ..maneuvers.phases import Phase, phases
-from ..maneuvers.schedule import Flown, flown
-from ..maneuvers.slew_back import slew_back
+from mgeo_attitude.flight import Motion
+from mgeo_attitude.maneuvers.phases import Phase, phases
+from mgeo_attitude.maneuvers.schedule import Flown, flown
+from mgeo_attitude.maneuvers.slew_back import slew_back
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem

@@ -15,15 +15,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..vector import Vec3, dot
-from .covariance import last_pivot, predict, update
-from .layout import NO_MONITORS, Monitors, directions_of, discs, layout, transition_pattern
-from .path_limits import cone_constants, excess_code
-from .suite import Suite
-from .symbols import Code, Symbol, Triangle, slot_of
+from mgeo_attitude.filter.covariance import last_pivot, predict, update
+from mgeo_attitude.filter.layout import (
+    NO_MONITORS,
+    Monitors,
+    directions_of,
+    discs,
+    layout,
+    transition_pattern,
+)
+from mgeo_attitude.filter.path_limits import cone_constants, excess_code
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
+from mgeo_attitude.vector import Vec3, dot
 
 if TYPE_CHECKING:
-    from ..scenario import PathLimit
+    from mgeo_attitude.scenario import PathLimit
 
 CHECK = "check"
 

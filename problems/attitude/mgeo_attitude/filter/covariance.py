@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..vector import Vec3
+from mgeo_attitude.vector import Vec3
 
 #: Entries of a sparse matrix by (row, column).
 Sparse = Mapping[tuple[int, int], Any]

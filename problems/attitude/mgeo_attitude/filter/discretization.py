@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from .._typing import Floats
+from mgeo_attitude._typing import Floats
 
 #: |(A dt)²|^½ up to which the series is summed directly; beyond, the step is halved first. It is
 #: A² that counts: how the bias moves the attitude, the largest part of A, is no part of its powers.

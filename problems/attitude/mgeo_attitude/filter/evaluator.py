@@ -13,17 +13,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._typing import Floats, Ints
-from ..maneuvers.schedule import Schedule
-from ..sensors import Gyro, Sensor
-from .codegen import step_constants
-from .jobs import separate, shared
-from .kernel import lanes, load_driver, load_kernel
-from .layout import layout, transition_pattern
-from .model import FilterModel
-from .path_limits import excess
-from .suite import Suite
-from .wheel_load import wheel_loads
+from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.filter.codegen import step_constants
+from mgeo_attitude.filter.jobs import separate, shared
+from mgeo_attitude.filter.kernel import lanes, load_driver, load_kernel
+from mgeo_attitude.filter.layout import layout, transition_pattern
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.path_limits import excess
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.filter.wheel_load import wheel_loads
+from mgeo_attitude.maneuvers.schedule import Schedule
+from mgeo_attitude.sensors import Gyro, Sensor
 
 #: The cosine of the angle to what has not been seen.
 _NEVER_SEEN = -2.0

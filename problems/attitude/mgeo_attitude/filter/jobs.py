@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._typing import Floats, Ints
+from mgeo_attitude._typing import Floats, Ints
 
 #: Beginnings shorter than this many steps are not worth a copy of the state.
 _WORTHWHILE = 16

@@ -28,11 +28,11 @@ import numba
 import numpy as np
 import platformdirs
 
-from ..files import write_text
-from . import discretization, intrinsics, lanewise
-from .codegen import module_source
-from .layout import NO_MONITORS, Monitors
-from .suite import Suite
+from mgeo_attitude.files import write_text
+from mgeo_attitude.filter import discretization, intrinsics, lanewise
+from mgeo_attitude.filter.codegen import module_source
+from mgeo_attitude.filter.layout import NO_MONITORS, Monitors
+from mgeo_attitude.filter.suite import Suite
 
 _log = logging.getLogger(__name__)
 

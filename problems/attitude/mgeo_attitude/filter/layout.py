@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..environment.directions import DIRECTIONS
-from .suite import Suite
+from mgeo_attitude.environment.directions import DIRECTIONS
+from mgeo_attitude.filter.suite import Suite
 
 if TYPE_CHECKING:
-    from ..scenario import PathLimit
+    from mgeo_attitude.scenario import PathLimit
 
 
 class Watch(NamedTuple):

@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._typing import Bools, Floats
-from ..environment import Environment
-from ..environment.directions import directions, radii
-from ..environment.pointing import Place
-from ..maneuvers.schedule import Schedule, schedule
-from ..maneuvers.slew import SlewLimits
-from ..scenario.settings import RequiredSigma, TraceWeights, uncalibrated
-from ..sensors import Sensor
-from .layout import Monitors, Watch, directions_of, discs
-from .momentum import MomentumBudget
-from .suite import Suite
+from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.environment.directions import directions, radii
+from mgeo_attitude.environment.pointing import Place
+from mgeo_attitude.filter.layout import Monitors, Watch, directions_of, discs
+from mgeo_attitude.filter.momentum import MomentumBudget
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.maneuvers.schedule import Schedule, schedule
+from mgeo_attitude.maneuvers.slew import SlewLimits
+from mgeo_attitude.scenario.settings import RequiredSigma, TraceWeights, uncalibrated
+from mgeo_attitude.sensors import Sensor
 
 if TYPE_CHECKING:
-    from ..scenario import PathLimit, Scenario
+    from mgeo_attitude.scenario import PathLimit, Scenario
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._typing import Floats
-from ..environment import Environment
-from ..scenario.allocation import pseudo_inverse
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.scenario.allocation import pseudo_inverse
 
 if TYPE_CHECKING:
-    from ..scenario import Scenario
+    from mgeo_attitude.scenario import Scenario
 
 _TESLA_PER_NT = 1e-9
 

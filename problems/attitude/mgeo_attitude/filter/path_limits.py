@@ -17,16 +17,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._typing import Floats
-from ..environment.directions import DIRECTIONS, Cone
-from ..rotation import across
-from ..scenario.path_limits import PathLimit
-from ..vector import Vec3, dot
-from .layout import Watch
-from .symbols import Symbol
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment.directions import DIRECTIONS, Cone
+from mgeo_attitude.filter.layout import Watch
+from mgeo_attitude.filter.symbols import Symbol
+from mgeo_attitude.rotation import across
+from mgeo_attitude.scenario.path_limits import PathLimit
+from mgeo_attitude.vector import Vec3, dot
 
 if TYPE_CHECKING:
-    from ..environment.pointing import Place
+    from mgeo_attitude.environment.pointing import Place
 
 #: Sine of the angle below which both are parallel: no single turn changes the angle then.
 _PARALLEL = 1e-6

@@ -15,9 +15,9 @@ from filterpy.kalman import KalmanFilter
 from numpy.typing import ArrayLike
 from scipy.linalg import block_diag, expm
 
-from .._typing import Bools, Floats, Ints
-from ..maneuvers.attitude import attitudes
-from .model import FilterModel
+from mgeo_attitude._typing import Bools, Floats, Ints
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.maneuvers.attitude import attitudes
 
 
 @dataclass(frozen=True)

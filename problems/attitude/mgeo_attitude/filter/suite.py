@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from .._typing import Floats, Ints
-from ..scenario.settings import considered_blocks, processes, state_units, uncalibrated
-from ..sensors import GaussMarkov, Gyro, Sensor, sigma_of
-from ..units import Unit
-from ..vector import Vec3
+from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.scenario.settings import considered_blocks, processes, state_units, uncalibrated
+from mgeo_attitude.sensors import GaussMarkov, Gyro, Sensor, sigma_of
+from mgeo_attitude.units import Unit
+from mgeo_attitude.vector import Vec3
 
 
 @dataclass(frozen=True)

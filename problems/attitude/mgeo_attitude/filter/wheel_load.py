@@ -15,11 +15,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numba import njit
 
-from .._typing import Floats, Ints
-from ..constants import EARTH_MU
-from ..maneuvers.schedule import Schedule
-from .discretization import turn
-from .momentum import MomentumBudget
+from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.constants import EARTH_MU
+from mgeo_attitude.filter.discretization import turn
+from mgeo_attitude.filter.momentum import MomentumBudget
+from mgeo_attitude.maneuvers.schedule import Schedule
 
 #: Part of a step below which a rate changes at once.
 _AT_ONCE = 1e-12

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from .._typing import Floats, Ints
+from mgeo_attitude._typing import Floats, Ints
 
 
 def attitudes(

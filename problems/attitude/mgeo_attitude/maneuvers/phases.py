@@ -9,9 +9,9 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._typing import Floats
-from .schedule import VARIABLES_PER_MANEUVER, flown
-from .slew import SlewLimits
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, flown
+from mgeo_attitude.maneuvers.slew import SlewLimits
 
 #: Label of the time for which the last rate is held.
 HELD = "rate held"

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._typing import Bools, Floats, Ints
-from .slew import SlewLimits
+from mgeo_attitude._typing import Bools, Floats, Ints
+from mgeo_attitude.maneuvers.slew import SlewLimits
 
 #: A step that no run reaches: the start of what is never flown.
 NEVER = 2**40

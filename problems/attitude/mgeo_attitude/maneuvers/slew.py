@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._typing import Floats
+from mgeo_attitude._typing import Floats
 
 if TYPE_CHECKING:
-    from ..scenario import Scenario
+    from mgeo_attitude.scenario import Scenario
 
 
 @dataclass(frozen=True)

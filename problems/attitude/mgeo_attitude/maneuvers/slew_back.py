@@ -16,14 +16,14 @@ from numpy.typing import ArrayLike
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
-from .._typing import Floats
-from ..fields import InvalidValue
-from .phases import Phase, phases
-from .schedule import VARIABLES_PER_MANEUVER, Schedule, flown, schedule
-from .slew import SlewLimits
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.maneuvers.phases import Phase, phases
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, Schedule, flown, schedule
+from mgeo_attitude.maneuvers.slew import SlewLimits
 
 if TYPE_CHECKING:
-    from ..scenario import Scenario
+    from mgeo_attitude.scenario import Scenario
 
 #: What the two maneuvers after those of the design are called.
 LABELS = ("slew back", "starting attitude")

@@ -1,9 +1,9 @@
 """What a plan teaches the filter, what it leaves unknown, and what simpler plans would do."""
 
-from .baselines import baselines, compare
-from .contributions import contributions
-from .covariance import correlations, least_observable, normalized
-from .states import States
+from mgeo_attitude.observability.baselines import baselines, compare
+from mgeo_attitude.observability.contributions import contributions
+from mgeo_attitude.observability.covariance import correlations, least_observable, normalized
+from mgeo_attitude.observability.states import States
 
 __all__ = [
     "States",

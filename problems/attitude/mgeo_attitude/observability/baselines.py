@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..describe import block_units
-from ..filter.evaluator import evaluate
-from ..maneuvers.schedule import VARIABLES_PER_MANEUVER
-from ..scenario import Scenario
+from mgeo_attitude.describe import block_units
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
+from mgeo_attitude.scenario import Scenario
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem

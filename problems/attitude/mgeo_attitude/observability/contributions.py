@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..filter.model import FilterModel
-from ..filter.reference import FilterHistory
-from ..maneuvers.phases import phases
-from .states import States
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.reference import FilterHistory
+from mgeo_attitude.maneuvers.phases import phases
+from mgeo_attitude.observability.states import States
 
 
 def contributions(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.DataFrame:

@@ -7,11 +7,10 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
-
-from ..describe import block_units
-from ..filter.model import FilterModel
-from .states import States
-from .words import in_words
+from mgeo_attitude.describe import block_units
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.observability.states import States
+from mgeo_attitude.observability.words import in_words
 
 
 def correlations(model: FilterModel, covariance: ArrayLike) -> pd.DataFrame:

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._typing import Floats
-from ..describe import block_units
-from ..filter.suite import Suite
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.describe import block_units
+from mgeo_attitude.filter.suite import Suite
 
 
 class States(NamedTuple):

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-
-from ..describe import block_units
-from ..filter.suite import Suite
+from mgeo_attitude.describe import block_units
+from mgeo_attitude.filter.suite import Suite
 
 #: Share of the squared direction, in initial sigmas, from which a 3-vector is worth a word.
 _SHARE = 0.1

@@ -11,9 +11,8 @@ from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation, Slerp
 
 from mgeo_attitude._typing import Floats
-
-from ..constants import DAY
-from ..environment.time_frames import as_utc
+from mgeo_attitude.constants import DAY
+from mgeo_attitude.environment.time_frames import as_utc
 
 
 def quaternions(matrices: Floats) -> Floats:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._typing import Floats
-from ..environment import Environment
-from ..environment.pointing import Place
-from ..filter.model import FilterModel
-from ..filter.momentum import MomentumBudget
-from ..filter.path_limits import excess_at
-from ..maneuvers.slew_back import SlewBack
-from ..scenario import Scenario
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.environment.pointing import Place
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.momentum import MomentumBudget
+from mgeo_attitude.filter.path_limits import excess_at
+from mgeo_attitude.maneuvers.slew_back import SlewBack
+from mgeo_attitude.scenario import Scenario
 
 #: Unit, value, "at most" or "at least", limit and margin: a row of `margins.margins`.
 Row = tuple[str, float, str, float, float]
@@ -56,7 +56,7 @@ def limits_of_slew_back(
 
 def _wheel_load(model: FilterModel, scenario: Scenario, back: SlewBack) -> Floats:
     """Greatest momentum [N m s] and torque [N m] of a wheel with a budget, shape (2,)."""
-    from ..filter.wheel_load import wheel_loads  # compiles
+    from mgeo_attitude.filter.wheel_load import wheel_loads  # compiles
 
     first, last = (round(time / model.step) for time in (back.start, back.end))
     times = model.step * np.arange(last + 1, dtype=float)  # the run may end earlier

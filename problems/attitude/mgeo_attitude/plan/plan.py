@@ -10,22 +10,22 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from .. import observability
-from .._typing import Floats
-from ..accuracy import attitude_accuracy_deg
-from ..answers import answer
-from ..describe import block_units
-from ..fields import InvalidValue, Validated, quantity
-from ..filter.reference import FilterHistory, reference_run
-from ..flight import Motion
-from ..maneuvers.phases import HELD, Phase, phases
-from ..maneuvers.slew_back import SlewBack, slew_back
-from ..margins import margins
-from ..problem import AttitudeManeuverProblem
-from ..promises import time_kept
-from ..scenario import Scenario
-from .ccsds import quaternions, utc_texts
-from .clearance import limits_of_slew_back
+from mgeo_attitude import observability
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.accuracy import attitude_accuracy_deg
+from mgeo_attitude.answers import answer
+from mgeo_attitude.describe import block_units
+from mgeo_attitude.fields import InvalidValue, Validated, quantity
+from mgeo_attitude.filter.reference import FilterHistory, reference_run
+from mgeo_attitude.flight import Motion
+from mgeo_attitude.maneuvers.phases import HELD, Phase, phases
+from mgeo_attitude.maneuvers.slew_back import SlewBack, slew_back
+from mgeo_attitude.margins import margins
+from mgeo_attitude.plan.ccsds import quaternions, utc_texts
+from mgeo_attitude.plan.clearance import limits_of_slew_back
+from mgeo_attitude.problem import AttitudeManeuverProblem
+from mgeo_attitude.promises import time_kept
+from mgeo_attitude.scenario import Scenario
 
 #: Share of an initial 1-sigma from which on an error counts as not calibrated.
 UNLEARNED = 0.5

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ..answers import span
-from ..estimation.validity import validity
-from .plan import ManeuverPlan
-from .verification import CLAIMED, LEVEL, POWER, PREDICTED, Verification
+from mgeo_attitude.answers import span
+from mgeo_attitude.estimation.validity import validity
+from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.plan.verification import CLAIMED, LEVEL, POWER, PREDICTED, Verification
 
 
 def verdict(found: Verification) -> str:

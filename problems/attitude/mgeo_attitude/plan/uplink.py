@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from .ccsds import utc_texts
-from .plan import ManeuverPlan
+from mgeo_attitude.plan.ccsds import utc_texts
+from mgeo_attitude.plan.plan import ManeuverPlan
 
 _RAMP = "ramp to "
 

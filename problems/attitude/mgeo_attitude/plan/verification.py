@@ -9,10 +9,9 @@ import pandas as pd
 from scipy.stats import chi2
 
 from mgeo.studies.statistics import holm
-
-from ..estimation import simulate
-from ..observability import States
-from .plan import ManeuverPlan
+from mgeo_attitude.estimation import simulate
+from mgeo_attitude.observability import States
+from mgeo_attitude.plan.plan import ManeuverPlan
 
 #: Probability of calling a plan and its filter wrong that are right, in all tests together.
 LEVEL = 0.01
