@@ -15,7 +15,7 @@ TEXTS = ["", " ", "x", "-1", "0", "1.5", "nan", "inf", "1e999", "999999999999999
 _SOLVE: dict[str, list[str]] = {
     "--sigma": ["0.1,0.2", "1," * 500 + "1", "-0.0", "1e-320"],
     "--tau": ["a-geo1", "a-geo3", "1e308", "-2"],
-    "--runs": ["1000000000000000000", "3"],
+    "--walkers": ["1000000000000000000", "3"],
     "--population": ["3", "1000000000000000000"],
     "--perturbation": ["absolut", "RANGE"],
     "--set": ["bits=0", "bits=100", "bits=1000000000000", "a=b", "patience=-1", "patience=nan",
@@ -37,16 +37,16 @@ def solve_arguments(box: Box) -> Attempt:
     if box.chance(0.1):
         problem = box.pick([*TEXTS, "zdt", "ZDT1", "pymoo:zdt1", "zdt1 "])
     # the last of several counts: 1,000 walkers would take their time
-    arguments = ["mgeo", "solve", "--runs", "2", "--evaluations", "8", "--out", "made", "-q"]
+    arguments = ["mgeo", "solve", "--walkers", "2", "--evaluations", "8", "--out", "made", "-q"]
     if box.chance(0.5):  # the published algorithm, which has the most flags
         arguments += ["--algorithm", "mgeo-real"]
     for _ in range(1 if box.chance(0.6) else 2):
         flag = box.pick(list(_SOLVE))
         value = box.pick(_SOLVE[flag] if box.chance(0.5) else TEXTS)
-        if flag in ("--runs", "--evaluations") and value.startswith("9"):
+        if flag in ("--walkers", "--evaluations") and value.startswith("9"):
             value = "0"
         arguments += [flag, value] if box.chance(0.8) else [f"{flag}={value}"]
-    if "--runs" in arguments[9:] or any(a in ("nsga2", "moead") for a in arguments):
+    if "--walkers" in arguments[9:] or any(a in ("nsga2", "moead") for a in arguments):
         arguments = [a for i, a in enumerate(arguments) if i not in (2, 3)]
     if box.chance(0.1):
         arguments.insert(int(box.rng.integers(2, len(arguments))), box.pick(TEXTS))
@@ -73,7 +73,7 @@ def other_arguments(box: Box) -> Attempt:
             ["mgeo", "attitude", "show", "plans/attitude", "--time",
              box.pick(["nan", "inf", "x", ""])],
             ["mgeo", "attitude", "show", plan, "--pick", value],
-            ["mgeo", "attitude", "verify", plan, "--runs", box.pick(["0", "1", "-1", "x", ""])],
+            ["mgeo", "attitude", "verify", plan, "--walkers", box.pick(["0", "1", "-1", "x", ""])],
             ["mgeo", "attitude", "verify", plan, "--seed", box.pick(["-1", "x", "", "1.5"])],
             ["mgeo", "attitude", "export", plan, "a.aem", "--object-name", value],
             ["mgeo", "attitude", "export", plan, "a.aem", "--originator", value],
@@ -96,7 +96,7 @@ def sound_command(box: Box) -> Attempt:
     Path("load.toml").write_text("load = 700.0\n")
     actions = [
         ["mgeo", "resume", "run", "--evaluations", "180"],
-        ["mgeo", "solve", "cantilever", "--runs", "2", "--evaluations", "8", "--out", "made"],
+        ["mgeo", "solve", "cantilever", "--walkers", "2", "--evaluations", "8", "--out", "made"],
         ["mgeo", "problems"],
         ["mgeo", "report", "run"],
     ]

@@ -27,7 +27,7 @@ from .run_folders import RESUME_WRITES
 from .templates import put
 
 NOBODY = 65534
-SHORT = ["--runs", "2", "--evaluations", "8", "-q"]
+SHORT = ["--walkers", "2", "--evaluations", "8", "-q"]
 
 _NAMES = [
     "none", "none/deeper", "", ".", "..", "a\x00b", "x" * 250, "x" * 300, "x/" * 2500, "two\nlines",
@@ -189,7 +189,7 @@ def disk_full(box: Box) -> Attempt:
     folder = put(box, "run")
     size = int(box.rng.choice([0, 1, int(box.rng.integers(5000)), int(box.rng.integers(40_000))]))
     box.note(f"files of {size} bytes at most")
-    run = ["--runs", "2", "--evaluations", "24", "-q", "--record"]
+    run = ["--walkers", "2", "--evaluations", "24", "-q", "--record"]
     again = ["mgeo", "solve", "zdt1", *run, "--out", "run", "--overwrite"]
     longer = ["mgeo", "resume", "run", "-q", "--evaluations", "180"]
     new = ["mgeo", "solve", "zdt1", *run, "--out", "made"]
@@ -219,8 +219,8 @@ def clock_going_back(box: Box) -> Attempt:
     put(box, "run")
     action = box.pick([
         ["mgeo", "resume", "run", "--evaluations", "180"],
-        ["mgeo", "solve", "cantilever", "--out", "made", "--record", "--runs", "2",
-         "--evaluations", "24"],
+        ["mgeo", "solve", "cantilever", "--algorithm", "mgeo-real", "--out", "made", "--record",
+         "--walkers", "2", "--evaluations", "24"],
     ])  # fmt: skip
 
     def sound(ran: object) -> None:

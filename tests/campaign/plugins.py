@@ -91,7 +91,7 @@ def _drawn(box: Box) -> tuple[str, Any]:
 def plugin_solved(box: Box) -> Attempt:
     around = spoiled_plugin(*_drawn(box))
     algorithm = box.pick(["mgeo-real", "mgeo-real", "mgeo-var", "nsga2", "random", "moead"])
-    size = ["--runs", "2"] if algorithm.startswith("mgeo") else ["--population", "8"]
+    size = ["--walkers", "2"] if algorithm.startswith("mgeo") else ["--population", "8"]
     more = ["--record"] if box.chance(0.3) and algorithm != "moead" else []
     return Attempt(
         ["mgeo", "solve", "faulty", "--algorithm", algorithm, *size, "--evaluations", "8", *more,
@@ -115,7 +115,7 @@ def plugin_listed(box: Box) -> Attempt:
 def plugin_reported(box: Box) -> Attempt:
     """A sound run, of a plugin that is another one meanwhile."""
     with spoiled_plugin("none", None):
-        solve = ["solve", "faulty", "--runs", "2", "--evaluations", "8", "--out", "made", "-q"]
+        solve = ["solve", "faulty", "--walkers", "2", "--evaluations", "8", "--out", "made", "-q"]
         done = CliRunner().invoke(app, solve)
     assert done.exit_code == 0, done.output
     return Attempt(["mgeo", "report", "made", "-q"], writes=("work/made/report.html",),

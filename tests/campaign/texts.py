@@ -80,7 +80,7 @@ def scenario_solved(box: Box) -> Attempt:
 def scenario_of_another_problem(box: Box) -> Attempt:
     path = Path("load.toml")
     spoiled_toml(box, path, "load = 700.0\n")
-    options = ["--evaluations", "8", "--runs", "2", "--out", "made", "-q"]
+    options = ["--evaluations", "8", "--walkers", "2", "--out", "made", "-q"]
     return Attempt(["mgeo", "solve", "cantilever", "--scenario", str(path), *options],
                    writes=("work/made/*",))  # fmt: skip
 

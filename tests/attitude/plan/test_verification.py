@@ -95,7 +95,7 @@ def test_ending_at_t_end_changes_nothing(short_plan):
     k = len(part.times)
     for name in ("errors", "sigma", "nees"):
         np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[:, :k])
-    np.testing.assert_array_equal(part.inside, whole.inside)
+    np.testing.assert_array_equal(part.broken, whole.broken)
 
 
 @pytest.mark.slow

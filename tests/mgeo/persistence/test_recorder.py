@@ -218,15 +218,21 @@ def test_variables_of_several_types_are_columns_of_numbers(algorithm, tmp_path):
     assert (table["f1"] == table["width"] + table["teeth"]).all()
 
 
+def test_a_choice_is_recorded_as_the_number_of_its_option(tmp_path):
+    problem = Mixed(material=Choice(options=["steel", "wood"]))
+    result = solve(problem, MixedVariableGA(8), callback=Recorder(tmp_path))
+    table = read_record(tmp_path)
+    assert set(table["material"]) == {0.0, 1.0}
+    best = table.loc[table["f1"].idxmin()]
+    assert problem.vars["material"].options[int(best["material"])] == result.X["material"]
+
+
 def test_what_cannot_be_recorded_is_refused(tmp_path):
     directions = np.column_stack([np.linspace(0, 1, 10), np.linspace(1, 0, 10)])
     decomposition = MOEAD(directions, n_neighbors=3)
     with pytest.raises(ValueError, match=r"MOEAD made \d+ evaluations in generation 2 and hands"):
         solve(algorithm=decomposition, callback=Recorder(tmp_path))
 
-    problem = Mixed(material=Choice(options=["steel", "wood"]))
-    with pytest.raises(ValueError, match="variables of Mixed: could not convert"):
-        solve(problem, MixedVariableGA(8), callback=Recorder(tmp_path / "mixed"))
     (tmp_path / "file").write_text("")
     with pytest.raises(NotADirectoryError, match="is a file: expected a folder"):
         Recorder(tmp_path / "file")
