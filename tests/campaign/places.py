@@ -218,7 +218,7 @@ def _clock_going_back(box: Box) -> Iterator[None]:
 def clock_going_back(box: Box) -> Attempt:
     put(box, "run")
     action = box.pick([
-        ["mgeo", "resume", "run", "--evaluations", "180"],
+        ["mgeo", "resume", "run", "--evaluations", "192"],
         ["mgeo", "solve", "cantilever", "--algorithm", "mgeo-real", "--out", "made", "--record",
          "--walkers", "2", "--evaluations", "24"],
     ])  # fmt: skip
@@ -226,7 +226,7 @@ def clock_going_back(box: Box) -> Attempt:
     def sound(ran: object) -> None:
         assert getattr(ran, "exit_code", None) == 0
         run = read_run(action[2] if action[1] == "resume" else "made")
-        assert run.outcome.evaluations == (180 if action[1] == "resume" else 24)
+        assert run.outcome.evaluations == (192 if action[1] == "resume" else 24)
         assert run.outcome.wall_time_s >= 0.0
 
     return Attempt(action, writes=("work/*",), sound=sound, around=_clock_going_back(box))
