@@ -21,7 +21,7 @@ from mgeo.algorithms.bounds import BOUNDS
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import pick, rank
-from mgeo.algorithms.steps import joint_steps
+from mgeo.algorithms.steps import Attraction, joint_steps
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.algorithms.weights import distance, ideal_and_nadir, random_weights, weight_vectors
 from mgeo.algorithms.whole import whole_steps
@@ -67,7 +67,8 @@ class MGEODirected(ExtremalOptimization):
     - A candidate changes its variable, and others with some probability: either by normal steps,
       as wide as the bounds down to a thousandth of that, or by a fraction of the difference
       between two points of the donor pool (differential evolution's move; Storn & Price 1997).
-      The donor pool are the points of the archive and the incumbents of the walkers.
+      The donor pool are the points of the archive and the incumbents of the walkers. Such
+      candidates can also be pulled to the archived point nearest along the weight vector.
       Of integers and bits steps are rounded; a choice that would move takes the option of a donor,
       or any other one (`mgeo.algorithms.whole`).
     - A walker now and then returns to its incumbent, its own best point, and more rarely migrates
@@ -100,6 +101,9 @@ class MGEODirected(ExtremalOptimization):
         many of them are drawn at random each generation.
     bounds : what becomes of a step that leaves them: "clip" to the bound, "reflect" from it, or
         "resample", drawn anew until it stays inside (`mgeo.algorithms.bounds`).
+    attract : share of those made by differences that move also towards the archive's point nearest
+        along the walker's weight vector, and the mean probability that they change each of the
+        other variables.
     options : `sampling` and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and
         those of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
@@ -128,12 +132,14 @@ class MGEODirected(ExtremalOptimization):
         restart: Sequence[int] = (4, 50),
         max_candidates: int = 12,
         bounds: str = "clip",
+        attract: Sequence[float] = (0.0, 0.9),
         **options: Any,
     ) -> None:
         super().__init__(tau=validate_number("tau", tau, low=0), n_walkers=n_walkers, **options)
         self.extreme_weights = validate_fraction("extreme_weights", extreme_weights)
         self.difference = validate_fraction("difference", difference)
         self.coupling = validate_pair("coupling", coupling, validate_fraction)
+        self.attract = validate_pair("attract", attract, validate_fraction)
         self.widths = validate_pair("widths", widths, validate_number, above=0)
         if self.widths[0] > self.widths[1]:
             raise ValueError(f"widths = {widths!r}: expected the smaller one first")
@@ -180,8 +186,9 @@ class MGEODirected(ExtremalOptimization):
             own = self.random_state.permuted(own, axis=1)[:, : self.max_candidates]
         donors = self._donors if len(self.front) else None
         steps, spread, donor = joint_steps(
-            own, xu - xl, self.widths, self.coupling, self.difference, donors, self.random_state
-        )
+            own, xu - xl, self.widths, self.coupling, self.difference, donors, self.random_state,
+            self._attraction() if donors and self.attract[0] else None,
+        )  # fmt: skip
         walkers, uniform = self.walkers[:, None, :], partial(self.random_state.random, steps.shape)
         self.proposed = BOUNDS[self.bounds](walkers, steps, spread, xl, xu, uniform)
         whole = ~self.variables.real
@@ -193,6 +200,17 @@ class MGEODirected(ExtremalOptimization):
             )
             self.proposed = np.where(whole, ended, self.proposed)
         return self.proposed.reshape(-1, len(xl))
+
+    def _attraction(self) -> Attraction:
+        share, coupling = self.attract
+        target = self.archived(self._nearest())
+        return Attraction(share, coupling, self.walkers[:, None], target[:, None])
+
+    def _nearest(self, rows: IntArray | slice = slice(None)) -> IntArray:
+        """Which of the archive's points are nearest along the weight vectors of walkers."""
+        state, F = self.state, self.state.front.F
+        far = distance(F, state.weights[rows][:, None], *ideal_and_nadir(F))
+        return np.asarray(far.argmin(axis=1))
 
     def _donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
         """Twice (..., n_var) points of the donor pool."""
@@ -246,8 +264,7 @@ class MGEODirected(ExtremalOptimization):
         state, front = self.state, self.state.front
         if not len(rows) or not len(front):
             return
-        far = distance(front.F, state.weights[rows][:, None], *ideal_and_nadir(front.F))
-        nearest = far.argmin(axis=1)
+        nearest = self._nearest(rows)
         state.walkers[rows] = state.incumbents[rows] = self.archived(nearest)
         state.incumbent_F[rows] = front.F[nearest]
         state.incumbent_violation[rows] = front.violation

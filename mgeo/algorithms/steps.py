@@ -1,6 +1,7 @@
 """Steps of real variables: how far a candidate is from its walker."""
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,26 @@ SCALES: dict[str, Scale] = {
     "relative": lambda x, xl, xu: x,
     "range": lambda x, xl, xu: np.broadcast_to(xu - xl, x.shape),
 }
+
+
+class Attraction(NamedTuple):
+    """A pull towards the best that is known: differential evolution's current-to-best move.
+
+    As in Zhang & Sanderson, "JADE" (IEEE Trans. Evol. Comput. 13, 2009), equation 6, but a step
+    goes a fraction of the way that is uniform in [0, 1).
+
+    Attributes
+    ----------
+    share : of the steps that are differences, those that are pulled as well.
+    coupling : mean probability that such a step changes another variable.
+    x : (..., n_var) where steps begin.
+    target : (..., n_var) what they are pulled to.
+    """
+
+    share: float
+    coupling: float
+    x: FloatArray
+    target: FloatArray
 
 
 def perturb(
@@ -59,6 +80,7 @@ def joint_steps(
     difference: float,
     donors: Donors | None,
     rng: np.random.Generator,
+    attraction: Attraction | None = None,
 ) -> tuple[FloatArray, FloatArray, FloatArray | None]:
     """Steps that change each its own variable, and others with some probability.
 
@@ -76,11 +98,13 @@ def joint_steps(
     donors : gives as many pairs of points, (..., n_var) each, as it is asked for; None for normal
         steps only.
     rng : stream of random numbers.
+    attraction : moves some of the steps that are differences also towards points, if given.
 
     Returns
     -------
     (..., n_var) steps, zero where a variable stays; their standard deviations, zero where they are
-    such a fraction; and the first points of the pairs, towards which it is, if there are any.
+    such a fraction; and the points towards which it is, if there are any: the first ones of the
+    pairs, or those of the attraction.
     """
     shape = *own.shape, len(extent)
     least, largest = np.log(widths)
@@ -96,6 +120,12 @@ def joint_steps(
         step = np.where(learns[..., None], rng.random(own.shape)[..., None] * between, step)
         spread[learns] = 0.0
         mean[learns] = coupling[1]
+        if attraction is not None:
+            pulled = learns & (rng.random(own.shape) < attraction.share)
+            whole = rng.random(own.shape)[..., None] * (attraction.target - attraction.x)
+            step = np.where(pulled[..., None], step + whole, step)
+            mean[pulled] = attraction.coupling
+            first = np.where(pulled[..., None], attraction.target, first)
     with np.errstate(divide="ignore"):  # of a mean of zero, for which every probability is zero
         chance = rng.random(own.shape) ** (1.0 / mean - 1.0)
     changed = rng.random(shape) < chance[..., None]

@@ -11,7 +11,7 @@ from pymoo.problems.multi import BNH, ZDT1
 from scipy.spatial.distance import cdist
 
 from mgeo import MGEODirected
-from mgeo.algorithms.steps import joint_steps
+from mgeo.algorithms.steps import Attraction, joint_steps
 from mgeo.algorithms.weights import distance, random_weights, weight_vectors
 from mgeo.testing import check_algorithm
 
@@ -193,6 +193,45 @@ def test_differences_lie_between_points_of_the_donor_pool():
             assert (aligned & (share <= 1)).any()
 
 
+def test_attraction_adds_a_part_of_the_way_to_a_point():
+    rng = np.random.default_rng(4)
+    own = np.tile(np.arange(5), 6000)
+    x, target, between = (rng.standard_normal((len(own), 5)) for _ in range(3))
+    zero = np.zeros_like(x)
+    for share, difference in ((1.0, zero), (0.3, zero), (0.5, between)):
+        attraction = Attraction(share, 1.0, x, target)
+        donors = lambda _, first=difference: (first, zero)  # noqa: E731
+        steps, _, first = joint_steps(
+            own, np.ones(5), (0.1, 0.1), (0.0, 0.0), 1.0, donors, rng, attraction
+        )
+        pulled = (steps != 0.0).all(axis=1)  # the others change their own variable alone, or none
+        assert pulled.mean() == pytest.approx(share, abs=0.02)
+        np.testing.assert_array_equal(first[pulled], target[pulled])
+        np.testing.assert_array_equal(first[~pulled], difference[~pulled])
+        # each step is v (first - second) + w (target - x): two unknowns, five equations
+        for step, a, b in zip(
+            steps[pulled][:200],
+            difference[pulled],
+            (target - x)[pulled],
+            strict=False,
+        ):
+            solved = np.linalg.lstsq(np.column_stack([a, b]), step)[0]
+            np.testing.assert_allclose(solved[0] * a + solved[1] * b, step, atol=1e-12)
+            assert ((solved > -1e-12) & (solved < 1.0)).all()
+
+
+def test_walkers_are_attracted_by_the_archived_point_nearest_along_their_weights():
+    free = {"difference": 1.0, "attract": (1.0, 1.0), "n_walkers": 6, **STILL}
+    run = begun(MGEODirected(**free), ZDT1(n_var=4), 5)
+    archive = run.front
+    X, F = archive.individuals.get("X"), archive.F
+    far = distance(F, run.state.weights[:, None], F.min(axis=0), F.max(axis=0))
+    seen = run._attraction()
+    np.testing.assert_array_equal(seen.target[:, 0], X[far.argmin(axis=1)])
+    np.testing.assert_array_equal(seen.x[:, 0], run.walkers)
+    assert (seen.share, seen.coupling) == (1.0, 1.0)
+
+
 def test_a_walker_takes_one_of_its_candidates_whole():
     run = begun(MGEODirected(n_walkers=6, **STILL), ZDT1(n_var=5), 4)
     infills = run.ask()
@@ -343,6 +382,7 @@ def test_one_objective_is_minimized():
         ({"difference": -0.1}, "difference = -0.1: expected"),
         ({"coupling": (0.1,)}, r"coupling = \(0.1,\): expected two numbers"),
         ({"coupling": (0.1, 2.0)}, r"coupling\[1\] = 2.0: expected a number in \[0, 1\]"),
+        ({"attract": (1.5, 0.9)}, r"attract\[0\] = 1.5: expected a number in \[0, 1\]"),
         ({"widths": (0.0, 1.0)}, r"widths\[0\] = 0.0: expected a finite number > 0"),
         ({"widths": (1.0, 0.1)}, "widths = .*: expected the smaller one first"),
         ({"return_to_best": 0.9, "migrate": (0.2, 0.0)}, "expected sums of at most 1"),
