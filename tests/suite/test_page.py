@@ -25,6 +25,7 @@ def blocks(language):
     return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
 
 
+@pytest.mark.slow
 def test_the_example_runs(monkeypatch, capsys):
     shown = []
     monkeypatch.setattr(go.Figure, "show", lambda figure: shown.append(figure))
@@ -34,6 +35,7 @@ def test_the_example_runs(monkeypatch, capsys):
     assert len(shown) == 1
 
 
+@pytest.mark.slow
 def test_the_commands_are_there(tmp_path, monkeypatch):
     monkeypatch.chdir(DOCS.parent)
     lines = [line for block in blocks("sh") for line in block.splitlines() if "solve" in line]

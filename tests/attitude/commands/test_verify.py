@@ -27,6 +27,7 @@ def test_a_plan_of_a_run(run, folder, front):
     assert "10 simulated flights" in text
 
 
+@pytest.mark.slow
 def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path):
     found = verify(front.plan("best"), n_runs=3, seed=2)
     file = tmp_path / "verification-best.json"

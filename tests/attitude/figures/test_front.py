@@ -47,6 +47,7 @@ def test_boundary_holds_the_nondominated_points():
     assert boundary.line.shape == "hv"
 
 
+@pytest.mark.slow
 def test_hover_text_is_the_plan(figure, problem, X, F):
     accuracy = problem.describe(X)["attitude accuracy [deg]"]
     looked_at = spread(len(X))

@@ -93,6 +93,7 @@ def test_where_it_is_considered_the_gain_is_that_of_an_error_that_stays_unknown(
     np.testing.assert_array_equal(considered.suite.considered, [6, 7, 8])
 
 
+@pytest.mark.slow
 def test_sampled_at_an_interval_a_filter_of_any_step_knows_the_same():
     """Whose maneuvers begin at steps of all; the orbit is the same table, sparser."""
     suite = SUITES["orbit error"]

@@ -64,10 +64,11 @@ def test_without_a_browser_it_says_so(folder, tmp_path, monkeypatch, path):
     silent.chmod(0o755)
     monkeypatch.setattr("mgeo.report.static._PATIENCE", 2.0)
     monkeypatch.setenv("BROWSER_PATH", str(silent) if path == "silent" else path)
+    before = set(threading.enumerate())  # those of other tests, such as pools of processes
     message = refused(folder, report(folder, "--pdf"))
     assert message.startswith("Error: PNG and PDF need Chrome or Chromium, and none was found")
-    for thread in threading.enumerate():  # one that goes on would keep the process from ending
-        if not thread.daemon and thread is not threading.current_thread():
+    for thread in set(threading.enumerate()) - before:
+        if not thread.daemon:  # one that goes on would keep the process from ending
             thread.join(30.0)
             assert not thread.is_alive()
 
