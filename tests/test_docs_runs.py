@@ -42,6 +42,6 @@ def test_the_commands_do_what_the_page_says(tmp_path, monkeypatch):
         run = read_run("runs/long")
         budgets.append(run.outcome.evaluations)
         fronts.append(run.outcome.F.tolist())
-    assert budgets == [1080, 1080, 2160, 2880]
+    assert budgets == [1056, 1056, 2112, 2880]
     assert fronts[0] == fronts[1]
     assert len(read_record("runs/long/evaluations")) == 2880

@@ -28,6 +28,8 @@ SECONDS = 30  # after which a case counts as hanging
 MEMORY = 2**31  # bytes more than the process has: a case must not bring down the machine
 LONGEST = 1000  # characters of a message that a person reads
 BAD_INPUT = 2
+#: Of a search that ends and has found nothing feasible.
+NOTHING_FEASIBLE = 3
 
 # in memory where there is such a place: most of the time of a case is that of its folder
 PLACE = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
@@ -194,7 +196,9 @@ def _command(attempt: Attempt, failures: list[str]) -> tuple[bool, str, Any]:
     shown = ran.stdout + ran.stderr
     if ran.exception is not None and not isinstance(ran.exception, SystemExit):
         failures.append("".join(traceback.format_exception(ran.exception)))
-    elif ran.exit_code not in (BAD_INPUT, *attempt.codes):
+    elif ran.exit_code not in (BAD_INPUT, *attempt.codes) and not (
+        ran.exit_code == NOTHING_FEASIBLE and arguments[0] in ("solve", "resume")
+    ):
         failures.append(f"exit code {ran.exit_code}: {shown}")
     if raw := _controls(shown):
         failures.append(f"raw control characters {raw!r} on the terminal: {shown!r}")
