@@ -47,6 +47,7 @@ def test_the_commands_are_there(tmp_path, monkeypatch):
         assert done.exit_code == 0, done.output
 
 
+@pytest.mark.slow
 def test_the_conclusions_are_those_of_the_stored_front():
     problem = SensorSuiteProblem()
     table = pd.read_csv(DOCS / "fronts" / "suite.csv").to_numpy()
