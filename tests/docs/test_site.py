@@ -40,6 +40,9 @@ NUMBERS = {
     "clearance": 14,
     "triad": 15,
     "pointing-rate": 16,
+    "budget": 17,
+    "disturbance": 18,
+    "share": 19,
 }
 
 pytestmark = pytest.mark.slow
@@ -90,7 +93,7 @@ def test_every_page_is_there(site):
     pages = {path.relative_to(ROOT / "docs") for path in (ROOT / "docs").rglob("*.md")}
     assert len(pages) > 10
     notebooks = {path.relative_to(ROOT) for path in (ROOT / "notebooks").glob("*.ipynb")}
-    assert len(notebooks) == 5
+    assert len(notebooks) == 7
     pages |= notebooks
     for path in pages:
         assert (site / path).with_suffix(".html").is_file(), path
@@ -175,12 +178,12 @@ def test_a_browser_shows_index_and_equations(site, browser, tmp_path):
 
 
 def test_a_browser_draws_the_interactive_figure(site, browser, tmp_path):
-    """Plotly replaces the empty box by a drawing with one trace per front."""
+    """Plotly replaces empty boxes by drawings: two fronts, and those of tracker and wheels."""
     before = (site / "limits.html").read_text(encoding="utf-8")
     after = shown(browser, site / "limits.html", tmp_path)
     assert "main-svg" not in before.partition("<body")[2]
     assert "main-svg" in after
-    assert len(re.findall(r'<g class="trace scatter', after)) == 2
+    assert len(re.findall(r'<g class="trace scatter', after)) == 10
 
 
 @pytest.mark.parametrize(

@@ -169,7 +169,7 @@ def spoiled(name):
         ("cubesat_6u", "", 20),
         ("cubesat_6u_full", "", 10),
         ("paper", "outliers and holes", 20),
-        ("paper", "slow magnetometer", 10),
+        ("paper", "slow magnetometer", 25),
     ],
 )
 def test_many_flights_are_consistent(preset, name, flights):
