@@ -7,34 +7,46 @@ on reading they are computed again, and a file that says something else is refus
 
 from __future__ import annotations
 
-import json
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mgeo.files.reading import entry, errors_of, parse_json, read_text
-from mgeo_attitude._typing import Floats
+from mgeo.files.reading import entry
 from mgeo_attitude.calibration.calibration import Calibration
 from mgeo_attitude.calibration.sensor_tests import SensorTest
+from mgeo_attitude.documents import (
+    check_consequences,
+    check_keys,
+    opened,
+    read_document,
+    scenario_of,
+    written,
+)
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.plan.files import MOST_BYTES, check_same
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.scenario.prior import check_covariance
+from mgeo_attitude.scenario.prior import prior_of
+from mgeo_attitude.scenario.settings import state_units
 
 FORMAT = "mgeo-attitude-calibration"
 VERSION = 1
 
-_ROUNDING = 1e-9
 _TABLES: Any = list[dict]  # type: ignore[type-arg]
 _ROWS: Any = list[list]  # type: ignore[type-arg]
+_ESTIMATES: dict[str, Any] = {
+    "quaternion": list,
+    "rate_deg_s": list,
+    "states": dict,
+    "covariance": _ROWS,
+}
 _KINDS = {"str": str, "int": int, "float": float}
 
 
 def to_json(calibration: Calibration) -> str:
     """The calibration as a JSON document; floats by repr, so that it reads back exactly."""
-    return json.dumps(document(calibration), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return written(document(calibration))
 
 
 def document(calibration: Calibration) -> dict[str, Any]:
@@ -58,24 +70,10 @@ def from_json(text: str) -> Calibration:
         If the text is no JSON, of another format or version, or a key is missing, unknown, of a bad
         value, or does not follow from the others; the message names the key.
     """
-    table = parse_json(text)
-    found = table.get("format") if isinstance(table, dict) else None
-    if found != FORMAT:
-        raise ValueError(f"format = {found!r:.80}: expected {FORMAT!r}")
-    version = table.get("version")
-    if version != VERSION or isinstance(version, bool):
-        raise ValueError(f"version = {version!r:.80}: this package reads version {VERSION}")
-    try:
-        scenario = Scenario.from_dict(entry(table, "scenario", dict))
-    except InvalidValue as error:
-        raise error.under("scenario") from None
-    calibration = _calibration(table, scenario)
-    written = document(calibration)
-    for key in table:
-        if key not in written:
-            raise InvalidValue(key, table[key], f"expected {', '.join(written)}")
-    for key, expected in _consequences(calibration).items():
-        check_same(key, entry(table, key, type(expected)), expected, "the estimate")
+    table = opened(text, FORMAT, VERSION)
+    calibration = _calibration(table, scenario_of(table))
+    check_keys(table, document(calibration))
+    check_consequences(table, _consequences(calibration), "the estimate")
     return calibration
 
 
@@ -89,9 +87,7 @@ def read_json(path: Path | str) -> Calibration:
     ValueError
         Naming the file and the key, see `from_json`.
     """
-    text = read_text(path, MOST_BYTES)
-    with errors_of(path):
-        return from_json(text)
+    return read_document(path, from_json)
 
 
 def _consequences(calibration: Calibration) -> dict[str, Any]:
@@ -103,19 +99,10 @@ def _consequences(calibration: Calibration) -> dict[str, Any]:
     }
 
 
-def _calibration(table: dict[str, Any], scenario: Scenario) -> Calibration:
-    from mgeo_attitude.filter.suite import Suite
-
-    blocks = Suite(scenario.gyro, scenario.sensors).blocks
-    n, states = 3 * len(blocks), entry(table, "states", dict)
-    if list(states) != list(blocks[1:]):
-        raise InvalidValue("states", list(states), f"expected {', '.join(blocks[1:])}")
-    values = [_numbers(states, block, (3,), "states.") for block in blocks[1:]]
-    covariance = _numbers(table, "covariance", (n, n))
-    check_covariance(covariance, n)
-    quaternion = _numbers(table, "quaternion", (4,))
-    if abs(np.linalg.norm(quaternion) - 1.0) > _ROUNDING:
-        raise InvalidValue("quaternion", quaternion.tolist(), "expected one of unit length")
+def _calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
+    for key, kind in _ESTIMATES.items():
+        entry(table, key, kind)
+    prior = prior_of(table, list(state_units(scenario.gyro, scenario.sensors))[1:])
     names = [sensor.name for sensor in scenario.sensors]
     tests = tuple(
         _test(row, f"tests[{i}].") for i, row in enumerate(entry(table, "tests", _TABLES))
@@ -130,10 +117,10 @@ def _calibration(table: dict[str, Any], scenario: Scenario) -> Calibration:
     return Calibration(
         scenario=scenario,
         time=float(entry(table, "time_s", float)),
-        quaternion=quaternion,
-        rate_deg_s=_numbers(table, "rate_deg_s", (3,)),
-        states=np.concatenate([np.zeros(3), *values]),
-        covariance=covariance,
+        quaternion=np.array(prior.quaternion),
+        rate_deg_s=np.array(prior.rate_deg_s),
+        states=prior.estimates,
+        covariance=np.array(prior.covariance),
         tests=tests,
         rejected=rejected,
     )
@@ -156,13 +143,3 @@ def _rejected(row: list[Any], where: str, names: list[str]) -> tuple[float, str,
     if len(row) > 3 or sensor not in names:
         raise InvalidValue(where, row, f"expected a time, one of {names}, and a chi-square")
     return float(time), sensor, float(square)
-
-
-def _numbers(table: dict[str, Any], key: str, shape: tuple[int, ...], where: str = "") -> Floats:
-    kind = list[float] if len(shape) == 1 else _ROWS
-    rows = entry(table, key, kind, where)
-    if len(shape) == 2:
-        rows = [entry({str(i): row}, str(i), list[float], f"{key}.") for i, row in enumerate(rows)]
-    if len(rows) != shape[0] or any(len(row) != shape[1] for row in rows if len(shape) == 2):
-        raise ValueError(f"{where}{key}: expected {' x '.join(map(str, shape))} numbers")
-    return np.array(rows, dtype=float)

@@ -268,7 +268,7 @@ def fly(
 
     with bad_input(_USERS):
         check_targets([out], overwrite, (".csv",))
-        check_targets([truth] if truth else [], overwrite, (".json",))
+        check_targets([truth], overwrite, (".json",))
         plan = load_plan(source, pick, time, solution).plan
         before = command.read_truth(after, plan) if after else None
         telemetry = command.flown(plan, simulator, vehicle, seed, before)

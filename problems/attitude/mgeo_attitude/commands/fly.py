@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -11,22 +10,21 @@ from scipy.spatial.transform import Rotation
 
 from mgeo.cli.output import Output
 from mgeo.files.atomic import write_file
-from mgeo.files.reading import entry, errors_of, parse_json, read_text
+from mgeo.files.reading import entry
 from mgeo_attitude.calibration.calibration import in_units, telemetry_units
+from mgeo_attitude.documents import opened, read_document, scenario_of, written
 from mgeo_attitude.environment.time_frames import elapsed
 from mgeo_attitude.fields import expect
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight import Telemetry, Truth
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.ccsds import quaternions
-from mgeo_attitude.plan.files import MOST_BYTES
-from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.prior import check_quaternion
 
 SIMULATORS = ("own", "basilisk")
 
 FORMAT = "mgeo-attitude-truth"
 VERSION = 1
-
 
 #: A plan begins where the flight before has ended, but for rounding [s].
 _SAME_INSTANT = 1e-3
@@ -42,25 +40,23 @@ def read_truth(path: Path, plan: ManeuverPlan) -> Truth:
     ValueError, TypeError
         Naming the file and the key: no truth, of another satellite, or of another instant.
     """
-    text = read_text(path, MOST_BYTES)
-    with errors_of(path):
-        table = parse_json(text)
-        found = table.get("format") if isinstance(table, dict) else None
-        if found != FORMAT:
-            raise ValueError(f"format = {found!r:.80}: expected {FORMAT!r}")
-        before = Scenario.from_dict(entry(table, "scenario", dict))
-        blocks = Suite(plan.scenario.gyro, plan.scenario.sensors).blocks[1:]
-        states = entry(table, "states", dict)
-        expect(list(states) == list(blocks), "states", list(states), ", ".join(blocks))
-        rows = [entry(states, block, list[float], "states.") for block in blocks]
-        expect({len(row) for row in rows} == {3}, "states", states, "three numbers each")
-        quaternion = np.array(entry(table, "quaternion", list[float]))
-        sound = quaternion.shape == (4,) and abs(np.linalg.norm(quaternion) - 1.0) < 1e-9
-        expect(sound, "quaternion", quaternion.tolist(), "four numbers of unit length")
-        time = float(entry(table, "time_s", float))
-        gap = elapsed(before.epoch, plan.scenario.epoch) - time
-        start = f"the epoch of the plan, {time + gap:.6f} s after {before.epoch.isoformat()}"
-        expect(abs(gap) < _SAME_INSTANT, "time_s", time, start)
+    return read_document(path, lambda text: _truth(text, plan))
+
+
+def _truth(text: str, plan: ManeuverPlan) -> Truth:
+    table = opened(text, FORMAT, VERSION)
+    before = scenario_of(table)
+    blocks = Suite(plan.scenario.gyro, plan.scenario.sensors).blocks[1:]
+    states = entry(table, "states", dict)
+    expect(list(states) == list(blocks), "states", list(states), ", ".join(blocks))
+    rows = [entry(states, block, list[float], "states.") for block in blocks]
+    expect({len(row) for row in rows} == {3}, "states", states, "three numbers each")
+    quaternion = entry(table, "quaternion", list[float])
+    check_quaternion(quaternion)
+    time = float(entry(table, "time_s", float))
+    gap = elapsed(before.epoch, plan.scenario.epoch) - time
+    start = f"the epoch of the plan, {time + gap:.6f} s after {before.epoch.isoformat()}"
+    expect(abs(gap) < _SAME_INSTANT, "time_s", time, start)
     attitude = Rotation.from_quat(quaternion).as_matrix().T
     return Truth(attitude=attitude[None], states=np.concatenate([np.zeros(3), *rows])[None])
 
@@ -129,8 +125,7 @@ def write_flight(telemetry: Telemetry, out: Path, truth: Path | None, document: 
     telemetry.to_csv(out)
     if truth is None:
         return [str(out)]
-    text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-    write_file(truth, text.encode())
+    write_file(truth, written(document).encode())
     return [str(out), str(truth)]
 
 

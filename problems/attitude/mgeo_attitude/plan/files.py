@@ -7,29 +7,28 @@ else is refused. CSV says less than the plan; floats are written to the last dig
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from mgeo.files.atomic import write_file
-from mgeo.files.reading import entry, errors_of, parse_json, read_text
-from mgeo_attitude.fields import InvalidValue
+from mgeo.files.reading import entry
+from mgeo_attitude.documents import (
+    check_consequences,
+    check_keys,
+    opened,
+    read_document,
+    scenario_of,
+    written,
+)
 from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.uplink import to_uplink_csv
-from mgeo_attitude.scenario import Scenario
 
 SUFFIXES = (".json", ".uplink.csv", ".csv", ".aem")
 
 FORMAT = "mgeo-attitude-plan"
 VERSION = 2
-
-#: A plan of 100 maneuvers is far smaller.
-MOST_BYTES = 64 * 2**20
-
-#: Numbers that were computed again, perhaps by other libraries, may differ by this fraction.
-TOLERANCE = 1e-6
 
 
 def write_plan(plan: ManeuverPlan, path: Path | str, **aem: Any) -> None:
@@ -85,14 +84,15 @@ def to_csv(plan: ManeuverPlan) -> str:
 
 def to_json(plan: ManeuverPlan) -> str:
     """The plan as a JSON document; floats by repr, so that it reads back exactly."""
-    table = {
-        "format": FORMAT,
-        "version": VERSION,
-        "scenario": plan.scenario.to_dict(),
-        "design": list(plan.design),
-        **_consequences(plan),
-    }
-    return json.dumps(table, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return written(
+        {
+            "format": FORMAT,
+            "version": VERSION,
+            "scenario": plan.scenario.to_dict(),
+            "design": list(plan.design),
+            **_consequences(plan),
+        }
+    )
 
 
 def from_json(text: str) -> ManeuverPlan:
@@ -104,25 +104,11 @@ def from_json(text: str) -> ManeuverPlan:
         If the text is no JSON, of another format or version, or a key is missing, unknown, of a bad
         value, or does not follow from the design; the message names the key.
     """
-    table = parse_json(text)
-    found = table.get("format") if isinstance(table, dict) else None
-    if found != FORMAT:
-        raise ValueError(f"format = {found!r}: expected {FORMAT!r}")
-    version = table.get("version")
-    if version != VERSION or isinstance(version, bool):
-        raise ValueError(f"version = {version!r}: this package reads version {VERSION}")
-    try:
-        scenario = Scenario.from_dict(entry(table, "scenario", dict))
-    except InvalidValue as error:
-        raise error.under("scenario") from None
-    plan = ManeuverPlan(scenario, tuple(entry(table, "design", list)))
+    table = opened(text, FORMAT, VERSION)
+    plan = ManeuverPlan(scenario_of(table), tuple(entry(table, "design", list)))
     consequences = _consequences(plan)
-    known = ["format", "version", "scenario", "design", *consequences]
-    for key in table:
-        if key not in known:
-            raise InvalidValue(key, table[key], f"expected {', '.join(known)}")
-    for key, expected in consequences.items():
-        check_same(key, entry(table, key, type(expected)), expected, "the design")
+    check_keys(table, ["format", "version", "scenario", "design", *consequences])
+    check_consequences(table, consequences, "the design")
     return plan
 
 
@@ -136,9 +122,7 @@ def read_json(path: Path | str) -> ManeuverPlan:
     ValueError
         Naming the file and the key, see `from_json`.
     """
-    text = read_text(path, MOST_BYTES)
-    with errors_of(path):
-        return from_json(text)
+    return read_document(path, from_json)
 
 
 def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
@@ -156,30 +140,3 @@ def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
         "timeline": plan.timeline().to_dict("records"),
         "accuracy": plan.accuracy().reset_index().to_dict("records"),
     }
-
-
-def check_same(key: str, found: Any, expected: Any, source: str) -> None:
-    """Refuse other data than follow from a source, naming the first key.
-
-    Numbers may be off by `TOLERANCE`.
-
-    Raises
-    ------
-    InvalidValue
-    """
-    if isinstance(expected, dict) and isinstance(found, dict) and found.keys() == expected.keys():
-        for name in expected:
-            check_same(f"{key}.{name}", found[name], expected[name], source)
-        return
-    if isinstance(expected, list) and isinstance(found, list) and len(found) == len(expected):
-        for i, (one, other) in enumerate(zip(found, expected, strict=True)):
-            check_same(f"{key}[{i}]", one, other, source)
-        return
-    if isinstance(expected, float) and type(found) in (int, float):
-        # no fraction of a number that is zero but for rounding, as in a quaternion
-        close = TOLERANCE * max(abs(expected), TOLERANCE)
-        same = expected - close <= found <= expected + close
-    else:
-        same = type(found) is type(expected) and found == expected
-    if not same:
-        raise InvalidValue(key, found, f"expected {expected!r}, which follows from {source}")

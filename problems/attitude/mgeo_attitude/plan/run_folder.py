@@ -18,9 +18,9 @@ from mgeo.runs.folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
 from mgeo.runs.representative import default_solution
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.describe import nondominated
+from mgeo_attitude.documents import TOLERANCE
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
-from mgeo_attitude.plan.files import TOLERANCE
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario import Scenario

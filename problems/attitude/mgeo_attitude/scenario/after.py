@@ -11,16 +11,9 @@ from typing import Any
 import numpy as np
 
 from mgeo_attitude.environment.time_frames import elapsed
-from mgeo_attitude.fields import (
-    InvalidType,
-    InvalidValue,
-    KeyProblem,
-    expect,
-    from_table,
-    to_table,
-)
+from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, expect, to_table
 from mgeo_attitude.scenario.presets import Table, overridden
-from mgeo_attitude.scenario.prior import Prior
+from mgeo_attitude.scenario.prior import Prior, prior_of
 from mgeo_attitude.scenario.settings import state_units
 
 #: What a calibration's document says of where a run goes on.
@@ -63,10 +56,7 @@ def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
             raise InvalidValue(key, overrides[key], expected)
     try:
         before = read(document["scenario"])
-        blocks, states = list(state_units(before.gyro, before.sensors))[1:], document["states"]
-        expect(list(states) == blocks, "states", list(states), ", ".join(blocks))
-        given = {key: document[key] for key in ("quaternion", "rate_deg_s", "covariance")}
-        prior = from_table(Prior, {**given, "states": list(states.values())})
+        prior = prior_of(document, list(state_units(before.gyro, before.sensors))[1:])
     except InvalidValue as error:
         raise error.under("after") from None
     time = float(document["time_s"])

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
+from mgeo_attitude.fields import InvalidValue, Validated, expect, from_table, quantity
 
 #: Quaternions and matrices are written with all their digits.
 _ROUNDING = 1e-9
@@ -37,9 +38,7 @@ class Prior(Validated):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        length = float(np.linalg.norm(self.quaternion))
-        unit = f"a length of 1, not {length:.12g}"
-        expect(abs(length - 1.0) <= _ROUNDING, "quaternion", self.quaternion, unit)
+        check_quaternion(self.quaternion)
         check_covariance(self.covariance, 3 * (1 + len(self.states)))
 
     @property
@@ -72,6 +71,38 @@ class Prior(Validated):
         correlation: Floats = np.array(self.covariance) / np.outer(self.sigma, self.sigma)
         np.fill_diagonal(correlation, 1.0)
         return 0.5 * (correlation + correlation.T)
+
+
+def prior_of(document: Mapping[str, Any], blocks: Sequence[str]) -> Prior:
+    """Attitude, rate, estimates and covariance of a calibration's document.
+
+    Parameters
+    ----------
+    blocks : sequence of str
+        Of the satellite's states, after the attitude.
+
+    Raises
+    ------
+    InvalidValue, InvalidType
+        For states of another satellite, or what is no attitude, rate, estimate or covariance.
+    """
+    states = document["states"]
+    expect(list(states) == list(blocks), "states", list(states), ", ".join(blocks))
+    given = {key: document[key] for key in ("quaternion", "rate_deg_s", "covariance")}
+    return from_table(Prior, {**given, "states": list(states.values())})
+
+
+def check_quaternion(quaternion: Sequence[float]) -> None:
+    """Refuse what is not four numbers of unit length.
+
+    Raises
+    ------
+    InvalidValue
+    """
+    length = float(np.linalg.norm(quaternion))
+    sound = len(quaternion) == 4 and abs(length - 1.0) <= _ROUNDING
+    unit = f"four numbers of unit length, not {length:.12g}"
+    expect(sound, "quaternion", quaternion, unit)
 
 
 def check_covariance(matrix: Sequence[Sequence[float]] | ArrayLike, n: int) -> None:
