@@ -122,8 +122,8 @@ def joint_steps(
         mean[learns] = coupling[1]
         if attraction is not None:
             pulled = learns & (rng.random(own.shape) < attraction.share)
-            whole = rng.random(own.shape)[..., None] * (attraction.target - attraction.x)
-            step = np.where(pulled[..., None], step + whole, step)
+            part = rng.random(own.shape)[..., None] * (attraction.target - attraction.x)
+            step = np.where(pulled[..., None], step + part, step)
             mean[pulled] = attraction.coupling
             first = np.where(pulled[..., None], attraction.target, first)
     with np.errstate(divide="ignore"):  # of a mean of zero, for which every probability is zero

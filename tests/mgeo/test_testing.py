@@ -295,8 +295,11 @@ BROKEN = [
     (DescribesAsDict(), r"describe\(X\) is a dict: no DataFrame"),
     (DescribesTooLittle(), r"describe\(X\) has 1 rows: expected 10"),
     (DescribeMutates(), r"describe\(X\) must not modify X"),
-    (AnswersTooLittle(), r"answers\(X\) = \['fine'\]: expected a list of 10 texts"),
-    (AnswersNothing(), r"answers\(X\) = \[''.*: expected a list of 10 texts"),
+    (
+        AnswersTooLittle(),
+        r"answers\(X\) of problem \w+ gives \['fine'\]: expected a list of 10 texts",
+    ),
+    (AnswersNothing(), r"answers\(X\) of problem \w+ gives \[''.*: expected a list of 10 texts"),
     (
         LimitsWithoutUnits(),
         "(?s)limits.*10 DataFrames with the columns unit, value, bound, limit, mar",
