@@ -21,7 +21,7 @@ from mgeo_attitude.filter.evaluator import available_threads
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.flight import Flight, Motion, draw, fly_run, other_truth
-from mgeo_attitude.maneuvers.slew_back import slew_back
+from mgeo_attitude.flight.simulated import commanded
 from mgeo_attitude.rotation import multiply
 from mgeo_attitude.scenario import Scenario
 
@@ -107,8 +107,7 @@ def simulate(
     model = FilterModel.from_scenario(scenario, environment)
     real = model if truth is None else other_truth(truth, scenario, environment)
     t_end = reference_run(model, plan).t_end
-    back = slew_back(scenario, plan, t_end, model.slew_limits, model.initial_attitude)
-    whole = plan if back is None else back.design
+    whole = commanded(scenario, plan, model, t_end)
     predicted = reference_run(model.endless, whole).sigma
     samples, n_watched = _samples(model, t_end), round(t_end / model.step) + 1
     if until is not None:

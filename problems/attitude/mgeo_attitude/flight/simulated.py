@@ -84,12 +84,17 @@ def going_on(model: FilterModel, draws: Draws, after: Truth | None) -> Draws:
     return dataclasses.replace(draws, errors=errors)
 
 
-def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
-    """The design of a plan, with the slew back that the scenario asks for."""
+def commanded(
+    scenario: Scenario, plan: Any, model: FilterModel, t_end: float | None = None
+) -> Floats:
+    """The design of a plan, with the slew back that the scenario asks for.
+
+    `t_end` [s], when it converges, is computed if it is not given.
+    """
     design = np.asarray(getattr(plan, "design", plan), dtype=float)
     if not scenario.maneuvers.slew_back:
         return design
-    t_end = reference_run(model, design).t_end
+    t_end = reference_run(model, design).t_end if t_end is None else t_end
     back = slew_back(scenario, design, t_end, model.slew_limits, model.initial_attitude)
     return design if back is None else back.design
 

@@ -153,6 +153,11 @@ class ManeuverPlan(Validated):
         )
 
     @property
+    def commanded(self) -> tuple[float, ...] | Floats:
+        """The design that is flown: the plan's own, or with the slew back after it."""
+        return self.design if self.slew_back is None else self.slew_back.design
+
+    @property
     def duration(self) -> float:
         """When the plan ends, slew back included [s]."""
         return self.t_end if self.slew_back is None else self.slew_back.end
@@ -163,7 +168,7 @@ class ManeuverPlan(Validated):
         if self.slew_back is None:
             return self.history.attitude
         n_steps = round(self.duration / self.scenario.step)
-        return Motion.of(self.problem.model, self.slew_back.design, n_steps).attitude
+        return Motion.of(self.problem.model, self.commanded, n_steps).attitude
 
     def steps(self, times: ArrayLike) -> NDArray[np.int64]:
         """Filter steps of times [s] that are on one."""
