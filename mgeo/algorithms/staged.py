@@ -8,7 +8,7 @@ import numpy as np
 from pymoo.core.population import Population
 
 from mgeo._typing import FloatArray
-from mgeo._validation import validate_fraction, validate_pair
+from mgeo._validation import validate_fraction
 from mgeo.algorithms.directed import DirectedState, MGEODirected
 from mgeo.evaluation.individuals import individuals
 from mgeo.pareto.archive import ParetoArchive
@@ -27,7 +27,7 @@ class StagedState(DirectedState):
 
 
 class MGEOStaged(MGEODirected):
-    """`MGEODirected` in three stages: rough, precise, and as precise as the problem can.
+    """`MGEODirected` in stages: first rough, at last as precise as the problem can.
 
     A problem whose values are estimates, from samples say, is cheap to search roughly and dear to
     search precisely. At the beginning of a stage all points of the archive are evaluated anew, the
@@ -40,8 +40,8 @@ class MGEOStaged(MGEODirected):
 
     Parameters
     ----------
-    stages : shares of the run, as its termination counts it, at which the second and the third
-        stage begin, in [0, 1].
+    stages : shares of the run, as its termination counts it, at which the second stage and those
+        after it begin, ascending in [0, 1]. One that begins at 1 is no search, but a last judgment.
     options : the parameters of `MGEODirected`.
 
     Attributes
@@ -56,11 +56,13 @@ class MGEOStaged(MGEODirected):
     state: StagedState
     _judging = False  # whether what is proposed are the points of the archive
 
-    def __init__(self, stages: Sequence[float] = (0.85, 0.985), **options: Any) -> None:
+    def __init__(self, stages: Sequence[float] = (0.87, 0.99, 1.0), **options: Any) -> None:
         super().__init__(**options)
-        self.stages = validate_pair("stages", stages, validate_fraction)
-        if self.stages[0] > self.stages[1]:
-            raise ValueError(f"stages = {stages!r}: expected the earlier one first")
+        if not np.size(stages) or np.ndim(stages) != 1:
+            raise ValueError(f"stages = {stages!r}: expected one or more numbers")
+        self.stages = [validate_fraction(f"stages[{i}]", each) for i, each in enumerate(stages)]
+        if self.stages != sorted(self.stages):
+            raise ValueError(f"stages = {stages!r}: expected the earlier ones first")
 
     @property
     def stage(self) -> int:

@@ -22,7 +22,7 @@ class Estimated(Problem):
         self.batches = []
 
     def _evaluate(self, X, out, *args, algorithm=None, **kwargs):
-        stage = getattr(algorithm, "stage", 2)
+        stage = min(getattr(algorithm, "stage", 2), 2)
         self.batches.append((stage, X.copy()))
         rest = 1.0 + X[:, 1:].sum(axis=1) + 0.1 * (2 - stage) * np.sin(40.0 * X).sum(axis=1)
         out["F"] = np.column_stack([X[:, 0] + 0.5 * rest, 1.0 - X[:, 0] + rest])
@@ -131,9 +131,11 @@ def test_of_a_problem_without_stages_it_is_the_directed_search():
 
 
 def test_stages_are_shares_in_order():
-    with pytest.raises(ValueError, match=r"stages = \(0.9, 0.5\): expected the earlier one first"):
+    with pytest.raises(ValueError, match=r"stages = \(0.9, 0.5\): expected the earlier ones first"):
         MGEOStaged((0.9, 0.5))
     with pytest.raises(ValueError, match="stages"):
         MGEOStaged((0.5, 1.5))
+    with pytest.raises(ValueError, match=r"stages = \(\): expected one or more"):
+        MGEOStaged(())
     with pytest.raises(TypeError, match="stages"):
         MGEODirected(stages=(0.5, 0.6))
