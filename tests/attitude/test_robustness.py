@@ -14,7 +14,7 @@ from mgeo_attitude.environment.time_frames import instants
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.maneuvers.schedule import schedule
-from mgeo_attitude.robustness import draw_flights, judged, kept_by
+from mgeo_attitude.robustness import draw_flights, judged, kept_by, over_flights
 from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Prior, Wheels
 from pymoo.optimize import minimize
 from scipy.spatial.transform import Rotation
@@ -99,6 +99,41 @@ def test_the_first_flights_are_the_same_however_many_there_are():
         np.testing.assert_array_equal(a.model.references, b.model.references)
         np.testing.assert_array_equal(a.rates, b.rates)
     assert not np.array_equal(few[0].rates, flights(count=3, seed=1)[0].rates)
+
+
+def test_noise_is_other_than_believed_by_a_factor_that_the_filter_knows():
+    X, names = designs(2), ("angle_random_walk_deg_per_sqrt_h", "noise_deg", "noise_nt")
+    of = scenario(count=300, noise_spread=0.3)
+    drawn = draw_flights(of, FilterModel.from_scenario(of), of.flight)
+    for noisy, exact in zip(drawn, flights(count=3), strict=False):
+        np.testing.assert_array_equal(noisy.model.references, exact.model.references)
+        np.testing.assert_array_equal(noisy.rates, exact.rates)
+    believed = [of.gyro, *of.sensors]
+    found = [[each.variants[0].suite.gyro, *each.variants[0].suite.sensors] for each in drawn]
+    factors = [
+        [
+            getattr(a, name) / getattr(b, name)
+            for a, b, name in zip(parts, believed, names, strict=True)
+        ]
+        for parts in found
+    ]
+    # 900 numbers: three standard deviations of their spread are 7 %
+    assert np.std(np.log(factors)) == pytest.approx(0.3, rel=0.07)
+    assert np.abs(np.corrcoef(np.log(factors).T)[np.triu_indices(3, 1)]).max() < 0.2
+    problem = AttitudeManeuverProblem(dataclasses.replace(of, flight=None), flights=1)
+    values = over_flights(drawn[:2], X, lambda _, ran: ran.trace[:, None], 1, False)
+    by_hand = [[reference_run(f.variants[0], x).trace[-1] for x in f.flown(X)] for f in drawn[:2]]
+    np.testing.assert_allclose(values[..., 0], by_hand, rtol=1e-9)
+    assert not np.allclose(values[..., 0], problem.evaluate(X)[:, 1], rtol=0.05)
+
+
+def test_a_sensor_without_named_noise_is_refused():
+    class Silent(type(Scenario.paper().sensors[0])):
+        noise_parameters = ()
+
+    of = dataclasses.replace(scenario(noise_spread=0.1), sensors=(Silent(),))
+    with pytest.raises(ValueError, match=r"noise_spread: Silent does not name its noise_param"):
+        draw_flights(of, FilterModel.from_scenario(of), of.flight)
 
 
 def test_a_delayed_flight_sees_what_is_there_later():

@@ -1,8 +1,8 @@
 """Plans judged over flights: what they keep when they are not flown exactly.
 
-A flight starts from another attitude, turns at other rates for other times, or begins later than
-planned. Each is a `FilterModel` with turned tables and a changed design, so that the filter's
-kernel is the same, and designs share what they begin with as ever.
+A flight starts from another attitude, turns at other rates for other times, begins later than
+planned, or has sensors of other noise. Each is a `FilterModel` with turned tables and a changed
+design, so that the filter's kernel is the same, and designs share what they begin with as ever.
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import timedelta
 from types import SimpleNamespace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.rotation import matrix
 from mgeo_attitude.scenario.flight import FlightErrors
@@ -43,12 +44,15 @@ class Flight:
         Added to its duration [s].
     delay : float
         Of the start [s].
+    variants : tuple of FilterModel
+        The model with the noise of this flight, which its filter knows; none if it is as believed.
     """
 
     model: FilterModel
     rates: Floats
     durations: Floats
     delay: float
+    variants: tuple[FilterModel, ...] = ()
 
     def flown(self, designs: Floats) -> Floats:
         """What becomes of designs, shape (n, 4 m); a duration below zero is none."""
@@ -69,7 +73,8 @@ def draw_flights(
     Raises
     ------
     ValueError
-        If a delayed run leaves the years of the field model.
+        If a delayed run leaves the years of the field model, or noise should be other than believed
+        of a sensor that does not say which of its parameters are.
     """
     attitude, rate = errors.attitude_deg, errors.rate_error_deg_s
     known = None
@@ -93,7 +98,9 @@ def draw_flights(
         durations = errors.duration_error * generator.standard_normal(count)
         delay = errors.start_delay * generator.random()
         later = _delayed(scenario, delay) if delay else model
-        flights.append(Flight(later.turned(turn), rates, durations, delay))
+        turned = later.turned(turn)
+        variants = (_noisy(turned, errors.noise_spread, generator),) if errors.noise_spread else ()
+        flights.append(Flight(turned, rates, durations, delay, variants))
     return flights
 
 
@@ -112,7 +119,8 @@ def over_flights(
 
     def one(flight: Flight) -> Floats:
         flown = flight.flown(designs)
-        return values(flight.model, evaluate(flight.model, flown, 1, covariance=covariance))
+        ran = evaluate(flight.model, flown, 1, covariance=covariance, variants=flight.variants)
+        return values(flight.model, ran)
 
     with ThreadPoolExecutor(threads or available_threads()) as pool:
         return np.array(list(pool.map(one, flights)))
@@ -138,6 +146,27 @@ def judged(values: Floats, n_objectives: int, errors: FlightErrors) -> Floats:
     objectives, limits = np.split(values, [n_objectives], axis=2)
     found = objectives.mean(axis=0) if errors.mean else kept_by(objectives, errors.quantile)
     return np.hstack([found, kept_by(limits, errors.kept)])
+
+
+def _noisy(model: FilterModel, spread: float, generator: np.random.Generator) -> FilterModel:
+    """The model with noise of gyro and sensors that is off by a factor each."""
+    parts: list[Any] = [model.suite.gyro, *model.suite.sensors]
+    gyro, *sensors = (
+        _times(part, float(np.exp(spread * chance)))
+        for part, chance in zip(parts, generator.standard_normal(len(parts)), strict=True)
+    )
+    return dataclasses.replace(model, suite=Suite(gyro, tuple(sensors)))
+
+
+def _times(part: Any, factor: float) -> Any:
+    """A gyro or sensor with its noise times a factor."""
+    if not part.noise_parameters:
+        raise ValueError(
+            f"flight.noise_spread: {type(part).__name__} does not name its noise_parameters"
+        )
+    return dataclasses.replace(
+        part, **{name: factor * getattr(part, name) for name in part.noise_parameters}
+    )
 
 
 def _delayed(scenario: Scenario, delay: float) -> FilterModel:

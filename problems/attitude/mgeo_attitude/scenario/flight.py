@@ -62,6 +62,14 @@ class FlightErrors(Validated):
         "holds at any time of a week",
     )
 
+    noise_spread: float = quantity(
+        0.0,
+        low=0.0,
+        high=2.0,
+        doc="by how much the noise of the gyro and of each sensor may be other than is believed: "
+        "1-sigma of the logarithm of their ratio",
+    )
+
     def __post_init__(self) -> None:
         super().__post_init__()
         counts = [*self.grow, self.count]

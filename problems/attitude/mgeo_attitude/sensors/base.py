@@ -34,6 +34,8 @@ class Sensor(Validated, ABC):
     kind: ClassVar[str]
     #: Those of its states that are rotations, for `rotation.rotate`; all others are sums.
     rotations: ClassVar[tuple[str, ...]] = ()
+    #: Those of its parameters that are 1-sigmas of noise.
+    noise_parameters: ClassVar[tuple[str, ...]] = ()
     #: Units of its states for people and scenario files; one that is left out has none.
     units: ClassVar[Mapping[str, Unit]] = {}
     #: Columns of telemetry are its name, an underscore, and these: those of a vector, or q1 to q4

@@ -25,6 +25,8 @@ class Gyro(Validated):
     Optional are errors of scale factor, misalignment and non-orthogonality; see `measured`.
     """
 
+    #: See `Sensor.noise_parameters`.
+    noise_parameters: ClassVar[tuple[str, ...]] = ("angle_random_walk_deg_per_sqrt_h",)
     #: Those of its states that are rotations; see `Sensor.rotations`.
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
     #: See `Sensor.units`.

@@ -44,6 +44,7 @@ class StarTracker(Sensor):
     """
 
     kind: ClassVar[str] = "star-tracker"
+    noise_parameters: ClassVar[tuple[str, ...]] = ("noise_arcsec", "roll_noise_arcsec")
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG}
     channels: ClassVar[tuple[str, ...]] = ("q1", "q2", "q3", "q4")

@@ -54,6 +54,7 @@ class SunSensor(VectorSensor):
     """
 
     kind: ClassVar[str] = "sun-sensor"
+    noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "albedo": ARCMIN}
 
     name: str = quantity("sun", doc=NAME)
@@ -137,6 +138,7 @@ class Magnetometer(VectorSensor):
     """
 
     kind: ClassVar[str] = "magnetometer"
+    noise_parameters: ClassVar[tuple[str, ...]] = ("noise_nt",)
     units: ClassVar[Mapping[str, Unit]] = {
         "misalignment": DEG,
         "bias": _NT,
