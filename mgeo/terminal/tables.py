@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from numbers import Integral, Real
 from typing import Literal
 
@@ -50,12 +51,12 @@ class _Column:
     cells: tuple[Text, ...]
     justify: Literal["left", "right"]
 
-    @property
+    @cached_property
     def widest(self) -> int:
         """Width at which every text is on one line."""
         return max(text.cell_len for text in (self.title, *self.cells))
 
-    @property
+    @cached_property
     def narrowest(self) -> int:
         """Width at which no word is broken, and no text but a title takes many lines."""
         words = (word for text in (self.title, *self.cells) for word in text.plain.split())

@@ -1,5 +1,6 @@
 """The line that a plan comes to, against the slow filter's run of it."""
 
+import dataclasses
 import re
 
 import numpy as np
@@ -15,7 +16,7 @@ DEG = 180.0 / np.pi
 
 @pytest.fixture(scope="module")
 def problem():
-    return AttitudeManeuverProblem(Scenario.cubesat_6u())
+    return AttitudeManeuverProblem(dataclasses.replace(Scenario.cubesat_6u(), step=4.0))
 
 
 @pytest.fixture(scope="module")

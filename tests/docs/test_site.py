@@ -8,7 +8,9 @@ import sys
 from pathlib import Path
 
 import mgeo_attitude
+import nbformat
 import pytest
+from jupyter_cache import get_cache
 from sphinx.util.inventory import InventoryFile
 
 import mgeo
@@ -18,6 +20,7 @@ import mgeo.testing
 from mgeo.studies import read_study
 
 from ..browser import find_browser
+from ..test_notebooks import FIGURES, NOTEBOOKS
 
 ROOT = Path(__file__).parents[2]
 SOURCES = (ROOT / "mgeo", ROOT / "problems" / "attitude" / "mgeo_attitude")
@@ -48,9 +51,19 @@ NUMBERS = {
 pytestmark = pytest.mark.slow
 
 
+def listing(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
+    """The site's folder; its notebooks run as they do for readers, and leave nothing behind."""
+    if any("basilisk" in path.read_text(encoding="utf-8") for path in NOTEBOOKS):
+        pytest.importorskip(
+            "Basilisk", reason='flights by Basilisk: pip install "./problems/attitude[basilisk]"'
+        )
     out = tmp_path_factory.mktemp("site")
+    before = listing(ROOT / "notebooks")
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
     done = subprocess.run(
         [*command, "-d", str(out / "doctrees"), str(ROOT / "docs"), str(out / "html")],
@@ -60,7 +73,27 @@ def site(tmp_path_factory):
         env=os.environ | {"MGEO_NOTEBOOK_SMALL": "1"},
     )
     assert done.returncode == 0, done.stdout + done.stderr
+    assert listing(ROOT / "notebooks") == before
     return out / "html"
+
+
+@pytest.fixture(scope="module")
+def executed(site):
+    """The notebooks with the outputs of the build, which keeps them by what they depend on."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(ROOT / "docs" / "_extensions")
+        patch.setenv("MGEO_NOTEBOOK_SMALL", "1")
+        from content import digest
+
+        cache = get_cache(ROOT / "docs" / "_build" / "executed" / digest(ROOT))
+    sys.modules.pop("content")
+
+    def outputs(path):
+        notebook = nbformat.read(path, as_version=4)
+        made = cache.get_cache_bundle(cache.match_cache_notebook(notebook).pk).nb
+        return [o for cell in made.cells if cell.cell_type == "code" for o in cell.outputs]
+
+    return outputs
 
 
 @pytest.fixture(scope="module")
@@ -97,6 +130,19 @@ def test_every_page_is_there(site):
     pages |= notebooks
     for path in pages:
         assert (site / path).with_suffix(".html").is_file(), path
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_runs_without_a_word_on_stderr_and_draws_its_figures(executed, path):
+    """An error would have ended the build."""
+    outputs = executed(path)
+    said = "".join(o.text for o in outputs if o.get("name") == "stderr")
+    new = re.sub(r"^compiling the .*, once per machine \(some seconds\)\n", "", said, flags=re.M)
+    assert new == ""  # but where the kernels were not there yet
+    mime = "application/vnd.plotly.v1+json"
+    figures = [o.data[mime] for o in outputs if mime in o.get("data", {})]
+    assert len(figures) == FIGURES[path.stem]
+    assert all(figure["data"] for figure in figures)
 
 
 def test_nothing_is_loaded_from_elsewhere(site):

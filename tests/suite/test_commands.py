@@ -2,8 +2,6 @@
 
 import dataclasses
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -27,13 +25,8 @@ def file(tmp_path_factory, scenario, table):
 
 
 def mgeo(*arguments, code=0):
-    done = subprocess.run(
-        [sys.executable, "-m", "mgeo", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
-    assert done.returncode == code, done.stderr
+    done = CliRunner().invoke(app, list(map(str, arguments)), prog_name="mgeo")
+    assert done.exit_code == code, done.output + done.stderr
     return done
 
 
@@ -99,8 +92,7 @@ def test_the_catalog_is_printed_with_its_sources(file):
 def test_bad_files_end_with_one_line(tmp_path, text, message):
     path = tmp_path / "bad.toml"
     path.write_text(text)
-    done = CliRunner().invoke(app, ["solve", "suite", "--scenario", str(path)])
-    assert done.exit_code == 2
+    done = mgeo("solve", "suite", "--scenario", path, code=2)
     assert message in done.output.replace("\n", " ")
     assert "Traceback" not in done.output
 

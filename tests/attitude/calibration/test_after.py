@@ -110,7 +110,7 @@ def test_the_file_is_enough(first):
         ("time_s", "900", r"after\.time_s = '900': expected what a calibration's document has"),
         ("time_s", -1.0, r"after\.time_s = -1\.0: expected a number in \[0, 1e\+09\] s"),
         ("time_s", None, r"after\.time_s: missing"),
-        ("quaternion", [0.0, 0.0, 0.0, 2.0], r"after\.quaternion = .*a length of 1"),
+        ("quaternion", [0.0, 0.0, 0.0, 2.0], r"after\.quaternion = .*of unit length, not 2"),
         ("covariance", [[0.0] * 18] * 18, r"after\.covariance = .*positive definite"),
         ("states", {}, r"after\.states = \[\]: expected gyro\.bias, sun\.misalignment"),
         ("scenario", {"preset": "papers"}, r"after\.preset = 'papers'"),

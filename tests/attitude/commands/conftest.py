@@ -17,7 +17,7 @@ from ..small_run import small_run
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory):
-    scenario = dataclasses.replace(Scenario.paper(), duration=2400.0)
+    scenario = dataclasses.replace(Scenario.paper(), duration=2400.0, step=4.0)
     path = tmp_path_factory.mktemp("runs") / "one"
     write_run(path, small_run(AttitudeManeuverProblem(scenario)))
     return path

@@ -169,7 +169,7 @@ def test_tables_and_files_read_back(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"quaternion": [1.0, 0.0, 0.0, 0.1]}, "quaternion = .*a length of 1, not 1.00498"),
+        ({"quaternion": [1.0, 0.0, 0.0, 0.1]}, "quaternion = .*of unit length, not 1.00498"),
         ({"rate_deg_s": [0.0, 1.5, 0.0]}, "prior.rate_deg_s = .*maneuvers.max_rate_deg_s = 1.0"),
         ({"states": [[0.0] * 3]}, "covariance = '18 rows of 18': expected 6 x 6 numbers"),
         ({"covariance": [[1.0] * 18] * 18}, "symmetric positive definite"),

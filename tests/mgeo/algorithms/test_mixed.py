@@ -74,10 +74,15 @@ def test_without_reals_the_whole_front_is_found(algorithm, seed):
     assert np.array_equal(problem.evaluate(result.X, return_values_of=["F"]), result.F)
 
 
+@pytest.fixture(scope="module")
+def known():
+    """The front of a grid of areas."""
+    return exhaustive(Rod(), np.linspace(0.5, 2.0, 31))
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_beside_reals_it_finds_what_a_grid_does_and_more(seed):
+def test_beside_reals_it_finds_what_a_grid_does_and_more(known, seed):
     problem = Rod()
-    known = exhaustive(problem, np.linspace(0.5, 2.0, 31))
     ideal, nadir = known.min(axis=0), known.max(axis=0)
     volume = HV(ref_point=np.array([1.1, 1.1]))
     result = minimize(problem, MGEODirected(), ("n_eval", 6000), seed=seed)
