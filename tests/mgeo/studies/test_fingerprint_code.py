@@ -237,7 +237,9 @@ def forget():
     def clear(distributions=False):
         importlib.invalidate_caches()
         for cached in vars(modules).values():
-            if hasattr(cached, "cache_clear") and (distributions or cached is not modules._providers):
+            if hasattr(cached, "cache_clear") and (
+                distributions or cached is not modules._providers
+            ):
                 cached.cache_clear()
 
     yield clear
