@@ -30,9 +30,13 @@ asks for and ``docs/plugins.md`` lists.
 from __future__ import annotations
 
 import inspect
+import os
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
+from functools import lru_cache
+from importlib import metadata
+from importlib.metadata import EntryPoint, EntryPoints
 from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -90,6 +94,24 @@ class Plugin:
                 f"{label}: expected {expected} at {self.entry_point.value!r}, found {loaded!r}"
             )
         return loaded
+
+
+def entry_points(group: str) -> EntryPoints:
+    """Those of a group, in all distributions; read again only if a folder of the path changes."""
+    found: EntryPoints = _all_entry_points(tuple(map(_changed, sys.path))).select(group=group)
+    return found
+
+
+def _changed(folder: str) -> tuple[str, int]:
+    try:
+        return folder, os.stat(folder or ".").st_mtime_ns
+    except OSError:
+        return folder, 0
+
+
+@lru_cache(maxsize=1)
+def _all_entry_points(path: tuple[tuple[str, int], ...]) -> Any:
+    return metadata.entry_points()
 
 
 def installed_plugins(group: str = PROBLEMS) -> list[Plugin]:

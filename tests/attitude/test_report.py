@@ -37,7 +37,9 @@ def test_three_hundred_plans_stay_below_eight_megabytes(scenario):
 
 
 def test_each_point_of_the_front_has_its_plan(tmp_path):
-    scenario = dataclasses.replace(Scenario.paper(), duration=2400.0, step=4.0, name="</script>short")
+    scenario = dataclasses.replace(
+        Scenario.paper(), duration=2400.0, step=4.0, name="</script>short"
+    )
     run = small_run(AttitudeManeuverProblem(scenario))
     write_run(tmp_path / "run", run)
     html = report_html(tmp_path / "run")

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -418,7 +419,8 @@ def test_a_study_that_is_interrupted_goes_on(tmp_path, stand_in_environment, sta
         return {path: path.stat().st_mtime_ns for path in runs.glob("*.npz")}
 
     def started(stop_at):
-        process = subprocess.Popen(command, stderr=subprocess.PIPE, **settings)
+        heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # under nohup it is ignored
+        process = subprocess.Popen(command, stderr=subprocess.PIPE, preexec_fn=heard, **settings)
         deadline = time.monotonic() + 300
         while len(files()) < stop_at:
             assert process.poll() is None
