@@ -13,8 +13,7 @@ FIGURES = {
     "3_comparing_algorithms": 3,
     "4_real_limits": 2,
     "5_a_problem_plugin": 1,
-    "6_calibrate_and_plan_again": 2,
-    "7_which_sensors": 3,
+    "6_which_sensors": 3,
 }
 
 every_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

@@ -126,7 +126,7 @@ def test_every_page_is_there(site):
     pages = {path.relative_to(ROOT / "docs") for path in (ROOT / "docs").rglob("*.md")}
     assert len(pages) > 10
     notebooks = {path.relative_to(ROOT) for path in (ROOT / "notebooks").glob("*.ipynb")}
-    assert len(notebooks) == 7
+    assert len(notebooks) == 6
     pages |= notebooks
     for path in pages:
         assert (site / path).with_suffix(".html").is_file(), path

@@ -92,7 +92,5 @@ def test_without_basilisk_one_line_says_how_to_install_it(run, plan, tmp_path, m
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     error = run("fly", plan[1], "--simulator", "basilisk", code=2).stderr
-    assert error == (
-        'Error: a flight by Basilisk needs the package bsk: pip install "mgeo-attitude[basilisk]"\n'
-    )
+    assert error == ("Error: a flight by Basilisk needs the package bsk: pip install bsk\n")
     assert not list(tmp_path.iterdir())

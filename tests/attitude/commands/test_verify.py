@@ -9,6 +9,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.verify import verification_document
+from mgeo_attitude.estimation import OutsideValidity
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.plan.verification import verify
 from mgeo_attitude.scenario import PathLimit
@@ -25,6 +26,19 @@ def test_a_plan_of_a_run(run, folder, front):
     assert f"NEES per state {found.nees:.3f}" in text
     assert f"{found.table.loc['gyro bias y', 'rms']:.4g}" in text
     assert "10 simulated flights" in text
+
+
+def test_initial_errors_too_large_for_a_linear_covariance_are_a_note(run, tmp_path):
+    scenario = Scenario.from_dict({"preset": "cubesat_6u", "gyro": {"initial_bias_deg_s": 0.02}})
+    plan = ManeuverPlan(
+        scenario, (0.5, 0.3, -0.2, 60.0, -0.3, 0.6, 0.2, 60.0, 0.2, -0.5, 0.4, 60.0)
+    )
+    write_plan(plan, tmp_path / "plan.json")
+    with pytest.warns(OutsideValidity):
+        code = 0 if verify(plan, n_runs=2).achieved else 3
+    found = run("verify", tmp_path / "plan.json", "--runs", "2", code=code)
+    assert found.stderr.startswith("Note: gyro.initial_bias_deg_s = 0.02: the linear covariance")
+    assert found.stderr.count("\n") == 1
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -130,16 +131,21 @@ def verify(
     from mgeo.files.atomic import write_file
     from mgeo_attitude.commands.files import check_targets, load_plan
     from mgeo_attitude.commands.verify import print_verification, verification_document
+    from mgeo_attitude.estimation import OutsideValidity
     from mgeo_attitude.plan import verification
 
+    output = Output(quiet, json)
     with bad_input(_USERS):
         check_targets([out], overwrite)
         picked = load_plan(source, pick, time, solution)
-        found = verification.verify(picked.plan, runs, seed)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always", OutsideValidity)
+            found = verification.verify(picked.plan, runs, seed)
+        for warning in told:
+            output.note(f"Note: {warning.message}")
         document = verification_document(picked, found, seed)
         if out:
             write_file(out, f"{json_text(document)}\n".encode())
-    output = Output(quiet, json)
     print_verification(picked, found, output)
     output.result(document)
     raise typer.Exit(ExitCode.DONE if found.achieved else ExitCode.INCOMPLETE)

@@ -126,7 +126,7 @@ def sgp4_teme(line1: str, line2: str, at: Instants) -> tuple[Floats, Floats]:
         from sgp4.api import SGP4_ERRORS, Satrec
     except ImportError as error:
         raise ImportError(
-            'a two-line element set needs the package sgp4: pip install "mgeo-attitude[tle]"'
+            "a two-line element set needs the package sgp4: pip install sgp4"
         ) from error
     satellite = Satrec.twoline2rv(line1, line2)  # with WGS72, for which element sets are made
     codes, position, velocity = satellite.sgp4_array(np.full_like(at.ut, at.midnight), at.ut)

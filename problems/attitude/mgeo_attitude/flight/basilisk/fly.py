@@ -134,9 +134,7 @@ def _reported(
 def require_basilisk() -> None:
     """Raise an ImportError that says how to install Basilisk where it is missing."""
     if importlib.util.find_spec("Basilisk") is None:
-        raise ImportError(
-            'a flight by Basilisk needs the package bsk: pip install "mgeo-attitude[basilisk]"'
-        )
+        raise ImportError("a flight by Basilisk needs the package bsk: pip install bsk")
 
 
 def check_suite(suite: Suite) -> None:
