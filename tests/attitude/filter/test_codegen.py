@@ -75,14 +75,16 @@ def test_only_what_is_stored_is_computed():
     )
 
 
+@pytest.mark.parametrize("loops", [False, True])
 @pytest.mark.parametrize("name", SUITES)
-def test_generated_step_is_one_filter_step(name):
+def test_generated_step_is_one_filter_step(name, loops):
     """Equations (3) and (4) by dense algebra against the text's result."""
     suite, rng = SUITES[name], np.random.default_rng(0)
     gated = tuple(index == 0 for index in range(len(suite.sensors)))
-    at, n, m, k = layout(suite, gated), suite.n_states, suite.n_dynamic, suite.n_kinematic
+    at, n = layout(suite, gated, loops=loops), suite.n_states
+    m, k = suite.n_dynamic, suite.n_kinematic
     names, blind = directions_of(suite), []
-    parts, lanes = step_parts(suite, gated), 8
+    parts, lanes = step_parts(suite, gated, loops=loops), 8
     assert list(parts)[-1] == CHECK
     weights = rng.uniform(0.5, 2.0, n)
     constants, step = step_constants(suite, STEP, weights), STEP
