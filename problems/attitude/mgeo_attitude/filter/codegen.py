@@ -45,8 +45,9 @@ def step_parts(
     """Text of a filter step of one candidate, part by part in order; and of `CHECK`.
 
     Every part consists of assignments to names and to values ``W[k]`` of the candidate, straight
-    or, by `layout.in_loops` if `loops` does not say, in loops. `CHECK`, which is no part of the step, finds the covariance's last pivot. The compiler's time grows
-    faster than a function: hence several parts.
+    or, by `layout.in_loops` if `loops` does not say, in loops. `CHECK`, which is no part of the
+    step, finds the covariance's last pivot. The compiler's time grows faster than a function: hence
+    several parts.
     """
     at, n = layout(suite, gated, monitors, loops), suite.n_states
     arithmetic: Any = covariance_in_loops if at.scratch < at.given else covariance

@@ -8,8 +8,9 @@ loads come first: the compiler cannot know that they are of other slots.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import reduce
+from operator import mul
 from typing import Any
 
 import numpy as np
@@ -29,56 +30,66 @@ def predict(P: Triangle, n: int, F: Sparse, Q: Sparse) -> None:
 
     Here rows of F past all those that others refer to come in threes, and are of a diagonal.
     """
-    code = P.code
     rows: dict[int, list[int]] = {}
     for i, k in F:
         rows.setdefault(i, []).append(k)
-    wide = [i for i, support in rows.items() if support != [i]]
-    corner = 1 + max(k for i in wide for k in rows[i])
-    scaled = [i for i in rows if i not in wide and i < corner]
+    corner = 1 + max(k for i in rows for k in rows[i] if rows[i] != [i])
+    _mix(P, corner, rows, F, Q)
+    _mix_below(P, corner, n, rows, F)
+    for block in (i for i in rows if i >= corner and (i - corner) % 3 == 0):
+        _scale(P, block, n, F, Q)
 
-    # the corner that F mixes: F P first, of the rows that are sums
+
+def _mix(P: Triangle, corner: int, rows: Mapping[int, list[int]], F: Sparse, Q: Sparse) -> None:
+    """Predict the states that others depend on, of each other; rows that are sums first."""
+    code, wide = P.code, [i for i in rows if rows[i] != [i]]
+
     def FP(i: int, j: int | Index) -> str:
         return f"{len(wide)} * ({j}) + {P.scratch + wide.index(i)}"
 
-    with code.loop(0, corner) as j:
-        for i, value in [(i, sum(F[i, k] * P[k, j] for k in rows[i])) for i in wide]:
-            code.store(FP(i, j), value)
+    with code.loop(0, corner) as column:
+        for i, value in [(i, sum(F[i, k] * P[k, column] for k in rows[i])) for i in wide]:
+            code.store(FP(i, column), value)
     for i in range(corner):
         for j in range(i + 1):
             noise = Q.get((i, j), 0.0) if i in rows and j in rows else 0.0
             a, b = (i, j) if i in wide else (j, i)
-            if a in wide:
-                support = rows.get(b, [])
-                mixed = sum((code.slot(FP(a, k)) * F[b, k] for k in support), noise)
-                P[i, j] = mixed if support else code.slot(FP(a, b))
+            if a in wide and b in rows:
+                P[i, j] = sum((code.slot(FP(a, k)) * F[b, k] for k in rows[b]), noise)
+            elif a in wide:
+                P[i, j] = code.slot(FP(a, b))
             elif a in rows or b in rows:
                 factors = [F[k, k] for k in (a, b) if k in rows]
-                P[i, j] = reduce(lambda value, f: value * f, factors, P[i, j]) + noise
+                P[i, j] = reduce(mul, factors, P[i, j]) + noise
 
-    # its columns in the rows below, three at a time: an entry of F is loaded once for three
-    with code.loop(corner, n, 3) as first:
+
+def _mix_below(P: Triangle, corner: int, n: int, rows: Mapping[int, list[int]], F: Sparse) -> None:
+    """Predict their columns in the rows of all others.
+
+    Three rows at a time: an entry of F is then loaded once for three products.
+    """
+    with P.code.loop(corner, n, 3) as i:
         values: dict[tuple[int, int], Any] = {}
-        for i in wide:
-            for k in rows[i]:
+        for j in (j for j in rows if j < corner):
+            for k in rows[j]:
                 for a in _BLOCK:
-                    values[a, i] = values.get((a, i), 0.0) + F[i, k] * P[first + a, k]
-        values |= {(a, i): P[first + a, i] * F[i, i] for i in scaled for a in _BLOCK}
-        for (a, i), value in values.items():
-            P[first + a, i] = value
+                    values[a, j] = values.get((a, j), 0.0) + F[j, k] * P[i + a, k]
+        for (a, j), value in values.items():
+            P[i + a, j] = value
 
-    # rows and columns that are scaled alone
-    for block in (i for i in rows if i >= corner and (i - corner) % 3 == 0):
-        states = range(block, block + 3)
-        with code.loop(0, block) as column:
-            for i in states:
-                P[i, column] = P[i, column] * F[i, i]
+
+def _scale(P: Triangle, block: int, n: int, F: Sparse, Q: Sparse) -> None:
+    """Predict rows and columns of states whose rows of F are a diagonal's."""
+    states = range(block, block + 3)
+    with P.code.loop(0, block) as column:
         for i in states:
-            for j in range(block, i + 1):
-                P[i, j] = P[i, j] * F[i, i] * F[j, j] + Q.get((i, j), 0.0)
-        with code.loop(block + 3, n) as row:
-            for j in states:
-                P[row, j] = P[row, j] * F[j, j]
+            P[i, column] = P[i, column] * F[i, i]
+    for i in states:
+        for j in range(block, i + 1):
+            P[i, j] = P[i, j] * F[i, i] * F[j, j] + Q.get((i, j), 0.0)
+    with P.code.loop(block + 3, n) as row:
+        for j in states:
+            P[row, j] = P[row, j] * F[j, j]
 
 
 def update(
@@ -129,7 +140,7 @@ def update(
 
 
 def last_pivot(P: Triangle, n: int) -> Any:
-    """Last pivot of P = L Lᵀ, three columns of a copy of P at a time; see `covariance.last_pivot`."""
+    """Last pivot of P = L Lᵀ, by three columns of a copy of P; see `covariance.last_pivot`."""
     code, A = P.code, Triangle(P.code, first=P.scratch)
 
     def pivots(j: int | Index) -> tuple[Factor, list[Any]]:
