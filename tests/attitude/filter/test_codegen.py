@@ -4,16 +4,19 @@ from math import sqrt
 
 import numpy as np
 import pytest
+from mgeo_attitude import Scenario
 from mgeo_attitude.filter.codegen import CHECK, module_source, step_constants, step_parts
 from mgeo_attitude.filter.layout import (
     NO_MONITORS,
     directions_of,
     discs,
+    in_loops,
     layout,
     transition_pattern,
 )
 from mgeo_attitude.filter.reference import schmidt
-from mgeo_attitude.filter.symbols import Code, Symbol
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
 from scipy.linalg import block_diag
 
 from .suites import SUITES
@@ -73,6 +76,39 @@ def test_only_what_is_stored_is_computed():
     assert a.code.text == (
         "t0 = a * b\nt1 = t0 * 2.0\nt2 = b + c\nt3 = t2 if t1 >= 1.0 else c\nW[3] = t3"
     )
+
+
+def test_a_loop_reads_the_triangle_by_row_or_column():
+    """Only where bounds do not tell which it is, here for k = 3, a comparison is written."""
+    code = Code()
+    P, out = Triangle(code, first=4), 40
+    with code.loop(2, 5) as i:
+        for k in range(7):
+            code.store(f"{i} + {out + 7 * k}", P[i, k] * 1.5)
+        code.store(f"{i}", P.below(i + 3, i))
+    compared = [line for line in code.text.splitlines() if " if " in line]
+    assert len(compared) == 1
+    W = np.arange(100.0)
+    exec(code.text, {"W": W})
+    for i in range(2, 5):
+        assert [W[i + out + 7 * k] for k in range(7)] == [
+            1.5 * (4 + slot_of(i, k)) for k in range(7)
+        ]
+        assert W[i] == 4 + slot_of(i + 3, i)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "loops"),
+    [(Scenario.paper(), False), (Scenario.cubesat_6u(), False), (Scenario.cubesat_6u_full(), True)],
+)
+def test_large_suites_are_made_of_loops(scenario, loops):
+    suite = Suite(scenario.gyro, scenario.sensors)
+    gated = (True,) * len(suite.sensors)
+    texts = step_parts(suite, gated).values()
+    assert any("for " in text for text in texts) == in_loops(suite) == loops
+    if loops:
+        straight = step_parts(suite, gated, loops=False).values()
+        assert sum(map(len, texts)) < sum(map(len, straight)) / 3
 
 
 @pytest.mark.parametrize("loops", [False, True])
