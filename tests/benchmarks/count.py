@@ -28,8 +28,8 @@ class Count:
 
 
 def count_step(model: FilterModel) -> Count:
-    """Count the distinct operations of a step: what is computed twice is needed once."""
-    parts = step_parts(model.suite, model.gated)
+    """Count the distinct operations of a step, straight: what is computed twice is needed once."""
+    parts = step_parts(model.suite, model.gated, loops=False)
     return count_text("\n".join(text for name, text in parts.items() if name != CHECK))
 
 

@@ -64,6 +64,13 @@ def test_kernel_does_most_of_the_multiply_adds_the_processor_can(comparison):
     assert fraction >= (0.6 if WIDE else 0.4)
 
 
+def test_the_step_of_a_large_suite_stays_in_the_instruction_cache():
+    model = cases.model(cases.FULL)
+    tasks = {cases.FULL: speed.kernel(model, cases.designs(360), threads=1)}
+    fraction = speed.compare(tasks, rounds=9).fraction_of_peak(cases.FULL, count_step(model))
+    assert fraction >= (0.5 if WIDE else 0.4)
+
+
 @pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one processor")
 def test_two_threads_are_nearly_twice_as_fast(comparison):
     one, two = comparison.speeds["kernel"], comparison.speeds["kernel, two threads"]

@@ -4,16 +4,19 @@ from math import sqrt
 
 import numpy as np
 import pytest
+from mgeo_attitude import Scenario
 from mgeo_attitude.filter.codegen import CHECK, module_source, step_constants, step_parts
 from mgeo_attitude.filter.layout import (
     NO_MONITORS,
     directions_of,
     discs,
+    in_loops,
     layout,
     transition_pattern,
 )
 from mgeo_attitude.filter.reference import schmidt
-from mgeo_attitude.filter.symbols import Code, Symbol
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
 from scipy.linalg import block_diag
 
 from .suites import SUITES
@@ -75,14 +78,49 @@ def test_only_what_is_stored_is_computed():
     )
 
 
+def test_a_loop_reads_the_triangle_by_row_or_column():
+    """Only where bounds do not tell which it is, here for k = 3, a comparison is written."""
+    code = Code()
+    P, out = Triangle(code, first=4), 40
+    with code.loop(2, 5) as i:
+        for k in range(7):
+            code.store(f"{i} + {out + 7 * k}", P[i, k] * 1.5)
+        code.store(f"{i}", P.below(i + 3, i))
+    compared = [line for line in code.text.splitlines() if " if " in line]
+    assert len(compared) == 1
+    W = np.arange(100.0)
+    exec(code.text, {"W": W})
+    for i in range(2, 5):
+        assert [W[i + out + 7 * k] for k in range(7)] == [
+            1.5 * (4 + slot_of(i, k)) for k in range(7)
+        ]
+        assert W[i] == 4 + slot_of(i + 3, i)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "loops"),
+    [(Scenario.paper(), False), (Scenario.cubesat_6u(), False), (Scenario.cubesat_6u_full(), True)],
+)
+def test_large_suites_are_made_of_loops(scenario, loops):
+    suite = Suite(scenario.gyro, scenario.sensors)
+    gated = (True,) * len(suite.sensors)
+    texts = step_parts(suite, gated).values()
+    assert any("for " in text for text in texts) == in_loops(suite) == loops
+    if loops:
+        straight = step_parts(suite, gated, loops=False).values()
+        assert sum(map(len, texts)) < sum(map(len, straight)) / 3
+
+
+@pytest.mark.parametrize("loops", [False, True])
 @pytest.mark.parametrize("name", SUITES)
-def test_generated_step_is_one_filter_step(name):
+def test_generated_step_is_one_filter_step(name, loops):
     """Equations (3) and (4) by dense algebra against the text's result."""
     suite, rng = SUITES[name], np.random.default_rng(0)
     gated = tuple(index == 0 for index in range(len(suite.sensors)))
-    at, n, m, k = layout(suite, gated), suite.n_states, suite.n_dynamic, suite.n_kinematic
+    at, n = layout(suite, gated, loops=loops), suite.n_states
+    m, k = suite.n_dynamic, suite.n_kinematic
     names, blind = directions_of(suite), []
-    parts, lanes = step_parts(suite, gated), 8
+    parts, lanes = step_parts(suite, gated, loops=loops), 8
     assert list(parts)[-1] == CHECK
     weights = rng.uniform(0.5, 2.0, n)
     constants, step = step_constants(suite, STEP, weights), STEP

@@ -1,4 +1,4 @@
-"""Straight-line text compiled for several lanes against the same text run as plain Python."""
+"""Text compiled for several lanes against the same text run as plain Python."""
 
 from math import sqrt
 
@@ -13,6 +13,18 @@ W[2] = -t1 / (W[1] - 2.5)
 t1 = sqrt(W[2] * W[2] + 1.0) * (1.0 if W[0] >= W[6] else 0.0)
 W[3] = t1 + W[2]
 W[0] = 0.25 * W[7]
+"""
+LOOPS = """
+t1 = W[0] * W[1]
+for i in range(1, 4, 1):
+    t2 = W[i * (i + 1) // 2 + 1] - t1
+    for j in range(i + 1, i * 2 + 3, 2):
+        t3 = t2 * W[i * 4 + j if 2 >= i else j + 1]
+        W[j + 5 + 1] = t3 + W[j + 2]
+    W[i] = t2 * W[(i) * 3]
+for i in range(3, 3, 1):
+    W[i] = 7.0
+W[4] = t1
 """
 
 
@@ -36,16 +48,17 @@ def compiled(text, lanes):
     return run
 
 
+@pytest.mark.parametrize("text", [TEXT, LOOPS])
 @pytest.mark.parametrize("lanes", [2, 4, 8])
-def test_every_lane_does_what_the_text_says(lanes):
-    W = np.random.default_rng(0).standard_normal((10, lanes))
+def test_every_lane_does_what_the_text_says(text, lanes):
+    W = np.random.default_rng(0).standard_normal((16, lanes))
     W[0, 0] = W[6, 0]  # the bound itself is reached
     expected = W.copy()
     for lane in range(lanes):
         values = expected[:, lane].tolist()
-        exec(TEXT, {"sqrt": sqrt, "W": values})
+        exec(text, {"sqrt": sqrt, "W": values})
         expected[:, lane] = values
-    compiled(TEXT, lanes)(W.reshape(-1))
+    compiled(text, lanes)(W.reshape(-1))
     np.testing.assert_allclose(W, expected, rtol=1e-15)
 
 
@@ -65,6 +78,12 @@ def test_broken_arithmetic_shows_as_nan():
         "C[0] = 1.0",
         "W[0] = exp(W[0])",
         "W[0] = R[0]",
+        "W[i] = 1.0",
+        "t1 = W[0]\nfor i in range(0, 3, 1):\n    t1 = t1 * W[i]",  # no value goes round a loop
+        "for i in range(0, 3, 1):\n    t1 = W[i]\nW[0] = t1",
+        "for i in range(0, 3, 1):\n    W[i - 1] = 1.0",
+        "for i in range(3, 0, -1):\n    W[i] = 1.0",
+        "for i in range(3):\n    W[i] = 1.0",
     ],
 )
 def test_text_of_another_kind_is_refused(text):

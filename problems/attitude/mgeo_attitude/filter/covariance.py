@@ -17,6 +17,7 @@ from mgeo_attitude.vector import Vec3
 
 #: Entries of a sparse matrix by (row, column).
 Sparse = Mapping[tuple[int, int], Any]
+Factor = dict[tuple[int, int], Any]
 
 
 def predict(P: Any, n: int, F: Sparse, Q: Sparse) -> None:
@@ -94,28 +95,42 @@ def update(
     units = enumerate(np.eye(n).tolist())
     PHt = {j: project(j) for j, unit in units if any(y != 0.0 for y in measure(unit))}
     columns = [list(measure([PHt[j][r] if j in PHt else 0.0 for j in range(n)])) for r in range(3)]
-    L: dict[tuple[int, int], Any] = {}
-    inverse: list[Any] = []
-    for j in range(3):
-        pivot = columns[j][j] + variances[j] - sum(L[j, k] * L[j, k] for k in range(j))
-        inverse.append(1.0 / np.sqrt(pivot))
-        for i in range(j + 1, 3):
-            L[i, j] = (columns[j][i] - sum(L[i, k] * L[j, k] for k in range(j))) * inverse[j]
+    L, inverse = factor(columns, variances)
     gated = [value * gate for value in inverse]
     G: list[list[Any]] = []
     # Three rows of P at a time: an entry of G is then loaded once for three products. Rows below
     # are still as they were when P Hᵀ is taken from them.
     for first in range(0, n, 3):
         for j in range(first, first + 3):
-            row, g = PHt.get(j) or project(j), list[Any]()
-            for r in range(3):
-                g.append((row[r] - sum(g[k] * L[r, k] for k in range(r))) * gated[r])
-            G.append(g)
+            G.append(gain(PHt.get(j) or project(j), L, gated))
         for j in range(first + 3):
             for i in range(max(first, j), first + 3):
                 if i in considered and j in considered:
                     continue
                 P[i, j] = reduce(lambda left, r: left - G[i][r] * G[j][r], range(3), P[i, j])
+
+
+def factor(columns: Sequence[Sequence[Any]], variances: Sequence[Any]) -> tuple[Factor, list[Any]]:
+    """L of R + H P Hᵀ = L Lᵀ below its diagonal, and the inverse of that.
+
+    `columns` are those of H P Hᵀ, `variances` the diagonal of R.
+    """
+    L: Factor = {}
+    inverse: list[Any] = []
+    for j in range(3):
+        pivot = columns[j][j] + variances[j] - sum(L[j, k] * L[j, k] for k in range(j))
+        inverse.append(1.0 / np.sqrt(pivot))
+        for i in range(j + 1, 3):
+            L[i, j] = (columns[j][i] - sum(L[i, k] * L[j, k] for k in range(j))) * inverse[j]
+    return L, inverse
+
+
+def gain(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> list[Any]:
+    """A row of G = P Hᵀ L⁻ᵀ from that of P Hᵀ."""
+    g: list[Any] = []
+    for r in range(3):
+        g.append((row[r] - sum(g[k] * L[r, k] for k in range(r))) * inverse[r])
+    return g
 
 
 def last_pivot(P: Any, n: int) -> Any:

@@ -98,7 +98,7 @@ def settled_for(recent, lane, now, k, factor):
 
 
 @njit(
-    "void(UniTuple(int64, 3), UniTuple(int64, 10), UniTuple(int64[::1], 2),"
+    "void(UniTuple(int64, 3), UniTuple(int64, 11), UniTuple(int64[::1], 2),"
     "UniTuple(int64[::1], 5), float64[:,::1],"
     "Tuple((float64[:,:,::1], int64[:,::1], int64[::1], int64[::1])),"
     "Tuple((float64[:,:,:,::1], float64[:,::1], int64[:,::1], float64)), float64[:,::1],"
@@ -178,7 +178,7 @@ def run(
     stops, end_step, settled = steps
     watched, final = at_end
     n_jobs, n_maneuvers = len(designs), starts.shape[1]
-    attitude, monitors, rotation, _, _, rate, trace_slot, pivot, given, first_constant = layout
+    attitude, monitors, rotation, _, _, rate, trace_slot, pivot, _, given, first_constant = layout
     n_constants = constants.shape[1]
     W, recent = workspace(first_constant + n_constants, lanes), ring(window, lanes)
     for k in range(n_constants):

@@ -1,13 +1,15 @@
-"""Compiles straight-line arithmetic into vector instructions, one candidate in each lane.
+"""Compiles arithmetic into vector instructions, one candidate in each lane.
 
-The text is lines like ``t1 = W[3] * W[5]`` and ``W[3] = t1``. It means one candidate; here every
-name becomes a vector of as many candidates as there are lanes. LLVM's own vectorizer gets to the
-same instructions from a loop over the lanes, but needs ten times as long.
+The text is lines like ``t1 = W[3] * W[5]`` and ``W[3] = t1``, straight or in loops over slots. It
+means one candidate; here every name becomes a vector of as many candidates as there are lanes.
+LLVM's own vectorizer gets to the same instructions from a loop over the lanes, but needs ten times
+as long.
 """
 
 from __future__ import annotations
 
 import ast
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from llvmlite import ir
@@ -18,6 +20,7 @@ from numba.extending import intrinsic
 # No nnan and ninf: a covariance that breaks down must show as NaN. No reassoc: sums are in the
 # order that fuses into multiply-adds best as they are written.
 _FLAGS = ("nsz", "arcp", "contract")
+_INTEGER = ir.IntType(64)
 _OPERATORS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 
 
@@ -30,7 +33,9 @@ def lanewise(text: str, lanes: int) -> Any:
     ----------
     text : str
         Assignments to names or ``W[k]`` of expressions of names, ``W[k]``, numbers, ``+ - * /``,
-        ``sqrt(x)`` and ``a if x >= y else b``.
+        ``sqrt(x)`` and ``a if x >= y else b``; and loops ``for i in range(start, stop, step)`` of
+        assignments to new names or ``W[k]``. There k, start and stop are integer expressions of
+        ``+``, ``*``, ``// 2`` and ``a if i >= j else b`` without negative values.
     lanes : int
 
     Raises
@@ -48,8 +53,11 @@ def lanewise(text: str, lanes: int) -> Any:
             attributes = builder.function.attributes
             attributes.add("nounwind")  # llvmlite does not write the next one alone
             attributes.alignstack = 8 * lanes
-            for line in ast.parse(text).body:
-                writer.assign(line)
+            lines = ast.parse(text).body
+            if any(isinstance(line, ast.For) for line in lines):
+                attributes.add("optsize")  # loops are there to be short: none is unrolled
+            for line in lines:
+                writer.write(line)
             return context.get_dummy_value()
 
         return types.void(W), codegen
@@ -64,15 +72,47 @@ class _Writer:
         self.builder, self.lanes, self.W = builder, lanes, W
         self.vector = ir.VectorType(ir.DoubleType(), lanes)
         self.values: dict[str, ir.Value] = {}
+        self.indices: dict[str, ir.Value] = {}
+        self.outside: Collection[str] = ()
 
-    def assign(self, line: ast.stmt) -> None:
+    def write(self, line: ast.stmt) -> None:
         match line:
-            case ast.Assign([ast.Name(name)], value):
+            case ast.Assign([ast.Name(name)], value) if name not in self.outside:
                 self.values[name] = self.value(value)
-            case ast.Assign([ast.Subscript(ast.Name("W"), ast.Constant(int(k)))], value):
+            case ast.Assign([ast.Subscript(ast.Name("W"), k)], value):
                 self.builder.store(self.value(value), self.slot(k), align=8)
+            case ast.For(
+                ast.Name(name),
+                ast.Call(ast.Name("range"), [start, stop, ast.Constant(int(step))]),
+                body,
+            ) if step > 0:
+                self.loop(name, self.integer(start), self.integer(stop), step, body)
             case _:
-                raise ValueError(f"{ast.unparse(line)}: expected an assignment to a name or W[k]")
+                raise ValueError(
+                    f"{ast.unparse(line)}: expected an assignment to a name or W[k], in a loop to "
+                    "a new name, or a loop over a range with a step"
+                )
+
+    def loop(
+        self, name: str, start: ir.Value, stop: ir.Value, step: int, body: Sequence[ast.stmt]
+    ) -> None:
+        """Write a loop; names of its body are unknown outside, and none carries a value over."""
+        builder, values, outside = self.builder, dict(self.values), self.outside
+        before, inside = builder.block, builder.append_basic_block(name)
+        after = builder.append_basic_block(f"after_{name}")
+        builder.cbranch(builder.icmp_signed("<", start, stop), inside, after)
+        builder.position_at_end(inside)
+        index = builder.phi(_INTEGER, name)
+        index.add_incoming(start, before)
+        self.indices[name], self.outside = index, {*values}
+        for line in body:
+            self.write(line)
+        following = builder.add(index, _INTEGER(step), flags=["nsw"])
+        index.add_incoming(following, builder.block)
+        builder.cbranch(builder.icmp_signed("<", following, stop), inside, after)
+        builder.position_at_end(after)
+        self.values, self.outside = values, outside
+        del self.indices[name]
 
     def value(self, node: ast.expr) -> ir.Value:
         builder = self.builder
@@ -94,11 +134,42 @@ class _Writer:
                 return ir.Constant(self.vector, [number] * self.lanes)
             case ast.Name(name) if name in self.values:
                 return self.values[name]
-            case ast.Subscript(ast.Name("W"), ast.Constant(int(k))):
+            case ast.Subscript(ast.Name("W"), k):
                 return builder.load(self.slot(k), align=8)
-        raise ValueError(f"{ast.unparse(node)}: expected straight-line arithmetic")
+        raise ValueError(f"{ast.unparse(node)}: expected arithmetic of names, W[k] and numbers")
 
-    def slot(self, k: int) -> ir.Value:
-        """Pointer to the vector of value k."""
-        first = self.builder.gep(self.W, [ir.Constant(ir.IntType(64), k * self.lanes)])
+    def slot(self, k: ast.expr) -> ir.Value:
+        """Pointer to the vector of value k. What is constant in k comes last, as an offset."""
+        constant, first = 0, self.W
+        while isinstance(k, ast.BinOp) and isinstance(k.op, ast.Add):
+            match k.right:
+                case ast.Constant(int(number)):
+                    constant, k = constant + number, k.left
+                case _:
+                    break
+        match k:
+            case ast.Constant(int(number)):
+                constant += number
+            case _:
+                variable = self.builder.mul(self.integer(k), _INTEGER(self.lanes), flags=["nsw"])
+                first = self.builder.gep(first, [variable])
+        first = self.builder.gep(first, [_INTEGER(constant * self.lanes)])
         return self.builder.bitcast(first, self.vector.as_pointer())
+
+    def integer(self, node: ast.expr) -> ir.Value:
+        builder = self.builder
+        match node:
+            case ast.Constant(int(number)):
+                return _INTEGER(number)
+            case ast.Name(name) if name in self.indices:
+                return self.indices[name]
+            case ast.BinOp(left, ast.Add(), right):
+                return builder.add(self.integer(left), self.integer(right), flags=["nsw"])
+            case ast.BinOp(left, ast.Mult(), right):
+                return builder.mul(self.integer(left), self.integer(right), flags=["nsw"])
+            case ast.BinOp(left, ast.FloorDiv(), ast.Constant(2)):
+                return builder.lshr(self.integer(left), _INTEGER(1))
+            case ast.IfExp(ast.Compare(left, [ast.GtE()], [right]), yes, no):
+                test = builder.icmp_signed(">=", self.integer(left), self.integer(right))
+                return builder.select(test, self.integer(yes), self.integer(no))
+        raise ValueError(f"{ast.unparse(node)}: expected integer arithmetic of loops' indices")

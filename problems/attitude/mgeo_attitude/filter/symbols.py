@@ -1,9 +1,10 @@
-"""Symbols that write code: every operation on them becomes a line of straight-line Python."""
+"""Symbols that write code: every operation on them becomes a line of Python."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -56,11 +57,27 @@ class Symbol:
         return self.choose(other, self, other)
 
 
+@dataclass(frozen=True)
+class Index:
+    """An integer of which only bounds are known while code is written: a loop's variable."""
+
+    text: str
+    low: int
+    high: int
+
+    def __add__(self, k: int) -> Index:
+        return Index(f"{self.text} + {k}", self.low + k, self.high + k) if k else self
+
+    def __str__(self) -> str:
+        return self.text
+
+
 @dataclass
 class Code:
-    """Lines of assignments to names and to the slots ``W[k]`` of a workspace."""
+    """Lines of assignments to names and to the slots ``W[k]`` of a workspace, and loops of such."""
 
     lines: list[str] = field(default_factory=list)
+    depth: int = 0
 
     @property
     def text(self) -> str:
@@ -68,44 +85,90 @@ class Code:
         used: set[str] = set()
         kept = []
         for line in reversed(self.lines):
-            target, _, expression = line.partition(" = ")
-            if target in used or target.startswith("W"):
+            target, _, expression = line.strip().partition(" = ")
+            if target in used or target.startswith(("W", "for ")):
                 used.update(re.findall(r"t\d+", expression))
                 kept.append(line)
         return "\n".join(reversed(kept))
 
     def line(self, expression: str) -> Symbol:
         """A new name for the value of an expression."""
-        self.lines.append(f"t{len(self.lines)} = {expression}")
-        return Symbol(f"t{len(self.lines) - 1}", self)
+        name = f"t{len(self.lines)}"
+        self._write(f"{name} = {expression}")
+        return Symbol(name, self)
 
-    def slot(self, k: int) -> Symbol:
+    @contextmanager
+    def loop(self, start: int | Index, stop: int | Index, step: int = 1) -> Iterator[Index]:
+        """What is written meanwhile is done for all indices of a range; at least one line."""
+        name = f"i{len(self.lines)}"
+        self._write(f"for {name} in range({start}, {stop}, {step}):")
+        self.depth += 1
+        yield Index(name, _low(start), _high(stop) - 1)
+        self.depth -= 1
+
+    def slot(self, k: int | str) -> Symbol:
         return Symbol(f"W[{k}]", self)
 
     def slots(self, first: int, count: int) -> Sequence[Symbol]:
         return [self.slot(first + k) for k in range(count)]
 
-    def store(self, k: int, value: Symbol | float) -> None:
-        self.lines.append(f"W[{k}] = {_text(value)}")
+    def store(self, k: int | str, value: Symbol | float) -> None:
+        self.assign(self.slot(k), value)
+
+    def assign(self, slot: Symbol, value: Symbol | float) -> None:
+        self._write(f"{slot.name} = {_text(value)}")
+
+    def _write(self, line: str) -> None:
+        self.lines.append("    " * self.depth + line)
 
 
 @dataclass(frozen=True)
 class Triangle:
-    """The lower triangle of a symmetric matrix, row by row, in the first slots of a workspace."""
+    """The lower triangle of a symmetric matrix, row by row, in the slots from `first` on.
+
+    As many slots from `scratch` on are free, if loops need them (`loops.py`).
+    """
 
     code: Code
+    scratch: int = 0
+    first: int = 0
 
-    def __getitem__(self, index: tuple[int, int]) -> Symbol:
-        return self.code.slot(slot_of(*index))
+    def __getitem__(self, index: tuple[int | Index, int | Index]) -> Symbol:
+        return self.code.slot(self._place(*index))
 
-    def __setitem__(self, index: tuple[int, int], value: Symbol | float) -> None:
-        self.code.store(slot_of(*index), value)
+    def __setitem__(self, index: tuple[int | Index, int | Index], value: Symbol | float) -> None:
+        self.code.store(self._place(*index), value)
+
+    def below(self, i: int | Index, j: int | Index) -> Symbol:
+        """Entry (i, j) where i >= j is known."""
+        return self.code.slot(self._below(i, j))
+
+    def _place(self, i: int | Index, j: int | Index) -> int | str:
+        if _low(i) >= _high(j):
+            return self._below(i, j)
+        if _low(j) >= _high(i):
+            return self._below(j, i)
+        return f"{self._below(i, j)} if {i} >= {j} else {self._below(j, i)}"
+
+    def _below(self, i: int | Index, j: int | Index) -> int | str:
+        if isinstance(i, Index):
+            return f"({i}) * ({i} + 1) // 2 + {j} + {self.first}"
+        row = self.first + slot_of(i, 0)
+        return row + j if isinstance(j, int) else f"{j} + {row}"
 
 
 def slot_of(i: int, j: int) -> int:
     """Slot of entry (i, j) of a `Triangle`."""
     row, column = max(i, j), min(i, j)
     return row * (row + 1) // 2 + column
+
+
+def _low(index: int | Index) -> int:
+    return index.low if isinstance(index, Index) else index
+
+
+def _high(index: int | Index) -> int:
+    return index.high if isinstance(index, Index) else index
 
 
 def _is(value: Symbol | float, number: float) -> bool:
