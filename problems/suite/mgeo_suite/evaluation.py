@@ -16,7 +16,7 @@ def evaluated(
 ) -> Evaluation:
     """Runs of n choices, each with its maneuvers (n, 4 m), in their order.
 
-    Of the states, those that all forms have: attitude, gyro and magnetometer.
+    Of the states, those that all forms begin with: attitude and gyro.
     """
     if not len(choices):
         return evaluate(suites.model, maneuvers, covariance=True)
@@ -26,8 +26,9 @@ def evaluated(
     for number in np.unique(forms):
         same = np.flatnonzero(forms == number)
         rows = np.flatnonzero(forms[which] == number)
+        form = suites.form_of(distinct[same[0]])
         result = evaluate(
-            suites.form_of(distinct[same[0]]),
+            form,
             maneuvers[rows],
             threads,
             history=history,
@@ -35,7 +36,7 @@ def evaluated(
             variants=[suites.variant(choice) for choice in distinct[same]],
             which=np.searchsorted(same, which[rows]),
         )
-        parts.append((rows, _of_states(result, suites.n_common)))
+        parts.append((rows, _of_states(result, form.suite.n_kinematic)))
     return _joined(parts, suites, maneuvers)
 
 

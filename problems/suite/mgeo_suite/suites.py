@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude import FilterModel, Gyro, Scenario, Sensor, Suite
-from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import InvalidValue
 
@@ -60,11 +60,11 @@ class SuiteModels:
         self.places = tuple(places(catalog))
         gyro, *sensors = (place.instruments[-1] for place in self.places)
         self.scenario = _complete(scenario, gyro, tuple(sensors))
-        on_face = np.array([place.on_face for place in self.places])
+        on_face: Bools = np.array([place.on_face for place in self.places])
         self._n_single = int(np.sum(~on_face))
         # digits of a form: a bit for each of the places that are on no face, and how many are
-        self._digits = np.where(on_face, 1, np.sum(on_face) + 1 << np.arange(len(on_face)))
-        self._optional = np.array([place.options[0] == NONE for place in self.places])
+        self._digits: Ints = np.where(on_face, 1, (np.sum(on_face) + 1) << np.arange(len(on_face)))
+        self._optional: Bools = np.array([place.options[0] == NONE for place in self.places])
         self._forms: dict[int, FilterModel] = {}
         self._known: dict[bytes, FilterModel] = {}
 
@@ -75,32 +75,29 @@ class SuiteModels:
 
     def forms(self, choices: Ints) -> Ints:
         """The number of the form of each choice (n, n_places), shape (n,)."""
-        numbers: Ints = ((choices > 0) | ~self._optional) @ self._digits
+        numbers: Ints = self._filled(choices) @ self._digits
         return numbers
 
     def form_of(self, choice: Ints) -> FilterModel:
         """The form of a choice, shape (n_places,); computed when first needed."""
-        number = int(self.forms(choice[None])[0])
+        number = int(self.forms(choice))
         if number not in self._forms:
-            sensors = self.scenario.sensors
-            there = [
-                n for n, sensor in enumerate(self._instruments(choice)[1:]) if sensor is not None
-            ]
-            single = [n for n in there if n < self._n_single - 1]
-            heads = range(self._n_single - 1, self._n_single - 1 + len(there) - len(single))
-            own = tuple(sensors[n] for n in (*single, *heads))
-            scenario = dataclasses.replace(self.scenario, sensors=own)
+            filled, single = self._filled(choice), self._n_single - 1  # sensors that are on no face
+            sensors, n_heads = self.scenario.sensors, np.sum(filled[self._n_single :])
+            own = [sensor for n, sensor in enumerate(sensors[:single]) if filled[1 + n]]
+            own.extend(sensors[single : single + n_heads])
+            scenario = dataclasses.replace(self.scenario, sensors=tuple(own))
             self._forms[number] = FilterModel.from_scenario(scenario, self._environment)
         return self._forms[number]
+
+    def _filled(self, choices: Ints) -> Bools:
+        """Which places of choices (..., n_places) have an instrument."""
+        filled: Bools = (choices > 0) | ~self._optional
+        return filled
 
     @cached_property
     def _environment(self) -> Environment:
         return Environment.from_scenario(self.scenario)
-
-    @cached_property
-    def n_common(self) -> int:
-        """States of attitude, gyro and magnetometer, which all forms begin with."""
-        return Suite(self.scenario.gyro, self.scenario.sensors[:1]).n_states
 
     def resources(self, choices: Ints) -> Floats:
         """Price [kEUR], mass [g] and power [mW] of choices (n, n_places), shape (n, 3)."""
@@ -127,15 +124,12 @@ class SuiteModels:
 
     def _made(self, choice: Ints) -> FilterModel:
         form = self.form_of(choice)
-        gyro, *sensors = (each for each in self._instruments(choice) if each is not None)
+        chosen = (p.instruments[n] for p, n in zip(self.places, choice, strict=True))
+        gyro, *sensors = (each for each in chosen if each is not None)
         named = zip(form.suite.sensors, sensors, strict=True)
         suite = Suite(gyro, tuple(_called(sensor, place.name) for place, sensor in named))
         sigma = suite.initial_sigma(np.radians(self.scenario.initial.attitude_deg))
         return dataclasses.replace(form, suite=suite, initial_sigma=sigma)
-
-    def _instruments(self, choice: Ints) -> list[Any]:
-        """The instrument in each place, None where there is none."""
-        return [p.instruments[n] for p, n in zip(self.places, choice, strict=True)]
 
 
 @cache

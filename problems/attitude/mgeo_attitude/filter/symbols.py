@@ -5,7 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
+
+import numpy as np
+
+from mgeo_attitude._typing import Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +105,12 @@ class Triangle:
 
     def __setitem__(self, index: tuple[int, int], value: Symbol | float) -> None:
         self.code.store(slot_of(*index), value)
+
+
+@cache
+def triangle(n: int) -> tuple[Ints, Ints]:
+    """Rows and columns of a `Triangle` of n rows, in the order of its slots."""
+    return np.tril_indices(n)
 
 
 def slot_of(i: int, j: int) -> int:
