@@ -36,4 +36,4 @@ if __name__ == "__main__":
     print(found)
     for indicator in found.indicators:
         print(indicator.name, found.order(indicator.name))
-        print(found.tests(indicator.name))
+        print(found.tests(indicator.name).pairs.to_string(index=False))

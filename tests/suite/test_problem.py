@@ -10,7 +10,7 @@ from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evalua
 from mgeo_attitude.accuracy import attitude_accuracy_deg
 from mgeo_attitude.fields import InvalidValue
 from mgeo_suite import Catalog, SensorSuiteProblem
-from mgeo_suite.heads import Absent, SunHead
+from mgeo_suite.heads import SunHead
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected
@@ -27,7 +27,7 @@ def test_it_keeps_the_protocol(problem):
 def carried(problem, choice):
     """The scenario with the gyro and the sensors that a choice has, and no other."""
     gyro, *sensors = (p.instruments[i] for p, i in zip(problem.suites.places, choice, strict=True))
-    present = tuple(sensor for sensor in sensors if not isinstance(sensor, Absent))
+    present = tuple(sensor for sensor in sensors if sensor is not None)
     return dataclasses.replace(problem.scenario, gyro=gyro, sensors=present)
 
 

@@ -16,25 +16,27 @@ def evaluated(
 ) -> Evaluation:
     """Runs of n choices, each with its maneuvers (n, 4 m), in their order.
 
-    Of the states, those that all forms have: attitude, gyro, magnetometer and star tracker.
+    Of the states, those that all forms begin with: attitude and gyro.
     """
-    forms = suites.form(choices)
+    if not len(choices):
+        return evaluate(suites.model, maneuvers, covariance=True)
+    distinct, which = np.unique(choices, axis=0, return_inverse=True)
+    forms, which = suites.forms(distinct), which.reshape(-1)
     parts = []
     for number in np.unique(forms):
-        rows = np.flatnonzero(forms == number)
-        models, which = suites.variants(choices[rows])
+        same = np.flatnonzero(forms == number)
+        rows = np.flatnonzero(forms[which] == number)
+        form = suites.form_of(distinct[same[0]])
         result = evaluate(
-            suites.forms[number],
+            form,
             maneuvers[rows],
             threads,
             history=history,
             covariance=True,
-            variants=models,
-            which=which,
+            variants=[suites.variant(choice) for choice in distinct[same]],
+            which=np.searchsorted(same, which[rows]),
         )
-        parts.append((rows, _of_states(result, suites.n_common)))
-    if not parts:
-        return evaluate(suites.forms[0], maneuvers, covariance=True)
+        parts.append((rows, _of_states(result, form.suite.n_kinematic)))
     return _joined(parts, suites, maneuvers)
 
 

@@ -1,13 +1,12 @@
-"""Sensors as a catalog offers them: Sun sensors of one face, and places that stay empty."""
+"""Sensors as a catalog offers them: Sun sensors of one face."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
-from mgeo_attitude import StarTracker, SunSensor
+from mgeo_attitude import SunSensor
 from mgeo_attitude.fields import quantity
 from mgeo_attitude.vector import Vec3
 
@@ -49,20 +48,3 @@ class SunHead(SunSensor):
 
     def _complete(self, x: Any, zero: Any) -> Any:
         return x if self.initial_bias else SimpleNamespace(**{**vars(x), "bias": zero})
-
-
-class Absent:
-    """A place for a sensor that is not there: it reports nothing but noise without bound."""
-
-    def noise(self) -> tuple[float, float, float]:
-        return (math.inf, math.inf, math.inf)
-
-
-@dataclass(frozen=True)
-class NoSunHead(Absent, SunHead):
-    """A face without a Sun sensor."""
-
-
-@dataclass(frozen=True)
-class NoStarTracker(Absent, StarTracker):
-    """A satellite without a star tracker."""

@@ -115,7 +115,7 @@ class SensorSuiteProblem(Problem):
         return choices, numbers[:, k:]
 
     def evaluation(self, X: ArrayLike, history: bool = False) -> Evaluation:
-        """Filter runs of designs; of states only those that all suites have: no Sun sensor's."""
+        """Filter runs of designs; of states only those that all suites have in common."""
         from mgeo_suite.evaluation import evaluated  # compiles
 
         return evaluated(self.suites, *self.split(X), self.threads, history)

@@ -1,7 +1,7 @@
 """Suites of a catalog as variants of a few filter models, so that few kernels serve all of them.
 
-A form is a filter model with room for so many Sun sensors; a suite is a variant of the smallest one
-that has room for it, in which its Sun sensors come first and no place is a face's own.
+A form is a filter model with so many Sun sensors, and with a star tracker or without; a suite is a
+variant of one: its grades are numbers of the kernel, and no place of a form is a face's own.
 """
 
 from __future__ import annotations
@@ -14,15 +14,14 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude import FilterModel, Gyro, Scenario, Sensor, Suite
-from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import InvalidValue
 
 from mgeo_suite.catalog import NONE, Catalog, Grade
-from mgeo_suite.heads import FACES, Absent, NoStarTracker, NoSunHead
+from mgeo_suite.heads import FACES
 
-_ROOM = (1, 3)  # Sun sensors of the smaller forms; a kernel of many states costs much a step
-_MOST_KEPT = 20_000  # variants of a search; each has a suite and three short arrays
+_MOST_KEPT = 20_000  # variants of a search; each has a suite and a few short arrays
 RESOURCES = ("price_keur", "mass_g", "power_mw")
 
 
@@ -37,7 +36,7 @@ class Place:
     options : tuple of str
         Names of grades, "none" before them where there need not be one.
     instruments : tuple
-        The gyro or sensor of each option; that of "none" is an absent one, with the same states.
+        The gyro or sensor of each option; None for "none".
     on_face : bool
         Whether it is one of the places of Sun sensors, which come last.
     resources : array, shape (n_options, 3)
@@ -61,51 +60,50 @@ class SuiteModels:
         self.places = tuple(places(catalog))
         gyro, *sensors = (place.instruments[-1] for place in self.places)
         self.scenario = _complete(scenario, gyro, tuple(sensors))
-        self._n_single = sum(not place.on_face for place in self.places)
+        on_face: Bools = np.array([place.on_face for place in self.places])
+        self._n_single = int(np.sum(~on_face))
+        # digits of a form: a bit for each of the places that are on no face, and how many are
+        self._digits: Ints = np.where(on_face, 1, (np.sum(on_face) + 1) << np.arange(len(on_face)))
+        self._optional: Bools = np.array([place.options[0] == NONE for place in self.places])
+        self._forms: dict[int, FilterModel] = {}
         self._known: dict[bytes, FilterModel] = {}
 
     @cached_property
-    def forms(self) -> list[FilterModel]:
-        """By ascending number of Sun sensors; computed when first needed."""
-        faces = len(self.places) - self._n_single
-        environment = Environment.from_scenario(self.scenario)
-        sizes = sorted({min(size, faces) for size in (*_ROOM, faces)})
-        single = self._n_single - 1  # sensors that are on no face: all but the gyro
-        scenarios = [
-            dataclasses.replace(self.scenario, sensors=self.scenario.sensors[: single + size])
-            for size in sizes
-        ]
-        return [FilterModel.from_scenario(each, environment) for each in scenarios]
-
-    @property
     def model(self) -> FilterModel:
         """The form of the complete suite."""
-        return self.forms[-1]
+        return self.form_of(np.array([len(place.options) - 1 for place in self.places]))
 
-    def form(self, choices: Ints) -> Ints:
-        """The number of the form that each choice (n, n_places) is a variant of, shape (n,)."""
-        first = self._n_single - 1
-        room = [len(model.suite.sensors) - first for model in self.forms]
-        heads = np.count_nonzero(choices[:, self._n_single :], axis=1)
-        form: Ints = np.searchsorted(room, heads)
-        return form
+    def forms(self, choices: Ints) -> Ints:
+        """The number of the form of each choice (n, n_places), shape (n,)."""
+        numbers: Ints = self._filled(choices) @ self._digits
+        return numbers
+
+    def form_of(self, choice: Ints) -> FilterModel:
+        """The form of a choice, shape (n_places,); computed when first needed."""
+        number = int(self.forms(choice))
+        if number not in self._forms:
+            filled, single = self._filled(choice), self._n_single - 1  # sensors that are on no face
+            sensors, n_heads = self.scenario.sensors, np.sum(filled[self._n_single :])
+            own = [sensor for n, sensor in enumerate(sensors[:single]) if filled[1 + n]]
+            own.extend(sensors[single : single + n_heads])
+            scenario = dataclasses.replace(self.scenario, sensors=tuple(own))
+            self._forms[number] = FilterModel.from_scenario(scenario, self._environment)
+        return self._forms[number]
+
+    def _filled(self, choices: Ints) -> Bools:
+        """Which places of choices (..., n_places) have an instrument."""
+        filled: Bools = (choices > 0) | ~self._optional
+        return filled
 
     @cached_property
-    def n_common(self) -> int:
-        """States of attitude, gyro, magnetometer and star tracker, which all forms begin with."""
-        sensors = self.scenario.sensors[: self._n_single - 1]
-        return Suite(self.scenario.gyro, sensors).n_states
+    def _environment(self) -> Environment:
+        return Environment.from_scenario(self.scenario)
 
     def resources(self, choices: Ints) -> Floats:
         """Price [kEUR], mass [g] and power [mW] of choices (n, n_places), shape (n, 3)."""
         parts = [place.resources[choices[:, k]] for k, place in enumerate(self.places)]
         total: Floats = np.sum(parts, axis=0)
         return total
-
-    def variants(self, choices: Ints) -> tuple[list[FilterModel], Ints]:
-        """The models of choices (n, n_places) of one form, each once, and the number of each's."""
-        distinct, which = np.unique(choices, axis=0, return_inverse=True)
-        return [self.variant(choice) for choice in distinct], which.reshape(-1)
 
     def variant(self, choice: Ints) -> FilterModel:
         """The model of a choice, shape (n_places,)."""
@@ -125,25 +123,13 @@ class SuiteModels:
         }
 
     def _made(self, choice: Ints) -> FilterModel:
-        model = self.forms[int(self.form(choice[None])[0])]
-        gyro, *sensors = (p.instruments[i] for p, i in zip(self.places, choice, strict=True))
-        heads = sensors[self._n_single - 1 :]
-        heads.sort(key=lambda head: isinstance(head, Absent))  # stable: the others keep their order
-        sensors = [*sensors[: self._n_single - 1], *heads][: len(model.suite.sensors)]
-        named = zip(model.suite.sensors, sensors, strict=True)
+        form = self.form_of(choice)
+        chosen = (p.instruments[n] for p, n in zip(self.places, choice, strict=True))
+        gyro, *sensors = (each for each in chosen if each is not None)
+        named = zip(form.suite.sensors, sensors, strict=True)
         suite = Suite(gyro, tuple(_called(sensor, place.name) for place, sensor in named))
-        there = np.ones(suite.n_states, dtype=bool)
-        for sensor in suite.sensors:
-            if isinstance(sensor, Absent):
-                for first in suite.places(sensor).values():
-                    there[first : first + 3] = False
-        return dataclasses.replace(
-            model,
-            suite=suite,
-            initial_sigma=suite.initial_sigma(np.radians(self.scenario.initial.attitude_deg)),
-            weights=np.where(there, model.weights, 0.0),
-            required_sigma=np.where(there, model.required_sigma, np.inf),
-        )
+        sigma = suite.initial_sigma(np.radians(self.scenario.initial.attitude_deg))
+        return dataclasses.replace(form, suite=suite, initial_sigma=sigma)
 
 
 @cache
@@ -156,24 +142,21 @@ def places(catalog: Catalog) -> Iterator[Place]:
     yield _place("gyro", catalog.gyros)
     yield _place("magnetometer", catalog.magnetometers, name="mag")
     if catalog.star_trackers:
-        yield _place("star tracker", catalog.star_trackers, NoStarTracker, name="tracker")
+        yield _place("star tracker", catalog.star_trackers, optional=True, name="tracker")
     if catalog.sun_sensors:
         for face in catalog.faces:
             name = f"sun_{face.replace('+', 'p').replace('-', 'n')}"
             where = {"name": name, "boresight": FACES[face]}
-            place = _place(f"Sun sensor {face}", catalog.sun_sensors, NoSunHead, **where)
+            place = _place(f"Sun sensor {face}", catalog.sun_sensors, optional=True, **where)
             yield dataclasses.replace(place, on_face=True)
 
 
-def _place(
-    variable: str, grades: Sequence[Grade], absent: type[Any] | None = None, **where: Any
-) -> Place:
+def _place(variable: str, grades: Sequence[Grade], optional: bool = False, **where: Any) -> Place:
     instruments = [dataclasses.replace(grade.instrument, **where) for grade in grades]
     resources = [[getattr(grade.entry, key) for key in RESOURCES] for grade in grades]
     options = [grade.name for grade in grades]
-    if absent is not None:
-        values = {f.name: getattr(instruments[0], f.name) for f in dataclasses.fields(absent)}
-        instruments, options = [absent(**values), *instruments], [NONE, *options]
+    if optional:
+        instruments, options = [None, *instruments], [NONE, *options]
         resources = [[0.0] * len(RESOURCES), *resources]
     return Place(variable, tuple(options), tuple(instruments), np.array(resources))
 

@@ -172,6 +172,12 @@ def step_constants(
     greatest rate, if it has one; those of the `required` 1-sigmas that are
     monitored; then the weights.
     """
+    watched = [sigma**-2 for sigma in required]
+    return np.concatenate([instrument_constants(suite, step, limits), watched, weights])
+
+
+def instrument_constants(suite: Suite, step: float, limits: Sequence[PathLimit] = ()) -> np.ndarray:
+    """The first of the `step_constants`: what sensors and path limits give, at any state."""
     processes = [value for each in suite.processes.values() for value in each.over(step)]
     values: list[float] = []
     for sensor in suite.sensors:
@@ -181,8 +187,7 @@ def step_constants(
             values.extend([float(np.sin(view.half_angle))] * view.disc)
         if sensor.max_rate() < np.inf:
             values.append(sensor.max_rate() ** 2)
-    watched = [sigma**-2 for sigma in required]
-    return np.concatenate([processes, cone_constants(limits), values, watched, weights])
+    return np.concatenate([processes, cone_constants(limits), values])
 
 
 def module_source(suite: Suite, gated: tuple[bool, ...], monitors: Monitors, lanes: int) -> str:

@@ -7,26 +7,26 @@ import warnings
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.filter.codegen import step_constants
 from mgeo_attitude.filter.jobs import separate, shared
 from mgeo_attitude.filter.kernel import lanes, load_driver, load_kernel
 from mgeo_attitude.filter.layout import layout, transition_pattern
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.path_limits import excess
-from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.filter.symbols import triangle
+from mgeo_attitude.filter.variants import (
+    check_variants,
+    constants_of,
+    dynamics_of,
+    initial_values,
+)
 from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.maneuvers.schedule import Schedule
-from mgeo_attitude.sensors import Gyro, Sensor
-
-#: The cosine of the angle to what has not been seen.
-_NEVER_SEEN = -2.0
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,7 @@ def evaluate(
     plan = model.schedule(designs)
     n, monitors = len(plan.rates), model.monitors
     variants = variants or [model]
+    check_variants(model, variants)
     flown_by = np.zeros(n, dtype=np.int64) if which is None else np.asarray(which, dtype=np.int64)
     stops, run = np.full(n, model.n_steps), partial(_run, model, variants, flown_by, plan, threads)
     if model.rule != "trace":
@@ -167,7 +168,6 @@ def _run(
 ) -> _Ran:
     """Run the designs until they converge or stop, in whatever threads there are."""
     suite, n, monitors = model.suite, len(stops), model.monitors
-    constants = _constants(model, variants)
     kernel, driver = load_kernel(suite, model.gated, monitors), load_driver()
     at = layout(suite, model.gated, monitors)
     # A history is recorded step by step, so every design is then run by itself from the start.
@@ -181,25 +181,20 @@ def _run(
     record[:, 0] = np.array([each.initial_sigma**2 for each in variants])[flown_by[: len(record)]]
     end_step, settled, trace = np.zeros(n, np.int64), np.zeros(n, np.int64), np.empty(n)
     watched, final = np.empty((n, monitors.total)), np.empty((n if covariance else 0, at.attitude))
-    of_gyro = {each.suite.gyro: each for each in variants}  # many variants have few gyros
-    kinematic = slice(suite.n_kinematic)
-    dynamics = {gyro: each.dynamics for gyro, each in of_gyro.items()}
-    densities = {gyro: each.suite.diffusion()[kinematic] for gyro, each in of_gyro.items()}
+    # Room for states that jobs leave, as `driver.save` does; the last ones are those at time zero.
+    left = np.count_nonzero(jobs.snapshot >= 0)
+    states = np.zeros((left + len(variants), at.rotation + model.window_steps + 1))
+    states[left:, : at.rotation + 1] = initial_values(model, variants)[::-1]
     arguments: tuple[Any, ...] = (
         (kernel.step.address, kernel.check.address, lanes()),
         tuple(at),
         (np.zeros(1, dtype=np.int64), np.zeros(n_jobs, dtype=np.int64)),
         jobs[:5],
-        _states(model, variants, (jobs.snapshot >= 0).sum(), at.rotation),
+        states,
         (np.ascontiguousarray(plan.rates), np.ascontiguousarray(plan.starts), plan.over, flown_by),
-        (
-            np.array([dynamics[each.suite.gyro] for each in variants]),
-            np.array([densities[each.suite.gyro] for each in variants]),
-            np.array(transition_pattern(suite)),
-            model.step,
-        ),
+        (*dynamics_of(variants), np.array(transition_pattern(suite)), model.step),
         model.table,
-        constants,
+        constants_of(model, variants),
         (model.window_steps, model.relative_decrease, model.allow_rise, factor),
         (stops, end_step, settled),
         trace,
@@ -222,89 +217,9 @@ def _required_from(ran: _Ran) -> Ints:
     return ran.end_step + 1 - np.rint(ran.watched[:, -1]).astype(np.int64)
 
 
-def _constants(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
-    """`step_constants` of variants of a model, side by side; ValueError if they do not match."""
-    suite, states, rows = model.suite, list(model.monitors.states), []
-    for number, each in enumerate(variants):
-        if each.suite.blocks != suite.blocks:
-            raise ValueError(
-                f"variants[{number}] has the states {', '.join(each.suite.blocks)}: expected those "
-                f"of the model, {', '.join(suite.blocks)}"
-            )
-        if not np.array_equal(each.suite.considered, suite.considered):
-            raise ValueError(f"variants[{number}] considers other states than the model")
-        limits, required = each.path_limits, each.required_sigma[states]
-        rows.append(step_constants(each.suite, each.step, each.weights, limits, required))
-        if len(rows[-1]) != len(rows[0]):
-            raise ValueError(
-                f"variants[{number}] has {len(rows[-1])} constants of a filter step: expected "
-                f"{len(rows[0])}, as its sensors all look everywhere or none does"
-            )
-        found, expected = _looked_at(each), _looked_at(model)
-        if found != expected:
-            raise ValueError(f"variants[{number}] looks at {found}: expected {expected}")
-        for one, other in zip(each.suite.sensors, suite.sensors, strict=True):
-            if one != other and not np.array_equal(_slopes(one), _slopes(other)):
-                raise ValueError(
-                    f"variants[{number}]: {one.name} measures otherwise than the model's: expected "
-                    "the same but for numbers, and the same boresight of a star tracker"
-                )
-    return np.array(rows)
-
-
-def _looked_at(model: FilterModel) -> list[tuple[str, bool]]:
-    """Directions of path limits and of sensors' views, and whether they have to be inside."""
-    limits = [(watch.direction, watch.inside) for watch in model.monitors.limits]
-    views = (view for sensor in model.suite.sensors for view in sensor.views())
-    return [*limits, *((view.direction, view.inside) for view in views)]
-
-
-@cache
-def _slopes(sensor: Sensor) -> Floats:
-    """H of a sensor by its own states, somewhere: its numbers are part of the kernel."""
-    somewhere = np.array([0.36, -0.48, 0.8])
-    gradient = [somewhere] * 3 * sensor.has_gradient
-    return Suite(Gyro(), (sensor,)).measurement_matrix(sensor, somewhere, gradient=gradient)
-
-
-def _states(
-    model: FilterModel, variants: Sequence[FilterModel], count: int, n_values: int
-) -> Floats:
-    """Room for states that jobs leave, as `driver.save` does; the last ones are those at time zero.
-
-    Covariance, attitude, monitors and the trace over the last window.
-    """
-    states = np.zeros((count + len(variants), n_values + model.window_steps + 1))
-    watched = bool(model.monitors.states)
-    for number, each in enumerate(variants):
-        P = each.initial_covariance
-        start = [P[np.tril_indices(len(P))], each.initial_attitude.ravel()]
-        start += [_monitors_at_start(each, watched), np.cumsum(each.weights * np.diag(P))[-1:]]
-        states[-1 - number, : n_values + 1] = np.concatenate(start)
-    return states
-
-
-def _monitors_at_start(model: FilterModel, watched: bool) -> Floats:
-    """What `layout.Monitors` says, at time zero; with the states', if they are `watched`."""
-    covariance = model.initial_covariance[None, :3, :3]
-    values = []
-    for limit, watch in zip(model.path_limits, model.monitors.limits, strict=True):
-        cone = limit.cone()
-        direction, radius = model.direction(cone.direction, slice(1))
-        direction = direction @ model.initial_attitude.T
-        if watch.plain:
-            values.append(direction[0] @ cone.axis if direction.any() else _NEVER_SEEN)
-        else:
-            at_start = excess(cone, limit.attitude_sigmas, direction, covariance, radius)[0]
-            values.append(max(-np.pi, at_start))
-    if not watched:
-        return np.array(values)
-    return np.append(values, float(np.all(model.initial_sigma <= model.required_sigma)))
-
-
 def _symmetric(triangles: Floats, n: int) -> Floats:
     """Full matrices from lower triangles, shape (m, n (n + 1) / 2)."""
-    row, column = np.tril_indices(n)
+    row, column = triangle(n)
     full = np.empty((len(triangles), n, n))
     full[:, row, column] = triangles
     full[:, column, row] = triangles

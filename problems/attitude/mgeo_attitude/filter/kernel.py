@@ -40,6 +40,7 @@ _log = logging.getLogger(__name__)
 _loading = threading.Lock()
 
 
+@cache
 def lanes() -> int:
     """Candidates that one kernel call advances together: what fills a vector register."""
     features = llvmlite.binding.get_host_cpu_features()

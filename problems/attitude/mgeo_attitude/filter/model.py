@@ -5,8 +5,8 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from datetime import datetime
-from functools import cached_property
-from typing import TYPE_CHECKING
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,16 +15,41 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.directions import directions, radii
 from mgeo_attitude.environment.pointing import Place
+from mgeo_attitude.filter.codegen import instrument_constants
 from mgeo_attitude.filter.layout import Monitors, Watch, directions_of, discs
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.maneuvers.schedule import Schedule, schedule
 from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.scenario.settings import RequiredSigma, TraceWeights, uncalibrated
-from mgeo_attitude.sensors import Sensor
+from mgeo_attitude.sensors import Gyro, Sensor
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario import PathLimit, Scenario
+
+
+class Traits(NamedTuple):
+    """What the kernel of a model is made for: the same in all models that it serves.
+
+    Attributes
+    ----------
+    states : tuple of str
+        Blocks of the suite.
+    considered : tuple of int
+        States that are.
+    looked_at : tuple of (str, bool)
+        Directions of path limits and of sensors' views, and whether they have to be inside.
+    n_constants : int
+        How many constants of a filter step instruments and path limits have.
+    slopes : tuple of bytes
+        H of each sensor, see `slopes`.
+    """
+
+    states: tuple[str, ...]
+    considered: tuple[int, ...]
+    looked_at: tuple[tuple[str, bool], ...]
+    n_constants: int
+    slopes: tuple[bytes, ...]
 
 
 @dataclass(frozen=True)
@@ -194,7 +219,7 @@ class FilterModel:
         times: Floats = self.step * np.arange(self.n_steps + 1, dtype=float)
         return times
 
-    @property
+    @cached_property
     def monitors(self) -> Monitors:
         """What is watched along a run."""
         states = np.flatnonzero(self.required_sigma < np.inf)
@@ -220,24 +245,41 @@ class FilterModel:
         return np.hstack([*parts, self.available[:, self.gated]])
 
     @cached_property
-    def dynamics(self) -> Floats:
-        """A of attitude and gyro at rest, and what a unit rate about each axis adds.
+    def traits(self) -> Traits:
+        """What its kernel is made for."""
+        limits = [(watch.direction, watch.inside) for watch in self.monitors.limits]
+        views = [view for sensor in self.suite.sensors for view in sensor.views()]
+        return Traits(
+            self.suite.blocks,
+            tuple(self.suite.considered.tolist()),
+            (*limits, *((view.direction, view.inside) for view in views)),
+            len(self.instrument_constants),
+            tuple(map(slopes, self.suite.sensors)),
+        )
 
-        Shape (4, n_kinematic, n_kinematic). The processes of sensors do not depend on the rate.
-        """
-        k = self.suite.n_kinematic
-        rest, *unit = map(self.suite.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
-        return np.array([rest, *(matrix - rest for matrix in unit)])[:, :k, :k].copy()
+    @cached_property
+    def instrument_constants(self) -> Floats:
+        """Those of a filter step; see `codegen.instrument_constants`."""
+        return instrument_constants(self.suite, self.step, self.path_limits)
 
     def schedule(self, designs: ArrayLike, n_steps: int | None = None) -> Schedule:
         """What is flown of designs, shape (n, 4 m), until the end or step `n_steps`."""
         last = self.n_steps if n_steps is None else n_steps
         return schedule(designs, self.step, self.slew_limits, last)
 
-    @property
+    @cached_property
     def gated(self) -> tuple[bool, ...]:
         """Which sensors are not available at every sample."""
         return tuple(bool(column.any()) for column in ~self.available.T)
+
+
+@lru_cache(maxsize=1000)
+def slopes(sensor: Sensor) -> bytes:
+    """H of a sensor by its own states, somewhere: its numbers are part of the kernel."""
+    somewhere = np.array([0.36, -0.48, 0.8])
+    gradient = [somewhere] * 3 * sensor.has_gradient
+    H = Suite(Gyro(), (sensor,)).measurement_matrix(sensor, somewhere, gradient=gradient)
+    return bytes((H + 0.0).tobytes())  # no negative zero
 
 
 def sampled(sensor: Sensor, step: float, n: int) -> Bools:

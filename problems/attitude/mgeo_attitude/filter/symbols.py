@@ -6,7 +6,12 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
+
+import numpy as np
+
+from mgeo_attitude._typing import Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,6 +160,12 @@ class Triangle:
             return f"({i}) * ({i} + 1) // 2 + {j} + {self.first}"
         row = self.first + slot_of(i, 0)
         return row + j if isinstance(j, int) else f"{j} + {row}"
+
+
+@cache
+def triangle(n: int) -> tuple[Ints, Ints]:
+    """Rows and columns of a `Triangle` of n rows, in the order of its slots."""
+    return np.tril_indices(n)
 
 
 def slot_of(i: int, j: int) -> int:

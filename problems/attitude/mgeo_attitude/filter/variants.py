@@ -1,0 +1,122 @@
+"""Variants of a filter model as one kernel takes them: their numbers, side by side.
+
+A batch may have as many variants as designs, so what is done here for each is little: most is
+taken from what a model keeps of itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.path_limits import excess
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.filter.symbols import triangle
+from mgeo_attitude.sensors import Gyro
+
+#: The cosine of the angle to what has not been seen.
+_NEVER_SEEN = -2.0
+
+
+def check_variants(model: FilterModel, variants: Sequence[FilterModel]) -> None:
+    """ValueError if the model's kernel is not that of all variants."""
+    for number, each in enumerate(variants):
+        if each is model or each.traits == model.traits:
+            continue
+        found, expected = each.traits, model.traits
+        if found.states != expected.states:
+            raise ValueError(
+                f"variants[{number}] has the states {', '.join(found.states)}: expected those of "
+                f"the model, {', '.join(expected.states)}"
+            )
+        if found.considered != expected.considered:
+            raise ValueError(f"variants[{number}] considers other states than the model")
+        if found.n_constants != expected.n_constants:
+            raise ValueError(
+                f"variants[{number}] has {found.n_constants} constants of a filter step: expected "
+                f"{expected.n_constants}, as its sensors all look everywhere or none does"
+            )
+        if found.looked_at != expected.looked_at:
+            raise ValueError(
+                f"variants[{number}] looks at {list(found.looked_at)}: expected "
+                f"{list(expected.looked_at)}"
+            )
+        pairs = zip(found.slopes, expected.slopes, strict=True)
+        name = next(
+            sensor.name
+            for sensor, (one, other) in zip(each.suite.sensors, pairs, strict=True)
+            if one != other
+        )
+        raise ValueError(
+            f"variants[{number}]: {name} measures otherwise than the model's: expected "
+            "the same but for numbers, and the same boresight of a star tracker"
+        )
+
+
+def constants_of(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
+    """`codegen.step_constants` of each variant, shape (n_variants, n_constants)."""
+    states = list(model.monitors.states)
+    required = [[sigma**-2 for sigma in each.required_sigma[states]] for each in variants]
+    weights = [each.weights for each in variants]
+    return np.hstack([[each.instrument_constants for each in variants], required, weights])
+
+
+def dynamics_of(variants: Sequence[FilterModel]) -> tuple[Floats, Floats]:
+    """`gyro_dynamics` of each variant, side by side."""
+    gyros = {id(each.suite.gyro): each.suite.gyro for each in variants}  # many have few
+    known = {key: gyro_dynamics(gyro) for key, gyro in gyros.items()}
+    matrices, densities = zip(*(known[id(each.suite.gyro)] for each in variants), strict=True)
+    return np.array(matrices), np.array(densities)
+
+
+@lru_cache(maxsize=1000)
+def gyro_dynamics(gyro: Gyro) -> tuple[Floats, Floats]:
+    """A of attitude and gyro at rest and what a unit rate about each axis adds; noise density.
+
+    Shapes (4, n_kinematic, n_kinematic) and (n_kinematic,). The processes of sensors do not depend
+    on the rate.
+    """
+    alone = Suite(gyro, ())
+    rest, *unit = map(alone.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
+    return np.array([rest, *(matrix - rest for matrix in unit)]), alone.diffusion()
+
+
+def initial_values(model: FilterModel, variants: Sequence[FilterModel]) -> Floats:
+    """Covariance, attitude, monitors and trace of each variant at time zero, in a row each."""
+    sigma = np.array([each.initial_sigma for each in variants])
+    correlation = np.array([each.initial_correlation for each in variants])
+    covariance = sigma[:, :, None] * correlation * sigma[:, None, :]
+    variances = np.diagonal(covariance, axis1=1, axis2=2)
+    weights = np.array([each.weights for each in variants])
+    row, column = triangle(model.suite.n_states)
+    watched = bool(model.monitors.states)
+    return np.hstack(
+        [
+            covariance[:, row, column],
+            [each.initial_attitude.ravel() for each in variants],
+            [_monitors_at_start(each, watched) for each in variants],
+            np.cumsum(weights * variances, axis=1)[:, -1:],
+        ]
+    )
+
+
+def _monitors_at_start(model: FilterModel, watched: bool) -> list[float]:
+    """What `layout.Monitors` says, at time zero; with the states', if they are `watched`."""
+    values = []
+    for limit, watch in zip(model.path_limits, model.monitors.limits, strict=True):
+        cone = limit.cone()
+        direction, radius = model.direction(cone.direction, slice(1))
+        direction = direction @ model.initial_attitude.T
+        if watch.plain:
+            values.append(direction[0] @ cone.axis if direction.any() else _NEVER_SEEN)
+        else:
+            covariance = model.initial_covariance[None, :3, :3]
+            at_start = excess(cone, limit.attitude_sigmas, direction, covariance, radius)[0]
+            values.append(max(-np.pi, at_start))
+    if watched:
+        values.append(float(np.all(model.initial_sigma <= model.required_sigma)))
+    return values
