@@ -143,7 +143,7 @@ def solve(
     """
     from mgeo.cli.dry_run import describe_run
     from mgeo.cli.solve import run_to_folder
-    from mgeo.runs.algorithms import default_algorithm
+    from mgeo.runs.algorithms import ROBUST, default_algorithm
     from mgeo.runs.folder import check_folder
     from mgeo.runs.persistence import RunPersistence
     from mgeo.runs.prepare import prepare
@@ -175,6 +175,11 @@ def solve(
         if not dry_run:
             folder.mkdir(parents=True, exist_ok=True)
     output = Output(quiet, json)
+    if run.problem.requires_kwargs and not robust and algorithm != ROBUST:
+        output.note(
+            f"Note: the problem can be judged by stages, which {ROBUST} does and {algorithm} does "
+            "not; that takes less time"
+        )
     if dry_run:
         describe_run(run, persistence, output)
     else:

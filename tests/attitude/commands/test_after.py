@@ -145,3 +145,13 @@ def test_no_sample_is_one_line(run, flown, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     error = run("fly", flown / "plan.json", "--until", "-1", code=2).stderr
     assert error == "Error: no sample until -1.0 s: the first is at 0.000000 s\n"
+
+
+def test_a_scenario_with_stages_of_flights_is_told_who_searches_by_them(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    few = 'preset = "paper"\nduration = 1000.0\nflight = { count = 3, grow = [0] }\n'
+    Path("few.toml").write_text(few)
+    words = ["--scenario", "few.toml", "--evaluations", 24, "-q", "--out"]
+    note = "Note: the problem can be judged by stages, which mgeo-staged does and mgeo-directed"
+    assert note in solve(*words, "a").stderr
+    assert "stages" not in solve("--algorithm", "mgeo-staged", *words, "b").stderr
