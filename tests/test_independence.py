@@ -13,7 +13,7 @@ ATTITUDE = ROOT / "problems" / "attitude" / "mgeo_attitude"
 
 #: What of the plugin may import mgeo: commands, pages, and what reads and writes plans, runs and
 #: calibrations.
-MAY = {"calibration", "commands", "figures", "plan"}
+MAY = {"calibration", "commands", "documents.py", "figures", "plan"}
 
 
 def imported(*paths):

@@ -113,5 +113,5 @@ def test_errors_that_basilisk_has_not_are_refused_by_name(suite, message):
 
 def test_where_basilisk_is_missing_one_line_says_how_to_install_it(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(ImportError, match=r'pip install "mgeo-attitude\[basilisk\]"$'):
+    with pytest.raises(ImportError, match=r"pip install bsk$"):
         fly(Scenario.paper(), [0.0, 0.0, 0.0, 1.0])
