@@ -37,6 +37,7 @@ nb_execution_cache_path = str(
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
 nb_merge_streams = True
+nb_output_stderr = "remove"  # where a kernel is compiled it says so; the tests see to the rest
 nb_render_markdown_format = "myst"
 
 myst_enable_extensions = ["dollarmath"]
