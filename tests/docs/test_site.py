@@ -235,7 +235,7 @@ def test_a_browser_draws_the_interactive_figure(site, browser, tmp_path):
 @pytest.mark.parametrize(
     ("page", "figures", "tables"),
     [
-        ("gallery", 7, 1),
+        ("gallery", 9, 1),
         ("notebooks/1_first_run", 3, 3),
         ("notebooks/3_comparing_algorithms", 3, 2),
         ("studies/table3", 3, 2),
