@@ -6,6 +6,7 @@ The notebooks of ``../notebooks`` are pages of it, through the link ``docs/noteb
 import sys
 from importlib.metadata import version as installed
 from pathlib import Path
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 
@@ -60,3 +61,12 @@ html_copy_source = False
 html_show_sourcelink = False
 html_show_copyright = False
 pygments_style = "tango"
+
+
+def setup(app: Any) -> None:
+    """Read first what runs longest, so that two processes (``-j 2``) end together."""
+    app.connect("env-before-read-docs", lambda app, env, names: names.sort(key=_is_short))
+
+
+def _is_short(name: str) -> bool:
+    return name != "tutorial"
