@@ -122,17 +122,17 @@ class MGEODirected(ExtremalOptimization):
     def __init__(
         self,
         tau: float = 3.0,
-        n_walkers: int = 8,
+        n_walkers: int = 16,
         extreme_weights: float = 0.4,
-        difference: float = 0.5,
-        coupling: Sequence[float] = (0.25, 0.5),
+        difference: float = 0.65,
+        coupling: Sequence[float] = (0.05, 0.5),
         widths: Sequence[float] = (1e-3, 1.0),
-        return_to_best: float = 0.3,
+        return_to_best: float = 0.7,
         migrate: Sequence[float] = (0.2, 0.02),
         restart: Sequence[int] = (4, 50),
-        max_candidates: int = 12,
+        max_candidates: int = 3,
         bounds: str = "clip",
-        attract: Sequence[float] = (0.0, 0.9),
+        attract: Sequence[float] = (0.5, 0.9),
         **options: Any,
     ) -> None:
         super().__init__(tau=validate_number("tau", tau, low=0), n_walkers=n_walkers, **options)

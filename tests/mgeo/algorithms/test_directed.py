@@ -127,7 +127,10 @@ def test_a_candidate_changes_its_own_variable_and_others_as_often_as_said():
     changed = np.zeros((6, 6))
     for seed in range(60):
         run = begun(
-            MGEODirected(n_walkers=5, coupling=(0.2, 0.5), difference=0.0), problem, 0, seed
+            MGEODirected(n_walkers=5, coupling=(0.2, 0.5), difference=0.0, max_candidates=6),
+            problem,
+            0,
+            seed,
         )
         X, walkers = candidates(run)
         interior = (walkers > 0) & (walkers < 1)
@@ -174,7 +177,8 @@ def test_of_many_variables_each_has_its_turn():
 
 
 def test_differences_lie_between_points_of_the_donor_pool():
-    algorithm = MGEODirected(n_walkers=4, difference=1.0, coupling=(0.0, 1.0), **STILL)
+    free = {"difference": 1.0, "coupling": (0.0, 1.0), "attract": (0.0, 0.0)}
+    algorithm = MGEODirected(n_walkers=4, **free, **STILL)
     run = begun(algorithm, ZDT1(n_var=3), 3)
     pool = np.vstack([run.front.individuals.get("X"), run.state.incumbents])
     between = (pool[:, None] - pool[None]).reshape(-1, 3)
@@ -233,7 +237,7 @@ def test_walkers_are_attracted_by_the_archived_point_nearest_along_their_weights
 
 
 def test_a_walker_takes_one_of_its_candidates_whole():
-    run = begun(MGEODirected(n_walkers=6, **STILL), ZDT1(n_var=5), 4)
+    run = begun(MGEODirected(n_walkers=6, max_candidates=5, **STILL), ZDT1(n_var=5), 4)
     infills = run.ask()
     run.evaluator.eval(run.problem, infills)
     X = infills.get("X").reshape(6, 5, 5).copy()
@@ -242,7 +246,7 @@ def test_a_walker_takes_one_of_its_candidates_whole():
 
 
 def test_walkers_under_high_pressure_take_the_nearest_candidate_along_their_direction():
-    run = begun(MGEODirected(60.0, 6, **STILL), ZDT1(n_var=5), 4)
+    run = begun(MGEODirected(60.0, 6, max_candidates=5, **STILL), ZDT1(n_var=5), 4)
     infills = run.ask()
     run.evaluator.eval(run.problem, infills)
     X, F = infills.get("X").reshape(6, 5, 5).copy(), infills.get("F").reshape(6, 5, 2).copy()
