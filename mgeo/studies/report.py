@@ -55,12 +55,14 @@ def study_page(
     comparisons: Mapping[str, Comparison],
     ranked: Friedman | None,
     standings: pd.DataFrame,
+    reached: pd.DataFrame,
 ) -> str:
     """Several problems: means of the first indicator each, ranks, and targets reached.
 
     Parameters
     ----------
     standings : as of `mgeo.studies.pooled.pooled`.
+    reached : as of `mgeo.studies.targets.targets_reached`.
     """
     labels = tuple(algorithm.label for algorithm in study.algorithms)
     problems = render(
@@ -70,8 +72,9 @@ def study_page(
         ranks=average_ranks(standings, study.per_variable),
         folders={label: folder_name(label) for label in comparisons},
     )
-    drawn = (ranked and ranks_figure(ranked, labels), targets_figure(comparisons))
-    figures = [figure for figure in drawn if figure is not None]
+    figures = [ranks_figure(ranked, labels)] if ranked else []
+    if len(reached):
+        figures.append(targets_figure(reached, len(comparisons)))
     head = render("studies/assets/head.html", study=study)
     return report_page(study.title, [head, *figures, problems], LIBRARY)
 

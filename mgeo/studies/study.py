@@ -24,6 +24,7 @@ from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.statistics import Friedman, friedman
 from mgeo.studies.stored import PROVENANCE, stored_tables
 from mgeo.studies.tables import markdown
+from mgeo.studies.targets import targets_reached
 from mgeo.studies.versions import distinct
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 RECORDS = "runs"  # folder of the finished runs
 REPORT = "report.html"
 RANKS = "ranks.csv"
+TARGETS = "targets.csv"
 
 
 def run_study(
@@ -45,9 +47,9 @@ def run_study(
     them), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
     ``report.html`` and last ``provenance.json``. With several problems there are beside these
     folders ``report.html``, ``summary.md``, ``summary.csv``, ``ranks.csv`` (see
-    `mgeo.studies.pooled`) and the plotting library, which all pages share. A study that was
-    interrupted goes on with the runs that are missing. With its first tables the folder belongs to
-    this study, which may grow: see `mgeo.studies.claim`.
+    `mgeo.studies.pooled`), ``targets.csv`` (`mgeo.studies.targets`) and the plotting library, which
+    all pages share. A study that was interrupted goes on with the runs that are missing. With its
+    first tables the folder belongs to this study, which may grow: see `mgeo.studies.claim`.
 
     Returns
     -------
@@ -92,13 +94,15 @@ def run_study(
         write_files(place, contents)
         comparisons[label] = comparison
     if len(study.problems) > 1 and comparisons:
-        standings = pooled(comparisons, study.per_variable)
-        page = study_page(study, comparisons, over_problems(study, comparisons), standings)
+        standings, reached = pooled(comparisons, study.per_variable), targets_reached(comparisons)
+        ranked = over_problems(study, comparisons)
+        page = study_page(study, comparisons, ranked, standings, reached)
         table = by_problem(comparisons)
         texts = {
             "summary.md": markdown(table),
             "summary.csv": table.to_csv(lineterminator="\n"),
             RANKS: standings.to_csv(index=False, lineterminator="\n"),
+            TARGETS: reached.to_csv(index=False, lineterminator="\n"),
             REPORT: page,
         }
         write_files(folder, {name: text.encode() for name, text in texts.items()})

@@ -71,6 +71,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
         "summary.md",
         "summary.csv",
         "ranks.csv",
+        "targets.csv",
         "plotly.min.js",
         "report.html",
         "study.toml",
