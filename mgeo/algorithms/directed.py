@@ -23,7 +23,13 @@ from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import pick, rank
 from mgeo.algorithms.steps import Attraction, joint_steps
 from mgeo.algorithms.variables import KINDS, Variables
-from mgeo.algorithms.weights import distance, ideal_and_nadir, random_weights, weight_vectors
+from mgeo.algorithms.weights import (
+    distance,
+    ideal_and_nadir,
+    nearest,
+    random_weights,
+    weight_vectors,
+)
 from mgeo.algorithms.whole import whole_steps
 from mgeo.pareto.archive import ParetoArchive
 
@@ -209,8 +215,7 @@ class MGEODirected(ExtremalOptimization):
     def _nearest(self, rows: IntArray | slice = slice(None)) -> IntArray:
         """Which of the archive's points are nearest along the weight vectors of walkers."""
         state, F = self.state, self.state.front.F
-        far = distance(F, state.weights[rows][:, None], *ideal_and_nadir(F))
-        return np.asarray(far.argmin(axis=1))
+        return nearest(F, state.weights[rows], *ideal_and_nadir(F))
 
     def _donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
         """Twice (..., n_var) points of the donor pool."""

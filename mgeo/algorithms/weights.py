@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mgeo._typing import FloatArray
+from mgeo._typing import FloatArray, IntArray
 
 _SUM = 1e-3  # share of the sum in a distance: of points equal otherwise, the nondominated is nearer
 
@@ -76,6 +76,34 @@ def distance(
         largest, total = np.maximum(largest, weighted) if k else weighted, total + scaled
     result = largest + _SUM * total
     return np.asarray(result if known else np.where(finite.all(axis=-1), result, np.nan))
+
+
+def nearest(F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray) -> IntArray:
+    """Which points are nearest along weight vectors, by `distance`.
+
+    One weight vector after the other: what is computed for a long front stays in the cache.
+
+    Parameters
+    ----------
+    F : (n, n_obj) finite objectives of a front, n >= 1.
+    weights : (n_weights, n_obj) weight vectors.
+    ideal, nadir : as of `distance`.
+
+    Returns
+    -------
+    (n_weights,) rows of F; of points equally near the first.
+    """
+    widths = np.where(nadir > ideal, nadir - ideal, 1.0)
+    scaled = [(F[:, k] - ideal[k]) / widths[k] for k in range(F.shape[1])]
+    little = _SUM * np.add.reduce(scaled)
+    far, weighted = np.empty_like(little), np.empty_like(little)
+    found = np.empty(len(weights), dtype=np.intp)
+    for row, weight in enumerate(weights):
+        np.multiply(scaled[0], weight[0], out=far)
+        for k in range(1, len(scaled)):
+            np.maximum(far, np.multiply(scaled[k], weight[k], out=weighted), out=far)
+        found[row] = np.add(far, little, out=far).argmin()
+    return found
 
 
 def ideal_and_nadir(F: FloatArray) -> tuple[FloatArray, FloatArray]:

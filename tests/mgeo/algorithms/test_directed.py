@@ -12,7 +12,7 @@ from scipy.spatial.distance import cdist
 
 from mgeo import MGEODirected
 from mgeo.algorithms.steps import Attraction, joint_steps
-from mgeo.algorithms.weights import distance, random_weights, weight_vectors
+from mgeo.algorithms.weights import distance, nearest, random_weights, weight_vectors
 from mgeo.testing import check_algorithm
 
 from .problems import Fixed, Rosenbrock
@@ -120,6 +120,17 @@ def test_distance_is_the_same_in_other_units():
     unit, offset = np.array([1e-6, 1.0, 1e4]), np.array([3.0, -2.0, 1e3])
     one = distance(F, weights, np.zeros(3), np.ones(3))
     assert distance(F * unit + offset, weights, offset, offset + unit) == pytest.approx(one)
+
+
+@pytest.mark.parametrize("n_obj", [1, 2, 3, 5])
+def test_the_nearest_point_is_that_of_the_least_distance(n_obj):
+    rng = np.random.default_rng(n_obj)
+    F, weights = rng.random((500, n_obj)), random_weights(20, n_obj, rng)
+    F[100:110] = F[:10]  # of points equally near the first
+    F[:, -1] = np.where(n_obj == 5, 3.0, F[:, -1])  # an objective without extent
+    ends = F.min(axis=0), F.max(axis=0)
+    expected = distance(F, weights[:, None], *ends).argmin(axis=1)
+    assert nearest(F, weights, *ends).tolist() == expected.tolist()
 
 
 def test_a_candidate_changes_its_own_variable_and_others_as_often_as_said():
