@@ -25,7 +25,6 @@ from mgeo.algorithms.steps import Attraction, joint_steps
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.algorithms.weights import (
     distance,
-    ideal_and_nadir,
     nearest,
     random_weights,
     weight_vectors,
@@ -215,7 +214,7 @@ class MGEODirected(ExtremalOptimization):
     def _nearest(self, rows: IntArray | slice = slice(None)) -> IntArray:
         """Which of the archive's points are nearest along the weight vectors of walkers."""
         state, F = self.state, self.state.front.F
-        return nearest(F, state.weights[rows], *ideal_and_nadir(F))
+        return nearest(F, state.weights[rows], *state.front.ends)
 
     def _donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
         """Twice (..., n_var) points of the donor pool."""
@@ -233,7 +232,7 @@ class MGEODirected(ExtremalOptimization):
         state, rng, walker = self.state, self.random_state, np.arange(self.n_walkers)
         F = F.reshape(self.n_walkers, -1, F.shape[1])
         violation = np.where(np.isfinite(F).all(axis=2), violation.reshape(F.shape[:2]), np.inf)
-        far = distance(F, state.weights[:, None], *ideal_and_nadir(state.front.F))
+        far = distance(F, state.weights[:, None], *state.front.ends)
         ranking = rank(far, violation, rng.random(far.shape))
         place = pick(rng.random(self.n_walkers), F.shape[1], float(self.tau))
         best = walker, ranking[:, 0]
@@ -247,7 +246,7 @@ class MGEODirected(ExtremalOptimization):
     ) -> BoolArray:
         """Update the incumbents; tells whose constraint violation is less than ever."""
         state = self.state
-        before = distance(state.incumbent_F, state.weights, *ideal_and_nadir(state.front.F))
+        before = distance(state.incumbent_F, state.weights, *state.front.ends)
         less = violation < state.incumbent_violation
         feasible = (violation == 0) & (state.incumbent_violation == 0)
         better = less | (feasible & (far < before))
@@ -277,7 +276,7 @@ class MGEODirected(ExtremalOptimization):
     def restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
         # progress is less violation, or a feasible incumbent that has come nearer by enough
         state = self.state
-        ideal, nadir = ideal_and_nadir(state.front.F)
+        ideal, nadir = state.front.ends
         far, before = (
             distance(F, state.weights, ideal, nadir) for F in (state.incumbent_F, state.marked_F)
         )

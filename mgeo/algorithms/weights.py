@@ -87,7 +87,7 @@ def nearest(F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatA
     ----------
     F : (n, n_obj) finite objectives of a front, n >= 1.
     weights : (n_weights, n_obj) weight vectors.
-    ideal, nadir : as of `distance`.
+    ideal, nadir : their least and largest objectives, as of `distance`.
 
     Returns
     -------
@@ -99,16 +99,9 @@ def nearest(F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatA
     far, weighted = np.empty_like(little), np.empty_like(little)
     found = np.empty(len(weights), dtype=np.intp)
     for row, weight in enumerate(weights):
-        np.multiply(scaled[0], weight[0], out=far)
-        for k in range(1, len(scaled)):
+        first, *others = np.flatnonzero(weight)  # nothing is below the ideal, 0
+        np.multiply(scaled[first], weight[first], out=far)
+        for k in others:
             np.maximum(far, np.multiply(scaled[k], weight[k], out=weighted), out=far)
         found[row] = np.add(far, little, out=far).argmin()
     return found
-
-
-def ideal_and_nadir(F: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(n_obj,) least and largest objectives of a front, (n, n_obj); 0 and 1 if it is empty."""
-    columns = F.T  # numpy is slow at reducing a long array along its first axis
-    if not len(F):
-        return np.zeros(len(columns)), np.ones(len(columns))
-    return np.array([f.min() for f in columns]), np.array([f.max() for f in columns])

@@ -125,7 +125,8 @@ def test_distance_is_the_same_in_other_units():
 @pytest.mark.parametrize("n_obj", [1, 2, 3, 5])
 def test_the_nearest_point_is_that_of_the_least_distance(n_obj):
     rng = np.random.default_rng(n_obj)
-    F, weights = rng.random((500, n_obj)), random_weights(20, n_obj, rng)
+    F = rng.random((500, n_obj))
+    weights = np.vstack([random_weights(20, n_obj, rng), np.eye(n_obj)])
     F[100:110] = F[:10]  # of points equally near the first
     F[:, -1] = np.where(n_obj == 5, 3.0, F[:, -1])  # an objective without extent
     ends = F.min(axis=0), F.max(axis=0)
