@@ -28,7 +28,6 @@ from mgeo_attitude.documents import (
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.prior import prior_of
-from mgeo_attitude.scenario.settings import state_units
 
 FORMAT = "mgeo-attitude-calibration"
 VERSION = 1
@@ -102,7 +101,7 @@ def _consequences(calibration: Calibration) -> dict[str, Any]:
 def _calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
     for key, kind in _ESTIMATES.items():
         entry(table, key, kind)
-    prior = prior_of(table, list(state_units(scenario.gyro, scenario.sensors))[1:])
+    prior = prior_of(table, scenario.gyro, scenario.sensors)
     names = [sensor.name for sensor in scenario.sensors]
     tests = tuple(
         _test(row, f"tests[{i}].") for i, row in enumerate(entry(table, "tests", _TABLES))
