@@ -14,7 +14,7 @@ from operator import mul
 from typing import Any
 
 from mgeo_attitude.filter.covariance import Factor, Sparse, factor, gain, innovation, looked_at
-from mgeo_attitude.filter.symbols import Index, Symbol, Triangle
+from mgeo_attitude.filter.symbols import Index, Symbol, Triangle, slots_of
 from mgeo_attitude.vector import Vec3
 
 _BLOCK = range(3)
@@ -138,7 +138,7 @@ def last_pivot(P: Triangle, n: int) -> Any:
         columns = [[A.below(j + max(a, b), j + min(a, b)) for a in _BLOCK] for b in _BLOCK]
         return factor(columns, [0.0, 0.0, 0.0])
 
-    with code.loop(0, n * (n + 1) // 2) as k:
+    with code.loop(0, slots_of(n)) as k:
         code.store(f"{k} + {P.scratch}", code.slot(str(k)))
     with code.loop(0, n - 3, 3) as j:
         L, inverse = pivots(j)
