@@ -446,6 +446,7 @@ def test_a_study_that_is_interrupted_goes_on(tmp_path, stand_in_environment, sta
     killed.communicate(timeout=300)
     kept |= files()
     assert len(kept) < 8
+    settings["env"] = stand_in_environment
     done = subprocess.run(command, capture_output=True, check=True, **settings)
     assert f"8 runs, {len(kept)} of them found on disk" in done.stderr
     assert {path: when for path, when in files().items() if path in kept} == kept
