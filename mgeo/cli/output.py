@@ -11,7 +11,7 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-from mgeo.terminal import console, plain, printable
+from mgeo.terminal import broken, console, plain, printable
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,17 @@ class Output:
         return not (self.quiet or self.json)
 
     def print(self, *shown: str | RenderableType) -> None:
-        """Show people something, each on lines of its own; text is not cut at the margin."""
+        """Show people something, each on lines of its own; text is not cut at the margin.
+
+        A terminal breaks it between words, a file or a pipe nowhere.
+        """
         if not self.for_people:
             return
         out = console()
         for each in shown:
             text = plain(each) if isinstance(each, str) else each
+            if isinstance(text, Text) and out.is_terminal:
+                text = broken(text, out.width)
             out.print(text, soft_wrap=isinstance(text, Text))
 
     def note(self, text: str) -> None:

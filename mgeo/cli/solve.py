@@ -95,9 +95,10 @@ def run_to_folder(
             if html is not None:
                 write_file(folder / FIGURE_FILE, html.encode())
     found = answer(run.problem, outcome)
+    dead = dead_end(run.problem, outcome.nearest) if outcome.nearest else None
     told = [] if output.quiet and not output.json else protocol.remarks(run.problem, outcome.X)
-    _print_results(run.problem, outcome, found, told, persistence, html is not None, output)
-    output.result(_document(made, found, told, persistence))
+    _print_results(run.problem, outcome, found, dead, told, persistence, html is not None, output)
+    output.result(_document(made, found, dead, told, persistence))
     if outcome.status == "interrupted":
         return stop.exit_code
     return ExitCode.DONE if len(outcome.F) else ExitCode.INCOMPLETE
@@ -124,6 +125,7 @@ def _print_results(
     problem: Problem,
     outcome: Outcome,
     found: Answer | None,
+    dead: DeadEnd | None,
     remarks: list[str],
     persistence: RunPersistence,
     drawn: bool,
@@ -131,6 +133,8 @@ def _print_results(
 ) -> None:
     if found is not None:
         output.print(plain(found, "bold"))
+    if dead is not None:
+        output.print(*_told(dead))
     size = f"solutions: {len(outcome.F):,}"
     volume = outcome.hypervolume
     if volume is not None:
@@ -141,11 +145,9 @@ def _print_results(
     output.print(*remarks)
     if outcome.failures:
         output.print(_failures(outcome))
-    if outcome.nearest:
-        output.print(*_told(dead_end(problem, outcome.nearest)))
-    elif not len(outcome.F):
+    if not len(outcome.F) and dead is None:
         output.print("no feasible solution was found")
-    elif output.for_people:
+    elif len(outcome.F) and output.for_people:
         output.print(_solutions(problem, outcome))
     output.print(f"written: {persistence.folder / (FIGURE_FILE if drawn else '')}")
     if persistence.error is not None:
@@ -191,13 +193,18 @@ def _solutions(problem: Problem, outcome: Outcome) -> Columns:
 
 
 def _document(
-    made: Run, found: Answer | None, remarks: list[str], persistence: RunPersistence
+    made: Run,
+    found: Answer | None,
+    dead: DeadEnd | None,
+    remarks: list[str],
+    persistence: RunPersistence,
 ) -> dict[str, Any]:
     names = (FRONT_FILE, RUN_FILE, NEAREST_FILE, FIGURE_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
     return {
         "folder": str(persistence.folder),
         "files": [name for name in names if (persistence.folder / name).exists()],
         "answer": None if found is None else asdict(found),
+        "dead_end": None if dead is None else asdict(dead),
         "remarks": remarks,
         "checkpoint_error": None if persistence.error is None else str(persistence.error),
         **run_document(made),

@@ -24,6 +24,8 @@ GRID = "#e3e6ea"
 
 #: Ratio of largest to smallest value from which only powers of ten are labeled.
 _WIDE = 1e3
+#: And up to which there may be none, or but one, at 1, 2 and 5.
+_CLOSE = 5.0
 
 
 def symbol(index: int) -> str:
@@ -55,6 +57,10 @@ def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
 
 
 def log_axis(values: ArrayLike) -> dict[str, Any]:
-    """Layout of a logarithmic axis for these values, with labels at 1, 2 and 5 if they are near."""
-    narrow = np.max(values) < _WIDE * np.min(values)
-    return {"type": "log", "exponentformat": "power", "dtick": "D2" if narrow else 1}
+    """Layout of a logarithmic axis for these values, with labels at 1, 2 and 5 if they are near.
+
+    If they are so near that there might be none of these between them, plotly chooses.
+    """
+    low, high = np.min(values), np.max(values)
+    steps = {} if high < _CLOSE * low else {"dtick": "D2" if high < _WIDE * low else 1}
+    return {"type": "log", "exponentformat": "power", **steps}

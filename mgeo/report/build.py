@@ -40,7 +40,7 @@ def report_html(folder: Path | str) -> str:
         "report/assets/report.html",
         title=title,
         answer=None if nearest else answer(problem, run.outcome),
-        remarks=protocol.remarks(problem, run.outcome.X),
+        remarks=[] if nearest else protocol.remarks(problem, run.outcome.X),
         dead_end=dead_end(problem, nearest) if nearest else None,
         folder=folder.resolve().name,
         run=run,

@@ -24,7 +24,7 @@ class Nearest:
     """Solutions that violate constraints, the nearest first.
 
     Those come first that no other beats in every constraint, and of these the one with the least
-    sum of violations.
+    sum of violations. No two have the same objectives and violations.
 
     Attributes
     ----------
@@ -80,6 +80,9 @@ class NearestMeter:
         rows = rows[np.isfinite(rows).all(axis=1) & ~failed]
         if len(rows):
             rows = np.vstack([np.reshape(self.seen, (-1, rows.shape[1])), rows])
+            # such as plans that differ only in what is never flown: one of them tells it all
+            told = rows[:, self._sizes[0] :]
+            rows = rows[np.sort(np.unique(told, axis=0, return_index=True)[1])]
             violation = rows[:, self._sizes[1] :]
             order = np.lexsort([violation.sum(axis=1), ~nondominated(violation)])
             self.seen = rows[order[:MOST]].tolist()

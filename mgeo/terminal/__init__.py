@@ -3,7 +3,7 @@
 Commands, those of plugins too, and the progress of studies write through it.
 """
 
-from mgeo.terminal.consoles import console, is_terminal, plain, printable
+from mgeo.terminal.consoles import broken, console, is_terminal, plain, printable
 from mgeo.terminal.tables import Columns, pairs, table
 
-__all__ = ["Columns", "console", "is_terminal", "pairs", "plain", "printable", "table"]
+__all__ = ["Columns", "broken", "console", "is_terminal", "pairs", "plain", "printable", "table"]

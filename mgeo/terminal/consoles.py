@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import textwrap
 
 from rich.console import Console
 from rich.text import Text
@@ -30,6 +31,24 @@ def printable(text: str) -> str:
 def plain(text: object, style: str = "") -> Text:
     """Text for a console, with its control characters written out."""
     return Text(printable(str(text)), style=style)
+
+
+def broken(text: Text, width: int) -> Text:
+    """The text, of one style, in lines of this width; words, such as paths, stay whole.
+
+    What goes on with a line is indented by two more columns than it.
+    """
+    lines: list[str] = []
+    for line in text.plain.splitlines():
+        indent = line[: len(line) - len(line.lstrip())]
+        lines += textwrap.wrap(
+            line,
+            width,
+            subsequent_indent=f"{indent}  ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        ) or [""]
+    return Text("\n".join(lines), style=text.style)
 
 
 def is_terminal(*, stderr: bool = False) -> bool:

@@ -8,6 +8,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.answers import answer, span, two_digits
 from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.promises import Times
 
 from .filter.suites import SUITES
 
@@ -59,10 +60,43 @@ def test_what_did_not_converge_or_broke_down_says_so():
     line = answer(suite, 600.0, covariance, converged=False)
     assert line.startswith("not converged; after 10 min attitude 0.057 deg, gyro bias ")
     assert line.endswith("(1-sigma, worst axis)")  # nobody asked for flights
-    few = answer(suite, 600.0, covariance, converged=True, kept=np.inf)
+    few = answer(suite, 600.0, covariance, True, Times(kept=np.inf))
     assert few.endswith("; fewer than 9 of 10 flights converge")
     lost = answer(suite, np.nan, np.full_like(covariance, np.nan), converged=False)
     assert lost == "the filter's covariance lost positivity"
+
+
+def test_what_is_promised_over_flights_comes_first(problem, X):
+    """As it is what to rely on; the same table gives it that the search has for its objective."""
+    robust = AttitudeManeuverProblem(problem.scenario, flights=4)
+    promised = robust.evaluate(X, return_values_of=["F"])[:, 0]
+    table = robust.describe(X)
+    np.testing.assert_array_equal(table["promised t_end [s]"], promised)
+    first = ["promised t_end [s]", "kept t_end [s]", "promised trace [-]", "kept trace [-]"]
+    assert list(table.columns[:4]) == first
+    exactly = problem.describe(X)["t_end [s]"]
+    np.testing.assert_array_equal(table["t_end [s] flown exactly"], exactly)
+    assert "t_end [s]" not in table.columns
+    lines = zip(robust.answers(X), promised, table["kept t_end [s]"], exactly, strict=True)
+    for line, *expected in lines:
+        found = re.fullmatch(
+            r"(.*) promised; 9 of 10 flights converge within (.*); flown exactly (.*), then "
+            r"attitude .* \(1-sigma, worst axis\)",
+            line,
+        )
+        assert found, line
+        assert [in_seconds(text) for text in found.groups()] == expected
+
+
+def test_a_time_that_is_not_promised_or_not_kept_says_so():
+    suite = SUITES["star tracker"]
+    covariance = np.diag(np.full(suite.n_states, 1e-6))
+    line = answer(suite, 600.0, covariance, False, Times(np.inf, np.inf))
+    expected = (
+        "no time promised; fewer than 9 of 10 flights converge; flown exactly not converged, after "
+        "10 min attitude 0.057 deg, "
+    )
+    assert line.startswith(expected)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.accuracy import attitude_accuracy_deg
 from mgeo_attitude.describe import block_units, checked_designs
 from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.promises import MOST_FLIGHTS, time_kept
+from mgeo_attitude.promises import MOST_FLIGHTS, UNKNOWN, Times, times
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
@@ -32,17 +32,23 @@ def answers(problem: ManeuverProblem, X: ArrayLike) -> list[str]:
     designs = checked_designs(problem, X)
     result = evaluate(model, designs, problem.threads, covariance=True)
     longest = model.n_steps * model.step
-    found = zip(result.t_end, result.covariance, time_kept(problem, designs), strict=True)
+    found = zip(result.t_end, result.covariance, times(problem, designs), strict=True)
     return [
-        answer(model.suite, float(t_end), covariance, t_end < longest, kept)
-        for t_end, covariance, kept in found
+        answer(model.suite, float(t_end), covariance, t_end < longest, over_flights)
+        for t_end, covariance, over_flights in found
     ]
 
 
 def answer(
-    suite: Suite, t_end: float, covariance: Floats, converged: bool, kept: float | None = None
+    suite: Suite,
+    t_end: float,
+    covariance: Floats,
+    converged: bool,
+    over_flights: Times = UNKNOWN,
 ) -> str:
     """Time to converge, attitude accuracy, and the worst body axis of each bias.
+
+    A time that is promised over flights comes first: it is what to rely on.
 
     Parameters
     ----------
@@ -50,8 +56,8 @@ def answer(
         When the filter has converged or the run ended [s]; NaN if its covariance was lost.
     covariance : array, shape (n_states, n_states)
         Of the error state then.
-    kept : float, optional
-        Time to converge that most flights keep [s]; infinite if fewer converge.
+    over_flights : Times, optional
+        Times to converge that are promised and kept over flights.
     """
     if not math.isfinite(t_end):
         return "the filter's covariance lost positivity"
@@ -60,13 +66,22 @@ def answer(
     for block, name, worst in zip(block_units(suite), suite.blocks, sigma, strict=True):
         if name.endswith(".bias"):
             parts.append(f"{block.label} {two_digits(worst * block.factor)} {block.unit}")
-    known = ", ".join(parts)
+    known = f"{', '.join(parts)} (1-sigma, worst axis)"
+    kept, promised = over_flights
+    late = None if kept is None else within(kept)
+    if promised is not None:
+        own = f"{span(promised)} promised" if promised < math.inf else "no time promised"
+        after = f"{span(t_end)}, then" if converged else f"not converged, after {span(t_end)}"
+        return "; ".join(filter(None, [own, late, f"flown exactly {after} {known}"]))
     after = f"{span(t_end)}; then" if converged else f"not converged; after {span(t_end)}"
-    told = f"{after} {known} (1-sigma, worst axis)"
-    if kept is None:
-        return told
-    within = f"{MOST_FLIGHTS} converge within {span(kept)}" if kept < math.inf else None
-    return f"{told}; {within or f'fewer than {MOST_FLIGHTS} converge'}"
+    return "; ".join(filter(None, [f"{after} {known}", late]))
+
+
+def within(kept: float) -> str:
+    """When most flights converge [s], in words."""
+    if kept == math.inf:
+        return f"fewer than {MOST_FLIGHTS} converge"
+    return f"{MOST_FLIGHTS} converge within {span(kept)}"
 
 
 def span(seconds: float) -> str:

@@ -38,9 +38,10 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     see `attitude_accuracy_deg`; ``maneuver time [s]``, the sum of all durations; one text per
     maneuver, its rates about body x / y / z [deg/s] and its duration [s]; and for each 3-vector of
     the error state the predicted 1-sigma at t_end of its worst body axis (the largest of the three,
-    as comparable to a data sheet's value per axis); and of each objective what is promised, over
-    the scenario's flights if there are any, and what 9 of 10 others keep, see
-    `AttitudeManeuverProblem.promises`. A design whose covariance lost positivity has NaN in
+    as comparable to a data sheet's value per axis); and of each objective what 9 of 10 flights
+    keep, see `AttitudeManeuverProblem.promises`. If the scenario has flights of its own, what is
+    promised over these and what is kept comes first, and the paper's objectives are said to be of
+    a plan that is flown exactly. A design whose covariance lost positivity has NaN in
     objectives and 1-sigmas. Another shape than (n, n_var), or a design that is no plan, is a
     ValueError.
     """
@@ -71,8 +72,11 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     worst = sigma.reshape(len(designs), len(blocks), 3).max(axis=2)
     for block, values in zip(blocks, worst.T, strict=True):
         columns[f"{block.label} 1-sigma [{block.unit}]"] = values * block.factor
-    told = "(promised|kept)" if problem.scenario.flight else "kept"  # promised is what is flown
-    return pd.DataFrame(columns).join(problem.promises(designs).filter(regex=f"^{told} (?!/)"))
+    table, over_flights = pd.DataFrame(columns), problem.promises(designs)
+    if not problem.scenario.flight:  # what is promised is what is flown
+        return table.join(over_flights.filter(regex="^kept (?!/)"))
+    exactly = {name: f"{name} flown exactly" for name in (t_end_name, trace_name)}
+    return over_flights.filter(regex="^(promised|kept) (?!/)").join(table.rename(columns=exactly))
 
 
 def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:

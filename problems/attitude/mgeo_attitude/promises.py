@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.objectives import OBJECTIVES
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
@@ -33,16 +34,38 @@ def kept(problem: ManeuverProblem, X: Floats) -> Floats:
     return found
 
 
-def time_kept(problem: ManeuverProblem, X: Floats) -> list[float | None]:
-    """t_end [s] that most flights of each plan keep, infinite if too few converge.
+class Times(NamedTuple):
+    """t_end [s] of a plan over flights, infinite if too few converge; None if nobody knows.
 
-    None where it is no objective, or the covariance was lost.
+    Attributes
+    ----------
+    kept
+        By most of 200 flights; None where it is no objective, or the covariance was lost.
+    promised
+        By the plan's problem over its own flights; None, too, if these are none.
     """
+
+    kept: float | None = None
+    promised: float | None = None
+
+
+#: Of a plan that nobody has flown.
+UNKNOWN = Times()
+
+
+def times(problem: ManeuverProblem, X: Floats) -> list[Times]:
+    """The `Times` of each design, shape (n, n_var)."""
     if "t_end" not in problem.objectives:
-        return [None] * len(X)
-    column = kept(problem, X)[:, problem.objectives.index("t_end")].tolist()
+        return [UNKNOWN] * len(X)
+    table = problem.promises(X)
     longest = problem.model.n_steps * problem.model.step
-    return [None if t != t else math.inf if t >= longest else t for t in column]
+
+    def column(name: str) -> list[float | None]:
+        found = table[f"{name} {OBJECTIVES['t_end'].label}"].tolist()
+        return [None if t != t else math.inf if t >= longest else t for t in found]
+
+    own = column("promised") if problem.scenario.flight else [None] * len(X)
+    return [Times(*both) for both in zip(column("kept"), own, strict=True)]
 
 
 def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
@@ -53,11 +76,12 @@ def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
     table = problem.promises(X[rows])
     promised = table[[f"promised {label}" for label in problem.obj_names]].to_numpy(float)
     missed = kept(problem, X[rows]) - promised > TOLERANCE * np.abs(promised)
+    endless = np.array([found.kept == math.inf for found in times(problem, X[rows])])
     label = problem.obj_names[0]
     ratio = table[f"kept / promised {label}"]
     of = f"{len(rows)} plans" if len(rows) == len(X) else f"{len(rows)} plans looked at"
     return [
-        f"{(~missed.any(axis=1)).sum()} of {of} keep what they promise in {MOST_FLIGHTS}, to "
+        f"{(~missed.any(axis=1) & ~endless).sum()} of {of} keep what they promise in {MOST_FLIGHTS}, to "
         f"{TOLERANCE:.0%}; {label} is then {ratio.median():.3g} times the promised in the median, "
         f"{ratio.max():.3g} at most"
     ]

@@ -17,13 +17,13 @@ def figure(problem, X):
     return problem.figures(X)["front"]
 
 
-def drawn(F):
+def drawn(F, **more):
     """A front figure of made-up objectives for the paper's scenario, with designs of zeros."""
     F = np.asarray(F, dtype=float)
     n = len(F)
     labels = tuple(f"solution {i}" for i in range(n))
     solutions = Solutions(np.arange(n), np.zeros((n, 12)), F, np.ones(n), labels)
-    return front_figure(Scenario.paper(), solutions)
+    return front_figure(Scenario.paper(), solutions, **more)
 
 
 def test_points_are_the_objectives(figure, F, problem):
@@ -90,6 +90,25 @@ def test_a_front_over_flights_is_that_of_its_own_promises(problem, X):
     for trace in (first, second):
         shown = np.column_stack([trace.x, trace.y])
         np.testing.assert_array_equal(shown, F[np.asarray(trace.customdata)])
+
+
+def test_plans_that_do_not_converge_or_keep_no_limits_say_so():
+    _, first, second, endless = drawn([[900, 1e-4], [11984, 2e-5]], longest=11984.0).data
+    assert (list(first.x), list(second.x), list(endless.x)) == ([900], [], [11984])
+    assert (endless.name, list(endless.customdata)) == ("not converged", [1])
+    title = drawn([[900, 1e-4], [1000, 2e-5]], dead_end=True).layout.title.text
+    assert "2 plans, none of which keeps all limits" in title
+    assert "on the front" not in title
+
+
+def test_a_problem_knows_its_dead_end_and_its_longest_run(problem, X):
+    scenario = dataclasses.replace(
+        problem.scenario, duration=400.0, required_sigma={"attitude_deg": 1e-4}
+    )
+    figure = AttitudeManeuverProblem(scenario).figures(X[:3])["front"]
+    assert "3 plans, none of which keeps all limits" in figure.layout.title.text
+    # as do most flights of them, which is no time to be kept
+    assert [len(trace.x) for trace in figure.data[1:]] == [0, 0, 3]
 
 
 def test_axes(figure, problem):

@@ -309,6 +309,8 @@ def test_a_run_without_feasible_solutions_says_so(mgeo, monkeypatch):
     document = json.loads(done.stdout)
     assert (done.exit_code, document["nearest"], document["answer"]) == (3, 10, None)
     assert "nearest.csv" in document["files"]
+    assert document["dead_end"]["exceeded"]
+    assert document["dead_end"]["ways"][0].startswith("relax g1 by ")
 
 
 def test_what_is_nearest_survives_an_end_in_between(mgeo, monkeypatch):

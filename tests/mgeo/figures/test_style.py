@@ -13,6 +13,11 @@ def test_wide_axes_have_labels_at_powers_of_ten_only(values, dtick):
     assert (axis["type"], axis["dtick"]) == ("log", dtick)
 
 
+@pytest.mark.parametrize("values", [[1.5e-6, 1.9e-6], [2e-4, 2e-4], [2.1, 9.9]])
+def test_near_values_have_labels_though_none_is_at_1_2_or_5(values):
+    assert "dtick" not in log_axis(values)  # which leaves it to plotly
+
+
 def test_no_figure_depends_on_color_alone():
     assert len(set(COLORS)) == len(set(SYMBOLS)) == len(COLORS)
 

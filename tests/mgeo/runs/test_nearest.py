@@ -53,6 +53,19 @@ def test_it_is_the_nearest_of_all_that_was_evaluated(algorithm):
     assert (np.diff(nearest.violation[first].sum(axis=1)) >= 0.0).all()
 
 
+def test_of_solutions_that_are_told_alike_one_is_kept():
+    problem = Shelf()
+    evaluate = problem._evaluate
+
+    def coarse(X, out, *args, **kwargs):
+        evaluate(np.round(X), out)
+
+    problem._evaluate = coarse
+    told = solve(problem, NSGA2(pop_size=20), 200, seed=1).nearest
+    values = np.hstack([told.F, told.violation])
+    assert 1 < len(np.unique(values, axis=0)) == len(values)
+
+
 def test_nothing_is_kept_once_something_is_feasible():
     problem = Shelf(room=3.5)
     problem.n_eq_constr = 0

@@ -212,8 +212,8 @@ def export(
         }
         texts = {path: plan_text(picked.plan, path, aem) for path in files}
         output = Output(quiet, json)
-        for doubt in () if quiet else picked.doubts():
-            output.note(doubt)
+        for told in () if quiet else picked.doubts() + picked.lateness():
+            output.note(told)
         for path, text in texts.items():
             write_file(path, text.encode())
             output.print(f"wrote {path}")

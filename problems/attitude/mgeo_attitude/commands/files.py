@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from mgeo_attitude.answers import span, within
 from mgeo_attitude.plan import ManeuverPlan, read_front, read_json
 from mgeo_attitude.plan.run_folder import CHOICES
 
@@ -27,6 +29,21 @@ class Picked:
         """Why one might not want to fly it, a line each."""
         hardly = self.plan.uncalibrated()
         return [f"Note: this plan hardly calibrates {', '.join(hardly)}"] if hardly else []
+
+    def lateness(self) -> list[str]:
+        """How long the last rate has to be held beyond what is commanded, in a line or none.
+
+        Commands are those of a plan that is flown exactly; most flights may take longer.
+        """
+        plan, kept = self.plan, self.plan.over_flights.kept
+        if kept is None or kept <= plan.t_end:
+            return []
+        ends = "the slew back begins" if plan.slew_back else "commands end"
+        hold = ": hold the last rate until then" if kept < math.inf and not plan.slew_back else ""
+        return [
+            f"Note: {ends} after {span(plan.t_end)}, when the filter has converged if the plan is "
+            f"flown exactly; {within(kept)}{hold}"
+        ]
 
 
 def load_plan(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,8 @@ def print_plan(picked: Picked, output: Output) -> None:
     """Print everything that fits a terminal."""
     plan = picked.plan
     ended = "converged" if plan.history.converged else "not converged at the end of the run,"
+    if plan.scenario.flight:
+        ended = f"flown exactly, {ended}"
     orbits = plan.t_end / plan.scenario.orbit.period
     constraints = plan.constraints()
     kept = constraints["kept"].map({True: "kept", False: "violated"})
@@ -47,10 +50,10 @@ def print_plan(picked: Picked, output: Output) -> None:
 
 def promised(plan: ManeuverPlan) -> tuple[Text | Columns, ...]:
     """What is promised and kept, as a table for people."""
-    return (
-        *titled("Promised and kept", plan.promises()),
-        note(f"kept: by {MOST_FLIGHTS} of 200, with the errors of the scenario's flight table"),
-    )
+    said = f"kept: by {MOST_FLIGHTS} of 200, with the errors of the scenario's flight table"
+    if math.inf in plan.over_flights:
+        said += f"; a t_end of {plan.longest:.6g} s is that of flights that do not converge"
+    return *titled("Promised and kept", plan.promises()), note(said)
 
 
 def titled(title: str, frame: pd.DataFrame, digits: int = 4) -> tuple[Text, Columns]:

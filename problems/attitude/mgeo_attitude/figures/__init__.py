@@ -41,15 +41,20 @@ def figures(problem: ManeuverProblem, X: ArrayLike) -> dict[str, go.Figure]:
         If `X` has another number of columns, or no design with finite objectives.
     """
     solutions = Solutions.evaluated(problem, X)
-    own = problem.evaluate(solutions.X, return_values_of=["F"])
+    own, excess = problem.evaluate(solutions.X, return_values_of=["F", "G"])
     few = solutions.chosen(knee(indicators(problem.objectives, own, problem.scenario)))
     front = {}
     if problem.objectives == PAPER:
         rows = spread(len(solutions.X))
         known = np.full(own.shape, np.nan)
         known[rows] = kept(problem, solutions.X[rows])
+        longest = problem.model.n_steps * problem.model.step
+        known[known[:, 0] >= longest] = np.nan  # so many flights do not converge at all
         promised = dataclasses.replace(solutions, F=own)
-        front["front"] = front_figure(problem.scenario, promised, known)
+        dead_end = bool((excess > 0.0).any(axis=1).all())
+        front["front"] = front_figure(
+            problem.scenario, promised, known, longest=longest, dead_end=dead_end
+        )
     return front | {
         "maneuvers": maneuvers_figure(problem, few),
         "convergence": convergence_figure(problem, few),

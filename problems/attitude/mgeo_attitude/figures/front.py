@@ -18,25 +18,39 @@ from mgeo_attitude.scenario import Scenario
 _TICKS = 20
 
 
-def front_figure(scenario: Scenario, solutions: Solutions, kept: Floats | None = None) -> go.Figure:
+def front_figure(
+    scenario: Scenario,
+    solutions: Solutions,
+    kept: Floats | None = None,
+    *,
+    longest: float = math.inf,
+    dead_end: bool = False,
+) -> go.Figure:
     """Trace against t_end, in seconds below and orbits above, with each plan in its hover text.
 
     Traces: the boundary of what the front dominates, then the solutions that converge within the
-    first orbital period, then the later ones (``customdata`` is the solution's number), and the
-    boundary of what most flights keep.
+    first orbital period, then the later ones, then those that do not (``customdata`` is the
+    solution's number), and the boundary of what most flights keep.
 
     Parameters
     ----------
     kept : array, shape (n, 2), optional
-        What most flights of the solutions keep, NaN where nobody looked.
+        What most flights of the solutions keep, NaN where nobody looked or fewer converge.
+    longest
+        t_end of a run that does not converge [s].
+    dead_end
+        That none of the solutions keeps all limits.
     """
     kept = np.full(solutions.F.shape, np.nan) if kept is None else kept
     period = scenario.orbit.period
     t_end, trace = solutions.F.T
-    later = t_end > period
+    endless = t_end >= longest
+    later = (t_end > period) & ~endless
     names = ("first orbit", "second orbit" if scenario.duration <= 2.0 * period else "later orbits")
     counts = zip(names, front_summary(scenario, solutions.F).values(), strict=True)
-    summary = ", ".join(f"{name} {count:.0f}" for name, count in counts)
+    summary = "points on the front: " + ", ".join(f"{name} {count:.0f}" for name, count in counts)
+    if dead_end:
+        summary = f"{len(t_end)} plans, none of which keeps all limits"
     hover = np.array([_hover_text(solutions, i, period, kept[i]) for i in range(len(t_end))])
     front = solutions.F[nondominated(solutions.F)]
     figure = go.Figure().add_scatter(
@@ -49,8 +63,13 @@ def front_figure(scenario: Scenario, solutions: Solutions, kept: Floats | None =
         hoverinfo="skip",
         showlegend=False,
     )
-    for index, (name, group) in enumerate(zip(names, (~later, later), strict=True)):
-        look = {"color": COLORS[index], "symbol": SYMBOLS[index], "size": 8, "opacity": 0.8}
+    groups = [
+        (names[0], ~later & ~endless, COLORS[0], SYMBOLS[0]),
+        (names[1], later, COLORS[1], SYMBOLS[1]),
+        ("not converged", endless, GRAY, "x"),
+    ]
+    for name, group, color, symbol in groups if endless.any() else groups[:2]:
+        look = {"color": color, "symbol": symbol, "size": 8, "opacity": 0.8}
         figure.add_scatter(
             name=name,
             x=t_end[group],
@@ -75,7 +94,7 @@ def front_figure(scenario: Scenario, solutions: Solutions, kept: Floats | None =
     finished(
         figure,
         "Calibration maneuvers: covariance trace against time to converge",
-        f"scenario {scenario.name}; points on the front: {summary}{HOVER}",
+        f"scenario {scenario.name}; {summary}{HOVER}",
     )
     figure.add_vline(
         x=period,
@@ -100,7 +119,7 @@ def front_figure(scenario: Scenario, solutions: Solutions, kept: Floats | None =
             "yref": "container",
             "yanchor": "bottom",
         },
-        legend_title_text="converged in",
+        legend_title_text=None if endless.all() else "converged in",
         hovermode="closest",
         margin={"t": 135, "b": 105},  # room for the upper axis, and the legend
         xaxis2=_orbits_axis(scenario.duration, period),

@@ -160,7 +160,9 @@ def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[st
     axis = {**hidden, "range": [-height, height], "scaleanchor": "x"}
     layout = _layout("Sun and field seen from the body", axis)
     layout["xaxis"] = {**hidden, "range": [-width, width]}
-    layout["margin"] |= {"l": 15, "b": 15}
+    layout["margin"] |= {"l": 15, "t": 35, "b": 15}
+    # a line for each cone: above the map they would cover the title
+    layout["legend"] |= {"x": 0.5, "xanchor": "center", "y": -0.02, "yanchor": "top"}
     return {"data": traces, "layout": layout}
 
 

@@ -24,7 +24,7 @@ from mgeo_attitude.margins import margins
 from mgeo_attitude.plan.ccsds import quaternions, utc_texts
 from mgeo_attitude.plan.clearance import limits_of_slew_back
 from mgeo_attitude.problem import AttitudeManeuverProblem
-from mgeo_attitude.promises import time_kept
+from mgeo_attitude.promises import Times, times
 from mgeo_attitude.scenario import Scenario
 
 #: Share of an initial 1-sigma from which on an error counts as not calibrated.
@@ -106,6 +106,11 @@ class ManeuverPlan(Validated):
         return self.history.t_end
 
     @property
+    def longest(self) -> float:
+        """The t_end of a run that does not converge [s]."""
+        return self.problem.model.n_steps * self.problem.model.step
+
+    @property
     def trace(self) -> float:
         """Weighted trace of the covariance at `t_end`."""
         return float(self.history.trace[-1])
@@ -120,8 +125,13 @@ class ManeuverPlan(Validated):
         """What the plan is worth, in one line; see `answers.answer`."""
         history = self.history
         suite = self.problem.model.suite
-        (kept,) = time_kept(self.problem, np.array([self.design]))
-        return answer(suite, self.t_end, history.covariance, history.converged, kept)
+        return answer(suite, self.t_end, history.covariance, history.converged, self.over_flights)
+
+    @property
+    def over_flights(self) -> Times:
+        """When the plan converges over flights, as promised and kept."""
+        (found,) = times(self.problem, np.array([self.design]))
+        return found
 
     def promises(self) -> pd.DataFrame:
         """What the plan promises and what 9 of 10 flights of it keep, one row per objective.
