@@ -54,6 +54,12 @@ def size(name: str) -> Markdown:
     return Markdown(text)
 
 
+def pooled(name: str) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Ranks and targets of a study of many problems, of which only these are kept."""
+    place = HERE / "data" / name
+    return pd.read_csv(place / "ranks.csv"), pd.read_csv(place / "targets.csv")
+
+
 def table(values: pd.DataFrame) -> Markdown:
     """A table as the page's own, with no break within mean ± standard deviation."""
     return Markdown(markdown(values).replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"))

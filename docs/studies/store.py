@@ -2,14 +2,17 @@
 
     python docs/studies/store.py studies/table3
     python docs/studies/store.py studies/tuning --no-fronts
+    python docs/studies/store.py studies/bbob-biobj-part --no-problems
 
 Of the folder that ``mgeo study`` wrote, what `mgeo.studies.read_comparison` needs goes into
 ``docs/studies/data/NAME``, a folder each below it where there are several problems: numbers to six
-digits, the front of each algorithm's median run whole, those of its other runs truncated.
+digits, the front of each algorithm's median run whole, those of its other runs truncated. Of many
+problems only what is pooled over them may be kept: ranks and targets.
 """
 
 import argparse
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,10 +22,21 @@ from mgeo.files.atomic import write_files
 from mgeo.pareto.truncation import truncate
 from mgeo.studies import Comparison, read_comparison
 from mgeo.studies.stored import FRONTS, PROVENANCE, RUNS, TABLE
+from mgeo.studies.study import RANKS, TARGETS
 
 DATA = Path(__file__).parent / "data"
 DIGITS = 6
 POINTS = 40  # of a front that is not the median one
+
+
+def store_pooled(source: Path, target: Path) -> list[Path]:
+    """Keep ranks, targets, and the provenance of the first problem."""
+    first = min(source.glob(f"*/{PROVENANCE}"))
+    target.mkdir(parents=True, exist_ok=True)
+    return [
+        Path(shutil.copyfile(path, target / path.name))
+        for path in (source / RANKS, source / TARGETS, first)
+    ]
 
 
 def store(source: Path, target: Path, fronts: bool = True) -> list[Path]:
@@ -85,8 +99,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Keep the results of a study beside its page.")
     parser.add_argument("folder", type=Path, help="what `mgeo study` wrote: studies/NAME")
     parser.add_argument("--no-fronts", action="store_true", help="keep tables only")
+    parser.add_argument("--no-problems", action="store_true", help="keep what is pooled only")
     given = parser.parse_args()
-    for place in store(given.folder, DATA / given.folder.name, not given.no_fronts):
+    target = DATA / given.folder.name
+    if given.no_problems:
+        places = store_pooled(given.folder, target)
+    else:
+        places = store(given.folder, target, not given.no_fronts)
+    for place in places:
         print(place)
 
 

@@ -23,7 +23,12 @@ from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import pick, rank
 from mgeo.algorithms.steps import Attraction, joint_steps
 from mgeo.algorithms.variables import KINDS, Variables
-from mgeo.algorithms.weights import distance, ideal_and_nadir, random_weights, weight_vectors
+from mgeo.algorithms.weights import (
+    distance,
+    nearest,
+    random_weights,
+    weight_vectors,
+)
 from mgeo.algorithms.whole import whole_steps
 from mgeo.pareto.archive import ParetoArchive
 
@@ -122,17 +127,17 @@ class MGEODirected(ExtremalOptimization):
     def __init__(
         self,
         tau: float = 3.0,
-        n_walkers: int = 8,
+        n_walkers: int = 16,
         extreme_weights: float = 0.4,
-        difference: float = 0.5,
-        coupling: Sequence[float] = (0.25, 0.5),
+        difference: float = 0.65,
+        coupling: Sequence[float] = (0.05, 0.5),
         widths: Sequence[float] = (1e-3, 1.0),
-        return_to_best: float = 0.3,
+        return_to_best: float = 0.7,
         migrate: Sequence[float] = (0.2, 0.02),
         restart: Sequence[int] = (4, 50),
-        max_candidates: int = 12,
+        max_candidates: int = 3,
         bounds: str = "clip",
-        attract: Sequence[float] = (0.0, 0.9),
+        attract: Sequence[float] = (0.5, 0.9),
         **options: Any,
     ) -> None:
         super().__init__(tau=validate_number("tau", tau, low=0), n_walkers=n_walkers, **options)
@@ -209,8 +214,7 @@ class MGEODirected(ExtremalOptimization):
     def _nearest(self, rows: IntArray | slice = slice(None)) -> IntArray:
         """Which of the archive's points are nearest along the weight vectors of walkers."""
         state, F = self.state, self.state.front.F
-        far = distance(F, state.weights[rows][:, None], *ideal_and_nadir(F))
-        return np.asarray(far.argmin(axis=1))
+        return nearest(F, state.weights[rows], *state.front.ends)
 
     def _donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
         """Twice (..., n_var) points of the donor pool."""
@@ -228,7 +232,7 @@ class MGEODirected(ExtremalOptimization):
         state, rng, walker = self.state, self.random_state, np.arange(self.n_walkers)
         F = F.reshape(self.n_walkers, -1, F.shape[1])
         violation = np.where(np.isfinite(F).all(axis=2), violation.reshape(F.shape[:2]), np.inf)
-        far = distance(F, state.weights[:, None], *ideal_and_nadir(state.front.F))
+        far = distance(F, state.weights[:, None], *state.front.ends)
         ranking = rank(far, violation, rng.random(far.shape))
         place = pick(rng.random(self.n_walkers), F.shape[1], float(self.tau))
         best = walker, ranking[:, 0]
@@ -242,7 +246,7 @@ class MGEODirected(ExtremalOptimization):
     ) -> BoolArray:
         """Update the incumbents; tells whose constraint violation is less than ever."""
         state = self.state
-        before = distance(state.incumbent_F, state.weights, *ideal_and_nadir(state.front.F))
+        before = distance(state.incumbent_F, state.weights, *state.front.ends)
         less = violation < state.incumbent_violation
         feasible = (violation == 0) & (state.incumbent_violation == 0)
         better = less | (feasible & (far < before))
@@ -272,7 +276,7 @@ class MGEODirected(ExtremalOptimization):
     def restart_idle(self, progress: BoolArray, entered: BoolArray) -> None:
         # progress is less violation, or a feasible incumbent that has come nearer by enough
         state = self.state
-        ideal, nadir = ideal_and_nadir(state.front.F)
+        ideal, nadir = state.front.ends
         far, before = (
             distance(F, state.weights, ideal, nadir) for F in (state.incumbent_F, state.marked_F)
         )

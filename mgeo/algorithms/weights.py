@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mgeo._typing import FloatArray
+from mgeo._typing import FloatArray, IntArray
 
 _SUM = 1e-3  # share of the sum in a distance: of points equal otherwise, the nondominated is nearer
 
@@ -78,9 +78,30 @@ def distance(
     return np.asarray(result if known else np.where(finite.all(axis=-1), result, np.nan))
 
 
-def ideal_and_nadir(F: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(n_obj,) least and largest objectives of a front, (n, n_obj); 0 and 1 if it is empty."""
-    columns = F.T  # numpy is slow at reducing a long array along its first axis
-    if not len(F):
-        return np.zeros(len(columns)), np.ones(len(columns))
-    return np.array([f.min() for f in columns]), np.array([f.max() for f in columns])
+def nearest(F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray) -> IntArray:
+    """Which points are nearest along weight vectors, by `distance`.
+
+    One weight vector after the other: what is computed for a long front stays in the cache.
+
+    Parameters
+    ----------
+    F : (n, n_obj) finite objectives of a front, n >= 1.
+    weights : (n_weights, n_obj) weight vectors.
+    ideal, nadir : their least and largest objectives, as of `distance`.
+
+    Returns
+    -------
+    (n_weights,) rows of F; of points equally near the first.
+    """
+    widths = np.where(nadir > ideal, nadir - ideal, 1.0)
+    scaled = [(F[:, k] - ideal[k]) / widths[k] for k in range(F.shape[1])]
+    little = _SUM * np.add.reduce(scaled)
+    far, weighted = np.empty_like(little), np.empty_like(little)
+    found = np.empty(len(weights), dtype=np.intp)
+    for row, weight in enumerate(weights):
+        first, *others = np.flatnonzero(weight)  # nothing is below the ideal, 0
+        np.multiply(scaled[first], weight[first], out=far)
+        for k in others:
+            np.maximum(far, np.multiply(scaled[k], weight[k], out=weighted), out=far)
+        found[row] = np.add(far, little, out=far).argmin()
+    return found

@@ -11,6 +11,7 @@ import plotly.graph_objects as go
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+LIBRARY = "plotly.min.js"  # file of the plotting library, beside pages that share it
 HEIGHT = 560  # px, of a figure that names none
 _TITLE = 35  # px of a figure's margin that its title takes
 _CONFIG = {"responsive": True, "displaylogo": False, "showSendToCloud": False}
@@ -39,10 +40,11 @@ def page(figure: go.Figure, title: str, note: str = "") -> str:
     return render("figures/assets/page.html", title=title, heading=heading, note=note, figure=body)
 
 
-def report_page(title: str, parts: Sequence[str | go.Figure]) -> str:
+def report_page(title: str, parts: Sequence[str | go.Figure], library: bool | str = True) -> str:
     """One HTML page of several figures and of HTML between them, which loads nothing.
 
-    The same parts always give the same text.
+    The same parts always give the same text. For many pages that stay together, `library` is the
+    path from the page to the file of `LIBRARY`, which all of them share.
     """
     written: list[Markup] = []
     drawn = 0
@@ -52,7 +54,9 @@ def report_page(title: str, parts: Sequence[str | go.Figure]) -> str:
             continue
         figure, heading = _headed(part)
         height = f"{figure.layout.height or HEIGHT}px"
-        body = _div(figure, f"figure{drawn}", library=not drawn, height=height)
+        body = _div(
+            figure, f"figure{drawn}", library=library if not drawn else False, height=height
+        )
         written.append(Markup(render("figures/assets/heading.html", heading=heading)) + body)
         drawn += 1
     return render("figures/assets/report.html", title=title, parts=written)
@@ -71,7 +75,7 @@ def _headed(figure: go.Figure) -> tuple[go.Figure, list[str]]:
     return untitled.update_layout(margin_t=max(top - _TITLE, 30)), lines
 
 
-def _div(figure: go.Figure, name: str, *, library: bool, height: str) -> Markup:
+def _div(figure: go.Figure, name: str, *, library: bool | str, height: str) -> Markup:
     text: str = figure.to_html(
         full_html=False,
         include_plotlyjs=library,

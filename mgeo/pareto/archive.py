@@ -47,6 +47,19 @@ class ParetoArchive:
         self.individuals: Population = np.empty(0, dtype=object).view(Population)
         self.violation = np.inf
         self.n_rejected = 0
+        self._ends: tuple[FloatArray, FloatArray] | None = None
+
+    @property
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """(n_obj,) least and largest objectives of the points; 0 and 1 while there are none."""
+        if self._ends is None:
+            columns = self.F.T  # numpy is slow at reducing a long array along its first axis
+            self._ends = (
+                (np.array([f.min() for f in columns]), np.array([f.max() for f in columns]))
+                if len(self.F)
+                else (np.zeros(len(columns)), np.ones(len(columns)))
+            )
+        return self._ends
 
     def __len__(self) -> int:
         return len(self.F)
@@ -105,6 +118,7 @@ class ParetoArchive:
     def _keep(self, rows: NDArray[np.intp]) -> None:
         self.F = self.F.take(rows, axis=0)
         self.individuals = self.individuals.take(rows).view(Population)
+        self._ends = None
 
     def _check_shapes(
         self, F: FloatArray, individuals: NDArray[np.object_], violation: FloatArray

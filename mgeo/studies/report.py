@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from mgeo.figures import report_page
-from mgeo.figures.page import render
+from mgeo.figures.page import LIBRARY, render
 from mgeo.studies.conclusions import comparison_with_published, conclusions
 from mgeo.studies.figures import ranks_figure, targets_figure
 from mgeo.studies.labels import folder_name
@@ -18,9 +18,14 @@ if TYPE_CHECKING:
     from mgeo.studies.file import Study
     from mgeo.studies.statistics import Friedman
 
+_LEVEL = 0.05  # of significance
+
 
 def problem_page(study: Study, label: str, comparison: Comparison) -> str:
-    """Everything about one problem: conclusions, tables, figures, and how it was measured."""
+    """Everything about one problem: conclusions, tables, figures, and how it was measured.
+
+    Where the study has several problems, their pages share the plotting library in its folder.
+    """
     runs, tests = comparison.runs, comparison.tests()
     published = study.published and comparison_with_published(comparison, study.published)
     results = render(
@@ -41,22 +46,37 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
         pairs=pairs.rename(columns={"p_holm": "p (Holm)"}).set_index("a"),
         overall=tests.kruskal_wallis,
     )
-    return report_page(study.title, [results, *comparison.figures().values(), method])
+    library = True if len(study.problems) == 1 else f"../{LIBRARY}"
+    return report_page(study.title, [results, *comparison.figures().values(), method], library)
 
 
-def study_page(study: Study, comparisons: Mapping[str, Comparison], ranked: Friedman | None) -> str:
-    """Several problems: means of the first indicator each, ranks, and targets reached."""
+def study_page(
+    study: Study,
+    comparisons: Mapping[str, Comparison],
+    ranked: Friedman | None,
+    standings: pd.DataFrame,
+    reached: pd.DataFrame,
+) -> str:
+    """Several problems: means of the first indicator each, ranks, and targets reached.
+
+    Parameters
+    ----------
+    standings : as of `mgeo.studies.pooled.pooled`.
+    reached : as of `mgeo.studies.targets.targets_reached`.
+    """
     labels = tuple(algorithm.label for algorithm in study.algorithms)
     problems = render(
         "studies/assets/problems.html",
         study=study,
         problems=by_problem(comparisons),
+        ranks=average_ranks(standings, study.per_variable),
         folders={label: folder_name(label) for label in comparisons},
     )
-    drawn = (ranked and ranks_figure(ranked, labels), targets_figure(comparisons))
-    figures = [figure for figure in drawn if figure is not None]
+    figures = [ranks_figure(ranked, labels)] if ranked else []
+    if len(reached):
+        figures.append(targets_figure(reached, len(comparisons)))
     head = render("studies/assets/head.html", study=study)
-    return report_page(study.title, [head, *figures, problems])
+    return report_page(study.title, [head, *figures, problems], LIBRARY)
 
 
 def by_problem(comparisons: Mapping[str, Comparison]) -> pd.DataFrame:
@@ -66,3 +86,22 @@ def by_problem(comparisons: Mapping[str, Comparison]) -> pd.DataFrame:
         for label, c in comparisons.items()
     }
     return pd.DataFrame(rows).T.rename_axis("problem")
+
+
+def average_ranks(standings: pd.DataFrame, per_variable: bool) -> pd.DataFrame:
+    """Average rank of each algorithm (columns) over problems after each number of evaluations.
+
+    A star marks what does not differ at 5 % from the best of its row.
+    """
+    each = " each" if per_variable else ""
+    sizes = standings["variables"].map(lambda n: f"{n} variables" if n else "all")
+    budgets = standings["evaluations"].map("{:,.4g}".format) + each
+    blocks = standings["problems"].map(" ({} problems)".format)
+    stars = (standings["p_holm"] >= _LEVEL).map({True: "*", False: ""})
+    shown = standings.assign(
+        row=sizes + ", " + budgets + blocks,
+        text=standings["average_rank"].map("{:.2f}".format) + stars,
+    )
+    table = shown.pivot(index="row", columns="algorithm", values="text")
+    order = shown.groupby("algorithm")["average_rank"].mean().sort_values(kind="stable")
+    return table.loc[shown["row"].unique(), order.index].rename_axis("after evaluations")

@@ -9,18 +9,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+from plotly.offline import get_plotlyjs
 
+from mgeo.figures.page import LIBRARY
 from mgeo.files.atomic import write_files
 from mgeo.studies.claim import check, claim
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.execute import compare
 from mgeo.studies.file import ProblemConfiguration, Study
 from mgeo.studies.labels import folder_name
+from mgeo.studies.pooled import pooled
 from mgeo.studies.report import by_problem, problem_page, study_page
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.statistics import Friedman, friedman
 from mgeo.studies.stored import PROVENANCE, stored_tables
 from mgeo.studies.tables import markdown
+from mgeo.studies.targets import targets_reached
 from mgeo.studies.versions import distinct
 
 if TYPE_CHECKING:
@@ -29,6 +33,8 @@ if TYPE_CHECKING:
 
 RECORDS = "runs"  # folder of the finished runs
 REPORT = "report.html"
+RANKS = "ranks.csv"
+TARGETS = "targets.csv"
 
 
 def run_study(
@@ -39,9 +45,11 @@ def run_study(
     Everything goes into `folder`, or with several problems into a folder each below it, once a
     problem is done: ``table.csv`` (indicators over evaluations), ``final.csv`` (after all of
     them), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
-    ``report.html`` and last ``provenance.json``. A study that was interrupted goes on with the
-    runs that are missing. With its first tables the folder belongs to this study, which may grow:
-    see `mgeo.studies.claim`.
+    ``report.html`` and last ``provenance.json``. With several problems there are beside these
+    folders ``report.html``, ``summary.md``, ``summary.csv``, ``ranks.csv`` (see
+    `mgeo.studies.pooled`), ``targets.csv`` (`mgeo.studies.targets`) and the plotting library, which
+    all pages share. A study that was interrupted goes on with the runs that are missing. With its
+    first tables the folder belongs to this study, which may grow: see `mgeo.studies.claim`.
 
     Returns
     -------
@@ -79,16 +87,22 @@ def run_study(
             continue
         contents = _contents(study, configuration, comparison)
         claim(folder, study)
+        if len(study.problems) > 1 and not comparisons:
+            write_files(folder, {LIBRARY: get_plotlyjs().encode()})
         place = folder if len(study.problems) == 1 else folder / folder_name(label)
         place.mkdir(parents=True, exist_ok=True)
         write_files(place, contents)
         comparisons[label] = comparison
     if len(study.problems) > 1 and comparisons:
-        page = study_page(study, comparisons, over_problems(study, comparisons))
+        standings, reached = pooled(comparisons, study.per_variable), targets_reached(comparisons)
+        ranked = over_problems(study, comparisons)
+        page = study_page(study, comparisons, ranked, standings, reached)
         table = by_problem(comparisons)
         texts = {
             "summary.md": markdown(table),
             "summary.csv": table.to_csv(lineterminator="\n"),
+            RANKS: standings.to_csv(index=False, lineterminator="\n"),
+            TARGETS: reached.to_csv(index=False, lineterminator="\n"),
             REPORT: page,
         }
         write_files(folder, {name: text.encode() for name, text in texts.items()})

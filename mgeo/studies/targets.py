@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 if TYPE_CHECKING:
     from mgeo._typing import FloatArray
@@ -47,3 +48,19 @@ def runtimes(results: Mapping[str, Results]) -> dict[str, FloatArray]:
                 times[: len(first)] = first
             found.setdefault(name, []).append(times.ravel() / each.problem.n_var)
     return {name: np.sort(np.concatenate(times)) for name, times in found.items()}
+
+
+def targets_reached(results: Mapping[str, Results]) -> pd.DataFrame:
+    """Empirical distribution of `runtimes`: steps of each algorithm's curve.
+
+    Columns ``algorithm``, ``evaluations`` per variable, ascending, and ``share``, that of all
+    targets, of all runs on all problems, that are reached within them; a row of zeros for an
+    algorithm that reached none. Empty if a problem has no hypervolume.
+    """
+    rows: list[tuple[str, float, float]] = []
+    for name, times in runtimes(results).items():
+        reached = times[np.isfinite(times)]
+        x, counts = np.unique(reached, return_counts=True)
+        shares = counts.cumsum() / len(times)
+        rows += [(name, *step) for step in zip(x, shares, strict=True)] or [(name, 0.0, 0.0)]
+    return pd.DataFrame(rows, columns=["algorithm", "evaluations", "share"])

@@ -44,7 +44,7 @@ VARIANTS: dict[str, tuple[int, Callable[[int], Any]]] = {
     "real2": (25, lambda n: MGEOReal2(0.1, n_walkers=n, n_steps=2)),
     "canonical": (12, lambda n: MGEOCanonical(n_walkers=n, bits=1)),
     "var": (25, lambda n: MGEOVar(n_walkers=n, bits=2, coding="gray")),
-    "directed": (12, lambda n: MGEODirected(n_walkers=n)),
+    "directed": (3, lambda n: MGEODirected(n_walkers=n)),
 }
 OFFSPRING = (12, 120, 360)
 FRONTS = (100, 1000, 10_000)

@@ -252,6 +252,20 @@ def test_a_browser_draws_what_code_on_a_page_shows(site, browser, tmp_path, page
     assert after.count("<table") == tables
 
 
+def test_the_tutorial_leads_to_a_second_calibration(site):
+    """Figures, two tables to command, and in the last table what came out of both flights."""
+    text = (site / "tutorial.html").read_text(encoding="utf-8")
+    assert text.count('<div class="plotly-box">') == 3
+    assert text.count("command,what,start_utc") == 2
+    rows = re.findall(r"<tr>\s*<th>([\w.]+)</th>(.*?)</tr>", text, re.DOTALL)
+    table = {block: re.findall("<td>(.*?)</td>", row) for block, row in rows}
+    assert {block.partition(".")[0] for block in table} == {"gyro", "sun", "mag"}
+    for block, (_, before, _, first, _, second, error) in table.items():
+        assert float(first) < float(before)
+        assert float(second) < float(first) or block == "gyro.bias"  # which drifts
+        assert float(error) < 5.0
+
+
 def test_the_pages_of_studies_say_how_much_of_them_is_shown(site):
     studies = ROOT / "docs" / "studies"
     pages = [path for path in studies.glob("*.toml") if path.with_suffix(".md").exists()]

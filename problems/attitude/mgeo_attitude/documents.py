@@ -7,9 +7,10 @@ other keys is computed again on reading, and a document that says something else
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 from mgeo.files.reading import entry, errors_of, parse_json, read_text
 from mgeo_attitude.fields import InvalidValue
@@ -22,6 +23,54 @@ MOST_BYTES = 64 * 2**20
 
 #: Numbers that were computed again, perhaps by other libraries, may differ by this fraction.
 TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Form(Generic[T]):
+    """What documents of one format say of a thing.
+
+    Attributes
+    ----------
+    name, version : str, int
+        Of the format.
+    keys : function
+        What the thing is made of, the scenario first.
+    made : function
+        The thing, of a table with these keys and their scenario.
+    consequences : function
+        What else a document says: on reading, a document is refused that says something else.
+    source : str
+        What that follows from, in words.
+    """
+
+    name: str
+    version: int
+    keys: Callable[[T], Mapping[str, Any]]
+    made: Callable[[Mapping[str, Any], Scenario], T]
+    consequences: Callable[[T], Mapping[str, Any]]
+    source: str
+
+    def document(self, thing: T) -> dict[str, Any]:
+        """All that is said of a thing."""
+        first = {"format": self.name, "version": self.version}
+        return {**first, **self.keys(thing), **self.consequences(thing)}
+
+    def read(self, text: str) -> T:
+        """The thing of a document.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If the text is no JSON, of another format or version, or a key is missing, unknown, of a
+            bad value, or does not follow from others; the message names the key.
+        """
+        table = opened(text, self.name, self.version)
+        thing = self.made(table, scenario_of(table))
+        consequences = self.consequences(thing)
+        _check_keys(table, ["format", "version", *self.keys(thing), *consequences])
+        for key, expected in consequences.items():
+            _check_same(key, entry(table, key, type(expected)), expected, self.source)
+        return thing
 
 
 def written(document: Mapping[str, Any]) -> str:
@@ -76,49 +125,18 @@ def read_document(path: Path | str, read: Callable[[str], T]) -> T:
         return read(text)
 
 
-def check_keys(table: Mapping[str, Any], known: Iterable[str]) -> None:
-    """Refuse a key that a document does not have.
-
-    Raises
-    ------
-    InvalidValue
-    """
-    names = list(known)
-    for key in table:
-        if key not in names:
-            raise InvalidValue(key, table[key], f"expected {', '.join(names)}")
-
-
-def check_consequences(
-    table: Mapping[str, Any], consequences: Mapping[str, Any], source: str
-) -> None:
-    """Refuse a document that says something else than what follows from a source in it.
-
-    Raises
-    ------
-    ValueError, TypeError
-        Naming the first key.
-    """
-    for key, expected in consequences.items():
-        check_same(key, entry(table, key, type(expected)), expected, source)
-
-
-def check_same(key: str, found: Any, expected: Any, source: str) -> None:
-    """Refuse other data than follow from a source, naming the first key.
+def _check_same(key: str, found: Any, expected: Any, source: str) -> None:
+    """Refuse, naming the first key, other data than follow from a source.
 
     Numbers may be off by `TOLERANCE`.
-
-    Raises
-    ------
-    InvalidValue
     """
     if isinstance(expected, dict) and isinstance(found, dict) and found.keys() == expected.keys():
         for name in expected:
-            check_same(f"{key}.{name}", found[name], expected[name], source)
+            _check_same(f"{key}.{name}", found[name], expected[name], source)
         return
     if isinstance(expected, list) and isinstance(found, list) and len(found) == len(expected):
         for i, (one, other) in enumerate(zip(found, expected, strict=True)):
-            check_same(f"{key}[{i}]", one, other, source)
+            _check_same(f"{key}[{i}]", one, other, source)
         return
     if isinstance(expected, float) and type(found) in (int, float):
         # no fraction of a number that is zero but for rounding, as in a quaternion
@@ -128,3 +146,10 @@ def check_same(key: str, found: Any, expected: Any, source: str) -> None:
         same = type(found) is type(expected) and found == expected
     if not same:
         raise InvalidValue(key, found, f"expected {expected!r}, which follows from {source}")
+
+
+def _check_keys(table: Mapping[str, Any], known: Sequence[str]) -> None:
+    """Refuse a key that a document does not have."""
+    for key in table:
+        if key not in known:
+            raise InvalidValue(key, table[key], f"expected {', '.join(known)}")

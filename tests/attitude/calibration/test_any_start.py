@@ -37,7 +37,7 @@ def simulator(name):
     return by_basilisk
 
 
-@pytest.mark.parametrize("name", ["own", "basilisk"])
+@pytest.mark.parametrize("name", ["own", pytest.param("basilisk", marks=pytest.mark.basilisk)])
 def test_flights_from_nadir_are_calibrated_as_claimed(name):
     """NEES of six flights, and the largest of their errors, within bounds of chi-square."""
     scenario, flights = starting("nadir"), 6

@@ -53,6 +53,7 @@ def test_telemetry_is_what_python_gets_and_truth_has_the_calibration_s_names(run
 
 
 @BASILISK
+@pytest.mark.basilisk
 def test_basilisk_flies_it_with_the_same_errors(run, plan, tmp_path):
     documents = []
     for simulator in ("own", "basilisk"):

@@ -29,7 +29,9 @@ def test_a_plan_of_a_run(run, folder, front):
 
 
 def test_initial_errors_too_large_for_a_linear_covariance_are_a_note(run, tmp_path):
-    scenario = Scenario.from_dict({"preset": "cubesat_6u", "gyro": {"initial_bias_deg_s": 0.02}})
+    scenario = Scenario.from_dict(
+        {"preset": "cubesat_6u", "duration": 900.0, "gyro": {"initial_bias_deg_s": 0.02}}
+    )
     plan = ManeuverPlan(
         scenario, (0.5, 0.3, -0.2, 60.0, -0.3, 0.6, 0.2, 60.0, 0.2, -0.5, 0.4, 60.0)
     )

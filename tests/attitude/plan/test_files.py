@@ -48,8 +48,9 @@ def test_any_scenario_and_design_round_trip(scenario, count, data):
     bounds = zip(problem.xl, problem.xu, strict=True)
     design = data.draw(st.tuples(*(st.floats(low, high) for low, high in bounds)))
     plan = ManeuverPlan(problem.scenario, design)
+    brief = dataclasses.replace(files._FORM, consequences=lambda _: {k: [] for k in CONSEQUENCES})
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(files, "_consequences", lambda _: {k: [] for k in CONSEQUENCES})
+        patch.setattr(files, "_FORM", brief)
         assert from_json(to_json(plan)) == plan
 
 

@@ -12,7 +12,7 @@ from scipy.spatial.distance import cdist
 
 from mgeo import MGEODirected
 from mgeo.algorithms.steps import Attraction, joint_steps
-from mgeo.algorithms.weights import distance, random_weights, weight_vectors
+from mgeo.algorithms.weights import distance, nearest, random_weights, weight_vectors
 from mgeo.testing import check_algorithm
 
 from .problems import Fixed, Rosenbrock
@@ -122,12 +122,27 @@ def test_distance_is_the_same_in_other_units():
     assert distance(F * unit + offset, weights, offset, offset + unit) == pytest.approx(one)
 
 
+@pytest.mark.parametrize("n_obj", [1, 2, 3, 5])
+def test_the_nearest_point_is_that_of_the_least_distance(n_obj):
+    rng = np.random.default_rng(n_obj)
+    F = rng.random((500, n_obj))
+    weights = np.vstack([random_weights(20, n_obj, rng), np.eye(n_obj)])
+    F[100:110] = F[:10]  # of points equally near the first
+    F[:, -1] = np.where(n_obj == 5, 3.0, F[:, -1])  # an objective without extent
+    ends = F.min(axis=0), F.max(axis=0)
+    expected = distance(F, weights[:, None], *ends).argmin(axis=1)
+    assert nearest(F, weights, *ends).tolist() == expected.tolist()
+
+
 def test_a_candidate_changes_its_own_variable_and_others_as_often_as_said():
     problem = ZDT1(n_var=6)
     changed = np.zeros((6, 6))
     for seed in range(60):
         run = begun(
-            MGEODirected(n_walkers=5, coupling=(0.2, 0.5), difference=0.0), problem, 0, seed
+            MGEODirected(n_walkers=5, coupling=(0.2, 0.5), difference=0.0, max_candidates=6),
+            problem,
+            0,
+            seed,
         )
         X, walkers = candidates(run)
         interior = (walkers > 0) & (walkers < 1)
@@ -174,7 +189,8 @@ def test_of_many_variables_each_has_its_turn():
 
 
 def test_differences_lie_between_points_of_the_donor_pool():
-    algorithm = MGEODirected(n_walkers=4, difference=1.0, coupling=(0.0, 1.0), **STILL)
+    free = {"difference": 1.0, "coupling": (0.0, 1.0), "attract": (0.0, 0.0)}
+    algorithm = MGEODirected(n_walkers=4, **free, **STILL)
     run = begun(algorithm, ZDT1(n_var=3), 3)
     pool = np.vstack([run.front.individuals.get("X"), run.state.incumbents])
     between = (pool[:, None] - pool[None]).reshape(-1, 3)
@@ -233,7 +249,7 @@ def test_walkers_are_attracted_by_the_archived_point_nearest_along_their_weights
 
 
 def test_a_walker_takes_one_of_its_candidates_whole():
-    run = begun(MGEODirected(n_walkers=6, **STILL), ZDT1(n_var=5), 4)
+    run = begun(MGEODirected(n_walkers=6, max_candidates=5, **STILL), ZDT1(n_var=5), 4)
     infills = run.ask()
     run.evaluator.eval(run.problem, infills)
     X = infills.get("X").reshape(6, 5, 5).copy()
@@ -242,7 +258,7 @@ def test_a_walker_takes_one_of_its_candidates_whole():
 
 
 def test_walkers_under_high_pressure_take_the_nearest_candidate_along_their_direction():
-    run = begun(MGEODirected(60.0, 6, **STILL), ZDT1(n_var=5), 4)
+    run = begun(MGEODirected(60.0, 6, max_candidates=5, **STILL), ZDT1(n_var=5), 4)
     infills = run.ask()
     run.evaluator.eval(run.problem, infills)
     X, F = infills.get("X").reshape(6, 5, 5).copy(), infills.get("F").reshape(6, 5, 2).copy()

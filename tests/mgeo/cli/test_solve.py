@@ -331,7 +331,7 @@ def test_the_help_says_what_the_classes_say(mgeo):
     text = " ".join(re.sub(r"-\n +", "-", mgeo("solve", "--help").stdout).split())
     assert f"{', '.join(ALGORITHMS)}." in text
     assert "standard deviation of the step, > 0: a number, or one per variable" in text
-    assert "[default: 30, 8 of mgeo-directed, 8 of mgeo-staged]" in text
+    assert "[default: 30, 16 of mgeo-directed, 16 of mgeo-staged]" in text
     assert "restart, patience, n_steps, " in text
 
 

@@ -2,46 +2,54 @@
 
 import os
 import re
-import select
 import subprocess
 import sys
-import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 
 import pytest
+
+from mgeo.cli.app import app
 
 pty = pytest.importorskip("pty")
 
 RUN = ["solve", "cantilever", "--runs", "4", "--evaluations", "400", "--out", "a"]
+TERMINAL = {"TERM": "xterm-256color", "COLUMNS": "100"}
 ESCAPE, COLOR = "\x1b", r"\x1b\[[\d;]*\b[349]\d\b[\d;]*m"
 
 
-def on_a_terminal(arguments, folder, environment):
-    """What appears on an xterm that is stdout and stderr of the command, and its exit code."""
+@contextmanager
+def terminal(seen):
+    """A terminal to write to; what appears on it is put into a list when it is closed."""
     ours, its = pty.openpty()
-    environment = {"TERM": "xterm-256color", "COLUMNS": "100", **environment}
-    with subprocess.Popen(
-        [sys.executable, "-m", "mgeo", *arguments],
-        cwd=folder, env=environment, stdin=its, stdout=its, stderr=its,
-    ) as process:  # fmt: skip
-        os.close(its)
-        seen = b""
-        deadline = time.monotonic() + 300
-        while time.monotonic() < deadline and select.select([ours], [], [], 300)[0]:
-            try:
-                seen += os.read(ours, 65536)
-            except OSError:  # Linux: the other end is closed
-                break
-        os.close(ours)
-    return seen.decode(), process.returncode
+    with ThreadPoolExecutor(1) as pool:
+        shown = pool.submit(read, ours)
+        with open(its, "w") as file:
+            yield file
+        seen.append(shown.result(timeout=300).decode())
+    os.close(ours)
 
 
-@pytest.fixture
-def environment(stand_in_environment):
-    return {
-        key: value
-        for key, value in stand_in_environment.items()
-        if key not in ("CI", "NO_COLOR", "TERM", "COLUMNS", "FORCE_COLOR")
-    }
+def read(end):
+    found = b""
+    while True:
+        try:
+            some = os.read(end, 65536)
+        except OSError:  # Linux: the other end is closed
+            return found
+        if not some:
+            return found
+        found += some
+
+
+def test_a_command_on_a_terminal_of_its_own(stand_in_environment, tmp_path):
+    seen = []
+    with terminal(seen) as its:
+        command = [sys.executable, "-m", "mgeo", *RUN]
+        environment = stand_in_environment | TERMINAL
+        streams = {"stdin": its, "stdout": its, "stderr": its}
+        subprocess.run(command, cwd=tmp_path, env=environment, check=True, **streams)
+    check(seen[0], redrawn=True, colored=True)
 
 
 @pytest.mark.parametrize(
@@ -55,9 +63,24 @@ def environment(stand_in_environment):
     ],
     ids=["terminal", "NO_COLOR", "--no-color", "dumb", "CI"],
 )
-def test_colors_and_redrawing(environment, tmp_path, variables, before, redrawn, colored):
-    text, code = on_a_terminal([*before, *RUN], tmp_path, environment | variables)
-    assert code == 0, text
+def test_colors_and_redrawing(stand_in, tmp_path, monkeypatch, variables, before, redrawn, colored):
+    """In this process, which has loaded already what takes a command seconds."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.delenv("NO_COLOR")  # what --no-color sets is undone, too
+    for name, value in (TERMINAL | variables).items():
+        monkeypatch.setenv(name, value)
+    seen = []
+    with terminal(seen) as its, monkeypatch.context() as streams:
+        streams.setattr(sys, "stdout", its)
+        streams.setattr(sys, "stderr", its)
+        with pytest.raises(SystemExit) as ended:
+            app([*before, *RUN])
+    assert not ended.value.code, seen
+    check(seen[0], redrawn, colored)
+
+
+def check(text, redrawn, colored):
     assert "400 of 400 evaluations" in text
     assert "written: a/front.html" in text
     assert bool(re.search(COLOR, text)) == colored

@@ -70,6 +70,9 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
         "dtlz2",
         "summary.md",
         "summary.csv",
+        "ranks.csv",
+        "targets.csv",
+        "plotly.min.js",
         "report.html",
         "study.toml",
         "study.json",
@@ -86,7 +89,11 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
     assert "<h1>Two &lt;problems&gt;</h1>\n<p>First.</p>\n<p>Second &amp; last.</p>" in page
     assert page.count("Plotly.newPlot(") >= 6
     assert "Kruskal-Wallis test of all algorithms at once: p = " in page
-    assert not re.search(r"<(script|link|img)[^>]*(src|href)=", page)
+    loaded = r"<(?:script|link|img)[^>]*(?:src|href)=\"([^\"]*)\""
+    assert set(re.findall(loaded, page)) == {"../plotly.min.js"}
+    whole = (out / "report.html").read_text()
+    assert set(re.findall(loaded, whole)) == {"plotly.min.js"}
+    assert len(page) < 1e6  # the library is in it no more
     data = json.loads((out / "dtlz2" / "provenance.json").read_text())
     assert data["problem"] == {"label": "dtlz2", "name": "pymoo:dtlz2", "options": {}}
     assert data["algorithms"]["random 20"] == {"name": "random", "parameters": {"population": 20}}
@@ -439,6 +446,7 @@ def test_a_study_that_is_interrupted_goes_on(tmp_path, stand_in_environment, sta
     killed.communicate(timeout=300)
     kept |= files()
     assert len(kept) < 8
+    settings["env"] = stand_in_environment
     done = subprocess.run(command, capture_output=True, check=True, **settings)
     assert f"8 runs, {len(kept)} of them found on disk" in done.stderr
     assert {path: when for path, when in files().items() if path in kept} == kept

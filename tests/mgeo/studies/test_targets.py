@@ -10,7 +10,7 @@ import pytest
 from mgeo.studies import run_study
 from mgeo.studies.figures import targets_figure
 from mgeo.studies.file import parse_study
-from mgeo.studies.targets import SHORTFALLS, runtimes
+from mgeo.studies.targets import SHORTFALLS, runtimes, targets_reached
 
 
 def results(values, n_var=4, name="hypervolume", runs=None):
@@ -72,17 +72,23 @@ def test_a_run_that_failed_or_found_nothing_reaches_no_target():
 def test_there_are_no_targets_without_a_hypervolume():
     made = results({("a", 1): [1.0]}, name="best_value")
     assert runtimes({"p": made}) == {}
-    assert targets_figure({"p": made}) is None
+    assert targets_reached({"p": made}).empty
 
 
 def test_the_figure_climbs_to_the_share_that_was_reached():
     values = {("a", 1): [0.5, 1.0], ("b", 1): [0.2, 0.2]}
-    figure = targets_figure({"p": results(values)})
+    figure = targets_figure(targets_reached({"p": results(values)}), 1)
     a, b = figure.data
     assert list(a.x) == [10.0, 20.0]
     assert a.y[0] == pytest.approx(np.mean(SHORTFALLS >= 0.5))
     assert a.y[-1] == 1.0
     assert b.y[-1] == pytest.approx(np.mean(SHORTFALLS >= 0.8))
+
+
+def test_who_reaches_nothing_has_a_row_of_zeros():
+    values = {("a", 1): [0.5, 1.0], ("b", 1): [0.0, 0.0]}
+    reached = targets_reached({"p": results(values)})
+    assert reached[reached["algorithm"] == "b"].to_numpy().tolist() == [["b", 0.0, 0.0]]
 
 
 def test_the_page_of_a_study_shows_it(tmp_path):

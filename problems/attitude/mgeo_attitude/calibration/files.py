@@ -17,21 +17,10 @@ import numpy as np
 from mgeo.files.reading import entry
 from mgeo_attitude.calibration.calibration import Calibration
 from mgeo_attitude.calibration.sensor_tests import SensorTest
-from mgeo_attitude.documents import (
-    check_consequences,
-    check_keys,
-    opened,
-    read_document,
-    scenario_of,
-    written,
-)
+from mgeo_attitude.documents import Form, read_document, written
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.prior import prior_of
-from mgeo_attitude.scenario.settings import state_units
-
-FORMAT = "mgeo-attitude-calibration"
-VERSION = 1
 
 _TABLES: Any = list[dict]  # type: ignore[type-arg]
 _ROWS: Any = list[list]  # type: ignore[type-arg]
@@ -51,30 +40,12 @@ def to_json(calibration: Calibration) -> str:
 
 def document(calibration: Calibration) -> dict[str, Any]:
     """What `to_json` writes."""
-    return {
-        "format": FORMAT,
-        "version": VERSION,
-        **calibration.entries(),
-        "tests": [vars(test) for test in calibration.tests],
-        "rejected": [list(one) for one in calibration.rejected],
-        **_consequences(calibration),
-    }
+    return _FORM.document(calibration)
 
 
 def from_json(text: str) -> Calibration:
-    """Inverse of `to_json`, without the history.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If the text is no JSON, of another format or version, or a key is missing, unknown, of a bad
-        value, or does not follow from the others; the message names the key.
-    """
-    table = opened(text, FORMAT, VERSION)
-    calibration = _calibration(table, scenario_of(table))
-    check_keys(table, document(calibration))
-    check_consequences(table, _consequences(calibration), "the estimate")
-    return calibration
+    """Inverse of `to_json`, without the history; raises as `Form.read`."""
+    return _FORM.read(text)
 
 
 def read_json(path: Path | str) -> Calibration:
@@ -90,6 +61,14 @@ def read_json(path: Path | str) -> Calibration:
     return read_document(path, from_json)
 
 
+def _keys(calibration: Calibration) -> dict[str, Any]:
+    return {
+        **calibration.entries(),
+        "tests": [vars(test) for test in calibration.tests],
+        "rejected": [list(one) for one in calibration.rejected],
+    }
+
+
 def _consequences(calibration: Calibration) -> dict[str, Any]:
     return {
         "utc": calibration.utc,
@@ -102,7 +81,7 @@ def _consequences(calibration: Calibration) -> dict[str, Any]:
 def _calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
     for key, kind in _ESTIMATES.items():
         entry(table, key, kind)
-    prior = prior_of(table, list(state_units(scenario.gyro, scenario.sensors))[1:])
+    prior = prior_of(table, scenario.gyro, scenario.sensors)
     names = [sensor.name for sensor in scenario.sensors]
     tests = tuple(
         _test(row, f"tests[{i}].") for i, row in enumerate(entry(table, "tests", _TABLES))
@@ -143,3 +122,13 @@ def _rejected(row: list[Any], where: str, names: list[str]) -> tuple[float, str,
     if len(row) > 3 or sensor not in names:
         raise InvalidValue(where, row, f"expected a time, one of {names}, and a chi-square")
     return float(time), sensor, float(square)
+
+
+_FORM = Form(
+    "mgeo-attitude-calibration",
+    1,
+    keys=_keys,
+    made=_calibration,
+    consequences=_consequences,
+    source="the estimate",
+)

@@ -34,7 +34,7 @@ def promised(suite: Suite, time: float, covariance: Floats, plan: ManeuverPlan) 
             f"the plan is for a satellite with the states {list(model.suite.blocks)}: expected "
             f"the calibration's {list(suite.blocks)}"
         )
-    history = reference_run(model.endless, plan.commanded)
+    history = reference_run(model.endless, plan.whole.commanded)
     k = int(np.argmin(np.abs(history.times - time)))
     states = States.of(model.suite)
     predicted = history.sigma[k] * states.factors

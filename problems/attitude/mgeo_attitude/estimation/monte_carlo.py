@@ -87,11 +87,6 @@ class MonteCarlo(Record):
         rms: Floats = np.sqrt((self.errors**2).mean(axis=0))
         return rms
 
-    @property
-    def final_errors(self) -> Floats:
-        """Errors at the last sample, shape (n, n_states)."""
-        return self.errors[:, -1]
-
     def sample(self, time: float | None = None) -> int:
         """Number of the sample nearest to a time [s]; `t_end` if none is given."""
         return int(np.argmin(np.abs(self.times - (self.t_end if time is None else time))))

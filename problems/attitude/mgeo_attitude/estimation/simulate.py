@@ -21,7 +21,7 @@ from mgeo_attitude.filter.evaluator import available_threads
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.flight import Flight, Motion, draw, fly_run, other_truth
-from mgeo_attitude.flight.simulated import commanded
+from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.rotation import multiply
 from mgeo_attitude.scenario import Scenario
 
@@ -107,7 +107,7 @@ def simulate(
     model = FilterModel.from_scenario(scenario, environment)
     real = model if truth is None else other_truth(truth, scenario, environment)
     t_end = reference_run(model, plan).t_end
-    whole = commanded(scenario, plan, model, t_end)
+    whole = Whole(scenario, model, plan, t_end).commanded
     predicted = reference_run(model.endless, whole).sigma
     samples, n_watched = _samples(model, t_end), round(t_end / model.step) + 1
     if until is not None:

@@ -12,7 +12,7 @@ from mgeo.figures.style import finished
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.figures.solutions import Solutions
 from mgeo_attitude.figures.style import line, panels_height
-from mgeo_attitude.figures.whole import Whole
+from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.maneuvers.schedule import flown
 
 if TYPE_CHECKING:
@@ -72,7 +72,8 @@ def timeline(problem: ManeuverProblem, x: Floats, t_end: float) -> tuple[Floats,
     over : float
         End of the last maneuver before t_end, or t_end if that comes first [s].
     """
-    model, flight = problem.model, Whole.of(problem, x, t_end).flight
+    model = problem.model
+    flight = Whole(problem.scenario, model, x, t_end).flight
     rates = np.degrees(flight.rates)
     over = flown(x, t_end, model.step, model.slew_limits).over
     return flight.times, np.vstack([rates, rates[-1:]]), over

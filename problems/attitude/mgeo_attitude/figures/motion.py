@@ -16,7 +16,7 @@ from mgeo.figures.style import COLORS, GRAY
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.figures.style import title
-from mgeo_attitude.figures.whole import Whole
+from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.maneuvers.schedule import Flown
 
 if TYPE_CHECKING:
@@ -91,10 +91,10 @@ def motion(
 
     `inertial` is what `directions` gives, `shadow` starts and ends [s] of the times without Sun.
     """
-    environment, (flight, phases, body) = problem.environment, whole
+    environment, flight, body = problem.environment, whole.flight, whole.attitude
     turns = turns_of_body(flight, body, problem.model.step)
     stretches: list[dict[str, Any]] = [
-        {"name": phase.label, "from": phase.start, "to": phase.end} for phase in phases
+        {"name": phase.label, "from": phase.start, "to": phase.end} for phase in whole.phases
     ]
     stretches += [{"name": SHADOW, "from": a, "to": b, "shaded": True} for a, b in shadow]
     field = environment.field[0] / np.linalg.norm(environment.field[0])

@@ -16,9 +16,9 @@ from mgeo_attitude.figures.motion import directions, motion
 from mgeo_attitude.figures.polyline import corners
 from mgeo_attitude.figures.sphere import OUTLINE, circle, graticule, projected
 from mgeo_attitude.figures.style import line, title
-from mgeo_attitude.figures.whole import Whole
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.maneuvers.schedule import Flown
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def solution_figures(problem: ManeuverProblem, X: Floats) -> Iterator[dict[str, 
             if not np.isfinite(t_end):
                 yield {}
                 continue
-            whole = Whole.of(problem, x, t_end)
+            whole = Whole(problem.scenario, model, x, t_end)
             figures = {
                 "rates": _rates(problem, whole.flight),
                 "motion": motion(problem, whole, inertial, shadow),

@@ -91,12 +91,8 @@ def update(
         """Row j of P Hᵀ."""
         return list(measure([P[i, j] for i in range(n)]))
 
-    # H (P Hᵀ) needs only the rows of P Hᵀ that H looks at.
-    units = enumerate(np.eye(n).tolist())
-    PHt = {j: project(j) for j, unit in units if any(y != 0.0 for y in measure(unit))}
-    columns = [list(measure([PHt[j][r] if j in PHt else 0.0 for j in range(n)])) for r in range(3)]
-    L, inverse = factor(columns, variances)
-    gated = [value * gate for value in inverse]
+    PHt = {j: project(j) for j in looked_at(n, measure)}
+    L, gated = innovation(PHt, n, measure, variances, gate)
     G: list[list[Any]] = []
     # Three rows of P at a time: an entry of G is then loaded once for three products. Rows below
     # are still as they were when P Hᵀ is taken from them.
@@ -108,6 +104,25 @@ def update(
                 if i in considered and j in considered:
                     continue
                 P[i, j] = reduce(lambda left, r: left - G[i][r] * G[j][r], range(3), P[i, j])
+
+
+def looked_at(n: int, measure: Callable[[Sequence[Any]], Vec3]) -> list[int]:
+    """States that H looks at."""
+    units = enumerate(np.eye(n).tolist())
+    return [j for j, unit in units if any(y != 0.0 for y in measure(unit))]
+
+
+def innovation(
+    PHt: Mapping[int, Sequence[Any]],
+    n: int,
+    measure: Callable[[Sequence[Any]], Vec3],
+    variances: Sequence[Any],
+    gate: Any,
+) -> tuple[Factor, list[Any]]:
+    """`factor` of R + H P Hᵀ, the inverse times a gate; of P Hᵀ, only the rows that H looks at."""
+    columns = [list(measure([PHt[j][r] if j in PHt else 0.0 for j in range(n)])) for r in range(3)]
+    L, inverse = factor(columns, variances)
+    return L, [value * gate for value in inverse]
 
 
 def factor(columns: Sequence[Sequence[Any]], variances: Sequence[Any]) -> tuple[Factor, list[Any]]:

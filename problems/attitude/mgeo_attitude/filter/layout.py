@@ -11,6 +11,7 @@ import numpy as np
 
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.filter.symbols import slots_of
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario import PathLimit
@@ -101,7 +102,7 @@ class Layout(NamedTuple):
 
 def in_loops(suite: Suite) -> bool:
     """Whether the step of a suite is better made of loops: straight, it does not fit the caches."""
-    return _half(suite.n_states) * len(suite.sensors) > _LONGEST
+    return slots_of(suite.n_states) * len(suite.sensors) > _LONGEST
 
 
 @cache
@@ -122,9 +123,11 @@ def layout(
     given = 3 * (suite.n_vectors + len(names) + len(discs(names))) + sum(gated)
     n_transition = len(transition_pattern(suite))
     rated = any(sensor.max_rate() < np.inf for sensor in suite.sensors)
-    scratch = _half(n) if (in_loops(suite) if loops is None else loops) else 0
-    kept = [_half(n), 9, monitors.total]
-    return Layout(*accumulate([*kept, 9, n_transition, _half(m), int(rated), 1, 1, scratch, given]))
+    scratch = slots_of(n) if (in_loops(suite) if loops is None else loops) else 0
+    kept = [slots_of(n), 9, monitors.total]
+    return Layout(
+        *accumulate([*kept, 9, n_transition, slots_of(m), int(rated), 1, 1, scratch, given])
+    )
 
 
 def directions_of(suite: Suite, monitors: Monitors = NO_MONITORS) -> tuple[str, ...]:
@@ -155,8 +158,3 @@ def transition_pattern(suite: Suite) -> tuple[tuple[int, int], ...]:
         closure = closure @ closure
     rows = generic.any(axis=1) | (suite.diffusion()[:k] > 0.0)
     return tuple((int(i), int(j)) for i, j in np.argwhere(closure) if rows[i])
-
-
-def _half(n: int) -> int:
-    """Entries of a lower triangle."""
-    return n * (n + 1) // 2

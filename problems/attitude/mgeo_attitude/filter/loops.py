@@ -13,10 +13,8 @@ from functools import reduce
 from operator import mul
 from typing import Any
 
-import numpy as np
-
-from mgeo_attitude.filter.covariance import Factor, Sparse, factor, gain
-from mgeo_attitude.filter.symbols import Index, Symbol, Triangle
+from mgeo_attitude.filter.covariance import Factor, Sparse, factor, gain, innovation, looked_at
+from mgeo_attitude.filter.symbols import Index, Symbol, Triangle, slots_of
 from mgeo_attitude.vector import Vec3
 
 _BLOCK = range(3)
@@ -101,8 +99,7 @@ def update(
     considered: Collection[int] = (),
 ) -> None:
     """P ← P - G Gᵀ, equation (8); see `covariance.update`. Considered are whole blocks."""
-    code, units = P.code, enumerate(np.eye(n).tolist())
-    support = [j for j, unit in units if any(y != 0.0 for y in measure(unit))]
+    code, support = P.code, looked_at(n, measure)
 
     # P Hᵀ. Of a state that H looks at, row or column of the triangle is what is needed: one up to
     # that state's block, the other past it.
@@ -115,13 +112,7 @@ def update(
                     code.store(_entry(P, state, r), value)
         first = last
 
-    looked_at = {j: _row(P, j) for j in support}
-    columns = [
-        list(measure([looked_at[j][r] if j in looked_at else 0.0 for j in range(n)]))
-        for r in _BLOCK
-    ]
-    L, inverse = factor(columns, variances)
-    gated = [value * gate for value in inverse]
+    L, gated = innovation({j: _row(P, j) for j in support}, n, measure, variances, gate)
     with code.loop(0, n) as state:
         for r, value in enumerate(gain(_row(P, state), L, gated)):
             code.store(_entry(P, state, r), value)
@@ -147,7 +138,7 @@ def last_pivot(P: Triangle, n: int) -> Any:
         columns = [[A.below(j + max(a, b), j + min(a, b)) for a in _BLOCK] for b in _BLOCK]
         return factor(columns, [0.0, 0.0, 0.0])
 
-    with code.loop(0, n * (n + 1) // 2) as k:
+    with code.loop(0, slots_of(n)) as k:
         code.store(f"{k} + {P.scratch}", code.slot(str(k)))
     with code.loop(0, n - 3, 3) as j:
         L, inverse = pivots(j)

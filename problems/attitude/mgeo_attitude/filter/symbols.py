@@ -168,10 +168,15 @@ def triangle(n: int) -> tuple[Ints, Ints]:
     return np.tril_indices(n)
 
 
+def slots_of(n: int) -> int:
+    """Number of slots of a `Triangle` of n rows."""
+    return n * (n + 1) // 2
+
+
 def slot_of(i: int, j: int) -> int:
     """Slot of entry (i, j) of a `Triangle`."""
     row, column = max(i, j), min(i, j)
-    return row * (row + 1) // 2 + column
+    return slots_of(row) + column
 
 
 def _low(index: int | Index) -> int:

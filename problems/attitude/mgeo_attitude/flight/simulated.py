@@ -14,7 +14,7 @@ from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.flight.flight import Draws, Flight, Motion, draw, fly_run
 from mgeo_attitude.flight.telemetry import Telemetry, Truth
 from mgeo_attitude.flight.truth import other_truth
-from mgeo_attitude.maneuvers.slew_back import slew_back
+from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.rotation import vector
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.readings import to_channels
@@ -84,19 +84,12 @@ def going_on(model: FilterModel, draws: Draws, after: Truth | None) -> Draws:
     return dataclasses.replace(draws, errors=errors)
 
 
-def commanded(
-    scenario: Scenario, plan: Any, model: FilterModel, t_end: float | None = None
-) -> Floats:
-    """The design of a plan, with the slew back that the scenario asks for.
-
-    `t_end` [s], when it converges, is computed if it is not given.
-    """
+def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
+    """The design of a plan, with the slew back that the scenario asks for."""
     design = np.asarray(getattr(plan, "design", plan), dtype=float)
     if not scenario.maneuvers.slew_back:
         return design
-    t_end = reference_run(model, design).t_end if t_end is None else t_end
-    back = slew_back(scenario, design, t_end, model.slew_limits, model.initial_attitude)
-    return design if back is None else back.design
+    return Whole(scenario, model, design, reference_run(model, design).t_end).commanded
 
 
 def sent_down(model: FilterModel, flight: Flight) -> Telemetry:

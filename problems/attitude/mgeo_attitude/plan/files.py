@@ -13,22 +13,12 @@ from typing import Any
 
 from mgeo.files.atomic import write_file
 from mgeo.files.reading import entry
-from mgeo_attitude.documents import (
-    check_consequences,
-    check_keys,
-    opened,
-    read_document,
-    scenario_of,
-    written,
-)
+from mgeo_attitude.documents import Form, read_document, written
 from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.uplink import to_uplink_csv
 
 SUFFIXES = (".json", ".uplink.csv", ".csv", ".aem")
-
-FORMAT = "mgeo-attitude-plan"
-VERSION = 2
 
 
 def write_plan(plan: ManeuverPlan, path: Path | str, **aem: Any) -> None:
@@ -84,32 +74,12 @@ def to_csv(plan: ManeuverPlan) -> str:
 
 def to_json(plan: ManeuverPlan) -> str:
     """The plan as a JSON document; floats by repr, so that it reads back exactly."""
-    return written(
-        {
-            "format": FORMAT,
-            "version": VERSION,
-            "scenario": plan.scenario.to_dict(),
-            "design": list(plan.design),
-            **_consequences(plan),
-        }
-    )
+    return written(_FORM.document(plan))
 
 
 def from_json(text: str) -> ManeuverPlan:
-    """Inverse of `to_json`.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If the text is no JSON, of another format or version, or a key is missing, unknown, of a bad
-        value, or does not follow from the design; the message names the key.
-    """
-    table = opened(text, FORMAT, VERSION)
-    plan = ManeuverPlan(scenario_of(table), tuple(entry(table, "design", list)))
-    consequences = _consequences(plan)
-    check_keys(table, ["format", "version", "scenario", "design", *consequences])
-    check_consequences(table, consequences, "the design")
-    return plan
+    """Inverse of `to_json`; raises as `Form.read`."""
+    return _FORM.read(text)
 
 
 def read_json(path: Path | str) -> ManeuverPlan:
@@ -140,3 +110,13 @@ def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
         "timeline": plan.timeline().to_dict("records"),
         "accuracy": plan.accuracy().reset_index().to_dict("records"),
     }
+
+
+_FORM = Form(
+    "mgeo-attitude-plan",
+    2,
+    keys=lambda plan: {"scenario": plan.scenario.to_dict(), "design": list(plan.design)},
+    made=lambda table, scenario: ManeuverPlan(scenario, tuple(entry(table, "design", list))),
+    consequences=_consequences,
+    source="the design",
+)

@@ -17,9 +17,9 @@ from mgeo_attitude.answers import answer
 from mgeo_attitude.describe import block_units
 from mgeo_attitude.fields import InvalidValue, Validated, quantity
 from mgeo_attitude.filter.reference import FilterHistory, reference_run
-from mgeo_attitude.flight import Motion
-from mgeo_attitude.maneuvers.phases import HELD, Phase, phases
-from mgeo_attitude.maneuvers.slew_back import SlewBack, slew_back
+from mgeo_attitude.flight.whole import Whole
+from mgeo_attitude.maneuvers.phases import HELD, Phase
+from mgeo_attitude.maneuvers.slew_back import SlewBack
 from mgeo_attitude.margins import margins
 from mgeo_attitude.plan.ccsds import quaternions, utc_texts
 from mgeo_attitude.plan.clearance import limits_of_slew_back
@@ -145,40 +145,29 @@ class ManeuverPlan(Validated):
         return pd.DataFrame(row.reshape(-1, 3), index=labels, columns=columns)
 
     @cached_property
-    def phases(self) -> tuple[Phase, ...]:
-        """Maneuvers flown, the time for which the last rate is held, and the slew back."""
-        step, limits = self.scenario.step, self.problem.model.slew_limits
-        found = phases(self.design, self.t_end, step, limits)
-        return found if self.slew_back is None else found + self.slew_back.phases(step, limits)
-
-    @cached_property
-    def slew_back(self) -> SlewBack | None:
-        """How the plan goes on after `t_end`, if the scenario asks for it."""
-        return slew_back(
-            self.scenario,
-            self.design,
-            self.t_end,
-            self.problem.model.slew_limits,
-            self.problem.model.initial_attitude,
-        )
+    def whole(self) -> Whole:
+        """What is flown until the plan ends."""
+        return Whole(self.scenario, self.problem.model, np.array(self.design), self.t_end)
 
     @property
-    def commanded(self) -> tuple[float, ...] | Floats:
-        """The design that is flown: the plan's own, or with the slew back after it."""
-        return self.design if self.slew_back is None else self.slew_back.design
+    def phases(self) -> tuple[Phase, ...]:
+        """Maneuvers flown, the time for which the last rate is held, and the slew back."""
+        return self.whole.phases
+
+    @property
+    def slew_back(self) -> SlewBack | None:
+        """How the plan goes on after `t_end`, if the scenario asks for it."""
+        return self.whole.back
 
     @property
     def duration(self) -> float:
         """When the plan ends, slew back included [s]."""
-        return self.t_end if self.slew_back is None else self.slew_back.end
+        return self.whole.end
 
     @cached_property
     def attitude(self) -> Floats:
         """GCRS to body at every step of the filter until the end, shape (n + 1, 3, 3)."""
-        if self.slew_back is None:
-            return self.history.attitude
-        n_steps = round(self.duration / self.scenario.step)
-        return Motion.of(self.problem.model, self.commanded, n_steps).attitude
+        return self.history.attitude if self.slew_back is None else self.whole.attitude
 
     def steps(self, times: ArrayLike) -> NDArray[np.int64]:
         """Filter steps of times [s] that are on one."""

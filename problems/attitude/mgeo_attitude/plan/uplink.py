@@ -31,8 +31,7 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
         found.append((phase.label, start, phase.rates_deg_s))
         ramp_since = None
     if ramp_since is not None:  # it ends in a ramp, to the last rate of all
-        design = plan.design if plan.slew_back is None else plan.slew_back.design
-        x, y, z = (float(rate) for rate in design[-4:-1])
+        x, y, z = (float(rate) for rate in plan.whole.commanded[-4:-1])
         found.append((plan.phases[-1].label.removeprefix(_RAMP), ramp_since, (x, y, z)))
     starts = np.array([start for _, start, _ in found])
     table = pd.DataFrame(

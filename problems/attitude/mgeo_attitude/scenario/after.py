@@ -14,7 +14,6 @@ from mgeo_attitude.environment.time_frames import elapsed
 from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, expect, to_table
 from mgeo_attitude.scenario.presets import Table, overridden
 from mgeo_attitude.scenario.prior import Prior, prior_of
-from mgeo_attitude.scenario.settings import state_units
 
 #: What a calibration's document says of where a run goes on.
 ENTRIES: Mapping[str, Any] = {
@@ -56,7 +55,7 @@ def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
             raise InvalidValue(key, overrides[key], expected)
     try:
         before = read(document["scenario"])
-        prior = prior_of(document, list(state_units(before.gyro, before.sensors))[1:])
+        prior = prior_of(document, before.gyro, before.sensors)
     except InvalidValue as error:
         raise error.under("after") from None
     time = float(document["time_s"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue, Validated, expect, from_table, quantity
+from mgeo_attitude.scenario.settings import state_units
+from mgeo_attitude.sensors import Gyro, Sensor
 
 #: Quaternions and matrices are written with all their digits.
 _ROUNDING = 1e-9
@@ -73,23 +75,33 @@ class Prior(Validated):
         return 0.5 * (correlation + correlation.T)
 
 
-def prior_of(document: Mapping[str, Any], blocks: Sequence[str]) -> Prior:
+def prior_of(document: Mapping[str, Any], gyro: Gyro, sensors: Iterable[Sensor]) -> Prior:
     """Attitude, rate, estimates and covariance of a calibration's document.
-
-    Parameters
-    ----------
-    blocks : sequence of str
-        Of the satellite's states, after the attitude.
 
     Raises
     ------
     InvalidValue, InvalidType
         For states of another satellite, or what is no attitude, rate, estimate or covariance.
     """
-    states = document["states"]
-    expect(list(states) == list(blocks), "states", list(states), ", ".join(blocks))
+    rows = list(states_of(document, gyro, sensors).values())
     given = {key: document[key] for key in ("quaternion", "rate_deg_s", "covariance")}
-    return from_table(Prior, {**given, "states": list(states.values())})
+    return from_table(Prior, {**given, "states": rows})
+
+
+def states_of(
+    document: Mapping[str, Any], gyro: Gyro, sensors: Iterable[Sensor]
+) -> Mapping[str, Any]:
+    """The states of a document by their blocks, which are a satellite's but for the attitude.
+
+    Raises
+    ------
+    InvalidValue
+        For those of another satellite.
+    """
+    states: Mapping[str, Any] = document["states"]
+    blocks = list(state_units(gyro, sensors))[1:]
+    expect(list(states) == blocks, "states", list(states), ", ".join(blocks))
+    return states
 
 
 def check_quaternion(quaternion: Sequence[float]) -> None:

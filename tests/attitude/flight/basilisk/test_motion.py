@@ -19,6 +19,8 @@ from scipy.spatial.transform import Rotation
 
 from .flights import PLAN, errorless, seen, short
 
+pytestmark = pytest.mark.basilisk
+
 ORBITS = {
     "two bodies": {},
     "mean elements": {"orbit": dataclasses.replace(Scenario.paper().orbit, propagator="j2")},

@@ -14,6 +14,8 @@ pytest.importorskip(
     "Basilisk", reason='flights by Basilisk: pip install "./problems/attitude[basilisk]"'
 )
 
+pytestmark = pytest.mark.basilisk
+
 PAGE = (Path(__file__).parents[4] / "docs" / "basilisk.md").read_text(encoding="utf-8")
 
 

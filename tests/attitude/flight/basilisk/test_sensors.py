@@ -15,6 +15,8 @@ from scipy.stats import chi2
 
 from .flights import PLAN, errorless, seen, short
 
+pytestmark = pytest.mark.basilisk
+
 QUIET = (
     SunSensor(noise_deg=1e-9),
     Magnetometer(noise_nt=1e-6),

@@ -17,6 +17,8 @@ from scipy.stats import chi2
 from ...calibration.flights import normalized
 from .flights import PLAN, errorless, seen
 
+pytestmark = pytest.mark.basilisk
+
 ISS = Path(__file__).parents[2] / "reference" / "iss-2008-09-20.oem"
 
 

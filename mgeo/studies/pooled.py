@@ -1,0 +1,99 @@
+"""Ranks over problems after each budget: who is ahead, and whether by more than chance."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from mgeo.studies.statistics import holm
+
+if TYPE_CHECKING:
+    from mgeo._typing import FloatArray
+    from mgeo.studies.results import Results
+
+
+def pooled(results: Mapping[str, Results], per_variable: bool = False) -> pd.DataFrame:
+    """Average ranks over problems after each number of evaluations that all of them have.
+
+    A problem's value for an algorithm is the median over its runs of the first indicator. A run
+    whose hypervolume is zero counts by the negative of its additive epsilon instead: fronts that
+    are all too far to dominate anything still differ. Algorithms without a finished run on every
+    problem are left out.
+
+    Parameters
+    ----------
+    results : by problem.
+    per_variable : whether evaluations are counted per variable.
+
+    Returns
+    -------
+    A row per number of ``variables`` (0 for all problems together), ``evaluations`` and
+    ``algorithm``, the best first, with the number of ``problems``, the ``average_rank`` (1 is the
+    best), ``behind``, the share of problems on which the best is better than it (ties count half),
+    and ``p_holm`` of Wilcoxon's signed-rank test (1945) of the best against it over problems,
+    corrected for all of the row's rivals. Demsar (2006) recommends test and ranks.
+    """
+    table = pd.DataFrame(
+        row for each in results.values() for row in _values(each, per_variable)
+    ).dropna(axis="columns")
+    columns = [name for name in table.columns if name not in ("variables", "evaluations")]
+    groups = [0, *sorted(table["variables"].unique())]
+    rows: list[dict[str, object]] = []
+    for variables in groups if len(groups) > 2 else [0]:
+        of_size = table if variables == 0 else table[table["variables"] == variables]
+        counts = of_size["evaluations"].value_counts()
+        for evaluations in sorted(counts.index[counts == counts.max()]):
+            values = of_size.loc[of_size["evaluations"] == evaluations, columns]
+            standing = {"variables": variables, "evaluations": evaluations}
+            rows += [standing | row for row in _ranked(values)]
+    return pd.DataFrame(rows)
+
+
+def _values(each: Results, per_variable: bool) -> list[dict[Hashable, object]]:
+    """Of a problem: a row per number of evaluations, with the value of each algorithm."""
+    first, table = each.indicator(), each.table
+    value = first.better(table[first.name].to_numpy(float))
+    if first.name == "hypervolume":
+        value = np.where(value > 0, value, -table["epsilon"].to_numpy(float))
+    n_var = each.problem.n_var
+    medians = (
+        table.assign(value=value).groupby(["evaluations", "algorithm"])["value"].median().unstack()
+    )
+    counts = medians.index.to_numpy(float) / (n_var if per_variable else 1)
+    known = medians.reindex(columns=list(each.algorithms)).to_dict("records")
+    return [
+        {"variables": n_var, "evaluations": count, **row}
+        for count, row in zip(counts, known, strict=True)
+    ]
+
+
+def _ranked(values: pd.DataFrame) -> list[dict[str, object]]:
+    """Algorithms of (problems, algorithms) values, larger being better, the best first."""
+    table = values.to_numpy(float)
+    ranks = stats.rankdata(-table, axis=1).mean(axis=0)
+    order = np.argsort(ranks, kind="stable")
+    best, rivals = table[:, order[0]], order[1:]
+    behind = [np.mean((best > table[:, i]) + 0.5 * (best == table[:, i])) for i in rivals]
+    p = holm([_signed_ranks(best, table[:, i]) for i in rivals])
+    return [
+        {
+            "algorithm": values.columns[i],
+            "problems": len(table),
+            "average_rank": ranks[i],
+            "behind": share,
+            "p_holm": chance,
+        }
+        for i, share, chance in zip(order, [np.nan, *behind], [np.nan, *p], strict=True)
+    ]
+
+
+def _signed_ranks(a: FloatArray, b: FloatArray) -> float:
+    """Two-sided p of Wilcoxon's test that paired values are equally often larger."""
+    differ = a != b
+    if not differ.any():
+        return 1.0
+    return float(stats.wilcoxon(a[differ] - b[differ]).pvalue)

@@ -1,0 +1,109 @@
+"""Ranks over problems, against a plain loop, and their test against its exact distribution."""
+
+from itertools import product
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from mgeo.studies.indicators import INDICATORS
+from mgeo.studies.pooled import pooled
+
+NAMES = ("one", "two", "three")
+
+
+def results(values, n_var=4, epsilon=None):
+    """Of {(algorithm, seed): hypervolumes after 40, 80, ... evaluations}."""
+    rows = [
+        {
+            "algorithm": name,
+            "seed": seed,
+            "evaluations": 10 * n_var * (i + 1),
+            "hypervolume": value,
+            "epsilon": np.inf if epsilon is None else epsilon[name, seed][i],
+        }
+        for (name, seed), trace in values.items()
+        for i, value in enumerate(trace)
+    ]
+    return SimpleNamespace(
+        table=pd.DataFrame(rows),
+        algorithms=NAMES,
+        problem=SimpleNamespace(n_var=n_var),
+        indicator=lambda: INDICATORS[0],
+    )
+
+
+def many(rng, n, **options):
+    return {
+        str(k): results(
+            {(name, seed): rng.random(2) for name in NAMES for seed in (1, 2, 3)}, **options
+        )
+        for k in range(n)
+    }
+
+
+def test_ranks_are_those_of_a_plain_loop():
+    given = many(np.random.default_rng(1), 6)
+    found = pooled(given)
+    assert found["evaluations"].unique().tolist() == [40, 80]
+    assert set(found["variables"]) == {0}
+    for evaluations, group in found.groupby("evaluations"):
+        ranks = dict.fromkeys(NAMES, 0.0)
+        for each in given.values():
+            now = each.table[each.table["evaluations"] == evaluations]
+            medians = {n: now[now["algorithm"] == n]["hypervolume"].median() for n in NAMES}
+            for place, name in enumerate(sorted(NAMES, key=medians.get, reverse=True)):
+                ranks[name] += (place + 1) / 6
+        assert group["algorithm"].tolist() == sorted(NAMES, key=ranks.get)
+        assert group["average_rank"].tolist() == pytest.approx(sorted(ranks.values()))
+        assert (group["problems"] == 6).all()
+
+
+def test_the_test_is_exact_for_few_problems():
+    # the one better by 1, 2, ..., 5 hundredths, and worse by 6: all signs are equally likely
+    differences = np.array([1, 2, 3, 4, 5, -6]) / 100
+    given = {
+        str(k): results({("one", 1): [0.5 + d], ("two", 1): [0.5], ("three", 1): [0.1]})
+        for k, d in enumerate(differences)
+    }
+    found = pooled(given).set_index("algorithm")
+    sums = [np.dot(signs, range(1, 7)) for signs in product((0, 1), repeat=6)]
+    p = 2 * np.mean([s <= 6 for s in sums])
+    q = 2 * np.mean([s <= 0 for s in sums])
+    assert found.loc["two", "p_holm"] == pytest.approx(max(p, 2 * q))
+    assert found.loc["three", "p_holm"] == pytest.approx(2 * q)
+    assert found.loc["two", "behind"] == pytest.approx(5 / 6)
+    assert np.isnan(found.loc["one", "p_holm"])
+
+
+def test_fronts_without_a_hypervolume_are_ranked_by_epsilon():
+    nothing = {(name, 1): [0.0] for name in NAMES}
+    epsilon = {("one", 1): [3.0], ("two", 1): [2.0], ("three", 1): [np.inf]}
+    found = pooled({"p": results(nothing, epsilon=epsilon)})
+    assert found["algorithm"].tolist() == ["two", "one", "three"]
+    some = {**nothing, ("three", 1): [1e-9]}
+    assert pooled({"p": results(some, epsilon=epsilon)})["algorithm"].iloc[0] == "three"
+
+
+def test_equal_algorithms_do_not_differ():
+    same = {(name, 1): [0.0] for name in NAMES}
+    found = pooled({"p": results(same), "q": results(same)})
+    assert found["average_rank"].tolist() == [2.0] * 3
+    assert found["p_holm"].iloc[1:].tolist() == [1.0, 1.0]
+    assert found["behind"].iloc[1:].tolist() == [0.5, 0.5]
+
+
+def test_problems_are_grouped_by_their_variables_and_counted_per_variable():
+    rng = np.random.default_rng(2)
+    given = many(rng, 3) | {f"large {k}": v for k, v in many(rng, 2, n_var=8).items()}
+    found = pooled(given, per_variable=True)
+    counted = found.groupby(["variables", "evaluations"])["problems"].first().to_dict()
+    assert counted == {(0, 10): 5, (0, 20): 5, (4, 10): 3, (4, 20): 3, (8, 10): 2, (8, 20): 2}
+
+
+def test_an_algorithm_without_runs_of_a_problem_is_left_out():
+    rng = np.random.default_rng(3)
+    given = many(rng, 2)
+    given["0"].table = given["0"].table.query("algorithm != 'two'")
+    assert set(pooled(given)["algorithm"]) == {"one", "three"}
