@@ -15,6 +15,8 @@ from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.flight import Motion
 from plotly.subplots import make_subplots
 
+from mgeo.figures.style import SYMBOLS
+
 _FRONTS = Path(__file__).parents[1] / "fronts"
 _TRACKER = Path(__file__).parents[1] / "scenarios" / "tracker.toml"
 #: Time to converge of the plan of its front that is shown, the knee [s].
@@ -67,7 +69,7 @@ def starts() -> go.Figure:
 def _fronts(runs: Mapping[str, tuple[str, str]]) -> go.Figure:
     """Stored fronts by file, with name and color of each."""
     figure = go.Figure()
-    for run, (name, color) in runs.items():
+    for symbol, (run, (name, color)) in zip(SYMBOLS, runs.items(), strict=False):
         table = pd.read_csv(_FRONTS / f"{run}.csv").sort_values("t_end [s]")
         time, trace = table["t_end [s]"], table["trace [-]"]
         figure.add_scatter(
@@ -75,7 +77,7 @@ def _fronts(runs: Mapping[str, tuple[str, str]]) -> go.Figure:
             y=trace.tolist(),
             mode="lines+markers",
             line={"shape": "hv", "color": color, "width": 1},
-            marker={"size": 6},
+            marker={"size": 6, "symbol": symbol},
             name=name,
             text=_hover_texts(table),
             hovertemplate="%{x:.0f} s, trace %{y:.3g}<br>%{text}<extra></extra>",

@@ -13,6 +13,19 @@ function located(row) {
   return null;
 }
 
+/** Move the title above the figure, where lines break and the buttons cover nothing. */
+function entitle(layout) {
+  const text = (layout.title || {}).text || "";
+  delete layout.title;
+  const lines = text.split(/<br *\/?>/).map((line) => {
+    return new DOMParser().parseFromString(line, "text/html").body.textContent.trim();
+  });
+  byId("heading").textContent = lines[0] === document.title ? "" : lines[0]; // said already
+  byId("subtitle").textContent = lines.slice(1).join(" ");
+  const { t = 100 } = layout.margin || {};
+  if (text) layout.margin = { ...layout.margin, t: Math.max(t - 45, 50) }; // room for the buttons
+}
+
 function drawFront() {
   if (!data.front) {
     byId("front").textContent = "More than three objectives: choose from the list or the table.";
@@ -35,11 +48,12 @@ function drawFront() {
   layout.height = narrow ? 420 : 560;
   layout.uirevision = "front"; // a click does not undo a zoom
   layout.clickmode = "event";
+  entitle(layout);
   if (layout.scene) layout.margin = { l: 0, r: 0, t: 50, b: 0 };
   if (narrow) {
     if (!layout.scene) layout.margin = { ...layout.margin, l: 60, r: 10, t: layout.xaxis2 ? 95 : 50 }; // room for an upper axis
-    delete layout.title;
-    layout.legend = { ...layout.legend, orientation: "h", x: 0, xanchor: "left", y: -0.25, yanchor: "top" };
+    const below = { orientation: "h", x: 0, xanchor: "left", y: -0.25, yref: "paper", yanchor: "top" };
+    layout.legend = { ...layout.legend, ...below };
   }
   return draw(node, { data: [...data.front.data, ...mark], layout }).then(() => {
     node.removeAllListeners("plotly_click");
@@ -86,7 +100,12 @@ function fillLimits(row) {
   for (const [name, kept, text] of known) {
     const line = body.insertRow();
     cell(line, "th", name).scope = "row";
-    const node = cell(line, "td", text);
+    const node = cell(line, "td", "");
+    for (const part of text.split(/(\S*e-\d+)/)) { // no line ends at the hyphen of a number
+      const span = node.appendChild(document.createElement("span"));
+      span.textContent = part;
+      if (/e-\d+$/.test(part)) span.className = "number";
+    }
     if (!kept) node.className = "exceeded";
   }
 }

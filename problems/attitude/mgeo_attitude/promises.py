@@ -75,13 +75,14 @@ def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
     rows = spread(len(X))
     table = problem.promises(X[rows])
     promised = table[[f"promised {label}" for label in problem.obj_names]].to_numpy(float)
-    missed = kept(problem, X[rows]) - promised > TOLERANCE * np.abs(promised)
-    endless = np.array([found.kept == math.inf for found in times(problem, X[rows])])
+    late = kept(problem, X[rows]) - promised > TOLERANCE * np.abs(promised)
+    endless = [found.kept == math.inf for found in times(problem, X[rows])]
+    missed = late.any(axis=1) | np.array(endless)
     label = problem.obj_names[0]
     ratio = table[f"kept / promised {label}"]
     of = f"{len(rows)} plans" if len(rows) == len(X) else f"{len(rows)} plans looked at"
     return [
-        f"{(~missed.any(axis=1) & ~endless).sum()} of {of} keep what they promise in {MOST_FLIGHTS}, to "
+        f"{(~missed).sum()} of {of} keep what they promise in {MOST_FLIGHTS}, to "
         f"{TOLERANCE:.0%}; {label} is then {ratio.median():.3g} times the promised in the median, "
         f"{ratio.max():.3g} at most"
     ]

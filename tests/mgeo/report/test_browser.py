@@ -103,6 +103,9 @@ def test_it_fits_a_phone_and_follows_the_theme(folder, browser, theme, ink):
     assert messages == []
     assert 'data-outside=""' in dom
     assert f'data-text="{ink}"' in dom
+    # the title is above the figure, where the buttons cover nothing
+    assert '<text class="gtitle"' not in dom
+    assert '<h3 id="heading"></h3>' in dom  # it is that of the page
 
 
 def test_the_table_has_what_the_problem_says_in_numbers(folder, browser):
