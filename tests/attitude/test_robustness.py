@@ -304,7 +304,8 @@ def test_a_robust_search_goes_on_as_it_would_have(tmp_path):
     """Killed in any stage; and what it finds are values over all flights."""
     problem = AttitudeManeuverProblem(scenario(count=8)).robust()
     assert problem.scenario.flight == FlightErrors(count=8, grow=(0, 1, 2))
-    algorithm, path = MGEOStaged(stages=(0.4, 0.8, 1.0), n_walkers=4), tmp_path / "checkpoint"
+    algorithm = MGEOStaged(stages=(0.4, 0.8, 1.0), n_walkers=4, max_candidates=12)
+    path = tmp_path / "checkpoint"
     whole = minimize(problem, algorithm, ("n_eval", 720), seed=2)
     F = AttitudeManeuverProblem(scenario(count=8)).evaluate(whole.X, return_values_of=["F"])
     np.testing.assert_array_equal(whole.F, F)

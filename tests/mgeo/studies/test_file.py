@@ -188,15 +188,14 @@ def test_a_name_may_stand_for_many_of_cocos_functions():
     assert study.problems[-1].build().n_var == 10
 
 
-@pytest.mark.parametrize(
-    "name", ["table3", "tuning", "comparison", "benchmarks", "bbob-biobj", "shifted"]
-)
+@pytest.mark.parametrize("name", [path.stem for path in sorted(STUDIES.glob("*.toml"))])
 def test_the_published_studies_can_be_built(name):
-    if name in ("table3", "tuning", "comparison"):
+    if name in ("table3", "tuning", "comparison", "budgets"):
         pytest.importorskip("mgeo_attitude")
     study = read_study(STUDIES / f"{name}.toml")
     counts = {"table3": (1, 6), "tuning": (1, 36), "comparison": (2, 13), "benchmarks": (21, 13)}
-    counts |= {"bbob-biobj": (825, 13), "shifted": (42, 7)}
+    counts |= {"bbob-biobj": (825, 12), "bbob-biobj-part": (165, 6), "shifted": (42, 7)}
+    counts |= {"budgets": (2, 6)}
     assert (len(study.problems), len(study.algorithms)) == counts[name]
     for configuration in study.problems[:: max(1, len(study.problems) // 3)]:
         problem = configuration.build()
