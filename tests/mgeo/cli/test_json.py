@@ -33,6 +33,7 @@ def test_solve_and_resume(mgeo):
         "files": ["front.csv", "run.json", "front.html", "run.checkpoint"],
         "checkpoint_error": None,
         "answer": found["answer"],
+        "dead_end": None,
         "remarks": [f"{found['solutions']} beams, of steel"],
     }
     assert found["answer"].keys() == {"solution", "count", "label", "text"}
