@@ -11,6 +11,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 
 from content import digest
+from jupyter_cache import get_cache
 
 project = "mgeo"
 author = "mgeo developers"
@@ -35,6 +36,8 @@ nb_execution_mode = "cache"
 nb_execution_cache_path = str(
     Path(__file__).parent / "_build" / "executed" / digest(Path(__file__).parents[1])
 )
+# The cache's tables are made here: of two processes that begin with an empty cache one would fail.
+get_cache(nb_execution_cache_path).list_cache_records()
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
 nb_merge_streams = True
