@@ -14,6 +14,7 @@ from mgeo_attitude.figures.solutions import Solutions
 from mgeo_attitude.figures.style import line, panels_height
 from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.maneuvers.schedule import flown
+from mgeo_attitude.promises import held_until
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
@@ -73,7 +74,8 @@ def timeline(problem: ManeuverProblem, x: Floats, t_end: float) -> tuple[Floats,
         End of the last maneuver before t_end, or t_end if that comes first [s].
     """
     model = problem.model
-    flight = Whole(problem.scenario, model, x, t_end).flight
+    (held,) = held_until(problem, x[None], np.array([t_end]))
+    flight = Whole(problem.scenario, model, x, t_end, held).flight
     rates = np.degrees(flight.rates)
     over = flown(x, t_end, model.step, model.slew_limits).over
     return flight.times, np.vstack([rates, rates[-1:]]), over

@@ -20,6 +20,7 @@ from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.maneuvers.schedule import Flown
+from mgeo_attitude.promises import held_until
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
@@ -56,7 +57,8 @@ def solution_figures(problem: ManeuverProblem, X: Floats) -> Iterator[dict[str, 
             if not np.isfinite(t_end):
                 yield {}
                 continue
-            whole = Whole(problem.scenario, model, x, t_end)
+            (held,) = held_until(problem, x[None], np.array([t_end]))
+            whole = Whole(problem.scenario, model, x, t_end, held)
             figures = {
                 "rates": _rates(problem, whole.flight),
                 "motion": motion(problem, whole, inertial, shadow),
