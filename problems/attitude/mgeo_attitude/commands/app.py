@@ -85,9 +85,10 @@ def show(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Print a plan: its timeline, what it teaches the filter, and what simpler plans would.
+    """Print a plan: its timeline, and what it teaches the filter.
 
-    The comparison is after the plan's own time, with maneuvers as long as the plan's in all.
+    Beside it stands what simpler plans would teach, after the plan's own time, with maneuvers as
+    long as the plan's in all.
     """
     from mgeo_attitude.commands.files import check_targets, load_plan
     from mgeo_attitude.commands.show import plan_document, print_plan, write_figures
@@ -123,11 +124,12 @@ def verify(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Fly a plan many times in simulation; exit with 3 if it does not achieve what it promises.
+    """Fly a plan many times: does it achieve what it promises?
 
-    So does a plan that breaks a limit of its scenario, whatever it achieves, such as the nearest of
-    a run that found none that keeps all. The truth is nonlinear, the errors are drawn from the
-    scenario, the filter feeds them back. Of path limits it says how often they were broken.
+    If it does not, the exit code is 3. So it is of a plan that breaks a limit of its scenario,
+    whatever it achieves, such as the nearest of a run that found none that keeps all. The truth is
+    nonlinear, the errors are drawn from the scenario, the filter feeds them back. Of path limits it
+    says how often they were broken.
     """
     from mgeo.files.atomic import write_file
     from mgeo_attitude.commands.files import check_targets, load_plan
@@ -266,10 +268,11 @@ def fly(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Fly a plan once, to the end of its scenario, and write what the satellite would send down.
+    """Fly a plan once, and write what the satellite sends down.
 
-    Attitude and errors are drawn from the scenario, unless --after says whose they are; the same
-    seed draws the same for both simulators.
+    It is flown to the end of its scenario, unless --until ends it. Attitude and errors are drawn
+    from the scenario, unless --after says whose they are; the same seed draws the same for both
+    simulators.
     """
     from mgeo_attitude.commands import fly as command
     from mgeo_attitude.commands.files import check_targets, load_plan
@@ -327,9 +330,10 @@ def calibrate(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Calibrate gyro and sensors from telemetry; exit with 3 if innovations do not support it.
+    """Calibrate gyro and sensors from telemetry.
 
-    Nothing has to be known of the attitude. Outliers are left out, and listed.
+    If the innovations do not support it, the exit code is 3. Nothing has to be known of the
+    attitude. Outliers are left out, and listed.
     """
     from mgeo_attitude.calibration import calibrate as calibrated
     from mgeo_attitude.commands import calibrate as command
@@ -354,7 +358,10 @@ def calibrate(
 
 @app.command(epilog=epilog("schema", EXAMPLES))
 def schema(debug: Debug = False) -> None:
-    """Print the JSON Schema of scenario files, by which editors complete and check them."""
+    """Print the JSON Schema of scenario files.
+
+    Editors complete and check them by it.
+    """
     from mgeo_attitude.scenario import scenario_schema
 
     typer.echo(json_text(scenario_schema()))
