@@ -94,7 +94,7 @@ def print_calibration(
     if promised is not None and picked is not None:
         title = f"1-sigma that the plan promised, and achieved: {picked.name}"
         output.print(*titled(title, promised), *picked.doubts())
-    output.print("", plain(calibration.verdict, "bold"))
+    output.print("", plain(calibration.conclusion, "bold"))
 
 
 def calibration_document(

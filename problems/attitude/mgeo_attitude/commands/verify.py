@@ -9,7 +9,7 @@ from mgeo.terminal import plain
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.show import note, promised, rows, titled
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.plan.remedies import findings, power, remedies, verdict
+from mgeo_attitude.plan.remedies import conclusion, findings, power, remedies
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.verification import LEVEL, Verification
 
@@ -24,7 +24,7 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
     output.print(
         plain(picked.answer, "bold"),
         *(plain(f"breaks a limit: {line}", "bold") for line in plan.violations()),
-        plain(verdict(found), "bold"),
+        plain(conclusion(found), "bold"),
         *picked.doubts(),
     )
     if ways := remedies(plan, found):
@@ -48,7 +48,7 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
     return {
         "title": f"{found.n_runs} simulated flights of the plan with t_end {plan.t_end:.6g} s and "
         f"trace {plan.trace:.5g}, seed {seed}",
-        "verdict": f"{_broken(plan)}{verdict(found)}; NEES per state {found.nees:.3f}; "
+        "conclusion": f"{_broken(plan)}{conclusion(found)}; NEES per state {found.nees:.3f}; "
         f"{power(found)}{_limits(found)}",
         "findings": [] if found.achieved else findings(found),
         "remedies": remedies(plan, found),
@@ -69,7 +69,7 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
 
 
 def _broken(plan: ManeuverPlan) -> str:
-    """Which limits of its scenario a plan breaks, before a verdict."""
+    """Which limits of its scenario a plan breaks, before a conclusion."""
     return "".join(f"breaks a limit: {line}; " for line in plan.violations())
 
 
