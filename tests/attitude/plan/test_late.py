@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.flight import fly
 from mgeo_attitude.plan import ManeuverPlan, aem_text, commands, from_json, to_csv, to_json
+from mgeo_attitude.plan.ccsds import utc_texts
 from scipy.spatial.transform import Rotation
 
 from .test_aem import instant, matrix, read_2
@@ -64,6 +66,10 @@ def test_the_ephemeris_goes_on_turning_at_the_last_rate(plan):
     before, after = (matrix(segment, instant(plan, time)) for time in times)
     turned = Rotation.from_rotvec(-np.radians(RATE) * np.diff(times)).as_matrix()
     np.testing.assert_allclose(after, turned @ before, atol=1e-9)
+    first_edition = NdmIo().from_string(text)
+    *_, last = first_edition.body.segment
+    assert last.metadata.start_time == utc_texts(plan.scenario.epoch, plan.t_end)[0]
+    assert last.metadata.stop_time == utc_texts(plan.scenario.epoch, plan.duration)[0]
 
 
 def test_what_the_filter_learns_is_told_until_it_has_converged(plan, exact):
