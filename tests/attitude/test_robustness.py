@@ -302,8 +302,7 @@ def test_a_stage_of_a_search_has_as_many_flights_as_it_says(stage, flights):
 
 def test_a_robust_search_goes_on_as_it_would_have(tmp_path):
     """Killed in any stage; and what it finds are values over all flights."""
-    problem = AttitudeManeuverProblem(scenario(count=8)).robust()
-    assert problem.scenario.flight == FlightErrors(count=8, grow=(0, 1, 2))
+    problem = AttitudeManeuverProblem(scenario(count=8, grow=(0, 1, 2))).robust()
     algorithm = MGEOStaged(stages=(0.4, 0.8, 1.0), n_walkers=4, max_candidates=12)
     path = tmp_path / "checkpoint"
     whole = minimize(problem, algorithm, ("n_eval", 720), seed=2)
@@ -322,11 +321,13 @@ def test_a_robust_search_goes_on_as_it_would_have(tmp_path):
         np.testing.assert_array_equal(result.F, whole.F)
 
 
-def test_robust_problems_have_the_flights_of_their_scenario_or_256():
+def test_robust_problems_have_the_flights_of_their_scenario_or_512():
     problem = AttitudeManeuverProblem(scenario(grow=(4,)), threads=1).robust()
     assert (problem.scenario.flight, problem.threads) == (FlightErrors(grow=(4,)), 1)
+    few = AttitudeManeuverProblem(scenario(count=64)).robust()
+    assert few.scenario.flight == FlightErrors(count=64, grow=(0, 16))
     paper = AttitudeManeuverProblem().robust().scenario.flight
-    assert paper == FlightErrors(count=256, quantile=0.95, grow=(0, 16, 64))
+    assert paper == FlightErrors(count=512, quantile=0.95, grow=(0, 16, 64))
     with pytest.raises(ValueError, match=r"grow = \(0, 17\): expected ascending, up to 16"):
         FlightErrors(grow=(0, 17))
 
