@@ -32,6 +32,7 @@ def load_ipython_extension(shell: Any) -> None:
     """Register both magics, and work in a folder that nobody else sees."""
     from IPython.core.magic import register_cell_magic
 
+    sys.path.insert(0, str(Path(__file__).resolve().parent))  # wherever one then works
     folder = tempfile.TemporaryDirectory()
     shell.user_ns["_folder"] = folder  # deleted with the kernel
     os.chdir(folder.name)
