@@ -62,6 +62,13 @@ def validate_each(name: str, value: Any, check: Callable[..., T], **limits: floa
     """One value, or a list of them, each converted and checked by one of these functions."""
     if np.ndim(value) == 0:
         return check(name, value[()] if isinstance(value, np.ndarray) else value, **limits)
+    return validate_list(name, value, check, **limits)
+
+
+def validate_list(
+    name: str, value: Iterable[Any], check: Callable[..., T], **limits: float
+) -> list[T]:
+    """Entries, each converted and checked by one of these functions, under the name ``name[i]``."""
     return [check(f"{name}[{i}]", entry, **limits) for i, entry in enumerate(value)]
 
 
@@ -75,7 +82,7 @@ def validate_pair(name: str, value: Any, check: Callable[..., T], **limits: floa
     """
     if np.shape(value) != (2,):
         raise ValueError(f"{name} = {value!r}: expected two numbers")
-    return [check(f"{name}[{i}]", entry, **limits) for i, entry in enumerate(value)]
+    return validate_list(name, value, check, **limits)
 
 
 def validate_choice(name: str, value: Any, choices: Collection[str]) -> str:

@@ -8,7 +8,7 @@ import pandas as pd
 from IPython.display import Markdown
 
 from mgeo.studies import Comparison, Study, read_comparison, read_study
-from mgeo.studies.conclusions import against
+from mgeo.studies.conclusions import against, control_table
 from mgeo.studies.labels import folder_name
 from mgeo.studies.stored import PROVENANCE
 from mgeo.studies.tables import markdown
@@ -71,6 +71,12 @@ def best_against(comparison: Comparison) -> pd.DataFrame:
     rows = against(comparison, best)
     texts = {"A": rows["A"].map("{:.3f}".format), "p (Holm)": rows["p_holm"].map("{:.2g}".format)}
     return pd.DataFrame(texts).rename_axis(f"{best} against")
+
+
+def control_against(study: Study, comparison: Comparison) -> Markdown:
+    """The study's control against every other algorithm, by every indicator."""
+    assert study.control is not None
+    return table(control_table(comparison, study.control))
 
 
 def means(found: Mapping[str, Comparison], suite: str) -> pd.DataFrame:

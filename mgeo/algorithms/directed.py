@@ -23,12 +23,7 @@ from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import pick, rank
 from mgeo.algorithms.steps import Attraction, joint_steps
 from mgeo.algorithms.variables import KINDS, Variables
-from mgeo.algorithms.weights import (
-    distance,
-    nearest,
-    random_weights,
-    weight_vectors,
-)
+from mgeo.algorithms.weights import distance, nearest, random_weights, weight_vectors
 from mgeo.algorithms.whole import whole_steps
 from mgeo.pareto.archive import ParetoArchive
 

@@ -8,7 +8,7 @@ import numpy as np
 from pymoo.core.population import Population
 
 from mgeo._typing import FloatArray
-from mgeo._validation import validate_fraction
+from mgeo._validation import validate_fraction, validate_list
 from mgeo.algorithms.directed import DirectedState, MGEODirected
 from mgeo.evaluation.individuals import individuals
 from mgeo.pareto.archive import ParetoArchive
@@ -60,7 +60,7 @@ class MGEOStaged(MGEODirected):
         super().__init__(**options)
         if not np.size(stages) or np.ndim(stages) != 1:
             raise ValueError(f"stages = {stages!r}: expected one or more numbers")
-        self.stages = [validate_fraction(f"stages[{i}]", each) for i, each in enumerate(stages)]
+        self.stages = validate_list("stages", stages, validate_fraction)
         if self.stages != sorted(self.stages):
             raise ValueError(f"stages = {stages!r}: expected the earlier ones first")
 

@@ -3,46 +3,32 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 from contextlib import ExitStack, suppress
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from pymoo.core.problem import Problem
-from rich.text import Text
-
 from mgeo.cli.errors import ExitCode, bad_input
 from mgeo.cli.output import Output
-from mgeo.cli.progress import Progress, clock, run_title
+from mgeo.cli.progress import Progress, run_title
+from mgeo.cli.results import Findings, document, print_results
 from mgeo.cli.signals import stop_requests
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures import MOST_OBJECTIVES, MOST_TEXTS, front_figure, page
 from mgeo.files.atomic import write_file
 from mgeo.files.lock import lock
 from mgeo.plugins import protocol
-from mgeo.runs.answer import Answer, answer
-from mgeo.runs.dead_end import DeadEnd, dead_end
 from mgeo.runs.folder import (
     FIGURE_FILE,
-    FRONT_FILE,
-    NEAREST_FILE,
-    RUN_FILE,
     Run,
     check_folder,
-    front_table,
     installed_versions,
-    run_document,
     write_run,
 )
-from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
+from mgeo.runs.persistence import RunPersistence
 from mgeo.runs.prepare import PreparedRun
-from mgeo.runs.representative import representative_solutions
 from mgeo.runs.resume import resume_run
 from mgeo.runs.solve import Outcome
-from mgeo.terminal import Columns, console, plain, table
-
-_CAUSES = 3  # of failed evaluations are shown
+from mgeo.terminal import console
 
 
 def resumed(folder: Path, output: Output, **options: Any) -> tuple[PreparedRun, RunPersistence]:
@@ -94,11 +80,9 @@ def run_to_folder(
         with bad_input():
             if html is not None:
                 write_file(folder / FIGURE_FILE, html.encode())
-    found = answer(run.problem, outcome)
-    dead = dead_end(run.problem, outcome.nearest) if outcome.nearest else None
-    told = [] if output.quiet and not output.json else protocol.remarks(run.problem, outcome.X)
-    _print_results(run.problem, outcome, found, dead, told, persistence, html is not None, output)
-    output.result(_document(made, found, dead, told, persistence))
+    found = Findings.of(run.problem, outcome, remarks=output.json or not output.quiet)
+    print_results(run.problem, outcome, found, persistence, output)
+    output.result(document(made, found, persistence))
     if outcome.status == "interrupted":
         return stop.exit_code
     return ExitCode.DONE if len(outcome.F) else ExitCode.INCOMPLETE
@@ -119,93 +103,3 @@ def _front_page(run: PreparedRun, outcome: Outcome) -> str | None:
         told = protocol.describe(run.problem, X) if len(X) <= MOST_TEXTS else None
         figure = front_figure(X, F, outcome.variables, outcome.objectives, title, told)
     return None if figure is None else page(figure, title, note)
-
-
-def _print_results(
-    problem: Problem,
-    outcome: Outcome,
-    found: Answer | None,
-    dead: DeadEnd | None,
-    remarks: list[str],
-    persistence: RunPersistence,
-    drawn: bool,
-    output: Output,
-) -> None:
-    if found is not None:
-        output.print(plain(found, "bold"))
-    if dead is not None:
-        output.print(*_told(dead))
-    size = f"solutions: {len(outcome.F):,}"
-    volume = outcome.hypervolume
-    if volume is not None:
-        seen = "" if volume.space == "problem" else " of the range this run saw"
-        size += f"; hypervolume {volume.value:.4f}{seen}"
-    took = f"{outcome.evaluations:,} evaluations in {clock(outcome.wall_time_s)}"
-    output.print(f"{outcome.status} after {took}; {size}")
-    output.print(*remarks)
-    if outcome.failures:
-        output.print(_failures(outcome))
-    if not len(outcome.F) and dead is None:
-        output.print("no feasible solution was found")
-    elif len(outcome.F) and output.for_people:
-        output.print(_solutions(problem, outcome))
-    output.print(f"written: {persistence.folder / (FIGURE_FILE if drawn else '')}")
-    if persistence.error is not None:
-        output.print(f"no checkpoint: {persistence.error}")
-    elif outcome.status == "interrupted" and persistence.can_resume:
-        output.print(f"to go on: mgeo resume {persistence.folder}")
-
-
-def _told(found: DeadEnd) -> Iterator[str | Text]:
-    yield plain("nothing that was found keeps all limits; the nearest solutions exceed", "bold")
-    yield from (f"  {line}" for line in found.exceeded)
-    yield plain("ways out", "bold")
-    yield from (f"  {line}" for line in found.ways)
-
-
-def _failures(outcome: Outcome) -> str:
-    causes = [f"{cause} ({count:,})" for cause, count in outcome.failures.items()]
-    more = f" and {len(causes) - _CAUSES} more, see run.json" if len(causes) > _CAUSES else ""
-    total = sum(outcome.failures.values())
-    return f"failed evaluations: {total:,}; {', '.join(causes[:_CAUSES])}{more}"
-
-
-def _solutions(problem: Problem, outcome: Outcome) -> Columns:
-    """One column per solution, one row per quantity: any number of variables fits a terminal.
-
-    The quantities are those of ``problem.describe``, or else objectives and variables. Solutions
-    between the best and the knee are left out where there is no room for all.
-    """
-    chosen = representative_solutions(problem, outcome.F, outcome.objectives)
-    rows = [solution.row for solution in chosen]
-    described = protocol.describe(problem, outcome.X[rows])
-    if described is None:
-        described = front_table(outcome).iloc[rows][[*outcome.objectives, *outcome.variables]]
-
-    def of(places: list[int]) -> Columns:
-        titles = ["", *(f"{chosen[i].label} ({chosen[i].row})" for i in places)]
-        shown = described.iloc[places]
-        return table(titles, [(str(name), *shown[name]) for name in shown.columns])
-
-    every = of(list(range(len(chosen))))
-    told = [i for i, solution in enumerate(chosen) if solution.label != "between"]
-    return every if every.fits(console().width) else of(told)
-
-
-def _document(
-    made: Run,
-    found: Answer | None,
-    dead: DeadEnd | None,
-    remarks: list[str],
-    persistence: RunPersistence,
-) -> dict[str, Any]:
-    names = (FRONT_FILE, RUN_FILE, NEAREST_FILE, FIGURE_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
-    return {
-        "folder": str(persistence.folder),
-        "files": [name for name in names if (persistence.folder / name).exists()],
-        "answer": None if found is None else asdict(found),
-        "dead_end": None if dead is None else asdict(dead),
-        "remarks": remarks,
-        "checkpoint_error": None if persistence.error is None else str(persistence.error),
-        **run_document(made),
-    }

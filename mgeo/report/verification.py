@@ -1,10 +1,10 @@
 """Monte Carlo results that a problem's own tools leave in a run folder.
 
-Each is a file ``verification*.json``: an object with the strings ``title`` and ``verdict``, and a
-table as ``columns``, a list of strings, and ``rows``, lists of as many numbers or strings. It says
-what it is about by the ``problem``'s name, its ``options`` and the ``design``, a list of numbers as
-in a row of ``front.csv``. One that is about no solution of the folder's front, as a front before it
-may have left, proves nothing here, and is not shown.
+Each is a file ``verification*.json``: an object with the strings ``title`` and ``conclusion``, and
+a table as ``columns``, a list of strings, and ``rows``, lists of as many numbers or strings. It
+says what it is about by the ``problem``'s name, its ``options`` and the ``design``, a list of
+numbers as in a row of ``front.csv``. One that is about no solution of the folder's front, as a
+front before it may have left, proves nothing here, and is not shown.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def verifications(
 
 
 def _check_form(found: Any) -> None:
-    for key in ("title", "verdict"):
+    for key in ("title", "conclusion"):
         entry(found, key, str)
     n = len(entry(found, "columns", list[str]))
     for i, row in enumerate(entry(found, "rows", list)):

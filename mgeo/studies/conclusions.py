@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from mgeo.studies.statistics import holm
+
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
     from mgeo.studies.schema import PublishedTable
@@ -42,9 +44,16 @@ def conclusions(comparison: Comparison) -> list[str]:
     return sentences
 
 
-def against(comparison: Comparison, name: str, indicator: str | None = None) -> pd.DataFrame:
+def against(
+    comparison: Comparison, name: str, indicator: str | None = None, *, control: bool = False
+) -> pd.DataFrame:
     """One algorithm against every other one, in their order: A, the probability that a run of it
     beats one of the other, and ``p_holm`` of the Mann-Whitney test.
+
+    Parameters
+    ----------
+    control : p is corrected for the rivals of this algorithm alone, not for all pairs; right for
+        one that was named before the results were seen (Demsar 2006, section 3.2.2).
 
     Raises
     ------
@@ -55,9 +64,24 @@ def against(comparison: Comparison, name: str, indicator: str | None = None) -> 
     pairs = pairs[(pairs[["a", "b"]] == name).any(axis=1)]
     second = pairs["b"] == name  # there A counts for the other one
     effect = pairs["A"].where(~second, 1.0 - pairs["A"])
-    table = pd.DataFrame({"A": effect, "p_holm": pairs["p_holm"]})
+    p = holm(pairs["p"]) if control else pairs["p_holm"]
+    table = pd.DataFrame({"A": effect, "p_holm": p})
     table.index = pd.Index(pairs["a"].where(second, pairs["b"]), name="other")
     return table.loc[[other for other in comparison.order(indicator) if other != name]]
+
+
+def control_table(comparison: Comparison, control: str) -> pd.DataFrame:
+    """The control against each rival by each indicator, as text: A, and p corrected for its rivals.
+
+    Rivals are in the order by the first indicator; see `against`.
+    """
+    columns: dict[str, pd.Series[str]] = {}
+    for indicator in comparison.indicators:
+        found = against(comparison, control, indicator.name, control=True)
+        columns[f"{indicator.title}: A"] = found["A"].map("{:.3f}".format)
+        columns[f"{indicator.title}: p (Holm)"] = found["p_holm"].map("{:.2g}".format)
+    rivals = [name for name in comparison.order() if name != control]
+    return pd.DataFrame(columns).loc[rivals].rename_axis(f"{control} against")
 
 
 def _differences(rivals: pd.DataFrame) -> str:

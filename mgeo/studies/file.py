@@ -74,6 +74,7 @@ class Study:
     per_variable: bool
     seeds: tuple[int, ...]
     grid: int | tuple[int, ...]
+    control: str | None
     problems: tuple[ProblemConfiguration, ...]
     algorithms: tuple[AlgorithmConfiguration, ...]
     published: PublishedTable | None
@@ -152,12 +153,17 @@ def parse_study(text: str, folder: Path) -> Study:
             if times > 1:
                 raise ValueError(f"{key}: {label!r} is there twice; expected different labels")
     known = [algorithm.label for algorithm in algorithms]
-    for label in table.published.table if table.published else ():
-        if label not in known:
-            raise ValueError(
-                f"published.table: {label!r} is no algorithm of this study, which are "
-                f"{', '.join(sorted(known))}"
-            )
+    labels_of = {
+        "published.table": list(table.published.table) if table.published else [],
+        "control": [] if table.control is None else [table.control],
+    }
+    for key, mentioned in labels_of.items():
+        for label in mentioned:
+            if label not in known:
+                raise ValueError(
+                    f"{key}: {label!r} is no algorithm of this study, which are "
+                    f"{', '.join(sorted(known))}"
+                )
     compared = {"problems": tuple(problems), "algorithms": tuple(algorithms)}
     return Study(**{**dict(table), **compared, "text": text})
 

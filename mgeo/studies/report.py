@@ -9,7 +9,7 @@ import pandas as pd
 
 from mgeo.figures import report_page
 from mgeo.figures.page import LIBRARY, render
-from mgeo.studies.conclusions import comparison_with_published, conclusions
+from mgeo.studies.conclusions import comparison_with_published, conclusions, control_table
 from mgeo.studies.figures import ranks_figure, targets_figure
 from mgeo.studies.labels import folder_name
 
@@ -28,6 +28,9 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
     """
     runs, tests = comparison.runs, comparison.tests()
     published = study.published and comparison_with_published(comparison, study.published)
+    against = None
+    if study.control in comparison.order():
+        against = control_table(comparison, study.control)
     results = render(
         "studies/assets/results.html",
         study=study,
@@ -35,6 +38,7 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
         comparison=comparison,
         conclusions=" ".join(conclusions(comparison)),
         published=published,
+        against=against,
         failed=runs[runs["status"] == "failed"].to_dict("records"),
     )
     formats = {"A": "{:.3f}".format, "p": "{:.2g}".format, "p_holm": "{:.2g}".format}

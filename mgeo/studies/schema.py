@@ -86,6 +86,11 @@ class StudyTable(Table):
     grid: Grid = Field(
         GRID_POINTS, description="numbers of evaluations at which to measure: how many, or a list"
     )
+    control: str | None = Field(
+        None,
+        description="label of an algorithm that is compared with every other one; p values of that "
+        "table are corrected for its rivals alone, so it is named before results are seen",
+    )
     problems: Some[ProblemTable]
     algorithms: Some[AlgorithmTable]
     published: PublishedTable | None = None

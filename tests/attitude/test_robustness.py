@@ -349,6 +349,15 @@ def test_remarks_count_the_plans_that_keep_their_promise():
     assert re.match(r"\d+ of 50 plans looked at keep", problem.remarks(X)[0])
 
 
+def test_a_covariance_that_flights_lose_keeps_no_promise(monkeypatch):
+    problem, X = AttitudeManeuverProblem(scenario()), designs(3)
+    table = problem.promises(X)
+    table[["promised t_end [s]", "kept t_end [s]"]] = 300.0
+    table["kept trace [-]"] = table["promised trace [-]"] * [1.0, np.nan, 1.05]
+    monkeypatch.setattr(problem, "promises", lambda X: table)
+    assert problem.remarks(X)[0].startswith("2 of 3 plans keep what they promise")
+
+
 def test_flights_after_a_calibration_are_drawn_from_its_covariance():
     """Attitude and rate errors together: off by more about an axis, and by correlated numbers."""
     of = scenario(count=4000)

@@ -88,9 +88,9 @@ def on_its_own_terms(front: Front) -> str:
             t_end, trace = result.t_end[0], result.trace[0]
             sooner = front.F[front.F[:, 0] <= t_end, 1]
             best = sooner.min() if sooner.size else np.inf
-            verdict = "front" if best <= trace else "**sweep**"
+            conclusion = "front" if best <= trace else "**sweep**"
             shown = f"{best:.2e}" if sooner.size else "none"
-            rows.append([name, f"{time:.0f}", f"{t_end:.0f}", f"{trace:.2e}", shown, verdict])
+            rows.append([name, f"{time:.0f}", f"{t_end:.0f}", f"{trace:.2e}", shown, conclusion])
     header = [
         "sweep",
         "for [s]",

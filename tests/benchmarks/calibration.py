@@ -74,7 +74,7 @@ def scenario(name: str) -> tuple[Scenario, Environment]:
 
 
 def one(name: str, seed: int) -> tuple[float, np.ndarray, bool]:
-    """NEES per state of a flight, all errors over their 1-sigma, and the verdict."""
+    """NEES per state of a flight, all errors over their 1-sigma, and the conclusion."""
     case, (of, environment) = CASES[name], scenario(name)
     telemetry = flown(of, seed, environment)
     found = calibrate(of, case.spoil(telemetry, np.random.default_rng(seed)))

@@ -75,7 +75,7 @@ def hostile(solved, monkeypatch):  # noqa: F811
         "options": data["configuration"]["options"],
         "design": table.iloc[0, :2].tolist(),
     }
-    result = {"title": every, "verdict": every, "columns": HOSTILE, "rows": [HOSTILE], **tie}
+    result = {"title": every, "conclusion": every, "columns": HOSTILE, "rows": [HOSTILE], **tie}
     (folder / "verification.json").write_text(json.dumps(result))
     result["problem"] = every
     (folder / "verification-of-another.json").write_text(json.dumps(result))

@@ -75,14 +75,15 @@ def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
     rows = spread(len(X))
     table = problem.promises(X[rows])
     promised = table[[f"promised {label}" for label in problem.obj_names]].to_numpy(float)
-    late = kept(problem, X[rows]) - promised > TOLERANCE * np.abs(promised)
+    # false of NaN, too, where a covariance is lost
+    in_time = kept(problem, X[rows]) - promised <= TOLERANCE * np.abs(promised)
     endless = [found.kept == math.inf for found in times(problem, X[rows])]
-    missed = late.any(axis=1) | np.array(endless)
+    keep = in_time.all(axis=1) & ~np.array(endless)
     label = problem.obj_names[0]
     ratio = table[f"kept / promised {label}"]
     of = f"{len(rows)} plans" if len(rows) == len(X) else f"{len(rows)} plans looked at"
     return [
-        f"{(~missed).sum()} of {of} keep what they promise in {MOST_FLIGHTS}, to "
+        f"{keep.sum()} of {of} keep what they promise in {MOST_FLIGHTS}, to "
         f"{TOLERANCE:.0%}; {label} is then {ratio.median():.3g} times the promised in the median, "
         f"{ratio.max():.3g} at most"
     ]

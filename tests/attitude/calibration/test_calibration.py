@@ -102,7 +102,7 @@ def test_the_attitude_by_filter_and_smoother(calibration, telemetry):
 
 def test_innovations_support_it_or_say_why_not(scenario, telemetry, calibration):
     assert calibration.supported
-    assert calibration.verdict == "the innovations support it"
+    assert calibration.conclusion == "the innovations support it"
     table = calibration.test_table()
     assert (table["before"] > 1.05 * table["after"]).all()
     np.testing.assert_allclose(table["after"], table["noise"], rtol=0.05)
@@ -110,11 +110,11 @@ def test_innovations_support_it_or_say_why_not(scenario, telemetry, calibration)
     optimist = dataclasses.replace(scenario, sensors=(quiet, *scenario.sensors[1:]))
     wrong = calibrate(optimist, telemetry)
     assert not wrong.supported
-    assert "sun scatters more than its noise (NIS " in wrong.verdict
+    assert "sun scatters more than its noise (NIS " in wrong.conclusion
     drift = telemetry.sensors["mag"] + 1000.0 * np.sin(telemetry.times / 20.0)[:, None]
     sensors = {**telemetry.sensors, "mag": drift}
-    verdict = calibrate(scenario, dataclasses.replace(telemetry, sensors=sensors)).verdict
-    assert "innovations of mag are not white" in verdict
+    conclusion = calibrate(scenario, dataclasses.replace(telemetry, sensors=sensors)).conclusion
+    assert "innovations of mag are not white" in conclusion
 
 
 def test_bounds_of_tests_are_those_of_chance():
@@ -161,7 +161,7 @@ def edited(text, **changes):
     ("changes", "message"),
     [
         ({"format": "x"}, "format = 'x': expected 'mgeo-attitude-calibration'"),
-        ({"version": 2}, "version = 2: this package reads version 1"),
+        ({"version": 1}, "version = 1: this package reads version 2"),
         ({"version": True}, "version = True"),
         ({"time_s": None}, "time_s is missing"),
         ({"time_s": "1"}, "time_s = '1': expected a finite number"),
@@ -182,7 +182,7 @@ def edited(text, **changes):
         ({"tests": [{"sensor": 1, "x": 2}]}, r"tests\[0\].x = 2: expected sensor"),
         ({"rejected": [[1.0, "star", 30.0]]}, r"rejected\[0\] = .*expected a time, one of"),
         ({"rejected": [[1.0]]}, r"rejected\[0\].sensor is missing"),
-        ({"verdict": "good"}, "verdict = 'good': expected .*follows from the estimate"),
+        ({"conclusion": "good"}, "conclusion = 'good': expected .*follows from the estimate"),
         ({"utc": "2018"}, "utc = '2018'"),
         ({"scenario": {}}, "scenario.epoch: missing|scenario"),
     ],

@@ -31,7 +31,7 @@ def flight(tmp_path_factory):
     return folder, scenario, telemetry
 
 
-def test_the_table_and_the_verdict(run, flight):
+def test_the_table_and_the_conclusion(run, flight):
     folder, scenario, telemetry = flight
     found = calibrate(scenario, telemetry)
     assert found.supported

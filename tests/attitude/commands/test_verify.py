@@ -73,7 +73,7 @@ def test_the_result_says_what_it_is_about(front):
 
 
 @pytest.mark.parametrize(
-    ("p", "nees_p", "code", "verdict"),
+    ("p", "nees_p", "code", "conclusion"),
     [
         (1.0, 1.0, 0, "achieved: no error is larger than promised"),
         (1.0, 0.0, 3, "not achieved: the filter is too sure by 1.41 over all states together"),
@@ -85,13 +85,13 @@ def test_the_result_says_what_it_is_about(front):
         ),
     ],
 )
-def test_verdicts(run, folder, front, monkeypatch, p, nees_p, code, verdict):
+def test_conclusions(run, folder, front, monkeypatch, p, nees_p, code, conclusion):
     made = verify(front.plan("fastest"), n_runs=2)
     table = made.table.assign(**{"p, predicted": p, "p, claimed": p})
     made = dataclasses.replace(made, table=table, nees=2.0, nees_p=nees_p)
     monkeypatch.setattr("mgeo_attitude.plan.verification.verify", lambda *_: made)
     text = run("verify", folder, "--pick", "fastest", code=code).stdout
-    assert re.match(verdict, text.splitlines()[1])
+    assert re.match(conclusion, text.splitlines()[1])
     assert ("what to try" in text) == (code == 3)
     rows = [line for line in text.splitlines() if line.startswith(("attitude", "sun", "mag"))]
     assert len(rows) == len(made.table) - 3
@@ -122,7 +122,7 @@ def test_a_broken_path_limit_is_told(run, tmp_path):
     text = run(*arguments, code=code).stdout
     assert "path limits broken" in text
     document = json.loads(run(*arguments, "--json", code=code).stdout)
-    assert "Sun off camera broken in 100 % of flights" in document["verdict"]
+    assert "Sun off camera broken in 100 % of flights" in document["conclusion"]
     (row,) = document["path_limits"]
     assert row["path limit"] == "Sun off camera"
     assert row["steered: flights [%]"] == 100.0

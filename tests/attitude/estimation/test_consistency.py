@@ -1,4 +1,4 @@
-"""Verdicts on made-up results: numbers drawn from the law they are tested against."""
+"""Conclusions on made-up results: numbers drawn from the law they are tested against."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""The verdict on simulated flights: by hand, and of a real plan."""
+"""The conclusion on simulated flights: by hand, and of a real plan."""
 
 import dataclasses
 
@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.estimation import simulate
 from mgeo_attitude.plan import ManeuverPlan, verification
-from mgeo_attitude.plan.remedies import findings, remedies, verdict
+from mgeo_attitude.plan.remedies import conclusion, findings, remedies
 from mgeo_attitude.plan.verification import Verification, verify
 from scipy.stats import chi2
 
@@ -20,9 +20,9 @@ def judged(predicted=1.0, claimed=1.0, p=(1.0, 1.0), nees_p=1.0, n=200):
     return Verification(n, pd.DataFrame(rows, names, columns), 1.2, nees_p, pd.DataFrame())
 
 
-def test_verdicts():
+def test_conclusions():
     """One state that fails is enough, in either way, and so are correlations."""
-    assert verdict(judged(1.1)) == (
+    assert conclusion(judged(1.1)) == (
         "achieved: no error is larger than promised, the largest 1.10 times (sun bias y), and none "
         "than the filter claims (200 flights, one test at 1%)"
     )

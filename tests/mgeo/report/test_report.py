@@ -160,7 +160,7 @@ def test_hostile_strings_stay_text(solved, monkeypatch):
     lines.columns = [*told["variables"], *told["objectives"]]
     lines.to_csv(front, index=False)
     table = {"columns": [EVIL, "b"], "rows": [[EVIL, 1.5]]}
-    told = {"title": EVIL, "verdict": EVIL, **table}
+    told = {"title": EVIL, "conclusion": EVIL, **table}
     told |= about(folder, options=Cantilever().options())
     (folder / "verification.json").write_text(json.dumps(told))
     (folder / "verification-of-another.json").write_text(json.dumps(told | {"problem": EVIL}))
@@ -225,7 +225,7 @@ def test_simulated_flights_are_shown_where_there_are_some(solved):
     assert "no file <code>verification" in report_html(folder)
     table = {"columns": ["state", "ratio"], "rows": [["a", 1.25], ["b", 2]]}
     file = folder / "verification-knee.json"
-    told = {"title": "9 flights", "verdict": "achieved", **table, **about(folder, 3)}
+    told = {"title": "9 flights", "conclusion": "achieved", **table, **about(folder, 3)}
     file.write_text(json.dumps(told))
     html = report_html(folder)
     assert "<h3>9 flights</h3>" in html
@@ -251,7 +251,7 @@ def test_simulated_flights_are_shown_where_there_are_some(solved):
 )
 def test_flights_of_another_front_are_not_shown(solved, changes, reason):
     folder = solved()
-    told = {"title": "9 flights", "verdict": "achieved", "columns": ["a"], "rows": [[1]]}
+    told = {"title": "9 flights", "conclusion": "achieved", "columns": ["a"], "rows": [[1]]}
     (folder / "verification.json").write_text(json.dumps(told | about(folder, **changes)))
     html = report_html(folder)
     assert "9 flights" not in html
@@ -261,7 +261,7 @@ def test_flights_of_another_front_are_not_shown(solved, changes, reason):
 
 def test_flights_that_do_not_say_of_what_are_not_shown(solved):
     folder = solved()
-    told = {"title": "9 flights", "verdict": "achieved", "columns": ["a"], "rows": [[1]]}
+    told = {"title": "9 flights", "conclusion": "achieved", "columns": ["a"], "rows": [[1]]}
     known = {key: value for key, value in about(folder).items() if key != "options"}
     (folder / "verification.json").write_text(json.dumps(told | known))
     html = report_html(folder)
@@ -272,7 +272,7 @@ def test_flights_that_do_not_say_of_what_are_not_shown(solved):
 def test_flights_of_the_front_before_are_not_shown(solved):
     """A longer run has left the solution behind; a new one removes what proved the old."""
     folder = solved()
-    told = {"title": "9 flights", "verdict": "achieved", "columns": ["a"], "rows": [[1]]}
+    told = {"title": "9 flights", "conclusion": "achieved", "columns": ["a"], "rows": [[1]]}
     X = read_run(folder).outcome.X.tolist()
     files = {row: folder / f"verification-{row}.json" for row in range(len(X))}
     for row, file in files.items():

@@ -143,6 +143,7 @@ def test_it_can_be_reduced_and_extended():
             "[published]\nsource = 'a'\ntable = { b = { points = 3 } }",
             "'b' is no algorithm of this study, which are nsga2",
         ),
+        ("seeds = 2", "seeds = 2\ncontrol = 'b'", "control: 'b' is no algorithm of this study"),
         ("seeds = 2", "seeds = ", "no valid TOML"),
     ],
 )
@@ -190,12 +191,12 @@ def test_a_name_may_stand_for_many_of_cocos_functions():
 
 @pytest.mark.parametrize("name", [path.stem for path in sorted(STUDIES.glob("*.toml"))])
 def test_the_published_studies_can_be_built(name):
-    if name in ("table3", "tuning", "comparison", "budgets"):
+    if name in ("table3", "tuning", "comparison", "budgets", "robust"):
         pytest.importorskip("mgeo_attitude")
     study = read_study(STUDIES / f"{name}.toml")
     counts = {"table3": (1, 6), "tuning": (1, 36), "comparison": (2, 13), "benchmarks": (21, 13)}
     counts |= {"bbob-biobj": (825, 12), "bbob-biobj-part": (165, 6), "shifted": (42, 7)}
-    counts |= {"budgets": (2, 6)}
+    counts |= {"budgets": (2, 6), "robust": (2, 7)}
     assert (len(study.problems), len(study.algorithms)) == counts[name]
     for configuration in study.problems[:: max(1, len(study.problems) // 3)]:
         problem = configuration.build()

@@ -12,12 +12,18 @@ import pandas as pd
 import pytest
 from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
+from scipy import stats
 from typer.testing import CliRunner
 
 from mgeo import MGEOReal
 from mgeo.cli.app import app
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.conclusions import comparison_with_published, conclusions
+from mgeo.studies.conclusions import (
+    against,
+    comparison_with_published,
+    conclusions,
+    control_table,
+)
 from mgeo.studies.file import parse_study, read_study
 from mgeo.studies.labels import folder_name
 from mgeo.studies.run import Failure, record
@@ -26,7 +32,7 @@ from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.stored import read_comparison
 from mgeo.studies.study import over_problems, run_study
 
-from .samples import comparison
+from .samples import VALUES, comparison
 from .test_file import STUDIES
 
 TWO = """
@@ -288,6 +294,30 @@ def test_published_values_are_compared_with_ours():
     table = comparison_with_published(comparison(), study.published)
     assert table.loc["A_1"].tolist() == ["7", "20 ± 10", "1", "0.60 ± 0.10"]
     assert table.loc["B"].tolist() == ["-", "20 ± 10", "-", "0.20 ± 0.10"]
+
+
+def test_a_control_is_corrected_for_its_rivals_alone():
+    made = comparison()
+    rows = against(made, "B", control=True)
+    assert list(rows.index) == ["A_1", "C"]
+    # of three and three values, all apart, 2 of 20 orders: for two rivals, not for three pairs
+    tied = stats.mannwhitneyu(VALUES["B"], VALUES["C"]).pvalue
+    assert tied > 0.2
+    assert rows["p_holm"].tolist() == pytest.approx([2 * 0.1, tied])
+    assert against(made, "B")["p_holm"].tolist() == pytest.approx([3 * 0.1, 2 * tied])
+    table = control_table(made, "B")
+    assert table["hypervolume: A"].tolist() == ["0.000", f"{1.5 / 9:.3f}"]
+    assert table["IGD+: p (Holm)"].tolist() == ["0.2", f"{tied:.2g}"]
+    assert table.index.name == "B against"
+
+
+def test_the_page_of_a_study_with_a_control_shows_it_against_all(tmp_path):
+    text = TWO.replace("grid = 3", 'grid = 3\ncontrol = "nsga2 10"')
+    text = text.replace(', "pymoo:dtlz2"', "")
+    run_study(parse_study(text, None), tmp_path)
+    page = (tmp_path / "report.html").read_text()
+    below = page.partition("<h2>nsga2 10 against every other</h2>")[2].partition("</table>")[0]
+    assert all(f"<td>{name}</td>" in below for name in ("nsga2 20", "random 10", "random 20"))
 
 
 def test_published_indicators_are_named_as_in_the_table():

@@ -114,7 +114,7 @@ class Calibration:
         return not self.failures
 
     @property
-    def verdict(self) -> str:
+    def conclusion(self) -> str:
         """That in one line."""
         if self.supported:
             return "the innovations support it"

@@ -1,8 +1,8 @@
 """Calibrations as files: JSON that reads back.
 
 ``scenario``, ``time_s``, ``quaternion``, ``rate_deg_s``, ``states``, ``covariance``, ``tests`` and
-``rejected`` are the calibration. ``utc``, ``table``, ``uplink`` and ``verdict`` follow from them;
-on reading they are computed again, and a file that says something else is refused.
+``rejected`` are the calibration. ``utc``, ``table``, ``uplink`` and ``conclusion`` follow from
+them; on reading they are computed again, and a file that says something else is refused.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _consequences(calibration: Calibration) -> dict[str, Any]:
         "utc": calibration.utc,
         "table": calibration.table().to_dict("records"),
         "uplink": calibration.uplink(),
-        "verdict": calibration.verdict,
+        "conclusion": calibration.conclusion,
     }
 
 
@@ -126,7 +126,7 @@ def _rejected(row: list[Any], where: str, names: list[str]) -> tuple[float, str,
 
 _FORM = Form(
     "mgeo-attitude-calibration",
-    1,
+    2,
     keys=_keys,
     made=_calibration,
     consequences=_consequences,

@@ -25,7 +25,7 @@ def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) 
     parts: list[str | go.Figure] = [
         f"<h1>{escape(title)}</h1>",
         f"<p>At {calibration.time:.6f} s after the epoch, {escape(calibration.utc)} UTC: "
-        f"{escape(calibration.verdict)}.</p>",
+        f"{escape(calibration.conclusion)}.</p>",
         _table(calibration.table().set_index("block")),
     ]
     if promised is not None:

@@ -81,7 +81,7 @@ def print_calibration(
     )
     if promised is not None:
         output.print(*titled("1-sigma that the plan promised, and achieved", promised))
-    output.print("", plain(calibration.verdict, "bold"))
+    output.print("", plain(calibration.conclusion, "bold"))
 
 
 def calibration_document(

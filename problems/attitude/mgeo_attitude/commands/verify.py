@@ -8,7 +8,7 @@ from mgeo.cli.output import Output
 from mgeo.terminal import plain
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.show import note, promised, rows, titled
-from mgeo_attitude.plan.remedies import findings, power, remedies, verdict
+from mgeo_attitude.plan.remedies import conclusion, findings, power, remedies
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.verification import LEVEL, Verification
 
@@ -22,7 +22,7 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
     shown = found.table.iloc[:, :5].rename(columns=_SHORT)
     output.print(
         plain(picked.answer, "bold"),
-        plain(verdict(found), "bold"),
+        plain(conclusion(found), "bold"),
         *picked.doubts(),
     )
     if ways := remedies(plan, found):
@@ -46,7 +46,7 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
     return {
         "title": f"{found.n_runs} simulated flights of the plan with t_end {plan.t_end:.6g} s and "
         f"trace {plan.trace:.5g}, seed {seed}",
-        "verdict": f"{verdict(found)}; NEES per state {found.nees:.3f}; {power(found)}"
+        "conclusion": f"{conclusion(found)}; NEES per state {found.nees:.3f}; {power(found)}"
         f"{_limits(found)}",
         "findings": [] if found.achieved else findings(found),
         "remedies": remedies(plan, found),

@@ -11,7 +11,7 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.verification import CLAIMED, LEVEL, POWER, PREDICTED, Verification
 
 
-def verdict(found: Verification) -> str:
+def conclusion(found: Verification) -> str:
     """In one line, whether the plan achieves what it promises, at which level, and the margin."""
     at = f"{found.n_runs} flights, one test at {LEVEL:.0%}"
     if not found.achieved:

@@ -1,0 +1,133 @@
+"""What a run has found, as ``mgeo solve`` and ``mgeo resume`` tell it to people and to scripts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from pymoo.core.problem import Problem
+from rich.text import Text
+
+from mgeo.cli.output import Output
+from mgeo.cli.progress import clock
+from mgeo.plugins import protocol
+from mgeo.runs.answer import Answer, answer
+from mgeo.runs.dead_end import DeadEnd, dead_end
+from mgeo.runs.folder import (
+    FIGURE_FILE,
+    FRONT_FILE,
+    NEAREST_FILE,
+    RUN_FILE,
+    Run,
+    front_table,
+    run_document,
+)
+from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
+from mgeo.runs.representative import representative_solutions
+from mgeo.runs.solve import Outcome
+from mgeo.terminal import Columns, console, plain, table
+
+_CAUSES = 3  # of failed evaluations are shown
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What is said of an outcome: answer, why nothing keeps all limits, the problem's remarks."""
+
+    answer: Answer | None
+    dead_end: DeadEnd | None
+    remarks: list[str]
+
+    @classmethod
+    def of(cls, problem: Problem, outcome: Outcome, *, remarks: bool = True) -> Findings:
+        """Those of a run; a problem's remarks can take it seconds."""
+        return cls(
+            answer(problem, outcome),
+            dead_end(problem, outcome.nearest) if outcome.nearest else None,
+            protocol.remarks(problem, outcome.X) if remarks else [],
+        )
+
+
+def print_results(
+    problem: Problem,
+    outcome: Outcome,
+    found: Findings,
+    persistence: RunPersistence,
+    output: Output,
+) -> None:
+    """The answer, or a way out of a dead end, then the size of the run, solutions and files."""
+    if found.answer is not None:
+        output.print(plain(found.answer, "bold"))
+    if found.dead_end is not None:
+        output.print(*_told(found.dead_end))
+    size = f"solutions: {len(outcome.F):,}"
+    volume = outcome.hypervolume
+    if volume is not None:
+        seen = "" if volume.space == "problem" else " of the range this run saw"
+        size += f"; hypervolume {volume.value:.4f}{seen}"
+    took = f"{outcome.evaluations:,} evaluations in {clock(outcome.wall_time_s)}"
+    output.print(f"{outcome.status} after {took}; {size}")
+    output.print(*found.remarks)
+    if outcome.failures:
+        output.print(_failures(outcome))
+    if not len(outcome.F) and found.dead_end is None:
+        output.print("no feasible solution was found")
+    elif len(outcome.F) and output.for_people:
+        output.print(_solutions(problem, outcome))
+    picture = persistence.folder / FIGURE_FILE
+    output.print(f"written: {picture if picture.exists() else persistence.folder}")
+    if persistence.error is not None:
+        output.print(f"no checkpoint: {persistence.error}")
+    elif outcome.status == "interrupted" and persistence.can_resume:
+        output.print(f"to go on: mgeo resume {persistence.folder}")
+
+
+def document(made: Run, found: Findings, persistence: RunPersistence) -> dict[str, Any]:
+    """What ``--json`` prints."""
+    names = (FRONT_FILE, RUN_FILE, NEAREST_FILE, FIGURE_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
+    return {
+        "folder": str(persistence.folder),
+        "files": [name for name in names if (persistence.folder / name).exists()],
+        "answer": None if found.answer is None else asdict(found.answer),
+        "dead_end": None if found.dead_end is None else asdict(found.dead_end),
+        "remarks": found.remarks,
+        "checkpoint_error": None if persistence.error is None else str(persistence.error),
+        **run_document(made),
+    }
+
+
+def _told(found: DeadEnd) -> Iterator[str | Text]:
+    yield plain("nothing that was found keeps all limits; the nearest solutions exceed", "bold")
+    yield from (f"  {line}" for line in found.exceeded)
+    yield plain("ways out", "bold")
+    yield from (f"  {line}" for line in found.ways)
+
+
+def _failures(outcome: Outcome) -> str:
+    causes = [f"{cause} ({count:,})" for cause, count in outcome.failures.items()]
+    more = f" and {len(causes) - _CAUSES} more, see run.json" if len(causes) > _CAUSES else ""
+    total = sum(outcome.failures.values())
+    return f"failed evaluations: {total:,}; {', '.join(causes[:_CAUSES])}{more}"
+
+
+def _solutions(problem: Problem, outcome: Outcome) -> Columns:
+    """One column per solution, one row per quantity: any number of variables fits a terminal.
+
+    The quantities are those of ``problem.describe``, or else objectives and variables. Solutions
+    between the best and the knee are left out where there is no room for all.
+    """
+    chosen = representative_solutions(problem, outcome.F, outcome.objectives)
+    rows = [solution.row for solution in chosen]
+    described = protocol.describe(problem, outcome.X[rows])
+    if described is None:
+        described = front_table(outcome).iloc[rows][[*outcome.objectives, *outcome.variables]]
+
+    def of(places: list[int]) -> Columns:
+        titles = ["", *(f"{chosen[i].label} ({chosen[i].row})" for i in places)]
+        shown = described.iloc[places]
+        return table(titles, [(str(name), *shown[name]) for name in shown.columns])
+
+    every = of(list(range(len(chosen))))
+    told = [i for i, solution in enumerate(chosen) if solution.label != "between"]
+    return every if every.fits(console().width) else of(told)
