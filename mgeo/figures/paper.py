@@ -11,6 +11,7 @@ WIDTH, HEIGHT = 333, 240
 #: 8 points.
 _FONT = {"family": "Times New Roman, Nimbus Roman, Liberation Serif, serif", "size": 10.7}
 _SMALLER = 0.6  # markers and lines, of what they are on a screen
+_MAP = {"l": 8, "r": 8, "b": 8}  # margins where no axis is drawn
 
 
 def for_paper(figure: go.Figure) -> go.Figure:
@@ -19,13 +20,18 @@ def for_paper(figure: go.Figure) -> go.Figure:
     Colors and shapes stay; they can be told apart in gray by shape and dash.
     """
     still = go.Figure(figure)
-    above = still.layout.to_plotly_json().get("xaxis2", {}).get("side") == "top"
+    layout = still.layout.to_plotly_json()
+    above = layout.get("xaxis2", {}).get("side") == "top"
+    margin = {"l": 52, "r": 8, "t": 44 if above else 22, "b": 38, "pad": 0}
+    bare = layout.get("xaxis", {}).get("visible") is False
+    if above:  # the legend stands inside, where the text along a line would; the axis says the same
+        still.layout.annotations = [each for each in still.layout.annotations if not each.textangle]
     still.update_layout(
         title=None,
         template="plotly_white",
         width=WIDTH,
         height=HEIGHT,
-        margin={"l": 52, "r": 8, "t": 44 if above else 22, "b": 38, "pad": 0},
+        margin=margin | _MAP if bare else margin,
         font={**_FONT, "color": "black"},
     )
     named = [each for each in still.data if each.showlegend is not False and _drawn(each)]
@@ -40,7 +46,7 @@ def for_paper(figure: go.Figure) -> go.Figure:
             "y": 1.0 if not above else 0.99,
             "yref": "paper",
             "yanchor": "bottom" if not above else "top",
-            "bgcolor": "rgba(255,255,255,0.8)",
+            "bgcolor": "rgba(255,255,255,0.9)",
             "borderwidth": 0,
         },
     )

@@ -52,7 +52,8 @@ def finished(figure: go.Figure, title: str, subtitle: str) -> go.Figure:
     )
     lines = {"gridcolor": GRID, "linecolor": GRAY, "showline": True, "zeroline": False}
     figure.update_xaxes(**lines, ticks="outside")
-    figure.update_yaxes(**lines, ticks="outside")
+    # labels such as 1.89×10⁻⁶ push the title aside instead of lying on it
+    figure.update_yaxes(**lines, ticks="outside", automargin=True, title_standoff=10)
     return figure
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import logging
 import re
 from collections.abc import Callable, Container, Mapping, Sequence
 from contextlib import suppress
@@ -130,6 +131,8 @@ async def _drawn(
     pictures: Mapping[str, go.Figure], formats: Sequence[str], renderer: Callable[..., Any]
 ) -> dict[str, bytes]:
     browser = None
+    # a message of the browser that it cannot read it logs with a traceback, and goes on
+    logging.getLogger("choreographer").setLevel(logging.CRITICAL)
     try:
         browser = renderer(mathjax=False)  # nothing from the network
         await asyncio.wait_for(browser.open(), _PATIENCE)

@@ -68,6 +68,24 @@ def times(problem: ManeuverProblem, X: Floats) -> list[Times]:
     return [Times(*both) for both in zip(column("kept"), own, strict=True)]
 
 
+def held_until(problem: ManeuverProblem, X: Floats, t_end: Floats) -> Floats:
+    """Until when plans, shape (n, n_var), are flown before they end or slew back [s], shape (n,).
+
+    One that promises a time over flights is flown until the later of what it promises and what most
+    flights keep; until the end of the scenario, if too few converge. Any other is flown exactly,
+    until `t_end`, shape (n,).
+    """
+    if not problem.scenario.flight:
+        return t_end
+    longest = problem.model.n_steps * problem.model.step
+    late = np.array(
+        [[min(time or 0.0, longest) for time in found] for found in times(problem, X)], dtype=float
+    )
+    steps = np.ceil(late.max(axis=1) / problem.model.step - 1e-9)  # a mean may be on none
+    held: Floats = np.maximum(t_end, steps * problem.model.step)
+    return held
+
+
 def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
     """How many plans of a front, shape (n, n_var), keep what they promise; none of no front."""
     if not len(X):

@@ -57,7 +57,7 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
     text = run(*arguments).stdout
     found = calibrate(scenario, telemetry)
     promised = found.compare(ManeuverPlan(scenario, PLAN))
-    printed = table(text, "1-sigma that the plan promised, and achieved")
+    printed = table(text, "1-sigma that the plan promised, and achieved: plan.json")
     assert printed["mag bias x"][1:3] == [
         f"{promised.loc['mag bias x', name]:.4g}" for name in ("predicted", "achieved")
     ]
@@ -70,6 +70,18 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
     assert "What the plan promised" in (out / "calibration.html").read_text()
     assert "exists" in run(*arguments, code=2).stderr
     run(*arguments, "--overwrite", "--quiet")
+
+
+def test_the_plan_may_be_a_solution_of_a_run(run, folder, front, tmp_path):
+    """Picked as in the other commands, and named."""
+    picked = ("--solution", front.row("best"))
+    run("fly", folder, *picked, "--seed", 3, "--out", tmp_path / "t.csv", "-q")
+    text = run("calibrate", tmp_path / "t.csv", "--plan", folder, *picked).stdout
+    found = calibrate(front.problem.scenario, tmp_path / "t.csv")
+    promised = found.compare(front.plan("best"))
+    title = f"1-sigma that the plan promised, and achieved: solution {picked[1]} of {len(front.X)}"
+    printed = table(text, title)
+    assert printed["mag bias x"][1] == f"{promised.loc['mag bias x', 'predicted']:.4g}"
 
 
 def test_one_document_for_scripts(run, flight):
@@ -101,6 +113,8 @@ def test_a_calibration_that_is_not_supported_has_another_exit_code(run, flight, 
         (("--scenario", "paper", "--mapping", "none.toml"), "none.toml"),
         (("--scenario", "paper", "--out", "mine.toml"), "mine.toml is no folder"),
         (("--scenario", "cubesat_6u", "--plan", "mine.toml"), "mine.toml"),
+        (("--scenario", "paper", "--pick", "best"), "--pick: expected with --plan RUN"),
+        (("--plan", "plan.json", "--solution", "2"), "plan.json is one plan: --solution is for"),
     ],
 )
 def test_bad_arguments(run, flight, monkeypatch, arguments, message):

@@ -10,7 +10,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.verify import verification_document
 from mgeo_attitude.estimation import OutsideValidity
-from mgeo_attitude.plan import ManeuverPlan, write_plan
+from mgeo_attitude.plan import ManeuverPlan, read_json, write_plan
 from mgeo_attitude.plan.verification import verify
 from mgeo_attitude.scenario import PathLimit
 
@@ -118,12 +118,28 @@ def test_a_broken_path_limit_is_told(run, tmp_path):
     (steered, _, open_loop, _) = found.path_limits.loc["Sun off camera"]
     assert steered == open_loop == 100.0  # it turns through the Sun
     arguments = ("verify", tmp_path / "plan.json", "--runs", "4", "--seed", "2")
-    code = 0 if found.achieved else 3
-    text = run(*arguments, code=code).stdout
+    text = run(*arguments, code=3).stdout
     assert "path limits broken" in text
-    document = json.loads(run(*arguments, "--json", code=code).stdout)
+    document = json.loads(run(*arguments, "--json", code=3).stdout)
     assert "Sun off camera broken in 100 % of flights" in document["conclusion"]
     (row,) = document["path_limits"]
     assert row["path limit"] == "Sun off camera"
     assert row["steered: flights [%]"] == 100.0
     assert 0.0 < row["open loop: time [%]"] < 100.0
+
+
+def test_a_plan_that_breaks_a_limit_does_not_hold_whatever_it_achieves(run, violating, monkeypatch):
+    plan = read_json(violating)
+    made = verify(plan, n_runs=2)
+    table = made.table.assign(**{"p, predicted": 1.0, "p, claimed": 1.0})
+    made = dataclasses.replace(made, table=table, nees_p=1.0)
+    assert made.achieved
+    monkeypatch.setattr("mgeo_attitude.plan.verification.verify", lambda *_: made)
+    (broken,) = plan.violations()
+    lines = run("verify", violating, code=3).stdout.splitlines()
+    assert lines[1] == f"breaks a limit: {broken}"
+    assert lines[2].startswith("achieved: ")
+    document = json.loads(run("verify", violating, "--json", code=3).stdout)
+    assert document["achieved"] is True
+    assert document["violations"] == [broken]
+    assert document["conclusion"].startswith(f"breaks a limit: {broken}; achieved: ")

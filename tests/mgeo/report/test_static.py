@@ -140,6 +140,21 @@ def test_what_only_a_screen_can_do_is_not_printed():
     assert HOVER in figure.layout.title.text
 
 
+def test_nothing_lies_below_the_legend_of_a_figure_for_a_paper():
+    """Where an axis above leaves it room inside alone, no text stands along a line there."""
+    figure = go.Figure([go.Scatter(x=[1, 2], y=[3, 4], name=name) for name in "ab"])
+    figure.add_vline(x=1.5, annotation={"text": "a period", "textangle": -90})
+    figure.add_annotation(x=1.2, y=3.0, text="a point")
+    assert len(for_paper(figure).layout.annotations) == 2
+    figure.update_layout(xaxis2={"side": "top"})
+    printed = for_paper(figure)
+    assert [each.text for each in printed.layout.annotations] == ["a point"]
+    assert len(printed.layout.shapes) == 1
+    assert printed.layout.margin.l == 52
+    figure.update_xaxes(visible=False)
+    assert for_paper(figure).layout.margin.l < 10  # a map fills the column
+
+
 def test_no_two_of_many_lines_look_alike():
     looks = {(COLORS[i % len(COLORS)], symbol(i)) for i in range(49)}
     assert len(looks) == 49

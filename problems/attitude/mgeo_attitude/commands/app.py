@@ -85,9 +85,10 @@ def show(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Print a plan: its timeline, what it teaches the filter, and what simpler plans would.
+    """Print a plan: its timeline, and what it teaches the filter.
 
-    The comparison is after the plan's own time, with maneuvers as long as the plan's in all.
+    Beside it stands what simpler plans would teach, after the plan's own time, with maneuvers as
+    long as the plan's in all.
     """
     from mgeo_attitude.commands.files import check_targets, load_plan
     from mgeo_attitude.commands.show import plan_document, print_plan, write_figures
@@ -123,10 +124,12 @@ def verify(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Fly a plan many times in simulation; exit with 3 if it does not achieve what it promises.
+    """Fly a plan many times: does it achieve what it promises?
 
-    The truth is nonlinear, the errors are drawn from the scenario, the filter feeds them back. Of
-    path limits it says how often they were broken.
+    If it does not, the exit code is 3. So it is of a plan that breaks a limit of its scenario,
+    whatever it achieves, such as the nearest of a run that found none that keeps all. The truth is
+    nonlinear, the errors are drawn from the scenario, the filter feeds them back. Of path limits it
+    says how often they were broken.
     """
     from mgeo.files.atomic import write_file
     from mgeo_attitude.commands.files import check_targets, load_plan
@@ -148,7 +151,8 @@ def verify(
             write_file(out, f"{json_text(document)}\n".encode())
     print_verification(picked, found, output)
     output.result(document)
-    raise typer.Exit(ExitCode.DONE if found.achieved else ExitCode.INCOMPLETE)
+    holds = found.achieved and not document["violations"]
+    raise typer.Exit(ExitCode.DONE if holds else ExitCode.INCOMPLETE)
 
 
 @app.command(epilog=epilog("export", EXAMPLES))
@@ -264,10 +268,11 @@ def fly(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Fly a plan once, to the end of its scenario, and write what the satellite would send down.
+    """Fly a plan once, and write what the satellite sends down.
 
-    Attitude and errors are drawn from the scenario, unless --after says whose they are; the same
-    seed draws the same for both simulators.
+    It is flown to the end of its scenario, unless --until ends it. Attitude and errors are drawn
+    from the scenario, unless --after says whose they are; the same seed draws the same for both
+    simulators.
     """
     from mgeo_attitude.commands import fly as command
     from mgeo_attitude.commands.files import check_targets, load_plan
@@ -275,14 +280,15 @@ def fly(
     with bad_input(_USERS):
         check_targets([out], overwrite, (".csv",))
         check_targets([truth], overwrite, (".json",))
-        plan = load_plan(source, pick, time, solution).plan
+        picked = load_plan(source, pick, time, solution)
+        plan = picked.plan
         before = command.read_truth(after, plan) if after else None
         telemetry = command.flown(plan, simulator, vehicle, seed, before)
         telemetry = telemetry if until is None else telemetry.until(until)
         document = command.truth_document(plan, telemetry, simulator, seed)
         files = command.write_flight(telemetry, out, truth, document)
     output = Output(quiet, json)
-    command.print_flight(telemetry, simulator, files, output)
+    command.print_flight(picked, telemetry, simulator, files, output)
     output.result({"files": files, "samples": len(telemetry.times), "truth": document})
 
 
@@ -301,8 +307,13 @@ def calibrate(
     ] = None,
     plan: Annotated[
         Path | None,
-        typer.Option(metavar="PLAN.json", help="Compare with the 1-sigmas that a plan promised."),
+        typer.Option(
+            metavar="RUN|PLAN.json", help="Compare with the 1-sigmas that a plan promised."
+        ),
     ] = None,
+    pick: Pick = None,
+    time: Time = None,
+    solution: Solution = None,
     mapping: Annotated[
         Path | None,
         typer.Option(
@@ -319,25 +330,26 @@ def calibrate(
     json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Calibrate gyro and sensors from telemetry; exit with 3 if innovations do not support it.
+    """Calibrate gyro and sensors from telemetry.
 
-    Nothing has to be known of the attitude. Outliers are left out, and listed.
+    If the innovations do not support it, the exit code is 3. Nothing has to be known of the
+    attitude. Outliers are left out, and listed.
     """
     from mgeo_attitude.calibration import calibrate as calibrated
     from mgeo_attitude.commands import calibrate as command
     from mgeo_attitude.flight import TelemetryMapping
-    from mgeo_attitude.plan import read_json
 
     with bad_input(_USERS):
         if out:
             command.check_folder(out, overwrite)
-        flown = read_json(plan) if plan else None
+        picked = command.flown_plan(plan, pick, time, solution)
+        flown = picked.plan if picked else None
         read = TelemetryMapping.from_toml(mapping) if mapping else None
         found = calibrated(command.scenario_of(scenario, flown), telemetry, read)
         promised = found.compare(flown) if flown else None
         files = command.write_calibration(found, promised, out) if out else []
     output = Output(quiet, json)
-    command.print_calibration(found, promised, output)
+    command.print_calibration(found, promised, picked, output)
     for file in files:
         output.print(f"wrote {file}")
     output.result(command.calibration_document(found, promised, files))
@@ -346,7 +358,10 @@ def calibrate(
 
 @app.command(epilog=epilog("schema", EXAMPLES))
 def schema(debug: Debug = False) -> None:
-    """Print the JSON Schema of scenario files, by which editors complete and check them."""
+    """Print the JSON Schema of scenario files.
+
+    Editors complete and check them by it.
+    """
     from mgeo_attitude.scenario import scenario_schema
 
     typer.echo(json_text(scenario_schema()))

@@ -14,7 +14,7 @@ from mgeo.terminal import plain
 from mgeo_attitude.calibration import Calibration, to_json
 from mgeo_attitude.calibration.files import document
 from mgeo_attitude.calibration.report import report_html
-from mgeo_attitude.commands.files import check_targets
+from mgeo_attitude.commands.files import Picked, check_targets, load_plan
 from mgeo_attitude.commands.show import note, rows, titled
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
@@ -37,6 +37,18 @@ def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
             raise ValueError("--scenario FILE.toml|PRESET: expected it, or --plan, which has one")
         return plan.scenario
     return Scenario.from_dict(read_scenario(PROBLEM, text))
+
+
+def flown_plan(
+    source: Path | None, pick: str | None, time: float | None, solution: int | None
+) -> Picked | None:
+    """The plan that was flown, if one is named; raises as `load_plan`."""
+    if source is not None:
+        return load_plan(source, pick, time, solution)
+    for flag, value in {"--pick": pick, "--time": time, "--solution": solution}.items():
+        if value is not None:
+            raise ValueError(f"{flag}: expected with --plan RUN, of which it picks a solution")
+    return None
 
 
 def check_folder(folder: Path, overwrite: bool) -> None:
@@ -68,7 +80,7 @@ def write_calibration(
 
 
 def print_calibration(
-    calibration: Calibration, promised: pd.DataFrame | None, output: Output
+    calibration: Calibration, promised: pd.DataFrame | None, picked: Picked | None, output: Output
 ) -> None:
     """Print what was found and whether it can be believed."""
     table = calibration.table().set_index("block")
@@ -79,8 +91,9 @@ def print_calibration(
         *titled("Innovations", calibration.test_table().T),
         note("before, after: rms of the residuals without and with the calibration"),
     )
-    if promised is not None:
-        output.print(*titled("1-sigma that the plan promised, and achieved", promised))
+    if promised is not None and picked is not None:
+        title = f"1-sigma that the plan promised, and achieved: {picked.name}"
+        output.print(*titled(title, promised), *picked.doubts())
     output.print("", plain(calibration.conclusion, "bold"))
 
 

@@ -31,11 +31,14 @@ class Picked:
         return [f"Note: this plan hardly calibrates {', '.join(hardly)}"] if hardly else []
 
     def lateness(self) -> list[str]:
-        """How long the last rate has to be held beyond what is commanded, in a line or none.
+        """How long the last rate is held, or has to be beyond what is commanded, in a line or none.
 
-        Commands are those of a plan that is flown exactly; most flights may take longer.
+        Commands of a plan that promises no time over flights are those of one that is flown
+        exactly; most flights may take longer.
         """
         plan, kept = self.plan, self.plan.over_flights.kept
+        if plan.scenario.flight:
+            return [f"Note: {line}" for line in plan.late()]
         if kept is None or kept <= plan.t_end:
             return []
         ends = "the slew back begins" if plan.slew_back else "commands end"

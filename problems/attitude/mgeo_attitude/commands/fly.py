@@ -11,7 +11,9 @@ from scipy.spatial.transform import Rotation
 from mgeo.cli.output import Output
 from mgeo.files.atomic import write_file
 from mgeo.files.reading import entry
+from mgeo.terminal import plain
 from mgeo_attitude.calibration.calibration import in_units, telemetry_units
+from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.documents import opened, read_document, scenario_of, written
 from mgeo_attitude.environment.time_frames import elapsed
 from mgeo_attitude.fields import expect
@@ -128,9 +130,14 @@ def write_flight(telemetry: Telemetry, out: Path, truth: Path | None, document: 
     return [str(out), str(truth)]
 
 
-def print_flight(telemetry: Telemetry, simulator: str, files: list[str], output: Output) -> None:
+def print_flight(
+    picked: Picked, telemetry: Telemetry, simulator: str, files: list[str], output: Output
+) -> None:
     """Print what was flown, and where it is."""
     output.print(
+        plain(picked.answer, "bold"),
+        *picked.doubts(),
+        *(f"Note: it breaks a limit: {line}" for line in picked.plan.violations()),
         f"{len(telemetry.times)} samples to {telemetry.times[-1]:.6g} s of gyro, "
         f"{', '.join(telemetry.sensors)}, flown by {simulator}",
         *(f"wrote {file}" for file in files),

@@ -34,6 +34,7 @@ def print_plan(picked: Picked, output: Output) -> None:
         *picked.doubts(),
         f"scenario {plan.scenario.name}: {ended} at {plan.t_end:.6g} s ({orbits:.3f} orbits), "
         f"trace {plan.trace:.4g}",
+        *plan.late(),
         *([f"slew back until {plan.duration:.6g} s"] if plan.slew_back else []),
         *(titled("Constraints", constraints.assign(kept=kept)) if len(kept) else ()),
         *promised(plan),
@@ -78,6 +79,7 @@ def plan_document(picked: Picked) -> dict[str, Any]:
         "scenario": plan.scenario.name,
         "converged": bool(plan.history.converged),
         "t_end_s": plan.t_end,
+        "held_until_s": plan.held_until,
         "duration_s": plan.duration,
         "trace": plan.trace,
         "design": list(plan.design),

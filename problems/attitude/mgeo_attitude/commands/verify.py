@@ -8,6 +8,7 @@ from mgeo.cli.output import Output
 from mgeo.terminal import plain
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.show import note, promised, rows, titled
+from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.remedies import conclusion, findings, power, remedies
 from mgeo_attitude.plan.run_folder import PROBLEM
 from mgeo_attitude.plan.verification import LEVEL, Verification
@@ -22,6 +23,7 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
     shown = found.table.iloc[:, :5].rename(columns=_SHORT)
     output.print(
         plain(picked.answer, "bold"),
+        *(plain(f"breaks a limit: {line}", "bold") for line in plan.violations()),
         plain(conclusion(found), "bold"),
         *picked.doubts(),
     )
@@ -46,8 +48,8 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
     return {
         "title": f"{found.n_runs} simulated flights of the plan with t_end {plan.t_end:.6g} s and "
         f"trace {plan.trace:.5g}, seed {seed}",
-        "conclusion": f"{conclusion(found)}; NEES per state {found.nees:.3f}; {power(found)}"
-        f"{_limits(found)}",
+        "conclusion": f"{_broken(plan)}{conclusion(found)}; NEES per state {found.nees:.3f}; "
+        f"{power(found)}{_limits(found)}",
         "findings": [] if found.achieved else findings(found),
         "remedies": remedies(plan, found),
         "level": LEVEL,
@@ -60,9 +62,15 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
         "options": plan.problem.options(),
         "design": list(plan.design),
         "achieved": bool(found.achieved),
+        "violations": plan.violations(),
         "path_limits": rows(found.path_limits),
         "promises": rows(plan.promises()),
     }
+
+
+def _broken(plan: ManeuverPlan) -> str:
+    """Which limits of its scenario a plan breaks, before a conclusion."""
+    return "".join(f"breaks a limit: {line}; " for line in plan.violations())
 
 
 def _limits(found: Verification) -> str:

@@ -14,6 +14,7 @@ from mgeo_attitude.figures.solutions import Solutions
 from mgeo_attitude.figures.style import line, panels_height
 from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.maneuvers.schedule import flown
+from mgeo_attitude.promises import held_until
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
 def maneuvers_figure(problem: ManeuverProblem, solutions: Solutions) -> go.Figure:
     """One row per solution, each with its own time axis: rates about body x, y and z.
 
-    The last rate is held from the end of the last maneuver to t_end, on gray; a slew back follows.
+    The last rate is held from the end of the last maneuver to t_end, or longer for late flights, on
+    gray; a slew back follows.
     """
     rows = len(solutions.F)
     titles = [
@@ -30,8 +32,9 @@ def maneuvers_figure(problem: ManeuverProblem, solutions: Solutions) -> go.Figur
         for label, (t_end, trace) in zip(solutions.labels, solutions.F, strict=True)
     ]
     figure = make_subplots(rows, 1, vertical_spacing=0.36 / rows, subplot_titles=titles)
-    for row, (x, (t_end, _)) in enumerate(zip(solutions.X, solutions.F, strict=True), 1):
-        times, rates, over = timeline(problem, x, t_end)
+    held = held_until(problem, solutions.X, solutions.F[:, 0])
+    for row, (x, until) in enumerate(zip(solutions.X, held, strict=True), 1):
+        times, rates, over = timeline(problem, x, until)
         for axis, name in enumerate("xyz"):
             figure.add_scatter(
                 x=times,
@@ -46,11 +49,11 @@ def maneuvers_figure(problem: ManeuverProblem, solutions: Solutions) -> go.Figur
                 col=1,
             )
         figure.add_vrect(
-            x0=over, x1=t_end, fillcolor="#eef0f2", layer="below", line_width=0, row=row, col=1
+            x0=over, x1=until, fillcolor="#eef0f2", layer="below", line_width=0, row=row, col=1
         )
     finished(
         figure,
-        "Body rates of the plans until the filter converged",
+        "Body rates of the plans",
         "on gray, after the last maneuver, its rate is held"
         + (", then the slew back" if problem.scenario.maneuvers.slew_back else ""),
     )
@@ -60,8 +63,8 @@ def maneuvers_figure(problem: ManeuverProblem, solutions: Solutions) -> go.Figur
     return figure.update_layout(height=panels_height(rows))
 
 
-def timeline(problem: ManeuverProblem, x: Floats, t_end: float) -> tuple[Floats, Floats, float]:
-    """A plan as it is flown.
+def timeline(problem: ManeuverProblem, x: Floats, until: float) -> tuple[Floats, Floats, float]:
+    """A plan as it is flown until a time [s], and the slew back from then on.
 
     Returns
     -------
@@ -70,10 +73,10 @@ def timeline(problem: ManeuverProblem, x: Floats, t_end: float) -> tuple[Floats,
     rates : array, shape (k, 3)
         Body rates from each of these times on; the last row repeats the one before [deg/s].
     over : float
-        End of the last maneuver before t_end, or t_end if that comes first [s].
+        End of the last maneuver before `until`, or that if it comes first [s].
     """
     model = problem.model
-    flight = Whole(problem.scenario, model, x, t_end).flight
+    flight = Whole(problem.scenario, model, x, until).flight
     rates = np.degrees(flight.rates)
-    over = flown(x, t_end, model.step, model.slew_limits).over
+    over = flown(x, until, model.step, model.slew_limits).over
     return flight.times, np.vstack([rates, rates[-1:]]), over

@@ -20,6 +20,7 @@ from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.maneuvers.schedule import Flown
+from mgeo_attitude.promises import held_until
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
@@ -52,11 +53,14 @@ def solution_figures(problem: ManeuverProblem, X: Floats) -> Iterator[dict[str, 
     for start in range(0, len(designs), size):
         chunk = np.ascontiguousarray(designs[start : start + size])
         result = evaluate(model, chunk, problem.threads, history=True)
-        for x, t_end, variances in zip(chunk, result.t_end, result.variances, strict=True):
+        held = held_until(problem, chunk, result.t_end)
+        for x, t_end, until, variances in zip(
+            chunk, result.t_end, held, result.variances, strict=True
+        ):
             if not np.isfinite(t_end):
                 yield {}
                 continue
-            whole = Whole(problem.scenario, model, x, t_end)
+            whole = Whole(problem.scenario, model, x, t_end, until)
             figures = {
                 "rates": _rates(problem, whole.flight),
                 "motion": motion(problem, whole, inertial, shadow),

@@ -31,7 +31,8 @@ def fly(
 ) -> Telemetry:
     """Fly a plan once, to the end of the scenario, and send down what gyro and sensors report.
 
-    A scenario that asks for a slew back gets it, after the time at which the plan converges.
+    A scenario that asks for a slew back gets it, after the time at which the plan converges, or
+    until which a plan is held for late flights.
 
     What happens is what `estimation.simulate` flies: true errors are drawn from the scenario, the
     plan's rates are flown exactly, from an attitude that is not the planned one. As there, nothing
@@ -89,7 +90,8 @@ def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
     design = np.asarray(getattr(plan, "design", plan), dtype=float)
     if not scenario.maneuvers.slew_back:
         return design
-    return Whole(scenario, model, design, reference_run(model, design).t_end).commanded
+    held = getattr(plan, "held_until", 0.0)
+    return Whole(scenario, model, design, reference_run(model, design).t_end, held).commanded
 
 
 def sent_down(model: FilterModel, flight: Flight) -> Telemetry:

@@ -1,4 +1,7 @@
-"""All that is flown of a design: what the filter runs along and, if asked for, the slew back."""
+"""All that is flown of a design: what the filter runs along, and what follows until it ends.
+
+That is the last rate, as long as flights may take that converge late, and the slew back.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from functools import cached_property
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.flight.flight import Motion
-from mgeo_attitude.maneuvers.phases import Phase, phases
+from mgeo_attitude.maneuvers.phases import Phase, divided, phases
 from mgeo_attitude.maneuvers.schedule import Flown, flown
 from mgeo_attitude.maneuvers.slew_back import SlewBack, slew_back
 from mgeo_attitude.scenario import Scenario
@@ -16,18 +19,30 @@ from mgeo_attitude.scenario import Scenario
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """A design, shape (n_var,), whose run ends at `t_end` [s], until the plan's end."""
+    """A design, shape (n_var,), whose run ends at `t_end` [s], until the plan's end.
+
+    Attributes
+    ----------
+    held : float
+        Until when it is flown before a slew back [s], if that is later than `t_end`.
+    """
 
     scenario: Scenario
     model: FilterModel
     design: Floats
     t_end: float
+    held: float = 0.0
+
+    @property
+    def held_until(self) -> float:
+        """When the design ends [s], with what is held for late flights."""
+        return max(self.t_end, self.held)
 
     @cached_property
     def back(self) -> SlewBack | None:
-        """How it goes on after `t_end`, if the scenario asks for it."""
+        """How it goes on after that, if the scenario asks for it."""
         limits, initial = self.model.slew_limits, self.model.initial_attitude
-        return slew_back(self.scenario, self.design, self.t_end, limits, initial)
+        return slew_back(self.scenario, self.design, self.held_until, limits, initial)
 
     @property
     def commanded(self) -> Floats:
@@ -37,13 +52,16 @@ class Whole:
     @property
     def end(self) -> float:
         """When the plan ends [s]."""
-        return self.t_end if self.back is None else self.back.end
+        return self.held_until if self.back is None else self.back.end
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
-        """Maneuvers flown, the time for which the last rate is held, and the slew back."""
+        """Maneuvers flown, the time for which the last rate is held, and the slew back.
+
+        What is flown for late flights is a phase of its own.
+        """
         step, limits = self.model.step, self.model.slew_limits
-        found = phases(self.design, self.t_end, step, limits)
+        found = divided(phases(self.design, self.held_until, step, limits), self.t_end)
         return found if self.back is None else found + self.back.phases(step, limits)
 
     @cached_property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -15,6 +15,10 @@ from mgeo_attitude.maneuvers.slew import SlewLimits
 
 #: Label of the time for which the last rate is held.
 HELD = "rate held"
+#: With what the label of a ramp begins.
+RAMP = "ramp to "
+#: What follows the label of a phase that is flown only for those flights that converge late.
+LATE = ", for late flights"
 
 
 @dataclass(frozen=True)
@@ -24,7 +28,8 @@ class Phase:
     Attributes
     ----------
     label : str
-        ``maneuver 2``, numbered as in the design, ``ramp to maneuver 2`` or ``rate held``.
+        ``maneuver 2``, numbered as in the design, ``ramp to maneuver 2`` or ``rate held``; of what
+        is `divided` from a phase with `LATE` after it.
     start, end : float
         [s] after the epoch.
     rates_deg_s : tuple of three floats
@@ -74,7 +79,7 @@ def phases(
         if ramp.any():
             rates, lasting = np.degrees(flight.rates[ramp]), (ends - starts)[ramp]
             mean, swept = lasting @ rates / lasting.sum(), lasting @ np.linalg.norm(rates, axis=1)
-            add(f"ramp to {name}", starts[ramp][0], ends[ramp][-1], mean, swept)
+            add(f"{RAMP}{name}", starts[ramp][0], ends[ramp][-1], mean, swept)
         for start, end in zip(starts[own & flight.steady], ends[own & flight.steady], strict=True):
             stop = flight.over if end == t_end else end
             # the last of the design may be over before its first step
@@ -83,3 +88,24 @@ def phases(
                     swept = float(np.linalg.norm(rate)) * (until - begin)
                     add(label, begin, until, rate, swept)
     return tuple(found)
+
+
+def divided(flown: tuple[Phase, ...], time: float) -> tuple[Phase, ...]:
+    """With an edge at a time [s] of a phase of constant rate, after which phases are `LATE`."""
+    found: list[Phase] = []
+    for phase in flown:
+        if phase.end <= time:
+            found.append(phase)
+            continue
+        since = phase.start
+        if phase.start < time and not phase.label.startswith(RAMP):
+            before = replace(phase, end=time, swept_deg=_swept(phase, time - phase.start))
+            found.append(before)
+            since = time
+        late, swept = f"{phase.label}{LATE}", _swept(phase, phase.end - since)
+        found.append(replace(phase, label=late, start=since, swept_deg=swept))
+    return tuple(found)
+
+
+def _swept(phase: Phase, duration: float) -> float:
+    return phase.swept_deg * (duration / phase.duration)

@@ -48,7 +48,8 @@ def aem_text(
 ) -> str:
     """The attitude of a plan from its start to its end, slew back included.
 
-    Comments name the constraints that the plan violates.
+    Comments tell of the rate that is held for late flights, and name the constraints that the plan
+    violates.
 
     Parameters
     ----------
@@ -79,6 +80,7 @@ def aem_text(
     lines = [
         f"CCSDS_AEM_VERS = {version}",
         _comment(f"planned attitude, scenario {plan.scenario.name}"),
+        *(_comment(line) for line in plan.late()),
         *(_comment(f"VIOLATED CONSTRAINT: {violation}") for violation in plan.violations()),
         f"CREATION_DATE = {creation_date}",
         f"ORIGINATOR = {originator}",

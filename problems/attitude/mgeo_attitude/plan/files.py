@@ -96,6 +96,7 @@ def read_json(path: Path | str) -> ManeuverPlan:
 
 
 def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
+    held = {"held until [s]": plan.held_until} if plan.late() else {}
     slew_back = {"slew back until [s]": plan.duration} if plan.slew_back else {}
     return {
         "predicted": {
@@ -103,6 +104,7 @@ def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
             "trace [-]": plan.trace,
             "attitude accuracy [deg]": plan.attitude_accuracy_deg,
             "converged": plan.history.converged,
+            **held,
             **slew_back,
         },
         # without margins: differences of near numbers, which other libraries round otherwise

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from mgeo_attitude import observability
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.accuracy import attitude_accuracy_deg
-from mgeo_attitude.answers import answer
+from mgeo_attitude.answers import answer, span
 from mgeo_attitude.describe import block_units
 from mgeo_attitude.fields import InvalidValue, Validated, quantity
 from mgeo_attitude.filter.reference import FilterHistory, reference_run
@@ -22,20 +23,23 @@ from mgeo_attitude.maneuvers.phases import HELD, Phase
 from mgeo_attitude.maneuvers.slew_back import SlewBack
 from mgeo_attitude.margins import margins
 from mgeo_attitude.plan.ccsds import quaternions, utc_texts
-from mgeo_attitude.plan.clearance import limits_of_slew_back
+from mgeo_attitude.plan.clearance import Row, limits_after
 from mgeo_attitude.problem import AttitudeManeuverProblem
-from mgeo_attitude.promises import Times, times
+from mgeo_attitude.promises import Times, held_until, times
 from mgeo_attitude.scenario import Scenario
 
 #: Share of an initial 1-sigma from which on an error counts as not calibrated.
 UNLEARNED = 0.5
+#: The times that follow `t_end`, in words.
+AFTER = ("held for late flights", "in the slew back")
 
 
 @dataclass(frozen=True)
 class ManeuverPlan(Validated):
     """Maneuvers to be flown from the scenario's epoch until the filter has converged.
 
-    If the scenario asks for it, a slew back to the attitude law of the start follows.
+    A plan that promises a time over flights goes on until then, at its last rate. If the scenario
+    asks for it, a slew back to the attitude law of the start follows.
 
     Equal plans have equal scenarios and designs; all else is computed from them when first asked
     for, with the reference filter (about a second for two orbits). A plan may violate the
@@ -145,9 +149,19 @@ class ManeuverPlan(Validated):
         return pd.DataFrame(row.reshape(-1, 3), index=labels, columns=columns)
 
     @cached_property
+    def held_until(self) -> float:
+        """When the last rate ends [s]: at `t_end`, or later if that is only promised over flights.
+
+        See `promises.held_until`.
+        """
+        (held,) = held_until(self.problem, np.array([self.design]), np.array([self.t_end]))
+        return float(held)
+
+    @cached_property
     def whole(self) -> Whole:
         """What is flown until the plan ends."""
-        return Whole(self.scenario, self.problem.model, np.array(self.design), self.t_end)
+        design = np.array(self.design)
+        return Whole(self.scenario, self.problem.model, design, self.t_end, self.held_until)
 
     @property
     def phases(self) -> tuple[Phase, ...]:
@@ -156,7 +170,7 @@ class ManeuverPlan(Validated):
 
     @property
     def slew_back(self) -> SlewBack | None:
-        """How the plan goes on after `t_end`, if the scenario asks for it."""
+        """How the plan goes on after `held_until`, if the scenario asks for it."""
         return self.whole.back
 
     @property
@@ -167,11 +181,21 @@ class ManeuverPlan(Validated):
     @cached_property
     def attitude(self) -> Floats:
         """GCRS to body at every step of the filter until the end, shape (n + 1, 3, 3)."""
-        return self.history.attitude if self.slew_back is None else self.whole.attitude
+        return self.history.attitude if self.duration == self.t_end else self.whole.attitude
 
     def steps(self, times: ArrayLike) -> NDArray[np.int64]:
         """Filter steps of times [s] that are on one."""
         return np.rint(np.asarray(times) / self.scenario.step).astype(np.int64)
+
+    def late(self) -> list[str]:
+        """Until when the last rate is held for late flights, in a line; empty if it is not."""
+        if self.held_until <= self.t_end:
+            return []
+        return [
+            f"flown exactly the filter has converged after {span(self.t_end)} ({self.t_end:.6g} "
+            f"s); the last rate is held until {span(self.held_until)} ({self.held_until:.6g} s) "
+            "for late flights"
+        ]
 
     def timeline(self) -> pd.DataFrame:
         """One row per phase: when, at what rates, from which attitude to which.
@@ -233,19 +257,19 @@ class ManeuverPlan(Validated):
         Columns ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit``, ``margin``,
         below zero where it is violated, and whether it is ``kept``. They are computed by the
         optimizer's filter, not the reference. Path limits, and the budget of wheels, are looked at
-        in a slew back, too.
+        while the rate is held for late flights and in a slew back, too.
         """
         (table,) = margins(self.problem, np.array([self.design]))
-        if self.slew_back is not None:
-            (first,) = self.steps([self.t_end])
-            rest, known = self.attitude[first:], self.history.covariance[:3, :3]
-            after = limits_of_slew_back(
-                self.problem.model, self.scenario, self.slew_back, rest, known
-            )
-            if after:
-                index = pd.Index(after, name=table.index.name)
-                rows = pd.DataFrame(after.values(), index=index, columns=table.columns)
-                table = pd.concat([table, rows])
+        known = self.history.covariance[:3, :3]
+        after: dict[str, Row] = {}
+        edges = (self.t_end, self.held_until, self.duration)
+        for (start, end), while_ in zip(pairwise(edges), AFTER, strict=True):
+            if start < end:
+                after |= limits_after(self.whole, start, end, known, while_)
+        if after:
+            index = pd.Index(after, name=table.index.name)
+            rows = pd.DataFrame(after.values(), index=index, columns=table.columns)
+            table = pd.concat([table, rows])
         return table.assign(kept=table["margin"].to_numpy(float) >= 0.0)
 
     def violations(self) -> list[str]:

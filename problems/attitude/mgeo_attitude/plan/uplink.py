@@ -5,18 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from mgeo_attitude.maneuvers.phases import RAMP
 from mgeo_attitude.plan.ccsds import utc_texts
 from mgeo_attitude.plan.plan import ManeuverPlan
-
-_RAMP = "ramp to "
 
 
 def commands(plan: ManeuverPlan) -> pd.DataFrame:
     """One row per command, from its start until the next one's.
 
     A ramp belongs to the command for which it is flown: its rates are commanded when the ramp
-    begins. The last rows are the rate that is held until the filter has converged and, if there is
-    one, the slew back.
+    begins. The last rows are the rate that is held until the filter has converged, the same rate
+    for late flights, if the plan promises a time over flights, and the slew back, if there is one.
 
     Columns: ``command``, from 1; ``what``; ``start_utc``; ``start_s`` after the scenario's epoch;
     ``duration_s``; and the body rates ``rate_x_deg_s``, ``rate_y_deg_s``, ``rate_z_deg_s``.
@@ -24,7 +23,7 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
     found: list[tuple[str, float, tuple[float, float, float]]] = []
     ramp_since: float | None = None
     for phase in plan.phases:
-        if phase.label.startswith(_RAMP):
+        if phase.label.startswith(RAMP):
             ramp_since = phase.start if ramp_since is None else ramp_since
             continue
         start = phase.start if ramp_since is None else ramp_since
@@ -32,7 +31,7 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
         ramp_since = None
     if ramp_since is not None:  # it ends in a ramp, to the last rate of all
         x, y, z = (float(rate) for rate in plan.whole.commanded[-4:-1])
-        found.append((plan.phases[-1].label.removeprefix(_RAMP), ramp_since, (x, y, z)))
+        found.append((plan.phases[-1].label.removeprefix(RAMP), ramp_since, (x, y, z)))
     starts = np.array([start for _, start, _ in found])
     table = pd.DataFrame(
         {

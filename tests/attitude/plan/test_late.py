@@ -1,0 +1,136 @@
+"""What is flown of a plan that promises a time over flights: its last rate until then."""
+
+import numpy as np
+import pytest
+from ccsds_ndm.ndm_io import NdmIo
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.flight import fly
+from mgeo_attitude.plan import ManeuverPlan, aem_text, commands, from_json, to_csv, to_json
+from mgeo_attitude.plan.ccsds import utc_texts
+from scipy.spatial.transform import Rotation
+
+from .test_aem import instant, matrix, read_2
+
+DESIGN = (-0.476, 0.393, -1.0, 624.0, 1.0, -0.456, 0.1, 500.0, 0.07, 0.715, 1.0, 16.0)
+RATE = np.array(DESIGN[8:11])
+TABLE = {"preset": "paper", "duration": 3600.0, "step": 4.0, "flight": {"count": 8}}
+LATE = "rate held, for late flights"
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return ManeuverPlan(Scenario.from_dict(TABLE), DESIGN)
+
+
+@pytest.fixture(scope="module")
+def exact():
+    return ManeuverPlan(Scenario.from_dict(TABLE | {"flight": None}), DESIGN)
+
+
+@pytest.fixture(scope="module")
+def back():
+    table = TABLE | {"maneuvers": {"slew_back": True}}
+    return ManeuverPlan(Scenario.from_dict(table), DESIGN)
+
+
+def test_the_last_rate_is_commanded_until_what_is_promised_and_kept(plan):
+    promised, kept = plan.promises().loc["t_end [s]", ["promised", "kept"]]
+    assert plan.t_end < min(promised, kept)
+    table = commands(plan)
+    *_, held, late = table.itertuples()
+    assert (held.what, late.what) == ("rate held", LATE)
+    assert held.start_s + held.duration_s == late.start_s == plan.t_end
+    assert late.start_s + late.duration_s == max(promised, kept) == plan.duration
+    rates = table.iloc[-2:, -3:].to_numpy(float)
+    np.testing.assert_array_equal(rates, [RATE, RATE])
+    assert f',"{LATE}",{plan.t_end},{plan.duration},' in to_csv(plan)
+
+
+def test_a_plan_that_is_flown_exactly_ends_when_it_has_converged(plan, exact):
+    assert (exact.duration, exact.t_end) == (plan.t_end, plan.t_end)
+    table = commands(exact)
+    assert table.equals(commands(plan).iloc[: len(table)])
+    assert exact.late() == []
+    assert "late flights" not in aem_text(exact) + to_csv(exact) + to_json(exact)
+
+
+def test_the_ephemeris_goes_on_turning_at_the_last_rate(plan):
+    text = aem_text(plan)
+    told = f"COMMENT {plan.late()[0]}"
+    assert told in text.splitlines()
+    assert f"({plan.t_end:.6g} s)" in told
+    assert f"({plan.duration:.6g} s)" in told
+    message = read_2(plan)
+    segment = message.segment_to_attitude_trajectory(len(message.segments) - 1)
+    times = np.array([plan.t_end, plan.duration])
+    before, after = (matrix(segment, instant(plan, time)) for time in times)
+    turned = Rotation.from_rotvec(-np.radians(RATE) * np.diff(times)).as_matrix()
+    np.testing.assert_allclose(after, turned @ before, atol=1e-9)
+    first_edition = NdmIo().from_string(text)
+    *_, last = first_edition.body.segment
+    assert last.metadata.start_time == utc_texts(plan.scenario.epoch, plan.t_end)[0]
+    assert last.metadata.stop_time == utc_texts(plan.scenario.epoch, plan.duration)[0]
+
+
+def test_what_the_filter_learns_is_told_until_it_has_converged(plan, exact):
+    for name in ("accuracy", "contributions", "least_observable", "compare"):
+        assert getattr(plan, name)().equals(getattr(exact, name)())
+
+
+def test_the_file_reads_back(plan):
+    text = to_json(plan)
+    assert f'"held until [s]": {plan.duration}' in text
+    assert from_json(text) == plan
+    with pytest.raises(ValueError, match=r"predicted\.held until \[s\] = 1"):
+        from_json(text.replace(f'"held until [s]": {plan.duration}', '"held until [s]": 1.0'))
+
+
+def test_the_slew_back_waits_for_late_flights(back):
+    """In the table of commands, and in what a flight sends down."""
+    assert back.t_end < back.held_until < back.duration
+    table = commands(back).set_index("what")
+    assert table.loc[LATE, "start_s"] == back.t_end
+    assert table.loc["slew back", "start_s"] == back.held_until
+    telemetry = fly(back.scenario, back, seed=1)
+    turning = (telemetry.times > back.t_end) & (telemetry.times <= back.held_until)
+    slewing = telemetry.times > back.held_until
+    off = np.abs(telemetry.gyro_deg_s - RATE).max(axis=1)  # bias and noise of the gyro
+    assert off[turning].max() < 0.1
+    assert off[slewing].min() > 0.3
+    law = back.scenario.initial.law(back.scenario, back.duration)[0]
+    np.testing.assert_allclose(back.attitude[-1], law, atol=1e-9)
+
+
+def test_path_limits_are_looked_at_while_the_rate_is_held(plan):
+    """What breaks a limit only then is a violation."""
+    first, last = plan.steps([plan.t_end, plan.duration])
+    sun = plan.problem.environment.sun
+    seen = np.einsum("kij,kj->ki", plan.attitude, sun[: last + 1])
+    angle = np.degrees(np.arccos(np.clip(seen @ seen[last], -1.0, 1.0)))
+    nearest = angle[first:].min()
+    assert nearest < 1e-3 < angle[:first].min()
+    axis = tuple(seen[last] / np.linalg.norm(seen[last]))
+    limit = {"boresight": axis, "half_angle_deg": 0.5, "attitude_sigmas": 0.0}
+    watched = ManeuverPlan(Scenario.from_dict(TABLE | {"path_limits": [limit]}), DESIGN)
+    row = watched.constraints().loc["Sun off payload held for late flights"]
+    assert row["value"] == pytest.approx(nearest, abs=1e-3)
+    assert not row["kept"]
+    assert any("held for late flights" in line for line in watched.violations())
+
+
+def test_a_plan_too_few_flights_of_which_converge_is_flown_to_the_end(plan):
+    short = ManeuverPlan(Scenario.from_dict(TABLE | {"duration": plan.t_end + 40.0}), DESIGN)
+    assert short.over_flights == (np.inf, np.inf)
+    assert short.t_end == plan.t_end
+    assert short.duration == plan.t_end + 40.0
+    assert commands(short)["what"].iloc[-1] == LATE
+
+
+def test_a_front_of_such_plans_shows_what_is_flown(plan):
+    """In a report's figures, that of rates and the body's motion, as in the plan's own."""
+    problem = AttitudeManeuverProblem(plan.scenario)
+    (figures,) = problem.solution_figures([DESIGN])
+    motion = figures["motion"].layout.meta["motion"]
+    assert motion["end"] == plan.duration
+    assert figures["rates"].layout.xaxis.range[1] == plan.duration
+    assert figures["trace"].layout.xaxis.range[1] == plan.t_end
