@@ -89,9 +89,12 @@ def extended(tmp_path_factory):
     return folder
 
 
-def mgeo(folder, *arguments):
+def mgeo(folder, *commands):
+    """What commands print, one after the other in a process that finds the packages there."""
+    lines = (f"assert not app({line.split()}, standalone_mode=False)" for line in commands)
+    code = "\n".join(["from mgeo.cli.app import app", *lines])
     done = subprocess.run(
-        [sys.executable, "-m", "mgeo", *arguments],
+        [sys.executable, "-c", code],
         cwd=folder,
         env=os.environ | {"PYTHONPATH": str(folder), "COLUMNS": "200", "NO_COLOR": "1"},
         capture_output=True,
@@ -104,10 +107,8 @@ def mgeo(folder, *arguments):
 
 def test_all_of_them_appear_in_a_run_and_its_report(extended):
     """With packages that are copies, and nothing else than the sections changed in them."""
-    assert "mgeo-wide" in mgeo(extended, "solve", "--help")
     solve = "solve attitude --scenario scenario.toml --algorithm mgeo-wide --evaluations 720 -q"
-    mgeo(extended, *solve.split(), "--out", "run")
-    mgeo(extended, "report", "run")
+    assert "mgeo-wide" in mgeo(extended, "solve --help", f"{solve} --out run", "report run")
     text = (extended / "run" / "run.json").read_text(encoding="utf-8")
     configuration = json.loads(text)["configuration"]
     assert configuration["algorithm"] == "mgeo-wide"

@@ -2,33 +2,44 @@
 
 The cell magic ``%%terminal`` runs the lines of a cell in a terminal of its own; ``%%save NAME``
 writes a file. Both show the cell as it would be typed, so that the cell itself can be left out.
+A line of ``mgeo`` alone runs in a fork of a process that has imported what commands import, all
+other lines in a shell.
 """
 
 import fcntl
+import multiprocessing
 import os
 import pty
 import re
+import shlex
 import struct
 import subprocess
 import sys
 import tempfile
 import termios
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from IPython.core.magic import register_cell_magic
-from IPython.display import display
-
 _COLUMNS = 88
+_FORKS = multiprocessing.get_context("forkserver")
+_IMPORTED = ["mgeo.cli.app", "mgeo_attitude.commands.calibrate", "mgeo_attitude.commands.verify"]
 #: What colorama writes to a terminal when a program ends that has loaded it.
 _RESET = "\x1b[0m"
 
 
 def load_ipython_extension(shell: Any) -> None:
     """Register both magics, and work in a folder that nobody else sees."""
+    from IPython.core.magic import register_cell_magic
+
+    sys.path.insert(0, str(Path(__file__).resolve().parent))  # wherever one then works
     folder = tempfile.TemporaryDirectory()
     shell.user_ns["_folder"] = folder  # deleted with the kernel
     os.chdir(folder.name)
+    os.environ.pop("CI", None)
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    os.environ.update(PATH=path, TERM="dumb", NO_COLOR="1")
+    _FORKS.set_forkserver_preload(_IMPORTED)
     register_cell_magic("terminal")(terminal)
     register_cell_magic("save")(save)
 
@@ -53,25 +64,40 @@ def printed(command: str) -> str:
         command = re.sub(r"(?<=--evaluations )\d+", "960", command)
     outside, inside = pty.openpty()
     fcntl.ioctl(inside, termios.TIOCSWINSZ, struct.pack("4H", 50, _COLUMNS, 0, 0))
-    kept = {name: value for name, value in os.environ.items() if name != "CI"}
-    path = f"{Path(sys.executable).parent}{os.pathsep}{kept['PATH']}"
-    with tempfile.TemporaryFile("w+") as messages:
-        process = subprocess.Popen(
-            command,
-            shell=True,
-            stdout=inside,
-            stderr=messages,
-            env=kept | {"PATH": path, "TERM": "dumb", "NO_COLOR": "1"},
-        )
-        os.close(inside)
-        written = b"".join(iter(lambda: _read(outside), b""))
+    with ThreadPoolExecutor(1) as reader, tempfile.NamedTemporaryFile("w+") as messages:
+        reading = reader.submit(lambda: b"".join(iter(lambda: _read(outside), b"")))
+        code = _run(command, os.ttyname(inside), messages.name)
+        os.close(inside)  # nobody writes any more
+        written = reading.result()
         os.close(outside)
         # A short search may find a plan that does not keep its promise.
-        if process.wait() not in ((0, 3) if small else (0,)):
-            messages.seek(0)
+        if code not in ((0, 3) if small else (0,)):
             raise RuntimeError(f"{command}\n{messages.read()}")
     lines = written.decode().replace(_RESET, "").splitlines()
     return "\n".join(line.rstrip() for line in lines) + "\n"
+
+
+def _run(command: str, terminal: str, messages: str) -> int | None:
+    """Exit code of a command whose stdout and stderr are these files."""
+    program, *arguments = shlex.split(command)
+    if program != "mgeo" or set(command) & set("|&;<>$`*?"):
+        with open(terminal, "wb") as stdout, open(messages, "wb") as stderr:
+            done = subprocess.run(command, shell=True, stdout=stdout, stderr=stderr, check=False)
+        return done.returncode
+    process = _FORKS.Process(target=_mgeo, args=(arguments, terminal, messages))
+    process.start()
+    process.join()
+    return process.exitcode
+
+
+def _mgeo(arguments: list[str], terminal: str, messages: str) -> None:
+    """The command ``mgeo``, in a process that ends with it."""
+    from mgeo.cli import main
+
+    for number, path in ((1, terminal), (2, messages)):
+        os.dup2(os.open(path, os.O_WRONLY | os.O_NOCTTY), number)
+    sys.argv = ["mgeo", *arguments]
+    main()
 
 
 def _read(terminal: int) -> bytes:
@@ -82,5 +108,7 @@ def _read(terminal: int) -> bytes:
 
 
 def _show(*blocks: tuple[str, str]) -> None:
+    from IPython.display import display
+
     text = "\n\n".join(f"```{language}\n{text}\n```" for language, text in blocks)
     display({"text/markdown": text}, raw=True)

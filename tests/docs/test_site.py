@@ -10,7 +10,6 @@ from pathlib import Path
 import mgeo_attitude
 import nbformat
 import pytest
-from jupyter_cache import get_cache
 from sphinx.util.inventory import InventoryFile
 
 import mgeo
@@ -58,6 +57,7 @@ def listing(folder):
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     """The site's folder; its notebooks run as they do for readers, and leave nothing behind."""
+    pytest.importorskip("myst_nb", reason='the site: pip install ".[docs]"')
     if any("basilisk" in path.read_text(encoding="utf-8") for path in NOTEBOOKS):
         pytest.importorskip(
             "Basilisk", reason='flights by Basilisk: pip install "./problems/attitude[basilisk]"'
@@ -80,6 +80,8 @@ def site(tmp_path_factory):
 @pytest.fixture(scope="module")
 def executed(site):
     """The notebooks with the outputs of the build, which keeps them by what they depend on."""
+    from jupyter_cache import get_cache
+
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(ROOT / "docs" / "_extensions")
         patch.setenv("MGEO_NOTEBOOK_SMALL", "1")

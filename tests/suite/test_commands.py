@@ -97,11 +97,13 @@ def test_bad_files_end_with_one_line(tmp_path, text, message):
     assert "Traceback" not in done.output
 
 
-def test_what_no_suite_can_do_names_the_requirement(file, scenario, tmp_path):
-    """The nearest solutions, and what binds them."""
+def test_what_no_suite_can_do_names_the_requirement(scenario, table, tmp_path):
+    """The nearest solutions, and what binds them; of few suites, each with a kernel of its own."""
     asked = dataclasses.replace(scenario, required_sigma={"attitude_deg": 1e-6})
-    asked.save(file.with_name("demanding.toml"))
-    path = file.with_name("much.toml")
+    asked.save(tmp_path / "demanding.toml")
+    few = table | {"faces": ["+x"], "gyros": table["gyros"][:1]}
+    (tmp_path / "catalog.toml").write_text(tomlkit.dumps(few))
+    path = tmp_path / "much.toml"
     path.write_text('scenario = "demanding.toml"\ncatalog = "catalog.toml"\n')
     done = mgeo(
         "solve", "suite", "--scenario", path, "--evaluations", 300, "--out", tmp_path / "r", code=3

@@ -192,3 +192,21 @@ def test_an_empty_run_is_refused() -> None:
     empty = np.empty((0, 3))
     with pytest.raises(ValueError, match="at least one instant"):
         Environment(np.empty(0), empty, empty, empty, empty, np.empty(0, dtype=bool))
+
+
+def test_the_same_run_is_computed_once_and_another_is_another(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scenario = dataclasses.replace(Scenario.paper(), duration=300.0)
+    first = Environment.from_scenario(scenario)
+    known = "mgeo_attitude.environment.environment.sun_position"
+    with monkeypatch.context() as patch:
+        patch.setattr(known, lambda at: pytest.fail("computed again"))
+        again = Environment.from_scenario(dataclasses.replace(scenario, name="another"))
+    for name in ("sun", "field", "sunlit"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(first, name))
+    later = scenario.epoch + timedelta(hours=6)
+    other = Environment.from_scenario(dataclasses.replace(scenario, epoch=later))
+    assert not np.isclose(other.sun, first.sun, rtol=0.0, atol=1e-6).all(axis=1).any()
+    assert not np.isclose(other.field, first.field, rtol=0.0, atol=1.0).all(axis=1).any()
+    np.testing.assert_array_equal(other.position, first.position)

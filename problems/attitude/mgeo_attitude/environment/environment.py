@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from functools import lru_cache
 from typing import Any, Protocol, Self
 
 import numpy as np
@@ -132,21 +133,17 @@ class Environment:
         ValueError, ImportError, SGP4Error
             As `from_scenario`.
         """
-        at = instants(scenario.epoch, times)
         if position is None:
             position, velocity = scenario.orbit.propagate(scenario.epoch, times)
         else:
             velocity = np.gradient(position, times, axis=0)
-        sun = sun_position(at)
-        to_itrs = gcrs_to_itrs(at)
-        middle = scenario.epoch + timedelta(seconds=0.5 * float(times[0] + times[-1]))
-        field = geomagnetic_field(rotate(to_itrs, position), middle)
+        sun, field = _sun_and_field(scenario.epoch, _bytes(times), _bytes(position))
         return cls(
             times=times,
             position=position,
             velocity=velocity,
             sun=sun_direction(position, sun),
-            field=rotate(np.swapaxes(to_itrs, 1, 2), field),
+            field=field,
             sunlit=lit_fraction(position, sun) >= 0.5,
             origin=origin,
         )
@@ -173,3 +170,19 @@ class Environment:
                 f"environment.times: {len(times)} samples from {times[0]:g} to {times[-1]:g} s: "
                 f"expected the scenario's {len(scenario.times)}, one every {scenario.step:g} s"
             )
+
+
+def _bytes(table: Floats) -> bytes:
+    return np.asarray(table, dtype=np.float64).tobytes()
+
+
+# A problem, its plans and their flights ask for the same run, each for itself.
+@lru_cache(maxsize=16)
+def _sun_and_field(epoch: datetime, times: bytes, position: bytes) -> tuple[Floats, Floats]:
+    """Earth to Sun [m] and field [nT] at positions [m], all (n, 3) in GCRS; what takes long."""
+    after, where = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
+    at = instants(epoch, after)
+    to_itrs = gcrs_to_itrs(at)
+    middle = epoch + timedelta(seconds=0.5 * float(after[0] + after[-1]))
+    field = geomagnetic_field(rotate(to_itrs, where), middle)
+    return sun_position(at), rotate(np.swapaxes(to_itrs, 1, 2), field)

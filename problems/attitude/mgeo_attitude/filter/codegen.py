@@ -193,11 +193,13 @@ def instrument_constants(suite: Suite, step: float, limits: Sequence[PathLimit] 
 def module_source(suite: Suite, gated: tuple[bool, ...], monitors: Monitors, lanes: int) -> str:
     """Source of a suite's module, with the compiled functions ``step(W)`` and ``check(W)``."""
     parts = step_parts(suite, gated, monitors)
-    functions = "\n\n".join(_compiled(name, text, lanes) for name, text in parts.items())
-    step = "\n".join(f"    part_{name}(W)" for name in parts if name != CHECK)
+    functions = "\n\n".join(
+        f'{name} = lanewise("""\n{text}\n""", {lanes})' for name, text in parts.items()
+    )
+    step = "\n".join(f"    {name}(W)" for name in parts if name != CHECK)
     return f'''"""Filter step of {suite.n_states} states. Generated; do not edit."""
 
-from numba import cfunc, njit
+from numba import cfunc
 
 from {__package__}.lanewise import lanewise
 
@@ -209,20 +211,9 @@ def step(W):
 
 @cfunc("{_SIGNATURE}", cache=True)
 def check(W):
-    part_{CHECK}(W)
+    {CHECK}(W)
 '''
 
 
 # a pointer, because an array would compile three times slower
 _SIGNATURE = "void(CPointer(float64))"
-
-
-def _compiled(name: str, text: str, lanes: int) -> str:
-    return f'''{name} = lanewise("""
-{text}
-""", {lanes})
-
-@njit("{_SIGNATURE}", cache=True)
-def part_{name}(W):
-    {name}(W)
-'''

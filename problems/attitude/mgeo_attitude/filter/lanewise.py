@@ -47,21 +47,32 @@ def lanewise(text: str, lanes: int) -> Any:
     @intrinsic
     def function(typing_context: Any, W: Any) -> Any:
         def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            writer = _Writer(builder, lanes, args[0])
-            # What does not fit the registers goes to the stack: there too a vector across two
-            # cache lines takes twice as long.
-            attributes = builder.function.attributes
-            attributes.add("nounwind")  # llvmlite does not write the next one alone
-            attributes.alignstack = 8 * lanes
-            lines = ast.parse(text).body
-            if any(isinstance(line, ast.For) for line in lines):
-                attributes.add("optsize")  # loops are there to be short: none is unrolled
-            for line in lines:
-                writer.write(line)
+            builder.call(_function(builder.module, ast.parse(text).body, lanes), args)
             return context.get_dummy_value()
 
         return types.void(W), codegen
 
+    return function
+
+
+def _function(module: ir.Module, lines: Sequence[ast.stmt], lanes: int) -> ir.Function:
+    """Of its own within the module: a compiler's time grows faster than a function."""
+    kind = ir.FunctionType(ir.VoidType(), [ir.DoubleType().as_pointer()])
+    function = ir.Function(module, kind, module.get_unique_name("lanewise"))
+    function.linkage = "internal"
+    attributes = function.attributes
+    attributes.add("noinline")
+    # What does not fit the registers goes to the stack: there too a vector across two cache lines
+    # takes twice as long.
+    attributes.add("nounwind")  # llvmlite does not write the next one alone
+    attributes.alignstack = 8 * lanes
+    if any(isinstance(line, ast.For) for line in lines):
+        attributes.add("optsize")  # loops are there to be short: none is unrolled
+    builder = ir.IRBuilder(function.append_basic_block())
+    writer = _Writer(builder, lanes, function.args[0])
+    for line in lines:
+        writer.write(line)
+    builder.ret_void()
     return function
 
 
