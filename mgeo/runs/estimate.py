@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from mgeo.algorithms.staged import MGEOStaged
 from mgeo.runs.solve import set_up
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
+
+#: Designs by which a later stage is timed.
+_FEW = 8
 
 
 @dataclass(frozen=True)
@@ -30,8 +37,8 @@ def estimate(
 ) -> Estimate:
     """Make the first generations of a run for so many `seconds`, and think of them as typical.
 
-    The first of all, in which much is done for the first time, counts once. Whatever the run
-    makes is forgotten.
+    The first of all, in which much is done for the first time, counts once. The later stages of a
+    staged search are timed by a few designs of its front. Whatever the run makes is forgotten.
 
     Raises
     ------
@@ -47,11 +54,31 @@ def estimate(
         ready.next()
         clocks[-1] = _clocks()
     made = ready.evaluator.n_eval
-    left = max(0, evaluations - made) / max(1, made - first)
+    staged = isinstance(ready, MGEOStaged) and not ready.is_precise and len(ready.front)
+    rest = ready.stages[0] * evaluations if staged else evaluations
+    left = max(0.0, rest - made) / max(1, made - first)
+    later = _later_stages(ready, evaluations) if staged else (0.0, 0.0)
     elapsed, processor = (
-        end - start + left * (end - second) for start, second, end in zip(*clocks, strict=True)
+        end - start + left * (end - second) + more
+        for start, second, end, more in zip(*clocks, later, strict=True)
     )
     return Estimate(elapsed, processor, made)
+
+
+def _later_stages(run: MGEOStaged, evaluations: int) -> tuple[float, float]:
+    """Times of all stages but the first, with the front judged anew as each begins."""
+    n = len(run.front)
+    X = run.variables.designs(run.archived(np.arange(n)))
+    few = X[1 : 1 + _FEW] if n > 1 else X
+    total = np.zeros(2)
+    for stage, (begin, end) in enumerate(pairwise([*run.stages, 1.0]), 1):
+        run.state.stage = stage
+        run.problem.evaluate(X[:1], algorithm=run)  # much is done for the first time
+        start = _clocks()
+        run.problem.evaluate(few, algorithm=run)
+        total += np.subtract(_clocks(), start) / len(few) * (n + (end - begin) * evaluations)
+    elapsed, processor = total.tolist()
+    return elapsed, processor
 
 
 def _clocks() -> tuple[float, float]:

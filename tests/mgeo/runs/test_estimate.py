@@ -1,0 +1,48 @@
+"""How long a run takes, told by its beginning, with a clock that counts evaluations."""
+
+import numpy as np
+import pytest
+from pymoo.core.problem import Problem
+
+from mgeo import MGEODirected, MGEOStaged
+from mgeo.runs import estimate as module
+from mgeo.runs.estimate import estimate
+
+
+class Dearer(Problem):
+    """Takes a design one second in the first stage of a search, 20 in the second, 100 in the last.
+
+    Whoever draws what a stage needs for the first time waits for an hour.
+    """
+
+    def __init__(self):
+        super().__init__(n_var=3, n_obj=2, xl=0.0, xu=1.0, requires_kwargs=True)
+        self.seconds, self.drawn = 0.0, {0}
+
+    def _evaluate(self, X, out, *args, algorithm=None, **kwargs):
+        stage = min(getattr(algorithm, "stage", 0), 2)
+        self.seconds += (stage not in self.drawn) * 3600.0 + len(X) * (1.0, 20.0, 100.0)[stage]
+        self.drawn.add(stage)
+        out["F"] = np.column_stack([X[:, 0], 1.0 - X[:, 0]])
+
+
+@pytest.fixture
+def problem(monkeypatch):
+    dearer = Dearer()
+    monkeypatch.setattr(module, "_clocks", lambda: (dearer.seconds, 2.0 * dearer.seconds))
+    return dearer
+
+
+def test_every_evaluation_costs_as_much_as_the_first_ones(problem):
+    found = estimate(problem, MGEODirected(), 9_600, 1, seconds=500.0)
+    assert (found.elapsed, found.processor) == pytest.approx((9_600.0, 19_200.0))
+    assert 500 <= found.timed < 600
+
+
+def test_later_stages_are_timed_by_themselves(problem):
+    staged = MGEOStaged(stages=(0.5, 0.9))
+    found = estimate(problem, staged, 10_000, 1, seconds=500.0)
+    search = 0.5 * 10_000 * 1.0 + 0.4 * 10_000 * 20.0 + 0.1 * 10_000 * 100.0
+    front = (found.elapsed - search) / (20.0 + 100.0)  # judged anew at the beginning of each
+    assert 1 <= front == pytest.approx(round(front))
+    assert found.processor == pytest.approx(2.0 * found.elapsed)
