@@ -8,13 +8,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario
+from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario, robustness
 from mgeo_attitude.environment.moon import moon_position
 from mgeo_attitude.environment.time_frames import instants
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.maneuvers.schedule import schedule
-from mgeo_attitude.robustness import draw_flights, judged, kept_by, over_flights
+from mgeo_attitude.robustness import Flights, draw_flights, judged, kept_by, over_flights
 from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Prior, Wheels
 from pymoo.optimize import minimize
 from scipy.spatial.transform import Rotation
@@ -319,6 +319,24 @@ def test_a_robust_search_goes_on_as_it_would_have(tmp_path):
         result = again.run()
         np.testing.assert_array_equal(result.X, whole.X)
         np.testing.assert_array_equal(result.F, whole.F)
+
+
+def test_few_flights_stay_in_memory_and_all_are_the_same_again(monkeypatch):
+    monkeypatch.setattr(robustness, "KEPT", 3)
+    of, X = scenario(count=20, rate_error_deg_s=0.2), designs(2)
+    model = FilterModel.from_scenario(of)
+    flights = Flights(of, model, of.flight)
+    every = draw_flights(of, model, of.flight)
+    assert len(flights) == 20
+
+    def t_end(model, ran):
+        return ran.t_end[:, None]
+
+    found = [over_flights(each, X, t_end, 2, False) for each in (every, flights, flights.first(7))]
+    np.testing.assert_array_equal(found[1], found[0])
+    np.testing.assert_array_equal(found[2], found[0][:7])
+    same = [one is again for one, again in zip(flights, flights, strict=True)]
+    assert same == [number < 3 for number in range(20)]
 
 
 def test_robust_problems_have_the_flights_of_their_scenario_or_512():

@@ -45,12 +45,12 @@ def margins(problem: ManeuverProblem, X: ArrayLike) -> list[pd.DataFrame]:
     def excesses(model: FilterModel, result: Evaluation) -> Floats:
         return np.column_stack([limit.excess(result) for limit in limits])
 
-    threads, errors = problem.threads, problem.scenario.flight
-    if errors is None:
+    threads, errors, flights = problem.threads, problem.scenario.flight, problem.flights
+    if errors is None or flights is None:
         result = evaluate(problem.model, designs, threads, covariance=covariance)
         found = excesses(problem.model, result)
     else:
-        flown = over_flights(problem.flights, designs, excesses, threads, covariance)
+        flown = over_flights(flights, designs, excesses, threads, covariance)
         found = kept_by(flown, errors.kept)
     return tables(limits, found)
 

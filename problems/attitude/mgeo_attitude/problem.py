@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,7 +24,7 @@ from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
 from mgeo_attitude.margins import margins
 from mgeo_attitude.objectives import Objective, indicators, objective
 from mgeo_attitude.promises import remarks
-from mgeo_attitude.robustness import Flight, draw_flights, judged, over_flights
+from mgeo_attitude.robustness import Flight, Flights, judged, over_flights
 from mgeo_attitude.scenario import FlightErrors, Scenario
 from mgeo_attitude.scenario.objective_names import PAPER
 
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
     from mgeo_attitude.filter.evaluator import Evaluation
 
-#: Flights whose tables are in memory together, a megabyte each, when there are many.
-_AT_ONCE = 16
 #: What a robust run is judged by, if its scenario does not say.
 _ROBUST = FlightErrors(count=512, quantile=0.95)
 _GROW = 0, 16, 64  # of them in the stages of a search before the last
@@ -138,10 +136,10 @@ class AttitudeManeuverProblem(Problem):
         return FilterModel.from_scenario(self.scenario, self.environment)
 
     @cached_property
-    def flights(self) -> list[Flight]:
-        """Flights over which plans are judged; drawn once, when first needed."""
+    def flights(self) -> Flights | None:
+        """Flights over which plans are judged; None if they are flown exactly."""
         errors = self.scenario.flight
-        return draw_flights(self.scenario, self.model, errors) if errors else []
+        return None if errors is None else Flights(self.scenario, self.model, errors)
 
     def _evaluate(
         self, X: Floats, out: dict[str, Any], *args: Any, algorithm: Any = None, **kwargs: Any
@@ -155,16 +153,16 @@ class AttitudeManeuverProblem(Problem):
 
     def _run(self, X: Floats, stage: int | None = None) -> Floats:
         """Objectives and constraints, side by side, shape (n, n_obj + n_ieq_constr)."""
-        errors = self.scenario.flight
-        if errors is None:
+        errors, flights = self.scenario.flight, self.flights
+        if errors is None or flights is None:
             return self._values(None, X)
         counts = [*errors.grow, errors.count]
         count = errors.count if stage is None else counts[min(stage, len(counts) - 1)]
         if not count:
             return self._values(None, X)
-        return judged(self._values(self.flights[:count], X), self.n_obj, errors)
+        return judged(self._values(flights.first(count), X), self.n_obj, errors)
 
-    def _values(self, flights: list[Flight] | None, X: Floats) -> Floats:
+    def _values(self, flights: Iterable[Flight] | None, X: Floats) -> Floats:
         """Both of designs as they are, shape (n, k), or in f flights, shape (f, n, k)."""
         # with the compiler, for which a list of problems need not wait
         from mgeo_attitude.filter.evaluator import evaluate
@@ -272,11 +270,9 @@ class AttitudeManeuverProblem(Problem):
         )
 
         def judge(designs: Floats) -> Floats:
-            """What is promised and kept, side by side; a few flights at once, for their size."""
+            """What is promised and kept, side by side."""
             promised = self._run(designs)[:, : self.n_obj]
-            numbers = np.array_split(np.arange(flights), -(-flights // _AT_ONCE))
-            drawn = (draw_flights(self.scenario, self.model, errors, part) for part in numbers)
-            flown = np.concatenate([self._values(part, designs) for part in drawn])
+            flown = self._values(Flights(self.scenario, self.model, errors), designs)
             return np.hstack([promised, judged(flown, self.n_obj, errors)[:, : self.n_obj]])
 
         cache = self._judged.setdefault(errors, EvaluationCache(forget=False))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.robustness import Flight
+from mgeo_attitude.robustness import Flights
 from mgeo_attitude.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -30,4 +30,4 @@ class ManeuverProblem(Protocol):
     @property
     def model(self) -> FilterModel: ...
     @property
-    def flights(self) -> list[Flight]: ...
+    def flights(self) -> Flights | None: ...

@@ -8,10 +8,12 @@ design, so that the filter's kernel is the same, and designs share what they beg
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import timedelta
+from functools import cached_property, partial
+from itertools import islice
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +30,10 @@ from mgeo_attitude.scenario.flight import FlightErrors
 if TYPE_CHECKING:
     from mgeo_attitude.filter.evaluator import Evaluation
     from mgeo_attitude.scenario import Scenario
+
+
+#: Flights of a scenario that stay in memory, and those that are there together besides.
+KEPT, _AT_ONCE = 64, 16
 
 
 @dataclass(frozen=True)
@@ -104,8 +110,36 @@ def draw_flights(
     return flights
 
 
+class Flights:
+    """The flights of a scenario whose exact one is `model`, in their order.
+
+    Each has tables of its own, a megabyte: the first `KEPT` are drawn once and stay, as searches
+    ask for them in every generation; those after them are drawn whenever they are asked for.
+    """
+
+    def __init__(self, scenario: Scenario, model: FilterModel, errors: FlightErrors) -> None:
+        self._draw = partial(draw_flights, scenario, model, errors)
+        self._count = errors.count
+
+    @cached_property
+    def _kept(self) -> list[Flight]:
+        return self._draw(range(min(self._count, KEPT)))
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __iter__(self) -> Iterator[Flight]:
+        return self.first(self._count)
+
+    def first(self, count: int) -> Iterator[Flight]:
+        """So many of them."""
+        yield from self._kept[:count]
+        for number in range(KEPT, count):
+            yield from self._draw([number])
+
+
 def over_flights(
-    flights: list[Flight],
+    flights: Iterable[Flight],
     designs: Floats,
     values: Callable[[FilterModel, Evaluation], Floats],
     threads: int | None,
@@ -113,7 +147,8 @@ def over_flights(
 ) -> Floats:
     """Values, shape (n, k), of n designs in each of f flights, shape (f, n, k).
 
-    Flights are run side by side, each in one thread: the result does not depend on how many.
+    Flights are run side by side, each in one thread: the result does not depend on how many. A
+    few are in memory at once.
     """
     from mgeo_attitude.filter.evaluator import available_threads, evaluate  # compiles
 
@@ -122,8 +157,12 @@ def over_flights(
         ran = evaluate(flight.model, flown, 1, covariance=covariance, variants=flight.variants)
         return values(flight.model, ran)
 
+    found: list[Floats] = []
+    remaining = iter(flights)
     with ThreadPoolExecutor(threads or available_threads()) as pool:
-        return np.array(list(pool.map(one, flights)))
+        while few := list(islice(remaining, _AT_ONCE)):
+            found += pool.map(one, few)
+    return np.array(found)
 
 
 def kept_by(values: Floats, share: float) -> Floats:
