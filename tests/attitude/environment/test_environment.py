@@ -205,6 +205,8 @@ def test_the_same_run_is_computed_once_and_another_is_another(
         again = Environment.from_scenario(dataclasses.replace(scenario, name="another"))
     for name in ("sun", "field", "sunlit"):
         np.testing.assert_array_equal(getattr(again, name), getattr(first, name))
+    with pytest.raises(ValueError, match="read-only"):
+        first.field[0] = 0.0  # of all others, too
     later = scenario.epoch + timedelta(hours=6)
     other = Environment.from_scenario(dataclasses.replace(scenario, epoch=later))
     assert not np.isclose(other.sun, first.sun, rtol=0.0, atol=1e-6).all(axis=1).any()

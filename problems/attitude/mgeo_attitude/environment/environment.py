@@ -185,4 +185,7 @@ def _sun_and_field(epoch: datetime, times: bytes, position: bytes) -> tuple[Floa
     to_itrs = gcrs_to_itrs(at)
     middle = epoch + timedelta(seconds=0.5 * float(after[0] + after[-1]))
     field = geomagnetic_field(rotate(to_itrs, where), middle)
-    return sun_position(at), rotate(np.swapaxes(to_itrs, 1, 2), field)
+    found = sun_position(at), rotate(np.swapaxes(to_itrs, 1, 2), field)
+    for table in found:
+        table.flags.writeable = False  # all who ask share it
+    return found
