@@ -38,6 +38,14 @@ def test_one_maneuver_of_90_degrees_about_z():
     )
 
 
+def test_plans_of_equal_scenarios_share_their_problem():
+    plan = ManeuverPlan(dataclasses.replace(Scenario.paper(), name="one"), DESIGN)
+    other = ManeuverPlan(dataclasses.replace(Scenario.paper(), name="one"), 12 * (0.5,))
+    slower = dataclasses.replace(Scenario.paper(), name="one", duration=600.0)
+    assert other.problem is plan.problem
+    assert ManeuverPlan(slower, DESIGN).problem.model.n_steps == 600
+
+
 def test_a_plan_starts_at_the_quaternion_it_is_given():
     """Where another plan ended, say; turned by 90 degrees about z from there."""
     initial = InitialConditions(quaternion=(0.5, 0.5, 0.5, 0.5))

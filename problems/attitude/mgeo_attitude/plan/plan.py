@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -96,8 +96,8 @@ class ManeuverPlan(Validated):
 
     @cached_property
     def problem(self) -> AttitudeManeuverProblem:
-        """The problem that this is a solution of."""
-        return AttitudeManeuverProblem(self.scenario)
+        """The problem that this is a solution of; other plans of the scenario share it."""
+        return _problem(self.scenario)
 
     @cached_property
     def history(self) -> FilterHistory:
@@ -307,3 +307,9 @@ class ManeuverPlan(Validated):
             time = max(sum(maneuvers), self.scenario.step)
             designs = observability.baselines(self.scenario, time)
         return observability.compare(self.problem, {"plan": self.design, **designs}, self.t_end)
+
+
+@lru_cache(maxsize=4)  # its tables take some MB
+def _problem(scenario: Scenario) -> AttitudeManeuverProblem:
+    """The problem of a scenario; equal ones have the same tables, flights and results."""
+    return AttitudeManeuverProblem(scenario)
