@@ -34,17 +34,20 @@ class EvaluationCache:
     def complete(self, designs: Floats, run: Callable[[Floats], Floats]) -> Floats:
         """Values of designs (n, n_var), shape (n, n_values).
 
-        `run` gives those of the k designs that are not known, which may be none, shape
-        (k, n_values). They may depend on nothing else.
+        `run` gives those of the k designs that are not known, shape (k, n_values). They may depend
+        on nothing else. It is asked for none only where there are no designs.
         """
         known: dict[bytes, Floats] = getattr(self._before, "values", {})
         keys = [design.tobytes() for design in designs]
         new = np.array([key not in known for key in keys], dtype=bool)
-        found = run(designs[new])
-        values = np.empty((len(designs), found.shape[1]))
-        values[new] = found
-        for i in np.flatnonzero(~new):
-            values[i] = known[keys[i]]
+        if new.any() or not keys:
+            found = run(designs[new])
+            values = np.empty((len(designs), found.shape[1]))
+            values[new] = found
+            for i in np.flatnonzero(~new):
+                values[i] = known[keys[i]]
+        else:
+            values = np.array([known[key] for key in keys])
         before = {} if self._forget else known
         self._before.values = before | dict(zip(keys, values, strict=True))
         return values

@@ -146,10 +146,13 @@ class AttitudeManeuverProblem(Problem):
     ) -> None:
         designs = np.asarray(X, dtype=float)
         decode(designs)  # tells of a bad design by its place among all of them
-        stage = getattr(algorithm, "stage", None)
-        cache = self._caches.setdefault(stage, EvaluationCache())
-        values = cache.complete(designs, partial(self._run, stage=stage))
+        values = self._complete(designs, getattr(algorithm, "stage", None))
         out["F"], out["G"] = np.split(values, [self.n_obj], axis=1)
+
+    def _complete(self, designs: Floats, stage: int | None = None) -> Floats:
+        """What `_run` gives, which runs no design of the batch before."""
+        cache = self._caches.setdefault(stage, EvaluationCache())
+        return cache.complete(designs, partial(self._run, stage=stage))
 
     def _run(self, X: Floats, stage: int | None = None) -> Floats:
         """Objectives and constraints, side by side, shape (n, n_obj + n_ieq_constr)."""
@@ -271,7 +274,7 @@ class AttitudeManeuverProblem(Problem):
 
         def judge(designs: Floats) -> Floats:
             """What is promised and kept, side by side."""
-            promised = self._run(designs)[:, : self.n_obj]
+            promised = self._complete(designs)[:, : self.n_obj]
             flown = self._values(Flights(self.scenario, self.model, errors), designs)
             return np.hstack([promised, judged(flown, self.n_obj, errors)[:, : self.n_obj]])
 

@@ -85,7 +85,7 @@ class Front:
             raise ValueError(f"solution {number}: expected 0 to {len(self.X) - 1}")
         with errors_of(self.path):
             plan = ManeuverPlan.from_design(self.problem, self.X[number])
-            values = self.problem.evaluate(self.X[number], return_values_of=["F"]).tolist()
+            values = plan.problem.evaluate(self.X[number], return_values_of=["F"]).tolist()
             for name, value, found in zip(
                 self.problem.obj_names, self.F[number], values, strict=True
             ):
