@@ -107,7 +107,7 @@ class AttitudeManeuverProblem(Problem):
         check_start(scenario)
         self.threads = threads
         self.objectives = scenario.objectives
-        self._caches: dict[int | None, EvaluationCache] = {}  # by stages of a search
+        self._caches: dict[int, EvaluationCache] = {}  # by numbers of flights
         self._judged: dict[FlightErrors, EvaluationCache] = {}  # by those of `promises`
         self.obj_names = tuple(entry.label for entry in self._objectives())
         self.constraint_names = tuple(entry.label for entry in constraints(scenario))
@@ -150,18 +150,22 @@ class AttitudeManeuverProblem(Problem):
         out["F"], out["G"] = np.split(values, [self.n_obj], axis=1)
 
     def _complete(self, designs: Floats, stage: int | None = None) -> Floats:
-        """What `_run` gives, which runs no design of the batch before."""
-        cache = self._caches.setdefault(stage, EvaluationCache())
-        return cache.complete(designs, partial(self._run, stage=stage))
+        """Objectives and constraints, side by side, shape (n, n_obj + n_ieq_constr).
 
-    def _run(self, X: Floats, stage: int | None = None) -> Floats:
-        """Objectives and constraints, side by side, shape (n, n_obj + n_ieq_constr)."""
+        Over as many flights as a stage of a search has, all of them without one. No design of the
+        batch before is run again.
+        """
+        errors, count = self.scenario.flight, 0
+        if errors is not None:
+            counts = [*errors.grow, errors.count]
+            count = errors.count if stage is None else counts[min(stage, len(counts) - 1)]
+        cache = self._caches.setdefault(count, EvaluationCache())
+        return cache.complete(designs, partial(self._run, count))
+
+    def _run(self, count: int, X: Floats) -> Floats:
+        """The same of designs that nobody knows, over so many flights; 0: exactly."""
         errors, flights = self.scenario.flight, self.flights
-        if errors is None or flights is None:
-            return self._values(None, X)
-        counts = [*errors.grow, errors.count]
-        count = errors.count if stage is None else counts[min(stage, len(counts) - 1)]
-        if not count:
+        if not count or errors is None or flights is None:
             return self._values(None, X)
         return judged(self._values(flights.first(count), X), self.n_obj, errors)
 
