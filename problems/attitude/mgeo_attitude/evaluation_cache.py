@@ -37,17 +37,14 @@ class EvaluationCache:
         `run` gives those of the k designs that are not known, shape (k, n_values). They may depend
         on nothing else. It is asked for none only where there are no designs.
         """
-        known: dict[bytes, Floats] = getattr(self._before, "values", {})
+        if not len(designs):
+            return run(designs)
+        before: dict[bytes, Floats] = getattr(self._before, "values", {})
         keys = [design.tobytes() for design in designs]
-        new = np.array([key not in known for key in keys], dtype=bool)
-        if new.any() or not keys:
-            found = run(designs[new])
-            values = np.empty((len(designs), found.shape[1]))
-            values[new] = found
-            for i in np.flatnonzero(~new):
-                values[i] = known[keys[i]]
-        else:
-            values = np.array([known[key] for key in keys])
-        before = {} if self._forget else known
-        self._before.values = before | dict(zip(keys, values, strict=True))
+        new = [i for i, key in enumerate(keys) if key not in before]
+        known = dict(before)
+        if new:
+            known.update(zip([keys[i] for i in new], run(designs[new]), strict=True))
+        values = np.array([known[key] for key in keys])
+        self._before.values = {key: known[key] for key in keys} if self._forget else known
         return values
