@@ -45,13 +45,13 @@ def margins(problem: ManeuverProblem, X: ArrayLike) -> list[pd.DataFrame]:
     def excesses(model: FilterModel, result: Evaluation) -> Floats:
         return np.column_stack([limit.excess(result) for limit in limits])
 
-    threads, errors, flights = problem.threads, problem.scenario.flight, problem.flights
-    if errors is None or flights is None:
+    threads, flights = problem.threads, problem.flights
+    if flights is None:
         result = evaluate(problem.model, designs, threads, covariance=covariance)
         found = excesses(problem.model, result)
     else:
         flown = over_flights(flights, designs, excesses, threads, covariance)
-        found = kept_by(flown, errors.kept)
+        found = kept_by(flown, flights.errors.kept)
     return tables(limits, found)
 
 

@@ -155,19 +155,16 @@ class AttitudeManeuverProblem(Problem):
         Over as many flights as a stage of a search has, all of them without one. No design of the
         batch before is run again.
         """
-        errors, count = self.scenario.flight, 0
-        if errors is not None:
-            counts = [*errors.grow, errors.count]
-            count = errors.count if stage is None else counts[min(stage, len(counts) - 1)]
+        count = 0 if self.flights is None else self.flights.errors.in_stage(stage)
         cache = self._caches.setdefault(count, EvaluationCache())
         return cache.complete(designs, partial(self._run, count))
 
     def _run(self, count: int, X: Floats) -> Floats:
         """The same of designs that nobody knows, over so many flights; 0: exactly."""
-        errors, flights = self.scenario.flight, self.flights
-        if not count or errors is None or flights is None:
+        if self.flights is None or not count:
             return self._values(None, X)
-        return judged(self._values(flights.first(count), X), self.n_obj, errors)
+        flown = self._values(self.flights.first(count), X)
+        return judged(flown, self.n_obj, self.flights.errors)
 
     def _values(self, flights: Iterable[Flight] | None, X: Floats) -> Floats:
         """Both of designs as they are, shape (n, k), or in f flights, shape (f, n, k)."""

@@ -115,21 +115,26 @@ class Flights:
 
     Each has tables of its own, a megabyte: the first `KEPT` are drawn once and stay, as searches
     ask for them in every generation; those after them are drawn whenever they are asked for.
+
+    Attributes
+    ----------
+    errors : FlightErrors
+        Of which they are drawn.
     """
 
     def __init__(self, scenario: Scenario, model: FilterModel, errors: FlightErrors) -> None:
         self._draw = partial(draw_flights, scenario, model, errors)
-        self._count = errors.count
+        self.errors = errors
 
     @cached_property
     def _kept(self) -> list[Flight]:
-        return self._draw(range(min(self._count, KEPT)))
+        return self._draw(range(min(len(self), KEPT)))
 
     def __len__(self) -> int:
-        return self._count
+        return self.errors.count
 
     def __iter__(self) -> Iterator[Flight]:
-        return self.first(self._count)
+        return self.first(len(self))
 
     def first(self, count: int) -> Iterator[Flight]:
         """So many of them."""

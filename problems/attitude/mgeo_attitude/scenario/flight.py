@@ -74,3 +74,8 @@ class FlightErrors(Validated):
         super().__post_init__()
         counts = [*self.grow, self.count]
         expect(counts == sorted(counts), "grow", self.grow, f"ascending, up to {self.count}")
+
+    def in_stage(self, stage: int | None) -> int:
+        """Number of flights in a stage of a search, from 0; all after the last, or if None."""
+        counts = [*self.grow, self.count]
+        return self.count if stage is None else counts[min(stage, len(counts) - 1)]
