@@ -31,10 +31,9 @@ def answers(problem: ManeuverProblem, X: ArrayLike) -> list[str]:
     model = problem.model
     designs = checked_designs(problem, X)
     result = evaluate(model, designs, problem.threads, covariance=True)
-    longest = model.n_steps * model.step
     found = zip(result.t_end, result.covariance, times(problem, designs), strict=True)
     return [
-        answer(model.suite, float(t_end), covariance, t_end < longest, over_flights)
+        answer(model.suite, float(t_end), covariance, t_end < model.longest, over_flights)
         for t_end, covariance, over_flights in found
     ]
 

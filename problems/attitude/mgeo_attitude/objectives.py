@@ -88,8 +88,7 @@ def _largest_eigenvalue(model: FilterModel, result: Evaluation) -> Floats:
 
 def _time_to_accuracy(model: FilterModel, result: Evaluation) -> Floats:
     """The longest time of a run where the requirements are not met at its end."""
-    longest = model.n_steps * model.step
-    time = np.where(np.isfinite(result.t_required), result.t_required, longest)
+    time = np.where(np.isfinite(result.t_required), result.t_required, model.longest)
     return np.where(np.isnan(result.trace), np.nan, time)
 
 

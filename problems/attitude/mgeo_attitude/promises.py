@@ -58,7 +58,7 @@ def times(problem: ManeuverProblem, X: Floats) -> list[Times]:
     if "t_end" not in problem.objectives:
         return [UNKNOWN] * len(X)
     table = problem.promises(X)
-    longest = problem.model.n_steps * problem.model.step
+    longest = problem.model.longest
 
     def column(name: str) -> list[float | None]:
         found = table[f"{name} {OBJECTIVES['t_end'].label}"].tolist()
@@ -77,7 +77,7 @@ def held_until(problem: ManeuverProblem, X: Floats, t_end: Floats) -> Floats:
     """
     if not problem.scenario.flight:
         return t_end
-    longest = problem.model.n_steps * problem.model.step
+    longest = problem.model.longest
     late = np.array(
         [[min(time or 0.0, longest) for time in found] for found in times(problem, X)], dtype=float
     )

@@ -53,7 +53,8 @@ def promised(plan: ManeuverPlan) -> tuple[Text | Columns, ...]:
     """What is promised and kept, as a table for people."""
     said = f"kept: by {MOST_FLIGHTS} of 200, with the errors of the scenario's flight table"
     if math.inf in plan.over_flights:
-        said += f"; a t_end of {plan.longest:.6g} s is that of flights that do not converge"
+        longest = plan.problem.model.longest
+        said += f"; a t_end of {longest:.6g} s is that of flights that do not converge"
     return *titled("Promised and kept", plan.promises()), note(said)
 
 

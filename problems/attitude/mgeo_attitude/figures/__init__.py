@@ -48,7 +48,7 @@ def figures(problem: ManeuverProblem, X: ArrayLike) -> dict[str, go.Figure]:
         rows = spread(len(solutions.X))
         known = np.full(own.shape, np.nan)
         known[rows] = kept(problem, solutions.X[rows])
-        longest = problem.model.n_steps * problem.model.step
+        longest = problem.model.longest
         known[known[:, 0] >= longest] = np.nan  # so many flights do not converge at all
         promised = dataclasses.replace(solutions, F=own)
         dead_end = bool((excess > 0.0).any(axis=1).all())

@@ -202,6 +202,11 @@ class FilterModel:
         return len(self.references) - 1
 
     @property
+    def longest(self) -> float:
+        """The t_end of a run that does not converge [s]."""
+        return self.n_steps * self.step
+
+    @property
     def endless(self) -> FilterModel:
         """The same filter, run for the whole duration: its window is longer than that."""
         return dataclasses.replace(self, window_steps=self.n_steps + 1, rule="trace")

@@ -110,11 +110,6 @@ class ManeuverPlan(Validated):
         return self.history.t_end
 
     @property
-    def longest(self) -> float:
-        """The t_end of a run that does not converge [s]."""
-        return self.problem.model.n_steps * self.problem.model.step
-
-    @property
     def trace(self) -> float:
         """Weighted trace of the covariance at `t_end`."""
         return float(self.history.trace[-1])
