@@ -74,6 +74,10 @@ class MGEOStaged(MGEODirected):
         """Whether values are those of the last stage."""
         return self.stage == len(self.stages) or not self.problem.requires_kwargs
 
+    def archived_designs(self) -> Any:
+        """The points of the archive, as the problem takes them."""
+        return self.variables.designs(self.archived(np.arange(len(self.front))))
+
     def conclude(self) -> None:
         """Judge the archive as in the last stage, if the run has not come that far."""
         if (self.is_precise and not self._judging) or not len(self.front):
@@ -115,7 +119,7 @@ class MGEOStaged(MGEODirected):
 
     def _archive(self) -> Population:
         """The points of the archive, to be evaluated anew."""
-        self._asked = self.variables.designs(self.archived(np.arange(len(self.front))))
+        self._asked = self.archived_designs()
         return individuals(self._asked)
 
     def _begin_stage(self, judged: Population) -> None:

@@ -67,8 +67,7 @@ def estimate(
 
 def _later_stages(run: MGEOStaged, evaluations: int) -> tuple[float, float]:
     """Times of all stages but the first, with the front judged anew as each begins."""
-    n = len(run.front)
-    X = run.variables.designs(run.archived(np.arange(n)))
+    X, n = run.archived_designs(), len(run.front)
     few = X[1 : 1 + _FEW] if n > 1 else X
     total = np.zeros(2)
     for stage, (begin, end) in enumerate(pairwise([*run.stages, 1.0]), 1):
