@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pymoo.core.population import Population
     from pymoo.core.problem import Problem
 
-_CAUSES = 20  # different ones that are told apart
+_CAUSES = 20  # different ones that are counted
 _OTHERS = "other causes"
 _UNKNOWN = 1e30  # stands for the worst objective while no candidate has succeeded
 

@@ -17,7 +17,7 @@ _MAP = {"l": 8, "r": 8, "b": 8}  # margins where no axis is drawn
 def for_paper(figure: go.Figure) -> go.Figure:
     """A copy for print: no title, black text of 8 points, thin lines, little margin.
 
-    Colors and shapes stay; they can be told apart in gray by shape and dash.
+    Colors and shapes stay; they can be distinguished in gray by shape and dash.
     """
     still = go.Figure(figure)
     layout = still.layout.to_plotly_json()

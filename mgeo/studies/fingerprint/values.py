@@ -233,7 +233,7 @@ def _owner(value: Any, name: str) -> str:
 
 
 def _mix(parts: Iterable[str | bytes]) -> bytes:
-    """SHA-256 of texts and digests, which are told apart by their lengths."""
+    """SHA-256 of texts and digests, which their lengths divide."""
     digest = hashlib.sha256()
     for part in parts:
         data = part.encode("utf-8", "surrogatepass") if isinstance(part, str) else part

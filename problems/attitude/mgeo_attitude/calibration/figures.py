@@ -13,7 +13,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.calibration.history import History
 from mgeo_attitude.figures.style import line
 
-#: Points of a line that are drawn, about: more cannot be told apart.
+#: Points of a line that are drawn, about: more cannot be distinguished.
 POINTS = 1500
 
 
