@@ -21,7 +21,7 @@ from mgeo_attitude.evaluation_cache import EvaluationCache
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
-from mgeo_attitude.margins import margins
+from mgeo_attitude.margins import tables
 from mgeo_attitude.objectives import Objective, indicators, objective
 from mgeo_attitude.promises import remarks
 from mgeo_attitude.robustness import Flight, Flights, judged, over_flights
@@ -147,10 +147,11 @@ class AttitudeManeuverProblem(Problem):
         designs = np.asarray(X, dtype=float)
         decode(designs)  # tells of a bad design by its place among all of them
         values = self._complete(designs, getattr(algorithm, "stage", None))
-        out["F"], out["G"] = np.split(values, [self.n_obj], axis=1)
+        ends = [self.n_obj, self.n_obj + self.n_ieq_constr]
+        out["F"], out["G"], _ = np.split(values, ends, axis=1)
 
     def _complete(self, designs: Floats, stage: int | None = None) -> Floats:
-        """Objectives and constraints, side by side, shape (n, n_obj + n_ieq_constr).
+        """Objectives, constraints, and excesses over their limits, side by side, shape (n, k).
 
         Over as many flights as a stage of a search has, all of them without one. No design of the
         batch before is run again.
@@ -167,16 +168,18 @@ class AttitudeManeuverProblem(Problem):
         return judged(flown, self.n_obj, self.flights.errors)
 
     def _values(self, flights: Iterable[Flight] | None, X: Floats) -> Floats:
-        """Both of designs as they are, shape (n, k), or in f flights, shape (f, n, k)."""
+        """All of designs as they are, shape (n, k), or in f flights, shape (f, n, k)."""
         # with the compiler, for which a list of problems need not wait
         from mgeo_attitude.filter.evaluator import evaluate
 
-        entries: list[Objective | Constraint]
-        entries = [*self._objectives(), *constraints(self.scenario)]
+        asked = constraints(self.scenario)
+        entries: list[Objective | Constraint] = [*self._objectives(), *asked]
         covariance = any(entry.needs_covariance for entry in entries)
 
         def values(model: FilterModel, result: Evaluation) -> Floats:
-            return np.column_stack([entry.value(model, result) for entry in entries])
+            found = [entry.value(model, result) for entry in entries]
+            found += [limit.excess(result) for each in asked for limit in each.limits]
+            return np.column_stack(found)
 
         if flights is not None:
             return over_flights(flights, X, values, self.threads, covariance)
@@ -296,8 +299,13 @@ class AttitudeManeuverProblem(Problem):
         return answers(self, np.atleast_2d(np.asarray(X, dtype=float)))
 
     def limits(self, X: ArrayLike) -> list[pd.DataFrame]:
-        """The scenario's limits and each solution's margins, in their own units."""
-        return margins(self, np.atleast_2d(np.asarray(X, dtype=float)))
+        """The scenario's limits and each solution's margins; see `margins.tables`.
+
+        Where plans are judged over flights, a value is what the demanded share of them keeps.
+        """
+        designs = describe.checked_designs(self, np.atleast_2d(np.asarray(X, dtype=float)))
+        excesses = self._complete(designs)[:, self.n_obj + self.n_ieq_constr :]
+        return tables([limit for c in constraints(self.scenario) for limit in c.limits], excesses)
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
         """How many points of a front converge in the first orbit, and how many later.

@@ -86,7 +86,7 @@ def answers(problem: SensorSuiteProblem, X: ArrayLike) -> list[str]:
 
 
 def limits(problem: SensorSuiteProblem, X: ArrayLike) -> list[pd.DataFrame]:
-    """For each design a table with one row per limit, as `mgeo_attitude.margins.margins`."""
+    """For each design a table with one row per limit, as `mgeo_attitude.margins.tables`."""
     from mgeo_attitude.margins import tables
 
     asked = problem._constraints

@@ -11,7 +11,7 @@ from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.path_limits import excess_at
 from mgeo_attitude.flight.whole import Whole
 
-#: Unit, value, "at most" or "at least", limit and margin: a row of `margins.margins`.
+#: Unit, value, "at most" or "at least", limit and margin: a row of `margins.tables`.
 Row = tuple[str, float, str, float, float]
 
 

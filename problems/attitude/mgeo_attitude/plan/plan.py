@@ -21,7 +21,6 @@ from mgeo_attitude.filter.reference import FilterHistory, reference_run
 from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.maneuvers.phases import HELD, Phase
 from mgeo_attitude.maneuvers.slew_back import SlewBack
-from mgeo_attitude.margins import margins
 from mgeo_attitude.plan.ccsds import quaternions, utc_texts
 from mgeo_attitude.plan.clearance import Row, limits_after
 from mgeo_attitude.problem import AttitudeManeuverProblem
@@ -254,7 +253,7 @@ class ManeuverPlan(Validated):
         optimizer's filter, not the reference. Path limits, and the budget of wheels, are looked at
         while the rate is held for late flights and in a slew back, too.
         """
-        (table,) = margins(self.problem, np.array([self.design]))
+        (table,) = self.problem.limits([self.design])
         known = self.history.covariance[:3, :3]
         after: dict[str, Row] = {}
         edges = (self.t_end, self.held_until, self.duration)
