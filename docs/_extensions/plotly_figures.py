@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
-import figures
 from docutils import nodes
 from plotly.io import to_html
 from plotly.offline import get_plotlyjs
@@ -44,6 +43,8 @@ class PlotlyFigure(SphinxDirective):
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
+        import figures  # with all that computes
+
         (name,) = self.arguments
         for source in figures.SOURCES:
             self.env.note_dependency(str(source))
