@@ -54,7 +54,7 @@ def run(paper, n_runs=60, **options):
 
 
 def test_a_run_is_the_same_however_many_run_beside_it(paper):
-    one, two = run(paper, 5, threads=1), run(paper, RUNS + 1, threads=2)
+    one, two = run(paper, 5), run(paper, RUNS + 1)
     alone = run(paper, 1)
     for name in ("errors", "sigma", "nees", "nis", "updates"):
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name)[:5])

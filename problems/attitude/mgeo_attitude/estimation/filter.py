@@ -189,7 +189,8 @@ class ErrorStateFilter:
                 nis = np.where(seen, (w * w).sum(axis=0), np.nan)
         columns = G.swapaxes(0, 1).copy()
         kept = P[considered[:, None], considered]
-        P = P - multiply(columns, G)
+        learned = multiply(columns, G)
+        P = np.subtract(P, learned, out=learned)
         P[considered[:, None], considered] = kept
         if options.reset:
             reset(P, e, estimate.places)

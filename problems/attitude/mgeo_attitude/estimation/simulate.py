@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import warnings
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
@@ -17,16 +16,16 @@ from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.filter import ErrorStateFilter, Estimator
 from mgeo_attitude.estimation.monte_carlo import MonteCarlo, Record
 from mgeo_attitude.estimation.validity import OutsideValidity, validity
-from mgeo_attitude.filter.evaluator import available_threads
+from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.flight import Flight, Motion, draw, fly_run, other_truth
 from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.rotation import multiply
 from mgeo_attitude.scenario import Scenario
 
-#: Runs that are computed side by side: their covariances fit into a processor's cache.
-RUNS = 100
+#: Runs that are computed side by side, one such part after the other. In threads they would mostly
+#: wait for the interpreter, which has some hundred short operations to begin in each step.
+RUNS = 200
 
 #: Samples of a simulation that are kept, about.
 N_RECORDS = 600
@@ -37,7 +36,6 @@ def simulate(
     design: ArrayLike,
     n_runs: int = 200,
     seed: int | np.random.Generator | None = None,
-    threads: int | None = None,
     *,
     estimator: Estimator | None = None,
     truth: Scenario | None = None,
@@ -54,7 +52,7 @@ def simulate(
     After `t_end` the last rate is held or, if the scenario asks for it, the slew back is flown and
     then the law's rate held, to the end of the scenario's duration.
 
-    A run has a random stream of its own, so it is the same whatever `n_runs` and `threads` are.
+    A run has a random stream of its own, so it is the same whatever `n_runs` is.
 
     Parameters
     ----------
@@ -65,8 +63,6 @@ def simulate(
     n_runs : int
     seed : int or Generator, optional
         Where the runs' streams are spawned from; None takes fresh entropy.
-    threads : int, optional
-        Default: the processors this process may use.
     estimator : Estimator, optional
     truth : Scenario, optional
         What is true, if it is not what the estimator believes: epoch, orbit, eclipse, gyro,
@@ -106,9 +102,9 @@ def simulate(
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
     real = model if truth is None else other_truth(truth, scenario, environment)
-    t_end = reference_run(model, plan).t_end
+    t_end = float(evaluate(model, plan).t_end[0])
     whole = Whole(scenario, model, plan, t_end).commanded
-    predicted = reference_run(model.endless, whole).sigma
+    (variances,) = evaluate(model.endless, whole, history=True).variances
     samples, n_watched = _samples(model, t_end), round(t_end / model.step) + 1
     if until is not None:
         samples = samples[model.times[samples] <= max(until, t_end)]
@@ -124,8 +120,7 @@ def simulate(
     n_parts = -(-n_runs // RUNS)
     ends = [len(generators) * part // n_parts for part in range(n_parts + 1)]
     parts = [generators[first:last] for first, last in pairwise(ends)]
-    with ThreadPoolExecutor(min(threads or available_threads(), n_parts)) as pool:
-        found = list(pool.map(some, parts))
+    found = [some(part) for part in parts]
     runs = {
         field.name: np.concatenate([getattr(part, field.name) for part in found])[:n_runs]
         for field in dataclasses.fields(Record)
@@ -136,7 +131,7 @@ def simulate(
         design=plan,
         t_end=t_end,
         times=model.times[samples],
-        predicted=predicted[samples],
+        predicted=np.sqrt(variances[samples]),
         path_limits=tuple(limit.label for limit in scenario.path_limits),
         **runs,
     )
