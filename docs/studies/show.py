@@ -1,7 +1,8 @@
 """What the pages of the studies share: the results kept beside them, and a word on their size."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -77,6 +78,22 @@ def control_against(study: Study, comparison: Comparison) -> Markdown:
     """The study's control against every other algorithm, by every indicator."""
     assert study.control is not None
     return table(control_table(comparison, study.control))
+
+
+def at_budgets(study: Study, comparison: Comparison, budgets: Sequence[int]) -> Markdown:
+    """Means of every algorithm after smaller budgets, too, with p of the control against it."""
+    assert study.control is not None
+    columns = {}
+    for name in ("hypervolume", "igd_plus"):
+        for evaluations in budgets:
+            then = replace(comparison, n_eval=evaluations)
+            values = then.summary()[(name, "mean")].map("{:.4f}".format)
+            p = against(then, study.control, name, control=True)["p_holm"]
+            title = f"{then.indicator(name).title}, {evaluations:,}"
+            columns[title] = values + p.map(" (p {:.1g})".format).reindex(
+                values.index, fill_value=""
+            )
+    return table(pd.DataFrame(columns).loc[comparison.order()].rename_axis("algorithm"))
 
 
 def means(found: Mapping[str, Comparison], suite: str) -> pd.DataFrame:
