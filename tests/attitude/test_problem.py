@@ -67,6 +67,15 @@ def test_threads_do_not_change_the_result(problem):
     np.testing.assert_array_equal(three, one)
 
 
+def test_a_single_design_is_one_of_a_batch(problem):
+    X = random_designs(problem, 3)
+    F = problem.evaluate(X)
+    np.testing.assert_array_equal(problem.evaluate(X[1]), F[1])
+    np.testing.assert_array_equal(problem.evaluate(X[2:].tolist()), F[2:])
+    with pytest.raises(ValueError, match=r"X of shape \(12,\): expected \(n, 12\)"):
+        problem.evaluate(X[2].tolist())  # to pymoo a list is one of designs
+
+
 def test_works_in_another_process(problem):
     X = random_designs(problem, 4)
     with ProcessPoolExecutor(1) as pool:

@@ -144,7 +144,7 @@ class AttitudeManeuverProblem(Problem):
     def _evaluate(
         self, X: Floats, out: dict[str, Any], *args: Any, algorithm: Any = None, **kwargs: Any
     ) -> None:
-        designs = np.asarray(X, dtype=float)
+        designs = describe.checked_designs(self, X)
         decode(designs)  # tells of a bad design by its place among all of them
         values = self._complete(designs, getattr(algorithm, "stage", None))
         ends = [self.n_obj, self.n_obj + self.n_ieq_constr]
