@@ -242,7 +242,7 @@ def test_a_browser_draws_the_interactive_figure(site, browser, tmp_path):
         ("notebooks/3_comparing_algorithms", 3, 2),
         ("studies/table3", 3, 2),
         ("studies/tuning", 1, 2),
-        ("studies/comparison", 7, 4),
+        ("studies/comparison", 7, 6),
         ("studies/benchmarks", 1, 4),
     ],
 )
