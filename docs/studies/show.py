@@ -15,6 +15,7 @@ from mgeo.studies.stored import PROVENANCE
 from mgeo.studies.tables import markdown
 
 HERE = Path(__file__).parent
+LEVEL = 0.05  # of significance
 
 
 def load(name: str) -> tuple[Study, dict[str, Comparison]]:
@@ -81,17 +82,16 @@ def control_against(study: Study, comparison: Comparison) -> Markdown:
 
 
 def at_budgets(study: Study, comparison: Comparison, budgets: Sequence[int]) -> Markdown:
-    """Means of every algorithm after smaller budgets, too, with p of the control against it."""
+    """Means after smaller budgets, too; a star where the control is not told from a rival."""
     assert study.control is not None
     columns = {}
     for name in ("hypervolume", "igd_plus"):
         for evaluations in budgets:
             then = replace(comparison, n_eval=evaluations)
             values = then.summary()[(name, "mean")].map("{:.4f}".format)
-            p = against(then, study.control, name, control=True)["p_holm"]
-            title = f"{then.indicator(name).title}, {evaluations:,}"
-            columns[title] = values + p.map(" (p {:.1g})".format).reindex(
-                values.index, fill_value=""
+            p = against(then, study.control, name, control=True)["p_holm"].reindex(values.index)
+            columns[f"{then.indicator(name).title}, {evaluations:,}"] = values + p.map(
+                lambda p: "*" if p >= LEVEL else ""
             )
     return table(pd.DataFrame(columns).loc[comparison.order()].rename_axis("algorithm"))
 
