@@ -11,11 +11,11 @@ from IPython.display import Markdown
 from mgeo.studies import Comparison, Study, read_comparison, read_study
 from mgeo.studies.conclusions import against, control_table
 from mgeo.studies.labels import folder_name
+from mgeo.studies.statistics import LEVEL
 from mgeo.studies.stored import PROVENANCE
 from mgeo.studies.tables import markdown
 
 HERE = Path(__file__).parent
-LEVEL = 0.05  # of significance
 
 
 def load(name: str) -> tuple[Study, dict[str, Comparison]]:

@@ -6,13 +6,11 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from mgeo.studies.statistics import holm
+from mgeo.studies.statistics import LEVEL, holm
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
     from mgeo.studies.schema import PublishedTable
-
-_LEVEL = 0.05
 
 
 def conclusions(comparison: Comparison) -> list[str]:
@@ -85,7 +83,7 @@ def control_table(comparison: Comparison, control: str) -> pd.DataFrame:
 
 
 def _differences(rivals: pd.DataFrame) -> str:
-    differs, behind = rivals["p_holm"] < _LEVEL, rivals["A"] > 0.5
+    differs, behind = rivals["p_holm"] < LEVEL, rivals["A"] > 0.5
     alike, worse, better = rivals[~differs], rivals[differs & behind], rivals[differs & ~behind]
     parts = []
     if len(alike):
@@ -99,7 +97,7 @@ def _differences(rivals: pd.DataFrame) -> str:
     text = "; ".join(parts)
     return (
         f"{text[0].upper()}{text[1:]}. A is the probability that a run of it beats one of the "
-        f"other; Mann-Whitney test with Holm's correction, {100 * _LEVEL:g} %."
+        f"other; Mann-Whitney test with Holm's correction, {100 * LEVEL:g} %."
     )
 
 
@@ -127,7 +125,7 @@ def _other_indicators(comparison: Comparison, best: str) -> list[str]:
         effect, p = against(comparison, first, indicator.name).loc[best].to_numpy(float)
         better, share = (first, effect) if effect > 0.5 else (best, 1.0 - effect)
         found = "these two are not significantly different"
-        if p < _LEVEL:
+        if p < LEVEL:
             found = f"{better} is significantly better (A = {share:.2f})"
         sentences.append(
             f"By {indicator.title}, {first} ranks first: {values[first]}, and {best} number "

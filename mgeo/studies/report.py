@@ -12,13 +12,12 @@ from mgeo.figures.page import LIBRARY, render
 from mgeo.studies.conclusions import comparison_with_published, conclusions, control_table
 from mgeo.studies.figures import ranks_figure, targets_figure
 from mgeo.studies.labels import folder_name
+from mgeo.studies.statistics import LEVEL
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
     from mgeo.studies.file import Study
     from mgeo.studies.statistics import Friedman
-
-_LEVEL = 0.05  # of significance
 
 
 def problem_page(study: Study, label: str, comparison: Comparison) -> str:
@@ -101,7 +100,7 @@ def average_ranks(standings: pd.DataFrame, per_variable: bool) -> pd.DataFrame:
     sizes = standings["variables"].map(lambda n: f"{n} variables" if n else "all")
     budgets = standings["evaluations"].map("{:,.4g}".format) + each
     blocks = standings["problems"].map(" ({} problems)".format)
-    stars = (standings["p_holm"] >= _LEVEL).map({True: "*", False: ""})
+    stars = (standings["p_holm"] >= LEVEL).map({True: "*", False: ""})
     shown = standings.assign(
         row=sizes + ", " + budgets + blocks,
         text=standings["average_rank"].map("{:.2f}".format) + stars,

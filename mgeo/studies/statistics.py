@@ -13,6 +13,9 @@ from scipy import stats
 
 from mgeo._typing import FloatArray
 
+#: Of significance: a difference is called significant where p is below it.
+LEVEL = 0.05
+
 # Vargha & Delaney (2000): A of at least so much is called that.
 _MAGNITUDES = ((0.71, "large"), (0.64, "medium"), (0.56, "small"))
 
@@ -151,7 +154,7 @@ def friedman(values: ArrayLike, names: Sequence[str]) -> Friedman:
     return Friedman(statistic, p, ordered, n, critical_difference(k, n))
 
 
-def critical_difference(k: int, blocks: int, alpha: float = 0.05) -> float:
+def critical_difference(k: int, blocks: int, alpha: float = LEVEL) -> float:
     """Nemenyi's critical difference of average ranks of k algorithms over so many problems."""
     q = stats.studentized_range.ppf(1.0 - alpha, k, np.inf) / np.sqrt(2.0)
     return float(q * np.sqrt(k * (k + 1) / (6.0 * blocks)))

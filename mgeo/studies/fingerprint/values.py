@@ -233,7 +233,7 @@ def _owner(value: Any, name: str) -> str:
 
 
 def _mix(parts: Iterable[str | bytes]) -> bytes:
-    """SHA-256 of texts and digests, which their lengths divide."""
+    """SHA-256 of texts and digests, each after its length."""
     digest = hashlib.sha256()
     for part in parts:
         data = part.encode("utf-8", "surrogatepass") if isinstance(part, str) else part
