@@ -110,17 +110,16 @@ def simulate(
         samples = samples[model.times[samples] <= max(until, t_end)]
     motion = Motion.of(model, whole, model.n_steps)
 
-    def some(generators: Sequence[np.random.Generator]) -> Record:
-        flights = [fly_run(real, motion, draw(real, model.n_steps, each)) for each in generators]
-        return record(model, flights, estimator or Estimator(), samples, real, n_watched)
-
     generators = np.random.default_rng(seed).spawn(n_runs)
     if n_runs == 1:
         generators *= 2  # NumPy adds in another order where there is one run only
     n_parts = -(-n_runs // RUNS)
     ends = [len(generators) * part // n_parts for part in range(n_parts + 1)]
-    parts = [generators[first:last] for first, last in pairwise(ends)]
-    found = [some(part) for part in parts]
+    found = []
+    for first, last in pairwise(ends):
+        drawn = (draw(real, model.n_steps, generator) for generator in generators[first:last])
+        flights = [fly_run(real, motion, each) for each in drawn]
+        found.append(record(model, flights, estimator or Estimator(), samples, real, n_watched))
     runs = {
         field.name: np.concatenate([getattr(part, field.name) for part in found])[:n_runs]
         for field in dataclasses.fields(Record)
