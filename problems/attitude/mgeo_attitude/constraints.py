@@ -13,7 +13,6 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.describe import block_units
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.fields import InvalidValue, expect
-from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.path_limits import excess_at
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.scenario.settings import RequiredSigma
@@ -59,10 +58,12 @@ class Constraint:
     limits: tuple[Limit, ...]
     needs_covariance: bool = False
 
-    def value(self, model: FilterModel, result: Evaluation) -> Floats:
-        """Greatest excess over its limits, shape (n,); NaN for a design without result."""
-        greatest: Floats = np.max([limit.excess(result) for limit in self.limits], axis=0)
-        return greatest
+    def excesses(self, result: Evaluation) -> Floats:
+        """By how much each design violates each limit, shape (n_limits, n); NaN without result.
+
+        The greatest is the constraint's value.
+        """
+        return np.array([limit.excess(result) for limit in self.limits])
 
 
 def constraints(scenario: Scenario) -> list[Constraint]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property, partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ from pymoo.core.problem import Problem
 from mgeo_attitude import describe
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.answers import answers
-from mgeo_attitude.constraints import Constraint, check_start, constraints
+from mgeo_attitude.constraints import check_start, constraints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.evaluation_cache import EvaluationCache
 from mgeo_attitude.filter.model import FilterModel
@@ -172,14 +173,15 @@ class AttitudeManeuverProblem(Problem):
         # with the compiler, for which a list of problems need not wait
         from mgeo_attitude.filter.evaluator import evaluate
 
-        asked = constraints(self.scenario)
-        entries: list[Objective | Constraint] = [*self._objectives(), *asked]
-        covariance = any(entry.needs_covariance for entry in entries)
+        objectives, asked = self._objectives(), constraints(self.scenario)
+        covariance = any(each.needs_covariance for each in objectives)
+        covariance |= any(each.needs_covariance for each in asked)
 
         def values(model: FilterModel, result: Evaluation) -> Floats:
-            found = [entry.value(model, result) for entry in entries]
-            found += [limit.excess(result) for each in asked for limit in each.limits]
-            return np.column_stack(found)
+            excesses = [constraint.excesses(result) for constraint in asked]
+            found = [entry.value(model, result) for entry in objectives]
+            found += [of_limits.max(axis=0) for of_limits in excesses]
+            return np.column_stack([*found, *chain.from_iterable(excesses)])
 
         if flights is not None:
             return over_flights(flights, X, values, self.threads, covariance)

@@ -133,7 +133,7 @@ class SensorSuiteProblem(Problem):
         columns = [
             entry.value(self.suites.model, result, resources) for entry in self._objectives()
         ]
-        columns += [entry.value(self.suites.model, result) for entry in self._constraints]
+        columns += [entry.excesses(result).max(axis=0) for entry in self._constraints]
         return np.column_stack(columns)
 
     def _objectives(self) -> list[Objective]:
