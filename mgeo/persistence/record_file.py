@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import re
 import sqlite3
+import time
 import zlib
 from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
@@ -23,7 +24,8 @@ from mgeo.files.reading import FileError, entry, errors_of, parse_json
 NAME = "record.sqlite"
 FORMAT = 3
 _BESIDE = ("-journal", "-wal", "-shm")  # files in which SQLite keeps what is under way
-_ATTEMPTS = 10  # at reading a record that changes meanwhile
+_ATTEMPTS = 3  # at reading a record that stands still
+_TICK = 0.01  # seconds in which a file's time may not tell that it was written
 _PATIENCE = 60.0  # seconds to wait for another process
 _TABLES = [
     "CREATE TABLE names (X TEXT, F TEXT, G TEXT, H TEXT)",
@@ -109,10 +111,16 @@ def read(folder: Path) -> tuple[Names, list[Rows]]:
     FileNotFoundError : if there is no record.
     ValueError : if it is damaged, or of another version.
     """
-    for _ in range(_ATTEMPTS - 1):
-        with suppress(FileError, OSError):  # it may have changed meanwhile
+    in_vain = 0
+    while True:
+        before = _stamps(folder)
+        try:
             return _read(folder)
-    return _read(folder)
+        except (FileError, OSError):
+            time.sleep(_TICK)
+            in_vain += _stamps(folder) == before  # else a run has written meanwhile
+            if in_vain == _ATTEMPTS:
+                raise
 
 
 def remove(folder: Path) -> None:
@@ -121,6 +129,16 @@ def remove(folder: Path) -> None:
         path.unlink(missing_ok=True)
     with suppress(OSError):  # other files are in it, or it is not there
         folder.rmdir()
+
+
+def _stamps(folder: Path) -> list[tuple[int, int]]:
+    """Size and time of each file, to tell whether a record has changed."""
+    stats = []
+    for path in _files(folder):
+        with suppress(OSError):
+            found = path.stat()
+            stats.append((found.st_size, found.st_mtime_ns))
+    return stats
 
 
 def _files(folder: Path) -> list[Path]:

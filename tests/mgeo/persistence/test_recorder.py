@@ -25,6 +25,7 @@ from mgeo import (
     TolerantEvaluator,
     read_record,
 )
+from mgeo.files.reading import FileError
 from mgeo.persistence import record_file
 
 PROBLEM = ZDT1(n_var=3)
@@ -163,6 +164,21 @@ def test_it_can_be_read_while_it_grows(tmp_path):
     assert lengths == sorted(lengths)
     assert {60 * i for i in range(1, 13)} <= set(lengths)
     assert all(length % 12 == 0 for length in lengths)
+
+
+def test_a_record_is_read_though_every_reading_meets_a_writer(tmp_path, monkeypatch):
+    solve(callback=Recorder(tmp_path))
+    _, generations = record_file.read(tmp_path)
+    whole, left = record_file._read, iter(range(11, 31))
+
+    def met(folder):
+        for number in left:
+            record_file.append(folder, [(number, generations[0])])
+            raise FileError("database disk image is malformed")
+        return whole(folder)
+
+    monkeypatch.setattr(record_file, "_read", met)
+    assert len(record_file.read(tmp_path)[1]) == 30
 
 
 def test_a_record_is_not_overwritten_unless_told(tmp_path):
