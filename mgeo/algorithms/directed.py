@@ -21,7 +21,7 @@ from mgeo.algorithms.bounds import BOUNDS
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import pick, rank
-from mgeo.algorithms.steps import Attraction, joint_steps
+from mgeo.algorithms.steps import Attraction, joint_steps, momentum_steps
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.algorithms.weights import distance, nearest, random_weights, weight_vectors
 from mgeo.algorithms.whole import whole_steps
@@ -38,6 +38,7 @@ class DirectedState(RunState):
     ----------
     weights : (n_walkers, n_obj) weight vectors of the walkers.
     incumbents : (n_walkers, n_var) the best point of each walker since it started.
+    momentum : (n_walkers, n_var) the step that led to it; 0 while there is none.
     incumbent_F, incumbent_violation : its objectives, (n_walkers, n_obj), and constraint
         violation, (n_walkers,), infinite while there is none.
     marked_F : (n_walkers, n_obj) objectives of the incumbent at its last progress, likewise;
@@ -46,6 +47,7 @@ class DirectedState(RunState):
 
     weights: FloatArray
     incumbents: FloatArray
+    momentum: FloatArray
     incumbent_F: FloatArray
     incumbent_violation: FloatArray
     marked_F: FloatArray
@@ -69,7 +71,10 @@ class MGEODirected(ExtremalOptimization):
       between two points of the donor pool (differential evolution's move; Storn & Price 1997).
       The donor pool are the points of the archive and the incumbents of the walkers. Such
       candidates can also be pulled to the archived point nearest along the weight vector.
-      Of integers and bits steps are rounded; a choice that would move takes the option of a donor,
+    - With `momentum`, other candidates change all variables: they go on as the step that led to the
+      walker's incumbent, and towards an archived point, any one or the nearest (particle swarms'
+      move; Zhang et al. 2018).
+    - Of integers and bits steps are rounded; a choice that would move takes the option of a donor,
       or any other one (`mgeo.algorithms.whole`).
     - A walker now and then returns to its incumbent, its own best point, and more rarely migrates
       to the archived point that is nearest along its weight vector.
@@ -86,7 +91,8 @@ class MGEODirected(ExtremalOptimization):
     tau : selection pressure, >= 0: the candidate of rank k is accepted with probability ~ k^-tau.
     n_walkers : number of walkers.
     extreme_weights : share of the walkers that minimize a single objective, in [0, 1].
-    difference : share of the candidates made by differences, in [0, 1].
+    difference : shares of the candidates made by differences, in [0, 1]: of walkers between the
+        extremes, and of those with extreme weights.
     coupling : mean probabilities that a candidate changes also each of the other variables: made
         by normal steps, and made by differences. Each candidate draws its own (`joint_steps`).
     widths : smallest and largest standard deviation of normal steps, as a fraction of the width
@@ -104,6 +110,9 @@ class MGEODirected(ExtremalOptimization):
     attract : share of those made by differences that move also towards the archive's point nearest
         along the walker's weight vector, and the mean probability that they change each of the
         other variables.
+    momentum : shares of the candidates that go on as the step that led to the incumbent, in [0, 1]
+        (`momentum_steps`), likewise. What the parameters above say of how candidates are made is
+        true of the others.
     options : `sampling` and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and
         those of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
@@ -124,7 +133,7 @@ class MGEODirected(ExtremalOptimization):
         tau: float = 3.0,
         n_walkers: int = 16,
         extreme_weights: float = 0.4,
-        difference: float = 0.65,
+        difference: Sequence[float] = (0.65, 0.65),
         coupling: Sequence[float] = (0.05, 0.5),
         widths: Sequence[float] = (1e-3, 1.0),
         return_to_best: float = 0.7,
@@ -133,13 +142,15 @@ class MGEODirected(ExtremalOptimization):
         max_candidates: int = 3,
         bounds: str = "clip",
         attract: Sequence[float] = (0.5, 0.9),
+        momentum: Sequence[float] = (0.0, 0.0),
         **options: Any,
     ) -> None:
         super().__init__(tau=validate_number("tau", tau, low=0), n_walkers=n_walkers, **options)
         self.extreme_weights = validate_fraction("extreme_weights", extreme_weights)
-        self.difference = validate_fraction("difference", difference)
+        self.difference = validate_pair("difference", difference, validate_fraction)
         self.coupling = validate_pair("coupling", coupling, validate_fraction)
         self.attract = validate_pair("attract", attract, validate_fraction)
+        self.momentum = validate_pair("momentum", momentum, validate_fraction)
         self.widths = validate_pair("widths", widths, validate_number, above=0)
         if self.widths[0] > self.widths[1]:
             raise ValueError(f"widths = {widths!r}: expected the smaller one first")
@@ -167,6 +178,7 @@ class MGEODirected(ExtremalOptimization):
             walkers,
             weights=weight_vectors(n, n_obj, self.extreme_weights),
             incumbents=np.empty_like(walkers),
+            momentum=np.empty_like(walkers),
             incumbent_F=np.empty((n, n_obj)),
             incumbent_violation=np.empty(n),
             marked_F=np.empty((n, n_obj)),
@@ -176,6 +188,7 @@ class MGEODirected(ExtremalOptimization):
         super().forget(rows)
         state = self.state
         state.incumbents[rows] = state.walkers[rows]
+        state.momentum[rows] = 0.0
         state.incumbent_F[rows] = state.marked_F[rows] = np.inf
         state.incumbent_violation[rows] = np.inf
 
@@ -184,11 +197,18 @@ class MGEODirected(ExtremalOptimization):
         own = np.broadcast_to(np.arange(len(xl)), (self.n_walkers, len(xl)))
         if len(xl) > self.max_candidates:
             own = self.random_state.permuted(own, axis=1)[:, : self.max_candidates]
-        donors = self._donors if len(self.front) else None
+        donors = attraction = None
+        if len(self.front):
+            donors, nearest = self._donors, self.archived(self._nearest())
+            share, coupling = self.attract
+            if share:
+                attraction = Attraction(share, coupling, self.walkers[:, None], nearest[:, None])
         steps, spread, donor = joint_steps(
-            own, xu - xl, self.widths, self.coupling, self.difference, donors, self.random_state,
-            self._attraction() if donors and self.attract[0] else None,
+            own, xu - xl, self.widths, self.coupling, self._share(self.difference)[:, None], donors,
+            self.random_state, attraction,
         )  # fmt: skip
+        if donor is not None and any(self.momentum):
+            self._go_on(steps, spread, donor, nearest)
         walkers, uniform = self.walkers[:, None, :], partial(self.random_state.random, steps.shape)
         self.proposed = BOUNDS[self.bounds](walkers, steps, spread, xl, xu, uniform)
         whole = ~self.variables.real
@@ -201,10 +221,21 @@ class MGEODirected(ExtremalOptimization):
             self.proposed = np.where(whole, ended, self.proposed)
         return self.proposed.reshape(-1, len(xl))
 
-    def _attraction(self) -> Attraction:
-        share, coupling = self.attract
-        target = self.archived(self._nearest())
-        return Attraction(share, coupling, self.walkers[:, None], target[:, None])
+    def _go_on(
+        self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest: FloatArray
+    ) -> None:
+        """Put steps with momentum in the place of some; `nearest` are archived points."""
+        rng, state = self.random_state, self.state
+        made = rng.random(steps.shape[:2]) < self._share(self.momentum)[:, None]
+        rows, _ = np.nonzero(made)
+        if not len(rows):
+            return
+        any_one = self.archived(rng.integers(len(self.front), size=len(rows)))
+        targets = np.where(rng.random((len(rows), 1)) < 0.5, nearest[rows], any_one)
+        before = np.where(self.variables.choice, 0.0, state.momentum[rows])  # options have no order
+        extent = self.variables.xu - self.variables.xl
+        steps[made] = momentum_steps(self.walkers[rows], before, targets, extent, rng)
+        spread[made], donor[made] = 0.0, targets
 
     def _nearest(self, rows: IntArray | slice = slice(None)) -> IntArray:
         """Which of the archive's points are nearest along the weight vectors of walkers."""
@@ -245,6 +276,7 @@ class MGEODirected(ExtremalOptimization):
         less = violation < state.incumbent_violation
         feasible = (violation == 0) & (state.incumbent_violation == 0)
         better = less | (feasible & (far < before))
+        state.momentum[better] = points[better] - state.walkers[better]
         state.incumbents[better] = points[better]
         state.incumbent_F[better] = F[better]
         state.incumbent_violation[better] = violation[better]
@@ -255,7 +287,7 @@ class MGEODirected(ExtremalOptimization):
         state, chance = self.state, self.random_state.random(self.n_walkers)
         returns = (chance < self.return_to_best) & np.isfinite(state.incumbent_violation)
         state.walkers[returns] = state.incumbents[returns]
-        migrate = self.return_to_best + np.where(self._between(), *self.migrate)
+        migrate = self.return_to_best + self._share(self.migrate)
         self._migrate(np.flatnonzero((chance >= self.return_to_best) & (chance < migrate)))
 
     def _migrate(self, rows: IntArray) -> None:
@@ -264,7 +296,9 @@ class MGEODirected(ExtremalOptimization):
         if not len(rows) or not len(front):
             return
         nearest = self._nearest(rows)
-        state.walkers[rows] = state.incumbents[rows] = self.archived(nearest)
+        points = self.archived(nearest)
+        state.momentum[rows] = points - state.walkers[rows]
+        state.walkers[rows] = state.incumbents[rows] = points
         state.incumbent_F[rows] = front.F[nearest]
         state.incumbent_violation[rows] = front.violation
 
@@ -291,6 +325,10 @@ class MGEODirected(ExtremalOptimization):
             state.idle[rows] = 0
         if len(rows := np.flatnonzero(idle & ~between)):
             self.restart_walkers(rows)
+
+    def _share(self, shares: Sequence[float]) -> FloatArray:
+        """(n_walkers,) the first of two numbers for walkers between the extremes, or the second."""
+        return np.where(self._between(), *shares)
 
     def _between(self) -> BoolArray:
         """(n_walkers,) which walkers have weights of several objectives."""

@@ -40,6 +40,41 @@ class Attraction(NamedTuple):
     target: FloatArray
 
 
+#: Of steps with momentum: the largest fraction of the step before, and the largest step of a
+#: variable as a fraction of the width of its bounds.
+_INERTIA, _FASTEST = 1.2, 0.2
+
+
+def momentum_steps(
+    x: FloatArray,
+    before: FloatArray,
+    targets: FloatArray,
+    extent: FloatArray,
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Steps of all variables that go on as the step before, and towards a target: a swarm's move.
+
+    r1 before + r2 (target - x), with r1 and r2 uniform and of each variable its own (Zhang et al.,
+    "A competitive mechanism based multi-objective particle swarm optimizer with fast convergence",
+    Information Sciences 427, 2018, equation 3). What is remembered here is a step that was good.
+
+    Parameters
+    ----------
+    x : (..., n_var) where steps begin.
+    before : (..., n_var) the steps before; they broadcast.
+    targets : (..., n_var) what they are drawn to; they broadcast.
+    extent : (n_var,) width of the bounds.
+    rng : stream of random numbers.
+
+    Returns
+    -------
+    (..., n_var) steps.
+    """
+    way = targets - x
+    step = _INERTIA * rng.random(way.shape) * before + rng.random(way.shape) * way
+    return np.clip(step, -_FASTEST * extent, _FASTEST * extent)
+
+
 def perturb(
     x: FloatArray,
     noise: FloatArray,
@@ -77,7 +112,7 @@ def joint_steps(
     extent: FloatArray,
     widths: Sequence[float],
     coupling: Sequence[float],
-    difference: float,
+    difference: float | FloatArray,
     donors: Donors | None,
     rng: np.random.Generator,
     attraction: Attraction | None = None,
@@ -93,8 +128,9 @@ def joint_steps(
     coupling : mean probability that another variable changes: of normal steps, and of
         differences. Each step has its own, u^(1/mean - 1) with u uniform in [0, 1): some steps
         change hardly any other variable, some nearly all, whatever the problem may need.
-    difference : share of the steps that are a fraction, uniform in [0, 1), of the difference
-        between two points (differential evolution's move; Storn & Price 1997).
+    difference : share, or shares that broadcast with `own`, of the steps that are a fraction,
+        uniform in [0, 1), of the difference between two points (differential evolution's move;
+        Storn & Price 1997).
     donors : gives as many pairs of points, (..., n_var) each, as it is asked for; None for normal
         steps only.
     rng : stream of random numbers.

@@ -5,13 +5,16 @@ import copy
 import numpy as np
 import pytest
 from pymoo.core.problem import Problem
+from pymoo.core.variable import Choice, Real
 from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
 from scipy.spatial.distance import cdist
+from scipy.stats import kstest
 
 from mgeo import MGEODirected
-from mgeo.algorithms.steps import Attraction, joint_steps
+from mgeo.algorithms import directed
+from mgeo.algorithms.steps import Attraction, joint_steps, momentum_steps
 from mgeo.algorithms.weights import distance, nearest, random_weights, weight_vectors
 from mgeo.testing import check_algorithm
 
@@ -39,7 +42,9 @@ def candidates(run):
     [
         MGEODirected(),
         MGEODirected(n_walkers=3, extreme_weights=1.0, archive_size=10),
-        MGEODirected(1.0, 6, 0.0, 1.0, (0.0, 1.0), (0.1, 0.1), 1.0, (0.0, 0.0), max_candidates=2),
+        MGEODirected(
+            1.0, 6, 0.0, (1.0, 1.0), (0.0, 1.0), (0.1, 0.1), 1.0, (0.0, 0.0), max_candidates=2
+        ),
     ],
     ids=["default", "ends", "differences"],
 )
@@ -139,7 +144,7 @@ def test_a_candidate_changes_its_own_variable_and_others_as_often_as_said():
     changed = np.zeros((6, 6))
     for seed in range(60):
         run = begun(
-            MGEODirected(n_walkers=5, coupling=(0.2, 0.5), difference=0.0, max_candidates=6),
+            MGEODirected(n_walkers=5, coupling=(0.2, 0.5), difference=(0, 0), max_candidates=6),
             problem,
             0,
             seed,
@@ -189,7 +194,7 @@ def test_of_many_variables_each_has_its_turn():
 
 
 def test_differences_lie_between_points_of_the_donor_pool():
-    free = {"difference": 1.0, "coupling": (0.0, 1.0), "attract": (0.0, 0.0)}
+    free = {"difference": (1.0, 1.0), "coupling": (0.0, 1.0), "attract": (0.0, 0.0)}
     algorithm = MGEODirected(n_walkers=4, **free, **STILL)
     run = begun(algorithm, ZDT1(n_var=3), 3)
     pool = np.vstack([run.front.individuals.get("X"), run.state.incumbents])
@@ -237,15 +242,138 @@ def test_attraction_adds_a_part_of_the_way_to_a_point():
 
 
 def test_walkers_are_attracted_by_the_archived_point_nearest_along_their_weights():
-    free = {"difference": 1.0, "attract": (1.0, 1.0), "n_walkers": 6, **STILL}
-    run = begun(MGEODirected(**free), ZDT1(n_var=4), 5)
+    free = {"difference": (1.0, 1.0), "attract": (1.0, 1.0), "n_walkers": 6, **STILL}
+    run = begun(MGEODirected(**free, coupling=(0.0, 0.0)), ZDT1(n_var=4), 5)
     archive = run.front
     X, F = archive.individuals.get("X"), archive.F
     far = distance(F, run.state.weights[:, None], F.min(axis=0), F.max(axis=0))
-    seen = run._attraction()
-    np.testing.assert_array_equal(seen.target[:, 0], X[far.argmin(axis=1)])
-    np.testing.assert_array_equal(seen.x[:, 0], run.walkers)
-    assert (seen.share, seen.coupling) == (1.0, 1.0)
+    target = X[far.argmin(axis=1)][:, None]
+    run._donors = lambda shape: (np.zeros((*shape, 4)), np.zeros((*shape, 4)))
+    points, walkers = candidates(run)
+    step, way = points - walkers[:, None], target - walkers[:, None]
+    away = (way != 0.0).any(axis=2)[:, 0]
+    assert away.sum() > 2
+    step, way = step[away], way[away]
+    part = (step * way).sum(axis=2) / (way**2).sum(axis=2)
+    np.testing.assert_allclose(part[..., None] * way, step, atol=1e-12)
+    assert ((part >= 0.0) & (part < 1.0)).all()
+    assert part.std() > 0.1
+
+
+def test_steps_with_momentum_are_parts_of_the_step_before_and_of_the_way_to_a_target():
+    rng = np.random.default_rng(6)
+    x, before, target = (0.1 * rng.random((5000, 4)) for _ in range(3))
+    zero = np.zeros_like(x)
+    gone = momentum_steps(x, before, x, np.ones(4), rng) / before
+    drawn = momentum_steps(x, zero, target, np.ones(4), rng) / (target - x)
+    for found, largest in ((gone, 1.2), (drawn, 1.0)):  # of each variable its own, uniform
+        assert kstest(found.ravel() / largest, "uniform").pvalue > 0.01
+        assert np.abs(np.corrcoef(found.T) - np.eye(4)).max() < 0.05
+    both = momentum_steps(x, before, target, np.ones(4), rng)
+    expected = 0.6 * before + 0.5 * (target - x)
+    assert (both - expected).mean(axis=0) == pytest.approx(np.zeros(4), abs=0.002)
+
+
+def test_a_step_with_momentum_is_at_most_a_fifth_of_the_bounds():
+    extent = np.array([1.0, 100.0])
+    steps = momentum_steps(
+        np.zeros((400, 2)), extent, -9.0 * extent, extent, np.random.default_rng(7)
+    )
+    assert (np.abs(steps) <= 0.2 * extent).all()
+    assert {-0.2, 0.2} <= set((steps / extent).ravel())
+
+
+@pytest.mark.parametrize("share", [(1.0, 0.0), (0.0, 1.0), (0.5, 0.2)])
+def test_as_many_candidates_are_made_by_differences_as_said(share, monkeypatch):
+    seen = []
+
+    def spy(*arguments):
+        seen.append(joint_steps(*arguments))
+        return seen[-1]
+
+    monkeypatch.setattr(directed, "joint_steps", spy)
+    run = begun(MGEODirected(n_walkers=200, difference=share), ZDT1(n_var=4), 2)
+    candidates(run)
+    made = (seen[-1][1] == 0.0).all(axis=2)  # normal steps have a standard deviation
+    for kind, expected in zip((run._between(), ~run._between()), share, strict=True):
+        assert made[kind].mean() == pytest.approx(expected, abs=0.06)
+
+
+@pytest.mark.parametrize("share", [(1.0, 0.0), (0.0, 1.0), (0.5, 0.2)])
+def test_as_many_candidates_have_momentum_as_said(share, monkeypatch):
+    monkeypatch.setattr(directed, "momentum_steps", lambda x, *others: np.full(x.shape, 0.07))
+    run = begun(MGEODirected(n_walkers=200, momentum=share), ZDT1(n_var=4), 2)
+    points, walkers = candidates(run)
+    marked = np.isclose(points - walkers[:, None], 0.07).any(axis=2)  # others are at the bound
+    for kind, expected in zip((run._between(), ~run._between()), share, strict=True):
+        assert marked[kind].mean() == pytest.approx(expected, abs=0.06)
+
+
+def test_a_target_is_an_archived_point_or_the_nearest_one(monkeypatch):
+    seen = []
+
+    def spy(x, before, targets, *others):
+        seen.append((x, targets))
+        return np.zeros_like(x)
+
+    run = begun(MGEODirected(n_walkers=40, momentum=(1.0, 1.0)), ZDT1(n_var=4), 5)
+    archived, nearest = run.front.individuals.get("X"), run.archived(run._nearest())
+    monkeypatch.setattr(directed, "momentum_steps", spy)
+    walkers = candidates(run)[1]
+    ((x, targets),) = seen
+    np.testing.assert_array_equal(x, np.repeat(walkers, 3, axis=0))
+    assert (targets[:, None] == archived).all(axis=2).any(axis=1).all()
+    among = (targets == np.repeat(nearest, 3, axis=0)).all(axis=1).mean()
+    assert 0.35 < among < 0.75  # half of them, and some by chance
+    assert len(np.unique(targets, axis=0)) > 0.3 * len(archived)
+
+
+def test_the_momentum_is_the_step_that_led_to_the_incumbent():
+    run = begun(MGEODirected(n_walkers=6, **STILL), ZDT1(n_var=5), 0)
+    assert not run.state.momentum.any()
+    changed = 0
+    for _ in range(25):
+        start, before = run.walkers.copy(), copy.deepcopy(run.state)
+        run.next()
+        new = (run.state.incumbents != before.incumbents).any(axis=1)
+        step = run.state.incumbents - start
+        np.testing.assert_array_equal(run.state.momentum[new], step[new])
+        np.testing.assert_array_equal(run.state.momentum[~new], before.momentum[~new])
+        changed += new.sum()
+    assert 20 < changed < 25 * 6
+
+
+def test_a_walker_that_migrates_goes_on_as_it_jumped_and_one_that_restarts_stands():
+    run = begun(MGEODirected(n_walkers=6), ZDT1(n_var=5), 5)
+    run.state.walkers[4:] = 0.5
+    run._migrate(np.array([4, 5]))
+    np.testing.assert_array_equal(run.state.momentum[4:], run.walkers[4:] - 0.5)
+    run.restart_walkers(np.array([5]))
+    assert run.state.momentum[4].any()
+    assert not run.state.momentum[5].any()
+
+
+def test_a_choice_does_not_go_on(monkeypatch):
+    class Pick(Problem):
+        def __init__(self):
+            kinds = {"a": Choice(options=list("abcdefgh")), "x": Real(bounds=(0.0, 1.0))}
+            super().__init__(vars=kinds, n_obj=2)
+
+        def _evaluate(self, X, out, *args, **kwargs):
+            out["F"] = np.array([[ord(x["a"]) + x["x"], -ord(x["a"]) - x["x"] ** 2] for x in X])
+
+    seen = []
+
+    def spy(x, before, *others):
+        seen.append(before)
+        return momentum_steps(x, before, *others)
+
+    monkeypatch.setattr(directed, "momentum_steps", spy)
+    run = begun(MGEODirected(n_walkers=30, momentum=(1.0, 1.0)), Pick(), 6)
+    assert run.state.momentum.any(axis=0).all()
+    run.ask()
+    np.testing.assert_array_equal(seen[-1][:, 0], np.zeros(60))
+    np.testing.assert_array_equal(seen[-1][:, 1], np.repeat(run.state.momentum[:, 1], 2))
 
 
 def test_a_walker_takes_one_of_its_candidates_whole():
@@ -395,10 +523,11 @@ def test_one_objective_is_minimized():
     ("options", "message"),
     [
         ({"extreme_weights": 1.5}, r"extreme_weights = 1.5: expected a number in \[0, 1\]"),
-        ({"difference": -0.1}, "difference = -0.1: expected"),
+        ({"difference": (-0.1, 0.5)}, r"difference\[0\] = -0.1: expected"),
         ({"coupling": (0.1,)}, r"coupling = \(0.1,\): expected two numbers"),
         ({"coupling": (0.1, 2.0)}, r"coupling\[1\] = 2.0: expected a number in \[0, 1\]"),
         ({"attract": (1.5, 0.9)}, r"attract\[0\] = 1.5: expected a number in \[0, 1\]"),
+        ({"momentum": (0.7, 1.4)}, r"momentum\[1\] = 1.4: expected a number in \[0, 1\]"),
         ({"widths": (0.0, 1.0)}, r"widths\[0\] = 0.0: expected a finite number > 0"),
         ({"widths": (1.0, 0.1)}, "widths = .*: expected the smaller one first"),
         ({"return_to_best": 0.9, "migrate": (0.2, 0.0)}, "expected sums of at most 1"),

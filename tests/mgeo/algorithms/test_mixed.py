@@ -65,7 +65,11 @@ def exhaustive(problem, areas=(None,)):
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-@pytest.mark.parametrize("algorithm", [MGEODirected(), MGEOCanonical(1.0, 5)], ids=repr)
+@pytest.mark.parametrize(
+    "algorithm",
+    [MGEODirected(), MGEODirected(momentum=(0.5, 0.5)), MGEOCanonical(1.0, 5)],
+    ids=repr,
+)
 def test_without_reals_the_whole_front_is_found(algorithm, seed):
     problem = Rod(real=False)
     result = minimize(problem, algorithm, ("n_eval", 3000), seed=seed)
