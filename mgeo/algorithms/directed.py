@@ -199,16 +199,16 @@ class MGEODirected(ExtremalOptimization):
             own = self.random_state.permuted(own, axis=1)[:, : self.max_candidates]
         donors = attraction = None
         if len(self.front):
-            donors, nearest = self._donors, self.archived(self._nearest())
+            donors, aims = self._donors, self.archived(self._nearest())
             share, coupling = self.attract
             if share:
-                attraction = Attraction(share, coupling, self.walkers[:, None], nearest[:, None])
+                attraction = Attraction(share, coupling, self.walkers[:, None], aims[:, None])
         steps, spread, donor = joint_steps(
-            own, xu - xl, self.widths, self.coupling, self._share(self.difference)[:, None], donors,
-            self.random_state, attraction,
+            own, xu - xl, self.widths, self.coupling, self._of_kind(self.difference)[:, None],
+            donors, self.random_state, attraction,
         )  # fmt: skip
         if donor is not None and any(self.momentum):
-            self._go_on(steps, spread, donor, nearest)
+            self._go_on(steps, spread, donor, aims)
         walkers, uniform = self.walkers[:, None, :], partial(self.random_state.random, steps.shape)
         self.proposed = BOUNDS[self.bounds](walkers, steps, spread, xl, xu, uniform)
         whole = ~self.variables.real
@@ -222,16 +222,16 @@ class MGEODirected(ExtremalOptimization):
         return self.proposed.reshape(-1, len(xl))
 
     def _go_on(
-        self, steps: FloatArray, spread: FloatArray, donor: FloatArray, nearest: FloatArray
+        self, steps: FloatArray, spread: FloatArray, donor: FloatArray, aims: FloatArray
     ) -> None:
-        """Put steps with momentum in the place of some; `nearest` are archived points."""
+        """Put steps with momentum in the place of some; `aims` are the nearest archived points."""
         rng, state = self.random_state, self.state
-        made = rng.random(steps.shape[:2]) < self._share(self.momentum)[:, None]
+        made = rng.random(steps.shape[:2]) < self._of_kind(self.momentum)[:, None]
         rows, _ = np.nonzero(made)
         if not len(rows):
             return
         any_one = self.archived(rng.integers(len(self.front), size=len(rows)))
-        targets = np.where(rng.random((len(rows), 1)) < 0.5, nearest[rows], any_one)
+        targets = np.where(rng.random((len(rows), 1)) < 0.5, aims[rows], any_one)
         before = np.where(self.variables.choice, 0.0, state.momentum[rows])  # options have no order
         extent = self.variables.xu - self.variables.xl
         steps[made] = momentum_steps(self.walkers[rows], before, targets, extent, rng)
@@ -287,7 +287,7 @@ class MGEODirected(ExtremalOptimization):
         state, chance = self.state, self.random_state.random(self.n_walkers)
         returns = (chance < self.return_to_best) & np.isfinite(state.incumbent_violation)
         state.walkers[returns] = state.incumbents[returns]
-        migrate = self.return_to_best + self._share(self.migrate)
+        migrate = self.return_to_best + self._of_kind(self.migrate)
         self._migrate(np.flatnonzero((chance >= self.return_to_best) & (chance < migrate)))
 
     def _migrate(self, rows: IntArray) -> None:
@@ -315,7 +315,7 @@ class MGEODirected(ExtremalOptimization):
         state.marked_F[nearer] = state.incumbent_F[nearer]
         state.idle = np.where(nearer | progress, 0, state.idle + 1)
         between = self._between()
-        idle = state.idle >= np.where(between, *self.restart)
+        idle = state.idle >= self._of_kind(self.restart)
         if len(rows := np.flatnonzero(idle & between)) and len(state.front):
             state.weights[rows] = random_weights(
                 len(rows), state.weights.shape[1], self.random_state
@@ -326,9 +326,9 @@ class MGEODirected(ExtremalOptimization):
         if len(rows := np.flatnonzero(idle & ~between)):
             self.restart_walkers(rows)
 
-    def _share(self, shares: Sequence[float]) -> FloatArray:
+    def _of_kind(self, pair: Sequence[float]) -> FloatArray:
         """(n_walkers,) the first of two numbers for walkers between the extremes, or the second."""
-        return np.where(self._between(), *shares)
+        return np.where(self._between(), *pair)
 
     def _between(self) -> BoolArray:
         """(n_walkers,) which walkers have weights of several objectives."""
