@@ -45,8 +45,9 @@ def candidates(run):
         MGEODirected(
             1.0, 6, 0.0, (1.0, 1.0), (0.0, 1.0), (0.1, 0.1), 1.0, (0.0, 0.0), max_candidates=2
         ),
+        MGEODirected(momentum=(0.6, 0.4), difference=(0.2, 0.65)),
     ],
-    ids=["default", "ends", "differences"],
+    ids=["default", "ends", "differences", "momentum"],
 )
 def test_it_is_a_good_pymoo_algorithm(algorithm):
     check_algorithm(algorithm)
