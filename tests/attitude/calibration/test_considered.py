@@ -9,7 +9,6 @@ from mgeo_attitude.estimation.linearization import Partition
 from mgeo_attitude.estimation.smoother import (
     last_covariance,
     linear_solution,
-    smoothed_covariances,
 )
 from mgeo_attitude.filter.reference import schmidt
 
@@ -73,7 +72,7 @@ def test_what_is_considered_is_noise_of_all_readings(name, monkeypatch):
     found = linear_solution(data, belief, at, parts)
     estimated = np.concatenate([found.e.ravel(), found.e_c])[~of] / scale[~of]
     np.testing.assert_allclose((estimated - mean[~of]) / spread[~of], 0.0, atol=1e-9)
-    whole = last_covariance(found, smoothed_covariances(found))
+    whole = last_covariance(found)
     states, last = as_believed(belief, found, np.ones(suite.n_states), whole)
     index = np.empty(suite.n_states, dtype=int)
     index[parts.driven] = (N - 1) * d + np.arange(d)

@@ -20,13 +20,8 @@ from mgeo_attitude.estimation.batch import batch
 from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.estimation.considered import as_believed
 from mgeo_attitude.estimation.fit import Fit, fit
-from mgeo_attitude.estimation.linearization import Trajectory, sightings, turns
-from mgeo_attitude.estimation.residuals import (
-    Filtered,
-    Innovations,
-    filtered,
-    innovations,
-)
+from mgeo_attitude.estimation.linearization import Trajectory, sighting, turns
+from mgeo_attitude.estimation.residuals import Filtered, filtered
 from mgeo_attitude.estimation.smoother import covariances, last_covariance
 from mgeo_attitude.flight import Telemetry, TelemetryMapping, read_telemetry
 from mgeo_attitude.plan.ccsds import quaternions
@@ -78,14 +73,13 @@ def calibrate(
     data = batch(scenario, telemetry)
     belief = Belief.of(scenario)
     found = fit(data, belief, gate)
-    last = found.solution.trajectory
+    last = found.solution.estimate
     past = filtered(found.solution)
-    white = innovations(found.solution, past)
     states, covariance = as_believed(
         belief,
         found.solution,
         last.states[-1],
-        last_covariance(found.solution, found.given),
+        last_covariance(found.solution),
     )
     return Calibration(
         scenario=scenario,
@@ -94,9 +88,9 @@ def calibrate(
         rate_deg_s=np.degrees(turns(data, last.states)[0][-1]),
         states=states,
         covariance=covariance,
-        tests=_tests(found, white),
+        tests=_tests(found, past),
         rejected=_rejected(found),
-        history=_history(found, past, white),
+        history=_history(found, past),
     )
 
 
@@ -111,14 +105,13 @@ def _rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
     return tuple(sorted(listed))
 
 
-def _tests(found: Fit, white: tuple[Innovations, ...]) -> tuple[SensorTest, ...]:
+def _tests(found: Fit, past: Filtered) -> tuple[SensorTest, ...]:
     """Of sensors that have reported."""
     suite, made = found.batch.suite, []
-    used = found.batch.without(found.rejected)
-    n_tests = 2 * sum(len(each.samples) > 0 for each in white)
-    at = found.solution.trajectory
+    n_tests = 2 * sum(len(each.samples) > 0 for each in past.innovations)
+    at = found.solution.estimate
     aligned = Trajectory(at.attitude, np.zeros_like(at.states))
-    for index, (sensor, each) in enumerate(zip(suite.sensors, white, strict=True)):
+    for index, (sensor, each) in enumerate(zip(suite.sensors, past.innovations, strict=True)):
         if not len(each.samples):
             continue
         vectors = len(sensor.channels) == 3
@@ -129,7 +122,8 @@ def _tests(found: Fit, white: tuple[Innovations, ...]) -> tuple[SensorTest, ...]
         )
         count, rejected = each.whitened.size, int(found.rejected[index].sum())
         low, high = nis_bounds(count, n_tests)
-        after = found.solution.sightings[index]
+        before = sighting(found.batch, index, aligned)
+        used = np.isin(before.samples, each.samples)
         made.append(
             SensorTest(
                 sensor=sensor.name,
@@ -141,27 +135,24 @@ def _tests(found: Fit, white: tuple[Innovations, ...]) -> tuple[SensorTest, ...]
                 correlation=greatest_correlation(each),
                 correlation_bound=correlation_bound(count, n_tests),
                 unit=unit,
-                noise=factor * _rms(after.noise),
-                before=factor * _rms(sightings(used, index, aligned).z),
-                after=factor * _rms(after.z),
+                noise=factor * _rms(before.noise),
+                before=factor * _rms(before.z[used]),
+                after=factor * _rms(found.residuals[index, each.samples]),
             )
         )
     return tuple(made)
 
 
-def _history(found: Fit, past: Filtered, white: tuple[Innovations, ...]) -> History:
-    solution = found.solution
-    attitude = solution.trajectory.attitude
-    errors, until = past.errors(solution), past.covariances(solution)
-    smoothed = covariances(solution, found.given)
-    at_time = attitude @ np.moveaxis(matrix(errors[:, :3].T), -1, 0)
+def _history(found: Fit, past: Filtered) -> History:
+    attitude = found.solution.estimate.attitude
+    at_time = found.solution.trajectory.attitude @ np.moveaxis(matrix(past.errors[:, :3].T), -1, 0)
     return History(
         times=found.batch.times,
         smoothed=attitude.swapaxes(1, 2),
-        smoothed_sigma=_attitude_sigma(smoothed),
+        smoothed_sigma=_attitude_sigma(covariances(found.solution, found.spread)),
         filtered=at_time.swapaxes(1, 2),
-        filtered_sigma=_attitude_sigma(until),
-        innovations=white,
+        filtered_sigma=_attitude_sigma(past.covariances),
+        innovations=past.innovations,
     )
 
 

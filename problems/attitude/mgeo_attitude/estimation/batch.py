@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -68,16 +68,6 @@ class Batch:
             breaks=self.breaks[steps],
             sensors=tuple(rows[samples] for rows in self.sensors),
             vectors=self.vectors[samples],
-        )
-
-    def without(self, rejected: tuple[Bools, ...]) -> Batch:
-        """Without the readings, of each sensor, that are True."""
-        return replace(
-            self,
-            sensors=tuple(
-                np.where(no[:, None, None], np.nan, rows)
-                for no, rows in zip(rejected, self.sensors, strict=True)
-            ),
         )
 
 

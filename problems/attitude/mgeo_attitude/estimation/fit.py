@@ -12,14 +12,14 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.estimation.batch import Batch
 from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.estimation.linearization import Trajectory
-from mgeo_attitude.estimation.residuals import chi_squares
-from mgeo_attitude.estimation.smoother import Solution, smoothed_covariances, solve
+from mgeo_attitude.estimation.residuals import residuals
+from mgeo_attitude.estimation.smoother import LAST, Solution, Spread, solve, spread
 from mgeo_attitude.estimation.start import accumulated, check_unit_of_rates, first_attitude
 
 #: Samples of the first stretch, and how much longer each next one is.
 FIRST, GROWTH = 200, 3
 _ITERATIONS = 15, 30  # of a stretch, of the whole
-_TOLERANCE = 1e3, 1.0  # of a stretch, of the whole; see `Solution.settled`
+_LAST = (0.1, 1e-3), LAST  # of a stretch, of the whole
 _ROUNDS = 10  # of leaving out outliers
 
 
@@ -29,22 +29,24 @@ class Fit:
 
     Attributes
     ----------
-    batch : Batch
-        With all readings.
-    rejected : tuple of arrays of bool, shape (N,)
+    rejected : array of bool, shape (s, N)
         Readings of each sensor that the solution is without.
-    chi_squares : tuple of arrays, shape (N,)
-        See `residuals.chi_squares`.
+    residuals, chi_squares : arrays, shapes (s, N, 3) and (s, N)
+        See `residuals.residuals`.
     solution : Solution
-    given : array, shape (N, d, d)
-        See `smoothed_covariances`.
+    spread : Spread
     """
 
-    batch: Batch
-    rejected: tuple[Bools, ...]
-    chi_squares: tuple[Floats, ...]
+    rejected: Bools
+    residuals: Floats
+    chi_squares: Floats
     solution: Solution
-    given: Floats
+    spread: Spread
+
+    @property
+    def batch(self) -> Batch:
+        """With all readings."""
+        return self.solution.batch
 
 
 def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
@@ -71,7 +73,7 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     check_unit_of_rates(batch)
     states = np.tile(belief.states, (N, 1))
     at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)
-    rejected = tuple(np.zeros(N, dtype=bool) for _ in batch.sensors)
+    rejected = np.zeros((len(batch.sensors), N), dtype=bool)
     arcs = np.concatenate([[0], np.flatnonzero(batch.breaks) + 1, [N]])
     _, where = first_attitude(batch, states)
     low = high = where.start
@@ -85,13 +87,11 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
         part = batch.part(low, high)
         before = belief if low == 0 else belief.without_attitude()
         known = Trajectory(at.attitude[low:high], at.states[low:high])
-        cut = tuple(no[low:high] for no in rejected)
         last = high - low == N
-        found = _without_outliers(part, before, known, cut, limit, last)
-        at.attitude[low:high] = found.solution.trajectory.attitude
-        at.states[low:high] = found.solution.trajectory.states
-        for no, new in zip(rejected, found.rejected, strict=True):
-            no[low:high] = new
+        found = _without_outliers(part, before, known, rejected[:, low:high], limit, last)
+        at.attitude[low:high] = found.solution.estimate.attitude
+        at.states[low:high] = found.solution.estimate.states
+        rejected[:, low:high] = found.rejected
     _check(found, limit)
     return found
 
@@ -100,21 +100,21 @@ def _without_outliers(
     batch: Batch,
     belief: Belief,
     at: Trajectory,
-    rejected: tuple[Bools, ...],
+    rejected: Bools,
     limit: float,
     last: bool,
 ) -> Fit:
     """Solve until the readings beyond the limit are those that were left out."""
     for _ in range(_ROUNDS):
-        solution = solve(batch.without(rejected), belief, at, _ITERATIONS[last], _TOLERANCE[last])
-        given = smoothed_covariances(solution)
-        squares = chi_squares(batch, solution, given, rejected)
-        beyond = tuple(square > limit for square in squares)
-        at = solution.trajectory
-        if not solution.settled(_TOLERANCE[last]) or all(map(np.array_equal, beyond, rejected)):
+        solution = solve(batch, belief, at, _ITERATIONS[last], _LAST[last], rejected)
+        known = spread(solution)
+        left, squares = residuals(solution, known)
+        beyond = squares > limit
+        at = solution.estimate
+        if not solution.settled(_LAST[last]) or np.array_equal(beyond, rejected):
             break
         rejected = beyond
-    return Fit(batch, rejected, squares, solution, given)
+    return Fit(rejected, left, squares, solution, known)
 
 
 def _check(found: Fit, limit: float) -> None:

@@ -7,17 +7,15 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.estimation.batch import Batch
 from mgeo_attitude.estimation.belief import UNKNOWN
 from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.innovation import innovation, jacobian
+from mgeo_attitude.estimation.kernels import load
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.rotation import exponential, matrix, vector
 from mgeo_attitude.sensors.readings import as_reported
-
-_SERIES = 0.5  # |ω| dt up to which the series below converges fast
-_TERMS = 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +76,14 @@ class Steps:
     defect: Floats
     growth: Floats
 
+    @property
+    def arrays(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """All but `growth`, in this order."""
+        return self.F, self.G, self.Q, self.defect
+
 
 @dataclass(frozen=True, eq=False)
-class Sightings:
+class Sighting:
     """z - H e ~ N(0, diag(noise)²) for m readings of a sensor.
 
     Attributes
@@ -97,6 +100,36 @@ class Sightings:
     states: Ints
     H: Floats
     noise: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Sightings:
+    """The readings of all s sensors.
+
+    Attributes
+    ----------
+    there : array of bool, shape (s, N)
+    z : array, shape (s, N, 3)
+    H : array, shape (s, N, 3, p)
+        By driven errors first, then by those of constants.
+    noise : array, shape (s, 3)
+    counts : array of int, shape (s, 2)
+        How many columns of H are of driven errors, and of constants.
+    columns : array of int, shape (s, p)
+        Their places among the driven and the constant ones.
+    """
+
+    there: Bools
+    z: Floats
+    H: Floats
+    noise: Floats
+    counts: Ints
+    columns: Ints
+
+    @property
+    def arrays(self) -> tuple[Floats, Floats, Floats, Ints, Ints]:
+        """All but `there`, in this order."""
+        return self.z, self.H, self.noise, self.counts, self.columns
 
 
 def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
@@ -141,13 +174,41 @@ def steps(batch: Batch, at: Trajectory, parts: Partition) -> Steps:
     return Steps(F, G, Q, defect, growth)
 
 
-def sightings(batch: Batch, index: int, at: Trajectory) -> Sightings:
+def sightings(batch: Batch, at: Trajectory, parts: Partition) -> Sightings:
+    """The readings of all sensors."""
+    each = [sighting(batch, index, at) for index in range(len(batch.suite.sensors))]
+    s, N, p = len(each), len(batch.times), max(len(one.states) for one in each)
+    found = Sightings(
+        there=np.zeros((s, N), dtype=bool),
+        z=np.zeros((s, N, 3)),
+        H=np.zeros((s, N, 3, p)),
+        noise=np.array([one.noise for one in each]),
+        counts=np.zeros((s, 2), dtype=np.int64),
+        columns=np.zeros((s, p), dtype=np.int64),
+    )
+    for index, one in enumerate(each):
+        chosen = [np.flatnonzero(np.isin(one.states, of)) for of in (parts.driven, parts.constant)]
+        order, n = np.concatenate(chosen), len(one.states)
+        found.there[index, one.samples] = True
+        found.z[index, one.samples] = one.z
+        found.H[index, one.samples, :, :n] = one.H[:, :, order]
+        found.counts[index] = [len(some) for some in chosen]
+        found.columns[index, :n] = np.concatenate(
+            [
+                np.searchsorted(of, one.states[some])
+                for of, some in zip((parts.driven, parts.constant), chosen, strict=True)
+            ]
+        )
+    return found
+
+
+def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
     """The readings of a sensor of the suite, by its number."""
     suite, sensor = batch.suite, batch.suite.sensors[index]
     samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
     noise = np.array(sensor.noise())
     if not len(samples):
-        return Sightings(samples, np.zeros((0, 3)), samples, np.zeros((0, 3, 0)), noise)
+        return Sighting(samples, np.zeros((0, 3)), samples, np.zeros((0, 3, 0)), noise)
     places = np.arange(3)[:, None] + np.array(suite.rotations)
     states = at.states[samples].T
     rotations = matrix(states[places])
@@ -159,7 +220,7 @@ def sightings(batch: Batch, index: int, at: Trajectory) -> Sightings:
     r = innovation(suite, index, y, vectors[:, index], estimate, gradient=gradient)
     found, H = jacobian(r)
     H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
-    return Sightings(samples, r.value.T, found, H, noise)
+    return Sighting(samples, r.value.T, found, H, noise)
 
 
 def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floats,
@@ -167,54 +228,38 @@ def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floa
     """A trajectory with errors taken out: driven ones e, shape (N, d), and constant ones e_c."""
     attitude = at.attitude @ np.moveaxis(matrix(e[:, :3].T), -1, 0)
     states = at.states.copy()
-    full = np.zeros_like(states)
-    full[:, parts.driven], full[:, parts.constant] = e, growth * e_c
-    full[:, :3] = 0.0
-    states += full
-    for first in suite.rotations[1:]:
+    states[:, parts.driven[3:]] += e[:, 3:]
+    states[:, parts.constant] += growth * e_c
+    error = np.zeros(suite.n_states)
+    error[parts.constant] = e_c
+    for first in suite.rotations[1:]:  # of which none is driven, or decays
         block = slice(first, first + 3)
-        both = np.einsum("ijn,jkn->ikn", matrix(at.states[:, block].T), matrix(full[:, block].T))
-        states[:, block] = vector(both).T
+        states[:, block] = vector(matrix(at.states[0, block]) @ matrix(error[block]))
     return Trajectory(attitude, states)
 
 
 def discretized(suite: Suite, rates: Floats, durations: Floats) -> tuple[Floats, Floats]:
     """F and Q, equation (7), of n steps at once, shape (n, n_dynamic, n_dynamic).
 
-    Of attitude and gyro by the series of `filter.discretization.discretize`, on steps halved as
-    often as the worst needs; of the sensors' processes, which depend on nothing else, exactly.
+    Of attitude and gyro by a series; of the sensors' processes, which depend on nothing else,
+    exactly.
     """
     n, m, k = len(rates), suite.n_dynamic, suite.n_kinematic
     F, Q = np.zeros((2, n, m, m))
-    F[:, :k, :k], Q[:, :k, :k] = _kinematic(suite, rates, durations)
+    unit = [suite.dynamics_matrix(axis)[:3, 6:k] for axis in np.eye(3)]
+    density = suite.diffusion()
+    load("kinematics").discretized(
+        suite.gyro.bias_decay,
+        (density[0], density[3]),
+        np.array(unit),
+        np.ascontiguousarray(rates),
+        durations,
+        F,
+        Q,
+    )
     for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):
         for i in range(first, first + 3):
             F[:, i, i], Q[:, i, i] = process.over(durations)
-    return F, Q
-
-
-def _kinematic(suite: Suite, rates: Floats, durations: Floats) -> tuple[Floats, Floats]:
-    k = suite.n_kinematic
-    matrices = map(suite.dynamics_matrix, np.vstack([np.zeros(3), np.eye(3)]))
-    rest, *unit = (matrix[:k, :k] for matrix in matrices)
-    A = rest + np.einsum("na,aij->nij", rates, np.array([one - rest for one in unit]))
-    angle = float((np.linalg.norm(rates, axis=1) * durations).max(initial=0.0))
-    halvings = max(0, int(np.ceil(np.log2(angle / _SERIES)))) if angle > 0.0 else 0
-    A *= durations[:, None, None] / 2.0**halvings
-    F_term = np.broadcast_to(np.eye(len(rest)), A.shape)
-    Q_term = np.diag(suite.diffusion()[:k]) * durations[:, None, None] / 2.0**halvings
-    F, Q = F_term.copy(), Q_term.copy()
-    for m in range(1, _TERMS):
-        F_term = A @ F_term / m
-        Q_term = A @ Q_term / (m + 1)
-        Q_term = Q_term + Q_term.swapaxes(1, 2)
-        F += F_term
-        Q += Q_term
-        if np.abs(F_term).max() < 1e-17 and (np.abs(Q_term) <= 1e-17 * np.abs(Q).max()).all():
-            break
-    for _ in range(halvings):
-        Q = Q + F @ Q @ F.swapaxes(1, 2)
-        F = F @ F
     return F, Q
 
 
