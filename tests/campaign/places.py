@@ -130,7 +130,8 @@ def _load_all() -> None:
     for module in pkgutil.walk_packages(mgeo.__path__, "mgeo."):
         if not module.name.endswith("__main__"):
             importlib.import_module(module.name)
-    codecs.lookup("unicode-escape")  # imported by Jinja's first template
+    for codec in ("unicode-escape", "cp437"):  # of Jinja's first template, of names in a zip file
+        codecs.lookup(codec)  # what could not be imported once is unknown to the process forever
 
 
 @contextlib.contextmanager

@@ -54,7 +54,7 @@ def _refusal(table):
     return ""
 
 
-@settings(max_examples=150)
+@settings(max_examples=75)
 @given(words=st.lists(WORDS, max_size=6), attitude=st.booleans())
 def test_any_words_are_a_command_or_refused_in_plain_characters(words, attitude):
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):

@@ -47,7 +47,7 @@ def filled(F, violation=None, cuts=(), max_size=None):
     return archive
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(batches())
 def test_archive_agrees_with_naive_loop_however_batches_are_cut(batch):
     F, violation, cuts = batch

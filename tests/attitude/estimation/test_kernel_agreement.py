@@ -13,6 +13,7 @@ from ..filter.suites import SUITES
 from ..flight.runs import estimated, none
 
 PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
+STEPS = 160  # of 1 s: until the third maneuver has begun
 
 
 @pytest.fixture(
@@ -20,7 +21,7 @@ PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500
 )
 def model(request):
     scenario = dataclasses.replace(
-        Scenario.cubesat_6u(), duration=300.0, convergence=Convergence(window=300.0)
+        Scenario.cubesat_6u(), duration=STEPS, convergence=Convergence(window=STEPS)
     )
     if request.param in SUITES:
         suite = SUITES[request.param]
@@ -30,7 +31,7 @@ def model(request):
 
 @pytest.mark.parametrize("estimator", [Estimator.plain(), Estimator(second_order=False)])
 def test_variances_of_a_run_without_errors_are_the_kernels(model, estimator):
-    record = estimated(model, PLAN, np.arange(301), none(model, 300), estimator)
+    record = estimated(model, PLAN, np.arange(STEPS + 1), none(model, STEPS), estimator)
     kernel = evaluate(model, PLAN, history=True).variances[0]
     np.testing.assert_allclose(record.sigma[0] ** 2, kernel, rtol=1e-9)
     np.testing.assert_allclose(record.errors, 0.0, atol=1e-12)
@@ -38,7 +39,7 @@ def test_variances_of_a_run_without_errors_are_the_kernels(model, estimator):
 
 def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model):
     ramped = dataclasses.replace(model, slew_limits=SlewLimits(np.radians(1.7), np.inf, np.eye(3)))
-    record = estimated(ramped, PLAN, np.arange(301), none(ramped, 300), Estimator.plain())
+    record = estimated(ramped, PLAN, np.arange(STEPS + 1), none(ramped, STEPS), Estimator.plain())
     kernel = evaluate(ramped, PLAN, history=True).variances[0]
     np.testing.assert_allclose(record.sigma[0] ** 2, kernel, rtol=1e-9)
     assert not np.allclose(record.sigma[0] ** 2, evaluate(model, PLAN, history=True).variances[0])
@@ -46,16 +47,18 @@ def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model
 
 def test_tiny_errors_are_the_linear_filters(model):
     """A ten-millionth of every error and noise leaves the covariance as it is."""
-    drawn = draw(model, 300, np.random.default_rng(1))
+    drawn = draw(model, STEPS, np.random.default_rng(1))
     tiny = dataclasses.replace(
         drawn,
         errors=1e-7 * drawn.errors,
         gyro_noise=1e-7 * drawn.gyro_noise,
         noise=1e-7 * drawn.noise,
     )
-    small = estimated(model, PLAN, np.arange(301), tiny, Estimator.plain())
+    small = estimated(model, PLAN, np.arange(STEPS + 1), tiny, Estimator.plain())
     kernel = evaluate(model, PLAN, history=True).variances[0]
     np.testing.assert_allclose(small.sigma[0] ** 2, kernel, rtol=1e-6)
     # all that is left of the remedies at this size is the rule of adding rotations
-    best = estimated(model, PLAN, np.arange(301), tiny, Estimator(second_order=False, iterations=3))
+    best = estimated(
+        model, PLAN, np.arange(STEPS + 1), tiny, Estimator(second_order=False, iterations=3)
+    )
     np.testing.assert_allclose(best.errors, small.errors, rtol=0, atol=1e-11)

@@ -53,7 +53,9 @@ def run(paper, n_runs=60, **options):
     return simulate(scenario, PLAN, n_runs, seed=7, environment=environment, **options)
 
 
-def test_a_run_is_the_same_however_many_run_beside_it(paper):
+def test_a_run_is_the_same_however_many_run_beside_it():
+    scenario = short(Scenario.paper(), 200.0)
+    paper = scenario, Environment.from_scenario(scenario)
     one, two = run(paper, 5), run(paper, RUNS + 1)
     alone = run(paper, 1)
     for name in ("errors", "sigma", "nees", "nis", "updates"):
@@ -85,7 +87,7 @@ def test_a_gyro_with_every_error_is_consistent(paper):
     assert all(report[name].passed for name in ("nees", "nis sun", "nis mag")), report.table()
 
 
-@pytest.mark.parametrize("considered", [(), ("field_error",)])
+@pytest.mark.parametrize("considered", [(), pytest.param(("field_error",), marks=pytest.mark.slow)])
 def test_errors_that_vary_are_estimated_or_considered_consistently(paper, considered):
     scenario, environment = paper
     sensors = (

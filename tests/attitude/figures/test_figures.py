@@ -12,7 +12,7 @@ from mgeo_attitude.describe import nondominated
 from mgeo.runs.representative import default_solution
 
 
-@pytest.mark.parametrize("n", [1, 7, 300])
+@pytest.mark.parametrize("n", [1, 7, pytest.param(300, marks=pytest.mark.slow)])
 def test_all_figures_serialize(problem, X, n):
     figures = problem.figures(X[:n])
     assert list(figures) == ["front", "maneuvers", "convergence"]

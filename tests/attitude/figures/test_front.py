@@ -84,7 +84,7 @@ def test_what_flights_keep_has_a_boundary_of_its_own(figure, problem, X):
 
 
 def test_a_front_over_flights_is_that_of_its_own_promises(problem, X):
-    own, X = AttitudeManeuverProblem(problem.scenario, flights=3), X[:60]
+    own, X = AttitudeManeuverProblem(problem.scenario, flights=3), X[:20]
     F = own.evaluate(X, return_values_of=["F"])
     _, first, second, _ = own.figures(X)["front"].data
     for trace in (first, second):

@@ -111,8 +111,15 @@ def test_large_suites_are_made_of_loops(scenario, loops):
         assert sum(map(len, texts)) < sum(map(len, straight)) / 3
 
 
-@pytest.mark.parametrize("loops", [False, True])
-@pytest.mark.parametrize("name", SUITES)
+@pytest.mark.parametrize(
+    ("name", "loops"),
+    [
+        # what is never made of a large suite: long texts
+        pytest.param(name, loops, marks=[pytest.mark.slow] if in_loops(suite) > loops else [])
+        for name, suite in SUITES.items()
+        for loops in (False, True)
+    ],
+)
 def test_generated_step_is_one_filter_step(name, loops):
     """Equations (3) and (4) by dense algebra against the text's result."""
     suite, rng = SUITES[name], np.random.default_rng(0)

@@ -206,7 +206,7 @@ def wait_for(condition, process):
 
 def test_after_a_kill_the_run_goes_on_and_after_a_signal_too(mgeo, stand_in_environment, tmp_path):
     arguments = ["solve", "slow-cantilever", *SHORT, "--evaluations", 640, "--record", "--out", "a"]
-    slow = stand_in_environment | {"STAND_IN_SECONDS": "0.4"}  # 32 in all: it cannot end meanwhile
+    slow = stand_in_environment | {"STAND_IN_SECONDS": "0.2"}  # 16 in all: it cannot end meanwhile
     with start(tmp_path, slow, *arguments) as process:
         wait_for((tmp_path / "a" / CHECKPOINT_FILE).exists, process)
         refused = mgeo("resume", "a")

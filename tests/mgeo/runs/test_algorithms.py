@@ -36,7 +36,11 @@ DIRECTED = ("nsga3", "u-nsga3", "moead", "ctaea", "rvea")
 AREA = HV(ref_point=np.array([1.1, 6.0]))
 
 
-@pytest.mark.parametrize("name", ALGORITHMS)
+@pytest.mark.parametrize(
+    "name",
+    # pymoo compiles it anew in every process
+    [pytest.param(n, marks=pytest.mark.slow) if n == "age-moea2" else n for n in ALGORITHMS],
+)
 def test_every_algorithm_improves_a_front_and_repeats_itself(name):
     problem = ZDT1(n_var=5)
     algorithm = build_algorithm(name, SMALL.get(name, {"population": 20}), problem)
