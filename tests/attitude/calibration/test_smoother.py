@@ -390,7 +390,9 @@ def test_the_optimum_is_that_of_scipys_optimizer():
     np.testing.assert_allclose(moved[3 * N :], 0.0, atol=1e-4)
 
 
-@pytest.mark.parametrize("name", ["paper", "full gyro", "varying errors", "cubesat_6u_full"])
+@pytest.mark.parametrize(
+    "name", ["paper", "random-walk bias", "full gyro", "varying errors", "cubesat_6u_full"]
+)
 def test_discretization_of_many_steps_is_that_of_each(name):
     suite: Suite = SUITES[name]
     rng = np.random.default_rng(0)

@@ -14,7 +14,13 @@ from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.estimation.linearization import Trajectory
 from mgeo_attitude.estimation.residuals import residuals
 from mgeo_attitude.estimation.smoother import LAST, Solution, Spread, solve, spread
-from mgeo_attitude.estimation.start import accumulated, check_unit_of_rates, first_attitude
+from mgeo_attitude.estimation.start import (
+    accumulated,
+    check_unit_of_rates,
+    directions,
+    first_attitude,
+    stretch,
+)
 
 #: Samples of the first stretch, and how much longer each next one is.
 FIRST, GROWTH = 200, 3
@@ -70,12 +76,12 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
         sensor's readings are outliers.
     """
     N, limit = len(batch.times), float(chi2.isf(gate, 3))
-    check_unit_of_rates(batch)
     states = np.tile(belief.states, (N, 1))
+    where = stretch(directions(batch, accumulated(batch, states)), N)
+    check_unit_of_rates(batch, where)
     at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)
     rejected = np.zeros((len(batch.sensors), N), dtype=bool)
     arcs = np.concatenate([[0], np.flatnonzero(batch.breaks) + 1, [N]])
-    _, where = first_attitude(batch, states)
     low = high = where.start
     while high - low < N:
         more = max(FIRST, where.stop - where.start, (GROWTH - 1) * (high - low))

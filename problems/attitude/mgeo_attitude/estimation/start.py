@@ -62,20 +62,22 @@ def first_attitude(batch: Batch, states: Floats) -> tuple[Floats, slice]:
     return rotation @ relative, where
 
 
-def check_unit_of_rates(batch: Batch) -> None:
+def check_unit_of_rates(batch: Batch, where: slice) -> None:
     """Refuse a gyro of another unit: with another the vectors would turn far more consistently.
+
+    Parameters
+    ----------
+    where : slice
+        Samples among which the vectors are far apart, see `stretch`.
 
     Raises
     ------
     ValueError
         Naming that unit.
     """
-    zero = np.zeros((len(batch.times), batch.suite.n_states))
-    usual = directions(batch, accumulated(batch, zero))
-    where = stretch(usual, len(batch.times))
     middle = (where.start + where.stop) // 2
     part = batch.part(max(0, middle - 150), min(len(batch.times), middle + 150))
-    zero = zero[: len(part.times)]
+    zero = np.zeros((len(part.times), batch.suite.n_states))
 
     def residual(factor: float) -> float:
         seen = directions(part, accumulated(part, zero, factor))

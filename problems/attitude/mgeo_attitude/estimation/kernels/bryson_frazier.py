@@ -9,8 +9,11 @@ import math
 import numpy as np
 from numba import njit
 
+loop = njit(cache=True, error_model="numpy", nogil=True)
+helper = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
-@njit(cache=True, error_model="numpy", nogil=True)
+
+@loop
 def backward(F, seen, counts, columns, readings, kept, c, e):
     """Smoothed errors e, shape (N, d), for errors c."""
     Hw, K, w, W = readings
@@ -55,7 +58,7 @@ def backward(F, seen, counts, columns, readings, kept, c, e):
                 adjoint[j] = before[j]
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@loop
 def smoothed(moves, seen, sights, readings, kept, given, slope):
     """Covariance of the smoothed e for a known c, and its change with c, of every sample.
 
@@ -130,7 +133,7 @@ def smoothed(moves, seen, sights, readings, kept, given, slope):
             backed(F, k - 1, now, later)
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@helper
 def combine(A, k, B, out, L, X):
     """out ← (A⁻¹ + B)⁻¹, as L (I + Lᵀ B L)⁻¹ Lᵀ for A = L Lᵀ, of A[k]; both may be singular.
 
@@ -183,7 +186,7 @@ def combine(A, k, B, out, L, X):
             out[i, j] = out[j, i] = total
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@helper
 def backed(F, k, A, out):
     """out ← Fᵀ A of a step; rows of F from the fourth on are of a diagonal."""
     d, q = A.shape

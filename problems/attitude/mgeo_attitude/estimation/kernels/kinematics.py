@@ -10,13 +10,16 @@ import math
 import numpy as np
 from numba import njit
 
+loop = njit(cache=True, error_model="numpy", nogil=True)
+helper = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
 #: |ω| dt up to which the series converges fast; beyond, the step is halved first.
 SERIES = 0.5
 #: Terms smaller than this, relative to the first, are left out.
 NEGLIGIBLE = 1e-18
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@loop
 def discretized(decay, densities, others, rates, durations, F, Q):
     """F and Q of n steps, equation (7), as `filter.discretization.discretize`.
 
@@ -63,7 +66,7 @@ def discretized(decay, densities, others, rates, durations, F, Q):
             F[n, 6 + m, 6 + m] = 1.0
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@helper
 def coefficients(square, decay, densities, duration):
     """Of F and Q of a step, for |ω|².
 
@@ -105,7 +108,8 @@ def coefficients(square, decay, densities, duration):
         )
         Q_aa, Q_ab = sum3(Q_aa, Q_aa_m), sum3(Q_ab, Q_ab_m)
         bias, Q_b = bias + bias_m, Q_b + Q_b_m
-        bound *= 2.0 * size * h / m
+        if m > 2:  # how the bias's noise reaches the attitude begins with the second term
+            bound *= 2.0 * size * h / m
         m += 1
     for _ in range(halvings):
         # Q + F Q Fᵀ and F F
@@ -120,19 +124,19 @@ def coefficients(square, decay, densities, duration):
     return turn, by_bias, by_constant, bias, Q_aa, Q_ab, Q_b
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@helper
 def matrix(a, unit, w, w2):
     """An entry of the matrix that a triple stands for."""
     return a[0] * unit + a[1] * w + a[2] * w2
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@helper
 def times_W(a, square):
     """W a."""
     return 0.0, a[0] - square * a[2], a[1]
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@helper
 def product(a, b, square):
     """a b."""
     once, twice = times_W(b, square), times_W(times_W(b, square), square)
@@ -143,16 +147,16 @@ def product(a, b, square):
     )
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@helper
 def sum3(a, b):
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@helper
 def scaled(a, f):
     return f * a[0], f * a[1], f * a[2]
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@helper
 def transposed(a):
     return a[0], -a[1], a[2]

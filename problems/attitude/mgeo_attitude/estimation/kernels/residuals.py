@@ -5,8 +5,10 @@ import math
 import numpy as np
 from numba import njit
 
+loop = njit(cache=True, error_model="numpy", nogil=True)
 
-@njit(cache=True, error_model="numpy", nogil=True)
+
+@loop
 def all_others(there, used, sights, growth, e, common, given, slope, root, residuals, found):
     """Square of every residual to what all other readings say, over its covariance.
 
@@ -81,7 +83,7 @@ def all_others(there, used, sights, growth, e, common, given, slope, root, resid
             found[s, k] = square
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@loop
 def those_before(seen, readings, kept, root, common, white, errors, until):
     """The filter of e and c together, from that of a known c.
 

@@ -16,12 +16,15 @@ import math
 import numpy as np
 from numba import njit
 
+loop = njit(cache=True, error_model="numpy", nogil=True)
+helper = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
 #: From where on the variance of a predicted reading is so much above its noise that subtracting
 #: what is learned would leave few digits; then Joseph's sum of squares is taken.
 LARGE = 100.0
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@loop
 def forward(moves, seen, sights, growth, kept, readings, R):
     """The filter over all samples; the sum of squares of steps and readings.
 
@@ -63,7 +66,7 @@ def forward(moves, seen, sights, growth, kept, readings, R):
     return cost
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@helper
 def predict(moves, k, x, T, P, room):
     """To sample k from the one before; rows of F from the fourth on are of a diagonal."""
     F, G, Q, defect = moves
@@ -101,7 +104,7 @@ def predict(moves, k, x, T, P, room):
             P[k, i, j] = P[k, j, i] = Q[n, i, j] + room[i, j] * F[n, j, j]
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@helper
 def update(sights, s, k, growth, kept, readings, room):
     """By one reading: x, T and P; the rest is kept for the smoother.
 
@@ -177,7 +180,7 @@ def update(sights, s, k, growth, kept, readings, room):
                 P[k, j, m] -= f0 * K[s, k, 0, m] + f1 * K[s, k, 1, m] + f2 * K[s, k, 2, m]
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@helper
 def learn(s, k, readings, R, A):
     """Put a whitened reading into the triangle R of c, by Householder's reflections."""
     w, W = readings[2], readings[3]
@@ -203,7 +206,7 @@ def learn(s, k, readings, R, A):
             A[2, m] -= f * a2
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@helper
 def joseph(P, K, Hw, V, noise, nd, columns, room):
     """P ← (I - Kᵀ Hw) P (I - Kᵀ Hw)ᵀ + Kᵀ L⁻¹ R L⁻ᵀ K."""
     d = len(P)
@@ -238,7 +241,7 @@ def joseph(P, K, Hw, V, noise, nd, columns, room):
             P[i, j] = P[j, i] = total
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+@helper
 def squares(Q, defect, k, L, y):
     """defectᵀ Q⁻¹ defect of a step; L and y are room."""
     d, total = len(y), 0.0

@@ -1,0 +1,35 @@
+"""A calibration costs a fraction of one pass of the filter that takes a sample after the other."""
+
+import numpy as np
+import pytest
+from mgeo_attitude import Estimator, FilterModel, Scenario, calibrate
+from mgeo_attitude.estimation.estimate import Estimate
+from mgeo_attitude.estimation.filter import ErrorStateFilter
+from mgeo_attitude.flight import Motion, draw, fly_run
+from mgeo_attitude.flight.simulated import sent_down
+
+from ..attitude.calibration.flights import PLAN, short
+from .measure import interleaved
+
+
+@pytest.mark.benchmark
+@pytest.mark.parametrize("preset", ["paper", "cubesat_6u"])
+def test_a_calibration_costs_less_than_filtering_step_by_step(preset):
+    scenario = short(getattr(Scenario, preset)(), 3000.0)
+    model = FilterModel.from_scenario(scenario)
+    motion = Motion.of(model, PLAN, model.n_steps)
+    flight = fly_run(model, motion, draw(model, model.n_steps, np.random.default_rng(1)))
+    telemetry = sent_down(model, flight)
+
+    def filtered():
+        start = Estimate.at_start(model, 1)
+        one = ErrorStateFilter(model.suite, Estimator())
+        for _ in one.run(start, [flight.readings], motion.rates, model.references):
+            pass
+
+    timings = interleaved(
+        {"calibrated": lambda: calibrate(scenario, telemetry), "filtered": filtered}, rounds=5
+    )
+    ratio = timings["calibrated"].processor / timings["filtered"].processor
+    print(f"\n{preset}: a calibration takes {ratio:.3f} of a pass of the filter")
+    assert ratio < 0.25
