@@ -4,7 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mgeo_attitude.calibration import Calibration, calibrate
+    from mgeo_attitude.calibration import Calibration, calibrate, simulate_calibrations
     from mgeo_attitude.environment.environment import Environment
     from mgeo_attitude.estimation import Estimator, MonteCarlo, consistency, simulate, validity
     from mgeo_attitude.filter.evaluator import Evaluation, evaluate
@@ -44,11 +44,12 @@ __all__ = [
     "reference_run",
     "scenario_schema",
     "simulate",
+    "simulate_calibrations",
     "validity",
 ]
 
 _HOMES = {
-    "mgeo_attitude.calibration": ("Calibration", "calibrate"),
+    "mgeo_attitude.calibration": ("Calibration", "calibrate", "simulate_calibrations"),
     "mgeo_attitude.environment.environment": ("Environment",),
     "mgeo_attitude.estimation": ("Estimator", "MonteCarlo", "consistency", "simulate", "validity"),
     "mgeo_attitude.filter.evaluator": ("Evaluation", "evaluate"),

@@ -165,11 +165,11 @@ def spoiled(name):
 @pytest.mark.parametrize(
     ("preset", "name", "flights"),
     [
-        ("paper", "", 20),
-        ("cubesat_6u", "", 20),
-        ("cubesat_6u_full", "", 10),
-        ("paper", "outliers and holes", 20),
-        ("paper", "slow magnetometer", 25),
+        ("paper", "", 10),
+        ("cubesat_6u", "", 10),
+        ("cubesat_6u_full", "", 6),
+        ("paper", "outliers and holes", 10),
+        ("paper", "slow magnetometer", 12),
     ],
 )
 def test_many_flights_are_consistent(preset, name, flights):

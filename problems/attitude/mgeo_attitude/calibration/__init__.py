@@ -5,6 +5,7 @@ from mgeo_attitude.calibration.files import from_json, read_json, to_json
 from mgeo_attitude.calibration.from_telemetry import calibrate
 from mgeo_attitude.calibration.history import History
 from mgeo_attitude.calibration.sensor_tests import SensorTest
+from mgeo_attitude.calibration.simulated import simulate_calibrations
 
 __all__ = [
     "Calibration",
@@ -13,5 +14,6 @@ __all__ = [
     "calibrate",
     "from_json",
     "read_json",
+    "simulate_calibrations",
     "to_json",
 ]

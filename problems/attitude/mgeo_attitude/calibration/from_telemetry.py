@@ -75,12 +75,7 @@ def calibrate(
     found = fit(data, belief, gate)
     last = found.solution.estimate
     past = filtered(found.solution)
-    states, covariance = as_believed(
-        belief,
-        found.solution,
-        last.states[-1],
-        last_covariance(found.solution),
-    )
+    states, covariance = at_the_end(belief, found)
     return Calibration(
         scenario=scenario,
         time=float(data.times[-1]),
@@ -92,6 +87,13 @@ def calibrate(
         rejected=_rejected(found),
         history=_history(found, past),
     )
+
+
+def at_the_end(belief: Belief, found: Fit) -> tuple[Floats, Floats]:
+    """States at the last sample, rotations as vectors, and their covariance."""
+    solution = found.solution
+    states = solution.estimate.states[-1]
+    return as_believed(belief, solution, states, last_covariance(solution))
 
 
 def _rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:

@@ -24,8 +24,8 @@ from mgeo_attitude.estimation.start import (
 
 #: Samples of the first stretch, and how much longer each next one is.
 FIRST, GROWTH = 200, 3
-_ITERATIONS = 15, 30  # of a stretch, of the whole
-_LAST = (0.1, 1e-3), LAST  # of a stretch, of the whole
+_ITERATIONS = 30
+_LAST_OF_STRETCH = 0.1, 1e-3
 _ROUNDS = 10  # of leaving out outliers
 
 
@@ -75,7 +75,7 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
         If no attitude follows from the vectors, rates are of another unit, or more than half of a
         sensor's readings are outliers.
     """
-    N, limit = len(batch.times), float(chi2.isf(gate, 3))
+    N = len(batch.times)
     states = np.tile(belief.states, (N, 1))
     where = stretch(directions(batch, accumulated(batch, states)), N)
     check_unit_of_rates(batch, where)
@@ -93,38 +93,56 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
         part = batch.part(low, high)
         before = belief if low == 0 else belief.without_attitude()
         known = Trajectory(at.attitude[low:high], at.states[low:high])
-        last = high - low == N
-        found = _without_outliers(part, before, known, rejected[:, low:high], limit, last)
+        last = LAST if high - low == N else _LAST_OF_STRETCH
+        found = settle(part, before, known, gate, last, rejected[:, low:high])
         at.attitude[low:high] = found.solution.estimate.attitude
         at.states[low:high] = found.solution.estimate.states
         rejected[:, low:high] = found.rejected
-    _check(found, limit)
+    check(found, gate)
     return found
 
 
-def _without_outliers(
+def settle(
     batch: Batch,
     belief: Belief,
     at: Trajectory,
-    rejected: Bools,
-    limit: float,
-    last: bool,
+    gate: float,
+    last: tuple[float, float] = LAST,
+    rejected: Bools | None = None,
 ) -> Fit:
-    """Solve until the readings beyond the limit are those that were left out."""
+    """Solve from a trajectory until the readings beyond the gate are those that were left out.
+
+    Parameters
+    ----------
+    last : (float, float)
+        Which step is the last; see `Solution.settled`.
+    rejected : array of bool, shape (s, N), optional
+        Readings to begin without.
+    """
+    limit = float(chi2.isf(gate, 3))
+    if rejected is None:
+        rejected = np.zeros((len(batch.sensors), len(batch.times)), dtype=bool)
     for _ in range(_ROUNDS):
-        solution = solve(batch, belief, at, _ITERATIONS[last], _LAST[last], rejected)
+        solution = solve(batch, belief, at, _ITERATIONS, last, rejected)
         known = spread(solution)
         left, squares = residuals(solution, known)
         beyond = squares > limit
         at = solution.estimate
-        if not solution.settled(_LAST[last]) or np.array_equal(beyond, rejected):
+        if not solution.settled(last) or np.array_equal(beyond, rejected):
             break
         rejected = beyond
     return Fit(rejected, left, squares, solution, known)
 
 
-def _check(found: Fit, limit: float) -> None:
-    """Refuse what did not come to an end, or leaves out more of a sensor than it takes."""
+def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
+    """Refuse what did not come to an end, or leaves out more of a sensor than it takes.
+
+    Raises
+    ------
+    ValueError
+        Saying what may be wrong.
+    """
+    limit = float(chi2.isf(gate, 3))
     sensors = found.batch.suite.sensors
     for sensor, no, square in zip(sensors, found.rejected, found.chi_squares, strict=True):
         count = int(np.isfinite(square).sum())
@@ -134,7 +152,7 @@ def _check(found: Fit, limit: float) -> None:
                 f"{limit:.4g}, their median is {np.nanmedian(square):.3g} where 2.4 is expected: "
                 "are noise, mounting frame and unit as the scenario has them?"
             )
-    if not found.solution.settled():
+    if not found.solution.settled(last):
         raise ValueError(
             "the estimate does not settle: are orbit, epoch and mounting frames those of the "
             "satellite?"

@@ -24,6 +24,7 @@ def innovation(
     estimate: Estimate,
     aligned: bool = False,
     gradient: Sequence[Floats] = (),
+    kind: type[Taylor] = Taylor,
 ) -> Taylor:
     """Innovation as a polynomial in the errors of an estimate, by numbers of their blocks.
 
@@ -39,8 +40,10 @@ def innovation(
         Whether the estimate of every rotation but the attitude is taken to be none.
     gradient : sequence of arrays, shape (3,)
         Columns of its gradient, GCRS, if it has one.
+    kind : type
+        `Taylor`, or `Linear` for the first derivatives alone.
     """
-    sensor, turn = suite.sensors[index], uncertain_rotation(None, 0, -1.0)
+    sensor, turn = suite.sensors[index], uncertain_rotation(None, 0, -1.0, kind)
 
     def to_body(vector: Floats | Taylor) -> Taylor:
         if isinstance(vector, Taylor):
@@ -53,9 +56,9 @@ def innovation(
     for state, first in suite.places(sensor).items():
         if state in sensor.rotations:
             known = estimate.rotations[:, :, suite.rotations.index(first)]
-            own[state] = uncertain_rotation(None if aligned else known, first // 3)
+            own[state] = uncertain_rotation(None if aligned else known, first // 3, kind=kind)
         else:
-            own[state] = uncertain(estimate.states[first : first + 3].T, first // 3)
+            own[state] = uncertain(estimate.states[first : first + 3].T, first // 3, kind)
     x = SimpleNamespace(to_body=to_body, gradient=[to_body(each) for each in gradient], **own)
     predicted = sensor.measured(x, to_body(vector))
     found: Taylor = sensor.innovation(y, predicted)

@@ -13,6 +13,7 @@ from mgeo_attitude.estimation.belief import UNKNOWN
 from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.innovation import innovation, jacobian
 from mgeo_attitude.estimation.kernels import load
+from mgeo_attitude.estimation.taylor import Linear
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.rotation import exponential, matrix, vector
 from mgeo_attitude.sensors.readings import as_reported
@@ -217,7 +218,7 @@ def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
     y = as_reported(batch.sensors[index][samples])
     vectors = batch.vectors[samples]
     gradient = [vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]]
-    r = innovation(suite, index, y, vectors[:, index], estimate, gradient=gradient)
+    r = innovation(suite, index, y, vectors[:, index], estimate, gradient=gradient, kind=Linear)
     found, H = jacobian(r)
     H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
     return Sighting(samples, r.value.T, found, H, noise)

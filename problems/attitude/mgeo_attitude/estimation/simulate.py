@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import warnings
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -92,23 +93,11 @@ def simulate(
     NotImplementedError
         For a sensor that does not define `measured`.
     """
-    if n_runs < 1:
-        raise ValueError(f"n_runs = {n_runs!r}: expected at least 1")
-    plan = np.asarray(design, dtype=float)
-    if plan.ndim != 1:
-        raise ValueError(f"design of shape {plan.shape}: expected one plan, shape (4 m,)")
-    for reason in validity(scenario):
-        warnings.warn(reason, OutsideValidity, stacklevel=2)
-    environment = environment or Environment.from_scenario(scenario)
-    model = FilterModel.from_scenario(scenario, environment)
-    real = model if truth is None else other_truth(truth, scenario, environment)
-    t_end = float(evaluate(model, plan).t_end[0])
-    whole = Whole(scenario, model, plan, t_end).commanded
-    (variances,) = evaluate(model.endless, whole, history=True).variances
+    given = planned(scenario, design, n_runs, truth, environment)
+    model, real, motion, t_end = given.model, given.real, given.motion, given.t_end
     samples, n_watched = _samples(model, t_end), round(t_end / model.step) + 1
     if until is not None:
         samples = samples[model.times[samples] <= max(until, t_end)]
-    motion = Motion.of(model, whole, model.n_steps)
 
     generators = np.random.default_rng(seed).spawn(n_runs)
     if n_runs == 1:
@@ -127,13 +116,61 @@ def simulate(
     return MonteCarlo(
         blocks=model.suite.blocks,
         sensors=tuple(sensor.name for sensor in model.suite.sensors),
-        design=plan,
+        design=given.design,
         t_end=t_end,
         times=model.times[samples],
-        predicted=np.sqrt(variances[samples]),
+        predicted=np.sqrt(given.variances[samples]),
         path_limits=tuple(limit.label for limit in scenario.path_limits),
         **runs,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """What all flights of a plan have in common.
+
+    Attributes
+    ----------
+    design : array, shape (4 m,)
+    model, real : FilterModel
+        What the estimator believes, and what is true.
+    motion : Motion
+    t_end : float
+        When the linear filter has converged [s].
+    variances : array, shape (n_steps + 1, n_states)
+        That the linear filter promises, whether it has converged or not.
+    """
+
+    design: Floats
+    model: FilterModel
+    real: FilterModel
+    motion: Motion
+    t_end: float
+    variances: Floats
+
+
+def planned(
+    scenario: Scenario,
+    design: ArrayLike,
+    n_runs: int,
+    truth: Scenario | None,
+    environment: Environment | None,
+) -> Planned:
+    """Of the arguments of `simulate`, which it checks."""
+    if n_runs < 1:
+        raise ValueError(f"n_runs = {n_runs!r}: expected at least 1")
+    plan = np.asarray(design, dtype=float)
+    if plan.ndim != 1:
+        raise ValueError(f"design of shape {plan.shape}: expected one plan, shape (4 m,)")
+    for reason in validity(scenario):
+        warnings.warn(reason, OutsideValidity, stacklevel=3)
+    environment = environment or Environment.from_scenario(scenario)
+    model = FilterModel.from_scenario(scenario, environment)
+    real = model if truth is None else other_truth(truth, scenario, environment)
+    t_end = float(evaluate(model, plan).t_end[0])
+    whole = Whole(scenario, model, plan, t_end).commanded
+    (variances,) = evaluate(model.endless, whole, history=True).variances
+    return Planned(plan, model, real, Motion.of(model, whole, model.n_steps), t_end, variances)
 
 
 def _samples(model: FilterModel, t_end: float) -> Ints:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -33,14 +33,17 @@ class Taylor:
 
     terms: Mapping[Term, Floats]
 
+    #: Terms of a higher one are left out.
+    order: ClassVar[int] = 2
+
     __array_ufunc__ = None  # an array leaves it to this class how both are combined
 
-    @staticmethod
-    def of(value: Any) -> Taylor:
+    @classmethod
+    def of(cls, value: Any) -> Taylor:
         """A constant: a number or an array, shape (d,) or (r, d)."""
         if isinstance(value, Taylor):
             return value
-        return Taylor({(): np.atleast_2d(value).T[:, None]})
+        return cls({(): np.atleast_2d(value).T[:, None]})
 
     @property
     def value(self) -> Floats:
@@ -49,7 +52,7 @@ class Taylor:
 
     def map(self, linear: Callable[[Floats], Floats]) -> Taylor:
         """A linear function of the components, applied to the first axis of every term."""
-        return Taylor({term: linear(part) for term, part in self.terms.items()})
+        return type(self)({term: linear(part) for term, part in self.terms.items()})
 
     def __getitem__(self, index: Any) -> Taylor:
         """Components, ``[..., [1, 2, 0]]``."""
@@ -60,44 +63,50 @@ class Taylor:
 
     def __add__(self, other: Any) -> Taylor:
         total = dict(self.terms)
-        for term, part in Taylor.of(other).terms.items():
+        for term, part in self.of(other).terms.items():
             total[term] = total[term] + part if term in total else part
-        return Taylor(total)
+        return type(self)(total)
 
     def __sub__(self, other: Any) -> Taylor:
-        return self + -Taylor.of(other)
+        return self + -self.of(other)
 
     def __rsub__(self, other: Any) -> Taylor:
-        return Taylor.of(other) - self
+        return self.of(other) - self
 
     def __mul__(self, other: Any) -> Taylor:
-        total = Taylor({})
+        total: Taylor = type(self)({})
         for a, p in self.terms.items():
-            for b, q in Taylor.of(other).terms.items():
-                if len(a) + len(b) <= 2:
+            for b, q in self.of(other).terms.items():
+                if len(a) + len(b) <= self.order:
                     outer = p[:, :, None] * q[:, None]
-                    total += Taylor({a + b: outer.reshape(len(outer), -1, outer.shape[-1])})
+                    total += type(self)({a + b: outer.reshape(len(outer), -1, outer.shape[-1])})
         return total
 
     def __truediv__(self, other: Any) -> Taylor:
-        other = Taylor.of(other)
+        other = self.of(other)
         reciprocal = 1.0 / other.terms[()]
-        rest = Taylor({t: part * reciprocal for t, part in other.terms.items() if t})
+        rest = type(self)({t: part * reciprocal for t, part in other.terms.items() if t})
         return self * (1.0 - rest + rest * rest).map(lambda part: part * reciprocal)
 
     def __rtruediv__(self, other: Any) -> Taylor:
-        return Taylor.of(other) / self
+        return self.of(other) / self
 
     __radd__, __rmul__ = __add__, __mul__
 
 
-def uncertain(vector: Floats, number: int) -> Taylor:
+class Linear(Taylor):
+    """Of first order alone: value and derivative."""
+
+    order = 1
+
+
+def uncertain(vector: Floats, number: int, kind: type[Taylor] = Taylor) -> Taylor:
     """A vector, shape (r, 3), whose error is the 3-vector of a number."""
-    return Taylor({**Taylor.of(vector).terms, (number,): np.eye(3)[:, :, None]})
+    return kind({**kind.of(vector).terms, (number,): np.eye(3)[:, :, None]})
 
 
 def uncertain_rotation(
-    known: Floats | None, number: int, sign: float = 1.0
+    known: Floats | None, number: int, sign: float = 1.0, kind: type[Taylor] = Taylor
 ) -> Callable[[Any], Taylor]:
     """R R(±e) for a known matrix, shape (3, 3, r) or None for I, and the error of a number.
 
@@ -108,16 +117,16 @@ def uncertain_rotation(
         """factor e × v for the terms of v, to second order."""
         product = {}
         for term, part in terms.items():
-            if len(term) < 2:
+            if len(term) < kind.order:
                 outer = np.einsum("ijk,kqr->ijqr", factor * EPSILON, part)
                 product[number, *term] = outer.reshape(3, -1, part.shape[-1])
         return product
 
     def rotate(v: Any) -> Taylor:
-        vector = Taylor.of(v)
+        vector = kind.of(v)
         once = cross_error(vector.terms, sign)
         twice = cross_error({(number,): once[(number,)]}, 0.5 * sign)
-        turned = vector + Taylor(once) + Taylor(twice)
+        turned = vector + kind(once) + kind(twice)
         return turned if known is None else turned.map(lambda part: multiply(known, part))
 
     return rotate

@@ -97,8 +97,6 @@ def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
 def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
     """The readings of a flight as telemetry, with their truth."""
     suite, rates = model.suite, flight.readings.gyro
-    states = np.tile(flight.errors, (len(rates) + 1, 1))
-    states[:, 3 : suite.n_dynamic] = flight.gyro
     return Telemetry(
         times=model.times,
         gyro_deg_s=np.vstack([np.full(3, np.nan), np.degrees(rates)]),
@@ -106,5 +104,12 @@ def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
             sensor.name: to_channels(sensor, vectors)
             for sensor, vectors in zip(suite.sensors, flight.readings.sensors, strict=True)
         },
-        truth=Truth(attitude=flight.motion.attitude @ flight.start, states=states),
+        truth=true_states(model, flight),
     )
+
+
+def true_states(model: FilterModel, flight: Flight) -> Truth:
+    """Of a flight, at every sample."""
+    states = np.tile(flight.errors, (len(flight.gyro), 1))
+    states[:, 3 : model.suite.n_dynamic] = flight.gyro
+    return Truth(attitude=flight.motion.attitude @ flight.start, states=states)

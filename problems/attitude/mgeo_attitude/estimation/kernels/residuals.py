@@ -96,7 +96,7 @@ def those_before(seen, readings, kept, root, common, white, errors, until):
         Of what is believed of c; in the end of what all readings say.
     white : array, shape (s, N, 3)
         Written: innovations, whitened.
-    errors, until : arrays, shapes (N, d) and (N, d, d)
+    errors, until : arrays, shapes (N, d) and (N, d, d), or without a sample
         Written: estimated errors at every sample, and their covariance.
     """
     w, W = readings[2], readings[3]
@@ -130,6 +130,8 @@ def those_before(seen, readings, kept, root, common, white, errors, until):
                     f = total * less
                     for j in range(q):
                         root[m, j] -= f * phi[j]
+        if k >= len(errors):
+            continue
         for i in range(d):
             errors[k, i] = x[k, i]
             for j in range(q):
