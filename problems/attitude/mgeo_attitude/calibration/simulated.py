@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -21,6 +20,7 @@ from mgeo_attitude.estimation.linearization import Trajectory
 from mgeo_attitude.estimation.monte_carlo import MonteCarlo
 from mgeo_attitude.estimation.residuals import innovations
 from mgeo_attitude.estimation.simulate import Planned, planned
+from mgeo_attitude.filter.evaluator import available_threads
 from mgeo_attitude.flight import Flight, draw, fly_run
 from mgeo_attitude.flight.simulated import true_states
 from mgeo_attitude.rotation import matrix
@@ -68,7 +68,7 @@ def simulate_calibrations(
     """
     given = planned(scenario, design, n_runs, truth, environment)
     generators = np.random.default_rng(seed).spawn(n_runs)
-    with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
+    with ThreadPoolExecutor(threads or available_threads()) as pool:
         runs = list(pool.map(partial(_calibrated, scenario, given), generators))
     n = given.model.n_steps
     return MonteCarlo(
