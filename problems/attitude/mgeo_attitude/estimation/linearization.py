@@ -166,7 +166,8 @@ def steps(batch: Batch, at: Trajectory, parts: Partition) -> Steps:
     reached = at.attitude[1:].swapaxes(1, 2) @ at.attitude[:-1] @ turn.swapaxes(1, 2)
     defect[:, :3] = vector(np.moveaxis(reached, 0, -1)).T
     defect[:, 3:] = np.einsum("nii->ni", F)[:, bias] * at.states[:-1, bias] - at.states[1:, bias]
-    F, Q = F[:, parts.driven[:, None], parts.driven], Q[:, parts.driven[:, None], parts.driven]
+    if len(parts.driven) < suite.n_dynamic:
+        F, Q = (each[:, parts.driven[:, None], parts.driven] for each in (F, Q))
     Q[:, range(3), range(3)] += batch.interpolated[:, None]
     if batch.breaks.any():
         F[batch.breaks, :3], G[batch.breaks, :3], defect[batch.breaks, :3] = 0.0, 0.0, 0.0
@@ -212,7 +213,8 @@ def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
         return Sighting(samples, np.zeros((0, 3)), samples, np.zeros((0, 3, 0)), noise)
     places = np.arange(3)[:, None] + np.array(suite.rotations)
     states = at.states[samples].T
-    rotations = matrix(states[places])
+    rotations = np.empty((3, 3, len(suite.rotations), len(samples)))
+    rotations[:, :, 1:] = matrix(states[places[:, 1:], :1])  # which are the same in all samples
     rotations[:, :, 0] = np.moveaxis(at.attitude[samples], 0, -1)
     estimate = Estimate(places, rotations, states, np.zeros(0))
     y = as_reported(batch.sensors[index][samples])
