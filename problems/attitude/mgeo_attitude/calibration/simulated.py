@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.calibration.from_telemetry import GATE, at_the_end
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.estimation.batch import Batch
@@ -17,13 +15,12 @@ from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.fit import check, settle
 from mgeo_attitude.estimation.linearization import Trajectory
-from mgeo_attitude.estimation.monte_carlo import MonteCarlo
-from mgeo_attitude.estimation.residuals import innovations
+from mgeo_attitude.estimation.monte_carlo import MonteCarlo, Record
+from mgeo_attitude.estimation.residuals import filtered
 from mgeo_attitude.estimation.simulate import Planned, planned
 from mgeo_attitude.filter.evaluator import available_threads
-from mgeo_attitude.flight import Flight, draw, fly_run
+from mgeo_attitude.flight import Flight
 from mgeo_attitude.flight.simulated import true_states
-from mgeo_attitude.rotation import matrix
 from mgeo_attitude.scenario import Scenario
 
 #: From the truth a step this small, in 1-sigmas of the constants and in rad, is the last: what it
@@ -70,31 +67,7 @@ def simulate_calibrations(
     generators = np.random.default_rng(seed).spawn(n_runs)
     with ThreadPoolExecutor(threads or available_threads()) as pool:
         runs = list(pool.map(partial(_calibrated, scenario, given), generators))
-    n = given.model.n_steps
-    return MonteCarlo(
-        blocks=given.model.suite.blocks,
-        sensors=tuple(sensor.name for sensor in given.model.suite.sensors),
-        design=given.design,
-        t_end=given.t_end,
-        times=given.model.times[n:],
-        predicted=np.sqrt(given.variances[n:]),
-        errors=np.stack([run.error for run in runs])[:, None],
-        sigma=np.stack([run.sigma for run in runs])[:, None],
-        nees=np.array([[run.nees] for run in runs]),
-        nis=np.stack([run.nis for run in runs])[:, None],
-        updates=np.stack([run.updates for run in runs])[:, None],
-        path_limits=(),
-        broken=np.zeros((n_runs, 2, 0)),
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class _Run:
-    error: Floats
-    sigma: Floats
-    nees: float
-    nis: Floats
-    updates: Ints
+    return given.monte_carlo(runs, np.array([given.model.n_steps]))
 
 
 def _batch(scenario: Scenario, given: Planned, flight: Flight) -> Batch:
@@ -119,29 +92,24 @@ def _batch(scenario: Scenario, given: Planned, flight: Flight) -> Batch:
     )
 
 
-def _calibrated(scenario: Scenario, given: Planned, generator: np.random.Generator) -> _Run:
-    """One flight, and its calibration against its truth."""
-    drawn = draw(given.real, given.model.n_steps, generator)
-    flight = fly_run(given.real, given.motion, drawn)
+def _calibrated(scenario: Scenario, given: Planned, generator: np.random.Generator) -> Record:
+    """One flight, and its calibration against its truth at the end."""
+    flight = given.flight(generator)
     data, belief = _batch(scenario, given, flight), Belief.of(scenario)
-    true = true_states(given.real, flight)
-    start = Trajectory(
-        true.attitude[-len(data.times) :].swapaxes(1, 2), true.states[-len(data.times) :]
-    )
+    true, n = true_states(given.real, flight), len(data.times)
+    start = Trajectory(true.attitude[-n:].swapaxes(1, 2), true.states[-n:])
     found = settle(data, belief, start, GATE, FROM_TRUTH)
     check(found, GATE, FROM_TRUTH)
     states, P = at_the_end(belief, found)
-    places = np.arange(3)[:, None] + np.array(data.suite.rotations)
-    rotations, states = matrix(states[places])[..., None], states[:, None].copy()
-    rotations[:, :, 0, 0] = found.solution.estimate.attitude[-1]
-    states[places] = 0.0
-    estimate = Estimate(places, rotations, states, P)
+    attitude = found.solution.estimate.attitude[-1]
+    estimate = Estimate.of(data.suite, attitude[..., None], states[:, None], P)
     (e,) = estimate.error(true.attitude[-1][..., None], true.states[-1][:, None]).T
-    white = innovations(found.solution)
-    return _Run(
-        error=e,
-        sigma=np.sqrt(np.diag(P)),
-        nees=float(e @ np.linalg.solve(P, e)),
-        nis=np.array([each.nis.sum() for each in white]),
-        updates=np.array([len(each.samples) for each in white]),
+    white = filtered(found.solution).innovations
+    return Record(
+        errors=e[None, None],
+        sigma=np.sqrt(np.diag(P))[None, None],
+        nees=np.array([[e @ np.linalg.solve(P, e)]]),
+        nis=np.array([[[each.nis.sum() for each in white]]]),
+        updates=np.array([[[len(each.samples) for each in white]]]),
+        broken=np.zeros((1, 2, 0)),
     )

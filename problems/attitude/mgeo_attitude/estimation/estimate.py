@@ -8,6 +8,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.rotation import matrix, multiply, skew, vector
 
 
@@ -35,15 +36,19 @@ class Estimate:
     covariance: Floats
 
     @classmethod
+    def of(cls, suite: Suite, attitude: Floats, states: Floats, covariance: Floats) -> Estimate:
+        """Of attitudes, body to GCRS, shape (3, 3, r), and states with the vectors of rotations."""
+        places = np.arange(3)[:, None] + np.array(suite.rotations)
+        rotations, others = matrix(states[places]), states.copy()
+        rotations[:, :, 0], others[places] = attitude, 0.0
+        return cls(places, rotations, others, covariance)
+
+    @classmethod
     def at_start(cls, model: FilterModel, n_runs: int = 1) -> Estimate:
         """What a model says of the start, the same in all runs."""
-        places = np.arange(3)[:, None] + np.array(model.suite.rotations)
         states = np.repeat(model.initial_states[:, None], n_runs, axis=-1)
         P = np.repeat(model.initial_covariance[..., None], n_runs, axis=-1)
-        rotations = matrix(states[places])
-        rotations[:, :, 0] = model.initial_attitude.T[..., None]
-        states[places] = 0.0
-        return cls(places, rotations, states, P)
+        return cls.of(model.suite, model.initial_attitude.T[..., None], states, P)
 
     def corrected(self, e: Floats, covariance: Floats) -> Estimate:
         """With errors e, shape (n_states, r), taken out, and the covariance of what remains."""

@@ -94,7 +94,7 @@ def simulate(
         For a sensor that does not define `measured`.
     """
     given = planned(scenario, design, n_runs, truth, environment)
-    model, real, motion, t_end = given.model, given.real, given.motion, given.t_end
+    model, t_end = given.model, given.t_end
     samples, n_watched = _samples(model, t_end), round(t_end / model.step) + 1
     if until is not None:
         samples = samples[model.times[samples] <= max(until, t_end)]
@@ -106,23 +106,12 @@ def simulate(
     ends = [len(generators) * part // n_parts for part in range(n_parts + 1)]
     found = []
     for first, last in pairwise(ends):
-        drawn = (draw(real, model.n_steps, generator) for generator in generators[first:last])
-        flights = [fly_run(real, motion, each) for each in drawn]
-        found.append(record(model, flights, estimator or Estimator(), samples, real, n_watched))
-    runs = {
-        field.name: np.concatenate([getattr(part, field.name) for part in found])[:n_runs]
-        for field in dataclasses.fields(Record)
-    }
-    return MonteCarlo(
-        blocks=model.suite.blocks,
-        sensors=tuple(sensor.name for sensor in model.suite.sensors),
-        design=given.design,
-        t_end=t_end,
-        times=model.times[samples],
-        predicted=np.sqrt(given.variances[samples]),
-        path_limits=tuple(limit.label for limit in scenario.path_limits),
-        **runs,
-    )
+        flights = [given.flight(generator) for generator in generators[first:last]]
+        found.append(
+            record(model, flights, estimator or Estimator(), samples, given.real, n_watched)
+        )
+    labels = tuple(limit.label for limit in scenario.path_limits)
+    return given.monte_carlo(found, samples, labels)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +120,7 @@ class Planned:
 
     Attributes
     ----------
+    n_runs : int
     design : array, shape (4 m,)
     model, real : FilterModel
         What the estimator believes, and what is true.
@@ -141,12 +131,36 @@ class Planned:
         That the linear filter promises, whether it has converged or not.
     """
 
+    n_runs: int
     design: Floats
     model: FilterModel
     real: FilterModel
     motion: Motion
     t_end: float
     variances: Floats
+
+    def flight(self, generator: np.random.Generator) -> Flight:
+        """One of them, with its own errors."""
+        return fly_run(self.real, self.motion, draw(self.real, self.model.n_steps, generator))
+
+    def monte_carlo(
+        self, found: Sequence[Record], samples: Ints, path_limits: tuple[str, ...] = ()
+    ) -> MonteCarlo:
+        """What was recorded of all of them, put together."""
+        runs = {
+            field.name: np.concatenate([getattr(part, field.name) for part in found])[: self.n_runs]
+            for field in dataclasses.fields(Record)
+        }
+        return MonteCarlo(
+            blocks=self.model.suite.blocks,
+            sensors=tuple(sensor.name for sensor in self.model.suite.sensors),
+            design=self.design,
+            t_end=self.t_end,
+            times=self.model.times[samples],
+            predicted=np.sqrt(self.variances[samples]),
+            path_limits=path_limits,
+            **runs,
+        )
 
 
 def planned(
@@ -170,7 +184,8 @@ def planned(
     t_end = float(evaluate(model, plan).t_end[0])
     whole = Whole(scenario, model, plan, t_end).commanded
     (variances,) = evaluate(model.endless, whole, history=True).variances
-    return Planned(plan, model, real, Motion.of(model, whole, model.n_steps), t_end, variances)
+    motion = Motion.of(model, whole, model.n_steps)
+    return Planned(n_runs, plan, model, real, motion, t_end, variances)
 
 
 def _samples(model: FilterModel, t_end: float) -> Ints:
