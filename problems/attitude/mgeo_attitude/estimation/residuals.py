@@ -82,27 +82,17 @@ def residuals(solution: Solution, found: Spread) -> tuple[Floats, Floats]:
 
 def filtered(solution: Solution) -> Filtered:
     """One sample after the other."""
-    return _filtered(solution, len(solution.e))
-
-
-def innovations(solution: Solution) -> tuple[Innovations, ...]:
-    """Of every sensor."""
-    return _filtered(solution, 0).innovations
-
-
-def _filtered(solution: Solution, n: int) -> Filtered:
-    """With errors and covariances of the first n samples, all or none."""
-    d = solution.e.shape[1]
+    N, d = solution.e.shape
     r, J = solution.prior
     root = np.linalg.inv(J)
     errors, until, white = (
-        np.empty((n, d)),
-        np.empty((n, d, d)),
+        np.empty((N, d)),
+        np.empty((N, d, d)),
         np.empty_like(solution.sightings.z),
     )
     load("residuals").those_before(
         solution.used, solution.readings, solution.kept, root, root @ r, white, errors, until
     )
     found = (np.flatnonzero(used) for used in solution.used)
-    each = tuple(Innovations(k, white[index, k]) for index, k in enumerate(found))
-    return Filtered(errors, until, each)
+    innovations = (Innovations(k, white[index, k]) for index, k in enumerate(found))
+    return Filtered(errors, until, tuple(innovations))

@@ -6,6 +6,7 @@ from functools import cache
 from importlib import resources
 from types import ModuleType
 
+from mgeo_attitude.estimation.kernels import algebra
 from mgeo_attitude.filter.kernel import load_module
 
 
@@ -13,4 +14,4 @@ from mgeo_attitude.filter.kernel import load_module
 def load(name: str) -> ModuleType:
     """Compiled module of the text of a file beside this one, by its name."""
     source = resources.files(__package__).joinpath(f"{name}.py").read_text(encoding="utf-8")
-    return load_module(name, source, [])
+    return load_module("smoother", source, [algebra])

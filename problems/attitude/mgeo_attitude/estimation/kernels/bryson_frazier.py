@@ -9,8 +9,9 @@ import math
 import numpy as np
 from numba import njit
 
+from mgeo_attitude.estimation.kernels.algebra import cholesky, helper
+
 loop = njit(cache=True, error_model="numpy", nogil=True)
-helper = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 @loop
@@ -76,9 +77,12 @@ def smoothed(moves, seen, sights, readings, kept, given, slope):
     N, d, q = T.shape
     later, now, L, X = np.zeros((d, d)), np.empty((d, d)), np.empty((d, d)), np.empty((d, d))
     adjoint, turned, U = np.zeros((d, q)), np.empty((d, q)), np.empty((3, q))
-    room, stacked = np.empty((d, d)), np.empty((1, d, d))
+    room = np.empty((d, d))
     for k in range(N - 1, -1, -1):
-        combine(P, k, later, now, L, X)
+        for i in range(d):
+            for j in range(d):
+                room[i, j] = P[k, i, j]
+        combine(room, later, now, L, X)
         for i in range(d):
             for j in range(d):
                 given[k, i, j] = now[i, j]
@@ -123,9 +127,8 @@ def smoothed(moves, seen, sights, readings, kept, given, slope):
             # Fᵀ (later⁻¹ + Q)⁻¹ F
             for i in range(d):
                 for j in range(d):
-                    stacked[0, i, j] = later[i, j]
-                    X[i, j] = Q[k - 1, i, j]
-            combine(stacked, 0, X, now, L, room)
+                    room[i, j] = Q[k - 1, i, j]
+            combine(later, room, now, L, X)
             backed(F, k - 1, now, room)
             for i in range(d):
                 for j in range(d):
@@ -134,8 +137,8 @@ def smoothed(moves, seen, sights, readings, kept, given, slope):
 
 
 @helper
-def combine(A, k, B, out, L, X):
-    """out ← (A⁻¹ + B)⁻¹, as L (I + Lᵀ B L)⁻¹ Lᵀ for A = L Lᵀ, of A[k]; both may be singular.
+def combine(A, B, out, L, X):
+    """out ← (A⁻¹ + B)⁻¹, as L (I + Lᵀ B L)⁻¹ Lᵀ for A = L Lᵀ; both may be singular.
 
     L and X are room.
     """
@@ -143,7 +146,7 @@ def combine(A, k, B, out, L, X):
     for j in range(d):
         pivot = 0.0
         for i in range(j, d):
-            total = A[k, i, j]
+            total = A[i, j]
             for m in range(j):
                 total -= L[i, m] * L[j, m]
             if i == j:
@@ -165,13 +168,7 @@ def combine(A, k, B, out, L, X):
                 total += L[m, i] * X[m, j]
             out[i, j] = total
     # the factor of what is in brackets, then L times its inverse, transposed
-    for j in range(d):
-        for m in range(j):
-            for i in range(j, d):
-                out[i, j] -= out[i, m] * out[j, m]
-        root = 1.0 / math.sqrt(out[j, j])
-        for i in range(j, d):
-            out[i, j] *= root
+    cholesky(out, d)
     for i in range(d):
         for j in range(d):
             total = L[i, j]

@@ -10,8 +10,9 @@ import math
 import numpy as np
 from numba import njit
 
+from mgeo_attitude.estimation.kernels.algebra import helper
+
 loop = njit(cache=True, error_model="numpy", nogil=True)
-helper = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 #: |ω| dt up to which the series converges fast; beyond, the step is halved first.
 SERIES = 0.5

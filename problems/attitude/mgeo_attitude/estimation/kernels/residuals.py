@@ -5,6 +5,8 @@ import math
 import numpy as np
 from numba import njit
 
+from mgeo_attitude.estimation.kernels.algebra import cholesky, square
+
 loop = njit(cache=True, error_model="numpy", nogil=True)
 
 
@@ -69,18 +71,8 @@ def all_others(there, used, sights, growth, e, common, given, slope, root, resid
                     V[i, j] = sign * value
                 V[i, i] += noise[s, i] * noise[s, i]
                 residuals[s, k, i] = r[i]
-            # rᵀ V⁻¹ r by Cholesky's factor, row by row
-            square = 0.0
-            for i in range(3):
-                for j in range(i + 1):
-                    for m in range(j):
-                        V[i, j] -= V[i, m] * V[j, m]
-                    V[i, j] = math.sqrt(V[i, i]) if i == j else V[i, j] / V[j, j]
-                    if j < i:
-                        r[i] -= V[i, j] * r[j]
-                r[i] /= V[i, i]
-                square += r[i] * r[i]
-            found[s, k] = square
+            cholesky(V, 3)
+            found[s, k] = square(V, r, 3)
 
 
 @loop
@@ -96,7 +88,7 @@ def those_before(seen, readings, kept, root, common, white, errors, until):
         Of what is believed of c; in the end of what all readings say.
     white : array, shape (s, N, 3)
         Written: innovations, whitened.
-    errors, until : arrays, shapes (N, d) and (N, d, d), or without a sample
+    errors, until : arrays, shapes (N, d) and (N, d, d)
         Written: estimated errors at every sample, and their covariance.
     """
     w, W = readings[2], readings[3]
@@ -130,8 +122,6 @@ def those_before(seen, readings, kept, root, common, white, errors, until):
                     f = total * less
                     for j in range(q):
                         root[m, j] -= f * phi[j]
-        if k >= len(errors):
-            continue
         for i in range(d):
             errors[k, i] = x[k, i]
             for j in range(q):

@@ -16,8 +16,9 @@ import math
 import numpy as np
 from numba import njit
 
+from mgeo_attitude.estimation.kernels.algebra import cholesky, helper, square
+
 loop = njit(cache=True, error_model="numpy", nogil=True)
-helper = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 #: From where on the variance of a predicted reading is so much above its noise that subtracting
 #: what is learned would leave few digits; then Joseph's sum of squares is taken.
@@ -244,19 +245,10 @@ def joseph(P, K, Hw, V, noise, nd, columns, room):
 @helper
 def squares(Q, defect, k, L, y):
     """defectᵀ Q⁻¹ defect of a step; L and y are room."""
-    d, total = len(y), 0.0
-    for j in range(d):
-        for i in range(j, d):
+    d = len(y)
+    for i in range(d):
+        y[i] = defect[k, i]
+        for j in range(i + 1):
             L[i, j] = Q[k, i, j]
-        for m in range(j):
-            for i in range(j, d):
-                L[i, j] -= L[i, m] * L[j, m]
-        root = 1.0 / math.sqrt(L[j, j])
-        y[j] = defect[k, j]
-        for m in range(j):
-            y[j] -= L[j, m] * y[m]
-        y[j] *= root
-        total += y[j] * y[j]
-        for i in range(j, d):
-            L[i, j] *= root
-    return total
+    cholesky(L, d)
+    return square(L, y, d)
