@@ -8,9 +8,15 @@ import textwrap
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
+from functools import partial
 
 import pytest
-from mgeo_attitude.filter.kernel import load_module
+from mgeo_attitude.estimation.kernels import load as load_smoother
+from mgeo_attitude.filter.kernel import load_driver, load_module
+from numba.core.caching import NullCache
+from numba.core.dispatcher import Dispatcher
+
+SMOOTHER = ("two_stage", "bryson_frazier", "residuals", "kinematics")
 
 SCRIPT = textwrap.dedent(
     """
@@ -85,6 +91,20 @@ def test_threads_that_start_at_once_do_not_trip_whether_the_kernel_is_there_or_n
     cold = run(tmp_path / "cache", THREADS)
     assert cold.stderr.count("compiling") == 2  # kernel and driver, each once
     assert run(tmp_path / "cache", THREADS).stderr == ""
+
+
+@pytest.mark.parametrize(
+    "module", [load_driver, *(partial(load_smoother, name) for name in SMOOTHER)]
+)
+def test_what_a_kept_module_calls_is_kept_nowhere_else(module):
+    # Of two that are compiled in two processes numba may take what one returns for the other's:
+    # "In 'NRT_adapt_ndarray_to_python', 'descr' is NULL" after an installation anew.
+    called = [
+        each
+        for each in vars(module()).values()
+        if isinstance(each, Dispatcher) and each.__module__ != module().__name__
+    ]
+    assert all(isinstance(each._cache, NullCache) for each in called)
 
 
 @pytest.mark.parametrize("usable", [True, False])

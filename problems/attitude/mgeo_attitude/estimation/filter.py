@@ -18,8 +18,8 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.estimation.estimate import Estimate, reset
 from mgeo_attitude.estimation.innovation import innovation, jacobian, second_moments
 from mgeo_attitude.fields import Validated, quantity
-from mgeo_attitude.filter.discretization import discretize
 from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.filter.transition import transition
 from mgeo_attitude.rotation import exponential, multiply, vector
 from mgeo_attitude.sensors.readings import Readings, as_reported
 
@@ -81,7 +81,7 @@ class ErrorStateFilter:
         Estimates before and after the measurements of a sample, and the normalized squares of
         their innovations, shape (n_sensors, r), NaN where a sensor reports nothing.
         """
-        at_rate = cache(partial(discretized, self.suite))
+        at_rate = cache(partial(transition, self.suite))
         gyro = np.stack([run.gyro for run in readings], axis=1)
         sensors = [
             np.stack(runs, axis=1) for runs in zip(*(run.sensors for run in readings), strict=True)
@@ -109,7 +109,7 @@ class ErrorStateFilter:
         reported : array, shape (r, 3)
             Mean rate that the gyro reports.
         F, Q, rest : arrays, shape (n_dynamic, n_dynamic)
-            Transition and process noise, see `discretized`, and the transition without rotation.
+            Transition and process noise, see `transition`, and the transition without rotation.
         """
         decay, mean_bias = np.diag(rest)[3:, None], -np.diag(rest[:3, 3:6])[:, None] / step
         gyro, d = self.suite.gyro, self.suite.n_dynamic
@@ -195,12 +195,6 @@ class ErrorStateFilter:
         if options.reset:
             reset(P, e, estimate.places)
         return estimate.corrected(e, P), nis
-
-
-def discretized(suite: Suite, rate: Sequence[float], duration: float) -> tuple[Floats, Floats]:
-    """F and Q of a step [s] at a body rate [rad/s], equation (7), both (n_dynamic, n_dynamic)."""
-    F, Q = discretize(suite.dynamics_matrix(np.array(rate)), suite.diffusion(), duration)
-    return F, Q
 
 
 def whiten(S: Floats, HP: Floats, z: Floats) -> tuple[Floats, Floats]:

@@ -17,8 +17,13 @@ _NEGLIGIBLE = 1e-18
 #: More terms than the series can need.
 _TERMS = 30
 
+#: Functions that are compiled into those that call them. They have no cache of their own: numba
+#: knows what a function returns to Python by a name that is unique in one process alone, so that a
+#: cached function breaks when another that is cached elsewhere, at another time, has it inside.
+helper = njit(error_model="numpy")
 
-@njit(cache=True, error_model="numpy")
+
+@helper
 def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
     """F = exp(A dt) and Q = ∫ exp(A s) diag(density) exp(A s)ᵀ ds over one step, equation (7).
 
@@ -69,7 +74,7 @@ def discretize(A: Floats, density: Floats, dt: float) -> tuple[Floats, Floats]:
     return F, Q
 
 
-@njit(cache=True, error_model="numpy")
+@helper
 def _multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
     """out ← factor A B. At this size plain loops beat a BLAS call; most of the dynamics is zero."""
     n = A.shape[0]
@@ -82,7 +87,7 @@ def _multiply(A: Floats, B: Floats, factor: float, out: Floats) -> None:
                     out[i, j] += entry * B[k, j]
 
 
-@njit(cache=True, error_model="numpy")
+@helper
 def _norm(A: Floats) -> float:
     """Largest sum of magnitudes of a row."""
     largest = 0.0
@@ -94,7 +99,7 @@ def _norm(A: Floats) -> float:
     return largest
 
 
-@njit(cache=True, error_model="numpy")
+@helper
 def turn(omega: Floats, dt: float) -> Floats:
     """exp(-[ω×] dt): how a step at body rate `omega` [rad/s] turns the GCRS-to-body matrix.
 

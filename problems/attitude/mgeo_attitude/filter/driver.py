@@ -39,6 +39,12 @@ def ring(window, lanes):
 
 
 @njit(cache=True, error_model="numpy")
+def discretized(A, density, dt):
+    """`discretize`, kept on disk for Python."""
+    return discretize(A, density, dt)
+
+
+@njit(cache=True, error_model="numpy")
 def load_maneuver(W, lane, rotation, omega, dynamics):
     """Write the maneuver's turn per step, exact transition and process noise to a lane."""
     parts, density, pattern, dt = dynamics

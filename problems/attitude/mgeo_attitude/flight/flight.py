@@ -11,10 +11,10 @@ from scipy.linalg import block_diag
 from scipy.signal import lfilter
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.filter.discretization import discretize
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import can_measure
 from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.filter.transition import transition
 from mgeo_attitude.maneuvers.attitude import attitudes
 from mgeo_attitude.maneuvers.schedule import flown
 from mgeo_attitude.rotation import matrix, vector
@@ -101,9 +101,7 @@ def at_rest(model: FilterModel) -> tuple[Floats, Floats]:
 
     Exact, the Markov process of equation (2) and its integral over the step together.
     """
-    A = model.suite.dynamics_matrix(np.zeros(3))
-    F, Q = discretize(A, model.suite.diffusion(), model.step)
-    return F, Q
+    return transition(model.suite, (0.0, 0.0, 0.0), model.step)
 
 
 @dataclass(frozen=True)
