@@ -74,7 +74,10 @@ def multiply(A: Floats, B: Floats) -> Floats:
 
 def skew(v: Floats) -> Floats:
     """[v×] of v, shape (3, ...)."""
-    product: Floats = np.einsum("ikj,k...->ij...", EPSILON, v)
+    product = np.zeros((3, *v.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        product[j, i] = v[k]
+        product[i, j] = -v[k]
     return product
 
 
@@ -90,7 +93,7 @@ def matrix(g: Floats) -> Floats:
 
 def vector(R: Floats) -> Floats:
     """The g of R(g) = R."""
-    g: Floats = np.einsum("ijk,kj...->i...", EPSILON, R)
+    g: Floats = np.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     g *= 2.0 / (1.0 + R[0, 0] + R[1, 1] + R[2, 2])
     return g
 

@@ -16,7 +16,7 @@ from mgeo_attitude.estimation.linearization import (
     sighting,
     steps,
 )
-from mgeo_attitude.estimation.residuals import filtered, residuals
+from mgeo_attitude.estimation.residuals import filtered, innovations, residuals
 from mgeo_attitude.estimation.smoother import (
     covariances,
     last_covariance,
@@ -145,7 +145,10 @@ def test_steps_and_covariances_are_those_of_dense_least_squares(name, gyro, brok
     P = P / both
     own = found.constants_covariance / both[N * d :, N * d :]
     np.testing.assert_allclose(own, P[N * d :, N * d :], rtol=0, atol=1e-10)
-    blocks = covariances(found, spread(found))
+    blocks, leading = covariances(found, spread(found, d)), spread(found)
+    measured = [sighting(data, index, at).states for index in range(len(data.sensors))]
+    n = int(np.flatnonzero(np.isin(parts.driven, np.concatenate(measured)))[-1]) + 1
+    np.testing.assert_allclose(covariances(found, leading), blocks[:, :n, :n], rtol=1e-9)
     for k in range(N):
         block = slice(k * d, k * d + d)
         np.testing.assert_allclose(
@@ -176,7 +179,7 @@ def test_a_reading_against_all_others_is_that_of_a_solution_without_it():
         H = np.zeros((3, len(sigma)))
         H[:, seen.states] = seen.H[row]
         own, fixed = H[:, parts.driven], H[:, parts.constant] * other.steps.growth[k]
-        known = spread(other)
+        known = spread(other, len(parts.driven))
         J = own @ known.slope[k]
         J[:, len(parts.driven) :] += fixed
         S = np.diag(seen.noise**2) + own @ known.given[k] @ own.T + J @ other.covariance @ J.T
@@ -246,7 +249,7 @@ def test_the_linear_case_is_filterpys_smoother(name):
     # filterpy takes F and Q of the step to a sample at that sample; the first has none
     smoothed, P, _, _ = kf.rts_smoother(means, Ps, Fs=[Fs[0], *Fs], Qs=[Qs[0], *Qs])
     found = linear_solution(data, Belief.initial(data.suite), at, parts)
-    both = covariances(found, spread(found))
+    both = covariances(found, spread(found, len(parts.driven)))
     sigma = np.sqrt(np.einsum("kii->ki", P))
     d = parts.driven
     np.testing.assert_allclose((found.e - smoothed[:, d]) / sigma[:, d], 0.0, atol=1e-9)
@@ -301,6 +304,8 @@ def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
     move, (N, d) = found.steps, found.e.shape
     past = filtered(found)
     errors, P_driven = past.errors, past.covariances
+    for alone, with_all in zip(innovations(found), past.innovations, strict=True):
+        np.testing.assert_array_equal(alone.whitened, with_all.whitened)
     r, J = Belief.initial(data.suite).residual(at.attitude[0], at.states[0])
     J = J[:, [*parts.driven, *parts.constant]]
     P = np.linalg.inv(J.T @ J)
@@ -336,7 +341,7 @@ def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
             P_driven[k] / scale[:d, :d], P[:d, :d] / scale[:d, :d], rtol=0, atol=1e-8
         )
     np.testing.assert_allclose((found.e_c - x[d:]) / unit[d:], 0.0, atol=1e-8)
-    smoothed = covariances(found, spread(found))
+    smoothed = covariances(found, spread(found, d))
     np.testing.assert_allclose(P_driven[-1], smoothed[-1], rtol=1e-6)
 
 

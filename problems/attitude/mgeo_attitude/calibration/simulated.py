@@ -16,7 +16,7 @@ from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.fit import check, settle
 from mgeo_attitude.estimation.linearization import Trajectory
 from mgeo_attitude.estimation.monte_carlo import MonteCarlo, Record
-from mgeo_attitude.estimation.residuals import filtered
+from mgeo_attitude.estimation.residuals import innovations
 from mgeo_attitude.estimation.simulate import Planned, planned
 from mgeo_attitude.filter.evaluator import available_threads
 from mgeo_attitude.flight import Flight
@@ -104,7 +104,7 @@ def _calibrated(scenario: Scenario, given: Planned, generator: np.random.Generat
     attitude = found.solution.estimate.attitude[-1]
     estimate = Estimate.of(data.suite, attitude[..., None], states[:, None], P)
     (e,) = estimate.error(true.attitude[-1][..., None], true.states[-1][:, None]).T
-    white = filtered(found.solution).innovations
+    white = innovations(found.solution)
     return Record(
         errors=e[None, None],
         sigma=np.sqrt(np.diag(P))[None, None],

@@ -132,6 +132,12 @@ class Sightings:
         """All but `there`, in this order."""
         return self.z, self.H, self.noise, self.counts, self.columns
 
+    @property
+    def leading(self) -> int:
+        """How many leading driven states the readings depend on; the attitude's at least."""
+        each = zip(self.columns, self.counts, strict=True)
+        return max(3, *(int(row[:n].max(initial=-1)) + 1 for row, (n, _) in each))
+
 
 def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
     """Corrected body rate, shape (n, 3), and what it turns GCRS-to-body matrices by in each step.

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dtrtri
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.estimation.batch import Batch
@@ -81,10 +81,11 @@ class Solution:
     common: Floats
     e: Floats
 
-    @property
+    @cached_property
     def covariance(self) -> Floats:
         """Of c, shape (q, q)."""
-        covariance: Floats = self.root @ self.root.T
+        # not by `@`: BLAS would start its threads, which then wait for more in a busy loop
+        covariance: Floats = np.einsum("ij,kj->ik", self.root, self.root)
         return covariance
 
     @property
@@ -117,12 +118,12 @@ class Solution:
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """Covariances of the smoothed driven errors, given c, and their change with c.
+    """Covariances of the n leading smoothed driven errors, given c, and their change with c.
 
     Attributes
     ----------
-    given : array, shape (N, d, d)
-    slope : array, shape (N, d, q)
+    given : array, shape (N, n, n)
+    slope : array, shape (N, n, q)
     """
 
     given: Floats
@@ -178,7 +179,7 @@ def linear_solution(
     Hw, K, w, W = (np.empty((s, N, 3, *more)) for more in ((p,), (d,), (), (q,)))
     readings = Hw, K, w, W
     cost = load("two_stage").forward(move.arrays, used, seen.arrays, move.growth, kept, readings, R)
-    root = solve_triangular(R[:, :q], np.eye(q))
+    root = np.ascontiguousarray(dtrtri(R[:, :q])[0])  # in one thread, unlike `solve_triangular`
     common = root @ R[:, q]
     e = np.empty((N, d))
     load("bryson_frazier").backward(
@@ -201,10 +202,18 @@ def linear_solution(
     )
 
 
-def spread(solution: Solution) -> Spread:
-    """Of every sample."""
-    _, T, P = solution.kept
-    found = Spread(np.empty_like(P), np.empty_like(T))
+def spread(solution: Solution, n: int | None = None) -> Spread:
+    """Of every sample.
+
+    Parameters
+    ----------
+    n : int, optional
+        How many leading errors. Default: those of the attitude, and of all that readings depend on.
+    """
+    N, _, q = solution.kept[1].shape
+    if n is None:
+        n = solution.sightings.leading
+    found = Spread(np.empty((N, n, n)), np.empty((N, n, q)))
     load("bryson_frazier").smoothed(
         solution.steps.arrays,
         solution.used,
@@ -218,7 +227,7 @@ def spread(solution: Solution) -> Spread:
 
 
 def covariances(solution: Solution, found: Spread) -> Floats:
-    """Of the driven states at every sample, shape (N, d, d)."""
+    """Of the n leading driven states at every sample, shape (N, n, n)."""
     J = found.slope
     P: Floats = found.given + J @ solution.covariance @ J.swapaxes(1, 2)
     return P

@@ -68,13 +68,13 @@ def smoothed(moves, seen, sights, readings, kept, given, slope):
     combination of two optimum linear filters, IEEE Transactions on Automatic Control 14 (1969)
     387-390): nothing is subtracted.
 
-    Written: `given`, shape (N, d, d), and `slope`, shape (N, d, q).
+    Written: `given`, shape (N, n, n), and `slope`, shape (N, n, q), of the n leading errors.
     """
     F, Q = moves[0], moves[2]
     _, H, noise, counts, columns = sights
     Hw, K, _, W = readings
     _, T, P = kept
-    N, d, q = T.shape
+    (N, d, q), n_leading = T.shape, given.shape[1]
     later, now, L, X = np.zeros((d, d)), np.empty((d, d)), np.empty((d, d)), np.empty((d, d))
     adjoint, turned, U = np.zeros((d, q)), np.empty((d, q)), np.empty((3, q))
     room = np.empty((d, d))
@@ -82,11 +82,10 @@ def smoothed(moves, seen, sights, readings, kept, given, slope):
         for i in range(d):
             for j in range(d):
                 room[i, j] = P[k, i, j]
-        combine(room, later, now, L, X)
-        for i in range(d):
-            for j in range(d):
+        combine(room, later, now, L, X, n_leading)
+        for i in range(n_leading):
+            for j in range(n_leading):
                 given[k, i, j] = now[i, j]
-        for i in range(d):
             for j in range(q):
                 slope[k, i, j] = T[k, i, j]
             for m in range(0, d, 3):
@@ -128,7 +127,7 @@ def smoothed(moves, seen, sights, readings, kept, given, slope):
             for i in range(d):
                 for j in range(d):
                     room[i, j] = Q[k - 1, i, j]
-            combine(later, room, now, L, X)
+            combine(later, room, now, L, X, d)
             backed(F, k - 1, now, room)
             for i in range(d):
                 for j in range(d):
@@ -137,10 +136,10 @@ def smoothed(moves, seen, sights, readings, kept, given, slope):
 
 
 @helper
-def combine(A, B, out, L, X):
+def combine(A, B, out, L, X, n):
     """out ← (A⁻¹ + B)⁻¹, as L (I + Lᵀ B L)⁻¹ Lᵀ for A = L Lᵀ; both may be singular.
 
-    L and X are room.
+    Its n leading rows and columns. L and X are room.
     """
     d = len(L)
     for j in range(d):
@@ -169,13 +168,13 @@ def combine(A, B, out, L, X):
             out[i, j] = total
     # the factor of what is in brackets, then L times its inverse, transposed
     cholesky(out, d)
-    for i in range(d):
+    for i in range(n):
         for j in range(d):
             total = L[i, j]
             for m in range(j):
                 total -= X[i, m] * out[j, m]
             X[i, j] = total / out[j, j]
-    for i in range(d):
+    for i in range(n):
         for j in range(i + 1):
             total = 0.0
             for m in range(d):
