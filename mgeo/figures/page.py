@@ -8,6 +8,7 @@ from html import unescape
 from typing import Any
 
 import plotly.graph_objects as go
+import plotly.io as pio
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
@@ -53,7 +54,7 @@ def report_page(title: str, parts: Sequence[str | go.Figure], library: bool | st
             written.append(Markup(part))
             continue
         figure, heading = _headed(part)
-        height = f"{figure.layout.height or HEIGHT}px"
+        height = f"{figure['layout'].get('height') or HEIGHT}px"
         body = _div(
             figure, f"figure{drawn}", library=library if not drawn else False, height=height
         )
@@ -62,21 +63,24 @@ def report_page(title: str, parts: Sequence[str | go.Figure], library: bool | st
     return render("figures/assets/report.html", title=title, parts=written)
 
 
-def _headed(figure: go.Figure) -> tuple[go.Figure, list[str]]:
+def _headed(figure: go.Figure) -> tuple[dict[str, Any], list[str]]:
     """The figure without its title, and the title's lines: a page breaks them where it must."""
-    text = figure.layout.title.text or ""
+    tree: dict[str, Any] = figure.to_dict()  # a copy that nobody validates once more
+    layout = tree["layout"]
+    text = layout.get("title", {}).get("text") or ""
     plain = (unescape(re.sub("<[^>]*>", "", line)).strip() for line in re.split("<br ?/?>", text))
     lines = [line for line in plain if line]
-    if not lines:
-        return figure, []
-    top = figure.layout.margin.t
-    top = 100 if top is None else top  # plotly's own
-    untitled = go.Figure(figure).update_layout(title=None)
-    return untitled.update_layout(margin_t=max(top - _TITLE, 30)), lines
+    if lines:
+        del layout["title"]
+        margin = layout.setdefault("margin", {})
+        margin["t"] = max(margin.get("t", 100) - _TITLE, 30)  # 100 is plotly's own
+    return tree, lines
 
 
-def _div(figure: go.Figure, name: str, *, library: bool | str, height: str) -> Markup:
-    text: str = figure.to_html(
+def _div(figure: dict[str, Any], name: str, *, library: bool | str, height: str) -> Markup:
+    text: str = pio.to_html(
+        figure,
+        validate=False,
         full_html=False,
         include_plotlyjs=library,
         config=_CONFIG,
