@@ -35,7 +35,7 @@ def files(folder):
 
 
 @pytest.fixture
-def mgeo(tmp_path, monkeypatch):
+def mgeo(tmp_path, monkeypatch, undrawn):
     monkeypatch.chdir(tmp_path)
 
     def command(text, *more):

@@ -114,6 +114,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
     assert (ranked.blocks, len(ranked.ranks)) == (2, 4)
     # all runs are on disk: nothing is run again, and the tables come out the same
     monkeypatch.setattr("mgeo.studies.dispatch.run", None)
+    monkeypatch.setattr(Comparison, "figures", lambda self: {})  # these are not looked at again
     before = (out / "zdt1" / "table.csv").read_bytes()
     run_study(study, out, progress=False)
     assert (out / "zdt1" / "table.csv").read_bytes() == before
@@ -326,6 +327,7 @@ def test_published_indicators_are_named_as_in_the_table():
     assert table.loc["A_1"].tolist() == ["0.5", "0.40 ± 0.10", "0.60 ± 0.10"]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_one_problem_with_other_options_is_another_problem(tmp_path):
     text = TWO.replace(
         '["pymoo:zdt1", "pymoo:dtlz2"]',
@@ -366,7 +368,8 @@ def test_a_study_of_one_objective(mgeo, tmp_path):
         read_comparison(out / "sphere")
 
 
-def test_scenarios_of_like_names_have_their_own_folders(stand_in, tmp_path):
+@pytest.mark.usefixtures("undrawn", "stand_in")
+def test_scenarios_of_like_names_have_their_own_folders(tmp_path):
     for name, load in (("a.b", 1.0), ("a-b", 2.0), ("a b", 3.0)):
         (tmp_path / f"{name}.toml").write_text(f"load = {load}")
     text = ONE.replace(
@@ -386,6 +389,7 @@ def mgeo(tmp_path, monkeypatch, stand_in):
     return lambda *arguments: CliRunner().invoke(app, ["study", *map(str, arguments)])
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_command_runs_a_file_and_says_what_it_found(mgeo, tmp_path):
     done = mgeo("mine.toml", "--jobs", 1, "--seeds", 1, "--evaluations", 60)
     assert done.exit_code == 0, done.output
@@ -401,6 +405,7 @@ def test_the_command_runs_a_file_and_says_what_it_found(mgeo, tmp_path):
     assert (quiet.exit_code, quiet.output) == (0, "")
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.filterwarnings("default")
 def test_runs_that_are_not_used_are_one_note(mgeo, tmp_path):
     runs = tmp_path / "studies" / "mine" / "runs"
