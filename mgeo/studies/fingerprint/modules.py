@@ -34,7 +34,13 @@ def distributions(name: str) -> dict[str, str]:
     """Name and version of the distribution that installed a module; empty for all others."""
     if installed(name) in ("", "python"):
         return {}
-    return {owner.name: owner.version for owner in _owners(name.partition(".")[0])}
+    return dict(_versions(name.partition(".")[0]))
+
+
+@cache
+def _versions(top: str) -> Mapping[str, str]:
+    # asked for with every run, and read from a file each time
+    return {owner.name: owner.version for owner in _owners(top)}
 
 
 def source_file(name: str) -> Path | None:
