@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
-from scipy.special import ndtr, ndtri
 
 from mgeo._typing import FloatArray
 
@@ -73,6 +72,8 @@ def resample(
     A normal step then has the law of a truncated normal one, here by its inverse distribution
     function at one draw; a step of uniform length is uniform between x and the bound.
     """
+    from scipy.special import ndtr, ndtri  # a fifth of the time in which a command starts
+
     draw, moved = uniform(), x + step
     inside = np.clip(moved, xl, xu)
     deviation = np.minimum(np.abs(spread), _FLAT * (xu - xl))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.output import Output
@@ -15,9 +15,11 @@ from mgeo.runs.estimate import estimate
 from mgeo.runs.folder import FIGURE_FILE, FRONT_FILE, RUN_FILE
 from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
 from mgeo.runs.prepare import PreparedRun
-from mgeo.studies.estimate import StudyEstimate
-from mgeo.studies.file import Study
 from mgeo.terminal import pairs
+
+if TYPE_CHECKING:  # every run imports this module, and statistics take most of a second
+    from mgeo.studies.estimate import StudyEstimate
+    from mgeo.studies.file import Study
 
 
 def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) -> None:
