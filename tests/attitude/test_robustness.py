@@ -22,6 +22,11 @@ from scipy.spatial.transform import Rotation
 from mgeo import Checkpoint, MGEOStaged, resume
 
 
+@pytest.fixture(scope="module", autouse=True)
+def few_flights():
+    """As many as a user has: what they keep is tested here."""
+
+
 def scenario(**errors) -> Scenario:
     paper = Scenario.paper()
     convergence = dataclasses.replace(paper.convergence, window=60.0)
