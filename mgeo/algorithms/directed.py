@@ -21,7 +21,7 @@ from mgeo.algorithms.bounds import BOUNDS
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import pick, rank
-from mgeo.algorithms.steps import Attraction, joint_steps, momentum_steps
+from mgeo.algorithms.steps import Attraction, joint_steps, momentum_steps, within_a_step
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.algorithms.weights import distance, nearest, random_weights, weight_vectors
 from mgeo.algorithms.whole import whole_steps
@@ -73,7 +73,8 @@ class MGEODirected(ExtremalOptimization):
       candidates can also be pulled to the archived point nearest along the weight vector.
     - With `momentum`, other candidates change all variables: they go on as the step that led to the
       walker's incumbent, and towards an archived point, any one or the nearest (particle swarms'
-      move; Zhang et al. 2018).
+      move; Zhang et al. 2018). Walkers with extreme weights go only towards points within a step:
+      what is farther may be near another local optimum.
     - Of integers and bits steps are rounded; a choice that would move takes the option of a donor,
       or any other one (`mgeo.algorithms.whole`).
     - A walker now and then returns to its incumbent, its own best point, and more rarely migrates
@@ -111,8 +112,8 @@ class MGEODirected(ExtremalOptimization):
         along the walker's weight vector, and the mean probability that they change each of the
         other variables.
     momentum : shares of the candidates that go on as the step that led to the incumbent, in [0, 1]
-        (`momentum_steps`), likewise. What the parameters above say of how candidates are made is
-        true of the others.
+        (`momentum_steps`), likewise; with extreme weights those among them whose target is within
+        a step. What the parameters above say of how candidates are made is true of the others.
     options : `sampling` and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and
         those of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
@@ -227,14 +228,18 @@ class MGEODirected(ExtremalOptimization):
         """Put steps with momentum in the place of some; `aims` are the nearest archived points."""
         rng, state = self.random_state, self.state
         made = rng.random(steps.shape[:2]) < self._of_kind(self.momentum)[:, None]
-        rows, _ = np.nonzero(made)
+        rows, columns = np.nonzero(made)
         if not len(rows):
             return
         any_one = self.archived(rng.integers(len(self.front), size=len(rows)))
         targets = np.where(rng.random((len(rows), 1)) < 0.5, aims[rows], any_one)
-        before = np.where(self.variables.choice, 0.0, state.momentum[rows])  # options have no order
+        x, choice = self.walkers[rows], self.variables.choice  # options have no order
         extent = self.variables.xu - self.variables.xl
-        steps[made] = momentum_steps(self.walkers[rows], before, targets, extent, rng)
+        near = within_a_step(x, np.where(choice, x, targets), extent) | self._between()[rows]
+        made[rows[~near], columns[~near]] = False
+        rows, targets = rows[near], targets[near]
+        before = np.where(choice, 0.0, state.momentum[rows])
+        steps[made] = momentum_steps(x[near], before, targets, extent, rng)
         spread[made], donor[made] = 0.0, targets
 
     def _nearest(self, rows: IntArray | slice = slice(None)) -> IntArray:

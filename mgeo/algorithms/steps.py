@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mgeo._typing import FloatArray, IntArray
+from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.bounds import Bounding, Uniform
 
 Scale = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
@@ -73,6 +73,11 @@ def momentum_steps(
     way = targets - x
     step = _INERTIA * rng.random(way.shape) * before + rng.random(way.shape) * way
     return np.clip(step, -_FASTEST * extent, _FASTEST * extent)
+
+
+def within_a_step(x: FloatArray, targets: FloatArray, extent: FloatArray) -> BoolArray:
+    """Which targets, (..., n_var), no variable of a step with momentum is too short for."""
+    return np.asarray((np.abs(targets - x) <= _FASTEST * extent).all(axis=-1))
 
 
 def perturb(

@@ -45,7 +45,7 @@ def candidates(run):
         MGEODirected(
             1.0, 6, 0.0, (1.0, 1.0), (0.0, 1.0), (0.1, 0.1), 1.0, (0.0, 0.0), max_candidates=2
         ),
-        MGEODirected(momentum=(0.6, 0.4), difference=(0.2, 0.65)),
+        MGEODirected(momentum=(0.6, 0.6), difference=(0.2, 0.65)),
     ],
     ids=["default", "ends", "differences", "momentum"],
 )
@@ -303,6 +303,7 @@ def test_as_many_candidates_are_made_by_differences_as_said(share, monkeypatch):
 @pytest.mark.parametrize("share", [(1.0, 0.0), (0.0, 1.0), (0.5, 0.2)])
 def test_as_many_candidates_have_momentum_as_said(share, monkeypatch):
     monkeypatch.setattr(directed, "momentum_steps", lambda x, *others: np.full(x.shape, 0.07))
+    monkeypatch.setattr(directed, "within_a_step", lambda x, *others: np.ones(len(x), dtype=bool))
     run = begun(MGEODirected(n_walkers=200, momentum=share), ZDT1(n_var=4), 2)
     points, walkers = candidates(run)
     marked = np.isclose(points - walkers[:, None], 0.07).any(axis=2)  # others are at the bound
@@ -320,6 +321,7 @@ def test_a_target_is_an_archived_point_or_the_nearest_one(monkeypatch):
     run = begun(MGEODirected(n_walkers=40, momentum=(1.0, 1.0)), ZDT1(n_var=4), 5)
     archived, nearest = run.front.individuals.get("X"), run.archived(run._nearest())
     monkeypatch.setattr(directed, "momentum_steps", spy)
+    monkeypatch.setattr(directed, "within_a_step", lambda x, *others: np.ones(len(x), dtype=bool))
     walkers = candidates(run)[1]
     ((x, targets),) = seen
     np.testing.assert_array_equal(x, np.repeat(walkers, 3, axis=0))
@@ -327,6 +329,26 @@ def test_a_target_is_an_archived_point_or_the_nearest_one(monkeypatch):
     among = (targets == np.repeat(nearest, 3, axis=0)).all(axis=1).mean()
     assert 0.35 < among < 0.75  # half of them, and some by chance
     assert len(np.unique(targets, axis=0)) > 0.3 * len(archived)
+
+
+def test_walkers_at_the_extremes_are_drawn_to_points_within_a_step_alone(monkeypatch):
+    def spy(x, before, targets, extent, rng):
+        seen.append((np.abs(targets - x) / extent).max(axis=1))
+        return np.full(x.shape, 0.07)
+
+    run, seen = begun(MGEODirected(n_walkers=60, momentum=(1.0, 1.0)), ZDT1(n_var=4), 5), []
+    monkeypatch.setattr(directed, "momentum_steps", spy)
+    points, walkers = candidates(run)
+    far = np.abs(run.front.individuals.get("X") - walkers[:, None]).max(axis=2) > 0.2
+    alone, between = far.all(axis=1) & ~run._between(), run._between()
+    assert alone.any()
+    assert (far.any(axis=1) & ~far.all(axis=1) & ~between).any()
+    marked = np.isclose(points - walkers[:, None], 0.07).any(axis=2)
+    assert marked[between].all()
+    assert not marked[alone].any()
+    assert (seen[0] <= 0.2).sum() >= len(seen[0]) - 3 * between.sum()
+    assert 0.0 < marked[~between].mean() < 1.0
+    assert (seen[0] > 0.2).any()  # of those between the extremes
 
 
 def test_the_momentum_is_the_step_that_led_to_the_incumbent():
@@ -372,6 +394,12 @@ def test_a_choice_does_not_go_on(monkeypatch):
     monkeypatch.setattr(directed, "momentum_steps", spy)
     run = begun(MGEODirected(n_walkers=30, momentum=(1.0, 1.0)), Pick(), 6)
     assert run.state.momentum.any(axis=0).all()
+
+    def near(x, targets, extent):
+        np.testing.assert_array_equal(targets[:, 0], x[:, 0])
+        return np.ones(len(x), dtype=bool)
+
+    monkeypatch.setattr(directed, "within_a_step", near)
     run.ask()
     np.testing.assert_array_equal(seen[-1][:, 0], np.zeros(60))
     np.testing.assert_array_equal(seen[-1][:, 1], np.repeat(run.state.momentum[:, 1], 2))
