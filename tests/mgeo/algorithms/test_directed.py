@@ -45,7 +45,7 @@ def candidates(run):
         MGEODirected(
             1.0, 6, 0.0, (1.0, 1.0), (0.0, 1.0), (0.1, 0.1), 1.0, (0.0, 0.0), max_candidates=2
         ),
-        MGEODirected(momentum=(0.6, 0.4), difference=(0.2, 0.65)),
+        MGEODirected(momentum=(0.6, 0.6), difference=(0.2, 0.65)),
     ],
     ids=["default", "ends", "differences", "momentum"],
 )
