@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo.files.atomic import write_file
+from mgeo.files.atomic import remove_leftovers, write_file
 from mgeo.files.reading import FileError, entry, errors_of, parse_json
 
 NAME = "record.sqlite"
@@ -124,7 +124,9 @@ def read(folder: Path) -> tuple[Names, list[Rows]]:
 
 
 def remove(folder: Path) -> None:
-    """Remove a record, if there is one; other files in the folder stay."""
+    """Remove a record, if there is one, and what a killed process left of it; others stay."""
+    with suppress(OSError):  # it is not there, or may not be looked through
+        remove_leftovers(folder / NAME)
     for path in _files(folder):
         path.unlink(missing_ok=True)
     with suppress(OSError):  # other files are in it, or it is not there

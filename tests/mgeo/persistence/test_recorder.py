@@ -198,6 +198,14 @@ def test_a_record_is_not_overwritten_unless_told(tmp_path):
         solve(callback=recorder)
 
 
+def test_a_new_record_removes_what_a_process_killed_at_its_beginning_left(tmp_path):
+    left, other = tmp_path / ".record.sqlite.0123456789abcdef.tmp", tmp_path / ".mine.tmp"
+    for path in (left, other):
+        path.touch()
+    minimize(ZDT1(), NSGA2(10), ("n_gen", 2), callback=Recorder(tmp_path), seed=1)
+    assert {path.name for path in tmp_path.iterdir()} == {"record.sqlite", other.name}
+
+
 def test_a_resumed_run_needs_its_own_record(tmp_path):
     def begun(problem, n_iter=4):
         run = MGEOReal(n_walkers=4).setup(problem, seed=1)
