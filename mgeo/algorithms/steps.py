@@ -76,7 +76,7 @@ def momentum_steps(
 
 
 def within_a_step(x: FloatArray, targets: FloatArray, extent: FloatArray) -> BoolArray:
-    """Which targets, (..., n_var), no variable of a step with momentum is too short for."""
+    """Which targets, (..., n_var), one step with momentum can reach in every variable."""
     return np.asarray((np.abs(targets - x) <= _FASTEST * extent).all(axis=-1))
 
 

@@ -88,7 +88,7 @@ def filtered(solution: Solution) -> Filtered:
 
 
 def innovations(solution: Solution) -> tuple[Innovations, ...]:
-    """Those of `filtered` alone, in a third of the time."""
+    """Those of `filtered` alone, in two thirds of the time."""
     return _innovations(solution, np.empty((0, 0)), np.empty((0, 0, 0)))
 
 

@@ -91,27 +91,14 @@ def those_before(seen, readings, kept, root, common, white, errors, until):
     errors, until : arrays, shapes (N, d) and (N, d, d), or empty
         Written: estimated errors at every sample, and their covariance.
     """
-    x, T, P = kept
-    N, d, q = T.shape
+    N, d, q = kept[1].shape
     phi, small, spread = np.empty((3, q)), np.empty((4, 3)), np.empty((d, q))
     for k in range(N):
         for s in range(len(seen)):
             if seen[s, k]:
                 potter(s, k, readings, root, common, white, phi, small)
-        for i in range(len(until) and d):
-            errors[k, i] = x[k, i]
-            for j in range(q):
-                spread[i, j] = 0.0
-            for m in range(q):
-                f = T[k, i, m]
-                errors[k, i] += f * common[m]
-                for j in range(q):
-                    spread[i, j] += f * root[m, j]
-            for j in range(i + 1):
-                total = P[k, i, j]
-                for m in range(q):
-                    total += spread[i, m] * spread[j, m]
-                until[k, i, j] = until[k, j, i] = total
+        if len(until):
+            estimate(k, kept, root, common, spread, errors, until)
 
 
 @helper
@@ -173,6 +160,27 @@ def potter(s, k, readings, root, common, white, phi, small):
         s0, s1, s2 = beta[0] * s0, beta[1] * s1, beta[2] * s2
         for j in range(q):
             root[m, j] -= s0 * phi[0, j] + s1 * phi[1, j] + s2 * phi[2, j]
+
+
+@helper
+def estimate(k, kept, root, common, spread, errors, until):
+    """Errors e of a sample, x + T c, and their covariance; `spread` is room."""
+    x, T, P = kept
+    d, q = spread.shape
+    for i in range(d):
+        errors[k, i] = x[k, i]
+        for j in range(q):
+            spread[i, j] = 0.0
+        for m in range(q):
+            f = T[k, i, m]
+            errors[k, i] += f * common[m]
+            for j in range(q):
+                spread[i, j] += f * root[m, j]
+        for j in range(i + 1):
+            total = P[k, i, j]
+            for m in range(q):
+                total += spread[i, m] * spread[j, m]
+            until[k, i, j] = until[k, j, i] = total
 
 
 @helper
