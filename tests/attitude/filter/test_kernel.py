@@ -9,14 +9,15 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from functools import partial
+from pkgutil import iter_modules
 
 import pytest
-from mgeo_attitude.estimation.kernels import load as load_smoother
+from mgeo_attitude.estimation import kernels
 from mgeo_attitude.filter.kernel import load_driver, load_module
 from numba.core.caching import NullCache
 from numba.core.dispatcher import Dispatcher
 
-SMOOTHER = ("two_stage", "bryson_frazier", "residuals", "kinematics")
+SMOOTHER = [each.name for each in iter_modules(kernels.__path__) if each.name != "algebra"]
 
 SCRIPT = textwrap.dedent(
     """
@@ -94,7 +95,7 @@ def test_threads_that_start_at_once_do_not_trip_whether_the_kernel_is_there_or_n
 
 
 @pytest.mark.parametrize(
-    "module", [load_driver, *(partial(load_smoother, name) for name in SMOOTHER)]
+    "module", [load_driver, *(partial(kernels.load, name) for name in SMOOTHER)]
 )
 def test_what_a_kept_module_calls_is_kept_nowhere_else(module):
     # Of two that are compiled in two processes numba may take what one returns for the other's:

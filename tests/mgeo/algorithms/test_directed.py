@@ -300,10 +300,14 @@ def test_as_many_candidates_are_made_by_differences_as_said(share, monkeypatch):
         assert made[kind].mean() == pytest.approx(expected, abs=0.06)
 
 
+def anywhere(x, targets, extent):
+    return np.ones(len(x), dtype=bool)
+
+
 @pytest.mark.parametrize("share", [(1.0, 0.0), (0.0, 1.0), (0.5, 0.2)])
 def test_as_many_candidates_have_momentum_as_said(share, monkeypatch):
     monkeypatch.setattr(directed, "momentum_steps", lambda x, *others: np.full(x.shape, 0.07))
-    monkeypatch.setattr(directed, "within_a_step", lambda x, *others: np.ones(len(x), dtype=bool))
+    monkeypatch.setattr(directed, "within_a_step", anywhere)
     run = begun(MGEODirected(n_walkers=200, momentum=share), ZDT1(n_var=4), 2)
     points, walkers = candidates(run)
     marked = np.isclose(points - walkers[:, None], 0.07).any(axis=2)  # others are at the bound
@@ -321,7 +325,7 @@ def test_a_target_is_an_archived_point_or_the_nearest_one(monkeypatch):
     run = begun(MGEODirected(n_walkers=40, momentum=(1.0, 1.0)), ZDT1(n_var=4), 5)
     archived, nearest = run.front.individuals.get("X"), run.archived(run._nearest())
     monkeypatch.setattr(directed, "momentum_steps", spy)
-    monkeypatch.setattr(directed, "within_a_step", lambda x, *others: np.ones(len(x), dtype=bool))
+    monkeypatch.setattr(directed, "within_a_step", anywhere)
     walkers = candidates(run)[1]
     ((x, targets),) = seen
     np.testing.assert_array_equal(x, np.repeat(walkers, 3, axis=0))
@@ -397,7 +401,7 @@ def test_a_choice_does_not_go_on(monkeypatch):
 
     def near(x, targets, extent):
         np.testing.assert_array_equal(targets[:, 0], x[:, 0])
-        return np.ones(len(x), dtype=bool)
+        return anywhere(x, targets, extent)
 
     monkeypatch.setattr(directed, "within_a_step", near)
     run.ask()
