@@ -71,10 +71,10 @@ class MGEODirected(ExtremalOptimization):
       between two points of the donor pool (differential evolution's move; Storn & Price 1997).
       The donor pool are the points of the archive and the incumbents of the walkers. Such
       candidates can also be pulled to the archived point nearest along the weight vector.
-    - With `momentum`, other candidates change all variables: they go on as the step that led to the
-      walker's incumbent, and towards an archived point, any one or the nearest (particle swarms'
-      move; Zhang et al. 2018). Walkers with extreme weights go only towards points within a step:
-      what is farther may be near another local optimum.
+    - Most candidates, a share `momentum`, change all variables instead: they go on as the step that
+      led to the walker's incumbent, and towards an archived point, any one or the nearest (particle
+      swarms' move; Zhang et al. 2018). Walkers with extreme weights go only towards points within a
+      step: what is farther may be near another local optimum.
     - Of integers and bits steps are rounded; a choice that would move takes the option of a donor,
       or any other one (`mgeo.algorithms.whole`).
     - A walker now and then returns to its incumbent, its own best point, and more rarely migrates
@@ -134,7 +134,7 @@ class MGEODirected(ExtremalOptimization):
         tau: float = 3.0,
         n_walkers: int = 16,
         extreme_weights: float = 0.4,
-        difference: Sequence[float] = (0.65, 0.65),
+        difference: Sequence[float] = (0.2, 0.65),
         coupling: Sequence[float] = (0.05, 0.5),
         widths: Sequence[float] = (1e-3, 1.0),
         return_to_best: float = 0.7,
@@ -143,7 +143,7 @@ class MGEODirected(ExtremalOptimization):
         max_candidates: int = 3,
         bounds: str = "clip",
         attract: Sequence[float] = (0.5, 0.9),
-        momentum: Sequence[float] = (0.0, 0.0),
+        momentum: Sequence[float] = (0.6, 0.6),
         **options: Any,
     ) -> None:
         super().__init__(tau=validate_number("tau", tau, low=0), n_walkers=n_walkers, **options)

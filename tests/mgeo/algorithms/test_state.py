@@ -235,7 +235,7 @@ def changed_attributes(algorithm, problem):
 ALGORITHMS = [
     *(cls(n_walkers=3, archive_size=10) for cls in PUBLISHED),
     MGEODirected(n_walkers=4, extreme_weights=0.5, restart=(1, 2), max_candidates=2),
-    MGEODirected(n_walkers=4, momentum=(0.6, 0.4)),
+    MGEODirected(n_walkers=4, momentum=(0.0, 0.0)),
     *(variant("a-geo2", 3, restart="random", patience=2) for variant in VARIANTS),
 ]
 
