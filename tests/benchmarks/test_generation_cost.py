@@ -21,7 +21,7 @@ def test_a_generation_costs_no_more_than_one_of_nsga2(
     )
     # four walkers look for the nearest of 10,000 points: said in docs/bookkeeping.md
     few = variant == "directed" and offspring == 12 and front == 10_000
-    assert found.ratio <= (1.2 if few else 1.0)
+    assert found.ratio <= (1.4 if few else 1.0)
 
 
 def test_the_table_shows_the_extreme_ratios():
