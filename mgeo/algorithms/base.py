@@ -272,7 +272,7 @@ class ExtremalOptimization(Algorithm, ABC):
 
     def archived(self, rows: Any) -> FloatArray:
         """(n, n_var) variables of these points of the archive."""
-        return self.variables.values(self.front.individuals[rows].get("X"))
+        return self.variables.values(values_of(self.front.individuals[rows], "X"))
 
     def _told(self, infills: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Objectives (n, n_obj) and constraint violations (n,), 0 where feasible.
