@@ -11,7 +11,7 @@ import typer
 
 from mgeo.cli import completion, options
 from mgeo.cli.commands import RootCommands
-from mgeo.cli.errors import ExitCode, bad_input
+from mgeo.cli.errors import ExitCode, bad_input, of_interrupt
 from mgeo.cli.examples import epilog
 from mgeo.cli.output import Output
 
@@ -349,9 +349,9 @@ def study(
                 return
             try:
                 comparisons = run_study(read, folder, n_jobs=n_jobs, progress=not quiet)
-            except KeyboardInterrupt:
+            except KeyboardInterrupt as error:
                 output.note(f"interrupted; the same command goes on with what is in {folder}")
-                raise typer.Exit(ExitCode.INTERRUPTED) from None
+                raise typer.Exit(of_interrupt(error)) from None
     raise typer.Exit(show(read, comparisons, folder, output))
 
 

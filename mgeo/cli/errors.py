@@ -12,6 +12,7 @@ from typing import Any
 
 import typer
 
+from mgeo.cli.signals import Terminated, terminable
 from mgeo.terminal import printable
 
 #: What typer raises for a command line that cannot be understood; where it is kept has changed.
@@ -83,8 +84,9 @@ def remember_debug(ctx: typer.Context, wanted: bool) -> bool:
 def ended(ctx: Any) -> Iterator[None]:
     """Make of every error one line on stderr, and an exit code."""
     try:
-        yield
-        sys.stdout.flush()
+        with terminable():
+            yield
+            sys.stdout.flush()
     except (typer.Exit, typer.Abort, BrokenPipeError):
         raise
     except (Exception, KeyboardInterrupt) as error:
@@ -93,6 +95,11 @@ def ended(ctx: Any) -> Iterator[None]:
             traceback.print_exception(error.__cause__ if isinstance(error, Refused) else error)
         typer.echo(f"Error: {printable(message)}", err=True)
         raise typer.Exit(code) from error
+
+
+def of_interrupt(error: KeyboardInterrupt) -> ExitCode:
+    """Code of what was ended by Ctrl-C or SIGTERM."""
+    return ExitCode.TERMINATED if isinstance(error, Terminated) else ExitCode.INTERRUPTED
 
 
 def _told(error: BaseException, ctx: Any) -> tuple[str, ExitCode]:
@@ -104,7 +111,7 @@ def _told(error: BaseException, ctx: Any) -> tuple[str, ExitCode]:
     if isinstance(error, Refused):
         return str(error), ExitCode.BAD_INPUT
     if isinstance(error, KeyboardInterrupt):
-        return "interrupted", ExitCode.INTERRUPTED
+        return "interrupted", of_interrupt(error)
     from mgeo.evaluation.evaluator import EvaluationError
     from mgeo.files.reading import FileError
     from mgeo.plugins.discovery import PluginError

@@ -491,6 +491,34 @@ def test_a_study_that_is_interrupted_goes_on(tmp_path, stand_in_environment, sta
     assert len(next(iter(whole.values())).table) == 24
 
 
+@pytest.mark.slow
+def test_sigterm_ends_a_study_and_its_processes(tmp_path, stand_in_environment, stand_in):
+    (tmp_path / "slow.toml").write_text(SLOW)
+    command = [sys.executable, "-m", "mgeo", "study", "slow.toml", "--jobs", "2"]
+    slowly = stand_in_environment | {"STAND_IN_SECONDS": "0.3"}
+    with subprocess.Popen(
+        command, cwd=tmp_path, env=slowly, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as process:
+        deadline = time.monotonic() + 300
+        while not list(tmp_path.glob("studies/slow/runs/*.npz")):
+            assert process.poll() is None
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        process.terminate()
+        _, errors = process.communicate(timeout=30)  # idle workers would stay for minutes
+    assert process.returncode == 143
+    assert "interrupted; the same command goes on with what is in studies/slow" in errors
+    deadline = time.monotonic() + 30
+    while time.monotonic() < deadline:
+        try:
+            os.killpg(process.pid, 0)  # whether there is anybody in its group
+        except ProcessLookupError:
+            return
+        time.sleep(0.05)
+    os.killpg(process.pid, signal.SIGKILL)
+    pytest.fail("some of its processes were left")
+
+
 def test_a_folder_without_a_comparison_is_named(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"holds no comparison: there is no provenance"):
         read_comparison(tmp_path)
