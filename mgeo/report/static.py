@@ -127,12 +127,16 @@ def _still(figure: go.Figure) -> go.Figure:
     return still
 
 
+def _is_news(record: logging.LogRecord) -> bool:
+    """False for a message of the browser that cannot be read, which is passed over anyway."""
+    return not record.getMessage().startswith("JSONError decoding message")
+
+
 async def _drawn(
     pictures: Mapping[str, go.Figure], formats: Sequence[str], renderer: Callable[..., Any]
 ) -> dict[str, bytes]:
     browser = None
-    # a message of the browser that it cannot read it logs with a traceback, and goes on
-    logging.getLogger("choreographer").setLevel(logging.CRITICAL)
+    logging.getLogger("choreographer.channels.pipe").addFilter(_is_news)
     try:
         browser = renderer(mathjax=False)  # nothing from the network
         await asyncio.wait_for(browser.open(), _PATIENCE)

@@ -1,5 +1,8 @@
 """Pictures of a run's figures, and what is said where they cannot be drawn."""
 
+import asyncio
+import inspect
+import logging
 import re
 import struct
 import sys
@@ -118,6 +121,22 @@ def test_one_figure_for_a_paper(folder):
     done = report(folder, "--figure", "knee-bar", "--figure", "front")
     assert done.exit_code == 0, done.output
     assert (folder / "figures" / "front.png").exists()
+
+
+def test_only_an_unreadable_message_of_the_browser_is_kept_out_of_the_log(caplog):
+    pipe = pytest.importorskip("choreographer.channels.pipe")
+    assert "JSONError decoding message" in inspect.getsource(pipe)
+
+    def no_browser(**options):
+        raise RuntimeError("none")
+
+    with pytest.raises(static.StaticExportError):
+        asyncio.run(static._drawn({}, ["png"], no_browser))
+    log = logging.getLogger(pipe.__name__)
+    log.error("JSONError decoding message. Ignoring")
+    log.warning("something else")
+    logging.getLogger("choreographer.browser_async").warning("another")
+    assert [record.getMessage() for record in caplog.records] == ["something else", "another"]
 
 
 def test_a_figure_that_there_is_not(folder):
