@@ -59,9 +59,13 @@ class AlgorithmConfiguration:
         Raises
         ------
         ValueError, TypeError
-            If it refuses a parameter or the problem.
+            If it refuses a parameter or the problem; the message names the algorithm.
         """
-        return build_algorithm(self.name, self.parameters, problem)
+        try:
+            return build_algorithm(self.name, self.parameters, problem)
+        except (ValueError, TypeError) as error:
+            kind = TypeError if isinstance(error, TypeError) else ValueError
+            raise kind(f"{self.label}: {error}") from error
 
 
 @dataclass(frozen=True)

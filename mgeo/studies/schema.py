@@ -51,7 +51,10 @@ class ProblemTable(Table):
 
 
 class AlgorithmTable(Table):
-    """One algorithm and its parameters; a list of values stands for an algorithm with each."""
+    """One algorithm and its parameters; a list of values stands for an algorithm with each.
+
+    So a parameter that is a pair is a list in a list: momentum = [[0.6, 0.4]].
+    """
 
     model_config = ConfigDict(extra="allow")
 

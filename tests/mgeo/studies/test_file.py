@@ -202,3 +202,15 @@ def test_the_published_studies_can_be_built(name):
         problem = configuration.build()
         for algorithm in study.algorithms:
             algorithm.build(problem)
+
+
+def test_a_list_is_one_algorithm_for_each_value_and_a_pair_a_list_in_a_list():
+    walkers = SMALL + '[[algorithms]]\nname = "mgeo-directed"\nmomentum = '
+    study = parsed(walkers + "[[0.6, 0.4]]")
+    (problem,) = (each.build() for each in study.problems)
+    assert study.algorithms[-1].build(problem).momentum == [0.6, 0.4]
+    first, second = parsed(walkers + "[0.6, 0.4]").algorithms[1:]
+    for each, value in ((first, 0.6), (second, 0.4)):
+        message = f"mgeo-directed, momentum = {value}: momentum = {value}: expected two numbers"
+        with pytest.raises(ValueError, match=message):
+            each.build(problem)
