@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mgeo.plugins import protocol
+from mgeo.runs.limits import told
 from mgeo.runs.representative import default_solution
 
 if TYPE_CHECKING:
@@ -16,15 +17,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Answer:
-    """A solution by its number, of how many, why this one, and what it is worth."""
+    """A solution by its number, of how many, why this one, and what it is worth.
+
+    Attributes
+    ----------
+    exceeded
+        Limits of which the problem tells that it exceeds them, though it keeps all constraints.
+    """
 
     solution: int
     count: int
     label: str
     text: str
+    exceeded: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        return f"solution {self.solution} of {self.count:,}, {self.label}: {self.text}"
+        but = f"; BUT {'; '.join(self.exceeded)}" if self.exceeded else ""
+        return f"solution {self.solution} of {self.count:,}, {self.label}: {self.text}{but}"
 
 
 def answer(problem: Problem, outcome: Outcome) -> Answer | None:
@@ -32,8 +41,11 @@ def answer(problem: Problem, outcome: Outcome) -> Answer | None:
     if not len(outcome.F):
         return None
     shown = default_solution(problem, outcome.F)
-    lines = protocol.answers(problem, outcome.X[[shown.row]])
+    chosen = outcome.X[[shown.row]]
+    lines = protocol.answers(problem, chosen)
     if lines is None:
         pairs = zip(outcome.objectives, outcome.F[shown.row], strict=True)
         lines = [", ".join(f"{name} {value:.5g}" for name, value in pairs)]
-    return Answer(shown.row, len(outcome.F), shown.label, lines[0])
+    known = told(problem, chosen) or [[]]
+    exceeded = tuple(str(limit) for limit in known[0] if not limit.kept)
+    return Answer(shown.row, len(outcome.F), shown.label, lines[0], exceeded)

@@ -54,9 +54,15 @@ class Limit:
 
 def limits(problem: Problem, X: NDArray[Any]) -> list[list[Limit]]:
     """The limits of each solution, shape (n, n_var), in the problem's order."""
+    found = told(problem, X)
+    return constraints(problem, X) if found is None else found
+
+
+def told(problem: Problem, X: NDArray[Any]) -> list[list[Limit]] | None:
+    """Those of a problem with ``limits``, which may tell more than its constraints; else None."""
     tables = protocol.limits(problem, X)
     if tables is None:
-        return constraints(problem, X)
+        return None
     keys = ("margin", "unit", "value", "bound", "limit")
     columns = [[table[key].tolist() for key in keys] for table in tables]
     return [

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 
-from mgeo_attitude import describe
+from mgeo_attitude import describe, promises
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.answers import answers
 from mgeo_attitude.constraints import check_start, constraints
@@ -24,7 +24,6 @@ from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
 from mgeo_attitude.margins import tables
 from mgeo_attitude.objectives import Objective, indicators, objective
-from mgeo_attitude.promises import remarks
 from mgeo_attitude.robustness import Flight, Flights, judged, over_flights
 from mgeo_attitude.scenario import FlightErrors, Scenario
 from mgeo_attitude.scenario.objective_names import PAPER
@@ -293,8 +292,14 @@ class AttitudeManeuverProblem(Problem):
         return pd.DataFrame(columns)
 
     def remarks(self, X: ArrayLike) -> list[str]:
-        """How many of a front's solutions keep what they promise; see `promises.remarks`."""
-        return remarks(self, np.atleast_2d(np.asarray(X, dtype=float)))
+        """How many of a front's solutions keep what they promise, and their limits to the end.
+
+        See `promises.remarks` and `clearance.remarks`.
+        """
+        from mgeo_attitude import clearance  # compiles
+
+        designs = np.atleast_2d(np.asarray(X, dtype=float))
+        return [*promises.remarks(self, designs), *clearance.remarks(self, designs)]
 
     def answers(self, X: ArrayLike) -> list[str]:
         """What each solution is worth, in one line; see `mgeo_attitude.answers`."""
@@ -304,10 +309,16 @@ class AttitudeManeuverProblem(Problem):
         """The scenario's limits and each solution's margins; see `margins.tables`.
 
         Where plans are judged over flights, a value is what the demanded share of them keeps.
+        Path limits, and the budget of wheels, have a row each for the time after the filter has
+        converged, too, in which the last rate is held for late flights or the body slews back. No
+        search sees these.
         """
+        from mgeo_attitude import clearance  # compiles
+
         designs = describe.checked_designs(self, np.atleast_2d(np.asarray(X, dtype=float)))
         excesses = self._complete(designs)[:, self.n_obj + self.n_ieq_constr :]
-        return tables([limit for c in constraints(self.scenario) for limit in c.limits], excesses)
+        limits = [limit for c in constraints(self.scenario) for limit in c.limits]
+        return tables(limits, excesses, clearance.all_after(self, designs))
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
         """How many points of a front converge in the first orbit, and how many later.

@@ -27,6 +27,11 @@ def spread(n: int) -> Ints:
     return rows
 
 
+def looked_at(rows: Ints, X: Floats) -> str:
+    """How many of a front these are, in words."""
+    return f"{len(rows)} plans" if len(rows) == len(X) else f"{len(rows)} plans looked at"
+
+
 def kept(problem: ManeuverProblem, X: Floats) -> Floats:
     """Objectives that most flights of plans, shape (n, n_var), keep, shape (n, n_obj)."""
     table = problem.promises(X)
@@ -99,9 +104,8 @@ def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
     keep = in_time.all(axis=1) & ~np.array(endless)
     label = problem.obj_names[0]
     ratio = table[f"kept / promised {label}"]
-    of = f"{len(rows)} plans" if len(rows) == len(X) else f"{len(rows)} plans looked at"
     return [
-        f"{keep.sum()} of {of} keep what they promise in {MOST_FLIGHTS}, to "
+        f"{keep.sum()} of {looked_at(rows, X)} keep what they promise in {MOST_FLIGHTS}, to "
         f"{TOLERANCE:.0%}; {label} is then {ratio.median():.3g} times the promised in the median, "
         f"{ratio.max():.3g} at most"
     ]

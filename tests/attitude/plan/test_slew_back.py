@@ -7,7 +7,7 @@ import brahe
 import brahe.ccsds
 import numpy as np
 import pytest
-from mgeo_attitude import Environment, FilterModel, Scenario, simulate
+from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario, simulate
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.show import plan_document
 from mgeo_attitude.figures.maneuvers import timeline
@@ -168,6 +168,37 @@ def test_path_limits_are_looked_at_until_the_end(plan):
         assert row["kept"] == (margin >= 0.0)
     assert table.index.name == "constraint"
     assert from_json(to_json(watched)) == watched
+
+
+def test_a_front_is_told_how_many_keep_their_limits_until_the_end(plan):
+    """The search sees none of it, so its answers have to say."""
+    limit = PathLimit(boresight=(0.0, 0.0, -1.0), half_angle_deg=1.0, attitude_sigmas=0.0)
+    tight = dataclasses.replace(plan.scenario, path_limits=(limit,))
+    problem = ManeuverPlan(tight, DESIGN).problem
+    (before, after) = problem.limits([DESIGN])[0]["value"]
+    between = dataclasses.replace(limit, half_angle_deg=float(after + before) / 2.0)
+    assert after < before
+    scenario = dataclasses.replace(plan.scenario, path_limits=(between,))
+    watched = ManeuverPlan(scenario, DESIGN)
+    table = watched.constraints()
+    assert table["kept"].tolist() == [True, False]
+    assert (watched.problem.evaluate(np.array([DESIGN]), return_values_of=["G"]) <= 0.0).all()
+    exceeded = table.index[1]
+    keep = "plans keep all limits after they have converged"
+    told = watched.problem.remarks([DESIGN, DESIGN])[1]
+    assert told == f"0 of 2 {keep}; the others exceed {exceeded}"
+    assert problem.remarks([DESIGN])[1] == f"1 of 1 {keep}"
+    assert len(plan.problem.remarks([DESIGN])) == 1  # nothing limits it
+
+
+def test_a_plan_that_cannot_slew_back_in_time_exceeds_a_limit():
+    table = {"preset": "cubesat_6u", "duration": 600.0, "initial": {"pointing": "nadir"}}
+    table |= {"maneuvers": {"max_rate_deg_s": 0.065, "slew_back": True}}
+    table["path_limits"] = [{"boresight": [0.0, 0.0, -1.0], "half_angle_deg": 1.0}]
+    still = np.zeros(12)
+    row = AttitudeManeuverProblem(Scenario.from_dict(table)).limits([still])[0].iloc[-1]
+    assert (row.name, row["value"], row["limit"]) == ("time of the slew back", np.inf, 600.0)
+    assert row["margin"] < 0.0
 
 
 def test_wheels_with_a_budget_are_looked_at_until_the_end(plan):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -22,15 +21,12 @@ from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.maneuvers.phases import HELD, Phase
 from mgeo_attitude.maneuvers.slew_back import SlewBack
 from mgeo_attitude.plan.ccsds import quaternions, utc_texts
-from mgeo_attitude.plan.clearance import Row, limits_after
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.promises import Times, held_until, times
 from mgeo_attitude.scenario import Scenario
 
 #: Share of an initial 1-sigma from which on an error counts as not calibrated.
 UNLEARNED = 0.5
-#: The times that follow `t_end`, in words.
-AFTER = ("held for late flights", "in the slew back")
 
 
 @dataclass(frozen=True)
@@ -250,20 +246,9 @@ class ManeuverPlan(Validated):
 
         Columns ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit``, ``margin``,
         below zero where it is violated, and whether it is ``kept``. They are computed by the
-        optimizer's filter, not the reference. Path limits, and the budget of wheels, are looked at
-        while the rate is held for late flights and in a slew back, too.
+        optimizer's filter, not the reference; see `AttitudeManeuverProblem.limits`.
         """
         (table,) = self.problem.limits([self.design])
-        known = self.history.covariance[:3, :3]
-        after: dict[str, Row] = {}
-        edges = (self.t_end, self.held_until, self.duration)
-        for (start, end), while_ in zip(pairwise(edges), AFTER, strict=True):
-            if start < end:
-                after |= limits_after(self.whole, start, end, known, while_)
-        if after:
-            index = pd.Index(after, name=table.index.name)
-            rows = pd.DataFrame(after.values(), index=index, columns=table.columns)
-            table = pd.concat([table, rows])
         return table.assign(kept=table["margin"].to_numpy(float) >= 0.0)
 
     def violations(self) -> list[str]:

@@ -1,18 +1,80 @@
-"""What is left of the limits of the way after a plan has converged."""
+"""What is left of the limits of the way after a plan has converged, which no search sees."""
 
 from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.pointing import Place
+from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.path_limits import excess_at
 from mgeo_attitude.flight.whole import Whole
+from mgeo_attitude.margins import Row
+from mgeo_attitude.promises import held_until, looked_at, spread
 
-#: Unit, value, "at most" or "at least", limit and margin: a row of `margins.tables`.
-Row = tuple[str, float, str, float, float]
+if TYPE_CHECKING:
+    from mgeo_attitude.protocol import ManeuverProblem
+    from mgeo_attitude.scenario import Scenario
+
+#: The times that follow `t_end`, in words.
+AFTER = ("held for late flights", "in the slew back")
+
+
+def has_limits_after(scenario: Scenario) -> bool:
+    """Whether plans go on after they have converged, and something limits how."""
+    wheels = scenario.wheels
+    limited = scenario.path_limits or (wheels is not None and wheels.budgeted)
+    return bool(limited and (scenario.flight or scenario.maneuvers.slew_back))
+
+
+def all_after(problem: ManeuverProblem, designs: Floats) -> list[dict[str, Row]]:
+    """`limits_after` of each design, shape (n, n_var), until its plan ends; {} if there is none.
+
+    Path limits, and the budget of wheels, are looked at while the rate is held for late flights and
+    in a slew back, some 0.1 s a design. Nothing is known of one whose covariance was lost.
+    """
+    if not has_limits_after(problem.scenario):
+        return [{} for _ in designs]
+    from mgeo_attitude.filter.evaluator import evaluate  # compiles
+
+    model = problem.model
+    result = evaluate(model, designs, problem.threads, covariance=True)
+    found: list[dict[str, Row]] = [{} for _ in designs]
+    rows = np.flatnonzero(np.isfinite(result.t_end))
+    held = held_until(problem, designs[rows], result.t_end[rows])
+    for i, until in zip(rows, held.tolist(), strict=True):
+        whole = Whole(problem.scenario, model, designs[i], float(result.t_end[i]), until)
+        edges = [whole.t_end, whole.held_until]
+        try:
+            edges.append(whole.end)
+        except InvalidValue:
+            longest = problem.scenario.duration
+            found[i]["time of the slew back"] = ("s", np.inf, "at most", longest, -np.inf)
+        for (start, end), while_ in zip(pairwise(edges), AFTER, strict=False):
+            if start < end:
+                found[i] |= limits_after(whole, start, end, result.covariance[i, :3, :3], while_)
+    return found
+
+
+def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
+    """How many plans of a front, shape (n, n_var), keep all limits to their end."""
+    if not (len(X) and has_limits_after(problem.scenario)):
+        return []
+    rows = spread(len(X))
+    exceeded = [
+        {label for label, (*_, margin) in after.items() if margin < 0.0}
+        for after in all_after(problem, X[rows])
+    ]
+    keep = sum(not each for each in exceeded)
+    line = f"{keep} of {looked_at(rows, X)} keep all limits after they have converged"
+    if labels := sorted(set().union(*exceeded)):
+        line += f"; the others exceed {', '.join(labels)}"
+    return [line]
 
 
 def limits_after(
