@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mgeo.plugins import protocol
-from mgeo.runs.limits import told
+from mgeo.runs.limits import nearest_kept, told
 from mgeo.runs.representative import default_solution
 
 if TYPE_CHECKING:
@@ -23,6 +23,8 @@ class Answer:
     ----------
     exceeded
         Limits of which the problem tells that it exceeds them, though it keeps all constraints.
+    instead
+        Then the nearest solution that exceeds none, by its number, if one is found.
     """
 
     solution: int
@@ -30,10 +32,14 @@ class Answer:
     label: str
     text: str
     exceeded: tuple[str, ...] = ()
+    instead: int | None = None
 
     def __str__(self) -> str:
-        but = f"; BUT {'; '.join(self.exceeded)}" if self.exceeded else ""
-        return f"solution {self.solution} of {self.count:,}, {self.label}: {self.text}{but}"
+        said = f"solution {self.solution} of {self.count:,}, {self.label}: {self.text}"
+        if not self.exceeded:
+            return said
+        other = "" if self.instead is None else f"; solution {self.instead} keeps all limits"
+        return f"{said}; BUT {'; '.join(self.exceeded)}{other}"
 
 
 def answer(problem: Problem, outcome: Outcome) -> Answer | None:
@@ -48,4 +54,5 @@ def answer(problem: Problem, outcome: Outcome) -> Answer | None:
         lines = [", ".join(f"{name} {value:.5g}" for name, value in pairs)]
     known = told(problem, chosen) or [[]]
     exceeded = tuple(str(limit) for limit in known[0] if not limit.kept)
-    return Answer(shown.row, len(outcome.F), shown.label, lines[0], exceeded)
+    instead = nearest_kept(problem, outcome.X, shown.row) if exceeded else None
+    return Answer(shown.row, len(outcome.F), shown.label, lines[0], exceeded, instead)

@@ -15,6 +15,8 @@ from mgeo.plugins import protocol
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
+#: Solutions that `nearest_kept` looks at.
+_NEAREST, _SPREAD = 16, 34
 #: By how much equality constraints may be off, as in pymoo.
 TOLERANCE = 1e-4
 
@@ -69,6 +71,25 @@ def told(problem: Problem, X: NDArray[Any]) -> list[list[Limit]] | None:
         [Limit(str(name), *cells) for name, *cells in zip(table.index, *each, strict=True)]
         for table, each in zip(tables, columns, strict=True)
     ]
+
+
+def nearest_kept(problem: Problem, X: NDArray[Any], row: int) -> int | None:
+    """The row nearest to this one of which the problem tells that it keeps all limits.
+
+    Rows are those of a front, in the order of its first objective. Looked at are the nearest, and
+    others at even distances, `_NEAREST` and `_SPREAD` of them: the limits of one can take a tenth
+    of a second. None if none of these keeps all, or if the problem tells of no limits.
+    """
+    rows = sorted(range(len(X)), key=lambda i: (abs(i - row), i))
+    spread = np.linspace(0, len(X) - 1, min(len(X), _SPREAD)).round().astype(int)
+    looked_at = {*rows[:_NEAREST], *spread.tolist()}
+    for i in filter(looked_at.__contains__, rows):
+        found = told(problem, X[[i]])
+        if found is None:
+            return None
+        if all(limit.kept for limit in found[0]):
+            return i
+    return None
 
 
 def constraints(problem: Problem, X: NDArray[Any]) -> list[list[Limit]]:

@@ -206,7 +206,7 @@ def export(
     with bad_input(_USERS):
         check_targets(files, overwrite, SUFFIXES)
         picked = load_plan(source, pick, time, solution)
-        check_constraints(picked.plan, force)
+        check_constraints(picked, force)
         aem: dict[str, Any] = {
             "object_name": object_name,
             "object_id": object_id,

@@ -7,18 +7,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from mgeo.runs.limits import nearest_kept
 from mgeo_attitude.answers import span, within
 from mgeo_attitude.plan import ManeuverPlan, read_front, read_json
-from mgeo_attitude.plan.run_folder import CHOICES
+from mgeo_attitude.plan.run_folder import CHOICES, Front
 
 
 @dataclass(frozen=True)
 class Picked:
-    """A plan, what it is called, and its number on the front of a run."""
+    """A plan, what it is called, and its number on the front of a run, if it is of one."""
 
     plan: ManeuverPlan
     name: str
     solution: int | None = None
+    front: Front | None = None
 
     @property
     def answer(self) -> str:
@@ -71,7 +73,7 @@ def load_plan(
         name = f"solution {number} of {len(front.X)}{reason}"
         if not front.feasible:
             name = f"no plan of this run keeps all limits; nearest solution {number}"
-        return Picked(front.solution(number), name, number)
+        return Picked(front.solution(number), name, number, front)
     if not source.exists():
         raise FileNotFoundError(f"there is neither a run folder nor a plan {source}")
     if flags:
@@ -99,11 +101,16 @@ def check_targets(
             raise FileNotFoundError(f"there is no folder {path.parent}")
 
 
-def check_constraints(plan: ManeuverPlan, force: bool) -> None:
+def check_constraints(picked: Picked, force: bool) -> None:
     """Refuse, with a ValueError, a plan that violates constraints, unless `force`."""
-    found = plan.violations()
-    if found and not force:
-        raise ValueError(
-            f"the plan violates {len(found)} of its scenario's constraints ({'; '.join(found)}): "
-            "choose another plan or allow --force"
-        )
+    found = [] if force else picked.plan.violations()
+    if not found:
+        return
+    front, number = picked.front, None
+    if front is not None and picked.solution is not None:
+        number = nearest_kept(front.problem, front.X, picked.solution)
+    other = "" if number is None else f", such as --solution {number},"
+    raise ValueError(
+        f"the plan violates {len(found)} of its scenario's constraints ({'; '.join(found)}): "
+        f"choose another plan{other} or allow --force"
+    )
