@@ -242,8 +242,8 @@ def test_a_browser_draws_the_interactive_figure(site, browser, tmp_path):
         ("notebooks/3_comparing_algorithms", 3, 2),
         ("studies/table3", 3, 2),
         ("studies/tuning", 1, 2),
-        ("studies/comparison", 7, 6),
-        ("studies/benchmarks", 1, 4),
+        ("studies/comparison", 7, 4),
+        ("studies/benchmarks", 1, 7),
     ],
 )
 def test_a_browser_draws_what_code_on_a_page_shows(site, browser, tmp_path, page, figures, tables):
