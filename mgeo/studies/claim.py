@@ -61,7 +61,7 @@ def check(folder: Path, study: Study) -> None:
 def _content(study: Study) -> bytes:
     try:
         return (json.dumps(study.configuration(), indent=2, allow_nan=False) + "\n").encode()
-    except (TypeError, ValueError) as error:  # a date, or an infinity
+    except (TypeError, ValueError) as error:  # an infinity
         raise ValueError(
             f"options or parameters that JSON cannot hold, and so no provenance: {error}"
         ) from error

@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from datetime import date, time
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -85,9 +86,12 @@ class Study:
     text: str
 
     def configuration(self) -> dict[str, dict[str, Any]]:
-        """What is compared, by label, as far as JSON has types for it."""
+        """What is compared, by label, as far as JSON has types for it; instants are ISO 8601."""
         return {
-            "problems": {p.label: {"name": p.name, "options": p.options} for p in self.problems},
+            "problems": {
+                p.label: {"name": p.name, "options": _with_text_dates(p.options)}
+                for p in self.problems
+            },
             "algorithms": {
                 a.label: {"name": a.name, "parameters": a.parameters} for a in self.algorithms
             },
@@ -117,6 +121,15 @@ class Study:
             more = range(max(self.seeds) + 1, max(self.seeds) + 1 + count)
             changes["seeds"] = (*self.seeds, *more)[:count]
         return replace(self, **changes)
+
+
+def _with_text_dates(value: Any) -> Any:
+    """The same, with the dates and times that TOML has types for as ISO 8601 text."""
+    if isinstance(value, dict):
+        return {key: _with_text_dates(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_with_text_dates(each) for each in value]
+    return value.isoformat() if isinstance(value, date | time) else value  # datetime is a date
 
 
 def read_study(path: Path | str) -> Study:

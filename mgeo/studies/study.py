@@ -162,11 +162,11 @@ def _contents(
 def _provenance(
     study: Study, problem: ProblemConfiguration, comparison: Comparison
 ) -> dict[str, Any]:
-    statuses = comparison.runs["status"]
+    statuses, compared = comparison.runs["status"], study.configuration()
     return {
         "title": study.title,
-        "problem": {"label": problem.label, "name": problem.name, "options": problem.options},
-        "algorithms": study.configuration()["algorithms"],
+        "problem": {"label": problem.label, **compared["problems"][problem.label]},
+        "algorithms": compared["algorithms"],
         "evaluations": comparison.n_eval,
         "seeds": list(study.seeds),
         "space": comparison.space.describe(),
