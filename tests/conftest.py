@@ -1,5 +1,6 @@
 """Settings of all tests."""
 
+import gc
 import os
 
 from hypothesis import HealthCheck, settings
@@ -11,8 +12,25 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 for name in ("CI", "NO_COLOR", "FORCE_COLOR", "COLUMNS", "LINES"):
     os.environ.pop(name, None)
 
+COMPILES = "tests/attitude/calibration/test_after.py" # filter, truth and smoother
+
 # a busy machine is no fault of a test
 settings.register_profile(
     "any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("any machine")
+
+
+def pytest_collection_modifyitems(items):
+    """Put first what compiles most, then what compiles nothing: on two workers not both compile."""
+    items.sort(key=lambda item: _turn(item.nodeid))
+
+
+def _turn(nodeid):
+    return 0 if nodeid.startswith(COMPILES) else 1 + nodeid.startswith("tests/attitude/")
+
+
+def pytest_collection_finish():
+    """Keep the garbage collector from going through thousands of modules and tests ever again."""
+    gc.collect()
+    gc.freeze()

@@ -173,7 +173,10 @@ def steps(batch: Batch, at: Trajectory, parts: Partition) -> Steps:
     defect[:, :3] = vector(np.moveaxis(reached, 0, -1)).T
     defect[:, 3:] = np.einsum("nii->ni", F)[:, bias] * at.states[:-1, bias] - at.states[1:, bias]
     if len(parts.driven) < suite.n_dynamic:
-        F, Q = (each[:, parts.driven[:, None], parts.driven] for each in (F, Q))
+        # contiguous: numba would compile the smoother once more for another layout
+        F, Q = (
+            np.ascontiguousarray(each[:, parts.driven[:, None], parts.driven]) for each in (F, Q)
+        )
     Q[:, range(3), range(3)] += batch.interpolated[:, None]
     if batch.breaks.any():
         F[batch.breaks, :3], G[batch.breaks, :3], defect[batch.breaks, :3] = 0.0, 0.0, 0.0
