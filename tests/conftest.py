@@ -12,7 +12,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 for name in ("CI", "NO_COLOR", "FORCE_COLOR", "COLUMNS", "LINES"):
     os.environ.pop(name, None)
 
-COMPILES = "tests/attitude/calibration/test_after.py" # filter, truth and smoother
+COMPILES = "tests/attitude/calibration/test_after.py"  # the filter and the smoother
+COMPILED = tuple(f"tests/{name}/" for name in ("attitude", "benchmarks", "campaign", "suite"))
 
 # a busy machine is no fault of a test
 settings.register_profile(
@@ -27,7 +28,7 @@ def pytest_collection_modifyitems(items):
 
 
 def _turn(nodeid):
-    return 0 if nodeid.startswith(COMPILES) else 1 + nodeid.startswith("tests/attitude/")
+    return 0 if nodeid.startswith(COMPILES) else 1 + nodeid.startswith(COMPILED)
 
 
 def pytest_collection_finish():
