@@ -23,11 +23,17 @@ from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import pick, rank
 from mgeo.algorithms.steps import Attraction, joint_steps, momentum_steps, within_a_step
 from mgeo.algorithms.variables import KINDS, Variables
-from mgeo.algorithms.weights import distance, nearest, random_weights, weight_vectors
+from mgeo.algorithms.weights import (
+    distance,
+    nearest,
+    nearest_drawn,
+    random_weights,
+    weight_vectors,
+)
 from mgeo.algorithms.whole import whole_steps
 from mgeo.pareto.archive import ParetoArchive
 
-_PROGRESS = 1e-3  # of the front's extent: what an incumbent must come nearer by, to count
+_PROGRESS = 0.1  # of the front's extent to a point of it: what an incumbent must come nearer by
 
 
 @dataclass(kw_only=True, eq=False, slots=True)
@@ -72,9 +78,10 @@ class MGEODirected(ExtremalOptimization):
       The donor pool are the points of the archive and the incumbents of the walkers. Such
       candidates can also be pulled to the archived point nearest along the weight vector.
     - Most candidates, a share `momentum`, change all variables instead: they go on as the step that
-      led to the walker's incumbent, and towards an archived point, any one or the nearest (particle
-      swarms' move; Zhang et al. 2018). Walkers with extreme weights go only towards points within a
-      step: what is farther may be near another local optimum.
+      led to the walker's incumbent, and towards an archived point: the nearest along the weight
+      vector, of all or of a few at random (particle swarms' move; Zhang et al. 2018). Walkers with
+      extreme weights go only towards points within a step: what is farther may be near another
+      local optimum.
     - Of integers and bits steps are rounded; a choice that would move takes the option of a donor,
       or any other one (`mgeo.algorithms.whole`).
     - A walker now and then returns to its incumbent, its own best point, and more rarely migrates
@@ -114,6 +121,11 @@ class MGEODirected(ExtremalOptimization):
     momentum : shares of the candidates that go on as the step that led to the incumbent, in [0, 1]
         (`momentum_steps`), likewise; with extreme weights those among them whose target is within
         a step. What the parameters above say of how candidates are made is true of the others.
+    targets : of steps with momentum, the share that is drawn to the nearest of all archived points,
+        in [0, 1], and c >= 0: others are drawn to the nearest of c sqrt(n) random ones, n being
+        the archive's points, and of one at least.
+    progress : smallest and largest share of the front's extent that an incumbent must come nearer
+        by, to count as progress; between them it is 0.1 / n, less as the archive fills.
     options : `sampling` and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and
         those of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
@@ -144,6 +156,8 @@ class MGEODirected(ExtremalOptimization):
         bounds: str = "clip",
         attract: Sequence[float] = (0.5, 0.9),
         momentum: Sequence[float] = (0.6, 0.6),
+        targets: Sequence[float] = (0.5, 0.0),
+        progress: Sequence[float] = (1e-3, 1e-3),
         **options: Any,
     ) -> None:
         super().__init__(tau=validate_number("tau", tau, low=0), n_walkers=n_walkers, **options)
@@ -152,9 +166,10 @@ class MGEODirected(ExtremalOptimization):
         self.coupling = validate_pair("coupling", coupling, validate_fraction)
         self.attract = validate_pair("attract", attract, validate_fraction)
         self.momentum = validate_pair("momentum", momentum, validate_fraction)
-        self.widths = validate_pair("widths", widths, validate_number, above=0)
-        if self.widths[0] > self.widths[1]:
-            raise ValueError(f"widths = {widths!r}: expected the smaller one first")
+        self.widths = _ascending("widths", widths)
+        self.progress = _ascending("progress", progress)
+        self.targets = validate_pair("targets", targets, validate_number, low=0)
+        validate_fraction("targets[0]", self.targets[0])
         self.return_to_best = validate_fraction("return_to_best", return_to_best)
         self.migrate = validate_pair("migrate", migrate, validate_fraction)
         if self.return_to_best + max(self.migrate) > 1:
@@ -231,8 +246,11 @@ class MGEODirected(ExtremalOptimization):
         rows, columns = np.nonzero(made)
         if not len(rows):
             return
-        any_one = self.archived(rng.integers(len(self.front), size=len(rows)))
-        targets = np.where(rng.random((len(rows), 1)) < 0.5, aims[rows], any_one)
+        share, few = self.targets
+        n = len(self.front)
+        drawn = rng.integers(n, size=(len(rows), max(1, int(few * n**0.5))))
+        aimed = nearest_drawn(drawn, self.front.F, state.weights[rows], *state.front.ends)
+        targets = np.where(rng.random((len(rows), 1)) < share, aims[rows], self.archived(aimed))
         x, choice = self.walkers[rows], self.variables.choice  # options have no order
         extent = self.variables.xu - self.variables.xl
         near = within_a_step(x, np.where(choice, x, targets), extent) | self._between()[rows]
@@ -314,7 +332,9 @@ class MGEODirected(ExtremalOptimization):
         far, before = (
             distance(F, state.weights, ideal, nadir) for F in (state.incumbent_F, state.marked_F)
         )
-        least = _PROGRESS if (ideal < nadir).all() else 0.0  # one objective has no extent
+        # the nearer the front's points are to each other, the less there is to come nearer by
+        least = float(np.clip(_PROGRESS / max(len(state.front), 1), *self.progress))
+        least = least if (ideal < nadir).all() else 0.0  # one objective has no extent
         feasible = state.incumbent_violation == 0
         nearer = feasible & ~(far >= before - least)  # true where nothing is marked yet
         state.marked_F[nearer] = state.incumbent_F[nearer]
@@ -338,3 +358,11 @@ class MGEODirected(ExtremalOptimization):
     def _between(self) -> BoolArray:
         """(n_walkers,) which walkers have weights of several objectives."""
         return np.asarray(self.state.weights.max(axis=1) < 1)
+
+
+def _ascending(name: str, pair: Sequence[float]) -> tuple[float, float]:
+    """Two positive numbers, the smaller one first."""
+    least, most = validate_pair(name, pair, validate_number, above=0)
+    if least > most:
+        raise ValueError(f"{name} = {pair!r}: expected the smaller one first")
+    return least, most

@@ -105,3 +105,23 @@ def nearest(F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatA
             np.maximum(far, np.multiply(scaled[k], weight[k], out=weighted), out=far)
         found[row] = np.add(far, little, out=far).argmin()
     return found
+
+
+def nearest_drawn(
+    drawn: IntArray, F: FloatArray, weights: FloatArray, ideal: FloatArray, nadir: FloatArray
+) -> IntArray:
+    """Which of a few points are nearest along weight vectors, each of its own few.
+
+    Parameters
+    ----------
+    drawn : (n_weights, k) rows of F for each weight vector, k >= 1.
+    F, weights, ideal, nadir : as of `nearest`.
+
+    Returns
+    -------
+    (n_weights,) rows of F, one of each row of `drawn`.
+    """
+    if drawn.shape[1] == 1:
+        return drawn[:, 0]
+    far = distance(F[drawn], weights[:, None], ideal, nadir)
+    return np.asarray(drawn[np.arange(len(drawn)), far.argmin(axis=1)])

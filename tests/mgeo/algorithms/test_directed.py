@@ -4,6 +4,7 @@ import copy
 
 import numpy as np
 import pytest
+from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Choice, Real
 from pymoo.indicators.hv import HV
@@ -15,7 +16,14 @@ from scipy.stats import kstest
 from mgeo import MGEODirected
 from mgeo.algorithms import directed
 from mgeo.algorithms.steps import Attraction, joint_steps, momentum_steps
-from mgeo.algorithms.weights import distance, nearest, random_weights, weight_vectors
+from mgeo.algorithms.weights import (
+    distance,
+    nearest,
+    nearest_drawn,
+    random_weights,
+    weight_vectors,
+)
+from mgeo.pareto.archive import ParetoArchive
 from mgeo.testing import check_algorithm
 
 from .problems import Fixed, Rosenbrock
@@ -47,8 +55,9 @@ def candidates(run):
             1.0, 6, 0.0, (1.0, 1.0), (0.0, 1.0), (0.1, 0.1), 1.0, (0.0, 0.0), max_candidates=2
         ),
         MGEODirected(difference=(0.65, 0.65), **WITHOUT),
+        MGEODirected(targets=(0.3, 0.33), progress=(1e-5, 1e-3)),
     ],
-    ids=["default", "ends", "differences", "without momentum"],
+    ids=["default", "ends", "differences", "without momentum", "nearer targets"],
 )
 def test_it_is_a_good_pymoo_algorithm(algorithm):
     check_algorithm(algorithm)
@@ -139,6 +148,17 @@ def test_the_nearest_point_is_that_of_the_least_distance(n_obj):
     ends = F.min(axis=0), F.max(axis=0)
     expected = distance(F, weights[:, None], *ends).argmin(axis=1)
     assert nearest(F, weights, *ends).tolist() == expected.tolist()
+
+
+@pytest.mark.parametrize(("n_obj", "few"), [(1, 4), (2, 1), (2, 7), (3, 20)])
+def test_of_the_points_drawn_for_a_weight_vector_the_nearest_is_found(n_obj, few):
+    rng = np.random.default_rng(few)
+    F, weights = rng.random((50, n_obj)), random_weights(30, n_obj, rng)
+    drawn, ends = rng.integers(50, size=(30, few)), (F.min(axis=0), F.max(axis=0))
+    found = nearest_drawn(drawn, F, weights, *ends)
+    for weight, rows, row in zip(weights, drawn, found, strict=True):
+        assert row in rows
+        assert row == min(rows, key=lambda k: distance(F[k], weight, *ends))
 
 
 def test_a_candidate_changes_its_own_variable_and_others_as_often_as_said():
@@ -334,6 +354,54 @@ def test_a_target_is_an_archived_point_or_the_nearest_one(monkeypatch):
     among = (targets == np.repeat(nearest, 3, axis=0)).all(axis=1).mean()
     assert 0.35 < among < 0.75  # half of them, and some by chance
     assert len(np.unique(targets, axis=0)) > 0.3 * len(archived)
+
+
+@pytest.mark.parametrize(("share", "crowd"), [(0.0, 0.0), (0.0, 1.0), (0.4, 1.0), (1.0, 0.5)])
+def test_other_targets_are_the_nearest_of_a_few_drawn(share, crowd, monkeypatch):
+    seen, few = [], []
+
+    def spy(drawn, *others):
+        few.append((drawn, nearest_drawn(drawn, *others)))
+        return few[-1][1]
+
+    run = begun(MGEODirected(n_walkers=60, momentum=(1.0, 1.0)), ZDT1(n_var=4), 8)
+    run.targets = [share, crowd]
+    archived, nearest = run.front.individuals.get("X"), run.archived(run._nearest())
+    monkeypatch.setattr(directed, "nearest_drawn", spy)
+    monkeypatch.setattr(directed, "momentum_steps", lambda x, b, t, *o: seen.append(t) or 0.0 * x)
+    monkeypatch.setattr(directed, "within_a_step", anywhere)
+    candidates(run)
+    ((drawn, found),) = few
+    assert drawn.shape == (180, max(1, int(crowd * len(archived) ** 0.5)))
+    assert len(archived) > 8
+    assert 0 <= drawn.min() < drawn.max() < len(archived)
+    of_all = (seen[0] == np.repeat(nearest, 3, axis=0)).all(axis=1)
+    of_few = (seen[0] == archived[found]).all(axis=1)
+    assert (of_all | of_few).all()
+    lucky = (archived[found] == np.repeat(nearest, 3, axis=0)).all(axis=1)
+    assert of_all[~lucky].mean() == pytest.approx(share, abs=0.15)
+
+
+@pytest.mark.parametrize(
+    ("progress", "size", "least"),
+    [((1e-3, 1e-3), 1000, 1e-3), ((1e-5, 1e-3), 1000, 1e-4), ((1e-5, 1e-3), 11, 1e-3),
+     ((2e-4, 1e-3), 1000, 2e-4)],
+)  # fmt: skip
+def test_what_is_progress_depends_on_how_full_the_front_is(progress, size, least):
+    run = begun(MGEODirected(n_walkers=6, progress=progress, **STILL), ZDT1(n_var=3), 1)
+    line = np.linspace(0.0, 1.0, size)
+    state, weights = run.state, run.state.weights
+    state.front = ParetoArchive(2)
+    state.front.add(np.column_stack([line, 1.0 - line]), Population.new(X=np.zeros((size, 3))))
+    assert len(state.front) == size
+    state.incumbent_violation[:] = 0.0
+    for share, idle in ((0.9, 1), (1.1, 0)):
+        state.idle[:] = 0
+        state.marked_F = np.full((6, 2), 0.5)
+        nearer = share * least / (weights.max(axis=1) + 2e-3)  # in both objectives alike
+        state.incumbent_F = 0.5 - np.column_stack([nearer, nearer])
+        run.restart_idle(np.zeros(6, dtype=bool), np.zeros(6, dtype=bool))
+        assert state.idle.tolist() == [idle] * 6
 
 
 def test_walkers_at_the_extremes_are_drawn_to_points_within_a_step_alone(monkeypatch):
@@ -564,6 +632,9 @@ def test_one_objective_is_minimized():
         ({"momentum": (0.7, 1.4)}, r"momentum\[1\] = 1.4: expected a number in \[0, 1\]"),
         ({"widths": (0.0, 1.0)}, r"widths\[0\] = 0.0: expected a finite number > 0"),
         ({"widths": (1.0, 0.1)}, "widths = .*: expected the smaller one first"),
+        ({"progress": (1e-2, 1e-3)}, "progress = .*: expected the smaller one first"),
+        ({"targets": (1.2, 0.0)}, r"targets\[0\] = 1.2: expected a number in \[0, 1\]"),
+        ({"targets": (0.5, -1.0)}, r"targets\[1\] = -1.0: expected a finite number >= 0"),
         ({"return_to_best": 0.9, "migrate": (0.2, 0.0)}, "expected sums of at most 1"),
         ({"restart": (0, 5)}, r"restart\[0\] = 0: expected an integer of at least 1"),
         ({"max_candidates": 0}, "max_candidates = 0: expected an integer of at least 1"),
