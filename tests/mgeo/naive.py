@@ -1,12 +1,11 @@
 """Slow twins written from the papers' words: one loop per sentence, no arrays of walkers."""
 
 import math
+from operator import le, lt
 
 
 def dominates(a, b):
-    return all(x <= y for x, y in zip(a, b, strict=True)) and any(
-        x < y for x, y in zip(a, b, strict=True)
-    )
+    return all(map(le, a, b)) and any(map(lt, a, b))
 
 
 def nondominated_rows(F):

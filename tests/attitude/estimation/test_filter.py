@@ -16,7 +16,7 @@ from ..flight import runs
 from . import naive
 
 PLAN = np.array([0.5, -0.3, 0.8, 20.3, -0.7, 0.9, 0.1, 20.0, 0.2, 0.4, -0.9, 500.0])
-STEPS, RUNS = 60, 3
+STEPS, RUNS = 60, 2
 
 
 def short(scenario):
