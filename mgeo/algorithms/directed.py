@@ -10,6 +10,7 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo._validation import (
+    validate_ascending,
     validate_choice,
     validate_fraction,
     validate_integer,
@@ -33,7 +34,7 @@ from mgeo.algorithms.weights import (
 from mgeo.algorithms.whole import whole_steps
 from mgeo.pareto.archive import ParetoArchive
 
-_PROGRESS = 0.1  # of the front's extent to a point of it: what an incumbent must come nearer by
+_PROGRESS = 0.1  # over the points of the front: the share of its extent that is progress
 
 
 @dataclass(kw_only=True, eq=False, slots=True)
@@ -166,8 +167,8 @@ class MGEODirected(ExtremalOptimization):
         self.coupling = validate_pair("coupling", coupling, validate_fraction)
         self.attract = validate_pair("attract", attract, validate_fraction)
         self.momentum = validate_pair("momentum", momentum, validate_fraction)
-        self.widths = _ascending("widths", widths)
-        self.progress = _ascending("progress", progress)
+        self.widths = validate_ascending("widths", widths, above=0)
+        self.progress = validate_ascending("progress", progress, above=0)
         self.targets = validate_pair("targets", targets, validate_number, low=0)
         validate_fraction("targets[0]", self.targets[0])
         self.return_to_best = validate_fraction("return_to_best", return_to_best)
@@ -247,8 +248,8 @@ class MGEODirected(ExtremalOptimization):
         if not len(rows):
             return
         share, few = self.targets
-        n = len(self.front)
-        drawn = rng.integers(n, size=(len(rows), max(1, int(few * n**0.5))))
+        n_drawn = max(1, int(few * len(self.front) ** 0.5))
+        drawn = rng.integers(len(self.front), size=(len(rows), n_drawn))
         aimed = nearest_drawn(drawn, self.front.F, state.weights[rows], *state.front.ends)
         targets = np.where(rng.random((len(rows), 1)) < share, aims[rows], self.archived(aimed))
         x, choice = self.walkers[rows], self.variables.choice  # options have no order
@@ -333,8 +334,9 @@ class MGEODirected(ExtremalOptimization):
             distance(F, state.weights, ideal, nadir) for F in (state.incumbent_F, state.marked_F)
         )
         # the nearer the front's points are to each other, the less there is to come nearer by
-        least = float(np.clip(_PROGRESS / max(len(state.front), 1), *self.progress))
-        least = least if (ideal < nadir).all() else 0.0  # one objective has no extent
+        smallest, largest = self.progress
+        share = min(max(_PROGRESS / max(len(state.front), 1), smallest), largest)
+        least = share if (ideal < nadir).all() else 0.0  # one objective has no extent
         feasible = state.incumbent_violation == 0
         nearer = feasible & ~(far >= before - least)  # true where nothing is marked yet
         state.marked_F[nearer] = state.incumbent_F[nearer]
@@ -358,11 +360,3 @@ class MGEODirected(ExtremalOptimization):
     def _between(self) -> BoolArray:
         """(n_walkers,) which walkers have weights of several objectives."""
         return np.asarray(self.state.weights.max(axis=1) < 1)
-
-
-def _ascending(name: str, pair: Sequence[float]) -> tuple[float, float]:
-    """Two positive numbers, the smaller one first."""
-    least, most = validate_pair(name, pair, validate_number, above=0)
-    if least > most:
-        raise ValueError(f"{name} = {pair!r}: expected the smaller one first")
-    return least, most

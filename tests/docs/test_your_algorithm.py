@@ -83,14 +83,14 @@ def test_the_commands_and_the_study(folder):
     whole = read_run("whole").outcome
     assert np.array_equal(read_run("runs/cauchy").outcome.X, whole.X)
     Path("study.toml").write_text(blocks("toml")[0])
-    study = read_study("study.toml").reduced(evaluations=300, seeds=1)
+    study = read_study("study.toml").reduced(evaluations=600, seeds=2)
     assert [each.label for each in study.algorithms] == [
         "Cauchy, 0.02",
         "Cauchy, 0.05",
         "mgeo-real",
     ]
-    found = run("mgeo study study.toml --evaluations 300 --seeds 1 --jobs 1 --json -q").stdout
-    assert json.loads(found)["problems"]["zdt1"]["runs_finished"] == 3
+    found = run("mgeo study study.toml --evaluations 600 --seeds 2 --jobs 2 --json -q").stdout
+    assert json.loads(found)["problems"]["zdt1"]["runs_finished"] == 6
 
 
 def test_its_steps_are_cauchys(folder):

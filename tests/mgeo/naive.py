@@ -5,6 +5,7 @@ from operator import le, lt
 
 
 def dominates(a, b):
+    assert len(a) == len(b)
     return all(map(le, a, b)) and any(map(lt, a, b))
 
 
