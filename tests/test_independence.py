@@ -1,11 +1,12 @@
 """A plugin may import mgeo, and mgeo never imports a plugin."""
 
-import ast
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from tests.imports import packages
 
 ROOT = Path(__file__).parents[1]
 MGEO = ROOT / "mgeo"
@@ -16,27 +17,21 @@ ATTITUDE = ROOT / "problems" / "attitude" / "mgeo_attitude"
 MAY = {"calibration", "commands", "documents.py", "figures", "plan"}
 
 
-def imported(*paths):
-    """Top-level names of all imports in these files, wherever they stand."""
-    names = set()
-    for path in paths:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                names |= {alias.name.partition(".")[0] for alias in node.names}
-            elif isinstance(node, ast.ImportFrom) and node.level == 0:
-                names.add(node.module.partition(".")[0])
-    return names
-
-
 def test_mgeo_imports_no_plugin():
-    found = imported(*MGEO.rglob("*.py"))
+    found = packages(*MGEO.rglob("*.py"))
     assert {"pymoo", "numpy"} <= found  # the search finds what is there
     assert not {name for name in found if name.startswith("mgeo_")}
 
 
+def test_a_plugin_does_without_one_that_builds_on_it():
+    found = packages(*ATTITUDE.rglob("*.py"))
+    assert "mgeo" in found
+    assert "mgeo_suite" not in found
+
+
 def test_what_computes_does_without_mgeo():
     files = list(ATTITUDE.rglob("*.py"))
-    rooms = {path.relative_to(ATTITUDE).parts[0] for path in files if "mgeo" in imported(path)}
+    rooms = {path.relative_to(ATTITUDE).parts[0] for path in files if "mgeo" in packages(path)}
     assert rooms == MAY
 
 

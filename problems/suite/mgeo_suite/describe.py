@@ -8,6 +8,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.accuracy import attitude_accuracy_deg
 from mgeo_attitude.answers import span, two_digits
+from mgeo_attitude.constraints import constraints
 from mgeo_attitude.describe import maneuver_texts
 from numpy.typing import ArrayLike
 
@@ -16,13 +17,13 @@ from mgeo_suite.catalog import NONE
 if TYPE_CHECKING:
     import pandas as pd
 
-    from mgeo_suite.problem import SensorSuiteProblem
+    from mgeo_suite.protocol import SuiteProblem
 
 #: Accuracies [deg] of which a front's least price is told.
 BUDGETED_DEG = (1.0, 0.1, 0.03)
 
 
-def suite_text(problem: SensorSuiteProblem, choice: Ints) -> str:
+def suite_text(problem: SuiteProblem, choice: Ints) -> str:
     """A suite in words: ``mems-tactical gyro, boom magnetometer, 2 fine Sun sensors (+x, -z)``."""
     names = problem.suites.names(choice)
     parts = [f"{names['gyro']} gyro", f"{names['magnetometer']} magnetometer"]
@@ -38,7 +39,7 @@ def suite_text(problem: SensorSuiteProblem, choice: Ints) -> str:
     return ", ".join(parts)
 
 
-def describe(problem: SensorSuiteProblem, X: ArrayLike) -> pd.DataFrame:
+def describe(problem: SuiteProblem, X: ArrayLike) -> pd.DataFrame:
     """One row per solution, numbered as in `X`.
 
     Columns: price, mass and power; the attitude's 1-sigma at t_end about the worst of all axes;
@@ -67,7 +68,7 @@ def describe(problem: SensorSuiteProblem, X: ArrayLike) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def answers(problem: SensorSuiteProblem, X: ArrayLike) -> list[str]:
+def answers(problem: SuiteProblem, X: ArrayLike) -> list[str]:
     """What each solution costs and comes to know, and with which sensors, in one line."""
     choices, _ = problem.split(X)
     result = problem.evaluation(X)
@@ -85,18 +86,17 @@ def answers(problem: SensorSuiteProblem, X: ArrayLike) -> list[str]:
     return lines
 
 
-def limits(problem: SensorSuiteProblem, X: ArrayLike) -> list[pd.DataFrame]:
+def limits(problem: SuiteProblem, X: ArrayLike) -> list[pd.DataFrame]:
     """For each design a table with one row per limit, as `mgeo_attitude.margins.tables`."""
     from mgeo_attitude.margins import tables
 
-    asked = problem._constraints
-    found = [limit for constraint in asked for limit in constraint.limits]
+    found = [each for asked in constraints(problem.scenario) for each in asked.limits]
     result = problem.evaluation(X)
     excesses = np.array([limit.excess(result) for limit in found]).T
     return tables(found, excesses.reshape(len(result.t_end), len(found)))
 
 
-def front_summary(problem: SensorSuiteProblem, F: ArrayLike) -> dict[str, float]:
+def front_summary(problem: SuiteProblem, F: ArrayLike) -> dict[str, float]:
     """The least price at which each of the accuracies `BUDGETED_DEG` is reached, where it is."""
     if not {"price", "attitude"} <= set(problem.objectives):
         return {}
@@ -109,7 +109,7 @@ def front_summary(problem: SensorSuiteProblem, F: ArrayLike) -> dict[str, float]
     }
 
 
-def conclusions(problem: SensorSuiteProblem, X: ArrayLike, F: Floats, budgets: Floats) -> list[str]:
+def conclusions(problem: SuiteProblem, X: ArrayLike, F: Floats, budgets: Floats) -> list[str]:
     """What a front of price against accuracy says, in sentences.
 
     For each budget [kEUR] the best suite within it; and for each of the accuracies `BUDGETED_DEG`

@@ -18,13 +18,13 @@ from mgeo_suite.catalog import NONE
 from mgeo_suite.describe import suite_text
 
 if TYPE_CHECKING:
-    from mgeo_suite.problem import SensorSuiteProblem
+    from mgeo_suite.protocol import SuiteProblem
 
 _SAMPLES = 200  # of a curve against time
 _TOGETHER = 50  # histories held in memory at once
 
 
-def figures(problem: SensorSuiteProblem, X: ArrayLike) -> dict[str, go.Figure]:
+def figures(problem: SuiteProblem, X: ArrayLike) -> dict[str, go.Figure]:
     """``front``, price against accuracy by star tracker, and ``sensors``, which appear where.
 
     Points and columns are numbered by the rows of `X`; designs without result are left out.
@@ -41,7 +41,7 @@ def figures(problem: SensorSuiteProblem, X: ArrayLike) -> dict[str, go.Figure]:
     }
 
 
-def solution_figures(problem: SensorSuiteProblem, X: ArrayLike) -> list[dict[str, go.Figure]]:
+def solution_figures(problem: SuiteProblem, X: ArrayLike) -> list[dict[str, go.Figure]]:
     """For each design its body rates and how the attitude comes to be known, until t_end."""
     numbers = problem.numbers(X)
     found = []
@@ -52,7 +52,7 @@ def solution_figures(problem: SensorSuiteProblem, X: ArrayLike) -> list[dict[str
 
 
 def _front(
-    problem: SensorSuiteProblem,
+    problem: SuiteProblem,
     choices: Ints,
     maneuvers: Floats,
     price: Floats,
@@ -95,7 +95,7 @@ def _front(
     return figure
 
 
-def _sensors(problem: SensorSuiteProblem, choices: Ints, price: Floats, order: Ints) -> go.Figure:
+def _sensors(problem: SuiteProblem, choices: Ints, price: Floats, order: Ints) -> go.Figure:
     """Which option each place has, a column a solution, the cheapest first."""
     places = problem.suites.places[::-1]
     numbers = choices[order][:, ::-1].T
@@ -119,7 +119,7 @@ def _sensors(problem: SensorSuiteProblem, choices: Ints, price: Floats, order: I
     return figure
 
 
-def _of_plan(problem: SensorSuiteProblem, result: Evaluation, i: int) -> dict[str, go.Figure]:
+def _of_plan(problem: SuiteProblem, result: Evaluation, i: int) -> dict[str, go.Figure]:
     model, t_end = problem.suites.model, result.t_end[i]
     end = round(t_end / model.step) if np.isfinite(t_end) else 0
     steps = np.unique(np.linspace(0, end, _SAMPLES).round().astype(np.int64))

@@ -1,0 +1,60 @@
+"""Rooms, the folders of a package, import only those below them; no modules form a circle."""
+
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+from tests.imports import graph, rooms
+
+ROOT = Path(__file__).parents[1]
+MGEO = ROOT / "mgeo"
+ATTITUDE = ROOT / "problems" / "attitude" / "mgeo_attitude"
+SUITE = ROOT / "problems" / "suite" / "mgeo_suite"
+
+#: Rooms that each may import, also for type checks only and within functions.
+OF_MGEO = {
+    "files": set(),
+    "evaluation": set(),
+    "benchmarks": set(),
+    "plugins": {"benchmarks", "evaluation"},
+    "persistence": {"algorithms", "evaluation", "files", "plugins"},
+    "runs": {
+        *("algorithms", "benchmarks", "evaluation", "files", "pareto", "persistence", "plugins")
+    },
+    "terminal": set(),
+    "report": {"figures", "files", "pareto", "persistence", "plugins", "runs"},
+}
+OF_ATTITUDE = {
+    "fields": set(),
+    "sensors": {"fields", "environment"},
+    "environment": {"fields"},
+    "scenario": {"fields", "sensors", "environment"},
+    "maneuvers": {"fields", "scenario"},
+    "filter": {"scenario", "sensors", "environment", "maneuvers"},
+}
+#: What stands beside the rooms, and any of them may import.
+SINGLE = {"_typing", "_validation", "constants", "files", "rotation", "units", "vector"}
+
+
+@pytest.mark.parametrize(
+    ("package", "room", "below"),
+    [
+        pytest.param(package, room, below, id=f"{package.name}.{room}")
+        for package, table in ((MGEO, OF_MGEO), (ATTITUDE, OF_ATTITUDE))
+        for room, below in table.items()
+    ],
+)
+def test_a_room_imports_only_those_below(package, room, below):
+    found = rooms(package, room)
+    folders = {path.name for path in package.iterdir() if (path / "__init__.py").is_file()}
+    assert found & folders <= below
+    assert found - folders <= SINGLE
+
+
+@pytest.mark.parametrize("package", [MGEO, ATTITUDE, SUITE], ids=lambda path: path.name)
+def test_modules_form_no_circle(package):
+    uses = graph(package)
+    assert len(uses) > 10
+    assert any(uses.values())
+    TopologicalSorter(uses).prepare()  # or it raises a CycleError
