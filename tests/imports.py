@@ -1,6 +1,7 @@
 """What files import, read from their text: also for type checks only, and within functions."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 
@@ -28,6 +29,7 @@ def packages(*paths: Path) -> set[str]:
     return {name.partition(".")[0] for name in imported(*paths)}
 
 
+@cache
 def graph(package: Path) -> dict[str, set[str]]:
     """Which modules of a package each of them imports, by dotted names."""
     paths = {}
