@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from mgeo.studies.results import Results
 
 
-def pooled(results: Mapping[str, Results], per_variable: bool = False) -> pd.DataFrame:
+def pooled(
+    results: Mapping[str, Results], per_variable: bool = False, control: str | None = None
+) -> pd.DataFrame:
     """Average ranks over problems after each number of evaluations that all of them have.
 
     A problem's value for an algorithm is the median over its runs of the first indicator. A run
@@ -28,14 +30,16 @@ def pooled(results: Mapping[str, Results], per_variable: bool = False) -> pd.Dat
     ----------
     results : by problem.
     per_variable : whether evaluations are counted per variable.
+    control : the algorithm that is tested against each other one; None, or one that is left out,
+        for the best of each row. Named before there are results it makes a test of these alone.
 
     Returns
     -------
     A row per number of ``variables`` (0 for all problems together), ``evaluations`` and
     ``algorithm``, the best first, with the number of ``problems``, the ``average_rank`` (1 is the
-    best), ``behind``, the share of problems on which the best is better than it (ties count half),
-    and ``p_holm`` of Wilcoxon's signed-rank test (1945) of the best against it over problems,
-    corrected for all of the row's rivals. Demsar (2006) recommends test and ranks.
+    best), ``behind``, the share of problems on which the control, or the best, is better than it
+    (ties count half), and ``p_holm`` of Wilcoxon's signed-rank test (1945) of the two over
+    problems, corrected for all of the row's rivals. Demsar (2006) recommends test and ranks.
     """
     table = pd.DataFrame(
         row for each in results.values() for row in _values(each, per_variable)
@@ -49,7 +53,7 @@ def pooled(results: Mapping[str, Results], per_variable: bool = False) -> pd.Dat
         for evaluations in sorted(counts.index[counts == counts.max()]):
             values = of_size.loc[of_size["evaluations"] == evaluations, columns]
             standing = {"variables": variables, "evaluations": evaluations}
-            rows += [standing | row for row in _ranked(values)]
+            rows += [standing | row for row in _ranked(values, control)]
     return pd.DataFrame(rows)
 
 
@@ -71,23 +75,25 @@ def _values(each: Results, per_variable: bool) -> list[dict[Hashable, object]]:
     ]
 
 
-def _ranked(values: pd.DataFrame) -> list[dict[str, object]]:
+def _ranked(values: pd.DataFrame, control: str | None) -> list[dict[str, object]]:
     """Algorithms of (problems, algorithms) values, larger being better, the best first."""
     table = values.to_numpy(float)
     ranks = stats.rankdata(-table, axis=1).mean(axis=0)
     order = np.argsort(ranks, kind="stable")
-    best, rivals = table[:, order[0]], order[1:]
-    behind = [np.mean((best > table[:, i]) + 0.5 * (best == table[:, i])) for i in rivals]
-    p = holm([_signed_ranks(best, table[:, i]) for i in rivals])
+    one = values.columns.get_loc(control) if control in values.columns else order[0]
+    own, rivals = table[:, one], order[order != one]
+    behind = [np.mean((own > table[:, i]) + 0.5 * (own == table[:, i])) for i in rivals]
+    p = holm([_signed_ranks(own, table[:, i]) for i in rivals])
+    tests = {i: {"behind": b, "p_holm": q} for i, b, q in zip(rivals, behind, p, strict=True)}
+    untested = {"behind": np.nan, "p_holm": np.nan}
     return [
         {
             "algorithm": values.columns[i],
             "problems": len(table),
             "average_rank": ranks[i],
-            "behind": share,
-            "p_holm": chance,
+            **tests.get(i, untested),
         }
-        for i, share, chance in zip(order, [np.nan, *behind], [np.nan, *p], strict=True)
+        for i in order
     ]
 
 

@@ -94,7 +94,7 @@ def by_problem(comparisons: Mapping[str, Comparison]) -> pd.DataFrame:
 def average_ranks(standings: pd.DataFrame, per_variable: bool) -> pd.DataFrame:
     """Average rank of each algorithm (columns) over problems after each number of evaluations.
 
-    A star marks what does not differ at 5 % from the best of its row.
+    A star marks what does not differ at 5 % from the best of its row, or from the control.
     """
     each = " each" if per_variable else ""
     sizes = standings["variables"].map(lambda n: f"{n} variables" if n else "all")

@@ -91,8 +91,9 @@ class StudyTable(Table):
     )
     control: str | None = Field(
         None,
-        description="label of an algorithm that is compared with every other one; p values of that "
-        "table are corrected for its rivals alone, so it is named before results are seen",
+        description="label of an algorithm that is compared with every other one, on each problem "
+        "and over all; p values of that are corrected for its rivals alone, so it is named before "
+        "results are seen",
     )
     problems: Some[ProblemTable]
     algorithms: Some[AlgorithmTable]

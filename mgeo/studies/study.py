@@ -94,7 +94,8 @@ def run_study(
         write_files(place, contents)
         comparisons[label] = comparison
     if len(study.problems) > 1 and comparisons:
-        standings, reached = pooled(comparisons, study.per_variable), targets_reached(comparisons)
+        standings = pooled(comparisons, study.per_variable, study.control)
+        reached = targets_reached(comparisons)
         ranked = over_problems(study, comparisons)
         page = study_page(study, comparisons, ranked, standings, reached)
         table = by_problem(comparisons)

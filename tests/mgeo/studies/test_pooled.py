@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 from mgeo.studies.indicators import INDICATORS
 from mgeo.studies.pooled import pooled
@@ -75,6 +76,32 @@ def test_the_test_is_exact_for_few_problems():
     assert found.loc["three", "p_holm"] == pytest.approx(2 * q)
     assert found.loc["two", "behind"] == pytest.approx(5 / 6)
     assert np.isnan(found.loc["one", "p_holm"])
+
+
+@pytest.mark.parametrize("control", ["two", "absent"])
+def test_a_control_is_tested_against_each_other_one(control):
+    given = many(np.random.default_rng(4), 8)
+    best, found = pooled(given), pooled(given, control=control)
+    pd.testing.assert_frame_equal(
+        found.drop(columns=["behind", "p_holm"]), best.drop(columns=["behind", "p_holm"])
+    )
+    if control == "absent":
+        pd.testing.assert_frame_equal(found, best)
+        return
+    for evaluations, group in found.groupby("evaluations"):
+        rows = group.set_index("algorithm")
+        assert rows.index[rows["p_holm"].isna()].tolist() == [control]
+        tables = [each.table[each.table["evaluations"] == evaluations] for each in given.values()]
+        medians = pd.DataFrame(t.groupby("algorithm")["hypervolume"].median() for t in tables)
+        rivals = [name for name in NAMES if name != control]
+        p = {n: stats.wilcoxon(medians[control], medians[n]).pvalue for n in rivals}
+        larger = max(p, key=p.get)
+        smaller = min(p, key=p.get)
+        assert rows.loc[smaller, "p_holm"] == pytest.approx(min(1.0, 2 * p[smaller]))
+        assert rows.loc[larger, "p_holm"] == pytest.approx(max(p[larger], min(1.0, 2 * p[smaller])))
+        for name in rivals:
+            share = (medians[control] > medians[name]).mean()
+            assert rows.loc[name, "behind"] == pytest.approx(share)
 
 
 def test_fronts_without_a_hypervolume_are_ranked_by_epsilon():
