@@ -82,7 +82,7 @@ def control_against(study: Study, comparison: Comparison) -> Markdown:
 
 
 def at_budgets(study: Study, comparison: Comparison, budgets: Sequence[int]) -> Markdown:
-    """Means after smaller budgets, too; a star where the control is not told from a rival."""
+    """Means after smaller budgets, too; a star where a rival is not significantly different."""
     assert study.control is not None
     columns = {}
     for name in ("hypervolume", "igd_plus"):

@@ -157,8 +157,8 @@ class MGEODirected(ExtremalOptimization):
         bounds: str = "clip",
         attract: Sequence[float] = (0.5, 0.9),
         momentum: Sequence[float] = (0.6, 0.6),
-        targets: Sequence[float] = (0.5, 0.0),
-        progress: Sequence[float] = (1e-3, 1e-3),
+        targets: Sequence[float] = (0.3, 0.33),
+        progress: Sequence[float] = (1e-5, 1e-3),
         **options: Any,
     ) -> None:
         super().__init__(tau=validate_number("tau", tau, low=0), n_walkers=n_walkers, **options)
