@@ -82,16 +82,16 @@ def _ranked(values: pd.DataFrame, control: str | None) -> list[dict[str, object]
     order = np.argsort(ranks, kind="stable")
     one = values.columns.get_loc(control) if control in values.columns else order[0]
     own, rivals = table[:, one], order[order != one]
-    behind = [np.mean((own > table[:, i]) + 0.5 * (own == table[:, i])) for i in rivals]
-    p = holm([_signed_ranks(own, table[:, i]) for i in rivals])
-    tests = {i: {"behind": b, "p_holm": q} for i, b, q in zip(rivals, behind, p, strict=True)}
-    untested = {"behind": np.nan, "p_holm": np.nan}
+    behind, p = np.full((2, len(order)), np.nan)
+    behind[rivals] = [np.mean((own > table[:, i]) + 0.5 * (own == table[:, i])) for i in rivals]
+    p[rivals] = holm([_signed_ranks(own, table[:, i]) for i in rivals])
     return [
         {
             "algorithm": values.columns[i],
             "problems": len(table),
             "average_rank": ranks[i],
-            **tests.get(i, untested),
+            "behind": behind[i],
+            "p_holm": p[i],
         }
         for i in order
     ]
