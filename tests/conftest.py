@@ -34,7 +34,7 @@ def _turn(nodeid):
 
 
 def _cover_each_test_once(items):
-    """Of a test with many parameters measure the first: Python is half as slow again when traced."""
+    """Of a test with many parameters measure the first: traced, Python takes half as long again."""
     seen = set()
     for item in items:
         test = item.nodeid.partition("[")[0]
