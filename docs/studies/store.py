@@ -7,7 +7,7 @@
 Of the folder that ``mgeo study`` wrote, what `mgeo.studies.read_comparison` needs goes into
 ``docs/studies/data/NAME``, a folder each below it where there are several problems: numbers to six
 digits, the front of each algorithm's median run whole, those of its other runs truncated. Of many
-problems only what is pooled over them may be kept: ranks and targets.
+problems only what is pooled over them may be kept: values, ranks and targets.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from mgeo.files.atomic import write_files
 from mgeo.pareto.truncation import truncate
 from mgeo.studies import Comparison, read_comparison
 from mgeo.studies.stored import FRONTS, PROVENANCE, RUNS, TABLE
-from mgeo.studies.study import RANKS, TARGETS
+from mgeo.studies.study import RANKS, TARGETS, VALUES
 
 DATA = Path(__file__).parent / "data"
 DIGITS = 6
@@ -30,10 +30,11 @@ POINTS = 40  # of a front that is not the median one
 
 
 def store_pooled(source: Path, target: Path) -> list[Path]:
-    """Keep ranks, targets, and the provenance of the first problem."""
+    """Keep values, ranks, targets, and the provenance of the first problem."""
     first = min(source.glob(f"*/{PROVENANCE}"))
     target.mkdir(parents=True, exist_ok=True)
-    return [
+    write_files(target, {VALUES: _csv(pd.read_csv(source / VALUES))})
+    return [target / VALUES] + [
         Path(shutil.copyfile(path, target / path.name))
         for path in (source / RANKS, source / TARGETS, first)
     ]

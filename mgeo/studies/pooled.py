@@ -15,21 +15,36 @@ if TYPE_CHECKING:
     from mgeo._typing import FloatArray
     from mgeo.studies.results import Results
 
+KEYS = ("problem", "variables", "evaluations")
 
-def pooled(
-    results: Mapping[str, Results], per_variable: bool = False, control: str | None = None
-) -> pd.DataFrame:
-    """Average ranks over problems after each number of evaluations that all of them have.
 
-    A problem's value for an algorithm is the median over its runs of the first indicator. A run
-    whose hypervolume is zero counts by the negative of its additive epsilon instead: fronts that
-    are all too far to dominate anything still differ. Algorithms without a finished run on every
-    problem are left out.
+def problem_values(results: Mapping[str, Results], per_variable: bool = False) -> pd.DataFrame:
+    """What each algorithm reaches on each problem after each number of evaluations.
+
+    A problem's value for an algorithm is the median over its runs of the first indicator, larger
+    being better. A run whose hypervolume is zero counts by the negative of its additive epsilon
+    instead: fronts that are all too far to dominate anything still differ.
 
     Parameters
     ----------
     results : by problem.
     per_variable : whether evaluations are counted per variable.
+
+    Returns
+    -------
+    A row per ``problem``, with its number of ``variables``, and ``evaluations``; a column per
+    algorithm, NaN where it has no finished run. Tables of several studies can be concatenated.
+    """
+    rows = [row for label, each in results.items() for row in _values(label, each, per_variable)]
+    return pd.DataFrame(rows)
+
+
+def ranks_over_problems(values: pd.DataFrame, control: str | None = None) -> pd.DataFrame:
+    """Average ranks over problems after each number of evaluations that all of them have.
+
+    Parameters
+    ----------
+    values : as of `problem_values`. Algorithms without a value on every problem are left out.
     control : the algorithm that is tested against each other one; None, or one that is left out,
         for the best of each row. Named before there are results it makes a test of these alone.
 
@@ -41,23 +56,21 @@ def pooled(
     (ties count half), and ``p_holm`` of Wilcoxon's signed-rank test (1945) of the two over
     problems, corrected for all of the row's rivals. Demsar (2006) recommends test and ranks.
     """
-    table = pd.DataFrame(
-        row for each in results.values() for row in _values(each, per_variable)
-    ).dropna(axis="columns")
-    columns = [name for name in table.columns if name not in ("variables", "evaluations")]
+    table = values.dropna(axis="columns")
+    columns = [name for name in table.columns if name not in KEYS]
     groups = [0, *sorted(table["variables"].unique())]
     rows: list[dict[str, object]] = []
     for variables in groups if len(groups) > 2 else [0]:
         of_size = table if variables == 0 else table[table["variables"] == variables]
         counts = of_size["evaluations"].value_counts()
         for evaluations in sorted(counts.index[counts == counts.max()]):
-            values = of_size.loc[of_size["evaluations"] == evaluations, columns]
+            each = of_size.loc[of_size["evaluations"] == evaluations, columns]
             standing = {"variables": variables, "evaluations": evaluations}
-            rows += [standing | row for row in _ranked(values, control)]
+            rows += [standing | row for row in _ranked(each, control)]
     return pd.DataFrame(rows)
 
 
-def _values(each: Results, per_variable: bool) -> list[dict[Hashable, object]]:
+def _values(label: str, each: Results, per_variable: bool) -> list[dict[Hashable, object]]:
     """Of a problem: a row per number of evaluations, with the value of each algorithm."""
     first, table = each.indicator(), each.table
     value = first.better(table[first.name].to_numpy(float))
@@ -70,7 +83,7 @@ def _values(each: Results, per_variable: bool) -> list[dict[Hashable, object]]:
     counts = medians.index.to_numpy(float) / (n_var if per_variable else 1)
     known = medians.reindex(columns=list(each.algorithms)).to_dict("records")
     return [
-        {"variables": n_var, "evaluations": count, **row}
+        dict(zip(KEYS, (label, n_var, count), strict=True)) | row
         for count, row in zip(counts, known, strict=True)
     ]
 

@@ -64,7 +64,7 @@ def study_page(
 
     Parameters
     ----------
-    standings : as of `mgeo.studies.pooled.pooled`.
+    standings : as of `mgeo.studies.pooled.ranks_over_problems`.
     reached : as of `mgeo.studies.targets.targets_reached`.
     """
     labels = tuple(algorithm.label for algorithm in study.algorithms)

@@ -18,7 +18,7 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.execute import compare
 from mgeo.studies.file import ProblemConfiguration, Study
 from mgeo.studies.labels import folder_name
-from mgeo.studies.pooled import pooled
+from mgeo.studies.pooled import problem_values, ranks_over_problems
 from mgeo.studies.report import by_problem, problem_page, study_page
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.statistics import Friedman, friedman
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 RECORDS = "runs"  # folder of the finished runs
 REPORT = "report.html"
+VALUES = "values.csv"
 RANKS = "ranks.csv"
 TARGETS = "targets.csv"
 
@@ -46,7 +47,7 @@ def run_study(
     problem is done: ``table.csv`` (indicators over evaluations), ``final.csv`` (after all of
     them), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
     ``report.html`` and last ``provenance.json``. With several problems there are beside these
-    folders ``report.html``, ``summary.md``, ``summary.csv``, ``ranks.csv`` (see
+    folders ``report.html``, ``summary.md``, ``summary.csv``, ``values.csv`` and ``ranks.csv`` (see
     `mgeo.studies.pooled`), ``targets.csv`` (`mgeo.studies.targets`) and the plotting library, which
     all pages share. A study that was interrupted goes on with the runs that are missing. With its
     first tables the folder belongs to this study, which may grow: see `mgeo.studies.claim`.
@@ -94,7 +95,8 @@ def run_study(
         write_files(place, contents)
         comparisons[label] = comparison
     if len(study.problems) > 1 and comparisons:
-        standings = pooled(comparisons, study.per_variable, study.control)
+        values = problem_values(comparisons, study.per_variable)
+        standings = ranks_over_problems(values, study.control)
         reached = targets_reached(comparisons)
         ranked = over_problems(study, comparisons)
         page = study_page(study, comparisons, ranked, standings, reached)
@@ -102,6 +104,7 @@ def run_study(
         texts = {
             "summary.md": markdown(table),
             "summary.csv": table.to_csv(lineterminator="\n"),
+            VALUES: values.to_csv(index=False, lineterminator="\n"),
             RANKS: standings.to_csv(index=False, lineterminator="\n"),
             TARGETS: reached.to_csv(index=False, lineterminator="\n"),
             REPORT: page,

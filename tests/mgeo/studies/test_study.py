@@ -26,6 +26,7 @@ from mgeo.studies.conclusions import (
 )
 from mgeo.studies.file import parse_study, read_study
 from mgeo.studies.labels import folder_name
+from mgeo.studies.pooled import ranks_over_problems
 from mgeo.studies.run import Failure, record
 from mgeo.studies.schema import PublishedTable
 from mgeo.studies.space import NothingToCompareError
@@ -76,6 +77,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
         "dtlz2",
         "summary.md",
         "summary.csv",
+        "values.csv",
         "ranks.csv",
         "targets.csv",
         "plotly.min.js",
@@ -85,6 +87,8 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
     }
     assert (out / "study.toml").read_text() == TWO
     assert len(list((out / "runs").iterdir())) == 16
+    again = ranks_over_problems(pd.read_csv(out / "values.csv"), study.control)
+    pd.testing.assert_frame_equal(again, pd.read_csv(out / "ranks.csv"))
     for label, result in found.items():
         assert names(out / label) == FILES
         pd.testing.assert_frame_equal(pd.read_csv(out / label / "table.csv"), result.table)
