@@ -2,12 +2,11 @@
 
     .venv/bin/python docs/studies/suite.py [SEEDS] [FOLDER]
 
-compares them by `mgeo.compare` and prints means, tests, the order, and what an accuracy costs.
+compares them by `mgeo.compare` and prints means, tests and the order.
 """
 
 import sys
 
-import pandas as pd
 from mgeo_suite import SensorSuiteProblem
 from pymoo.algorithms.moo.nsga2 import NSGA2, RankAndCrowdingSurvival
 from pymoo.core.mixed import MixedVariableGA
@@ -31,24 +30,10 @@ def study(seeds, folder=None):
     return mgeo.compare(problem, ALGORITHMS, 10_000, seeds, folder=folder, n_jobs=2, grid=10)
 
 
-def prices(found, accuracies=(0.1, 0.03)):
-    """Least price at which each run reaches an accuracy [deg], infinite where it does not."""
-    rows = []
-    for (name, seed), record in found.records.items():
-        price, attitude = record.front_F.T
-        rows += [
-            (name, seed, a, price[attitude <= a].min(initial=float("inf"))) for a in accuracies
-        ]
-    table = pd.DataFrame(rows, columns=["algorithm", "seed", "accuracy [deg]", "price [kEUR]"])
-    least = table.groupby(["algorithm", "accuracy [deg]"])["price [kEUR]"]
-    return least.agg(["mean", "std", "min", "max"]).unstack()
-
-
 if __name__ == "__main__":
     seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 20
     found = study(seeds, sys.argv[2] if len(sys.argv) > 2 else None)
     print(found)
-    print(prices(found).round(2).to_string())
     for indicator in found.indicators:
         print(indicator.name, found.order(indicator.name))
         print(found.tests(indicator.name).pairs.to_string(index=False))
