@@ -2,7 +2,7 @@
 
     python docs/studies/store.py studies/table3
     python docs/studies/store.py studies/tuning --no-fronts
-    python docs/studies/store.py studies/bbob-biobj-part --no-problems
+    python docs/studies/store.py studies/bbob-biobj --no-problems
 
 Of the folder that ``mgeo study`` wrote, what `mgeo.studies.read_comparison` needs goes into
 ``docs/studies/data/NAME``, a folder each below it where there are several problems: numbers to six
