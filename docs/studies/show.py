@@ -11,6 +11,7 @@ from IPython.display import Markdown
 from mgeo.studies import Comparison, Study, read_comparison, read_study
 from mgeo.studies.conclusions import against, control_table
 from mgeo.studies.labels import folder_name
+from mgeo.studies.report import average_ranks
 from mgeo.studies.statistics import LEVEL
 from mgeo.studies.stored import PROVENANCE
 from mgeo.studies.tables import markdown
@@ -60,6 +61,22 @@ def pooled(name: str) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Ranks and targets of a study of many problems, of which only these are kept."""
     place = HERE / "data" / name
     return pd.read_csv(place / "ranks.csv"), pd.read_csv(place / "targets.csv")
+
+
+def ranks_and_shares(
+    ranks: pd.DataFrame, budgets: Sequence[int]
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Average ranks, and shares of problems on which the control is ahead; *variables: budget*."""
+    shown = ranks[ranks["evaluations"].isin(budgets)]
+    shown = shown.assign(
+        after=shown["variables"].map(lambda n: f"{n or 'all'}: ")
+        + shown["evaluations"].map("{:,.0f}".format),
+        share=shown["behind"].map("{:.0%}".format).where(shown["behind"].notna(), ""),
+    )
+    averages = average_ranks(shown, per_variable=True).T
+    averages = averages.set_axis(shown["after"].unique(), axis=1).rename_axis("average rank")
+    shares = shown.pivot(index="algorithm", columns="after", values="share")
+    return averages, shares.loc[averages.index]
 
 
 def table(values: pd.DataFrame) -> Markdown:
