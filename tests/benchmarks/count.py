@@ -28,19 +28,27 @@ class Count:
 
 
 def count_step(model: FilterModel) -> Count:
-    """Count the distinct operations of a step, straight: what is computed twice is needed once."""
-    parts = step_parts(model.suite, model.gated, loops=False)
+    """Count the distinct operations of a step: what is computed twice is needed once."""
+    parts = step_parts(model.suite, model.gated)
     return count_text("\n".join(text for name, text in parts.items() if name != CHECK))
 
 
 def count_text(text: str) -> Count:
-    """Count operations of straight-line text by numbering values.
+    """Count operations of text by numbering values, of every turn of a loop.
 
     Every expression gets the number of its operator and its operands' numbers, every name that of
     the value last assigned to it; so equal numbers are equal values, and each is counted once.
     """
     numbers: dict[tuple[object, ...], int] = {}
     current: dict[str, int] = {}
+    indices: dict[str, int] = {}
+
+    def integer(node: ast.expr) -> int:
+        return int(eval(compile(ast.Expression(node), "index", "eval"), {}, indices))
+
+    def place(node: ast.expr) -> str:
+        """Of a name or a slot, whose index may be arithmetic of loops' variables."""
+        return f"W[{integer(node.slice)}]" if isinstance(node, ast.Subscript) else ast.unparse(node)
 
     def number(*key: object) -> int:
         return numbers.setdefault(key, len(numbers))
@@ -56,18 +64,24 @@ def count_text(text: str) -> Count:
             case ast.IfExp(ast.Compare(left, [_], [bound]), _, _):
                 return number("compare", value(left), value(bound))
             case ast.Name() | ast.Subscript():
-                text = ast.unparse(node)
+                text = place(node)
                 return current[text] if text in current else number("given", text)
             case ast.Constant(constant):
                 return number("constant", constant)
-        raise ValueError(f"{ast.unparse(node)}: expected straight-line arithmetic")
+        raise ValueError(f"{ast.unparse(node)}: expected arithmetic")
 
-    for line in ast.parse(text).body:
-        match line:
-            case ast.Assign([target], expression):
-                current[ast.unparse(target)] = value(expression)
-            case _:
-                raise ValueError(f"{ast.unparse(line)}: expected an assignment")
+    def run(lines: list[ast.stmt]) -> None:
+        for line in lines:
+            match line:
+                case ast.Assign([target], expression):
+                    current[place(target)] = value(expression)
+                case ast.For(ast.Name(name), ast.Call(ast.Name("range"), bounds), body):
+                    for indices[name] in range(*map(integer, bounds)):
+                        run(body)
+                case _:
+                    raise ValueError(f"{ast.unparse(line)}: expected an assignment or a loop")
+
+    run(ast.parse(text).body)
 
     def total(*operators: object) -> int:
         return sum(key[0] in operators for key in numbers)

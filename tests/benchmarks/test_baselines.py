@@ -57,7 +57,17 @@ d = 1.0 / sqrt(-c)
     assert count_text(text) == Count(multiplications=2, additions=2, divisions=1, roots=1)
 
 
-def test_what_is_not_straight_line_cannot_be_counted():
+def test_every_turn_of_a_loop_is_counted():
+    text = """
+for i in range(0, 3, 1):
+    t = W[i] * W[3]
+    W[i + 4 if i >= 1 else 9] = t + x
+W[5] = W[0] * W[3]
+"""
+    assert count_text(text) == Count(multiplications=3, additions=3, divisions=0, roots=0)
+
+
+def test_what_is_no_arithmetic_cannot_be_counted():
     with pytest.raises(ValueError, match="x @ y"):
         count_text("a = x @ y")
 

@@ -4,18 +4,15 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from mgeo_attitude import Scenario
 from mgeo_attitude.filter.codegen import CHECK, module_source, step_constants, step_parts
 from mgeo_attitude.filter.layout import (
     NO_MONITORS,
     directions_of,
     discs,
-    in_loops,
     layout,
     transition_pattern,
 )
 from mgeo_attitude.filter.reference import schmidt
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
 from scipy.linalg import block_diag
 
@@ -97,37 +94,15 @@ def test_a_loop_reads_the_triangle_by_row_or_column():
         assert W[i] == 4 + slot_of(i + 3, i)
 
 
-@pytest.mark.parametrize(
-    ("scenario", "loops"),
-    [(Scenario.paper(), False), (Scenario.cubesat_6u(), False), (Scenario.cubesat_6u_full(), True)],
-)
-def test_large_suites_are_made_of_loops(scenario, loops):
-    suite = Suite(scenario.gyro, scenario.sensors)
-    gated = (True,) * len(suite.sensors)
-    texts = step_parts(suite, gated).values()
-    assert any("for " in text for text in texts) == in_loops(suite) == loops
-    if loops:
-        straight = step_parts(suite, gated, loops=False).values()
-        assert sum(map(len, texts)) < sum(map(len, straight)) / 3
-
-
-@pytest.mark.parametrize(
-    ("name", "loops"),
-    [
-        # what is never made of a large suite: long texts
-        pytest.param(name, loops, marks=[pytest.mark.slow] if in_loops(suite) > loops else [])
-        for name, suite in SUITES.items()
-        for loops in (False, True)
-    ],
-)
-def test_generated_step_is_one_filter_step(name, loops):
+@pytest.mark.parametrize("name", SUITES)
+def test_generated_step_is_one_filter_step(name):
     """Equations (3) and (4) by dense algebra against the text's result."""
     suite, rng = SUITES[name], np.random.default_rng(0)
     gated = tuple(index == 0 for index in range(len(suite.sensors)))
-    at, n = layout(suite, gated, loops=loops), suite.n_states
+    at, n = layout(suite, gated), suite.n_states
     m, k = suite.n_dynamic, suite.n_kinematic
     names, blind = directions_of(suite), []
-    parts, lanes = step_parts(suite, gated, loops=loops), 8
+    parts, lanes = step_parts(suite, gated), 8
     assert list(parts)[-1] == CHECK
     weights = rng.uniform(0.5, 2.0, n)
     constants, step = step_constants(suite, STEP, weights), STEP

@@ -1,4 +1,4 @@
-"""Generates the filter step of a sensor suite, straight-line or, of a large one, in loops.
+"""Generates the filter step of a sensor suite.
 
 A step is a few parts: turn the attitude and predict, update with each sensor, sum the trace. The
 text of a part means one candidate; `lanewise.py` compiles it for as many candidates as a vector
@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mgeo_attitude.filter import covariance
-from mgeo_attitude.filter import loops as covariance_in_loops
 from mgeo_attitude.filter.layout import (
     NO_MONITORS,
     Monitors,
@@ -40,17 +39,14 @@ def step_parts(
     suite: Suite,
     gated: tuple[bool, ...],
     monitors: Monitors = NO_MONITORS,
-    loops: bool | None = None,
 ) -> dict[str, str]:
     """Text of a filter step of one candidate, part by part in order; and of `CHECK`.
 
-    Every part consists of assignments to names and to values ``W[k]`` of the candidate, straight
-    or, by `layout.in_loops` if `loops` does not say, in loops. `CHECK`, which is no part of the
-    step, finds the covariance's last pivot. The compiler's time grows faster than a function: hence
-    several parts.
+    Every part consists of assignments to names and to values ``W[k]`` of the candidate, and of
+    loops of such. `CHECK`, which is no part of the step, finds the covariance's last pivot. The
+    compiler's time grows faster than a function: hence several parts.
     """
-    at, n = layout(suite, gated, monitors, loops), suite.n_states
-    arithmetic: Any = covariance_in_loops if at.scratch < at.given else covariance
+    at, n = layout(suite, gated, monitors), suite.n_states
     considered = frozenset(suite.considered.tolist())
     parts: dict[str, Code] = {}
     following = count(at.constants)
@@ -83,7 +79,7 @@ def step_parts(
         decay, variance = constants(code, 2)
         F |= {(i, i): decay for i in range(first, first + 3)}
         Q |= {(i, i): variance for i in range(first, first + 3)}
-    arithmetic.predict(Triangle(code, at.scratch), n, F, Q)
+    covariance.predict(Triangle(code, at.scratch), n, F, Q)
 
     names = directions_of(suite, monitors)
 
@@ -132,7 +128,7 @@ def step_parts(
             suite.measure, sensor, v, to_body=partial(to_body, code), gradient=gradient
         )
         P = Triangle(code, at.scratch)
-        arithmetic.update(P, n, measure, variances, gate, considered)
+        covariance.update(P, n, measure, variances, gate, considered)
 
     if monitors.states:
         code = part("watch")
@@ -153,7 +149,7 @@ def step_parts(
     P, weights = Triangle(code), constants(code, n)
     code.store(at.trace, sum(weights[i] * P[i, i] for i in range(n)))
     code = part(CHECK)
-    code.store(at.pivot, arithmetic.last_pivot(Triangle(code, at.scratch), n))
+    code.store(at.pivot, covariance.last_pivot(Triangle(code, at.scratch), n))
     return {name: code.text for name, code in parts.items()}
 
 

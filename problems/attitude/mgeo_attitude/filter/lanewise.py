@@ -1,7 +1,7 @@
 """Compiles arithmetic into vector instructions, one candidate in each lane.
 
-The text is lines like ``t1 = W[3] * W[5]`` and ``W[3] = t1``, straight or in loops over slots. It
-means one candidate; here every name becomes a vector of as many candidates as there are lanes.
+The text is lines like ``t1 = W[3] * W[5]`` and ``W[3] = t1``, and loops over slots. It means one
+candidate; here every name becomes a vector of as many candidates as there are lanes.
 LLVM's own vectorizer gets to the same instructions from a loop over the lanes, but needs ten times
 as long.
 """

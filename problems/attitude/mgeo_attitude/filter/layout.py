@@ -17,10 +17,6 @@ if TYPE_CHECKING:
     from mgeo_attitude.scenario import PathLimit
 
 
-#: Entries of the covariance times sensors: what the length of straight-line code grows with.
-_LONGEST = 500
-
-
 class Watch(NamedTuple):
     """A path limit as the kernel watches it.
 
@@ -81,10 +77,9 @@ class Layout(NamedTuple):
 
     The covariance is before all others, from slot 0 on. It, the `attitude` and the `monitors` are a
     candidate's state; `rotation`, `F` and `Q` are those of one step of its maneuver. `trace` and
-    `pivot` are what `step` and `check` find. Loops, if there are any, keep in `scratch` what they
-    hand on. `given` are what the orbit gives at the step; the
-    `constants` are the same for all candidates. A maneuver's `rate`, squared [rad²/s²], is there
-    only if a sensor has a greatest one.
+    `pivot` are what `step` and `check` find. Loops keep in `scratch` what they hand on. `given` are
+    what the orbit gives at the step; the `constants` are the same for all candidates. A maneuver's
+    `rate`, squared [rad²/s²], is there only if a sensor has a greatest one.
     """
 
     attitude: int
@@ -100,33 +95,22 @@ class Layout(NamedTuple):
     constants: int
 
 
-def in_loops(suite: Suite) -> bool:
-    """Whether the step of a suite is better made of loops: straight, it does not fit the caches."""
-    return slots_of(suite.n_states) * len(suite.sensors) > _LONGEST
-
-
 @cache
-def layout(
-    suite: Suite,
-    gated: tuple[bool, ...],
-    monitors: Monitors = NO_MONITORS,
-    loops: bool | None = None,
-) -> Layout:
+def layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS) -> Layout:
     """Workspace of a suite; `gated` tells which sensors are not available at every sample.
 
     Given is a row of `FilterModel.table`: the reference of each sensor, and their gradients; each
     of `directions_of`; of each that is a disc the radius with its cosine and sine; whether each
-    gated sensor is available. Whether the step is made of `loops` is known by `in_loops`.
+    gated sensor is available.
     """
     n, m = suite.n_states, suite.n_kinematic
     names = directions_of(suite, monitors)
     given = 3 * (suite.n_vectors + len(names) + len(discs(names))) + sum(gated)
     n_transition = len(transition_pattern(suite))
     rated = any(sensor.max_rate() < np.inf for sensor in suite.sensors)
-    scratch = slots_of(n) if (in_loops(suite) if loops is None else loops) else 0
     kept = [slots_of(n), 9, monitors.total]
     return Layout(
-        *accumulate([*kept, 9, n_transition, slots_of(m), int(rated), 1, 1, scratch, given])
+        *accumulate([*kept, 9, n_transition, slots_of(m), int(rated), 1, 1, slots_of(n), given])
     )
 
 
