@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.accuracy import attitude_accuracy_deg
+from mgeo_attitude.accuracy import attitude_accuracy_deg, attitude_sigma_deg
 from scipy.spatial.transform import Rotation
 
 
@@ -13,7 +13,8 @@ def test_it_is_the_longest_axis_of_the_ellipsoid_however_that_lies():
     covariance[:, :3, :3] = turns @ np.diag(sigmas**2) @ turns.transpose(0, 2, 1)
     covariance[:, 3:, 3:] = 100.0 * np.eye(3)  # other states do not count
     np.testing.assert_allclose(attitude_accuracy_deg(covariance), 0.3, rtol=1e-12)
-    body = np.degrees(np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)[:, :3].max(axis=1)))
+    body = attitude_sigma_deg(covariance)
+    np.testing.assert_allclose(body[0], attitude_sigma_deg(covariance[0]))
     assert (body < 0.3).all()
     assert body.min() < 0.25  # the worst body axis hides a fifth of it
 
@@ -31,6 +32,7 @@ def test_it_is_the_greatest_spread_of_drawn_errors_along_any_axis():
 def test_a_lost_covariance_has_none():
     lost = np.full((2, 6, 6), np.nan)
     lost[1] = np.eye(6)
-    found = attitude_accuracy_deg(lost)
-    assert np.isnan(found[0])
-    assert found[1] == pytest.approx(np.degrees(1.0))
+    for number in (attitude_accuracy_deg, attitude_sigma_deg):
+        found = number(lost)
+        assert np.isnan(found[0])
+        assert found[1] == pytest.approx(np.degrees(1.0))

@@ -8,12 +8,33 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.units import DEG
 
 
+def attitude_sigma_deg(covariance: Floats) -> Floats:
+    """1-sigma of the attitude about the worst of the three body axes [deg].
+
+    It is what ``required_sigma.attitude_deg`` is compared with, and what answers, tables, figures
+    and files tell.
+
+    Parameters
+    ----------
+    covariance : array, shape (..., n_states, n_states)
+        Of the error state, the attitude error [rad] first; NaN gives NaN.
+
+    Returns
+    -------
+    array, shape (...)
+    """
+    variances = np.diagonal(covariance, axis1=-2, axis2=-1)[..., :3]
+    sigma: Floats = DEG.factor * np.sqrt(variances.max(axis=-1))
+    return sigma
+
+
 def attitude_accuracy_deg(covariance: Floats) -> Floats:
     """1-sigma of the angle by which the attitude is off, about the worst of all axes [deg].
 
     The attitude error is a small rotation vector; of its covariance it is the root of the largest
-    eigenvalue, which, unlike the 1-sigma of the worst body axis, does not depend on how the body's
-    axes are drawn. It is never less than that, nor more than the root of the trace.
+    eigenvalue, which, unlike `attitude_sigma_deg`, does not depend on how the body's axes are
+    drawn. It is never less than that, nor more than the root of the trace. Sensor suites are
+    compared by it.
 
     Parameters
     ----------

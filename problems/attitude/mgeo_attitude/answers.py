@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.accuracy import attitude_accuracy_deg
 from mgeo_attitude.describe import block_units, checked_designs
 from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.promises import MOST_FLIGHTS, UNKNOWN, Times, times
+from mgeo_attitude.promises import MOST_FLIGHTS, UNKNOWN, Times, ends, times
 
 if TYPE_CHECKING:
     from mgeo_attitude.protocol import ManeuverProblem
@@ -31,10 +30,23 @@ def answers(problem: ManeuverProblem, X: ArrayLike) -> list[str]:
     model = problem.model
     designs = checked_designs(problem, X)
     result = evaluate(model, designs, problem.threads, covariance=True)
-    found = zip(result.t_end, result.covariance, times(problem, designs), strict=True)
+    found = zip(
+        result.t_end.tolist(),
+        result.covariance,
+        times(problem, designs),
+        ends(problem, designs, result.t_end).tolist(),
+        strict=True,
+    )
     return [
-        answer(model.suite, float(t_end), covariance, t_end < model.longest, over_flights)
-        for t_end, covariance, over_flights in found
+        answer(
+            model.suite,
+            t_end,
+            covariance,
+            t_end < model.longest,
+            over_flights,
+            overrun(end, problem.scenario.duration),
+        )
+        for t_end, covariance, over_flights, end in found
     ]
 
 
@@ -44,8 +56,9 @@ def answer(
     covariance: Floats,
     converged: bool,
     over_flights: Times = UNKNOWN,
+    beyond: str | None = None,
 ) -> str:
-    """Time to converge, attitude accuracy, and the worst body axis of each bias.
+    """Time to converge, and the 1-sigma of the worst body axis of the attitude and of each bias.
 
     A time that is promised over flights comes first: it is what to rely on.
 
@@ -57,23 +70,32 @@ def answer(
         Of the error state then.
     over_flights : Times, optional
         Times to converge that are promised and kept over flights.
+    beyond : str, optional
+        That the plan ends after the scenario's duration, see `overrun`.
     """
     if not math.isfinite(t_end):
         return "the filter's covariance lost positivity"
     sigma = np.sqrt(np.diag(covariance)).reshape(-1, 3).max(axis=1)
-    parts = [f"attitude {two_digits(float(attitude_accuracy_deg(covariance)))} deg"]
+    parts = []
     for block, name, worst in zip(block_units(suite), suite.blocks, sigma, strict=True):
-        if name.endswith(".bias"):
+        if name == "attitude" or name.endswith(".bias"):
             parts.append(f"{block.label} {two_digits(worst * block.factor)} {block.unit}")
-    known = f"{', '.join(parts)} (1-sigma, worst axis)"
+    known = f"{', '.join(parts)} (1-sigma, worst body axis)"
     kept, promised = over_flights
     late = None if kept is None else within(kept)
     if promised is not None:
         own = f"{span(promised)} promised" if promised < math.inf else "no time promised"
         after = f"{span(t_end)}, then" if converged else f"not converged, after {span(t_end)}"
-        return "; ".join(filter(None, [own, late, f"flown exactly {after} {known}"]))
+        return "; ".join(filter(None, [own, late, f"flown exactly {after} {known}", beyond]))
     after = f"{span(t_end)}; then" if converged else f"not converged; after {span(t_end)}"
-    return "; ".join(filter(None, [f"{after} {known}", late]))
+    return "; ".join(filter(None, [f"{after} {known}", late, beyond]))
+
+
+def overrun(end: float, duration: float) -> str | None:
+    """That a plan's slew back ends at `end`, after the scenario's duration [s]; None if not."""
+    if not duration < end < math.inf:
+        return None
+    return f"slew back until {span(end)}, {span(end - duration)} after duration"
 
 
 def within(kept: float) -> str:

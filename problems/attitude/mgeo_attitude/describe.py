@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.accuracy import attitude_accuracy_deg
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.objectives import OBJECTIVES
+from mgeo_attitude.promises import ends
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.objective_names import PAPER
 
@@ -34,14 +34,14 @@ class BlockUnit:
 def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     """One row per solution, numbered as in `X`.
 
-    Columns: the objectives of the paper; ``t_end [orbits]``; ``attitude accuracy [deg]`` at t_end,
-    see `attitude_accuracy_deg`; ``maneuver time [s]``, the sum of all durations; one text per
-    maneuver, its rates about body x / y / z [deg/s] and its duration [s]; and for each 3-vector of
-    the error state the predicted 1-sigma at t_end of its worst body axis (the largest of the three,
-    as comparable to a data sheet's value per axis); and of each objective what 9 of 10 flights
-    keep, see `AttitudeManeuverProblem.promises`. If the scenario has flights of its own, what is
-    promised over these and what is kept comes first, and the paper's objectives are said to be of
-    a plan that is flown exactly. A design whose covariance lost positivity has NaN in
+    Columns: the objectives of the paper; ``t_end [orbits]``; ``maneuver time [s]``, the sum of all
+    durations; ``slew back until [s]``, if there is one, which may be after the scenario's duration;
+    one text per maneuver, its rates about body x / y / z [deg/s] and its duration [s]; and for each
+    3-vector of the error state the predicted 1-sigma at t_end of its worst body axis (the largest
+    of the three, as comparable to a data sheet's value per axis); and of each objective what 9 of
+    10 flights keep, see `AttitudeManeuverProblem.promises`. If the scenario has flights of its own,
+    what is promised over these and what is kept comes first, and the paper's objectives are said to
+    be of a plan that is flown exactly. A design whose covariance lost positivity has NaN in
     objectives and 1-sigmas. Another shape than (n, n_var), or a design that is no plan, is a
     ValueError.
     """
@@ -59,11 +59,10 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
         t_end_name: result.t_end,
         "t_end [orbits]": result.t_end / problem.scenario.orbit.period,
         trace_name: result.trace,
-        "attitude accuracy [deg]": np.where(
-            np.isnan(result.t_end), np.nan, attitude_accuracy_deg(result.covariance)
-        ),
         "maneuver time [s]": durations.sum(axis=1),
     }
+    if problem.scenario.maneuvers.slew_back:
+        columns["slew back until [s]"] = ends(problem, designs, result.t_end)
     texts = [maneuver_texts(x) for x in designs]
     for m in range(durations.shape[1]):
         name = f"maneuver {m + 1}: x / y / z [deg/s] for d [s]"

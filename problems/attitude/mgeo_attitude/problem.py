@@ -294,12 +294,13 @@ class AttitudeManeuverProblem(Problem):
     def remarks(self, X: ArrayLike) -> list[str]:
         """How many of a front's solutions keep what they promise, and their limits to the end.
 
-        See `promises.remarks` and `clearance.remarks`.
+        See `promises.remarks`, `clearance.remarks` and `promises.end_remarks`.
         """
         from mgeo_attitude import clearance  # compiles
 
         designs = np.atleast_2d(np.asarray(X, dtype=float))
-        return [*promises.remarks(self, designs), *clearance.remarks(self, designs)]
+        found = (promises.remarks, clearance.remarks, promises.end_remarks)
+        return [line for remarks in found for line in remarks(self, designs)]
 
     def answers(self, X: ArrayLike) -> list[str]:
         """What each solution is worth, in one line; see `mgeo_attitude.answers`."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.objectives import OBJECTIVES
 
 if TYPE_CHECKING:
@@ -89,6 +90,44 @@ def held_until(problem: ManeuverProblem, X: Floats, t_end: Floats) -> Floats:
     steps = np.ceil(late.max(axis=1) / problem.model.step - 1e-9)  # a mean may be on none
     held: Floats = np.maximum(t_end, steps * problem.model.step)
     return held
+
+
+def ends(problem: ManeuverProblem, X: Floats, t_end: Floats) -> Floats:
+    """When plans, shape (n, n_var), end that converge at `t_end`, shape (n,) [s], shape (n,).
+
+    That is `held_until` or, with a slew back, when that ends, some 25 ms a plan: infinite where
+    there is no way back within the scenario's duration. NaN where `t_end` is.
+    """
+    until = held_until(problem, X, t_end)
+    if not problem.scenario.maneuvers.slew_back:
+        return until
+    from mgeo_attitude.flight.whole import Whole  # imports scipy
+
+    found = np.full(len(X), np.nan)
+    for i in np.flatnonzero(np.isfinite(t_end)):
+        whole = Whole(problem.scenario, problem.model, X[i], float(t_end[i]), float(until[i]))
+        try:
+            found[i] = whole.end
+        except InvalidValue:
+            found[i] = math.inf
+    return found
+
+
+def end_remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
+    """How many plans of a front, shape (n, n_var), slew back beyond the scenario's duration."""
+    if not (len(X) and problem.scenario.maneuvers.slew_back):
+        return []
+    from mgeo_attitude.filter.evaluator import evaluate  # compiles
+
+    rows, duration = spread(len(X)), problem.scenario.duration
+    t_end = evaluate(problem.model, X[rows], problem.threads).t_end
+    late = [end for end in ends(problem, X[rows], t_end).tolist() if duration < end < math.inf]
+    if not late:
+        return []
+    return [
+        f"duration = {duration:.6g} s limits the time to converge, it is no window: "
+        f"{len(late)} of {looked_at(rows, X)} slew back later, until {max(late):.6g} s at most"
+    ]
 
 
 def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:

@@ -80,7 +80,7 @@ def answers(problem: SuiteProblem, X: ArrayLike) -> list[str]:
             continue
         accuracy = two_digits(float(attitude_accuracy_deg(result.covariance[i])))
         lines.append(
-            f"{prices[i]:.4g} kEUR; attitude {accuracy} deg (1-sigma, worst axis) after "
+            f"{prices[i]:.4g} kEUR; attitude {accuracy} deg (1-sigma, worst of all axes) after "
             f"{span(result.t_end[i])}; {suite_text(problem, choice)}"
         )
     return lines

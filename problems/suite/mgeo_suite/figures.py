@@ -91,7 +91,7 @@ def _front(
     finished(figure, "Sensor suites", "price class against how well the attitude is known at t_end")
     figure.update_xaxes(title="price [kEUR]")
     axis = log_axis(accuracy[order]) if len(order) else {}
-    figure.update_yaxes(title="attitude, 1-sigma [deg]", **axis)
+    figure.update_yaxes(title="attitude, 1-sigma about the worst of all axes [deg]", **axis)
     return figure
 
 

@@ -51,7 +51,7 @@ def test_boundary_holds_the_nondominated_points():
 def test_hover_text_is_the_plan(problem, X, F):
     X = X[:80]
     figure = problem.figures(X)["front"]
-    accuracy = problem.describe(X)["attitude accuracy [deg]"]
+    sigma = problem.describe(X)["attitude 1-sigma [deg]"]
     looked_at = spread(len(X))
     assert len(looked_at) < len(X)
     kept = problem.promises(X[looked_at]).set_index(looked_at)
@@ -64,7 +64,7 @@ def test_hover_text_is_the_plan(problem, X, F):
                 found = re.fullmatch(r"9 of 10 flights keep t_end (\S+) s, trace (\S+)", line)
                 assert float(found[1]) == kept["kept t_end [s]"][number]
                 assert float(found[2]) == pytest.approx(kept["kept trace [-]"][number], rel=1e-3)
-            assert attitude == f"attitude {accuracy[number]:.3g} deg (1-sigma, worst axis)"
+            assert attitude == f"attitude {sigma[number]:.3g} deg (1-sigma, worst body axis)"
             assert head == f"<b>solution {number}</b>"
             assert float(t_end.split()[1]) == F[number, 0]
             assert float(trace_line.split()[1]) == pytest.approx(F[number, 1], rel=1e-3)

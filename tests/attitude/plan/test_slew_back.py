@@ -8,14 +8,17 @@ import brahe.ccsds
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario, simulate
+from mgeo_attitude.answers import span
 from mgeo_attitude.commands.files import Picked
-from mgeo_attitude.commands.show import plan_document
+from mgeo_attitude.commands.show import plan_document, print_plan
 from mgeo_attitude.figures.maneuvers import timeline
 from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.flight import Motion
 from mgeo_attitude.plan import ManeuverPlan, aem_text, from_json, to_json
 from mgeo_attitude.plan.figures import plan_figures
 from mgeo_attitude.scenario import PathLimit, Wheels
+
+from mgeo.cli.output import Output
 
 from ..flight.runs import flown, none
 from .conftest import DESIGN
@@ -83,6 +86,39 @@ def test_files_and_documents_tell_of_it(plan, without):
     with pytest.raises(ValueError, match=r"predicted\.slew back until \[s\] = 1"):
         from_json(text.replace(f'until [s]": {plan.duration}', 'until [s]": 1.0'))
     assert plan_document(Picked(plan, "plan"))["duration_s"] == plan.duration
+
+
+def test_one_that_ends_after_the_duration_says_so_everywhere(plan, capsys):
+    """The duration limits the time to converge; who takes it for a window is told."""
+    after = plan.duration - 900.0
+    assert after > 0.0  # this plan does not converge
+    end = f"slew back until {span(plan.duration)}, {span(after)} after duration"
+    assert plan.answer.endswith(f"; {end}")
+    problem, X = plan.problem, np.array([plan.design])
+    assert problem.answers(X) == [plan.answer]
+    assert problem.describe(X)["slew back until [s]"].tolist() == [plan.duration]
+    line = (
+        "duration = 900 s limits the time to converge, it is no window: 1 of 1 plans slew back "
+        f"later, until {plan.duration:.6g} s at most"
+    )
+    assert line in problem.remarks(X)
+    print_plan(Picked(plan, "plan"), Output())
+    shown = " ".join(capsys.readouterr().out.split())
+    assert f"slew back until {plan.duration:g} s, {after:g} s after duration = 900 s" in shown
+
+
+def test_one_that_ends_within_it_and_none_at_all_say_nothing(without, capsys):
+    early = {"convergence": {"window": 60.0, "relative_decrease": 0.3}}
+    within = ManeuverPlan(Scenario.from_dict(TABLE | early), DESIGN)
+    assert within.t_end < within.duration < 900.0
+    for plan in (within, without):
+        assert "after duration" not in plan.answer
+        print_plan(Picked(plan, "plan"), Output())
+        assert "after duration" not in capsys.readouterr().out
+        assert not [line for line in plan.problem.remarks([plan.design]) if "no window" in line]
+    X = np.array([DESIGN])
+    assert within.problem.describe(X)["slew back until [s]"].tolist() == [within.duration]
+    assert "slew back until [s]" not in without.problem.describe(X)
 
 
 def test_figures_show_it(plan):
@@ -188,7 +224,7 @@ def test_a_front_is_told_how_many_keep_their_limits_until_the_end(plan):
     told = watched.problem.remarks([DESIGN, DESIGN])[1]
     assert told == f"0 of 2 {keep}; the others exceed {exceeded}"
     assert problem.remarks([DESIGN])[1] == f"1 of 1 {keep}"
-    assert len(plan.problem.remarks([DESIGN])) == 1  # nothing limits it
+    assert not [line for line in plan.problem.remarks([DESIGN]) if "limits after" in line]
 
 
 def test_a_plan_that_cannot_slew_back_in_time_exceeds_a_limit():

@@ -35,8 +35,9 @@ def print_plan(picked: Picked, output: Output) -> None:
         f"scenario {plan.scenario.name}: {ended} at {plan.t_end:.6g} s ({orbits:.3f} orbits), "
         f"trace {plan.trace:.4g}",
         *plan.late(),
-        *([f"slew back until {plan.duration:.6g} s"] if plan.slew_back else []),
+        *_slew_back(plan),
         *(titled("Constraints", constraints.assign(kept=kept)) if len(kept) else ()),
+        *(_over_flights(plan) if len(kept) else ()),
         *promised(plan),
         *titled("Timeline", _timeline(plan).T, digits=6),
         *titled("Predicted 1-sigma", plan.accuracy()),
@@ -47,6 +48,27 @@ def print_plan(picked: Picked, output: Output) -> None:
         *titled(f"Beside plans that need no optimizer, after {plan.t_end:.6g} s", _others(plan).T),
         note("1-sigma of the worst body axis; t_end: when each by itself converges"),
     )
+
+
+def _slew_back(plan: ManeuverPlan) -> list[str]:
+    if plan.slew_back is None:
+        return []
+    line, duration = f"slew back until {plan.duration:.6g} s", plan.scenario.duration
+    if plan.duration <= duration:
+        return [line]
+    return [
+        f"{line}, {plan.duration - duration:.6g} s after duration = {duration:.6g} s: that limits "
+        "the time to converge, it is no window"
+    ]
+
+
+def _over_flights(plan: ManeuverPlan) -> list[Text]:
+    """What values of constraints are, of a plan that is judged over flights."""
+    errors = plan.scenario.flight
+    if errors is None:
+        return []
+    share = f"{errors.kept:.0%} of {errors.count} flights"
+    return [note(f"values until t_end: what {share} keep; all other tables: flown exactly")]
 
 
 def promised(plan: ManeuverPlan) -> tuple[Text | Columns, ...]:
@@ -76,7 +98,7 @@ def plan_document(picked: Picked) -> dict[str, Any]:
         "solution": picked.solution,
         "answer": plan.answer,
         "uncalibrated": plan.uncalibrated(),
-        "attitude_accuracy_deg": plan.attitude_accuracy_deg,
+        "attitude_sigma_deg": plan.attitude_sigma_deg,
         "scenario": plan.scenario.name,
         "converged": bool(plan.history.converged),
         "t_end_s": plan.t_end,

@@ -133,7 +133,7 @@ def _hover_text(solutions: Solutions, i: int, period: float, kept: Floats) -> st
         f"t_end {t_end:.6g} s ({t_end / period:.3f} orbits)",
         f"trace {trace:.4g}",
         *_kept_text(kept),
-        f"attitude {solutions.accuracy_deg[i]:.3g} deg (1-sigma, worst axis)",
+        f"attitude {solutions.sigma_deg[i]:.3g} deg (1-sigma, worst body axis)",
         "maneuvers, x / y / z [deg/s] for duration [s]:",
         *(f"{m}: {text}" for m, text in enumerate(maneuver_texts(solutions.X[i]), 1)),
     ]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.accuracy import attitude_accuracy_deg
+from mgeo_attitude.accuracy import attitude_sigma_deg
 from mgeo_attitude.describe import checked_designs, nondominated
 from mgeo_attitude.filter.evaluator import evaluate
 
@@ -30,8 +30,8 @@ class Solutions:
     numbers : array of int, shape (n,)
         Their rows in the table they come from.
     X, F : arrays, shapes (n, n_var) and (n, 2)
-    accuracy_deg : array, shape (n,)
-        How well the attitude is known at t_end; see `attitude_accuracy_deg`.
+    sigma_deg : array, shape (n,)
+        How well the attitude is known at t_end; see `attitude_sigma_deg`.
     labels : tuple of str
         ``solution 3``, or ``solution 3 (fastest)`` for one that has been chosen for a reason.
     """
@@ -39,7 +39,7 @@ class Solutions:
     numbers: NDArray[np.int64]
     X: Floats
     F: Floats
-    accuracy_deg: Floats
+    sigma_deg: Floats
     labels: tuple[str, ...]
 
     @classmethod
@@ -56,9 +56,9 @@ class Solutions:
             raise ValueError(
                 f"X of shape {designs.shape}: expected at least one design with finite objectives"
             )
-        accuracy = attitude_accuracy_deg(result.covariance[rows])
+        sigma = attitude_sigma_deg(result.covariance[rows])
         labels = tuple(f"solution {row}" for row in rows)
-        return cls(rows, designs[rows], F[rows], accuracy, labels)
+        return cls(rows, designs[rows], F[rows], sigma, labels)
 
     def chosen(self, bend: int | None = None) -> Solutions:
         """Fastest, the knee and least trace of the front, or all if they are few; by t_end.
@@ -76,5 +76,5 @@ class Solutions:
             self.labels[row] + (f" ({roles[row]})" if row in roles else "") for row in order
         )
         return Solutions(
-            self.numbers[order], self.X[order], self.F[order], self.accuracy_deg[order], labels
+            self.numbers[order], self.X[order], self.F[order], self.sigma_deg[order], labels
         )

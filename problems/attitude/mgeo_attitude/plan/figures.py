@@ -20,7 +20,7 @@ def plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
         numbers=np.zeros(1, dtype=np.int64),
         X=np.array([plan.design]),
         F=np.array([[plan.t_end, plan.trace]]),
-        accuracy_deg=np.array([plan.attitude_accuracy_deg]),
+        sigma_deg=np.array([plan.attitude_sigma_deg]),
         labels=("plan",),
     )
     return {

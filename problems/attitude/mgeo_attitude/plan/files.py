@@ -102,7 +102,7 @@ def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
         "predicted": {
             "t_end [s]": plan.t_end,
             "trace [-]": plan.trace,
-            "attitude accuracy [deg]": plan.attitude_accuracy_deg,
+            "attitude 1-sigma [deg]": plan.attitude_sigma_deg,
             "converged": plan.history.converged,
             **held,
             **slew_back,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -12,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mgeo_attitude import observability
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.accuracy import attitude_accuracy_deg
-from mgeo_attitude.answers import answer, span
+from mgeo_attitude.accuracy import attitude_accuracy_deg, attitude_sigma_deg
+from mgeo_attitude.answers import answer, overrun, span
 from mgeo_attitude.describe import block_units
 from mgeo_attitude.fields import InvalidValue, Validated, quantity
 from mgeo_attitude.filter.reference import FilterHistory, reference_run
@@ -22,7 +23,7 @@ from mgeo_attitude.maneuvers.phases import HELD, Phase
 from mgeo_attitude.maneuvers.slew_back import SlewBack
 from mgeo_attitude.plan.ccsds import quaternions, utc_texts
 from mgeo_attitude.problem import AttitudeManeuverProblem
-from mgeo_attitude.promises import Times, held_until, times
+from mgeo_attitude.promises import Times, ends, held_until, times
 from mgeo_attitude.scenario import Scenario
 
 #: Share of an initial 1-sigma from which on an error counts as not calibrated.
@@ -110,8 +111,19 @@ class ManeuverPlan(Validated):
         return float(self.history.trace[-1])
 
     @property
+    def attitude_sigma_deg(self) -> float:
+        """1-sigma about the worst body axis at `t_end` [deg]; see `accuracy.attitude_sigma_deg`."""
+        return float(attitude_sigma_deg(self.history.covariance))
+
+    @property
     def attitude_accuracy_deg(self) -> float:
-        """1-sigma about the worst axis at `t_end` [deg]; see `accuracy.attitude_accuracy_deg`."""
+        """Use `attitude_sigma_deg`; this is about the worst of all axes, whatever the body's."""
+        warnings.warn(
+            "attitude_accuracy_deg is about the worst of all axes, not of the body's as "
+            "required_sigma is: use attitude_sigma_deg",
+            DeprecationWarning,
+            stacklevel=2,
+        )
         return float(attitude_accuracy_deg(self.history.covariance))
 
     @property
@@ -119,7 +131,10 @@ class ManeuverPlan(Validated):
         """What the plan is worth, in one line; see `answers.answer`."""
         history = self.history
         suite = self.problem.model.suite
-        return answer(suite, self.t_end, history.covariance, history.converged, self.over_flights)
+        (end,) = ends(self.problem, np.array([self.design]), np.array([self.t_end]))
+        beyond = overrun(float(end), self.scenario.duration)
+        known = history.covariance, history.converged
+        return answer(suite, self.t_end, *known, self.over_flights, beyond)
 
     @property
     def over_flights(self) -> Times:

@@ -68,7 +68,9 @@ class Scenario(Validated):
 
     name: str = quantity("custom", doc="name of the scenario, on one line")
     epoch: datetime = quantity(doc="start of the run with its UTC offset; Z is UTC")
-    duration: float = positive(unit="s", doc="longest simulated time, a multiple of the step")
+    duration: float = positive(
+        unit="s", doc="longest time to converge, a multiple of the step; a slew back may end later"
+    )
     step: float = positive(1.0, unit="s", doc="time step of the filter")
     eclipse: bool = quantity(False, doc="whether the Earth's shadow blinds the Sun sensors")
     objectives: tuple[str, ...] = quantity(
