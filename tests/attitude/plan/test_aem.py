@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from ccsds_ndm.ndm_io import NdmIo
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.plan import ManeuverPlan, aem_text, write_plan
 from mgeo_attitude.plan.ccsds import utc_texts
 from mgeo_attitude.scenario import InitialConditions
@@ -281,13 +282,17 @@ def test_bad_arguments_are_named(plan, keywords, message):
         aem_text(plan, **keywords)
 
 
-def test_half_turns_in_a_step_are_refused():
-    """Between such samples nobody could tell which way the body turned."""
+def test_the_fastest_scenario_that_is_read_is_written():
+    """Turned by nearly 180 deg a step: beyond that nobody could tell which way the body turned."""
     paper = Scenario.paper()
-    limits = dataclasses.replace(paper.maneuvers, max_rate_deg_s=4.0, count=1)
-    scenario = dataclasses.replace(
-        paper, step=60.0, duration=1200.0, maneuvers=limits, name="coarse"
-    )
-    plan = ManeuverPlan(scenario, (3.0, 0.0, 0.0, 300.0))
-    with pytest.raises(ValueError, match=r"maneuver 1 turns by 180 deg in a step of 60 s"):
-        aem_text(plan)
+    rate = 180.0 / np.sqrt(3.0) / 60.0 - 1e-6
+    limits = dataclasses.replace(paper.maneuvers, max_rate_deg_s=rate, count=1)
+    coarse = {"step": 60.0, "duration": 1200.0, "name": "coarse"}
+    scenario = dataclasses.replace(paper, **coarse, maneuvers=limits)
+    plan = ManeuverPlan(scenario, (rate, rate, rate, 300.0))
+    segment = NdmIo().from_string(aem_text(plan)).body.segment[0]
+    assert len(segment.data.attitude_state) == 301
+    with pytest.raises(InvalidValue, match=r"maneuvers\.max_rate_deg_s = .*: expected less than"):
+        dataclasses.replace(
+            scenario, maneuvers=dataclasses.replace(limits, max_rate_deg_s=rate + 2e-6)
+        )

@@ -1,5 +1,6 @@
 """The table of commands: the plan can be flown from it alone."""
 
+import csv
 import dataclasses
 import io
 
@@ -7,8 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
+from mgeo_attitude.flight import Motion
 from mgeo_attitude.plan import ManeuverPlan, commands, to_uplink_csv, write_plan
 from mgeo_attitude.scenario import InitialConditions
+from scipy.spatial.transform import Rotation
 
 from .conftest import DESIGN
 
@@ -51,6 +54,34 @@ def test_a_ramp_belongs_to_the_command_it_is_flown_for(problem, back):
     np.testing.assert_allclose(ends, [*table["start_s"].iloc[1:], plan.duration])
     assert not table["what"].str.startswith("ramp").any()
     assert ("slew back" in set(table["what"])) == back
+
+
+def test_numbers_are_short_and_fly_the_same_plan():
+    """With all digits in the design, ramps and a slew back, within the bound that is told."""
+    design = np.random.default_rng(8).uniform(-1.0, 1.0, 12)
+    design[3::4] = 60.0 + 20.0 * np.abs(design[3::4])
+    table = {
+        "preset": "paper",
+        "duration": 900.0,
+        "step": 0.1,
+        "initial": {"pointing": "nadir"},
+        "maneuvers": {"slew_back": True, "max_acceleration_deg_s2": 0.05},
+    }
+    plan = ManeuverPlan(Scenario.from_dict(table), tuple(design.tolist()))
+    text = to_uplink_csv(plan)
+    cells = [cell for row in csv.reader(io.StringIO(text)) for cell in row[3:]]
+    assert max(map(len, cells[5:])) <= 12
+    assert not [cell for cell in cells if "e" in cell.replace("_deg_s", "").replace("rate", "")]
+    read = pd.read_csv(io.StringIO(text))
+    rates = read[[f"rate_{axis}_deg_s" for axis in "xyz"]].to_numpy()
+    law = rates[-1]  # at nadir the body turns about its y axis alone
+    assert law.tolist() == [0.0, pytest.approx(-0.06, abs=2e-3), 0.0]
+    again = np.hstack([rates, read[["duration_s"]].to_numpy()]).ravel()
+    n = round(plan.duration / plan.scenario.step)
+    flown = Motion.of(plan.problem.model, again, n).attitude
+    off = Rotation.from_matrix(flown @ plan.attitude.transpose(0, 2, 1)).magnitude()
+    assert np.degrees(off[-1]) > 0.0
+    assert np.degrees(off).max() < 1e-8 * plan.duration
 
 
 def test_violations_stand_before_the_header():

@@ -91,7 +91,12 @@ def scenarios(draw: st.DrawFn) -> Scenario:
         gyro=gyro,
         sensors=sensors,
         initial=draw(starts()),
-        maneuvers=draw(sections(ManeuverLimits)),
+        maneuvers=draw(
+            sections(
+                ManeuverLimits,
+                max_rate_deg_s=st.floats(0.0, 100.0 / step, exclude_min=True),
+            )
+        ),
         convergence=draw(
             sections(Convergence, window=st.integers(1, n_steps).map(lambda k: k * step))
         ),

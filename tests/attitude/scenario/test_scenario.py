@@ -54,6 +54,11 @@ def test_times_are_multiples_of_the_step() -> None:
             {"step": 0.02, "convergence": Convergence(window=2000.02)},
             "convergence.window = 2000.02: expected at most 100000 times step = 0.02 s",
         ),
+        (
+            {"step": 10.0, "duration": 12000.0, "maneuvers": ManeuverLimits(max_rate_deg_s=30.0)},
+            "maneuvers.max_rate_deg_s = 30.0: expected less than 10.39, so that turned at about "
+            "all axes it is less than 180 deg in step = 10.0 s; or a step below 3.464 s",
+        ),
         ({"duration": 299.0}, "convergence.window = 300.0: expected at most duration = 299.0 s"),
         ({"name": " "}, "name = ' ': expected printable characters on one line"),
         ({"name": "a\nb"}, "name = 'a\\nb': expected printable characters on one line"),

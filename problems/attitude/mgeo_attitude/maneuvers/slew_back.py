@@ -32,6 +32,8 @@ LABELS = ("slew back", "starting attitude")
 _TOLERANCE = 1e-10
 #: A rate at its limit may be above it by what the solver rounds.
 _ROUNDING = 1.0 + 1e-9
+#: A rate below this is rounding: in a day it turns by less than the attitude may be off.
+_ZERO_DEG_S = 1e-14
 #: A rate that so many tries do not find has no ramps that fit; others take some twenty.
 _EVALUATIONS = 60
 
@@ -206,5 +208,6 @@ class _Search:
 
     def _design(self, n: int, leaving: int, rate: Floats, final: Floats) -> Floats:
         step = self.scenario.step
-        slew = [*np.degrees(rate), (n - leaving) * step]
-        return np.array([*slew, *np.degrees(final), leaving * step])
+        rates = np.degrees([rate, final])
+        rates[np.abs(rates) < _ZERO_DEG_S] = 0.0
+        return np.array([*rates[0], (n - leaving) * step, *rates[1], leaving * step])

@@ -65,8 +65,7 @@ def aem_text(
     Raises
     ------
     ValueError
-        For a text that the format does not allow, an unknown version, a spacing not above zero, or
-        a plan that turns by 180 degrees or more from one step of the filter to the next.
+        For a text that the format does not allow, an unknown version, or a spacing not above zero.
     """
     if version not in get_args(Version):
         raise ValueError(f"version = {version!r}: expected one of {', '.join(get_args(Version))}")
@@ -125,11 +124,6 @@ def _segment(
 def _rows(plan: ManeuverPlan, phase: Phase, at: Floats, version: Version) -> Floats:
     """Quaternions, and their derivatives [1/s] or angular velocities [deg/s]."""
     step = plan.scenario.step
-    turn = float(np.linalg.norm(phase.rates_deg_s)) * step
-    if turn >= 180.0:
-        raise ValueError(
-            f"{phase.label} turns by {turn:.6g} deg in a step of {step:g} s: expected less than 180"
-        )
     first, last = plan.steps([phase.start, phase.end])
     samples = slice(first, last + 1)
     times = step * np.arange(first, last + 1, dtype=float)

@@ -2,7 +2,7 @@
 
 In JSON, ``scenario`` and ``design`` are the plan. ``predicted``, ``constraints``, ``timeline`` and
 ``accuracy`` follow from them; on reading they are computed again, and a file that says something
-else is refused. CSV says less than the plan; floats are written to the last digit in both.
+else is refused. CSV says less than the plan. Floats are written to the last digit, but in commands.
 """
 
 from __future__ import annotations

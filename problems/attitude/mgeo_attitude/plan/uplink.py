@@ -9,6 +9,10 @@ from mgeo_attitude.maneuvers.phases import RAMP
 from mgeo_attitude.plan.ccsds import utc_texts
 from mgeo_attitude.plan.plan import ManeuverPlan
 
+#: Of a rate [deg/s] after the point: half a unit about each axis is 0.9e-8 deg/s.
+RATE_DIGITS = 8
+_TIME_DIGITS = 6  # as in UTC
+
 
 def commands(plan: ManeuverPlan) -> pd.DataFrame:
     """One row per command, from its start until the next one's.
@@ -16,6 +20,9 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
     A ramp belongs to the command for which it is flown: its rates are commanded when the ramp
     begins. The last rows are the rate that is held until the filter has converged, the same rate
     for late flights, if the plan promises a time over flights, and the slew back, if there is one.
+
+    Times are whole microseconds. Rates have `RATE_DIGITS` after the point, so that a plan flown by
+    them is off by less than 1e-8 deg for each second.
 
     Columns: ``command``, from 1; ``what``; ``start_utc``; ``start_s`` after the scenario's epoch;
     ``duration_s``; and the body rates ``rate_x_deg_s``, ``rate_y_deg_s``, ``rate_z_deg_s``.
@@ -38,18 +45,18 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
             "command": range(1, len(found) + 1),
             "what": [label for label, _, _ in found],
             "start_utc": utc_texts(plan.scenario.epoch, starts),
-            "start_s": starts,
-            "duration_s": np.diff([*starts, plan.duration]),
+            "start_s": starts.round(_TIME_DIGITS),
+            "duration_s": np.diff([*starts, plan.duration]).round(_TIME_DIGITS),
         }
     )
-    rates = np.array([rate for _, _, rate in found])
+    rates = np.array([rate for _, _, rate in found]).round(RATE_DIGITS) + 0.0  # no -0
     for i, axis in enumerate("xyz"):
         table[f"rate_{axis}_deg_s"] = rates[:, i]
     return table
 
 
 def to_uplink_csv(plan: ManeuverPlan) -> str:
-    """The `commands` as CSV, floats to the last digit.
+    """The `commands` as CSV.
 
     Lines that begin with # stand before the header where the plan violates constraints.
     """

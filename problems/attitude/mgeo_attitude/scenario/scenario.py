@@ -251,6 +251,14 @@ class Scenario(Validated):
             expect(_is_multiple(span, self.step), key, span, f"a multiple of {step}")
             few = round(span / self.step) <= _MAX_STEPS[key]
             expect(few, key, span, f"at most {_MAX_STEPS[key]} times {step}")
+        rate = self.maneuvers.max_rate_deg_s
+        # between samples half a turn apart nobody could tell which way the body turned
+        fastest = 180.0 / (math.sqrt(3.0) * self.step)
+        slow = (
+            f"less than {fastest:.4g}, so that turned at about all axes it is less than 180 deg in "
+            f"{step}; or a step below {180.0 / (math.sqrt(3.0) * rate):.4g} s"
+        )
+        expect(rate < fastest, "maneuvers.max_rate_deg_s", rate, slow)
         for i, sensor in enumerate(self.sensors):
             interval, key = sensor.sample_interval, f"sensors[{i}].sample_interval"
             fits = interval is None or _is_multiple(interval, self.step)
