@@ -341,7 +341,7 @@ def study(
 
     folder, output = out or Path("studies", file.stem), Output(quiet, json)
     with bad_input(), notes(output):
-        read = read_study(file).reduced(evaluations, seeds)
+        read = read_study(file, imports=not dry_run).reduced(evaluations, seeds)
         with workers(jobs, cluster) as n_jobs:
             if dry_run:
                 expected = estimate_study(read, folder, n_jobs=n_jobs)

@@ -70,10 +70,13 @@ def describe_study(study: Study, expected: StudyEstimate, folder: Path, output: 
         "runs": expected.runs,
         "runs_found": expected.found,
         "processes": expected.processes,
+        "untold": list(expected.untold),
         "folder": str(folder),
     }
     at_once = f", {expected.processes} at once"
     _tell(study.title, texts, found, (expected.seconds, expected.timed), output, at_once)
+    for reason in expected.untold:
+        output.note(f"Note: not in the time: {reason}")
 
 
 def _tell(

@@ -13,7 +13,7 @@ from typing import Any
 import typer
 
 from mgeo.cli.signals import Terminated, terminable
-from mgeo.terminal import printable
+from mgeo.terminal import printable, write_anything
 
 #: What typer raises for a command line that cannot be understood; where it is kept has changed.
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
@@ -83,6 +83,7 @@ def remember_debug(ctx: typer.Context, wanted: bool) -> bool:
 @contextmanager
 def ended(ctx: Any) -> Iterator[None]:
     """Make of every error one line on stderr, and an exit code."""
+    write_anything()
     try:
         with terminable():
             yield

@@ -14,6 +14,7 @@ from mgeo.cli.errors import ExitCode
 from mgeo.cli.output import Output
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import conclusions
+from mgeo.studies.execute import FailedRunsWarning
 from mgeo.studies.file import Study
 from mgeo.studies.folder import NotReusedWarning
 from mgeo.studies.study import REPORT
@@ -45,12 +46,12 @@ def show(study: Study, comparisons: dict[str, Comparison], folder: Path, output:
 
 @contextmanager
 def notes(output: Output) -> Iterator[None]:
-    """Show what is said of runs that are not kept or not used as notes, each of them once."""
+    """Show what is said of runs that failed, are not kept or not used as notes, each once."""
     with warnings.catch_warnings():
         shown, told = warnings.showwarning, set[str]()
 
         def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
-            if not issubclass(category, NotReusedWarning):
+            if not issubclass(category, NotReusedWarning | FailedRunsWarning):
                 shown(message, category, *where, **more)
             elif str(message) not in told:
                 told.add(str(message))

@@ -8,7 +8,7 @@
 """
 
 from mgeo.studies.comparison import Comparison, Tests
-from mgeo.studies.execute import compare
+from mgeo.studies.execute import FailedRunsWarning, compare
 from mgeo.studies.file import Study, read_study
 from mgeo.studies.folder import NotReusedWarning
 from mgeo.studies.space import NothingToCompareError
@@ -17,6 +17,7 @@ from mgeo.studies.study import run_study
 
 __all__ = [
     "Comparison",
+    "FailedRunsWarning",
     "NotReusedWarning",
     "NothingToCompareError",
     "Study",

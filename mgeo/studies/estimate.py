@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ from mgeo.runs.estimate import estimate
 from mgeo.studies.claim import check
 from mgeo.studies.file import Study
 from mgeo.studies.folder import run_files
-from mgeo.studies.run import Task
+from mgeo.studies.run import Task, told
 from mgeo.studies.study import RECORDS, build
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ class StudyEstimate:
 
     ``found`` of the ``runs`` are in the folder already; for the others it would take about
     ``seconds``, ``processes`` at once, judged by ``timed`` evaluations made for that purpose.
+    ``untold`` says whose runs these seconds are without, and why.
     """
 
     problems: Mapping[str, Problem]
@@ -34,6 +35,7 @@ class StudyEstimate:
     processes: int
     seconds: float
     timed: int
+    untold: tuple[str, ...] = ()
 
 
 def estimate_study(
@@ -42,18 +44,23 @@ def estimate_study(
     """Look at a study that is to be run by `run_study`; nothing is written.
 
     Each algorithm is tried on each problem, for about `seconds` in all. A run is expected to keep
-    one process busy for as long as all processors together work for it here.
+    one process busy for as long as all processors together work for it here. What fails when it is
+    tried, as its runs would, is told and left out. So is what the study names ``module:Class``: a
+    look at a file has no module imported that it names.
 
     Raises
     ------
     ValueError, TypeError
         If a problem or an algorithm cannot be built, or the folder belongs to another study.
     """
-    built = build(study)
+    own = [each.label for each in study.algorithms if ":" in each.name]
+    untold = [f"{label}: a dry run has no module imported that a file names" for label in own]
+    named = tuple(each for each in study.algorithms if each.label not in own)
+    built = build(replace(study, algorithms=named))
     check(Path(folder), study)
     share = seconds / (len(built) * len(study.algorithms))
     found, timed, work = 0, 0, 0.0
-    for problem, algorithms in built:
+    for configuration, (problem, algorithms) in zip(study.problems, built, strict=True):
         n_eval, _ = study.budget(problem)
         for label, algorithm in algorithms.items():
             tasks = {(label, s): Task(problem, algorithm, n_eval, s) for s in study.seeds}
@@ -61,10 +68,15 @@ def estimate_study(
             there = sum(path.is_file() for path in files)
             found += there
             if there < len(tasks):
-                expected = estimate(problem, algorithm, n_eval, study.seeds[0], share)
+                try:
+                    expected = estimate(problem, algorithm, n_eval, study.seeds[0], share)
+                except Exception as error:  # foreign code: it may raise anything
+                    untold.append(f"{label} on {configuration.label} fails: {told(error)}")
+                    continue
                 work += (len(tasks) - there) * max(expected.elapsed, expected.processor)
                 timed += expected.timed
     runs = len(built) * len(study.algorithms) * len(study.seeds)
     processes = max(1, min(joblib.effective_n_jobs(n_jobs), runs - found))
     problems = {p.label: made for p, (made, _) in zip(study.problems, built, strict=True)}
-    return StudyEstimate(problems, runs, found, processes, work / processes, timed)
+    seconds = work / processes
+    return StudyEstimate(problems, runs, found, processes, seconds, timed, tuple(untold))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from itertools import product
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from mgeo._validation import validate_integer
 from mgeo.studies.comparison import Comparison
+from mgeo.studies.conclusions import failures
 from mgeo.studies.dispatch import Key, Result, run_all
 from mgeo.studies.folder import run_files
 from mgeo.studies.indicators import trace
@@ -25,6 +27,11 @@ from mgeo.studies.space import NothingToCompareError, indicator_space
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
+
+
+class FailedRunsWarning(RuntimeWarning):
+    """All runs of an algorithm failed, so that there is nothing to compare it by."""
+
 
 GRID_POINTS = 50
 MOST = 100_000  # runs of a kind: more are a slip
@@ -75,6 +82,8 @@ def compare(
     NotReusedWarning
         If a problem or an algorithm cannot be identified for certain: its runs are made, but
         neither kept nor found.
+    FailedRunsWarning
+        For each algorithm of which all runs failed, with its first error.
 
     Raises
     ------
@@ -106,7 +115,10 @@ def compare(
         for row in trace(problem, record, steps, space)
     ]
     runs = pd.DataFrame([_run_row(key, results[key]) for key in keys])
-    return Comparison(problem, tuple(named), n_eval, pd.DataFrame(rows), runs, records, space)
+    made = Comparison(problem, tuple(named), n_eval, pd.DataFrame(rows), runs, records, space)
+    for message in failures(made.failures().query("failed == runs"), title):
+        warnings.warn(message, FailedRunsWarning, stacklevel=2)
+    return made
 
 
 def _found_or_made(

@@ -20,6 +20,7 @@ from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.runs.scenario import read_scenario
 from mgeo.studies.execute import MOST
 from mgeo.studies.labels import distinct, filled
+from mgeo.studies.pooled import KEYS
 from mgeo.studies.schema import AlgorithmTable, ProblemTable, PublishedTable, StudyTable
 
 if TYPE_CHECKING:
@@ -132,8 +133,13 @@ def _with_text_dates(value: Any) -> Any:
     return value.isoformat() if isinstance(value, date | time) else value  # datetime is a date
 
 
-def read_study(path: Path | str) -> Study:
+def read_study(path: Path | str, *, imports: bool = True) -> Study:
     """A study from its file.
+
+    Parameters
+    ----------
+    imports : whether the modules of algorithms named ``module:Class`` may be imported, so that
+        their parameters are checked, too.
 
     Raises
     ------
@@ -147,10 +153,10 @@ def read_study(path: Path | str) -> Study:
         raise FileNotFoundError(f"there is no study file {path}")
     text = read_text(path)
     with errors_of(path):
-        return parse_study(text, path.parent)
+        return parse_study(text, path.parent, imports=imports)
 
 
-def parse_study(text: str, folder: Path) -> Study:
+def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
     """A study from the text of its file; scenario files are relative to `folder`.
 
     Raises
@@ -164,12 +170,19 @@ def parse_study(text: str, folder: Path) -> Study:
     problems = [
         replace(problem, label=label) for (problem, _), label in zip(named, labels, strict=True)
     ]
-    algorithms = [each for i, one in enumerate(table.algorithms) for each in _algorithms(one, i)]
+    algorithms = [
+        each for i, one in enumerate(table.algorithms) for each in _algorithms(one, i, imports)
+    ]
     for key, found in (("problems", problems), ("algorithms", algorithms)):
         for label, times in Counter(each.label for each in found).items():
             if times > 1:
                 raise ValueError(f"{key}: {label!r} is there twice; expected different labels")
     known = [algorithm.label for algorithm in algorithms]
+    for label in set(known) & set(KEYS):
+        raise ValueError(
+            f"algorithms: the label {label!r} is that of another column of the tables over "
+            "problems; expected another one"
+        )
     labels_of = {
         "published.table": list(table.published.table) if table.published else [],
         "control": [] if table.control is None else [table.control],
@@ -217,7 +230,9 @@ def _expanded(name: str, where: str) -> list[str]:
         raise ValueError(f"{where}name: {error}") from error
 
 
-def _algorithms(table: AlgorithmTable, index: int) -> Iterator[AlgorithmConfiguration]:
+def _algorithms(
+    table: AlgorithmTable, index: int, imports: bool
+) -> Iterator[AlgorithmConfiguration]:
     """Every combination of the values in lists; a list as one value is a list in a list."""
     where = f"algorithms[{index}]."
     given = table.parameters
@@ -228,7 +243,8 @@ def _algorithms(table: AlgorithmTable, index: int) -> Iterator[AlgorithmConfigur
         raise ValueError(f"{where[:-1]} stands for {count} algorithms: expected at most {MOST}")
     for name in table.name:
         try:
-            complete_parameters(name, given)
+            if imports or ":" not in name:
+                complete_parameters(name, given)
         except ValueError as error:
             raise ValueError(f"{where}name: {error}") from error
         for values in product(*lists):

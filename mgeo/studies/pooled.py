@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from mgeo.studies.statistics import holm
+from mgeo.studies.statistics import Friedman, friedman, holm
 
 if TYPE_CHECKING:
     from mgeo._typing import FloatArray
@@ -23,7 +23,9 @@ def problem_values(results: Mapping[str, Results], per_variable: bool = False) -
 
     A problem's value for an algorithm is the median over its runs of the first indicator, larger
     being better. A run whose hypervolume is zero counts by the negative of its additive epsilon
-    instead: fronts that are all too far to dominate anything still differ.
+    instead: fronts that are all too far to dominate anything still differ. Runs that failed are
+    left out; an algorithm of which all runs of a problem failed has minus infinity there, as one
+    that found nothing feasible.
 
     Parameters
     ----------
@@ -33,7 +35,7 @@ def problem_values(results: Mapping[str, Results], per_variable: bool = False) -
     Returns
     -------
     A row per ``problem``, with its number of ``variables``, and ``evaluations``; a column per
-    algorithm, NaN where it has no finished run. Tables of several studies can be concatenated.
+    algorithm. Tables of several studies can be concatenated.
     """
     rows = [row for label, each in results.items() for row in _values(label, each, per_variable)]
     return pd.DataFrame(rows)
@@ -44,7 +46,8 @@ def ranks_over_problems(values: pd.DataFrame, control: str | None = None) -> pd.
 
     Parameters
     ----------
-    values : as of `problem_values`. Algorithms without a value on every problem are left out.
+    values : as of `problem_values`. Algorithms that were not run on every problem (NaN, where
+        tables of several studies were concatenated) are left out.
     control : the algorithm that is tested against each other one; None, or one that is left out,
         for the best of each row. Named before there are results it makes a test of these alone.
 
@@ -70,6 +73,22 @@ def ranks_over_problems(values: pd.DataFrame, control: str | None = None) -> pd.
     return pd.DataFrame(rows)
 
 
+def friedman_over_problems(values: pd.DataFrame) -> Friedman | None:
+    """Friedman's test with problems as blocks, by their values after most evaluations.
+
+    None for fewer than two problems or algorithms.
+
+    Parameters
+    ----------
+    values : as of `problem_values`; see `ranks_over_problems`.
+    """
+    last = values.loc[values.groupby("problem", sort=False)["evaluations"].idxmax()]
+    table = last.drop(columns=list(KEYS)).dropna(axis="columns")
+    if min(table.shape) < 2:
+        return None
+    return friedman(table.to_numpy(float), list(table.columns))
+
+
 def _values(label: str, each: Results, per_variable: bool) -> list[dict[Hashable, object]]:
     """Of a problem: a row per number of evaluations, with the value of each algorithm."""
     first, table = each.indicator(), each.table
@@ -81,7 +100,7 @@ def _values(label: str, each: Results, per_variable: bool) -> list[dict[Hashable
         table.assign(value=value).groupby(["evaluations", "algorithm"])["value"].median().unstack()
     )
     counts = medians.index.to_numpy(float) / (n_var if per_variable else 1)
-    known = medians.reindex(columns=list(each.algorithms)).to_dict("records")
+    known = medians.reindex(columns=list(each.algorithms), fill_value=-np.inf).to_dict("records")
     return [
         dict(zip(KEYS, (label, n_var, count), strict=True)) | row
         for count, row in zip(counts, known, strict=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -59,6 +59,7 @@ def study_page(
     ranked: Friedman | None,
     standings: pd.DataFrame,
     reached: pd.DataFrame,
+    failed: Sequence[str],
 ) -> str:
     """Several problems: means of the first indicator each, ranks, and targets reached.
 
@@ -66,6 +67,7 @@ def study_page(
     ----------
     standings : as of `mgeo.studies.pooled.ranks_over_problems`.
     reached : as of `mgeo.studies.targets.targets_reached`.
+    failed : sentences on what failed, as of `mgeo.studies.conclusions.failures`.
     """
     labels = tuple(algorithm.label for algorithm in study.algorithms)
     problems = render(
@@ -74,6 +76,7 @@ def study_page(
         problems=by_problem(comparisons),
         ranks=average_ranks(standings, study.per_variable),
         folders={label: folder_name(label) for label in comparisons},
+        failed=failed,
     )
     figures = [ranks_figure(ranked, labels)] if ranked else []
     if len(reached):

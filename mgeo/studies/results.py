@@ -56,6 +56,16 @@ class Results:
         """The rows of the table after all evaluations."""
         return self.table[self.table["evaluations"] == self.n_eval].reset_index(drop=True)
 
+    def failures(self) -> pd.DataFrame:
+        """Of each algorithm with runs that failed: how many did, of how many, the first error."""
+        by_algorithm = self.runs.assign(failed=self.runs["status"] == "failed").groupby(
+            "algorithm", sort=False
+        )
+        counts = by_algorithm["failed"].agg(failed="sum", runs="size")
+        failed = self.runs[self.runs["status"] == "failed"]
+        found: pd.DataFrame = counts.join(failed.groupby("algorithm")["error"].first(), how="inner")
+        return found
+
     def fronts(self, algorithm: str) -> list[FloatArray]:
         """The final fronts of an algorithm's finished runs, (n, n_obj) each."""
         return [r.front_F for (name, _), r in self.records.items() if name == algorithm]

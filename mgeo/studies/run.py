@@ -55,8 +55,12 @@ def run(task: Task) -> Record | Failure:
     try:
         return record(task)
     except Exception as error:  # foreign code: it may raise anything
-        message = " ".join(str(error).split())
-        return Failure(f"{type(error).__name__}: {message}")
+        return Failure(told(error))
+
+
+def told(error: Exception) -> str:
+    """Kind and message of an error, on one line."""
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 
 def record(task: Task) -> Record:

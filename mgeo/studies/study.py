@@ -7,7 +7,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
 from plotly.offline import get_plotlyjs
 
@@ -15,13 +14,13 @@ from mgeo.figures.page import LIBRARY
 from mgeo.files.atomic import write_files
 from mgeo.studies.claim import check, claim
 from mgeo.studies.comparison import Comparison
+from mgeo.studies.conclusions import failures
 from mgeo.studies.execute import compare
 from mgeo.studies.file import ProblemConfiguration, Study
 from mgeo.studies.labels import folder_name
-from mgeo.studies.pooled import problem_values, ranks_over_problems
+from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
 from mgeo.studies.report import by_problem, problem_page, study_page
 from mgeo.studies.space import NothingToCompareError
-from mgeo.studies.statistics import Friedman, friedman
 from mgeo.studies.stored import PROVENANCE, stored_tables
 from mgeo.studies.tables import markdown
 from mgeo.studies.targets import targets_reached
@@ -68,6 +67,7 @@ def run_study(
     check(folder, study)
     comparisons: dict[str, Comparison] = {}
     without: list[str] = []
+    failed: list[str] = []
     for configuration, (problem, algorithms) in zip(study.problems, built, strict=True):
         label = configuration.label
         evaluations, grid = study.budget(problem)
@@ -94,15 +94,17 @@ def run_study(
         place.mkdir(parents=True, exist_ok=True)
         write_files(place, contents)
         comparisons[label] = comparison
+        failed += failures(comparison.failures(), label)
     if len(study.problems) > 1 and comparisons:
         values = problem_values(comparisons, study.per_variable)
         standings = ranks_over_problems(values, study.control)
         reached = targets_reached(comparisons)
-        ranked = over_problems(study, comparisons)
-        page = study_page(study, comparisons, ranked, standings, reached)
+        ranked = friedman_over_problems(values)
+        failed += without
+        page = study_page(study, comparisons, ranked, standings, reached, failed)
         table = by_problem(comparisons)
         texts = {
-            "summary.md": markdown(table),
+            "summary.md": markdown(table) + "".join(f"\n{text}\n" for text in failed),
             "summary.csv": table.to_csv(lineterminator="\n"),
             VALUES: values.to_csv(index=False, lineterminator="\n"),
             RANKS: standings.to_csv(index=False, lineterminator="\n"),
@@ -127,22 +129,6 @@ def build(study: Study) -> list[tuple[Problem, dict[str, Algorithm]]]:
     """
     problems = [configuration.build() for configuration in study.problems]
     return [(p, {each.label: each.build(p) for each in study.algorithms}) for p in problems]
-
-
-def over_problems(study: Study, comparisons: dict[str, Comparison]) -> Friedman | None:
-    """Friedman's test with problems as blocks, by the median of each problem's first indicator.
-
-    None for fewer than two problems or algorithms with finished runs on every problem.
-    """
-    rows = [
-        {label: np.median(values) for label, values in comparison.samples().items()}
-        for comparison in comparisons.values()
-    ]
-    columns = [algorithm.label for algorithm in study.algorithms]
-    table = pd.DataFrame(rows, columns=columns).dropna(axis="columns")
-    if min(table.shape) < 2:
-        return None
-    return friedman(table.to_numpy(float), list(table.columns))
 
 
 def _contents(

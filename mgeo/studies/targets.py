@@ -20,8 +20,8 @@ def runtimes(results: Mapping[str, Results]) -> dict[str, FloatArray]:
     """Evaluations per variable until each target, of each run on each problem, was reached.
 
     A problem's targets are hypervolumes: those that fall short of the best final one of all runs
-    by `SHORTFALLS`. Runs are looked at where their indicators were measured (the study's grid),
-    and a run that failed reached none.
+    by `SHORTFALLS`. Runs are looked at where their indicators were measured (the study's grid).
+    A run that failed reached none, and nobody reached any where that best one is zero.
 
     Returns
     -------
@@ -43,7 +43,7 @@ def runtimes(results: Mapping[str, Results]) -> dict[str, FloatArray]:
                 evaluations = wide.columns.to_numpy(float)
                 # a front that grew may measure less in its last digit
                 so_far = np.maximum.accumulate(wide.to_numpy(float), axis=1)
-                reached = so_far[:, :, None] >= targets
+                reached = (so_far[:, :, None] >= targets) & (best > 0.0)
                 first = np.where(reached.any(axis=1), evaluations[reached.argmax(axis=1)], np.inf)
                 times[: len(first)] = first
             found.setdefault(name, []).append(times.ravel() / each.problem.n_var)

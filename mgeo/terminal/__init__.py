@@ -3,7 +3,24 @@
 Commands, those of plugins too, and the progress of studies write through it.
 """
 
-from mgeo.terminal.consoles import broken, console, is_terminal, plain, printable
+from mgeo.terminal.consoles import (
+    broken,
+    console,
+    is_terminal,
+    plain,
+    printable,
+    write_anything,
+)
 from mgeo.terminal.tables import Columns, pairs, table
 
-__all__ = ["Columns", "broken", "console", "is_terminal", "pairs", "plain", "printable", "table"]
+__all__ = [
+    "Columns",
+    "broken",
+    "console",
+    "is_terminal",
+    "pairs",
+    "plain",
+    "printable",
+    "table",
+    "write_anything",
+]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import textwrap
@@ -18,6 +19,16 @@ def console(*, stderr: bool = False) -> Console:
     return Console(
         stderr=stderr, force_terminal=terminal, width=None if terminal else _WIDTH_OF_A_FILE
     )
+
+
+def write_anything() -> None:
+    """Have stdout and stderr write out as an escape what their encoding does not have.
+
+    A command must not lose its result to a terminal of ASCII, or to a name that is no text.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def printable(text: str) -> str:

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from mgeo.runs.estimate import estimate
+
 from .test_json import STUDY
 
 SLOW = ["solve", "slow-cantilever", "--runs", "4", "--evaluations", "800"]
@@ -44,6 +46,34 @@ def test_what_would_be_refused_is_refused(mgeo):
     assert refused.exit_code == 2
     assert "a is not empty" in refused.stderr
     assert mgeo("solve", "cantilevr", "--dry-run").exit_code == 2
+
+
+def test_an_algorithm_that_fails_is_named_and_the_others_are_timed(mgeo, monkeypatch):
+    def failing(problem, algorithm, *more):
+        if algorithm.__class__.__name__ == "NSGA2":
+            raise TypeError("'>=' not supported\nbetween dicts")
+        return estimate(problem, algorithm, *more)
+
+    monkeypatch.setattr("mgeo.studies.estimate.estimate", failing)
+    Path("one.toml").write_text(STUDY)
+    done = mgeo("study", "one.toml", "--jobs", 1, "--dry-run", "--json")
+    assert done.exit_code == 0, done.output
+    told = "nsga2 on cantilever fails: TypeError: '>=' not supported between dicts"
+    assert done.stderr == f"Note: not in the time: {told}\n"
+    found = json.loads(done.stdout)
+    assert (found["runs"], found["untold"]) == (4, [told])
+    assert found["timed_evaluations"] > 0
+
+
+def test_a_look_at_a_study_has_no_module_imported(mgeo, monkeypatch):
+    Path("of_a_stranger.py").write_text("raise RuntimeError('imported')")
+    Path("one.toml").write_text(STUDY.replace('"random"', '"of_a_stranger:Search"'))
+    done = mgeo("study", "one.toml", "--jobs", 1, "--dry-run")
+    assert done.exit_code == 0, done.output
+    assert "algorithms  nsga2, of_a_stranger:Search" in done.stdout
+    (note,) = done.stderr.splitlines()
+    assert note.startswith("Note: not in the time: of_a_stranger:Search: a dry run has no module")
+    assert "RuntimeError: imported" in mgeo("study", "one.toml", "--jobs", 1).stderr
 
 
 @pytest.mark.slow

@@ -27,6 +27,7 @@ import mgeo
 from mgeo import MGEOReal, compare
 from mgeo.studies.conclusions import conclusions
 from mgeo.studies.dispatch import run_all
+from mgeo.studies.execute import FailedRunsWarning
 from mgeo.studies.run import Task, record
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.versions import distinct
@@ -289,6 +290,14 @@ def test_a_run_that_kills_its_process_fails_alone(tmp_path):
     assert [r.front_F.tolist() for (name, _), r in result.records.items() if name == "good"] == [
         r.front_F.tolist() for r in good.records.values()
     ]
+
+
+def test_an_algorithm_that_failed_everywhere_is_told_by_name():
+    algorithms = {"good": NSGA2(pop_size=12), "bad": FailingNSGA2()}
+    message = "^bad on ZDT1: 2 of 2 runs failed, the first with ArithmeticError: seed 2 is even$"
+    with pytest.warns(FailedRunsWarning, match=message) as told:
+        compare(PROBLEM, algorithms, 40, seeds=[2, 4])
+    assert [warning.filename for warning in told] == [__file__]
 
 
 def test_if_every_run_fails_the_first_error_is_raised():

@@ -135,6 +135,10 @@ def test_it_can_be_reduced_and_extended():
         ('name = "pymoo:zdt1"', 'name = "a"\nscenario = "b"\noptions = {}', "expected one of them"),
         ('name = "nsga2"', 'name = "nsag2"', r"algorithms\[0\].name: .*did you mean 'nsga2'"),
         ('name = "nsga2"', "", r"algorithms\[0\].name is missing"),
+        *(
+            ("population = 20", f'label = "{label}"', f"algorithms: the label '{label}' is that of")
+            for label in ("problem", "variables", "evaluations")
+        ),
         ("population = 20", "pop = 20", r"algorithms\[0\].name: .*no parameter 'pop'"),
         ("population = 20", 'label = "{size}"', r"label = '\{size\}': .* only name"),
         ("population = 20", "[published]\nsource = 'a'", "expected the keys source and table"),

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from mgeo.studies.indicators import INDICATORS
-from mgeo.studies.pooled import problem_values, ranks_over_problems
+from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
 
 NAMES = ("one", "two", "three")
 
@@ -135,8 +135,35 @@ def test_problems_are_grouped_by_their_variables_and_counted_per_variable():
     assert counted == {(0, 10): 5, (0, 20): 5, (4, 10): 3, (4, 20): 3, (8, 10): 2, (8, 20): 2}
 
 
-def test_an_algorithm_without_runs_of_a_problem_is_left_out():
-    rng = np.random.default_rng(3)
-    given = many(rng, 2)
+def test_an_algorithm_whose_runs_all_failed_is_last_there():
+    given = many(np.random.default_rng(3), 5)
+    whole = problem_values(given)
     given["0"].table = given["0"].table.query("algorithm != 'two'")
-    assert set(pooled(given)["algorithm"]) == {"one", "three"}
+    values = problem_values(given)
+    assert values.query("problem == '0'")["two"].tolist() == [-np.inf, -np.inf]
+    expected = whole.assign(two=whole["two"].where(whole["problem"] != "0", -1.0))
+    pd.testing.assert_frame_equal(ranks_over_problems(values), ranks_over_problems(expected))
+    found = friedman_over_problems(values)
+    assert (len(found.ranks), found.blocks) == (3, 5)
+
+
+def test_an_algorithm_of_another_study_is_left_out():
+    rng = np.random.default_rng(3)
+    both = pd.concat(
+        [problem_values(many(rng, 2)), problem_values(many(rng, 2)).drop(columns="two")]
+    )
+    assert set(ranks_over_problems(both)["algorithm"]) == {"one", "three"}
+
+
+def test_there_is_one_ranking():
+    """That of the figure is the last of the table, also where a hypervolume is zero."""
+    rng = np.random.default_rng(5)
+    epsilon = {(name, seed): rng.random(2) for name in NAMES for seed in (1, 2, 3)}
+    zero = {key: [0.0, 0.0] for key in epsilon}
+    zero["one", 1] = [0.1, 0.1]
+    given = many(rng, 2) | {"zero": results(zero, epsilon=epsilon)}
+    values = problem_values(given)
+    last = ranks_over_problems(values).query("evaluations == 80").set_index("algorithm")
+    assert friedman_over_problems(values).ranks.to_dict() == last["average_rank"].to_dict()
+    (row,) = values.query("problem == 'zero' and evaluations == 80")[list(NAMES)].to_numpy()
+    assert len(set(row)) == 3  # though all medians of the hypervolume are zero

@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 
 from mgeo import MGEOReal
 from mgeo.cli.app import app
+from mgeo.studies import FailedRunsWarning
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import (
     against,
@@ -26,12 +27,12 @@ from mgeo.studies.conclusions import (
 )
 from mgeo.studies.file import parse_study, read_study
 from mgeo.studies.labels import folder_name
-from mgeo.studies.pooled import ranks_over_problems
+from mgeo.studies.pooled import friedman_over_problems, ranks_over_problems
 from mgeo.studies.run import Failure, record
 from mgeo.studies.schema import PublishedTable
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.stored import read_comparison
-from mgeo.studies.study import over_problems, run_study
+from mgeo.studies.study import run_study
 
 from .samples import VALUES, comparison
 from .test_file import STUDIES
@@ -87,7 +88,8 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
     }
     assert (out / "study.toml").read_text() == TWO
     assert len(list((out / "runs").iterdir())) == 16
-    again = ranks_over_problems(pd.read_csv(out / "values.csv"), study.control)
+    values = pd.read_csv(out / "values.csv")
+    again = ranks_over_problems(values, study.control)
     pd.testing.assert_frame_equal(again, pd.read_csv(out / "ranks.csv"))
     for label, result in found.items():
         assert names(out / label) == FILES
@@ -114,7 +116,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
         assert again.table.equals(result.table)
         assert again.overview().equals(result.overview())
         assert again.figures() == result.figures()
-    ranked = over_problems(study, found)
+    ranked = friedman_over_problems(values)
     assert (ranked.blocks, len(ranked.ranks)) == (2, 4)
     # all runs are on disk: nothing is run again, and the tables come out the same
     monkeypatch.setattr("mgeo.studies.dispatch.run", None)
@@ -155,6 +157,26 @@ def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypat
         run_study(study, tmp_path / "out", progress=False)
     assert (tmp_path / "out" / "dtlz2" / "report.html").is_file()
     assert "dtlz2" in (tmp_path / "out" / "summary.md").read_text()
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_who_fails_on_a_problem_is_last_there_and_it_is_said(tmp_path, monkeypatch):
+    def failing(task):
+        bad = task.problem.n_obj == 3 and type(task.algorithm).__name__ == "NSGA2"
+        return Failure("ValueError: no") if bad and task.algorithm.pop_size == 10 else record(task)
+
+    monkeypatch.setattr("mgeo.studies.dispatch.run", failing)
+    message = "nsga2 10 on dtlz2: 2 of 2 runs failed, the first with ValueError: no"
+    with pytest.warns(FailedRunsWarning, match=f"^{message}$"):
+        run_study(parse_study(TWO, tmp_path), tmp_path, progress=False)
+    ranks = pd.read_csv(tmp_path / "ranks.csv").query("evaluations == 120 and variables == 0")
+    assert len(ranks) == 4
+    values = pd.read_csv(tmp_path / "values.csv").query("problem == 'dtlz2'")
+    assert (values["nsga2 10"] == -np.inf).all()
+    assert message in (tmp_path / "summary.md").read_text()
+    page = (tmp_path / "report.html").read_text()
+    assert message in page
+    assert "nsga2 10  \\u003cb\\u003e" in page  # in the figure
 
 
 def test_the_conclusions_name_the_best_its_rivals_and_what_points_say():
@@ -433,6 +455,23 @@ def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
     done = mgeo("mine.toml", "--jobs", 1, "--evaluations", 60)
     assert done.exit_code == 3
     assert "4 runs failed; the same command makes them again" in done.stderr
+
+
+def test_a_terminal_of_ascii_shows_all(mgeo, tmp_path):
+    text = ONE.replace("{name} {population}", "{name} σ = {population}")
+    (tmp_path / "mine.toml").write_text(text.replace("Two", "Größe"), encoding="utf-8")
+    ascii = CliRunner(charset="ascii")
+    small = ["study", "mine.toml", "--jobs", "1", "--seeds", "1", "--evaluations", "60"]
+    done = ascii.invoke(app, small)
+    assert done.exit_code == 0, done.output
+    assert r"nsga2 \u03c3 = 10" in done.stdout
+    assert "written: studies/mine/report.html" in done.stdout
+    dry = ascii.invoke(app, [*small, "--dry-run"])
+    assert dry.exit_code == 0, dry.output
+    assert r"Gr\xf6\xdfe" in dry.stdout
+    solved = ascii.invoke(app, ["solve", "cantilever", "--evaluations", "60", "--out", "größer"])
+    assert solved.exit_code == 0, solved.output
+    assert r"gr\xf6\xdfer" in solved.stdout
 
 
 @pytest.mark.parametrize(

@@ -69,6 +69,13 @@ def test_a_run_that_failed_or_found_nothing_reaches_no_target():
     assert np.isinf(found["c"]).all()
 
 
+def test_nobody_reaches_a_target_where_nobody_reached_anything():
+    nothing = results({("a", 1): [0.0, 0.0], ("b", 1): [0.0, 0.0]})
+    assert targets_reached({"p": nothing})["share"].tolist() == [0.0, 0.0]
+    both = targets_reached({"p": nothing, "q": results({("a", 1): [0.0, 1.0], ("b", 1): [0, 0]})})
+    assert both["share"].tolist() == [0.5, 0.0]
+
+
 def test_there_are_no_targets_without_a_hypervolume():
     made = results({("a", 1): [1.0]}, name="best_value")
     assert runtimes({"p": made}) == {}
