@@ -8,8 +8,9 @@ if TYPE_CHECKING:
     from mgeo_attitude.environment.environment import Environment
     from mgeo_attitude.estimation import Estimator, MonteCarlo, consistency, simulate, validity
     from mgeo_attitude.filter.evaluator import Evaluation, evaluate
+    from mgeo_attitude.filter.history import FilterHistory, filter_history
     from mgeo_attitude.filter.model import FilterModel
-    from mgeo_attitude.filter.reference import FilterHistory, reference_run
+    from mgeo_attitude.filter.reference import agreement, reference_run
     from mgeo_attitude.filter.suite import Suite
     from mgeo_attitude.flight import Telemetry, TelemetryMapping, fly, read_telemetry
     from mgeo_attitude.problem import AttitudeManeuverProblem
@@ -36,9 +37,11 @@ __all__ = [
     "SunSensor",
     "Telemetry",
     "TelemetryMapping",
+    "agreement",
     "calibrate",
     "consistency",
     "evaluate",
+    "filter_history",
     "fly",
     "read_telemetry",
     "reference_run",
@@ -54,7 +57,8 @@ _HOMES = {
     "mgeo_attitude.estimation": ("Estimator", "MonteCarlo", "consistency", "simulate", "validity"),
     "mgeo_attitude.filter.evaluator": ("Evaluation", "evaluate"),
     "mgeo_attitude.filter.model": ("FilterModel",),
-    "mgeo_attitude.filter.reference": ("FilterHistory", "reference_run"),
+    "mgeo_attitude.filter.history": ("FilterHistory", "filter_history"),
+    "mgeo_attitude.filter.reference": ("agreement", "reference_run"),
     "mgeo_attitude.filter.suite": ("Suite",),
     "mgeo_attitude.flight": ("Telemetry", "TelemetryMapping", "fly", "read_telemetry"),
     "mgeo_attitude.problem": ("AttitudeManeuverProblem",),

@@ -77,7 +77,7 @@ def test_usage_errors_are_one_line(run, arguments):
     ("line", "expected"),
     [
         ("mgeo att", ["attitude"]),
-        ("mgeo attitude ", ["show", "verify", "export", "fly", "calibrate", "schema"]),
+        ("mgeo attitude ", ["show", "verify", "export", "fly", "calibrate", "check", "schema"]),
         ("mgeo attitude show plan.json --pick ", ["knee", "fastest", "best"]),
         ("mgeo attitude verify plan.json --se", ["--seed"]),
     ],

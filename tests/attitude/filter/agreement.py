@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude import evaluate, reference_run
+from mgeo_attitude import evaluate, filter_history, reference_run
 
 
 def designs(rng, n, max_duration=2000.0):
@@ -44,3 +44,13 @@ def assert_agrees(model, X):
         n = len(history.times)
         np.testing.assert_allclose(variances[:n], history.sigma**2, rtol=1e-9)
         assert np.isnan(variances[n:]).all()
+
+
+def assert_same_history(model, x):
+    """`filter_history` is `reference_run`'s, but for rounding."""
+    found, expected = filter_history(model, x), reference_run(model, x)
+    assert found.converged == expected.converged
+    assert found.blocks == expected.blocks
+    for name in ("times", "trace", "sigma", "attitude", "covariance"):
+        one, other = getattr(found, name), getattr(expected, name)
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12 * np.abs(other).max())

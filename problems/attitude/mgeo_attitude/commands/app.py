@@ -39,6 +39,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo attitude calibrate telemetry.csv --scenario mine.toml --out calibration",
         "mgeo attitude calibrate telemetry.csv --plan plan.json --mapping columns.toml",
     ),
+    "check": ("mgeo attitude check mine.toml --plans 50",),
     "schema": ("mgeo attitude schema > scenario.schema.json",),
     "export": (
         "mgeo attitude export runs/first plan.json plan.uplink.csv --pick best",
@@ -354,6 +355,36 @@ def calibrate(
         output.print(f"wrote {file}")
     output.result(command.calibration_document(found, promised, files))
     raise typer.Exit(ExitCode.DONE if found.supported else ExitCode.INCOMPLETE)
+
+
+@app.command(epilog=epilog("check", EXAMPLES))
+def check(
+    scenario: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE.toml|PRESET", help="Satellite and orbit.", autocompletion=toml_files
+        ),
+    ],
+    plans: Annotated[int, typer.Option(min=1, help="Random plans, a second each.")] = 10,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the plans.")] = 1,
+    quiet: Quiet = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Check the compiled filter of a scenario against filterpy, on random plans.
+
+    If they differ, the exit code is 3.
+    """
+    from mgeo_attitude.commands import check as command
+    from mgeo_attitude.commands.calibrate import scenario_of
+
+    with bad_input(_USERS):
+        of = scenario_of(scenario, None)
+        found = command.compare_filters(of, plans, seed)
+    output = Output(quiet, json)
+    output.print(command.conclusion(of, found))
+    output.result(vars(found))
+    raise typer.Exit(ExitCode.DONE if command.agrees(found) else ExitCode.INCOMPLETE)
 
 
 @app.command(epilog=epilog("schema", EXAMPLES))

@@ -16,50 +16,62 @@ from numpy.typing import ArrayLike
 from scipy.linalg import block_diag, expm
 
 from mgeo_attitude._typing import Bools, Floats, Ints
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.filter.history import FilterHistory
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.attitude import attitudes
 
 
 @dataclass(frozen=True)
-class FilterHistory:
-    """A filter run from its start to convergence, n samples.
+class ReferenceHistory(FilterHistory):
+    """A `FilterHistory` by filterpy.
 
     Attributes
     ----------
-    times : array, shape (n,)
-        [s]
-    trace : array, shape (n,)
-        Weighted trace of the covariance.
-    sigma : array, shape (n, n_states)
-        1-sigma of every state.
-    attitude : array, shape (n, 3, 3)
-        GCRS to body.
     predicted_attitude : array, shape (n, 3, 3)
         Covariance of the attitude error [rad²], before the measurements of the sample.
-    covariance : array, shape (n_states, n_states)
-        Covariance at the end.
-    blocks : tuple of str
-        Names of the state's 3-vectors.
-    converged : bool
-        False where the run ended at the scenario's duration.
     """
 
-    times: Floats
-    trace: Floats
-    sigma: Floats
-    attitude: Floats
     predicted_attitude: Floats
-    covariance: Floats
-    blocks: tuple[str, ...]
-    converged: bool
-
-    @property
-    def t_end(self) -> float:
-        """First objective of equation (5) [s]."""
-        return float(self.times[-1])
 
 
-def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
+@dataclass(frozen=True)
+class Agreement:
+    """The compiled filter beside the reference, over some designs.
+
+    Attributes
+    ----------
+    designs : int
+    samples : int
+        At which all variances were compared.
+    same_end : bool
+        Whether every t_end is the same.
+    difference : float
+        Largest relative difference of a variance.
+    """
+
+    designs: int
+    samples: int
+    same_end: bool
+    difference: float
+
+
+def agreement(model: FilterModel, designs: ArrayLike) -> Agreement:
+    """Run designs, shape (n, 4 m), by `evaluate` and by `reference_run`."""
+    X = np.atleast_2d(np.asarray(designs, dtype=float))
+    found = evaluate(model, X, history=True)
+    same_end, difference, samples = True, 0.0, 0
+    for x, t_end, variances in zip(X, found.t_end, found.variances, strict=True):
+        run = reference_run(model, x)
+        n = min(len(run.times), round(t_end / model.step) + 1)
+        expected = run.sigma[:n] ** 2
+        same_end &= bool(t_end == run.t_end)
+        difference = max(difference, float(np.abs(variances[:n] / expected - 1.0).max()))
+        samples += n
+    return Agreement(len(X), samples, same_end, difference)
+
+
+def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
     """Run the filter of equations (2) to (4) over one design, shape (4 m,)."""
     plan = model.schedule(np.atleast_2d(np.asarray(design, dtype=float)))
     rates, starts, over = plan.rates[0], plan.starts[0], plan.over[0]
@@ -105,7 +117,7 @@ def reference_run(model: FilterModel, design: ArrayLike) -> FilterHistory:
         end = min(max(_converged_from(model, trace, sigma), over), end)
         converged, covariance = end < model.n_steps, covariances[end]
         trace, sigma, predicted = trace[: end + 1], sigma[: end + 1], predicted[: end + 1]
-    return FilterHistory(
+    return ReferenceHistory(
         times=model.times[: len(trace)],
         trace=np.array(trace),
         sigma=np.array(sigma),

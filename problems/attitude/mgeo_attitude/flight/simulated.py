@@ -9,8 +9,8 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
+from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.flight.flight import Draws, Flight, Motion, draw, fly_run
 from mgeo_attitude.flight.telemetry import Telemetry, Truth
 from mgeo_attitude.flight.truth import other_truth
@@ -91,7 +91,7 @@ def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
     if not scenario.maneuvers.slew_back:
         return design
     held = getattr(plan, "held_until", 0.0)
-    return Whole(scenario, model, design, reference_run(model, design).t_end, held).commanded
+    return Whole(scenario, model, design, float(evaluate(model, design).t_end[0]), held).commanded
 
 
 def sent_down(model: FilterModel, flight: Flight) -> Telemetry:

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from mgeo_attitude.filter.history import FilterHistory
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.reference import FilterHistory
 from mgeo_attitude.maneuvers.phases import phases
 from mgeo_attitude.observability.states import States
 
@@ -19,7 +19,7 @@ def contributions(model: FilterModel, design: ArrayLike, history: FilterHistory)
     ----------
     design : array_like, shape (4 m,)
     history : FilterHistory
-        The filter's run of that design (`reference_run`).
+        The filter's run of that design (`filter_history`).
 
     Returns
     -------

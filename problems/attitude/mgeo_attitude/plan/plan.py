@@ -17,7 +17,7 @@ from mgeo_attitude.accuracy import attitude_accuracy_deg, attitude_sigma_deg
 from mgeo_attitude.answers import answer, overrun, span
 from mgeo_attitude.describe import block_units
 from mgeo_attitude.fields import InvalidValue, Validated, quantity
-from mgeo_attitude.filter.reference import FilterHistory, reference_run
+from mgeo_attitude.filter.history import FilterHistory, filter_history
 from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.maneuvers.phases import HELD, Phase
 from mgeo_attitude.maneuvers.slew_back import SlewBack
@@ -38,8 +38,7 @@ class ManeuverPlan(Validated):
     asks for it, a slew back to the attitude law of the start follows.
 
     Equal plans have equal scenarios and designs; all else is computed from them when first asked
-    for, with the reference filter (about a second for two orbits). A plan may violate the
-    scenario's constraints: `violations` tells.
+    for. A plan may violate the scenario's constraints: `violations` tells.
 
     Parameters
     ----------
@@ -97,8 +96,8 @@ class ManeuverPlan(Validated):
 
     @cached_property
     def history(self) -> FilterHistory:
-        """The reference filter's run."""
-        return reference_run(self.problem.model, self.design)
+        """The filter's run."""
+        return filter_history(self.problem.model, self.design)
 
     @property
     def t_end(self) -> float:
@@ -260,8 +259,8 @@ class ManeuverPlan(Validated):
         """The scenario's constraints with their margins, one row per limit.
 
         Columns ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit``, ``margin``,
-        below zero where it is violated, and whether it is ``kept``. They are computed by the
-        optimizer's filter, not the reference; see `AttitudeManeuverProblem.limits`.
+        below zero where it is violated, and whether it is ``kept``; see
+        `AttitudeManeuverProblem.limits`.
         """
         (table,) = self.problem.limits([self.design])
         return table.assign(kept=table["margin"].to_numpy(float) >= 0.0)

@@ -1,0 +1,78 @@
+"""The compiled filter along one design, sample by sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.maneuvers.attitude import attitudes
+
+
+@dataclass(frozen=True)
+class FilterHistory:
+    """A filter run from its start to convergence, n samples.
+
+    Attributes
+    ----------
+    times : array, shape (n,)
+        [s]
+    trace : array, shape (n,)
+        Weighted trace of the covariance.
+    sigma : array, shape (n, n_states)
+        1-sigma of every state.
+    attitude : array, shape (n, 3, 3)
+        GCRS to body.
+    covariance : array, shape (n_states, n_states)
+        Covariance at the end.
+    blocks : tuple of str
+        Names of the state's 3-vectors.
+    converged : bool
+        False where the run ended at the scenario's duration.
+    """
+
+    times: Floats
+    trace: Floats
+    sigma: Floats
+    attitude: Floats
+    covariance: Floats
+    blocks: tuple[str, ...]
+    converged: bool
+
+    @property
+    def t_end(self) -> float:
+        """First objective of equation (5) [s]."""
+        return float(self.times[-1])
+
+
+def filter_history(model: FilterModel, design: ArrayLike) -> FilterHistory:
+    """The filter of equations (2) to (4) over one design, shape (4 m,).
+
+    `reference_run` gives the same by filterpy, in a hundred times as long.
+
+    Raises
+    ------
+    ValueError
+        If the covariance loses positivity, so that nothing follows from it.
+    """
+    found = evaluate(model, np.atleast_2d(np.asarray(design, dtype=float)), 1, True, True)
+    t_end = found.t_end[0]
+    if np.isnan(t_end):
+        raise ValueError(f"design {np.ravel(design).tolist()}: its covariance loses positivity")
+    n = round(t_end / model.step) + 1
+    variances, plan = found.variances[0, :n], found.plan
+    return FilterHistory(
+        times=model.times[:n],
+        trace=variances @ model.weights,
+        sigma=np.sqrt(variances),
+        attitude=attitudes(
+            plan.rates[0], plan.starts[0], n - 1, model.step, model.initial_attitude
+        ),
+        covariance=found.covariance[0],
+        blocks=model.suite.blocks,
+        converged=bool(t_end < model.longest),
+    )

@@ -1,0 +1,52 @@
+"""The compiled filter's history is filterpy's, and `agreement` tells when it is not."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import FilterModel, agreement, evaluate, filter_history
+from mgeo_attitude.filter import reference
+from mgeo_attitude.scenario import Convergence
+
+from .agreement import assert_same_history, designs, special_designs
+
+
+@pytest.mark.parametrize("rule", ["trace", "settling", "required"])
+def test_a_history_is_that_of_the_reference(rule, short):
+    scenario = dataclasses.replace(
+        short,
+        convergence=dataclasses.replace(short.convergence, rule=rule),
+        required_sigma={"attitude_deg": 1.0},
+    )
+    model, rng = FilterModel.from_scenario(scenario), np.random.default_rng(5)
+    for x in [*special_designs(rng)[:4], *designs(rng, 2, 300.0)]:
+        assert_same_history(model, x)
+
+
+def test_a_run_that_does_not_converge_says_so(short):
+    model = FilterModel.from_scenario(
+        dataclasses.replace(short, convergence=Convergence(window=short.duration))
+    )
+    history = filter_history(model, [0.1] * 12)
+    assert not history.converged
+    assert history.t_end == short.duration
+    assert_same_history(model, [0.1] * 12)
+
+
+def test_filters_of_other_models_do_not_agree(short, monkeypatch):
+    """What `agreement` finds is real: another noise is another covariance, and another end."""
+    model = FilterModel.from_scenario(short)
+    X = designs(np.random.default_rng(6), 2, 300.0)
+    found = agreement(model, X)
+    assert found.same_end
+    assert found.difference < 1e-9
+    assert found.samples > 2 * 60
+    noisy = dataclasses.replace(
+        short.gyro,
+        angle_random_walk_deg_per_sqrt_h=9.0 * short.gyro.angle_random_walk_deg_per_sqrt_h,
+    )
+    other = FilterModel.from_scenario(dataclasses.replace(short, gyro=noisy))
+    monkeypatch.setattr(reference, "evaluate", lambda _, *a, **k: evaluate(other, *a, **k))
+    found = agreement(model, X)
+    assert not found.same_end
+    assert found.difference > 0.01
