@@ -34,7 +34,7 @@ OF_ATTITUDE = {
     "filter": {"scenario", "sensors", "environment", "maneuvers"},
 }
 #: What stands beside the rooms, and any of them may import.
-SINGLE = {"_typing", "_validation", "constants", "files", "rotation", "units", "vector"}
+SINGLE = {"_foreign", "_typing", "_validation", "constants", "files", "rotation", "units", "vector"}
 
 
 @pytest.mark.parametrize(

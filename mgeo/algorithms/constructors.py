@@ -9,6 +9,8 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from mgeo._foreign import foreign
+
 F = TypeVar("F", bound=Callable[..., None])
 
 _SHORT = reprlib.Repr()
@@ -84,7 +86,8 @@ def arguments(algorithm: Any, root: type, leave_out: Collection[str]) -> dict[st
     for _ in ("its own", "inherited"):
         try:
             given |= {key: getattr(algorithm, key) for key in sorted(wanted)}
-            again = cls(**given)
+            with foreign():
+                again = cls(**given)
         except Exception as error:  # of foreign constructors: it may raise anything
             raise TypeError(f"{refused}: {why or error}") from error
         wanted = frozenset(

@@ -172,8 +172,6 @@ def solve(
         )
         persistence = RunPersistence(folder, run.configuration, run.algorithm, record=record)
         check_folder(folder, overwrite=overwrite)
-        if not dry_run:
-            folder.mkdir(parents=True, exist_ok=True)
     output = Output(quiet, json)
     if run.problem.requires_kwargs and not robust and algorithm != ROBUST:
         output.note(

@@ -7,6 +7,7 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from mgeo._foreign import foreign
 from mgeo.cli.errors import ended
 from mgeo.plugins.discovery import COMMANDS, PluginError, find_plugin, installed_plugins
 
@@ -23,8 +24,8 @@ class Commands(TyperGroup):
             return super().parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        """Read the command's own words and do it."""
-        with ended(ctx):
+        """Read the command's own words and do it; it ends by returning or `typer.Exit`."""
+        with ended(ctx), foreign():
             return super().invoke(ctx)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from mgeo._foreign import foreign
 from mgeo.cli.output import Output
 from mgeo.plugins.discovery import Plugin, installed_plugins, load_problem, preset_names
 from mgeo.plugins.protocol import problem_size
@@ -35,6 +36,7 @@ def _described(plugin: Plugin) -> dict[str, Any]:
         "presets": preset_names(plugin.name),
     }
     try:
-        return known | problem_size(load_problem(plugin.name)) | {"error": None}
+        with foreign():
+            return known | problem_size(load_problem(plugin.name)) | {"error": None}
     except Exception as error:  # foreign code: one broken plugin must not hide the others
         return known | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mgeo.cli.errors import bad_input
 from mgeo.cli.output import Output
-from mgeo.files.atomic import write_file, write_files
+from mgeo.files.atomic import check_writable, write_file, write_files
 from mgeo.report import StaticExportError, report_html, static_figures
 
 REPORT_FILE = "report.html"
@@ -43,6 +43,8 @@ def write_report(
             raise ValueError(f"--out {path}: expected a name that ends in .html")
         if out and not out.parent.is_dir():
             raise FileNotFoundError(f"--out {out}: there is no folder {out.parent}")
+        if path.parent.is_dir():
+            check_writable(path.parent)
         if path.is_dir():
             raise IsADirectoryError(f"{path} is a folder: expected a file, or none yet")
         if formats and figures.exists() and not figures.is_dir():

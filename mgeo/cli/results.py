@@ -55,8 +55,13 @@ def print_results(
     found: Findings,
     persistence: RunPersistence,
     output: Output,
+    *,
+    written: bool = True,
 ) -> None:
-    """The answer, or a way out of a dead end, then the size of the run, solutions and files."""
+    """The answer, or a way out of a dead end, then the size of the run, solutions and files.
+
+    Of a run that could not be `written` no files are told.
+    """
     if found.answer is not None:
         output.print(plain(found.answer, "bold"))
     if found.dead_end is not None:
@@ -75,17 +80,22 @@ def print_results(
         output.print("no feasible solution was found")
     elif len(outcome.F) and output.for_people:
         output.print(_solutions(problem, outcome))
-    picture = persistence.folder / FIGURE_FILE
-    output.print(f"written: {picture if picture.exists() else persistence.folder}")
+    if written:
+        picture = persistence.folder / FIGURE_FILE
+        output.print(f"written: {picture if picture.exists() else persistence.folder}")
     if persistence.error is not None:
         output.print(f"no checkpoint: {persistence.error}")
     elif outcome.status == "interrupted" and persistence.can_resume:
         output.print(f"to go on: mgeo resume {persistence.folder}")
 
 
-def document(made: Run, found: Findings, persistence: RunPersistence) -> dict[str, Any]:
-    """What ``--json`` prints."""
-    names = (FRONT_FILE, RUN_FILE, NEAREST_FILE, FIGURE_FILE, CHECKPOINT_FILE, RECORD_FOLDER)
+def document(
+    made: Run, found: Findings, persistence: RunPersistence, *, written: bool = True
+) -> dict[str, Any]:
+    """What ``--json`` prints; of a run that could not be `written` other files may be there."""
+    names = [CHECKPOINT_FILE, RECORD_FOLDER]
+    if written:
+        names = [FRONT_FILE, RUN_FILE, NEAREST_FILE, FIGURE_FILE, *names]
     return {
         "folder": str(persistence.folder),
         "files": [name for name in names if (persistence.folder / name).exists()],

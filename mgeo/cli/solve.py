@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import tempfile
 import warnings
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
-from mgeo.cli.errors import ExitCode, bad_input
+from mgeo.cli.errors import ExitCode, Refused, bad_input
 from mgeo.cli.output import Output
 from mgeo.cli.progress import Progress, run_title
 from mgeo.cli.results import Findings, document, print_results
 from mgeo.cli.signals import stop_requests
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures import MOST_OBJECTIVES, MOST_TEXTS, front_figure, page
-from mgeo.files.atomic import write_file
+from mgeo.files.atomic import check_writable, write_file
 from mgeo.files.lock import lock
 from mgeo.plugins import protocol
 from mgeo.runs.folder import (
@@ -29,6 +30,8 @@ from mgeo.runs.prepare import PreparedRun
 from mgeo.runs.resume import resume_run
 from mgeo.runs.solve import Outcome
 from mgeo.terminal import console
+
+_GO_ON = "To go on once that is put right: mgeo resume {}"
 
 
 def resumed(folder: Path, output: Output, **options: Any) -> tuple[PreparedRun, RunPersistence]:
@@ -56,9 +59,13 @@ def run_to_folder(
     # until everything is written: impatience must not cost a run, nor another run its files
     with ExitStack() as stack, stop_requests() as stop:
         with bad_input():
+            if not folder.exists():
+                stack.callback(_remove_if_empty, folder)  # once the lock is released
+            folder.mkdir(parents=True, exist_ok=True)
             stack.enter_context(lock(folder))
             # another run may have ended there since somebody looked
             check_folder(folder, overwrite=overwrite)
+            check_writable(folder)
         seen = None if output.quiet else console(stderr=True)
         progress = Progress(seen, run_title(run.configuration), stop, persistence)
         try:
@@ -67,25 +74,49 @@ def run_to_folder(
                 outcome = run.solve(progress, persistence)
         except BaseException as error:
             persistence.drop_if_useless()
-            with suppress(OSError):  # a folder with something in it stays
-                folder.rmdir()
-            if persistence.can_resume and isinstance(error, EvaluationError):
-                output.note(f"To go on once that is put right: mgeo resume {folder}")
+            if persistence.can_resume and isinstance(error, EvaluationError | Refused):
+                output.note(_GO_ON.format(folder))
             raise
         made = Run(run.configuration, outcome, installed_versions(run.configuration.problem))
-        with bad_input():
-            # the folder was checked before the run: whatever is in it now may be replaced
-            write_run(folder, made, overwrite=True)
-        html = _front_page(run, outcome)
-        with bad_input():
-            if html is not None:
-                write_file(folder / FIGURE_FILE, html.encode())
+        written, failed = False, None
+        try:
+            with bad_input():
+                # the folder was checked before the run: whatever is in it now may be replaced
+                write_run(folder, made, overwrite=True)
+                written = True
+                html = _front_page(run, outcome)
+                if html is not None:
+                    write_file(folder / FIGURE_FILE, html.encode())
+        except Refused as error:  # what was found is told all the same
+            failed = error
     found = Findings.of(run.problem, outcome, remarks=output.json or not output.quiet)
-    print_results(run.problem, outcome, found, persistence, output)
-    output.result(document(made, found, persistence))
+    print_results(run.problem, outcome, found, persistence, output, written=written)
+    output.result(document(made, found, persistence, written=written))
+    if not written:
+        output.note(_still_to_be_had(made, persistence))
+    if failed is not None:
+        raise failed
     if outcome.status == "interrupted":
-        return stop.exit_code
+        return stop.exit_code or ExitCode.INTERRUPTED
     return ExitCode.DONE if len(outcome.F) else ExitCode.INCOMPLETE
+
+
+def _still_to_be_had(made: Run, persistence: RunPersistence) -> str:
+    """Of a run that could not be written: its checkpoint, or else a copy on another disk."""
+    if persistence.can_resume:
+        return _GO_ON.format(persistence.folder)
+    with suppress(OSError):
+        place = Path(tempfile.mkdtemp(prefix="mgeo-"))
+        with ExitStack() as stack:
+            stack.callback(_remove_if_empty, place)
+            write_run(place, made)
+            return f"The run was written into {place} instead"
+    return "The run could not be written elsewhere either"
+
+
+def _remove_if_empty(folder: Path) -> None:
+    with suppress(OSError):  # one with something in it stays
+        folder.rmdir()
 
 
 def _front_page(run: PreparedRun, outcome: Outcome) -> str | None:

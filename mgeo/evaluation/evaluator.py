@@ -41,7 +41,8 @@ class TolerantEvaluator(Evaluator):
     constraint likewise, so that every candidate that succeeded dominates it. Either way it is
     marked: ``individual.get("failed")`` is True.
 
-    KeyboardInterrupt and SystemExit are no failures and always end the run.
+    So it does when the problem raises SystemExit, as `sys.exit` does. A KeyboardInterrupt, and what
+    a signal's handler raises, are no failures and always end the run.
 
     Parameters
     ----------

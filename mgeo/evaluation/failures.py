@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem, default_shape
 
+from mgeo._foreign import foreign
+
 Values = dict[str, NDArray[Any]]
 _LONGEST = 200  # characters of a cause
 _BATCH = ("evaluate", "do", "_evaluate_elementwise")  # what pymoo takes a batch through
@@ -85,7 +87,8 @@ def attempt(
 
 def _by_halves(evaluate: Callable[[NDArray[Any]], Part], X: NDArray[Any]) -> list[Part | Failure]:
     try:
-        return [evaluate(X)]
+        with foreign():
+            return [evaluate(X)]
     except Exception as error:  # whatever a problem raises: foreign code
         if len(X) == 1:
             return [Failure.of(error)]
@@ -153,7 +156,8 @@ def _guarded(problem: Problem) -> tuple[Problem, dict[int, Failure]]:
 def _evaluated(f: Any, x: Any) -> dict[str, Any] | Failure:
     """One element, evaluated wherever the runner takes it; an exception comes back as text."""
     try:
-        out: dict[str, Any] = f(x)
+        with foreign():
+            out: dict[str, Any] = f(x)
     except Exception as error:  # whatever a problem raises: foreign code
         return Failure.of(error)
     return out

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import re
 import secrets
 import stat
-from collections.abc import Mapping
-from contextlib import suppress
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+_PROBE = 2**16  # bytes that must have room: tables of a small front
 
 
 def write_file(path: Path | str, content: bytes) -> None:
@@ -48,18 +52,38 @@ def write_files(folder: Path | str, contents: Mapping[str, bytes]) -> None:
             temporary = folder / f".{name}.{secrets.token_hex(8)}.tmp"
             staged[temporary] = folder / name
             # "x": never write into a file (or through a link) that somebody else put there
-            with temporary.open("xb") as file:
+            with _named(folder / name), temporary.open("xb") as file:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
         for temporary, path in staged.items():
-            os.replace(temporary, path)
+            with _named(path):
+                os.replace(temporary, path)
     except BaseException:  # an interrupt must not leave temporary files either
         for temporary in staged:
             with suppress(OSError):
                 temporary.unlink(missing_ok=True)
         raise
     _sync_folder(folder)
+
+
+def check_writable(folder: Path | str) -> None:
+    """Refuse a folder into which nothing can be written, or a full disk, before hours of work.
+
+    Of one that is not there yet the nearest folder above it is tried.
+
+    Raises
+    ------
+    OSError
+        Naming the folder.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        folder = next(parent for parent in folder.absolute().parents if parent.is_dir())
+    with _named(folder), tempfile.TemporaryFile(dir=folder) as file:
+        file.write(bytes(_PROBE))
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def to_npz(arrays: Mapping[str, NDArray[Any]]) -> bytes:
@@ -82,6 +106,15 @@ def remove_leftovers(path: Path | str) -> None:
             entry.unlink(missing_ok=True)
 
 
+@contextmanager
+def _named(path: Path | str) -> Iterator[None]:
+    """Errors name what was to be written: a full disk's name nothing."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
+
+
 def _check_replaceable(path: Path) -> None:
     # taking the name of a device, /dev/null say, would spoil it for everybody
     with suppress(FileNotFoundError):
@@ -99,5 +132,8 @@ def _sync_folder(folder: Path) -> None:
         return
     try:
         os.fsync(descriptor)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # of file systems that cannot sync a folder
+            raise
     finally:
         os.close(descriptor)

@@ -41,6 +41,7 @@ from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mgeo._foreign import foreign
 from mgeo.benchmarks.collections import build_benchmark, is_benchmark
 
 if TYPE_CHECKING:
@@ -86,7 +87,8 @@ class Plugin:
         if self.distribution:
             label += f" of {self.distribution} {self.version}"
         try:
-            loaded = self.entry_point.load()
+            with foreign():
+                loaded = self.entry_point.load()
         except Exception as error:  # whatever a foreign module raises while it is imported
             raise PluginError(f"{label} does not load: {type(error).__name__}: {error}") from error
         if not is_valid(loaded):
@@ -205,7 +207,8 @@ def read_files(name: str, options: dict[str, Any], folder: Path) -> dict[str, An
     if reader is None:
         return options
     try:
-        given = reader(options, folder)
+        with foreign():
+            given = reader(options, folder)
     except Exception as error:  # whatever foreign code raises
         if isinstance(error, ValueError | OSError):
             raise
@@ -230,7 +233,8 @@ def built(name: str, build: Callable[[], Any]) -> Problem:
     from pymoo.core.problem import Problem
 
     try:
-        problem = build()
+        with foreign():
+            problem = build()
     except Exception as error:  # whatever foreign code raises
         if isinstance(error, ValueError | TypeError | OSError) and type(error) is not TypeError:
             raise  # the plugin's own words on an option; a bare TypeError is mostly Python's

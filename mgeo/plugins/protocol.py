@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mgeo._foreign import foreign
 from mgeo._typing import FloatArray
 from mgeo.evaluation.individuals import variable_names
 from mgeo.plugins.discovery import PluginError
@@ -239,8 +240,9 @@ def _ask(
         return None
     owner = f"of problem {type(problem).__name__}"
     try:
-        given = method(*arguments)
-        given = list(given) if isinstance(given, Iterator) else given
+        with foreign():
+            given = method(*arguments)
+            given = list(given) if isinstance(given, Iterator) else given
     except Exception as error:  # whatever a problem raises: foreign code
         raised = f"{type(error).__name__}: {error}".removesuffix(": ")
         raise PluginError(f"{name} {owner} raised {raised}") from error

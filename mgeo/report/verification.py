@@ -16,11 +16,11 @@ from typing import Any
 
 from pymoo.core.problem import Problem
 
-from mgeo.files.reading import entry, errors_of, read_json
+from mgeo.files.reading import errors_of, read_json
 from mgeo.plugins import protocol
 from mgeo.plugins.identity import difference
 from mgeo.runs.folder import Run
-from mgeo.runs.persistence import VERIFICATION_FILES
+from mgeo.runs.verification import ABOUT, VERIFICATION_FILES, check_form
 
 _LONGEST = 200  # characters of a difference, which may quote a whole list
 
@@ -47,8 +47,8 @@ def verifications(
     for path in sorted(folder.glob(VERIFICATION_FILES)):
         found = read_json(path)
         with errors_of(path):
-            _check_form(found)
-        missing = [key for key in (*solved, "design") if key not in found]
+            check_form(found)
+        missing = [key for key in ABOUT if key not in found]
         why_ignored = ""
         if missing:
             why_ignored = f"it does not say what it is about, its {' and '.join(missing)}"
@@ -57,13 +57,3 @@ def verifications(
         elif found["design"] not in solutions:
             why_ignored = "its design is no solution of this front"
         yield path.name, why_ignored, found
-
-
-def _check_form(found: Any) -> None:
-    for key in ("title", "conclusion"):
-        entry(found, key, str)
-    n = len(entry(found, "columns", list[str]))
-    for i, row in enumerate(entry(found, "rows", list)):
-        kept = isinstance(row, list) and len(row) == n
-        if not (kept and all(isinstance(cell, str | int | float) for cell in row)):
-            raise ValueError(f"rows[{i}] = {row!r:.80}: expected {n} numbers or strings")

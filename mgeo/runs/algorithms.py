@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from mgeo._foreign import foreign
 from mgeo._validation import did_you_mean, validate_integer
 from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
@@ -171,7 +172,8 @@ def _class(name: str) -> Any:
 
 def _built(name: str, cls: Any, parameters: Mapping[str, Any]) -> Algorithm:
     try:
-        algorithm: Algorithm = cls(**parameters)
+        with foreign():
+            algorithm: Algorithm = cls(**parameters)
     except Exception as error:  # whatever foreign code raises
         if isinstance(error, ValueError) or issubclass(cls, ExtremalOptimization):
             raise  # its own words on a parameter

@@ -19,6 +19,7 @@ import numpy as np
 
 from mgeo.benchmarks.collections import distributions, is_benchmark
 from mgeo.files.atomic import write_files
+from mgeo.files.lock import LOCK_FILE
 from mgeo.files.models import checked
 from mgeo.files.reading import entry, errors_of, read_json
 from mgeo.files.tables import read_numbers, to_csv
@@ -58,7 +59,8 @@ def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(f"{folder} is a file: expected a folder to write the run into")
-    if not overwrite and folder.exists() and any(folder.iterdir()):
+    found = {path.name for path in folder.iterdir()} if folder.exists() else set()
+    if not overwrite and found - {LOCK_FILE}:
         unfinished = (folder / CHECKPOINT_FILE).exists() and not (folder / RUN_FILE).exists()
         raise FileExistsError(
             f"{folder} is not empty: choose another folder or allow --overwrite"

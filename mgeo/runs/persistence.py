@@ -17,11 +17,9 @@ from mgeo.persistence import record_file
 from mgeo.persistence.checkpoint import Checkpoint
 from mgeo.persistence.recorder import Recorder
 from mgeo.runs.configuration import RunConfiguration
+from mgeo.runs.verification import remove_verifications
 
 CHECKPOINT_FILE, RECORD_FOLDER = "run.checkpoint", "evaluations"
-
-#: Files in which a problem's own tools prove a solution of the front, see `mgeo.report`.
-VERIFICATION_FILES = "verification*.json"
 
 
 class Notes(Table):
@@ -108,26 +106,33 @@ class RunPersistence:
             The one that runs.
         notes
             Gives ``started``, ``wall_time_s``, ``seen`` and ``nearest`` of `Notes` as JSON values.
+
+        Raises
+        ------
+        OSError
+            If not even the first checkpoint can be written; what was there is unchanged then.
         """
         self._algorithm = algorithm
-        begins = self._began = (algorithm.n_iter or 1) == 1
-        if begins:
-            for file in self.folder.glob(VERIFICATION_FILES):
-                file.unlink(missing_ok=True)
+        begins = (algorithm.n_iter or 1) == 1
         callbacks: list[Any] = []
-        if self.record:
-            self._recorder = Recorder(self.folder / RECORD_FOLDER, overwrite=begins)
-            callbacks.append(self._recorder)
-        elif begins:
-            record_file.remove(self.folder / RECORD_FOLDER)
         if isinstance(algorithm, ExtremalOptimization):
             own = {"configuration": self._configuration.model_dump(), "record": self.record}
             self._checkpoint = Checkpoint(self.path, notes=lambda: own | notes(), warn=False)
             callbacks.append(self._checkpoint)
             if begins:
                 self._checkpoint.write(algorithm)
+                if self._checkpoint.error is not None:  # nor would it be better at the end
+                    raise self._checkpoint.error
         elif begins:
             self.path.unlink(missing_ok=True)
+        self._began = begins
+        if begins:
+            remove_verifications(self.folder)
+        if self.record:
+            self._recorder = Recorder(self.folder / RECORD_FOLDER, overwrite=begins)
+            callbacks.insert(0, self._recorder)
+        elif begins:
+            record_file.remove(self.folder / RECORD_FOLDER)
         algorithm.callback = CallbackCollection(*callbacks)
 
     def end(self) -> None:

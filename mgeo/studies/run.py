@@ -17,6 +17,7 @@ from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
+from mgeo._foreign import foreign
 from mgeo.pareto.archive import ParetoArchive
 from mgeo.pareto.dominance import not_weakly_dominated
 from mgeo.runs.solve import set_up
@@ -53,7 +54,8 @@ class Failure:
 def run(task: Task) -> Record | Failure:
     """Make it; what it raises is returned, so that other runs go on."""
     try:
-        return record(task)
+        with foreign():
+            return record(task)
     except Exception as error:  # foreign code: it may raise anything
         return Failure(told(error))
 

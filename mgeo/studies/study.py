@@ -11,7 +11,7 @@ import pandas as pd
 from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import LIBRARY
-from mgeo.files.atomic import write_files
+from mgeo.files.atomic import check_writable, write_files
 from mgeo.studies.claim import check, claim
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import failures
@@ -59,12 +59,15 @@ def run_study(
     ------
     ValueError, TypeError
         If a problem or an algorithm cannot be built, or the folder belongs to another study.
+    OSError
+        If the folder cannot be written; that is tried before any run is made.
     NothingToCompareError
         If all runs of a problem failed, or none found a feasible solution; the others are done.
     """
     folder = Path(folder)
     built = build(study)
     check(folder, study)
+    check_writable(folder)
     comparisons: dict[str, Comparison] = {}
     without: list[str] = []
     failed: list[str] = []

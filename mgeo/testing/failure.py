@@ -6,6 +6,8 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mgeo._foreign import foreign
+
 
 class CheckError(AssertionError):
     """A plugin breaks a rule; the message names the rule, what was expected and what was found."""
@@ -31,7 +33,8 @@ def require_equal(found: ArrayLike, expected: ArrayLike, rule: str, rtol: float 
 def no_error(rule: str) -> Iterator[None]:
     """Turn whatever a plugin raises into a `CheckError` that says what was being checked."""
     try:
-        yield
+        with foreign():
+            yield
     except CheckError:
         raise
     except Exception as error:  # the plugin is foreign code: it may raise anything

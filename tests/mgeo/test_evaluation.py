@@ -1,10 +1,13 @@
 """Candidates that fail cost themselves only, whatever way they fail."""
 
 import os
+import signal
+import sys
 import threading
 import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from multiprocessing.pool import ThreadPool
 
 import numpy as np
 import pytest
@@ -69,6 +72,8 @@ class Element(ElementwiseProblem):
                 raise KeyboardInterrupt
             if self.way == "exit":
                 raise SystemExit(3)
+            if self.way == "close":
+                raise GeneratorExit
             out["G" if self.way == "nan G" else "F"] = {
                 "nan": [1.0, np.nan],
                 "inf": [-np.inf, 1.0],
@@ -151,10 +156,34 @@ def test_any_pymoo_runner_is_guarded():
     assert problem.calls == len(population)
 
 
-@pytest.mark.parametrize(("way", "error"), [("interrupt", KeyboardInterrupt), ("exit", SystemExit)])
-def test_what_ends_a_program_is_never_swallowed(way, error):
-    with pytest.raises(error):
-        TolerantEvaluator().eval(Element(way), candidates())
+def test_what_ends_a_program_is_never_swallowed(monkeypatch):
+    with pytest.raises(KeyboardInterrupt):
+        TolerantEvaluator().eval(Element("interrupt"), candidates())
+
+    class Signaled(Element):
+        def _evaluate(self, x, out, *args, **kwargs):
+            signal.raise_signal(signal.SIGUSR1)
+
+    previous = signal.signal(signal.SIGUSR1, lambda number, frame: sys.exit(3))
+    try:
+        with pytest.raises(SystemExit):
+            TolerantEvaluator().eval(Signaled(), candidates())
+    finally:
+        signal.signal(signal.SIGUSR1, previous)
+
+
+@pytest.mark.parametrize("way", ["exit", "close"])
+@pytest.mark.parametrize("wrap", [StarmapParallelization, None])
+def test_an_exit_costs_the_candidate_that_asks_for_it(way, wrap):
+    """Also in a pool of threads, which would wait forever for what a dead one owes it."""
+    with ThreadPool(2) as pool:
+        more = {"elementwise_runner": wrap(pool.starmap)} if wrap else {}
+        population, evaluator = candidates(), TolerantEvaluator(warn=False)
+        evaluator.eval(Element(way, **more), population)
+    assert_only_culprits_failed(population, evaluator)
+    (cause,) = evaluator.causes
+    raised = {"exit": "SystemExit(3)", "close": "GeneratorExit()"}[way]
+    assert cause == f"ExitError: {raised} was raised"
 
 
 @pytest.mark.parametrize("way", ["raise", "nan", "interrupt", "exit"])
@@ -163,7 +192,7 @@ def test_a_problem_has_after_an_evaluation_what_it_had_before_and_its_own_counts
     before = dict(vars(problem))
     try:
         TolerantEvaluator().eval(problem, population)
-    except (KeyboardInterrupt, SystemExit):
+    except KeyboardInterrupt:
         evaluated = next(i for i, x in enumerate(population.get("X")) if culprit(x)) + 1
     else:
         evaluated = len(population)

@@ -48,6 +48,24 @@ def test_initial_errors_too_large_for_a_linear_covariance_are_a_note(run, tmp_pa
     assert found.stderr.count("\n") == 1
 
 
+def test_a_full_disk_is_told_before_the_flights_or_costs_the_file_alone(
+    run, folder, tmp_path, monkeypatch
+):
+    def full(*arguments):
+        raise OSError(28, "No space left on device", str(arguments[0]))
+
+    arguments = ("verify", folder, "--runs", "2", "--out", tmp_path / "found.json")
+    with monkeypatch.context() as changed:
+        changed.setattr("mgeo.files.atomic.write_file", full)
+        done = run(*arguments, code=2)
+    assert "2 simulated flights" in done.stdout
+    assert done.stderr.endswith(f"No space left on device: '{tmp_path / 'found.json'}'\n")
+    monkeypatch.setattr("mgeo_attitude.commands.files.check_writable", full)
+    done = run(*arguments, code=2)
+    assert (done.stdout, done.stderr.count("\n")) == ("", 1)
+    assert done.stderr.endswith(f"No space left on device: '{tmp_path}'\n")
+
+
 @pytest.mark.slow
 def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path):
     found = verify(front.plan("best"), n_runs=3, seed=2)

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from mgeo.files.atomic import write_file, write_files
+from mgeo.files.atomic import check_writable, write_file, write_files
 
 LIMIT = 1 << 20
 
@@ -43,10 +43,25 @@ def test_a_disk_error_leaves_the_folder_as_it_was(tmp_path, small_disk):
     with pytest.raises(OSError, match="too large") as caught:
         write_files(tmp_path, {"a": b"new a", "b": b"x" * (2 * LIMIT)})
     assert caught.value.errno == errno.EFBIG
+    assert caught.value.filename == str(tmp_path / "b")
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {
         "a": b"old a",
         "b": b"old b",
     }
+
+
+@pytest.mark.parametrize("limit", [0, 1000])
+def test_a_folder_without_room_is_told_before_anything_is_made(tmp_path, limit):
+    check_writable(tmp_path)
+    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, hard))
+    try:
+        for folder in (tmp_path, tmp_path / "none" / "below"):
+            with pytest.raises(OSError, match=rf"too large: '{tmp_path}'"):
+                check_writable(folder)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_interrupt_leaves_no_temporary_file(tmp_path, monkeypatch):

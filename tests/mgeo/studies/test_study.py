@@ -147,6 +147,16 @@ def test_what_cannot_be_built_is_found_before_any_run(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_a_folder_that_cannot_be_written_is_found_before_any_run(tmp_path, monkeypatch):
+    def full(folder):
+        raise OSError(28, "No space left on device", str(folder))
+
+    monkeypatch.setattr("mgeo.studies.study.check_writable", full)
+    monkeypatch.setattr("mgeo.studies.study.compare", lambda *arguments, **options: 1 / 0)
+    with pytest.raises(OSError, match="No space left on device"):
+        run_study(parse_study(TWO, tmp_path), tmp_path / "out", progress=False)
+
+
 def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypatch):
     def failing(task):
         return record(task) if task.problem.n_obj == 3 else Failure("ValueError: no")

@@ -148,10 +148,11 @@ def verify(
         for warning in told:
             output.note(f"Note: {warning.message}")
         document = verification_document(picked, found, seed)
-        if out:
-            write_file(out, f"{json_text(document)}\n".encode())
     print_verification(picked, found, output)
     output.result(document)
+    with bad_input():
+        if out:
+            write_file(out, f"{json_text(document)}\n".encode())
     holds = found.achieved and not document["violations"]
     raise typer.Exit(ExitCode.DONE if holds else ExitCode.INCOMPLETE)
 
@@ -348,12 +349,16 @@ def calibrate(
         read = TelemetryMapping.from_toml(mapping) if mapping else None
         found = calibrated(command.scenario_of(scenario, flown), telemetry, read)
         promised = found.compare(flown) if flown else None
-        files = command.write_calibration(found, promised, out) if out else []
     output = Output(quiet, json)
     command.print_calibration(found, promised, picked, output)
-    for file in files:
-        output.print(f"wrote {file}")
-    output.result(command.calibration_document(found, promised, files))
+    files: list[str] = []
+    try:
+        with bad_input():
+            files += command.write_calibration(found, promised, out) if out else []
+        for file in files:
+            output.print(f"wrote {file}")
+    finally:  # what was found is told all the same
+        output.result(command.calibration_document(found, promised, files))
     raise typer.Exit(ExitCode.DONE if found.supported else ExitCode.INCOMPLETE)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from mgeo.cli.output import Output
-from mgeo.files.atomic import write_files
+from mgeo.files.atomic import check_writable, write_files
 from mgeo.runs.scenario import read_scenario
 from mgeo.terminal import plain
 from mgeo_attitude.calibration import Calibration, to_json
@@ -62,6 +62,8 @@ def check_folder(folder: Path, overwrite: bool) -> None:
         check_targets([folder / name for name in FILES], overwrite)
     elif folder.exists() or folder.is_symlink():
         raise FileExistsError(f"{folder} is no folder: choose another name")
+    else:
+        check_writable(folder)
 
 
 def write_calibration(

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from mgeo.files.atomic import check_writable
 from mgeo.runs.limits import nearest_kept
 from mgeo_attitude.answers import span, within
 from mgeo_attitude.plan import ManeuverPlan, read_front, read_json
@@ -99,6 +100,7 @@ def check_targets(
             raise FileExistsError(f"{path} exists: choose another name or allow --overwrite")
         if not path.parent.is_dir():
             raise FileNotFoundError(f"there is no folder {path.parent}")
+        check_writable(path.parent)
 
 
 def check_constraints(picked: Picked, force: bool) -> None:

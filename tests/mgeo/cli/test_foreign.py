@@ -1,0 +1,100 @@
+"""Problems and plugins that end the program, or print, while a command is under way."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from ..plugins.test_discovery import claim
+
+SOLVE = ("solve", "leaver", "--algorithm", "nsga2", "--evaluations", 300, "--out", "a")
+
+MODULE = """
+import ctypes, os, sys, threading
+from stand_in import Cantilever
+
+class Leaver(Cantilever):
+    def _evaluate(self, X, out, *args, **kwargs):
+        super()._evaluate(X, out, *args, **kwargs)
+        if {when}:
+            {what}
+
+    def describe(self, X):
+        {in_describe}
+        return super().describe(X)
+"""
+
+
+@pytest.fixture
+def leaver(mgeo, tmp_path, monkeypatch):
+    """Makes the problem of this name do something when it is evaluated, or described."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def make(what="pass", when="True", in_describe="pass", before=""):
+        monkeypatch.delitem(sys.modules, "leaver", raising=False)
+        text = MODULE.format(what=what, when=when, in_describe=in_describe)
+        Path("leaver.py").write_text(before + text)
+        claim(tmp_path, "leaving", "leaver", "leaver:Leaver")
+
+    yield make
+    sys.modules.pop("leaver", None)
+
+
+def test_one_that_always_exits_is_an_error_that_says_so(mgeo, leaver):
+    leaver("sys.exit(0)")
+    done = mgeo(*SOLVE)
+    assert done.exit_code == 2
+    assert done.stderr.splitlines()[-1] == (
+        "Error: all of the last 100 candidates failed, the first with "
+        "ExitError: SystemExit(0) was raised"
+    )
+
+
+def test_one_that_exits_for_some_loses_these(mgeo, leaver):
+    leaver("sys.exit(0)", when="(X[:, 0] > 0.03).any()")
+    done = mgeo(*SOLVE)
+    assert done.exit_code == 0, done.stderr
+    assert "ExitError: SystemExit(0) was raised" in done.stdout
+    found = json.loads(Path("a/run.json").read_text())
+    assert sum(found["failures"].values()) > 50
+    assert found["solutions"] > 1
+
+
+def test_one_that_exits_when_it_is_asked_to_describe_is_named(mgeo, leaver):
+    leaver(in_describe="sys.exit(0)")
+    done = mgeo(*SOLVE)
+    assert done.exit_code == 2
+    expected = "describe of problem Leaver raised ExitError: SystemExit(0) was raised"
+    assert done.stderr.splitlines()[-1] == f"Error: {expected}"
+
+
+def test_one_that_exits_while_it_is_imported_hides_no_other(mgeo, leaver):
+    leaver(before="raise SystemExit(0)")
+    listed = json.loads(mgeo("problems", "--json").stdout)["problems"]
+    errors = {each["name"]: each["error"] for each in listed}
+    assert errors["leaver"] == (
+        "problem 'leaver' of leaving 2.0 does not load: ExitError: SystemExit(0) was raised"
+    )
+    assert errors["cantilever"] is None
+
+
+@pytest.mark.parametrize("what", ["raise SystemExit(0)", "raise GeneratorExit"])
+def test_an_exit_in_commands_is_an_error_with_its_place(mgeo, tmp_path, monkeypatch, what):
+    lines = ["import typer", "app = typer.Typer()", "@app.command()", "def go():", f"    {what}"]
+    lines += ["@app.command()", "def stay(): ..."]
+    Path("leaving_commands.py").write_text("\n".join(lines))
+    claim(tmp_path, "leaving", "leave", "leaving_commands:app", "mgeo.commands")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    done = mgeo("leave", "go")
+    sys.modules.pop("leaving_commands", None)
+    assert (done.exit_code, done.stdout) == (1, "")
+    assert done.stderr.startswith("Error: ExitError: ")
+    assert done.stderr.endswith("was raised (leaving_commands.py, line 5; see --debug)\n")
+
+
+def test_a_keyboard_interrupt_of_the_problem_s_own_is_no_success(mgeo, leaver):
+    leaver("raise KeyboardInterrupt", when="(X[:, 0] > 0.049).any()")
+    done = mgeo(*SOLVE)
+    assert done.exit_code == 130
+    assert "interrupted after" in done.stdout
