@@ -20,6 +20,7 @@ from mgeo_attitude.estimation.residuals import innovations
 from mgeo_attitude.estimation.simulate import Planned, planned
 from mgeo_attitude.filter.evaluator import available_threads
 from mgeo_attitude.flight import Flight
+from mgeo_attitude.flight.gyro_samples import turned
 from mgeo_attitude.flight.simulated import true_states
 from mgeo_attitude.scenario import Scenario
 
@@ -78,10 +79,12 @@ def _batch(scenario: Scenario, given: Planned, flight: Flight) -> Batch:
     """
     model, first = given.model, 0 if scenario.prior else 1
     rates = flight.readings.gyro[first:]
+    angle = turned(model.times[1:], flight.readings.gyro)
     return Batch(
         suite=model.suite,
         times=model.times[first:],
         gyro=rates,
+        change=np.diff(angle(model.times[first:], 1), axis=0),
         interpolated=np.zeros(len(rates)),
         breaks=np.zeros(len(rates), dtype=bool),
         sensors=tuple(

@@ -11,12 +11,10 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import inertial_vectors
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight import Telemetry
+from mgeo_attitude.flight.gyro_samples import covered, turned
 from mgeo_attitude.flight.mapping import UNITS
 from mgeo_attitude.scenario import Scenario
 
-#: A gyro's sample stands for the time since the one before, unless that is this many times the
-#: usual time between two: then some are missing.
-MISSING = 1.5
 #: Without a sample for longer than this many times the usual time, nothing is known of the rate.
 SILENT = 10.0
 #: Vectors longer or shorter than expected by this factor are of another unit.
@@ -34,6 +32,8 @@ class Batch:
         [s]
     gyro : array, shape (n, 3)
         Mean of the reported rate over each step [rad/s].
+    change : array, shape (n, 3)
+        By what it changes from the begin of a step to its end [rad/s].
     interpolated : array, shape (n,)
         Variance that a guessed rate adds to the attitude in each step, per axis [rad²].
     breaks : array of bool, shape (n,)
@@ -47,6 +47,7 @@ class Batch:
     suite: Suite
     times: Floats
     gyro: Floats
+    change: Floats
     interpolated: Floats
     breaks: Bools
     sensors: tuple[Floats, ...]
@@ -64,6 +65,7 @@ class Batch:
             suite=self.suite,
             times=self.times[samples],
             gyro=self.gyro[steps],
+            change=self.change[steps],
             interpolated=self.interpolated[steps],
             breaks=self.breaks[steps],
             sensors=tuple(rows[samples] for rows in self.sensors),
@@ -113,11 +115,12 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     )
     _check_lengths(suite, sensors, vectors)
     rates = np.radians(telemetry.gyro_deg_s[np.isfinite(telemetry.gyro_deg_s[:, 0])])
-    gyro, interpolated, breaks = _steps(times, at, rates, usual)
+    gyro, change, interpolated, breaks = _steps(times, at, rates, usual)
     return Batch(
         suite=suite,
         times=times,
         gyro=gyro,
+        change=change,
         interpolated=interpolated,
         breaks=breaks,
         sensors=sensors,
@@ -125,11 +128,18 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     )
 
 
-def _steps(times: Floats, at: Floats, rates: Floats, usual: float) -> tuple[Floats, Floats, Bools]:
-    """Rate, variance of the attitude, and whether it is unknown, of steps between `times`.
+def _steps(
+    times: Floats, at: Floats, rates: Floats, usual: float
+) -> tuple[Floats, Floats, Floats, Bools]:
+    """Rate, its change, variance of the attitude, and whether it is unknown, of steps.
+
+    Within the time that a sample stands for, the rate is that of `gyro_samples.turned`; over all of
+    it the mean is the sample. Elsewhere it does not change.
 
     Parameters
     ----------
+    times : array, shape (n + 1,)
+        Between which the steps are.
     at : array, shape (m,)
         Times of the gyro's samples.
     rates : array, shape (m, 3)
@@ -142,15 +152,20 @@ def _steps(times: Floats, at: Floats, rates: Floats, usual: float) -> tuple[Floa
     before = np.maximum(j - 1, 0)
     since = np.where(j > before, at[j] - at[before], usual)
     since[end > at[-1]] = usual
-    covered = np.where(since > MISSING * usual, usual, since)
-    known = np.clip(np.minimum(end, at[j]) - np.maximum(start, at[j] - covered), 0.0, None)
+    stands = covered(at)[j]
+    known = np.clip(np.minimum(end, at[j]) - np.maximum(start, at[j] - stands), 0.0, None)
     missing = (end - start) - known
     missing[missing < 1e-9 * usual] = 0.0
     middle, half = 0.5 * (rates[j] + rates[before]), 0.5 * np.abs(rates[j] - rates[before])
     gyro = (known[:, None] * rates[j] + missing[:, None] * middle) / (end - start)[:, None]
     # one guess serves all steps of a gap: their errors add up, not their squares
-    variance = missing * np.maximum(since - covered, missing) * (half**2).max(axis=1)
-    return gyro, variance, (missing > 0.0) & ((since > SILENT * usual) | (j == 0))
+    variance = missing * np.maximum(since - stands, missing) * (half**2).max(axis=1)
+    angle, inside = turned(at, rates), missing == 0.0
+    part = inside & (known < (1.0 - 1e-9) * stands)
+    if part.any():
+        gyro[part] = (angle(end[part]) - angle(start[part])) / (end - start)[part, None]
+    change = np.where(inside[:, None], np.diff(angle(times, 1), axis=0), 0.0)
+    return gyro, change, variance, (missing > 0.0) & ((since > SILENT * usual) | (j == 0))
 
 
 def _since_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:

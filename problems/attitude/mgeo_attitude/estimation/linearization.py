@@ -15,7 +15,7 @@ from mgeo_attitude.estimation.innovation import innovation, jacobian
 from mgeo_attitude.estimation.kernels import load
 from mgeo_attitude.estimation.taylor import Linear
 from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.rotation import exponential, matrix, vector
+from mgeo_attitude.rotation import cross, exponential, matrix, vector
 from mgeo_attitude.sensors.readings import as_reported
 
 
@@ -142,17 +142,24 @@ class Sightings:
 def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
     """Corrected body rate, shape (n, 3), and what it turns GCRS-to-body matrices by in each step.
 
+    A rate that is a line turns by a rotation vector that is its integral and a twelfth of the
+    step's square times rate × change (J. E. Bortz, A New Mathematical Formulation for Strapdown
+    Inertial Navigation, IEEE Transactions on Aerospace and Electronic Systems AES-7 (1971) 61-66).
+
     Parameters
     ----------
     states : array, shape (n + 1, n_states)
     """
-    gyro, suite, dt = batch.suite.gyro, batch.suite, batch.durations
+    gyro, suite, dt = batch.suite.gyro, batch.suite, batch.durations[:, None]
     x = {name: states[:-1, i : i + 3] for name, i in suite.places(gyro).items()}
-    half = 0.5 * gyro.bias_decay * dt[:, None]
+    half = 0.5 * gyro.bias_decay * dt
     # a decaying bias's mean over the step, (1 - exp(-2 h)) / (2 h)
     x["bias"] = x["bias"] * np.exp(-half) * _sinhc(half)
-    rates = gyro.corrected(SimpleNamespace(**x), batch.gyro)
-    return rates, np.moveaxis(exponential(-(dt[:, None] * rates).T), -1, 0)
+    errors = SimpleNamespace(**x)
+    rates = gyro.corrected(errors, batch.gyro)
+    later = gyro.corrected(errors, batch.gyro + batch.change)
+    turn = dt * rates + dt**2 / 12.0 * cross(rates, later)
+    return rates, np.moveaxis(exponential(-turn.T), -1, 0)
 
 
 def steps(batch: Batch, at: Trajectory, parts: Partition) -> Steps:

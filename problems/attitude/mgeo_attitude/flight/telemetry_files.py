@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue, known_names
+from mgeo_attitude.flight.gyro_samples import means
 from mgeo_attitude.flight.mapping import Channels, TelemetryMapping
 from mgeo_attitude.flight.telemetry import Telemetry, channels
 from mgeo_attitude.flight.telemetry_checks import check_telemetry
@@ -129,7 +130,8 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
     gyro = _turned(found.pop("gyro"), mapping.gyro, "deg/s")
     _check_range(times, gyro, mapping.gyro.range_deg_s)
     if mapping.gyro.rate == "instantaneous":
-        gyro = _means(gyro)
+        there = np.isfinite(gyro).all(axis=1)
+        gyro[there] = means(times[there], gyro[there])
     where = found.pop("position", None)
     telemetry = Telemetry(
         times=times,
@@ -294,14 +296,6 @@ def _reported(sensor: Sensor, rows: Floats, entry: Channels) -> Floats:
     turned = rows.copy()
     turned[there] = (Rotation.from_quat(rows[there]) * entry.to_body().inv()).as_quat(True)
     return turned
-
-
-def _means(gyro: Floats) -> Floats:
-    """Mean rates since the sample before of rates at the samples, by the trapezoidal rule."""
-    there = np.flatnonzero(np.isfinite(gyro).all(axis=1))
-    means = gyro.copy()
-    means[there[1:]] = 0.5 * (gyro[there[1:]] + gyro[there[:-1]])
-    return means
 
 
 def _check_range(times: Floats, gyro: Floats, most: float | None) -> None:
