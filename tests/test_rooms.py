@@ -32,6 +32,7 @@ OF_ATTITUDE = {
     "scenario": {"fields", "sensors", "environment"},
     "maneuvers": {"fields", "scenario"},
     "filter": {"scenario", "sensors", "environment", "maneuvers"},
+    "bound": {"scenario", "sensors", "filter"},
 }
 #: What stands beside the rooms, and any of them may import.
 SINGLE = {"_foreign", "_typing", "_validation", "constants", "files", "rotation", "units", "vector"}

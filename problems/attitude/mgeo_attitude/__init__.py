@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from mgeo_attitude.bound import LimitCurves, NoLimit, limit
     from mgeo_attitude.calibration import Calibration, calibrate, simulate_calibrations
     from mgeo_attitude.environment.environment import Environment
     from mgeo_attitude.estimation import Estimator, MonteCarlo, consistency, simulate, validity
@@ -28,8 +29,10 @@ __all__ = [
     "FilterHistory",
     "FilterModel",
     "Gyro",
+    "LimitCurves",
     "Magnetometer",
     "MonteCarlo",
+    "NoLimit",
     "Scenario",
     "Sensor",
     "StarTracker",
@@ -43,6 +46,7 @@ __all__ = [
     "evaluate",
     "filter_history",
     "fly",
+    "limit",
     "read_telemetry",
     "reference_run",
     "scenario_schema",
@@ -52,6 +56,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "mgeo_attitude.bound": ("LimitCurves", "NoLimit", "limit"),
     "mgeo_attitude.calibration": ("Calibration", "calibrate", "simulate_calibrations"),
     "mgeo_attitude.environment.environment": ("Environment",),
     "mgeo_attitude.estimation": ("Estimator", "MonteCarlo", "consistency", "simulate", "validity"),

@@ -1,0 +1,135 @@
+"""The limit of a scenario, equations (20) to (27)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.bound.block import Block, in_any_axes, in_these_axes, least
+from mgeo_attitude.bound.considered import unobserved
+from mgeo_attitude.bound.curves import LimitCurves, curves
+from mgeo_attitude.bound.given_away import given_away
+from mgeo_attitude.bound.gyro import Drift, along_attitude, corners, through_attitude
+from mgeo_attitude.bound.recursion import recursion
+from mgeo_attitude.bound.samples import Samples, samples
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.settings import considered_blocks
+
+
+def limit(scenario: Scenario, model: FilterModel | None = None) -> LimitCurves:
+    """What no plan of a scenario is below, whatever its maneuvers.
+
+    It is a bound of the filter's covariance at each time, for every history of the attitude; a
+    gyro's errors that matter as far as the satellite turns are bounded for the rates that
+    maneuvers may have. Plans are flown exactly.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    model : FilterModel, optional
+        That of the scenario, which saves making it.
+
+    Raises
+    ------
+    NoLimit
+        Where none can be proved, and why.
+    """
+    model = FilterModel.from_scenario(scenario) if model is None else model
+    told = samples(model)
+    known = _information(model)
+    greatest = np.radians(scenario.maneuvers.max_rate_deg_s)
+    rates = np.maximum(greatest, np.abs(model.initial_rate))
+    found = dict(_inertial(model, told, known))
+    found |= dict(_of_gyro(model, told, known, rates))
+    found |= dict(_of_sensors(model, told, known))
+    found |= dict(_considered(model))
+    return curves(scenario, model, found, given_away(scenario, model, told))
+
+
+def _inertial(model: FilterModel, told: Samples, known: Floats) -> Iterator[tuple[str, Block]]:
+    """Of what no attitude changes in axes along GCRS, all of it together: equation (22)."""
+    suite, names = model.suite, told.inertial
+    places = np.concatenate([_states(suite, name) for name in names])
+    axes = np.eye(len(places))
+    axes[:3, :3] = model.initial_attitude
+    start = np.linalg.inv(axes.T @ known[np.ix_(places, places)] @ axes)
+    walk = suite.diffusion()[0] * model.step
+    each = [(1.0, walk), *(suite.processes[name].over(model.step) for name in names[1:])]
+    decay, noise = np.repeat(each, 3, axis=0).T
+    covariances = recursion(start, decay, noise, told.together)
+    for i, name in enumerate(names):
+        own = slice(3 * i, 3 * i + 3)
+        block = in_these_axes(covariances[:, own, own])
+        if name == "attitude":  # in body axes, which may share it evenly
+            block = block._replace(worst=block.total / 3.0)
+            if told.uneven:
+                block = block.or_above(_mean(told.attitude, known[:3, :3], 1.0, walk))
+        yield name, block
+
+
+def _mean(told: Floats, known: Floats, decay: float, noise: float) -> Block:
+    """Of a 3-vector from traces alone: a recursion of the mean eigenvalue, equation (24)."""
+    start = np.array([[3.0 / np.trace(known)]])
+    variances = recursion(start, np.array([decay]), np.array([noise]), told[:, None, None] / 3.0)
+    return in_any_axes(np.repeat(variances[:, 0], 3, axis=1))
+
+
+def _of_gyro(
+    model: FilterModel, told: Samples, known: Floats, rates: Floats
+) -> Iterator[tuple[str, Block]]:
+    """Of the gyro's errors: equations (25) and (26)."""
+    suite, times = Suite(model.suite.gyro, ()), model.times
+    walks, matrices = suite.diffusion(), np.array(list(map(suite.dynamics_matrix, corners(rates))))
+    attitude = known[:3, :3]
+    for name in suite.blocks[1:]:
+        own = _states(suite, name)
+        gain = float(np.linalg.norm(matrices[:, :3, own], 2, axis=(1, 2)).max())
+        drift = Drift(gain, -matrices[0][own[0], own[0]], walks[own[0]])
+        start = np.inf if known[:3, own].any() else float(np.trace(attitude))
+        of_own = known[np.ix_(own, own)]
+        block = in_any_axes(through_attitude(times, drift, of_own, told.attitude, start, walks[0]))
+        if (matrices[:, :3, own] == matrices[0, :3, own]).all():  # at whatever rate
+            block = block.or_above(in_any_axes(along_attitude(times, drift, of_own, walks[0])))
+        yield name, block
+
+
+def _of_sensors(model: FilterModel, told: Samples, known: Floats) -> Iterator[tuple[str, Block]]:
+    """Of sensors' other errors, all else known: equation (23)."""
+    for name, samples_tell in told.own.items():
+        own = _states(model.suite, name)
+        start, process = known[np.ix_(own, own)], model.suite.processes.get(name)
+        if process is not None:
+            yield name, _mean(samples_tell.trace, start, *process.over(model.step))
+        elif samples_tell.matrix is not None:
+            gained = np.cumsum(samples_tell.matrix, axis=0)
+            yield name, in_these_axes(np.linalg.inv(start + gained))
+        else:
+            yield name, least(start, np.cumsum(samples_tell.trace))
+
+
+def _considered(model: FilterModel) -> Iterator[tuple[str, Block]]:
+    """Of errors that no plan changes, exactly."""
+    suite = model.suite
+    diffusion, start = suite.diffusion(), model.initial_covariance
+    rest = suite.dynamics_matrix(np.zeros(3))
+    for name in considered_blocks(suite.gyro, suite.sensors):
+        own = _states(suite, name)
+        varies = own[0] < suite.n_dynamic
+        decay, walk = (-rest[own[0], own[0]], diffusion[own[0]]) if varies else (0.0, 0.0)
+        now = unobserved(start[np.ix_(own, own)], decay, walk, model.times)
+        yield name, in_these_axes(now)
+
+
+def _information(model: FilterModel) -> Floats:
+    """Inverse of the initial covariance, by blocks what is known of each, all else known."""
+    sigma = model.initial_sigma
+    information: Floats = np.linalg.inv(model.initial_correlation) / np.outer(sigma, sigma)
+    return information
+
+
+def _states(suite: Suite, block: str) -> np.ndarray:
+    return 3 * suite.blocks.index(block) + np.arange(3)

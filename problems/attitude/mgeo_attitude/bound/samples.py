@@ -1,0 +1,191 @@
+"""What samples tell of each 3-vector of the state, whatever the attitude they are taken at.
+
+All is taken from the sensors' own `measure`: whether the information of a sample depends on the
+attitude is seen at some of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.rotation import matrix
+from mgeo_attitude.sensors import Sensor
+
+#: Attitudes, as vectors of rotation, at which is seen what depends on them.
+_PROBES = np.array([[0.4, -1.1, 0.7], [-2.0, 0.3, 0.5], [0.9, 1.3, -1.6], [0.1, 0.2, 2.9]])
+#: Samples at which it is seen, at most.
+_PROBED = 40
+#: What does not depend on the attitude differs by less, relative to its norm.
+_ROUNDING = 1e-10
+
+
+class NoLimit(ValueError):
+    """No bound can be proved, and why."""
+
+
+class Told(NamedTuple):
+    """Information about a 3-vector in each sample, if all else is known.
+
+    Attributes
+    ----------
+    trace : array, shape (n_steps + 1,)
+        Its trace, or what that does not exceed.
+    matrix : array, shape (n_steps + 1, 3, 3), or None
+        The information itself, if no attitude changes it.
+    """
+
+    trace: Floats
+    matrix: Floats | None
+
+
+@dataclass(frozen=True)
+class Samples:
+    """What all sensors' samples tell, zero where there is none.
+
+    Attributes
+    ----------
+    inertial : tuple of str
+        The attitude, and errors that vary with axes along GCRS: of these no attitude changes what
+        is told in such axes.
+    together : array, shape (n_steps + 1, 3 m, 3 m)
+        Information about these m blocks in these axes; not less than there is.
+    attitude : array, shape (n_steps + 1,)
+        Trace of the information about the attitude; not less than there is.
+    own : dict of Told
+        Of each other block of a sensor.
+    uneven : tuple of str
+        Sensors whose noise differs by axes so that a bound gives something away.
+    """
+
+    inertial: tuple[str, ...]
+    together: Floats
+    attitude: Floats
+    own: dict[str, Told]
+    uneven: tuple[str, ...]
+
+
+def samples(model: FilterModel) -> Samples:
+    """What the samples of a model tell.
+
+    Raises
+    ------
+    NoLimit
+        If a sensor's samples depend on the attitude in a way for which there is no bound.
+    """
+    found = [_of_sensor(model, index) for index in range(len(model.suite.sensors))]
+    inertial = ("attitude", *(name for each in found for name in each.inertial[1:]))
+    n = len(model.references)
+    together = np.zeros((n, 3 * len(inertial), 3 * len(inertial)))
+    for each in found:
+        places = np.concatenate([3 * inertial.index(name) + np.arange(3) for name in each.inertial])
+        together[:, places[:, None], places] += each.together
+    return Samples(
+        inertial,
+        together,
+        np.sum([each.attitude for each in found], axis=0),
+        {name: told for each in found for name, told in each.own.items()},
+        tuple(name for each in found for name in each.uneven),
+    )
+
+
+def _of_sensor(model: FilterModel, index: int) -> Samples:
+    """The same of one sensor."""
+    sensor = model.suite.sensors[index]
+    seen = model.available[:, index].copy()
+    seen[0] = False  # the filter's first update is a step after the start
+    here = np.flatnonzero(seen)
+    probed = here[np.linspace(0, len(here) - 1, min(len(here), _PROBED)).astype(int)]
+    looks = _Looks(model, index)
+    straight = looks.at(np.eye(3))
+    turned = [looks.at(C, probed) for C in map(matrix, _PROBES)]
+
+    precision = 1.0 / np.array(sensor.noise())
+    most = np.full(3, precision.max())  # noise that is nowhere more than it is
+    own = [f"{sensor.name}.{state}" for state in sensor.states()]
+    uneven = False
+
+    def told(names: list[str], weights: Floats) -> tuple[Floats, bool, bool]:
+        """Information about blocks; whether an attitude changes it, or its trace."""
+        information = _gram(straight, names, weights)
+        others = np.array([_gram(each, names, weights) for each in turned])
+        return information, *_same(others, information[probed])
+
+    def at_samples(values: Floats) -> Floats:
+        """Zero where there is none."""
+        return np.where(seen.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0)
+
+    varying = [name for name in own if name in model.suite.processes]
+    for inertial in (["attitude", *varying], ["attitude"]):
+        together, same, _ = told(inertial, most)
+        if same:
+            break
+    else:
+        raise NoLimit(_reason(sensor, "attitude"))
+    attitude, _, same = told(["attitude"], precision)
+    if not same:
+        attitude = together[:, :3, :3]
+    uneven |= bool((precision != most).any())
+
+    each: dict[str, Told] = {}
+    for name in own:
+        if name in inertial:
+            continue
+        information, same, same_trace = told([name], precision)
+        if not same_trace:
+            information, same, same_trace = told([name], most)
+        if not same_trace:
+            raise NoLimit(_reason(sensor, name))
+        trace = np.trace(information, axis1=1, axis2=2)
+        each[name] = Told(at_samples(trace), at_samples(information) if same else None)
+    return Samples(
+        tuple(inertial),
+        at_samples(together),
+        at_samples(np.trace(attitude, axis1=1, axis2=2)),
+        each,
+        (sensor.name,) if uneven else (),
+    )
+
+
+class _Looks:
+    """H of one sensor at each sample, from whatever attitude; a dict of its blocks."""
+
+    def __init__(self, model: FilterModel, index: int) -> None:
+        self.sensor = model.suite.sensors[index]
+        self.suite = Suite(model.suite.gyro, (self.sensor,))
+        rows = model.suite.gradient_rows(index)
+        self.vectors = model.references[:, [index, *range(rows.start, rows.stop)]]
+
+    def at(self, C: Floats, which: slice | np.ndarray = slice(None)) -> dict[str, Floats]:
+        """Columns of H by blocks, those of the attitude error in axes of GCRS."""
+        v, *gradient = np.moveaxis(self.vectors[which] @ C.T, 1, 0)
+        H = self.suite.measurement_matrix(self.sensor, v, C, gradient)
+        blocks = {name: H[..., 3 * i : 3 * i + 3] for i, name in enumerate(self.suite.blocks)}
+        return blocks | {"attitude": blocks["attitude"] @ C}
+
+
+def _gram(looks: dict[str, Floats], names: list[str], precision: Floats) -> Floats:
+    """Hᵀ R⁻¹ H over some blocks."""
+    H = np.concatenate([looks[name] for name in names], axis=2) * precision[:, None]
+    information: Floats = np.einsum("kia,kib->kab", H, H)
+    return information
+
+
+def _same(others: Floats, information: Floats) -> tuple[bool, bool]:
+    """Whether matrices are alike at all probes, and whether their traces are."""
+    size = _ROUNDING * np.trace(information, axis1=1, axis2=2)
+    difference = np.abs(others - information).max(axis=(0, 2, 3), initial=0.0)
+    traces = np.trace(others - information, axis1=2, axis2=3)
+    return bool((difference <= size).all()), bool((np.abs(traces) <= size).all())
+
+
+def _reason(sensor: Sensor, block: str) -> str:
+    return (
+        f"{sensor.name}: what a sample tells of {block} depends on the attitude, and the limit "
+        "knows how only of vectors that turn with the body"
+    )

@@ -1,0 +1,84 @@
+"""The limit beside a slow independent one: the mean information of 300 s over attitudes."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import FilterModel, Scenario, evaluate
+from mgeo_attitude.bound import limit
+from scipy.spatial.transform import Rotation
+
+from ..filter.suites import SUITES
+from .batch import mean_covariance
+
+#: Rotations of a cube: their mean of a vector is zero, and of a matrix the share of its trace.
+CUBE = Rotation.create_group("O").as_matrix()
+RATE = np.radians([0.31, -0.24, 0.17])
+
+
+def of_suite(name):
+    suite = SUITES[name]
+    sensors = [dataclasses.replace(each, sample_interval=None) for each in suite.sensors]
+    scenario = dataclasses.replace(
+        Scenario.paper(),
+        gyro=suite.gyro,
+        sensors=tuple(sensors),
+        duration=300.0,
+        step=20.0,
+        trace_weights={},
+    )
+    return scenario, FilterModel.from_scenario(scenario)
+
+
+def totals(covariance):
+    return np.diag(covariance).reshape(-1, 3).sum(axis=1)
+
+
+def compare(name, rotations):
+    """The limit over the slow one, by blocks; not of those that are considered.
+
+    Nor of the gyro: a mean over attitudes parts its errors from the attitude's, by which alone
+    they are seen, and is far below the limit.
+    """
+    scenario, model = of_suite(name)
+    found = limit(scenario, model)
+    slow = totals(mean_covariance(model, RATE, rotations))
+    left_out = {model.suite.blocks[state // 3] for state in model.suite.considered}
+    return {
+        block: found.blocks[block][-1] / total
+        for block, total in zip(model.suite.blocks, slow, strict=True)
+        if block not in left_out and not block.startswith("gyro")
+    }, found
+
+
+@pytest.mark.parametrize("name", SUITES)
+def test_the_limit_is_the_mean_information_over_a_cube(name):
+    ratios, found = compare(name, CUBE)
+    varies = SUITES[name].processes
+    for block, ratio in ratios.items():
+        assert ratio <= 1.0 + 1e-9, block
+        if block == "attitude" or block.endswith(("albedo", "error")):
+            # it knows the bias all the way, the slow one at the steps
+            assert ratio > 0.95 or found.given_away, block
+        elif not (varies and block.endswith(("scale_factor", "nonorthogonality"))):
+            # a scale common to all axes is as an error of the field is, whatever the attitude
+            assert ratio == pytest.approx(1.0, rel=1e-9), block
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SUITES)
+def test_the_limit_is_not_above_the_mean_information_over_random_rotations(name):
+    rotations = Rotation.random(1000, random_state=1).as_matrix()
+    ratios, found = compare(name, rotations)
+    for block, ratio in ratios.items():
+        assert ratio <= 1.0 + 1e-9, block
+        assert ratio > 0.9 or found.given_away or SUITES[name].processes, block
+
+
+@pytest.mark.parametrize("name", ["paper", "full gyro", "varying errors", "star tracker"])
+def test_the_slow_one_has_the_covariance_of_the_kernel(name):
+    _, model = of_suite(name)
+    plan = np.degrees(np.append(RATE, np.radians(300.0)))[None]
+    kernel = evaluate(model.endless, plan, covariance=True).covariance[0]
+    slow = mean_covariance(model, RATE, np.eye(3)[None])
+    np.testing.assert_allclose(totals(slow), totals(kernel), rtol=1e-6)

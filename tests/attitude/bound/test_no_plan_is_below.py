@@ -1,0 +1,22 @@
+"""No plan is below the limit, at any time, by any measure."""
+
+import numpy as np
+import pytest
+from mgeo_attitude import FilterModel
+from mgeo_attitude.bound import limit
+
+from .plans import documented, hard, least_ratios, random_plans
+
+#: What rounding of some thousand filter steps leaves.
+ROUNDING = 1e-9
+ALL = documented() | hard()
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_no_random_plan_is_below(name):
+    scenario = ALL[name]
+    model = FilterModel.from_scenario(scenario)
+    found = limit(scenario, model)
+    for plans in random_plans(scenario, np.random.default_rng(1), 120):
+        for what, ratio in least_ratios(model, found, plans).items():
+            assert ratio >= 1.0 - ROUNDING, what
