@@ -35,7 +35,10 @@ OF_ATTITUDE = {
     "bound": {"scenario", "sensors", "filter"},
 }
 #: What stands beside the rooms, and any of them may import.
-SINGLE = {"_foreign", "_typing", "_validation", "constants", "files", "rotation", "units", "vector"}
+SINGLE = {
+    *("_foreign", "_text", "_typing", "_validation"),
+    *("constants", "files", "rotation", "units", "vector"),
+}
 
 
 @pytest.mark.parametrize(

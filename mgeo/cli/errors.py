@@ -12,6 +12,7 @@ from typing import Any
 
 import typer
 
+from mgeo._text import one_line
 from mgeo.cli.signals import Terminated, terminable
 from mgeo.terminal import printable, write_anything
 
@@ -130,6 +131,6 @@ def _one_line(error: BaseException) -> str:
 
 def _short(message: str) -> str:
     """On one line, which a person can read: a value that was quoted may be a whole file."""
-    line = " ".join(message.split())
+    line = one_line(message)
     half = _LONGEST // 2
     return line if len(line) <= _LONGEST else f"{line[:half]} ... {line[-half:]}"

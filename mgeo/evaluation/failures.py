@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem, default_shape
 
 from mgeo._foreign import foreign
+from mgeo._text import one_line
 
 Values = dict[str, NDArray[Any]]
 _LONGEST = 200  # characters of a cause
@@ -29,7 +30,7 @@ class Failure:
     @classmethod
     def of(cls, error: Exception) -> Failure:
         """From an exception that is being handled."""
-        text = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
+        text = one_line(f"{type(error).__name__}: {error}").removesuffix(":")
         return cls(text[:_LONGEST], "".join(traceback.format_exception(error)).rstrip())
 
 

@@ -18,6 +18,7 @@ from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
 from mgeo._foreign import foreign
+from mgeo._text import one_line
 from mgeo.pareto.archive import ParetoArchive
 from mgeo.pareto.dominance import not_weakly_dominated
 from mgeo.runs.solve import set_up
@@ -62,7 +63,7 @@ def run(task: Task) -> Record | Failure:
 
 def told(error: Exception) -> str:
     """Kind and message of an error, on one line."""
-    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+    return f"{type(error).__name__}: {one_line(str(error))}"
 
 
 def record(task: Task) -> Record:

@@ -147,12 +147,15 @@ def test_the_ways_to_an_orbit(tmp_path, monkeypatch):
     shutil.copy(DOCS / "scenarios" / "iss.toml", tmp_path)
     (code,) = blocks("orbit.md", "python")
     exec(code.replace('Path("iss.csv").unlink()', ""), {"__name__": "page"})
-    table = tomllib.loads(blocks("orbit.md", "toml")[1].replace("ITRF", "GCRF"))
-    scenario = Scenario.from_dict(table)
+    elements, ephemeris, table = blocks("orbit.md", "toml")
+    scenario = Scenario.from_dict(tomllib.loads(table.replace("ITRF", "GCRF")))
     assert scenario.orbit.source.startswith("iss.csv, SHA-256 ")
-    message = tomllib.loads(blocks("orbit.md", "toml")[0])
     with pytest.raises(ValueError, match=r"orbit\.file = 'orbits/iss\.oem': expected a file"):
-        Scenario.from_dict(message)
+        Scenario.from_dict(tomllib.loads(ephemeris))
+    lines = Scenario.from_toml("iss.toml").orbit
+    Path("stations.omm").write_text(f"ISS (ZARYA)\n{lines.line1}\n{lines.line2}\n")
+    found = Scenario.from_dict(tomllib.loads(elements)).orbit
+    assert (found.line1, found.line2) == (lines.line1, lines.line2)
     (sample,) = blocks("orbit.md", "text")
     header = sample.splitlines()[0].split(",")
     assert read_position_table(sample, scenario.epoch, "ITRF").velocity.shape == (1, 3)

@@ -197,7 +197,7 @@ class AttitudeManeuverProblem(Problem):
 
     @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-        """Options of a scenario file in `folder`, with the ephemeris that they name, if any."""
+        """Options of a scenario file in `folder`, with the orbit's file that they name, if any."""
         orbit = options.get("orbit")
         if not isinstance(orbit, Mapping) or "file" not in orbit:
             return dict(options)

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
+import gzip
 import hashlib
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import brahe
+import erfa
 import numpy as np
 import pytest
 from brahe.ccsds import OEM
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment.time_frames import instants
+from mgeo_attitude.environment.time_frames import instants, rotate
 from mgeo_attitude.environment.tle import sgp4_gcrs
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.scenario import EphemerisFile, EphemerisOrbit
+from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
 
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.scenario import read_scenario
@@ -122,7 +125,7 @@ def test_a_message_through_a_leap_second(tmp_path: Path) -> None:
     (tmp_path / "leap.oem").write_text(message("GCRF", "UTC", "HERMITE", start))
     assert "2016-12-31T23:59:00" in (tmp_path / "leap.oem").read_text()
     assert "2017-01-01T00:00:59" in (tmp_path / "leap.oem").read_text()  # 120 s later
-    orbit = EphemerisFile(file=str(tmp_path / "leap.oem")).for_run(start, SCENARIO.duration)
+    orbit = OrbitFile(file=str(tmp_path / "leap.oem")).for_run(start, SCENARIO.duration)
     np.testing.assert_allclose(np.diff(orbit.times), 60.0, rtol=0.0, atol=1e-9)
     found, _ = orbit.propagate(start, SCENARIO.times)
     expected, _ = SCENARIO.orbit.propagate(start, SCENARIO.times)
@@ -135,7 +138,7 @@ def test_a_table_of_positions_at_utc_times(tmp_path: Path) -> None:
     stamps = [(SCENARIO.epoch + timedelta(seconds=t)).isoformat() for t in at.tolist()]
     rows = [",".join([t, *map(repr, r)]) for t, r in zip(stamps, position.tolist(), strict=True)]
     (tmp_path / "a.csv").write_text("\n".join(["time_utc,x_m,y_m,z_m", *rows]))
-    orbit = EphemerisFile(file=str(tmp_path / "a.csv"), frame="ICRF").for_run(SCENARIO.epoch, 120.0)
+    orbit = OrbitFile(file=str(tmp_path / "a.csv"), frame="ICRF").for_run(SCENARIO.epoch, 120.0)
     found, _ = orbit.propagate(SCENARIO.epoch, np.array([0.0, 45.0, 120.0]))
     expected, _ = SCENARIO.orbit.propagate(SCENARIO.epoch, np.array([0.0, 45.0, 120.0]))
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-4)
@@ -143,7 +146,7 @@ def test_a_table_of_positions_at_utc_times(tmp_path: Path) -> None:
 
 def test_the_message_in_teme_against_sgp4() -> None:
     """SGP4 by the package sgp4 here, by beyond there, whose states are 180 s apart."""
-    orbit = EphemerisFile(file=str(ISS)).for_run(ISS_EPOCH, 5400.0)
+    orbit = OrbitFile(file=str(ISS)).for_run(ISS_EPOCH, 5400.0)
     times = np.arange(0.0, 5401.0, 10.0)
     expected, motion = sgp4_gcrs(ISS_1, ISS_2, instants(ISS_EPOCH, times))
     found, velocity = orbit.propagate(ISS_EPOCH, times)
@@ -155,7 +158,7 @@ def test_the_message_in_teme_against_sgp4() -> None:
 
 
 def test_an_interpolation_of_ones_own() -> None:
-    own = EphemerisFile(file=str(ISS), interpolation="hermite", degree=5).for_run(ISS_EPOCH, 5400.0)
+    own = OrbitFile(file=str(ISS), interpolation="hermite", degree=5).for_run(ISS_EPOCH, 5400.0)
     assert own.degree == 5
     times = np.arange(0.0, 5401.0, 10.0)
     expected, _ = sgp4_gcrs(ISS_1, ISS_2, instants(ISS_EPOCH, times))
@@ -163,7 +166,7 @@ def test_an_interpolation_of_ones_own() -> None:
 
 
 def test_what_the_run_does_not_need_is_left_out_and_changes_nothing() -> None:
-    file = EphemerisFile(file=str(ISS), interpolation="hermite", degree=7)
+    file = OrbitFile(file=str(ISS), interpolation="hermite", degree=7)
     whole, part = file.for_run(ISS_EPOCH, 5400.0), file.for_run(ISS_EPOCH, 1800.0)
     assert len(part.times) == 10 + 2 + 2 * 4 < len(whole.times)
     times = np.arange(0.0, 1801.0, 7.0)
@@ -236,15 +239,15 @@ def without(text: str, k: int, count: int) -> str:
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        (lambda t: "", "expected a message in KVN"),
-        (lambda t: "<xml/>", "expected a message in KVN"),
+        (lambda t: "", "expected element sets (OMM, or two lines), or a message in KVN, with C"),
+        (lambda t: "<xml/>", "expected element sets (OMM, or two lines), or a message in KVN, "),
         (lambda t: t.replace("META_STOP", ""), "line 5: META_START: expected META_STOP and data"),
         (lambda t: t[: t.index("2008-09-20T12:28")], "expected samples for the whole run, from "
-         "2008-09-20T12:40:00.000Z to 2008-09-20T14:10:00.000Z, in one segment; found from "
-         "2008-09-20T12:25:40.104Z to 2008-09-20T12:25:40.104Z"),
+         "2008-09-20T12:40:00.000Z to 2008-09-20T14:10:00.000Z, in one segment, or in some "
+         "that share an instant; found from 2008-09-20T12:25:40.104Z to 2008-09-20T12:25:40.104Z"),
         (lambda t: changed(t, ("= EARTH", "= MARS")), "CENTER_NAME = 'MARS': expected EARTH"),
         (lambda t: changed(t, ("REF_FRAME ", "FRAME ")), "REF_FRAME = '': expected one"),
-        (lambda t: changed(t, ("= TEME", "= TOD")), "reference frame 'TOD': expected GCRF (ICRF"),
+        (lambda t: changed(t, ("= TEME", "= GTOD")), "reference frame 'GTOD': expected GCRF (ICRF"),
         (lambda t: changed(t, ("= UTC", "= TDB")), "time system 'TDB': expected UTC, TAI, TT, GPS"),
         (lambda t: changed(t, ("= LAGRANGE", "= SPLINE")), "INTERPOLATION = 'SPLINE': expected "
          "HERMITE or LAGRANGE or LINEAR"),
@@ -254,12 +257,17 @@ def without(text: str, k: int, count: int) -> str:
         (lambda t: changed(t, ("LAGRANGE", "LINEAR"), ("DEGREE = 8", "DEGREE = 1")),
          "it is wrong, samples are too far apart"),
         (lambda t: changed(t, ("META_STOP", "REF_FRAME_EPOCH = 2000-01-01\nMETA_STOP")),
-         "REF_FRAME_EPOCH = '2000-01-01': expected none"),
+         "time '2000-01-01': expected one such as 2018"),
+        (lambda t: changed(t, ("META_STOP", "REF_FRAME_EPOCH = 2000-01-01T12:00:00\nMETA_STOP"),
+                           ("= TEME", "= ITRF")),
+         "REF_FRAME_EPOCH: expected none for a frame that turns with the Earth"),
+        (lambda t: changed(t, ("= TEME", "= TEMEOFEPOCH")),
+         "REF_FRAME = TEMEOFEPOCH: expected its REF_FRAME_EPOCH, too"),
         (lambda t: changed(t, ("META_STOP", "USEABLE_STOP_TIME = 2008-09-20T14:00:00\nMETA_STOP")),
          "to 2008-09-20T14:00:00.000Z"),
-        (lambda t: swapped(t, 6), "T14:07:40.104192 below 2008-09-20T14:10:40.104192: expected "
+        (lambda t: swapped(t, 6), "T14:07:40.104192 after 2008-09-20T14:10:40.104192: expected "
          "times in order"),
-        (lambda t: without(t, 12, 4), "expected no gap: at most 4 times the usual 180 s"),
+        (lambda t: without(t, 10, 20), "expected samples in this gap of 3780 s"),
         (lambda t: without(t, 0, 6), "12:25:40.104Z to 2008-09-20T14:07:40.104Z"),
         (lambda t: changed(t, ("T12:46:40", "T12:61:40")), "time '2008-09-20T12:61:40.104192': e"),
         (lambda t: changed(t, ("2699.420566", "2699.x")), "line 24: '2699.x 6161.301305 155.26019"),
@@ -275,33 +283,38 @@ def test_messages_that_are_refused(
     path = tmp_path / "iss.oem"
     path.write_text(change(ISS.read_text()))
     with pytest.raises(InvalidValue) as caught:
-        EphemerisFile(file=str(path)).for_run(ISS_EPOCH, 5400.0)
+        OrbitFile(file=str(path)).for_run(ISS_EPOCH, 5400.0)
     assert str(caught.value).startswith(f"file = '{path}': ")
     assert expected in str(caught.value)
 
 
-def test_nobody_interpolates_across_segments(tmp_path: Path) -> None:
-    """A maneuver may be between them; the run has to be in one."""
+def test_segments_that_share_an_instant(tmp_path: Path) -> None:
+    """A run may be in one of them, or go on from the first to the second."""
     lines = ISS.read_text().splitlines()
     head, rows = lines[4:16], lines[16:]
     path = tmp_path / "two.oem"
     path.write_text("\n".join([*lines[:4], *head, *rows[:21], *head, *rows[20:]]))
     early, late = ISS_EPOCH, datetime(2008, 9, 20, 13, 30, tzinfo=UTC)
-    file = EphemerisFile(file=str(path))
-    assert file.for_run(early, 2700.0).times[-1] == pytest.approx(45.0 * 60.0 + 40.104192)
+    file = OrbitFile(file=str(path))
+    meeting = pytest.approx(45.0 * 60.0 + 40.104192)
+    assert file.for_run(early, 2700.0).times[-1] == meeting
     assert file.for_run(late, 3000.0).times[0] == pytest.approx(-4.0 * 60.0 - 19.895808)
-    with pytest.raises(
-        InvalidValue, match=r"in one segment; found from .*T13:25:40.104Z and from "
-    ):
-        file.for_run(early, 5400.0)
+    whole = file.for_run(early, 5400.0)
+    assert [t for t, after in pairwise(whole.times) if t == after] == [meeting]
+    with pytest.raises(InvalidValue, match=r"; found from .*:25:40.104Z to .* and from "):
+        file.for_run(early, 9000.0)
 
 
 def test_two_objects_that_both_cover_the_run(tmp_path: Path) -> None:
     head, _, rest = ISS.read_text().partition("META_START")
     path = tmp_path / "two.oem"
     path.write_text(f"{head}META_START{rest}META_START{rest.replace('ISS (ZARYA)', 'MIR')}")
-    with pytest.raises(InvalidValue, match=r"expected one object, not ISS \(ZARYA\) .* and MIR "):
-        EphemerisFile(file=str(path)).for_run(ISS_EPOCH, 5400.0)
+    with pytest.raises(InvalidValue, match=r"2 objects: expected object, a name, of ISS .* MIR "):
+        OrbitFile(file=str(path)).for_run(ISS_EPOCH, 5400.0)
+    for wanted in ("MIR", "mir 1998-067A"):
+        orbit = OrbitFile(file=str(path), object=wanted).for_run(ISS_EPOCH, 5400.0)
+        assert orbit.source is not None
+        assert orbit.source.startswith("two.oem, MIR 1998-067A, SHA-256 ")
 
 
 @pytest.mark.parametrize(
@@ -317,7 +330,8 @@ def test_two_objects_that_both_cover_the_run(tmp_path: Path) -> None:
         ("time_s,x_m,y_m,z_m\nnan,7e6,0,0\n", {}, "line 2: 'nan': expected finite numbers"),
         ("time_s,x_m,y_m,z_m\n", {}, "expected a header, which names the columns, and rows"),
         ("time_s,x_m,y_m,z_m\n0,7e6,0,0", {}, "expected samples for the whole run"),
-        ("time_s,x_m,y_m,z_m\n0,7e6,0,0\n0,7e6,0,0", {}, "time 0 below 0: expected times in order"),
+        ("time_s,x_m,y_m,z_m\n0,7e6,0,0\n0,7e6,0,0\n0,7e6,0,0", {},
+         "time 0 after 0: expected times in order, the same at most twice"),
         ("time_s,x_m,y_m,z_m\n-1,7e6,0,0\n9999,7e6,0,0", {"interpolation": "hermite"},
          "interpolation = 'hermite': expected a table with velocities"),
     ],
@@ -337,7 +351,12 @@ def test_tables_that_are_refused(
         ({"file": "none.oem"}, "file = 'none.oem': expected a file, and there is none"),
         ({"file": "."}, "file = '.': expected a file, and there is none"),
         ({"file": "a.csv"}, "frame = '': reference frame '': expected GCRF (ICRF, GCRS), EME2000"),
+        (
+            {"file": "a.csv", "frame": "GCRF", "object": "ISS"},
+            "object = 'ISS': expected none: only",
+        ),
         ({"file": "a.oem", "frame": "ITRF"}, "frame = 'ITRF': expected none: only a table .csv"),
+        ({"file": "a.tle", "degree": 3}, "degree = 3: expected none: only an ephemeris needs one"),
         ({"file": "a.oem", "degree": 0}, "degree = 0: expected nothing or an integer in [1, 15]"),
         (
             {"file": "a.oem", "interpolation": "cubic"},
@@ -345,13 +364,60 @@ def test_tables_that_are_refused(
         ),
     ],
 )
-def test_files_that_are_refused(keys: dict[str, Any], expected: str) -> None:
+def test_files_that_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, keys: dict[str, Any], expected: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, text in (("a.csv", ""), ("a.oem", ISS.read_text()), ("a.tle", f"{ISS_1}\n{ISS_2}")):
+        Path(name).write_text(text)
     with pytest.raises(InvalidValue) as caught:
-        EphemerisFile(**keys).for_run(ISS_EPOCH, 5400.0)
+        OrbitFile(**keys).for_run(ISS_EPOCH, 5400.0)
     assert str(caught.value).startswith(expected)
 
 
 def test_a_file_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mgeo_attitude.environment.ephemeris_file._MOST_BYTES", 100)
-    with pytest.raises(InvalidValue, match="expected at most 100 bytes, not 4"):
-        EphemerisFile(file=str(ISS)).for_run(ISS_EPOCH, 5400.0)
+    monkeypatch.setattr("mgeo_attitude.environment.orbit_file._MOST_BYTES", 100)
+    packed = tmp_path / "iss.oem.gz"
+    packed.write_bytes(gzip.compress(bytes(1000)))
+    assert packed.stat().st_size < 100
+    for file in (ISS, packed):
+        with pytest.raises(InvalidValue, match="expected at most 100 bytes, and there are more"):
+            OrbitFile(file=str(file)).for_run(ISS_EPOCH, 5400.0)
+
+
+def test_a_compressed_file_is_the_same(tmp_path: Path) -> None:
+    packed = tmp_path / "iss.oem.gz"
+    packed.write_bytes(gzip.compress(ISS.read_bytes()))
+    found, expected = (OrbitFile(file=str(f)).for_run(ISS_EPOCH, 5400.0) for f in (packed, ISS))
+    assert (found.times, found.position) == (expected.times, expected.position)
+    packed.write_bytes(packed.read_bytes()[:-100])
+    with pytest.raises(InvalidValue, match=r"expected a sound \.gz: "):
+        OrbitFile(file=str(packed)).for_run(ISS_EPOCH, 5400.0)
+
+
+def test_axes_of_date_and_of_one_instant(tmp_path: Path) -> None:
+    """TOD as by the sidereal angle from ITRF; what is of one instant differs by precession."""
+    start = SCENARIO.epoch
+    at = instants(start, TIMES)
+    itrf = np.array([state for _, state in states("ITRF2000", start)])[:, :3]
+    angle = erfa.gst06a(at.midnight, at.ut, at.midnight, at.tt)
+    tod = rotate(np.swapaxes(erfa.rz(angle, np.eye(3)), -1, -2), itrf)
+    gcrs, _ = SCENARIO.orbit.propagate(start, TIMES)
+    j2000 = rotate(np.broadcast_to(erfa.pnm06a(2451545.0, 0.0), (len(gcrs), 3, 3)), gcrs)
+    for frame, positions, instant in (
+        ("TOD", tod, ""),
+        ("TOD", j2000, "REF_FRAME_EPOCH = 2000-01-01T11:58:55.816\n"),
+        ("GCRF", gcrs, "REF_FRAME_EPOCH = 2000-01-01T12:00:00\n"),  # it has no other
+    ):
+        lines = [
+            " ".join([(start + timedelta(seconds=t)).strftime("%Y-%m-%dT%H:%M:%S"), *map(repr, r)])
+            + " 0 0 0"
+            for t, r in zip(TIMES.tolist(), (1e-3 * positions).tolist(), strict=True)
+        ]
+        text = (
+            "CCSDS_OEM_VERS = 2.0\nMETA_START\nOBJECT_NAME = A\nOBJECT_ID = B\n"
+            f"CENTER_NAME = EARTH\nREF_FRAME = {frame}\n{instant}TIME_SYSTEM = UTC\n"
+            "INTERPOLATION = LAGRANGE\nINTERPOLATION_DEGREE = 7\nMETA_STOP\n"
+        )
+        found = read(tmp_path, "a.oem", text + "\n".join(lines))
+        assert miss(found)[0] < 2e-3  # the chord of the nutation is 2e-10 rad from its arc

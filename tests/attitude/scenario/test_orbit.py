@@ -92,7 +92,7 @@ def test_day_one_is_the_first_of_january() -> None:
     ("key", "line", "expected"),
     [
         ("line1", ISS_1[:-1], "expected 69 ASCII characters, not 68"),
-        ("line1", ISS_1 + " ", "expected 69 ASCII characters, not 70"),
+        ("line1", " " + ISS_1, "expected 69 ASCII characters, not 70"),
         ("line2", ISS_2[:-1] + "é", "expected 69 ASCII characters"),
         ("line1", ISS_2, "expected a line that starts with '1 '"),
         ("line2", ISS_1, "expected a line that starts with '2 '"),

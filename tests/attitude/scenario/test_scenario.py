@@ -119,7 +119,7 @@ def test_limits_of_the_small_sections(section: type, key: str, value: float, exp
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"orbit": 3}, "orbit = 3: expected Orbit or TLEOrbit or EphemerisOrbit"),
+        ({"orbit": 3}, "orbit = 3: expected Orbit or TLEOrbit or MeanElements or EphemerisOrbit"),
         ({"gyro": SunSensor()}, "expected Gyro"),
         ({"sensors": (Gyro(),)}, "expected Sensor"),
         ({"eclipse": 0}, "eclipse = 0: expected true or false"),

@@ -206,7 +206,7 @@ def test_keys_of_older_files_are_told_the_new_ones(override: dict[str, Any], mes
         (
             {"orbit": {"propagator": "j22"}},
             "orbit.propagator = 'j22': unknown propagator, did you mean 'j2'? (known: 'two-body', "
-            "'j2', 'sgp4', 'ephemeris', 'ephemeris-file')",
+            "'j2', 'sgp4', 'mean-elements', 'ephemeris', 'file', 'ephemeris-file')",
         ),
         (
             {"sensors": [{"kind": "sunsensor"}]},

@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from mgeo_attitude.fields import declared
 from mgeo_attitude.scenario import (
     Convergence,
-    EphemerisFile,
     EphemerisOrbit,
     InitialConditions,
     ManeuverLimits,
     Orbit,
+    OrbitFile,
     Scenario,
     ScenarioFileError,
     TLEOrbit,
@@ -27,7 +27,7 @@ from .strategies import scenarios
 from .test_orbit import ISS_1, ISS_2
 
 SECTIONS = (
-    Scenario, Orbit, TLEOrbit, EphemerisOrbit, EphemerisFile, Gyro, InitialConditions,
+    Scenario, Orbit, TLEOrbit, EphemerisOrbit, OrbitFile, Gyro, InitialConditions,
     ManeuverLimits, Convergence, *SENSORS.values(),
 )  # fmt: skip
 

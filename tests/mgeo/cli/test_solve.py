@@ -197,6 +197,7 @@ def test_an_existing_run_is_refused_unless_told(mgeo):
         (["cantilever", *REAL, "--perturbation", "big"], "perturbation = 'big'"),
         (["cantilever", "--scenario", "huge"], "preset = 'huge': expected one of light, heavy"),
         (["cantilever", "--scenario", "no.toml"], "there is no scenario file no.toml"),
+        (["cantilever", "--scenario", "1  2.toml"], "there is no scenario file 1  2.toml"),
         (["zdt1", "--scenario", "huge"], "unknown option 'preset' of problem 'zdt1'"),
         (["cantilever", "--out", "file"], "file is a file: expected a folder"),
         (["bnh", "--algorithm", "moead"], "does not treat constraints"),

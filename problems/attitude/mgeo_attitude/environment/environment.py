@@ -106,7 +106,7 @@ class Environment:
         ValueError
             If the run leaves the years of the field model or the orbit enters the Earth.
         ImportError, SGP4Error
-            From an orbit by a two-line element set; see `sgp4_gcrs`.
+            From an orbit by an element set; see `ElementSet`.
         """
         return cls.at(scenario, scenario.times, origin=scenario)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
@@ -11,9 +12,9 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.constants import EARTH_MU, EARTH_RADIUS
-from mgeo_attitude.environment.interpolation import interpolate, nearest, others
+from mgeo_attitude.environment.arc import Arc
 from mgeo_attitude.environment.kepler import orbital_period
-from mgeo_attitude.environment.time_frames import elapsed
+from mgeo_attitude.environment.time_frames import elapsed, utc_text
 from mgeo_attitude.fields import Validated, expect, quantity
 
 #: Degree of the polynomials if nobody says one: through 8 positions, or 4 with velocities.
@@ -22,10 +23,8 @@ MOST_DEGREE = 15
 #: Instants this near [s] are the same: files round theirs, mostly to a microsecond.
 SAME_INSTANT = 2e-6
 
-_GAP = 4.0  # times the usual distance of samples
 _FARTHEST = 1e9  # m; the Earth's gravity rules as far as 9.2e8 m (its sphere of influence)
 _MOST_MISSED = 1000.0  # m, as much as the best element sets are off
-_BLOCK = 50_000  # instants interpolated at once; bounds memory
 
 Vector = tuple[float, float, float]
 
@@ -34,10 +33,12 @@ Vector = tuple[float, float, float]
 class EphemerisOrbit(Validated):
     """Samples of a position in GCRS: Hermite's polynomials with velocities, Lagrange's without.
 
+    Two samples of the same time are before and after a jump: no polynomial goes through both.
+
     Raises
     ------
     InvalidValue, InvalidType
-        For times that do not increase or have a gap, too few samples, unequal numbers of them, a
+        For times out of order, too few samples, unequal numbers of them, a
         position below ground or beyond the Earth's reach, a satellite that the Earth does not hold,
         or a sample that those around it miss by more than 1 km: it is wrong, they are too far
         apart, or the velocities are not those of the positions.
@@ -48,7 +49,9 @@ class EphemerisOrbit(Validated):
     source: str = quantity("", doc="where the samples come from")
     epoch: datetime = quantity(doc="instant from which the times count, with its UTC offset")
     degree: int = quantity(DEFAULT_DEGREE, low=1, high=MOST_DEGREE, doc="degree of the polynomials")
-    times: tuple[float, ...] = quantity(unit="s", doc="SI seconds after the epoch, increasing")
+    times: tuple[float, ...] = quantity(
+        unit="s", doc="SI seconds after the epoch, in order; the same twice is a jump"
+    )
     position: tuple[Vector, ...] = quantity(unit="m", doc="positions, GCRS")
     velocity: tuple[Vector, ...] = quantity((), unit="m/s", doc="velocities, GCRS, if known")
 
@@ -56,8 +59,9 @@ class EphemerisOrbit(Validated):
         super().__post_init__()
         offset = self.epoch.utcoffset() is not None
         expect(offset, "epoch", self.epoch.isoformat(), "a UTC offset, such as a Z at the end")
-        n, need = len(self.times), self._points + 1
-        expect(n >= need, "times", f"{n} samples", f"at least {need} for degree = {self.degree}")
+        n, need = len(self.times), max(3, points(self.degree, bool(self.velocity)))
+        enough = f"at least {need} for degree = {self.degree}; fewer allow a lower degree"
+        expect(n >= need, "times", f"{n} samples", enough)
         for key, count in (("position", len(self.position)), ("velocity", len(self.velocity) or n)):
             expect(count == n, key, f"{count} vectors", f"{n}, one for each of the times")
         self._check_times()
@@ -70,13 +74,13 @@ class EphemerisOrbit(Validated):
 
     def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
         """Position [m] and its slope [m/s], GCRS, shape (n, 3), at `times` [s] after the epoch."""
-        at = times + elapsed(self.epoch, epoch)
-        blocks = np.array_split(at, 1 + len(at) // _BLOCK)
-        position, velocity = zip(*map(self._at, blocks), strict=True)
-        return np.concatenate(position), np.concatenate(velocity)
+        return self._at(times + elapsed(self.epoch, epoch))
 
     def for_run(self, epoch: datetime, duration: float) -> Self:
-        """Itself, or an InvalidValue if its samples do not reach from start to end of a run."""
+        """Itself, or an InvalidValue if its samples have a gap in a run, or do not reach its ends.
+
+        A gap is where the error of interpolation is about 1 km or more.
+        """
         start = elapsed(self.epoch, epoch)
         first, last = self.times[0], self.times[-1]
         inside = first <= start + SAME_INSTANT and start + duration <= last + SAME_INSTANT
@@ -85,57 +89,80 @@ class EphemerisOrbit(Validated):
             f"orbit.epoch = {self.epoch.isoformat()}"
         )
         expect(inside, "times", f"{first:.12g} to {last:.12g}", run)
+        for arc in self._arcs:
+            needed = (arc.times[1:] > start) & (arc.times[:-1] < start + duration)
+            for k in np.flatnonzero(needed & (arc.error > _MOST_MISSED))[:1]:
+                begin, end = arc.times[k : k + 2].tolist()
+                span = f"{utc_text(self.epoch, begin)} to {utc_text(self.epoch, end)}"
+                between = (
+                    f"samples in this gap of {end - begin:.6g} s, in which polynomials of degree "
+                    f"{self.degree} are off by about {arc.error[k]:.2g} m (at most "
+                    f"{_MOST_MISSED:g} m)"
+                )
+                expect(False, "times", span, between)
         return self
 
     def later(self, time: float) -> Self:
         """Itself: it has an epoch of its own."""
         return self
 
-    @property
-    def _points(self) -> int:
-        return points(self.degree, bool(self.velocity))
-
     @cached_property
-    def _samples(self) -> tuple[Floats, Floats, Floats | None]:
+    def _arcs(self) -> list[Arc]:
+        """Between two samples of the same time; of one sample alone there is none."""
+        count = points(self.degree, bool(self.velocity))
+        times, position = np.array(self.times), np.array(self.position)
         velocity = np.array(self.velocity) if self.velocity else None
-        return np.array(self.times), np.array(self.position), velocity
+        ends = [0, *(1 + np.flatnonzero(np.diff(times) == 0.0)).tolist(), len(times)]
+        slices = [slice(a, b) for a, b in itertools.pairwise(ends) if b - a > 1]
+        return [
+            Arc(
+                times[part],
+                position[part],
+                None if velocity is None else velocity[part],
+                min(count, part.stop - part.start),
+            )
+            for part in slices
+        ]
 
     def _at(self, at: Floats) -> tuple[Floats, Floats]:
-        return interpolate(*self._samples, nearest(self._samples[0], at, self._points), at)
+        position, velocity = np.empty((len(at), 3)), np.empty((len(at), 3))
+        starts = [arc.times[0] for arc in self._arcs[1:]]
+        which = np.searchsorted(starts, at, side="right")
+        for k, arc in enumerate(self._arcs):
+            own = which == k
+            position[own], velocity[own] = arc.at(at[own])
+        return position, velocity
 
     def _energies(self) -> Floats:
         """Of the samples, kinetic and potential [m²/s²], shape (n,)."""
-        position, velocity = self._at(self._samples[0])
+        position, velocity = self._at(np.array(self.times))
         kinetic = 0.5 * np.einsum("ni,ni->n", velocity, velocity)
         return np.asarray(kinetic - EARTH_MU / np.linalg.norm(position, axis=1))
 
     def _check_times(self) -> None:
-        steps = np.diff(self.times)
-        most = _GAP * float(np.median(steps))
-        for k, step in enumerate(steps.tolist(), 1):
+        for k, step in enumerate(np.diff(self.times).tolist(), 1):
             later = f"more than the {self.times[k - 1]!r} s before it"
-            expect(step > 0.0, f"times[{k}]", self.times[k], later)
-            near = f"no gap: at most {_GAP:g} times the usual {most / _GAP:.6g} s after the last"
-            expect(step <= most, f"times[{k}]", self.times[k], f"{near}, not {step:.6g} s")
+            jump = step == 0.0 and self.times[k] not in self.times[k + 1 : k + 2]
+            expect(step > 0.0 or jump, f"times[{k}]", self.times[k], later)
 
     def _check_positions(self) -> None:
-        times, position, _ = self._samples
-        for k, radius in enumerate(np.linalg.norm(position, axis=1)):
+        for k, radius in enumerate(np.linalg.norm(self.position, axis=1)):
             reach = (
                 f"a position above ground and near the Earth, |r| from {EARTH_RADIUS:.12g} to "
                 f"{_FARTHEST:g} m, not {radius:.6g} m"
             )
             sound = EARTH_RADIUS <= radius <= _FARTHEST
             expect(sound, f"position[{k}]", self.position[k], reach)
-        expected, _ = interpolate(*self._samples, others(len(times), self._points), times)
-        missed = np.linalg.norm(expected - position, axis=1)
-        k = 1 + int(np.argmax(missed[1:-1]))  # the ends are between no others
-        near = (
-            f"a position within {_MOST_MISSED:g} m of what those around it give, not "
-            f"{missed[k]:.6g} m: it is wrong, samples are too far apart, or velocities have "
-            "another unit or frame"
-        )
-        expect(missed[k] <= _MOST_MISSED, f"position[{k}]", self.position[k], near)
+        for arc in self._arcs:
+            missed = arc.missed(_MOST_MISSED)
+            worst = int(np.argmax(missed))
+            near = (
+                f"a position within {_MOST_MISSED:g} m of what those around it give, not "
+                f"{missed[worst]:.6g} m: it is wrong, samples are too far apart, or velocities "
+                "have another unit or frame"
+            )
+            k = self.times.index(arc.times[worst])
+            expect(missed[worst] <= _MOST_MISSED, f"position[{k}]", self.position[k], near)
         fastest = int(np.argmax(self._energies()))
         held = "a position and a speed with which the Earth holds the satellite"
         expect(

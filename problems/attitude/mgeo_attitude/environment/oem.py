@@ -7,7 +7,8 @@ from datetime import datetime
 
 import numpy as np
 
-from mgeo_attitude.environment.segment import Segment, increasing, numbers
+from mgeo_attitude.environment.frames import of_epoch
+from mgeo_attitude.environment.segment import Segment, in_order, numbers
 from mgeo_attitude.environment.time_stamps import seconds_after
 
 #: Metadata that are read, and the values that are understood; what may be missing has one for it.
@@ -16,12 +17,19 @@ _METADATA = {
     "OBJECT_ID": r".+",
     "CENTER_NAME": r"EARTH",
     "REF_FRAME": r".+",
-    "REF_FRAME_EPOCH": r"",  # inertial frames and those of date only
+    "REF_FRAME_EPOCH": r".*",
     "TIME_SYSTEM": r".+",
     "USEABLE_START_TIME": r".*",
     "USEABLE_STOP_TIME": r".*",
     "INTERPOLATION": r"|HERMITE|LAGRANGE|LINEAR",
     "INTERPOLATION_DEGREE": r"|\d{1,3}",
+}
+
+#: Attributes of a segment, of metadata that are instants.
+_INSTANTS = {
+    "start": "USEABLE_START_TIME",
+    "stop": "USEABLE_STOP_TIME",
+    "frame_epoch": "REF_FRAME_EPOCH",
 }
 
 Lines = list[tuple[int, str]]  # each with its number
@@ -41,7 +49,10 @@ def read_oem(text: str, epoch: datetime) -> list[Segment]:
     lines = [(n, line) for n, line in numbered if line and not line.startswith("COMMENT")]
     starts = [i for i, (_, line) in enumerate(lines) if line == "META_START"]
     if not starts or not lines[0][1].startswith("CCSDS_OEM_VERS"):
-        raise ValueError("expected a message in KVN, with CCSDS_OEM_VERS first and META_START")
+        raise ValueError(
+            "expected element sets (OMM, or two lines), or a message in KVN, with CCSDS_OEM_VERS "
+            "first and META_START"
+        )
     ends = [*starts[1:], len(lines)]
     return [_segment(lines[start:end], epoch) for start, end in zip(starts, ends, strict=True)]
 
@@ -57,13 +68,15 @@ def _segment(lines: Lines, epoch: datetime) -> Segment:
     meta = _metadata(texts[1:stop])
     system, method = meta["TIME_SYSTEM"].upper(), meta["INTERPOLATION"].lower()
     stamps = [line.split()[0] for _, line in rows]
-    times = increasing(seconds_after(epoch, stamps, system), stamps)
+    times = in_order(seconds_after(epoch, stamps, system), stamps)
     states = 1e3 * np.array([_state(n, line.split()[1:]) for n, line in rows])  # from km
     limits = {
         name: float(seconds_after(epoch, [meta[key]], system)[0])
-        for name, key in (("start", "USEABLE_START_TIME"), ("stop", "USEABLE_STOP_TIME"))
+        for name, key in _INSTANTS.items()
         if meta[key]
     }
+    if of_epoch(meta["REF_FRAME"]) and "frame_epoch" not in limits:
+        raise ValueError(f"REF_FRAME = {meta['REF_FRAME']}: expected its REF_FRAME_EPOCH, too")
     degree = meta["INTERPOLATION_DEGREE"] or ("1" if method == "linear" else "")
     return Segment(
         name=f"{meta['OBJECT_NAME']} {meta['OBJECT_ID']}",

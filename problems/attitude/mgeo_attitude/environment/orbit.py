@@ -1,4 +1,4 @@
-"""How the satellite moves: elements at the epoch, a two-line element set, or an ephemeris."""
+"""How the satellite moves: elements at the epoch, an element set, or an ephemeris."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import Self
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.constants import EARTH_RADIUS
 from mgeo_attitude.environment.ephemeris import EphemerisOrbit
-from mgeo_attitude.environment.ephemeris_file import EphemerisFile
 from mgeo_attitude.environment.kepler import (
     Elements,
     advanced,
@@ -20,6 +19,8 @@ from mgeo_attitude.environment.kepler import (
     secular_rates,
     two_body,
 )
+from mgeo_attitude.environment.mean_elements import MeanElements
+from mgeo_attitude.environment.orbit_file import OrbitFile
 from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import Kinds, Validated, expect, positive, quantity
 
@@ -95,13 +96,15 @@ class Orbit(Validated):
         return Elements(self.semi_major_axis, self.eccentricity, *map(math.radians, angles))
 
 
-AnyOrbit = Orbit | TLEOrbit | EphemerisOrbit
+AnyOrbit = Orbit | TLEOrbit | MeanElements | EphemerisOrbit
 
-#: Orbit classes by the ``propagator`` that names them in a scenario file. `for_run` gives the orbit
-#: of a run, which has a `period` and `propagate`.
+#: Orbit classes by the ``propagator`` that names them in a scenario file, which some keys say, too.
+#: `for_run` gives the orbit of a run, which has a `period` and `propagate`.
 ORBITS = Kinds(
     "propagator",
     dict.fromkeys(ANALYTIC, Orbit)
-    | {cls.propagator: cls for cls in (TLEOrbit, EphemerisOrbit, EphemerisFile)},
+    | {cls.propagator: cls for cls in (TLEOrbit, MeanElements, EphemerisOrbit, OrbitFile)}
+    | {"ephemeris-file": OrbitFile},  # its name when it read ephemerides only
     default="two-body",
+    telling={"line1": TLEOrbit.propagator, "file": OrbitFile.propagator},
 )

@@ -7,7 +7,7 @@ from datetime import datetime
 
 import numpy as np
 
-from mgeo_attitude.environment.segment import Segment, increasing, numbers
+from mgeo_attitude.environment.segment import Segment, in_order, numbers
 from mgeo_attitude.environment.time_stamps import seconds_after
 
 Columns = tuple[str, ...]
@@ -54,7 +54,7 @@ def read_position_table(text: str, epoch: datetime, frame: str) -> Segment:
     return Segment(
         name="",
         frame=frame,
-        times=increasing(times, stamps),
+        times=in_order(times, stamps),
         position=_POSITIONS[place] * states[:, :3],
         velocity=_VELOCITIES[motion] * states[:, 3:] if motion else None,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from datetime import date, datetime, timedelta
+from datetime import UTC, date, datetime, timedelta
 
 import erfa
 import numpy as np
@@ -41,6 +41,12 @@ def seconds_after(epoch: datetime, stamps: Sequence[str], system: str = "UTC") -
     midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
     # whole numbers first: sums of hours and fractions keep the last digit of a microsecond
     return np.asarray(seconds - (utc - midnight).total_seconds() + (ahead - tai_minus_utc(utc)))
+
+
+def utc_of(stamp: str) -> datetime:
+    """The instant of a stamp in UTC, to a microsecond; one that is none is a ValueError."""
+    day, seconds = _parts(stamp)
+    return datetime(day.year, day.month, day.day, tzinfo=UTC) + timedelta(seconds=seconds)
 
 
 def _parts(stamp: str) -> tuple[date, float]:

@@ -1,26 +1,25 @@
-"""Two-line element sets by SGP4 (package `sgp4`, an extra), in GCRS.
-
-SGP4 itself is good to about 1 km at the epoch of the set and loses 1 to 3 km a day; the rotation
-from its frame adds less than 1 m.
-"""
+"""Two-line element sets: their lines and columns."""
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import ClassVar, Self
-
-import numpy as np
+from typing import TYPE_CHECKING, ClassVar
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constants import DAY, EARTH_MU, EARTH_RADIUS
-from mgeo_attitude.environment.time_frames import Instants, instants, rotate, teme_to_gcrs
-from mgeo_attitude.fields import Validated, expect, quantity
+from mgeo_attitude.environment.element_set import (
+    ElementSet,
+    fastest,
+    gcrs_of,
+    sgp4_api,
+    teme_of,
+)
+from mgeo_attitude.environment.time_frames import Instants
+from mgeo_attitude.fields import expect, quantity
 
-#: An element set older than this places the satellite tens of kilometers off and more.
-MAX_AGE = timedelta(days=30)
+if TYPE_CHECKING:
+    from sgp4.api import Satrec
 
 _LENGTH = 69
 _FIRST_YEAR = 57  # two-digit years from 57 on are 19yy (the first satellite flew in 1957)
@@ -36,13 +35,11 @@ _ENTRIES = (  # line, its first and last column, meaning
 )
 
 
-class SGP4Error(ArithmeticError):
-    """SGP4 cannot propagate an element set to the wanted instant."""
-
-
 @dataclass(frozen=True, kw_only=True)
-class TLEOrbit(Validated):
+class TLEOrbit(ElementSet):
     """A NORAD two-line element set, propagated by SGP4 from the set's own epoch.
+
+    Blanks at the ends of the lines, which files often have, are dropped.
 
     Raises
     ------
@@ -52,12 +49,16 @@ class TLEOrbit(Validated):
     """
 
     propagator: ClassVar[str] = "sgp4"
+    epoch_key: ClassVar[str] = "line1"
 
     line1: str = quantity(doc="first line of the element set")
     line2: str = quantity(doc="second line of the element set")
+    source: str | None = quantity(None, doc="where they come from")
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        for key in ("line1", "line2"):
+            object.__setattr__(self, key, getattr(self, key).rstrip())
         _check_line("line1", self.line1, "1")
         _check_line("line2", self.line2, "2")
         number = self.line1[2:7]
@@ -71,71 +72,55 @@ class TLEOrbit(Validated):
         expect(1.0 <= day < 367.0, "line1", self.line1, "a day in [1, 367) (columns 21-32)")
         revolutions, eccentricity = entries["revolutions a day"], entries["eccentricity"] * 1e-7
         # Not only decayed satellites: the usual mistake is a line shifted by a column.
-        fastest = DAY * math.sqrt(EARTH_MU * ((1.0 - eccentricity) / EARTH_RADIUS) ** 3) / math.tau
+        most = fastest(eccentricity)
         above = (
-            f"a perigee above the Earth's surface, between 0 and {fastest:.6g} revolutions a day "
+            f"a perigee above the Earth's surface, between 0 and {most:.6g} revolutions a day "
             "(columns 53-63)"
         )
-        expect(0.0 < revolutions < fastest, "line2", self.line2, above)
+        expect(0.0 < revolutions < most, "line2", self.line2, above)
 
     @property
     def epoch(self) -> datetime:
         """Epoch of the element set, UTC."""
-        short_year = int(self.line1[18:20])
-        century = 1900 if short_year >= _FIRST_YEAR else 2000
-        new_year = datetime(century + short_year, 1, 1, tzinfo=UTC)
-        return new_year + timedelta(days=float(self.line1[20:32]) - 1.0)
+        return epoch_of(self.line1)
 
     @property
-    def period(self) -> float:
-        """Period of the mean motion [s]."""
-        return DAY / float(self.line2[52:63])
+    def instant(self) -> datetime:
+        """The same, as of every element set."""
+        return self.epoch
 
-    def propagate(self, epoch: datetime, times: Floats) -> tuple[Floats, Floats]:
-        """As `sgp4_gcrs`, at `times` [s] after the epoch."""
-        return sgp4_gcrs(self.line1, self.line2, instants(epoch, times))
+    @property
+    def revolutions(self) -> float:
+        """Mean motion [revolutions a day]."""
+        return float(self.line2[52:63])
 
-    def for_run(self, epoch: datetime, duration: float) -> Self:
-        """Itself, or an InvalidValue for an epoch that the set is too old, or too new, for."""
-        near = (
-            f"an element set within {MAX_AGE.days} days of epoch = {epoch.isoformat()}, not of "
-            f"{self.epoch.isoformat()}"
-        )
-        expect(abs(epoch - self.epoch) <= MAX_AGE, "line1", self.line1, near)
-        return self
+    def satellite(self) -> Satrec:
+        """With the constants of WGS72, for which element sets are made."""
+        return _satellite(self.line1, self.line2)
 
-    def later(self, time: float) -> Self:
-        """Itself: it has an epoch of its own."""
-        return self
+
+def epoch_of(line1: str) -> datetime:
+    """Epoch of an element set, UTC, from columns 19 to 32; a ValueError if they are no numbers."""
+    try:
+        short_year, day = int(line1[18:20]), float(line1[20:32])
+    except ValueError:
+        raise ValueError(f"{line1!r:.80}: expected an epoch in columns 19-32") from None
+    century = 1900 if short_year >= _FIRST_YEAR else 2000
+    return datetime(century + short_year, 1, 1, tzinfo=UTC) + timedelta(days=day - 1.0)
 
 
 def sgp4_gcrs(line1: str, line2: str, at: Instants) -> tuple[Floats, Floats]:
-    """Position [m] and velocity [m/s], GCRS, shape (n, 3), from the two (checked) lines of a set.
-
-    The velocity takes TEME as inertial, which costs 1e-4 m/s in a low orbit. A decayed satellite,
-    or what else SGP4 reports, is an SGP4Error; without the package sgp4 it is an ImportError.
-    """
-    position, velocity = sgp4_teme(line1, line2, at)
-    rotation = teme_to_gcrs(at)
-    return rotate(rotation, position), rotate(rotation, velocity)
+    """As `gcrs_of`, from the two (checked) lines of a set."""
+    return gcrs_of(_satellite(line1, line2), at)
 
 
 def sgp4_teme(line1: str, line2: str, at: Instants) -> tuple[Floats, Floats]:
-    """As `sgp4_gcrs`, in SGP4's own frame, the true equator and mean equinox of date."""
-    try:
-        from sgp4.api import SGP4_ERRORS, Satrec
-    except ImportError as error:
-        raise ImportError(
-            "a two-line element set needs the package sgp4: pip install sgp4"
-        ) from error
-    satellite = Satrec.twoline2rv(line1, line2)  # with WGS72, for which element sets are made
-    codes, position, velocity = satellite.sgp4_array(np.full_like(at.ut, at.midnight), at.ut)
-    for k in np.flatnonzero(codes)[:1]:
-        raise SGP4Error(
-            f"satellite {line1[2:7]}: SGP4 error {codes[k]} at t = "
-            f"{(at.ut[k] - at.ut[0]) * DAY:.1f} s, {SGP4_ERRORS[int(codes[k])]}"
-        )
-    return 1e3 * position, 1e3 * velocity
+    """As `teme_of`, from the two (checked) lines of a set."""
+    return teme_of(_satellite(line1, line2), at)
+
+
+def _satellite(line1: str, line2: str) -> Satrec:
+    return sgp4_api().Satrec.twoline2rv(line1, line2)
 
 
 def _check_line(key: str, line: str, number: str) -> None:

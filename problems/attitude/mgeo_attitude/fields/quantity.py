@@ -16,11 +16,20 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 @dataclass(frozen=True)
 class Kinds:
-    """Classes of a section by the name that the entry `key` of its table has, or else `default`."""
+    """Classes of a section by the name that the entry `key` of its table has.
+
+    Where it has none, a key that is `telling` says the name, or else it is `default`.
+    """
 
     key: str
     classes: Mapping[str, type[Any]]
     default: str = ""
+    telling: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+    def named(self, table: Mapping[str, Any]) -> Any:
+        """The name that a table says, not checked; None if it says none."""
+        told = (name for key, name in self.telling.items() if key in table)
+        return table[self.key] if self.key in table else next(told, None)
 
 
 @dataclass(frozen=True)

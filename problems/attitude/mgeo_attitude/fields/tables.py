@@ -101,9 +101,9 @@ def _section(cls: type[Any], table: Mapping[str, Any], kinds: Kinds | None) -> A
     """A section from a table that names its kind, if there are several."""
     if kinds is None:
         return from_table(cls, table)
-    if not (kinds.key in table or kinds.default):
+    name = kinds.named(table) if kinds.named(table) is not None else kinds.default
+    if not name and kinds.key not in table:
         raise KeyProblem(kinds.key, None, f"missing{known_names('', kinds.classes)}")
-    name = table.get(kinds.key, kinds.default)
     if not isinstance(name, str) or name not in kinds.classes:
         expected = f"unknown {kinds.key}{known_names(name, kinds.classes)}"
         raise InvalidValue(kinds.key, name, expected)

@@ -1,8 +1,12 @@
 """Scenarios: what a study depends on, from code, presets or TOML files."""
 
+import warnings
+from typing import Any
+
 from mgeo_attitude.environment.ephemeris import EphemerisOrbit
-from mgeo_attitude.environment.ephemeris_file import EphemerisFile
+from mgeo_attitude.environment.mean_elements import MeanElements
 from mgeo_attitude.environment.orbit import Orbit
+from mgeo_attitude.environment.orbit_file import OrbitFile
 from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import KeyProblem
 from mgeo_attitude.scenario.flight import FlightErrors
@@ -21,13 +25,14 @@ from mgeo_attitude.scenario.wheels import Wheels
 
 __all__ = [
     "Convergence",
-    "EphemerisFile",
     "EphemerisOrbit",
     "FlightErrors",
     "InitialConditions",
     "KeyProblem",
     "ManeuverLimits",
+    "MeanElements",
     "Orbit",
+    "OrbitFile",
     "PathLimit",
     "Prior",
     "RequiredSigma",
@@ -38,3 +43,11 @@ __all__ = [
     "Wheels",
     "scenario_schema",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """`OrbitFile` by its name when it read ephemerides only."""
+    if name == "EphemerisFile":
+        warnings.warn("EphemerisFile is now called OrbitFile", DeprecationWarning, stacklevel=2)
+        return OrbitFile
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

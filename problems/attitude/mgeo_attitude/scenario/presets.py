@@ -42,7 +42,7 @@ def overridden(base: Table, table: Mapping[str, Any]) -> Table:
 def _kind_of_orbit(table: Table) -> type | None:
     """The class of the orbit that a table gives; None where it does not say."""
     orbit = table.get("orbit")
-    name = orbit.get(ORBITS.key) if isinstance(orbit, Mapping) else None
+    name = ORBITS.named(orbit) if isinstance(orbit, Mapping) else None
     return ORBITS.classes.get(name) if isinstance(name, str) else None
 
 

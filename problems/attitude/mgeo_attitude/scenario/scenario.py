@@ -77,7 +77,7 @@ class Scenario(Validated):
         PAPER, doc=f"what to minimize, of {', '.join(NAMES)}, {TRACE_OF}BLOCK,BLOCK..."
     )
     orbit: AnyOrbit = quantity(
-        kinds=ORBITS, doc="elements at the epoch, a two-line element set, or an ephemeris"
+        kinds=ORBITS, doc="elements at the epoch, an element set, or an ephemeris"
     )
     gyro: Gyro = quantity(factory=Gyro, doc="three-axis gyro")
     sensors: tuple[Sensor, ...] = quantity(
@@ -195,7 +195,7 @@ class Scenario(Validated):
 
         A list of sensors replaces the preset's. What one of them leaves out is that of the preset's
         sensor of the same name and kind, or else of its only one of the kind, or else the kind's
-        default. An ephemeris is read from the file that ``orbit.file`` names in `folder`.
+        default. An orbit is read from the file that ``orbit.file`` names in `folder`.
 
         Raises
         ------
@@ -220,7 +220,7 @@ class Scenario(Validated):
     def from_toml(source: str | os.PathLike[str]) -> Scenario:
         """Read a TOML file, or TOML text; ``preset = "..."`` works as in `from_dict`.
 
-        An ephemeris that it names is read from the file's own folder.
+        An orbit's file that it names is read from its own folder.
 
         Parameters
         ----------
