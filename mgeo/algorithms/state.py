@@ -58,7 +58,8 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
     """The state of a run between two generations: within a callback, or after `next`.
 
     It holds all of the algorithm's `RunState` and what pymoo carries: the last candidates, its
-    random stream, the counters, the time used; and the parameters. Not in it: the problem,
+    random stream, the counters, the time used; and the parameters, those of a `TolerantEvaluator`
+    too. Not in it: the problem,
     callback, display and history, and a termination that is no budget of generations,
     evaluations or time.
 
@@ -97,6 +98,8 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
         "termination": _budget(algorithm.termination),
         "return_least_infeasible": bool(algorithm.return_least_infeasible),
     }
+    if type(algorithm.evaluator) is TolerantEvaluator:  # others the caller has to give again
+        data["evaluator"] = algorithm.evaluator.settings()
     arrays = pack_population("pop", algorithm.pop, algorithm.problem)
     state, values = algorithm.state, dict[str, Any]()
     names = [field.name for field in fields(state)]
@@ -116,7 +119,8 @@ def restore(saved: SavedState, problem: Problem, **options: Any) -> ExtremalOpti
     saved : what `capture` gave.
     problem : the same problem.
     options : as for `setup`: `callback`, `verbose`, ...; and a `termination`, if another one
-        than the run had (always, if that is not kept).
+        than the run had (always, if that is not kept). Without an `evaluator` it is a
+        `TolerantEvaluator` with the settings of the run's, if that was one.
 
     Raises
     ------
@@ -129,6 +133,7 @@ def restore(saved: SavedState, problem: Problem, **options: Any) -> ExtremalOpti
         data = saved.data
         algorithm = _find(entry(data, "class", str))(**entry(data, "parameters", dict))
         least = entry(data, "return_least_infeasible", bool)
+        options.setdefault("evaluator", _evaluator(data.get("evaluator", {})))
         if (termination := options.pop("termination", None)) is None:
             termination = _termination(data.get("termination"))
     termination = _converted(termination)
@@ -143,6 +148,23 @@ def restore(saved: SavedState, problem: Problem, **options: Any) -> ExtremalOpti
         algorithm.n_iter = algorithm.n_generations + 1
         end_at(algorithm, algorithm.termination)
     return algorithm
+
+
+def _evaluator(settings: Any) -> TolerantEvaluator:
+    kinds = {
+        "patience": int,
+        "warn": bool,
+        "skip_already_evaluated": bool,
+        "evaluate_values_of": list[str],
+    }
+    given = {
+        key: entry(settings, key, kind, "evaluator.")
+        for key, kind in kinds.items()
+        if key in settings
+    }
+    if unknown := set(given.get("evaluate_values_of", ())) - {"F", "G", "H"}:
+        raise ValueError(f"evaluator.evaluate_values_of = {min(unknown)!r:.80}: expected F, G, H")
+    return TolerantEvaluator(**given)
 
 
 def _fill(algorithm: ExtremalOptimization, saved: SavedState) -> None:

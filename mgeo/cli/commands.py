@@ -9,6 +9,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from mgeo._foreign import foreign
 from mgeo.cli.errors import ended
+from mgeo.cli.stdout import reserved
 from mgeo.plugins.discovery import COMMANDS, PluginError, find_plugin, installed_plugins
 
 
@@ -48,7 +49,8 @@ class RootCommands(Commands):
         name, command, rest = super().resolve_command(ctx, args)
         if isinstance(command, _NotImported):
             try:
-                command = _imported(args[0])
+                with reserved():  # a word --json may follow
+                    command = _imported(args[0])
             except PluginError:
                 if not ctx.resilient_parsing:  # else a shell asks, and there is nothing to offer
                     raise

@@ -10,10 +10,16 @@ import typer
 from typer.core import TyperCommand
 
 from mgeo.cli.errors import remember_debug
+from mgeo.cli.stdout import reserve
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
 Json = Annotated[
-    bool, typer.Option("--json", help="Print the result as one JSON document, for scripts.")
+    bool,
+    typer.Option(
+        "--json",
+        callback=reserve,
+        help="Print the result as one JSON document, for scripts; on stdout there is nothing else.",
+    ),
 ]
 Debug = Annotated[
     bool,

@@ -11,6 +11,7 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
+from mgeo.cli.stdout import write
 from mgeo.terminal import broken, console, plain, printable
 
 
@@ -53,7 +54,7 @@ class Output:
     def result(self, document: Mapping[str, Any]) -> None:
         """Give scripts what the command found; see `json_text`."""
         if self.json:
-            typer.echo(json_text(document))
+            write(json_text(document))
 
 
 def json_text(document: Mapping[str, Any]) -> str:

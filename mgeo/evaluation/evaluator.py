@@ -82,6 +82,15 @@ class TolerantEvaluator(Evaluator):
         tolerant.n_eval = evaluator.n_eval
         return tolerant
 
+    def settings(self) -> dict[str, Any]:
+        """What its constructor takes to make it again, as JSON values; a callback is none."""
+        return {
+            "patience": self.patience,
+            "warn": self.warn,
+            "skip_already_evaluated": bool(self.skip_already_evaluated),
+            "evaluate_values_of": list(self.evaluate_values_of),
+        }
+
     def counts(self) -> dict[str, Any]:
         """What was counted, as JSON values."""
         return {

@@ -163,6 +163,14 @@ def other_parameters(known: Collection[str]) -> list[str]:
     return list(dict.fromkeys(key for n in FAMILY for key in _parameters(n) if key not in known))
 
 
+def keeps_checkpoints(name: str) -> bool:
+    """Whether runs of an algorithm can be resumed.
+
+    Of ``module:Class``, which is not imported because a file names it, that is taken for granted.
+    """
+    return ":" in name or issubclass(_class(name), ExtremalOptimization)
+
+
 def _class(name: str) -> Any:
     if name not in ALGORITHMS:
         return load_algorithm(name)

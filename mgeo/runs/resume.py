@@ -11,7 +11,7 @@ from mgeo.files.reading import errors_of
 from mgeo.persistence.checkpoint import read_notes, resume
 from mgeo.plugins.algorithms import load_algorithm
 from mgeo.plugins.discovery import load_problem
-from mgeo.runs.algorithms import ALGORITHMS
+from mgeo.runs.algorithms import ALGORITHMS, keeps_checkpoints
 from mgeo.runs.folder import RUN_FILE, read_run
 from mgeo.runs.persistence import CHECKPOINT_FILE, Notes
 from mgeo.runs.prepare import PreparedRun
@@ -99,4 +99,9 @@ def _reason(folder: Path) -> str:
     if not (folder / RUN_FILE).is_file():
         return f"there is no {CHECKPOINT_FILE} in it"
     algorithm = read_run(folder).configuration.algorithm
+    if keeps_checkpoints(algorithm):
+        return (
+            f"there is no {CHECKPOINT_FILE} in it; {algorithm} keeps one where it is run by mgeo "
+            "solve, and that was removed or left behind"
+        )
     return f"{algorithm} keeps no checkpoints; only algorithms of the MGEO family do"

@@ -1,6 +1,7 @@
 """Problems and plugins that end the program, or print, while a command is under way."""
 
 import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -98,3 +99,47 @@ def test_a_keyboard_interrupt_of_the_problem_s_own_is_no_success(mgeo, leaver):
     done = mgeo(*SOLVE)
     assert done.exit_code == 130
     assert "interrupted after" in done.stdout
+
+
+def test_what_a_problem_prints_is_not_part_of_the_document(mgeo, leaver):
+    leaver('print("evaluated")', before='print("imported")')
+    done = mgeo(*SOLVE, "--json")
+    assert done.exit_code == 0, done.stderr
+    assert json.loads(done.stdout)["solutions"] > 1
+    for word in ("imported", "evaluated"):
+        assert f"{word}\n" in done.stderr
+    assert "evaluated" in mgeo(*SOLVE, "--overwrite").stdout  # without --json it is left alone
+
+
+def test_nor_what_threads_processes_and_compiled_code_print(leaver, stand_in_environment, tmp_path):
+    leaver(
+        """
+            os.write(1, b"descriptor\\n")
+            ctypes.CDLL(None).puts(b"compiled")
+            thread = threading.Thread(target=print, args=("thread",))
+            thread.start(); thread.join()
+            os.system("echo process")"""
+    )
+    environment = stand_in_environment | {
+        "PYTHONPATH": f"{tmp_path}:{stand_in_environment['PYTHONPATH']}"
+    }
+    done = subprocess.run(
+        [sys.executable, "-m", "mgeo", *map(str, SOLVE), "--json"],
+        cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["solutions"] > 1
+    for word in ("descriptor", "compiled", "thread", "process"):
+        assert f"{word}\n" in done.stderr
+
+
+def test_nor_what_a_plugin_prints_when_its_commands_are_imported(mgeo, tmp_path, monkeypatch):
+    text = "from stand_in_commands import app\nprint('imported')\n"
+    Path("printing_commands.py").write_text(text)
+    claim(tmp_path, "printing", "prints", "printing_commands:app", "mgeo.commands")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    Path("beam.toml").write_text("0.5")
+    done = mgeo("prints", "weigh", "beam.toml", "--json")
+    sys.modules.pop("printing_commands", None)
+    assert json.loads(done.stdout)["mass_kg"] == 3900.0
+    assert done.stderr == "imported\n"

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -117,6 +118,7 @@ def test_every_evaluation_is_recorded_on_demand(mgeo):
     [
         (["none"], "none cannot be resumed: there is no run.checkpoint in it"),
         (["nsga2"], "nsga2 keeps no checkpoints; only algorithms of the MGEO family do"),
+        (["moved"], "there is no run.checkpoint in it; mgeo-real keeps one where it is run by "),
         (["a", "--evaluations", "8"], "the new budget is 8 evaluations: expected at least the 160"),
         (["a", "--generations", "3"], "the new budget is 24 evaluations: expected at least the 1"),
         (["a", "--generations", "3", "--evaluations", "800"], "both given: expected one"),
@@ -126,6 +128,7 @@ def test_every_evaluation_is_recorded_on_demand(mgeo):
 def test_bad_input_is_one_line_and_changes_nothing(mgeo, arguments, message):
     solve(mgeo, "a", 160)
     mgeo("solve", "cantilever", "--algorithm", "nsga2", "--evaluations", 200, "--out", "nsga2")
+    shutil.copytree("a", "moved", ignore=shutil.ignore_patterns(CHECKPOINT_FILE))
     Path("cut").mkdir()
     Path("cut", CHECKPOINT_FILE).write_bytes(Path("a", CHECKPOINT_FILE).read_bytes()[:-1])
     before = {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()}

@@ -1,5 +1,6 @@
 """A run that stops anywhere goes on from its last checkpoint as if it had not stopped."""
 
+import dataclasses
 import errno
 import hashlib
 import itertools
@@ -16,7 +17,9 @@ from pymoo.termination.default import DefaultMultiObjectiveTermination
 
 import mgeo.algorithms
 from mgeo import Checkpoint, MGEOReal, Recorder, TolerantEvaluator, read_record, resume
+from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.files.reading import FileError
+from mgeo.persistence import checkpoint as checkpoint_module
 from mgeo.persistence.checkpoint import read_notes
 
 PROBLEM = ZDT1(n_var=4)
@@ -102,6 +105,47 @@ def test_counts_of_failures_go_on(tmp_path):
     expected = solve(problem).algorithm.evaluator
     assert resumed.evaluator.counts() == expected.counts()
     assert expected.n_failed > 0
+
+
+def test_the_evaluator_s_settings_go_on_unless_another_is_given(tmp_path):
+    given = {"patience": 7, "warn": False, "evaluate_values_of": ["F", "G"]}
+    save = Checkpoint(tmp_path / "a")
+    solve(n_gen=3, callback=save, evaluator=TolerantEvaluator(**given))
+    resumed = resume(tmp_path / "a", PROBLEM, ("n_gen", 5))
+    assert resumed.evaluator.settings() == given | {"skip_already_evaluated": True}
+    other = resume(tmp_path / "a", PROBLEM, ("n_gen", 5), evaluator=TolerantEvaluator(patience=9))
+    assert other.evaluator.patience == 9
+    assert other.evaluator.n_eval == resumed.evaluator.n_eval == 36
+
+    class Broken(ZDT1):
+        def _evaluate(self, X, out, *args, **kwargs):
+            out["F"] = np.full((len(X), 2), np.nan)
+
+    Broken.__name__ = "ZDT1"
+    resumed = resume(tmp_path / "a", Broken(n_var=4), ("n_gen", 50), check=False)
+    with pytest.raises(EvaluationError, match="all of the last 12 candidates failed"):
+        resumed.run()
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("patience", 0, r"patience = 0: expected an integer of at least 1"),
+        ("patience", "7", r"evaluator.patience = '7': expected an integer"),
+        ("evaluate_values_of", ["F", "dF"], r"evaluator.evaluate_values_of = 'dF': expected F, G"),
+    ],
+)
+def test_settings_of_an_evaluator_that_are_none(checkpoint, key, value, message, monkeypatch):
+    read = checkpoint_module._read
+
+    def changed(path):
+        state, data = read(path)
+        settings = state.data["evaluator"] | {key: value}
+        return dataclasses.replace(state, data=state.data | {"evaluator": settings}), data
+
+    monkeypatch.setattr(checkpoint_module, "_read", changed)
+    with pytest.raises(ValueError, match=message):
+        resume(checkpoint, PROBLEM)
 
 
 def test_checkpoints_come_when_they_are_due(tmp_path, monkeypatch):
