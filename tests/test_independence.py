@@ -12,9 +12,9 @@ ROOT = Path(__file__).parents[1]
 MGEO = ROOT / "mgeo"
 ATTITUDE = ROOT / "problems" / "attitude" / "mgeo_attitude"
 
-#: What of the plugin may import mgeo: commands, pages, and what reads and writes plans, runs and
-#: calibrations.
-MAY = {"calibration", "commands", "documents.py", "figures", "plan"}
+#: What of the plugin may import mgeo: commands, pages, and what reads and writes scenarios, plans,
+#: runs, flights and calibrations.
+MAY = {"calibration", "commands", "documents.py", "figures", "flight", "plan", "scenario"}
 
 
 def test_mgeo_imports_no_plugin():

@@ -69,7 +69,7 @@ def read_file(path: Path | str, most: int = MOST_BYTES) -> bytes:
 
 
 def read_text(path: Path | str, most: int = MOST_BYTES) -> str:
-    """Content of a file in UTF-8.
+    """Content of a file in UTF-8, without the byte-order mark that some editors begin it with.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def read_text(path: Path | str, most: int = MOST_BYTES) -> str:
     """
     content = read_file(path, most)
     with errors_of(path):
-        return content.decode("utf-8")
+        return content.decode("utf-8-sig")
 
 
 def read_json(path: Path | str) -> Any:

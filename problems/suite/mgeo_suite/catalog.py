@@ -24,6 +24,7 @@ from mgeo_attitude.fields import (
 )
 from mgeo_attitude.fields.quantity import declared
 
+from mgeo.files.reading import FileError, read_text
 from mgeo_suite.heads import FACES, SunHead
 
 NONE = "none"  # the option of having no such sensor
@@ -103,8 +104,11 @@ class Catalog:
             If it cannot be read.
         """
         try:
-            table = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
-            return Catalog.from_dict(table)
+            text = read_text(path)
+        except FileError as error:
+            raise CatalogError(str(error)) from error
+        try:
+            return Catalog.from_dict(tomllib.loads(text))
         except (ValueError, RecursionError) as error:
             raise CatalogError(f"{os.fspath(path)}: {error}") from error
 

@@ -1,6 +1,6 @@
 import pytest
 
-from mgeo.files.reading import FileError, read_json
+from mgeo.files.reading import FileError, read_json, read_text
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999", "-1e999"])
@@ -10,6 +10,12 @@ def test_numbers_of_json_are_finite(number, tmp_path):
     with pytest.raises(FileError, match=f"{number} is no finite number") as caught:
         read_json(path)
     assert str(caught.value).startswith(str(path))
+
+
+def test_a_byte_order_mark_is_no_part_of_a_text(tmp_path):
+    path = tmp_path / "a"
+    path.write_text('{"é": 1}', encoding="utf-8-sig")
+    assert (read_text(path), read_json(path)) == ('{"é": 1}', {"é": 1})
 
 
 def test_half_a_character_is_no_text(tmp_path):

@@ -11,6 +11,14 @@ def test_nothing_a_preset_and_a_file(tmp_path):
     assert read_scenario("cantilever", str(path)) == {"load": 3.5, "orbit": {"kind": "low"}}
 
 
+def test_some_editors_begin_a_file_with_a_byte_order_mark(tmp_path):
+    scenario, after = tmp_path / "a.toml", tmp_path / "b.json"
+    scenario.write_text("load = 750", encoding="utf-8-sig")
+    after.write_text('{"a": 1}', encoding="utf-8-sig")
+    found = read_scenario("unknown", str(scenario), after=after)
+    assert found == {"load": 750, "after": {"a": 1}}
+
+
 @pytest.mark.parametrize("name", ["missing.toml", "folder/missing"])
 def test_a_missing_file_is_named(name):
     with pytest.raises(FileNotFoundError, match=f"no scenario file {name}"):

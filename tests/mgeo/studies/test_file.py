@@ -31,6 +31,12 @@ def test_a_small_study():
     assert algorithm.build(problem.build()).pop_size == 20
 
 
+def test_some_editors_begin_a_file_with_a_byte_order_mark(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(SMALL, encoding="utf-8-sig")
+    assert read_study(path) == parse_study(SMALL, tmp_path)
+
+
 def test_lists_make_sweeps():
     study = parsed(
         SMALL.replace('name = "nsga2"', 'name = ["nsga2", "gde3"]').replace("= 20", "= [20, 30]")

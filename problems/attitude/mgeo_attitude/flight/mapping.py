@@ -6,7 +6,6 @@ import math
 import os
 import tomllib
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -121,7 +120,10 @@ class TelemetryMapping(Validated):
         ValueError
             Naming the file and the key.
         """
+        from mgeo.files.reading import read_text
+
+        text = read_text(path)
         try:
-            return from_table(TelemetryMapping, tomllib.loads(Path(path).read_text("utf-8-sig")))
+            return from_table(TelemetryMapping, tomllib.loads(text))
         except (ValueError, RecursionError) as error:
             raise ValueError(f"{path}: {error}") from None

@@ -37,11 +37,14 @@ def read_toml(source: str | os.PathLike[str]) -> tuple[str, Path, dict[str, Any]
         hint = "" if "\n" in source else " (a file's name would end in .toml)"
         origin, folder, text = f"TOML text{hint}", Path(), source
     else:
+        from mgeo.files.reading import FileError, read_text
+
         origin, folder = os.fspath(source), Path(source).parent
-        try:  # some editors write a byte-order mark
-            text = Path(source).read_text(encoding="utf-8-sig")
-        except UnicodeDecodeError as error:
-            raise ScenarioFileError(f"{origin}: not TOML, which is UTF-8: {error}") from None
+        try:
+            text = read_text(origin)
+        except FileError as error:
+            cause = error.__cause__ or error
+            raise ScenarioFileError(f"{origin}: not TOML, which is UTF-8: {cause}") from None
     try:
         table = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # also of a number of thousands of digits
