@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from html import escape
 from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
+
+from mgeo.figures.style import literal
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -64,7 +65,8 @@ def front_figure(
         "hovertext": hover_texts(X, F, variables, objectives, described),
         "hoverinfo": "text",
     }
-    axes = [axis(name, column) for name, column in zip(objectives, F.T, strict=True)]
+    space = len(objectives) == 3
+    axes = [axis(name, f, in_space=space) for name, f in zip(objectives, F.T, strict=True)]
     figure = go.Figure()
     if len(axes) == 1:
         figure.add_scatter(x=np.arange(len(F)), y=F[:, 0], marker=_MARKER, **points)
@@ -80,7 +82,7 @@ def front_figure(
         figure.update_scenes(dict(zip(("xaxis", "yaxis", "zaxis"), axes, strict=True)))
         figure.update_scenes(camera_eye=dict.fromkeys("xyz", 1.45))  # all of it is in the picture
     return figure.update_layout(
-        title=title,
+        title=literal(title),
         template="plotly_white",
         showlegend=False,
         font_size=14,
@@ -100,10 +102,11 @@ def hover_texts(
     if described is not None:
         others = described.drop(columns=list(objectives), errors="ignore")
         names, rows = list(map(str, others.columns)), list(others.itertuples(index=False))
+    first, names = list(map(literal, objectives)), list(map(literal, names))
     texts = []
     for number, (row, f) in enumerate(zip(rows, F, strict=True)):
         lines = [f"solution {number}"]
-        lines += [f"<b>{name}: {value:.6g}</b>" for name, value in zip(objectives, f, strict=True)]
+        lines += [f"<b>{name}: {value:.6g}</b>" for name, value in zip(first, f, strict=True)]
         lines += [f"{name}: {_shown(value)}" for name, value in zip(names, row, strict=True)]
         texts.append("<br>".join(lines))
     return texts
@@ -111,16 +114,16 @@ def hover_texts(
 
 def _shown(value: object) -> str:
     """A number with five digits; text is no markup."""
-    return f"{value:.5g}" if isinstance(value, Real) else escape(str(value))
+    return f"{value:.5g}" if isinstance(value, Real) else literal(value)
 
 
-def axis(name: str, values: NDArray[np.float64]) -> dict[str, object]:
+def axis(name: str, values: NDArray[np.float64], *, in_space: bool = False) -> dict[str, object]:
     """Layout of the axis of an objective; logarithmic where its values ask for it."""
     log = logarithmic(values)
     narrow = log and values.max() / values.min() < 1e4
     largest = np.abs(values).max() if len(values) else 1.0
     return {
-        "title": {"text": name},
+        "title": {"text": literal(name, in_space=in_space)},
         "type": "log" if log else "linear",
         "dtick": "D2" if narrow else None,  # labels at 1, 2 and 5
         "exponentformat": "none" if not log and 1e-3 <= largest < 1e5 else "power",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,16 @@ GRID = "#e3e6ea"
 _WIDE = 1e3
 #: And up to which there may be none, or but one, at 1, 2 and 5.
 _CLOSE = 5.0
+
+
+def literal(text: object, *, in_space: bool = False) -> str:
+    """Somebody's text as it is: plotly takes tags for markup, and ``%{`` for a template.
+
+    Titles of axes in space know tags, but no entities: there a character without width breaks tags.
+    """
+    if in_space:
+        return str(text).replace("<", "<\u200b")
+    return escape(str(text), quote=False).replace("{", "&#123;")
 
 
 def symbol(index: int) -> str:

@@ -39,15 +39,15 @@ class FileError(ValueError):
 
 
 @contextmanager
-def errors_of(path: Path | str) -> Iterator[None]:
+def errors_of(path: str | os.PathLike[str]) -> Iterator[None]:
     """Make a `FileError` of any ValueError or TypeError: with the file's name before it."""
     try:
         yield
     except (ValueError, TypeError) as error:
-        raise FileError(f"{path}: {error}") from error
+        raise FileError(f"{os.fspath(path)}: {error}") from error
 
 
-def read_file(path: Path | str, most: int = MOST_BYTES) -> bytes:
+def read_file(path: str | os.PathLike[str], most: int = MOST_BYTES) -> bytes:
     """Content of a regular file.
 
     Raises
@@ -68,7 +68,7 @@ def read_file(path: Path | str, most: int = MOST_BYTES) -> bytes:
         return file.read(most)
 
 
-def read_text(path: Path | str, most: int = MOST_BYTES) -> str:
+def read_text(path: str | os.PathLike[str], most: int = MOST_BYTES) -> str:
     """Content of a file in UTF-8, without the byte-order mark that some editors begin it with.
 
     Raises

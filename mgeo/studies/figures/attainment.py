@@ -8,7 +8,7 @@ import moocore
 import numpy as np
 import plotly.graph_objects as go
 
-from mgeo.figures.style import CLICK
+from mgeo.figures.style import CLICK, literal
 from mgeo.studies.figures.style import finished, looks, require_objectives, set_axes
 
 if TYPE_CHECKING:
@@ -51,11 +51,11 @@ def attainment_figure(results: Results) -> go.Figure:
                     "color": look.color if level == 50 else look.faint(0.6),
                     "dash": look.dash if level == 50 else "1px,2px",
                 },
-                name=name,
+                name=literal(name),
                 legendgroup=name,
                 showlegend=level == 50,
-                hovertemplate=f"<b>{name}</b><br>{meaning} attained<br>%{{x:.6g}}, %{{y:.6g}}"
-                "<extra></extra>",
+                hovertemplate=f"<b>{literal(name)}</b><br>{meaning} attained<br>"
+                "%{x:.6g}, %{y:.6g}<extra></extra>",
             )
     set_axes(figure, results.objectives, np.concatenate(drawn))
     return finished(
@@ -98,7 +98,7 @@ def difference_figure(results: Results, first: str, seconds: list[str]) -> go.Fi
             figure.data[-1].visible = j == 0 and bool(share)
         shown = [False] * len(_LEVELS) * len(pairs)
         shown[j * len(_LEVELS) : (j + 1) * len(_LEVELS)] = map(bool, shares)
-        label = f"{first} against {second}"
+        label = literal(f"{first} against {second}")
         buttons.append({"label": label, "method": "update", "args": [{"visible": shown}]})
     if len(seconds) > 1:
         place = {"x": 1.0, "xanchor": "right", "y": 1.02, "yanchor": "bottom"}
@@ -107,8 +107,8 @@ def difference_figure(results: Results, first: str, seconds: list[str]) -> go.Fi
     set_axes(figure, results.objectives, everything)
     finished(
         figure,
-        f"Where {first} attains more often, and where less",
-        f"blue: {first} gets there in more of its runs than the other; orange: in fewer; "
+        f"Where {literal(first)} attains more often, and where less",
+        f"blue: {literal(first)} gets there in more of its runs than the other; orange: in fewer; "
         "the darker, the more",
     )
     return figure.update_layout(legend={"title": "difference in share of runs"})
@@ -172,8 +172,9 @@ def _area(
         fill="toself",
         fillcolor=color,
         line={"width": 0.5, "color": color},  # closes the seams between rectangles
-        name=f"{winner}: {share}",
-        text=f"<b>{winner}</b> attains this in {share} more<br>of its runs than {loser} does",
+        name=literal(f"{winner}: {share}"),
+        text=f"<b>{literal(winner)}</b> attains this in {share} more<br>of its runs than "
+        f"{literal(loser)} does",
         hoverinfo="text",
         hoveron="fills",
     )

@@ -10,6 +10,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from mgeo.figures.front import axis
+from mgeo.figures.style import literal
 from mgeo.studies.figures.style import Look, finished, looks, require_objectives, set_axes
 
 if TYPE_CHECKING:
@@ -37,13 +38,13 @@ def fronts_figure(results: Results) -> go.Figure:
         F = results.records[name, seed].front_F
         F = F[np.lexsort(F.T[::-1])]
         drawn.append(F)
-        figure.add_trace(_front(F, f"{name}, seed {seed}", look, results.objectives))
+        figure.add_trace(_front(F, literal(f"{name}, seed {seed}"), look, results.objectives))
     everything = np.concatenate(drawn)
     if results.problem.n_obj == 2:
         set_axes(figure, results.objectives, everything)
     else:
         axes = zip(("xaxis", "yaxis", "zaxis"), results.objectives, everything.T, strict=True)
-        figure.update_scenes({key: axis(name, values) for key, name, values in axes})
+        figure.update_scenes({key: axis(name, values, in_space=True) for key, name, values in axes})
     return finished(
         figure,
         "Fronts of typical runs",
@@ -68,11 +69,11 @@ def each_figure(results: Results) -> go.Figure:
         cols=_COLUMNS,
         shared_xaxes="all",
         shared_yaxes="all",
-        subplot_titles=names,
+        subplot_titles=list(map(literal, names)),
         vertical_spacing=0.25 / rows,
         horizontal_spacing=0.07,
-        x_title=results.objectives[0],
-        y_title=results.objectives[1],
+        x_title=literal(results.objectives[0]),
+        y_title=literal(results.objectives[1]),
     )
     style = looks(results.algorithms)
     drawn = [np.concatenate(results.fronts(name)) for name in names]
@@ -101,7 +102,7 @@ def each_figure(results: Results) -> go.Figure:
 def _front(F: FloatArray, name: str, look: Look, objectives: tuple[str, ...]) -> Any:
     texts = [
         f"<b>{name}</b><br>"
-        + "<br>".join(f"{o}: {v:.6g}" for o, v in zip(objectives, f, strict=True))
+        + "<br>".join(f"{literal(o)}: {v:.6g}" for o, v in zip(objectives, f, strict=True))
         for f in F
     ]
     shared = {"mode": "markers", "name": name, "hovertext": texts, "hoverinfo": "text"}
@@ -115,5 +116,5 @@ def _front(F: FloatArray, name: str, look: Look, objectives: tuple[str, ...]) ->
 
 
 def _points(F: FloatArray, marker: dict[str, object], name: str, run: str) -> go.Scatter:
-    hover = f"<b>{name}</b>, {run}<br>%{{x:.6g}}, %{{y:.6g}}<extra></extra>"
+    hover = f"<b>{literal(name)}</b>, {run}<br>%{{x:.6g}}, %{{y:.6g}}<extra></extra>"
     return go.Scatter(x=F[:, 0], y=F[:, 1], mode="markers", marker=marker, hovertemplate=hover)

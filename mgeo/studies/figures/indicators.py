@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from mgeo.figures.front import axis
-from mgeo.figures.style import CLICK
+from mgeo.figures.style import CLICK, literal
 from mgeo.studies.figures.style import Look, finished, looks, row_height
 from mgeo.studies.statistics import bootstrap_band
 
@@ -63,7 +63,7 @@ def boxes_figure(results: Results) -> go.Figure:
             shown = np.isfinite(values)
             box = go.Box(
                 x=values[shown],
-                name=name,
+                name=literal(name),
                 orientation="h",
                 boxpoints="all",
                 jitter=0.5,
@@ -72,7 +72,7 @@ def boxes_figure(results: Results) -> go.Figure:
                 line={"width": 1.2},
                 fillcolor=look.faint(0.2),
                 hovertext=[
-                    f"<b>{name}</b>, seed {seed}<br>{indicator.title}: {value:.5g}"
+                    f"<b>{literal(name)}</b>, seed {seed}<br>{indicator.title}: {value:.5g}"
                     for seed, value in zip(rows["seed"][shown], values[shown], strict=True)
                 ],
                 hoverinfo="text",
@@ -99,7 +99,7 @@ def _curve(name: str, look: Look, x: FloatArray, values: FloatArray) -> list[go.
     mean = values.mean(axis=0)
     low, high = bootstrap_band(values)
     texts = [
-        f"<b>{name}</b><br>after {n:,} evaluations<br>mean of {len(values)} runs: {m:.5g}"
+        f"<b>{literal(name)}</b><br>after {n:,} evaluations<br>mean of {len(values)} runs: {m:.5g}"
         f"<br>95 % interval: {a:.5g} to {b:.5g}"
         for n, m, a, b in zip(x, mean, low, high, strict=True)
     ]
@@ -117,7 +117,7 @@ def _curve(name: str, look: Look, x: FloatArray, values: FloatArray) -> list[go.
         x=x,
         y=mean,
         mode="lines",
-        name=name,
+        name=literal(name),
         legendgroup=name,
         line={"color": look.color, "dash": look.dash, "width": 2},
         hovertext=texts,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
 
+from mgeo.figures.style import literal
 from mgeo.studies.figures.style import finished, looks, row_height
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
     groups = alike(list(ranks), ranked.critical_difference)
     figure = go.Figure()
     for row, (low, high) in enumerate(groups):
-        members = ", ".join(names[low : high + 1])
+        members = literal(", ".join(names[low : high + 1]))
         figure.add_scatter(
             x=[ranks[low], (ranks[low] + ranks[high]) / 2, ranks[high]],
             y=[0.6 + 0.45 * row] * 3,
@@ -41,7 +42,8 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
             mode="lines+markers",
             line={"width": 1, "color": look.faint(0.5)},
             marker={"size": [0, 12], "color": look.color, "symbol": look.symbol, "opacity": 1},
-            hovertext=f"<b>{name}</b><br>average rank {rank:.3f} over {ranked.blocks} problems",
+            hovertext=f"<b>{literal(name)}</b><br>average rank {rank:.3f} over {ranked.blocks} "
+            "problems",
             hoverinfo="text",
         )
     k = len(names)
@@ -49,7 +51,9 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
     figure.update_yaxes(
         range=[-k - 0.6, 0.8 + 0.45 * max(1, len(groups))],
         tickvals=[-1 - i for i in range(k)],
-        ticktext=[f"{name}  <b>{rank:.2f}</b>" for name, rank in zip(names, ranks, strict=True)],
+        ticktext=[
+            f"{literal(name)}  <b>{rank:.2f}</b>" for name, rank in zip(names, ranks, strict=True)
+        ],
         automargin=True,
     )
     return finished(

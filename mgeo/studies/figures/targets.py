@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
 
-from mgeo.figures.style import CLICK
+from mgeo.figures.style import CLICK, literal
 from mgeo.studies.figures.style import finished, looks
 from mgeo.studies.targets import SHORTFALLS
 
@@ -30,9 +30,9 @@ def targets_figure(reached: pd.DataFrame, n_problems: int) -> go.Figure:
             y=steps["share"],
             mode="lines",
             line={"shape": "hv", "color": look.color, "dash": look.dash, "width": 2},
-            name=name,
-            hovertemplate=f"<b>{name}</b><br>%{{y:.1%}} of the targets<br>within %{{x:,.4g}} "
-            "evaluations per variable<extra></extra>",
+            name=literal(name),
+            hovertemplate=f"<b>{literal(name)}</b><br>%{{y:.1%}} of the targets<br>"
+            "within %{x:,.4g} evaluations per variable<extra></extra>",
         )
     figure.update_xaxes(title="evaluations per variable", type="log")
     figure.update_yaxes(title="share of targets reached", range=[0, 1], tickformat=".0%")

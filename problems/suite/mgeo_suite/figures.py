@@ -13,7 +13,7 @@ from mgeo_attitude.figures.style import line, title
 from mgeo_attitude.filter.evaluator import Evaluation
 from numpy.typing import ArrayLike
 
-from mgeo.figures.style import COLORS, SYMBOLS, finished, log_axis
+from mgeo.figures.style import COLORS, SYMBOLS, finished, literal, log_axis
 from mgeo_suite.catalog import NONE
 from mgeo_suite.describe import suite_text
 
@@ -71,7 +71,7 @@ def _front(
                     f"<b>solution {row}</b>",
                     f"{price[row]:.4g} kEUR, attitude {accuracy[row]:.3g} deg after "
                     f"{result.t_end[row]:.6g} s",
-                    *suite_text(problem, choices[row]).split(", "),
+                    *map(literal, suite_text(problem, choices[row]).split(", ")),
                     "maneuvers, x / y / z [deg/s] for duration [s]:",
                     *maneuver_texts(maneuvers[row]),
                 ]
@@ -79,7 +79,7 @@ def _front(
             for row in own
         ]
         figure.add_scatter(
-            name="no star tracker" if tracker == NONE else f"{tracker} star tracker",
+            name="no star tracker" if tracker == NONE else literal(f"{tracker} star tracker"),
             x=price[own],
             y=accuracy[own],
             mode="markers",
@@ -99,7 +99,9 @@ def _sensors(problem: SuiteProblem, choices: Ints, price: Floats, order: Ints) -
     """Which option each place has, a column a solution, the cheapest first."""
     places = problem.suites.places[::-1]
     numbers = choices[order][:, ::-1].T
-    texts = [[place.options[n] for n in row] for place, row in zip(places, numbers, strict=True)]
+    texts = [
+        [literal(place.options[n]) for n in row] for place, row in zip(places, numbers, strict=True)
+    ]
     shares = [n / max(len(p.options) - 1, 1) for p, n in zip(places, numbers, strict=True)]
     labels = [f"{row}: {price[row]:.4g} kEUR" for row in order]
     figure = go.Figure().add_heatmap(

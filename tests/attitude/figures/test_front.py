@@ -10,6 +10,9 @@ from mgeo_attitude.describe import nondominated
 from mgeo_attitude.figures.front import front_figure
 from mgeo_attitude.figures.solutions import Solutions
 from mgeo_attitude.promises import spread
+from mgeo_attitude.scenario import PathLimit
+
+from mgeo.figures.style import literal
 
 
 @pytest.fixture(scope="module")
@@ -148,3 +151,22 @@ def test_a_single_point(F):
     figure = drawn(F)
     assert sum(len(trace.x) for trace in figure.data[1:]) == 1
     assert "<html>" in figure.to_html()
+
+
+def test_names_in_a_scenario_are_no_markup():
+    evil = "<a href='https://x'>%{x}</a>"
+    scenario = dataclasses.replace(
+        Scenario.paper(),
+        name=evil,
+        duration=600.0,
+        path_limits=(PathLimit(name=evil, boresight=(1.0, 0.0, 0.0), half_angle_deg=20.0),),
+    )
+    problem = AttitudeManeuverProblem(scenario)
+    X = np.array([[0.5, 0.0, 0.0, 60.0] * 3])
+    front = problem.figures(X)["front"]
+    assert f"scenario {literal(evil)}; " in front.layout.title.text
+    drawn = [front, *problem.solution_figures(X)[0].values()]
+    names = [trace.name for figure in drawn for trace in figure.data]
+    assert any("&lt;a href" in (name or "") for name in names)
+    assert not any("<a href" in figure.to_json() for figure in drawn)
+    assert not any("\\u003ca href" in figure.to_json() for figure in drawn)

@@ -1,3 +1,5 @@
+from html import unescape
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -95,3 +97,19 @@ def test_an_empty_front_can_be_drawn(n_obj):
 def test_four_objectives_are_refused():
     with pytest.raises(ValueError, match="4 objectives"):
         front_figure(X, np.ones((3, 4)), VARIABLES, ("p", "q", "r", "s"))
+
+
+EVIL = "<a href='https://x'>%{x} & y</a>"
+
+
+@pytest.mark.parametrize("n_obj", [1, 2, 3])
+def test_names_are_neither_markup_nor_templates(n_obj):
+    names = tuple(f"{EVIL} {i}" for i in range(n_obj))
+    told = pd.DataFrame([[EVIL]] * 3, columns=[f"{EVIL} more"])
+    figure = front_figure(X, front(n_obj), (EVIL, "b"), names, EVIL, told).to_json()
+    assert "<a " not in figure
+    assert "\\u003ca" not in figure
+    hover = hover_texts(X, front(n_obj), (EVIL, "b"), names)[0]
+    shown = hover.replace("<br>", "\n").replace("<b>", "").replace("</b>", "")
+    assert shown.count("<") == 0
+    assert unescape(shown).count(EVIL) == n_obj + 1

@@ -1,3 +1,5 @@
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -13,6 +15,7 @@ from mgeo.studies.figures import (
     each_figure,
     fronts_figure,
     ranks_figure,
+    targets_figure,
 )
 from mgeo.studies.figures.ranks import alike
 from mgeo.studies.figures.style import looks
@@ -213,3 +216,34 @@ def test_a_figure_has_room_for_its_legend():
         == difference_figure(made, "A_1", ["C"]).layout.height
         == 560
     )
+
+
+def test_labels_are_neither_markup_nor_templates():
+    """Of algorithms and objectives, in every figure of a study."""
+    evil = {name: f"<a href='https://x'>%{{x}}</a> {name}" for name in VALUES}
+    made = comparison()
+    made.problem.obj_names = ("<a href='https://x'>f</a>", "g")
+    renamed = Comparison(
+        made.problem,
+        tuple(evil.values()),
+        made.n_eval,
+        made.table.replace({"algorithm": evil}),
+        made.runs,
+        {(evil[name], seed): each for (name, seed), each in made.records.items()},
+        made.space,
+    )
+    ranked = friedman(np.array([[1.0, 2.0, 3.0], [1.0, 3.0, 2.0]]), list(evil.values()))
+    reached = pd.DataFrame({"algorithm": evil["B"], "evaluations": [1.0, 2.0], "share": [0.1, 0.2]})
+    figures = {
+        **comparison_figures(renamed),
+        "ranks": ranks_figure(ranked, tuple(evil.values())),
+        "targets": targets_figure(reached, 1),
+    }
+    assert len(figures) == 8
+    for name, figure in figures.items():
+        tree = figure.to_plotly_json()
+        for trace in tree["data"]:
+            trace.pop("legendgroup", None)  # is not shown
+        texts = json.dumps(tree, default=lambda value: np.asarray(value).tolist())
+        assert "&lt;a href" in texts, name
+        assert "<a href" not in texts, name

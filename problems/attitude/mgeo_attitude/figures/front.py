@@ -7,7 +7,7 @@ import math
 import numpy as np
 import plotly.graph_objects as go
 
-from mgeo.figures.style import COLORS, GRAY, HOVER, SYMBOLS, finished, log_axis
+from mgeo.figures.style import COLORS, GRAY, HOVER, SYMBOLS, finished, literal, log_axis
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.describe import front_summary, maneuver_texts, nondominated
 from mgeo_attitude.figures.solutions import Solutions
@@ -94,7 +94,7 @@ def front_figure(
     finished(
         figure,
         "Calibration maneuvers: covariance trace against time to converge",
-        f"scenario {scenario.name}; {summary}{HOVER}",
+        f"scenario {literal(scenario.name)}; {summary}{HOVER}",
     )
     figure.add_vline(
         x=period,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import plotly.graph_objects as go
 
-from mgeo.figures.style import COLORS, GRAY, log_axis
+from mgeo.figures.style import COLORS, GRAY, literal, log_axis
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.describe import block_units, checked_designs
 from mgeo_attitude.figures.convergence import sample_steps
@@ -172,7 +172,7 @@ def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[st
 
 def _edges(scenario: Scenario) -> list[dict[str, Any]]:
     """Circles on the body's sphere: the cones of path limits, solid, and of sensors."""
-    cones = [(limit.label, limit.cone(), "solid") for limit in scenario.path_limits]
+    cones = [(literal(limit.label), limit.cone(), "solid") for limit in scenario.path_limits]
     for sensor in scenario.sensors:
         for view in sensor.views():
             seen = "view of" if view.inside else f"{view.direction.capitalize()} off"
