@@ -42,20 +42,6 @@ def conclusions(comparison: Comparison) -> list[str]:
     return sentences
 
 
-def failures(found: pd.DataFrame, label: str) -> list[str]:
-    """A sentence on each algorithm that failed on the problem of this label.
-
-    Parameters
-    ----------
-    found : as of `Comparison.failures`.
-    """
-    return [
-        f"{each.Index} on {label}: {each.failed} of {each.runs} runs failed, the first with "
-        f"{each.error}"
-        for each in found.itertuples()
-    ]
-
-
 def against(
     comparison: Comparison, name: str, indicator: str | None = None, *, control: bool = False
 ) -> pd.DataFrame:

@@ -15,12 +15,12 @@ from numpy.typing import ArrayLike
 
 from mgeo._validation import validate_integer
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.conclusions import failures
 from mgeo.studies.dispatch import Key, Result, run_all
 from mgeo.studies.folder import run_files
 from mgeo.studies.indicators import trace
 from mgeo.studies.progress import progress as progress_display
 from mgeo.studies.record import Record
+from mgeo.studies.results import failures
 from mgeo.studies.run import Failure, Task
 from mgeo.studies.space import NothingToCompareError, indicator_space
 

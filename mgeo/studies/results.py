@@ -110,3 +110,17 @@ class Results:
         rows = final[final["algorithm"] == algorithm]
         order = chosen.better(rows[chosen.name]).sort_values(ascending=False, kind="stable").index
         return int(rows.loc[order[(len(order) - 1) // 2], "seed"]) if len(order) else None
+
+
+def failures(found: pd.DataFrame, label: str) -> list[str]:
+    """A sentence on each algorithm that failed on the problem of this label.
+
+    Parameters
+    ----------
+    found : as of `Results.failures`.
+    """
+    return [
+        f"{each.Index} on {label}: {each.failed} of {each.runs} runs failed, the first with "
+        f"{each.error}"
+        for each in found.itertuples()
+    ]

@@ -14,12 +14,12 @@ from mgeo.figures.page import LIBRARY
 from mgeo.files.atomic import check_writable, write_files
 from mgeo.studies.claim import check, claim
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.conclusions import failures
 from mgeo.studies.execute import compare
 from mgeo.studies.file import ProblemConfiguration, Study
 from mgeo.studies.labels import folder_name
 from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
 from mgeo.studies.report import by_problem, problem_page, study_page
+from mgeo.studies.results import failures
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.stored import PROVENANCE, stored_tables
 from mgeo.studies.tables import markdown
