@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -62,18 +64,23 @@ def estimate_study(
     found, timed, work = 0, 0, 0.0
     for configuration, (problem, algorithms) in zip(study.problems, built, strict=True):
         n_eval, _ = study.budget(problem)
+        tasks = {
+            (label, seed): Task(problem, algorithm, n_eval, seed)
+            for (label, algorithm), seed in product(algorithms.items(), study.seeds)
+        }
+        files = run_files(Path(folder) / RECORDS, tasks)
+        there = Counter(label for (label, _), path in files.items() if path.is_file())
+        found += there.total()
         for label, algorithm in algorithms.items():
-            tasks = {(label, s): Task(problem, algorithm, n_eval, s) for s in study.seeds}
-            files = run_files(Path(folder) / RECORDS, tasks).values()
-            there = sum(path.is_file() for path in files)
-            found += there
-            if there < len(tasks):
+            if there[label] < len(study.seeds):
                 try:
                     expected = estimate(problem, algorithm, n_eval, study.seeds[0], share)
                 except Exception as error:  # foreign code: it may raise anything
                     untold.append(f"{label} on {configuration.label} fails: {told(error)}")
                     continue
-                work += (len(tasks) - there) * max(expected.elapsed, expected.processor)
+                work += (len(study.seeds) - there[label]) * max(
+                    expected.elapsed, expected.processor
+                )
                 timed += expected.timed
     runs = len(built) * len(study.algorithms) * len(study.seeds)
     processes = max(1, min(joblib.effective_n_jobs(n_jobs), runs - found))

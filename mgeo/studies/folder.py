@@ -11,7 +11,7 @@ from mgeo.studies.dispatch import Key
 from mgeo.studies.fingerprint import UncertainError, fingerprint
 from mgeo.studies.run import Task
 
-_OLD = re.compile(r"-[0-9a-f]{12,16}-seed\d+\.npz$")  # fingerprints of earlier versions
+_OLD = re.compile(r"-[0-9a-f]{12,20}-seed\d+\.npz$")  # fingerprints of earlier versions
 
 
 class NotReusedWarning(RuntimeWarning):

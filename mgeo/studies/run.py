@@ -5,10 +5,8 @@ That is the same for every pymoo algorithm, whatever it keeps or returns itself.
 
 from __future__ import annotations
 
-import random
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +20,7 @@ from mgeo._text import one_line
 from mgeo.pareto.archive import ParetoArchive
 from mgeo.pareto.dominance import not_weakly_dominated
 from mgeo.runs.solve import set_up
+from mgeo.studies.randomness import global_state
 from mgeo.studies.record import Record
 from mgeo.studies.versions import made_with
 
@@ -79,7 +78,7 @@ def record(task: Task) -> Record:
         If the algorithm stops making evaluations before.
     """
     began = time.perf_counter()
-    with _global_state(task.seed):
+    with global_state(task.seed):
         algorithm = set_up(task.problem, task.algorithm, task.n_eval, task.seed)
         log = EvaluationLog(task.problem.n_obj, task.n_eval)
         algorithm.evaluator = WatchedEvaluator(algorithm.evaluator, log)
@@ -177,15 +176,3 @@ def _numeric(X: list[Any], rows: Any) -> Any:
     if not X or X[0].ndim != 2 or X[0].dtype == object:
         return np.empty((len(rows), 0))
     return np.concatenate(X)[rows].astype(float)
-
-
-@contextmanager
-def _global_state(seed: int) -> Iterator[None]:
-    numpy_state, python_state = np.random.get_state(), random.getstate()  # noqa: NPY002
-    np.random.seed(seed % 2**32)  # noqa: NPY002
-    random.seed(seed)
-    try:
-        yield
-    finally:
-        np.random.set_state(numpy_state)  # noqa: NPY002
-        random.setstate(python_state)

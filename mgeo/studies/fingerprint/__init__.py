@@ -1,70 +1,77 @@
 """Whether a run found on disk is the run asked for: problems and algorithms by their content.
 
-What counts is what pickle would rebuild an object from, and the code that it runs: of installed
-distributions the version (and the hashes of their files, if they came from a folder or a URL), of
-Python's library, NumPy and SciPy the name, of packages under development and modules beside the
-script their files and those of what they import, of a script or a notebook the bytecode and all
-that it names.
+Of both counts what they hold (by `joblib.hash`) and the code they run: `content` and `modules`. Of
+a problem counts also what it computes, at a few points (`probe`): so a table that is read from a
+file, or a constant that was changed in a module, shows in its values.
 
-What cannot be known for certain (a generator, a connection, what a weak reference points to) is an
-`UncertainError` that says where it is. What cannot be seen: files, services and environment
-variables that are read while a problem is evaluated, code that is imported by a name made at run
-time, and constants of other modules that are changed after their import. An author vouches for all
-of that by an attribute ``fingerprint``, a text: it stands for the code and for what is uncertain.
+What cannot be known for certain (a generator, a connection, values at random) is an
+`UncertainError` that says where it is. An author vouches for it by an attribute ``fingerprint``, a
+text: it stands for code and values, and for attributes that cannot be told.
 """
 
 from __future__ import annotations
 
 import copy
-import hashlib
+import warnings
 from typing import Any
 
+from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
 from mgeo.plugins import protocol
+from mgeo.studies.fingerprint.content import attributes, digest
 from mgeo.studies.fingerprint.modules import UncertainError
-from mgeo.studies.fingerprint.values import Walk, has_all_options
+from mgeo.studies.fingerprint.probe import probe_points, probed
+from mgeo.studies.randomness import global_state
 
 __all__ = ["UncertainError", "fingerprint"]
 
 
 def fingerprint(*parts: Any) -> str:
-    """Twenty hexadecimal digits that are the same, in any process, for objects made alike.
+    """32 hexadecimal digits that are the same, in any process, for what is made alike.
 
-    Of objects count their classes' code and their attributes, except those that are computed from
-    others: cached properties and pymoo's caches. A problem that has ``options()`` is its class and
-    these options.
+    A problem is evaluated at a few points, in a copy.
 
     Raises
     ------
     UncertainError
         If a part may compute something else the next time, for all that can be told.
     PluginError
-        If a problem's ``options()`` fails, or gives no dict, or ``fingerprint`` is no text.
+        If an attribute ``fingerprint`` is no text.
     """
-    digest = hashlib.sha256()
-    for part in parts:
-        vouched = protocol.fingerprint(part)
-        found = Walk(vouched).whole(part)
-        if not vouched:
-            _require_repeatable(part, found)
-        digest.update(found)
-    return digest.hexdigest()[:20]
+    return digest([_of(part) for part in parts], "fingerprint")
 
 
-def _require_repeatable(part: Any, found: bytes) -> None:
-    """A copy, taken apart and put together as for a worker, must come to the same."""
-    if isinstance(part, Problem) and has_all_options(type(part)):
-        return
+def _of(part: Any) -> Any:
+    if not isinstance(part, Problem | Algorithm):
+        return part
+    kind, vouched = type(part), protocol.fingerprint(part)
+    if vouched:
+        return f"{kind.__module__}.{kind.__qualname__}", vouched, attributes(part, vouched=True)
+    held = attributes(part)
+    twin = _copy(part)
+    for key, found in attributes(twin).items():
+        if held.get(key) != found:
+            raise UncertainError(f"{kind.__name__}.{key} is another one in a copy of it")
+    if not isinstance(part, Problem):
+        return digest(kind, kind.__name__), held
+    points = probe_points(twin)
+    with global_state(0), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        values = probed(twin, points)
+        settled = attributes(twin)  # with the tables that it fills when it is first evaluated
+        again = probed(twin, points)
+    if again != values:
+        raise UncertainError(f"{kind.__name__} gives other values when it is evaluated once more")
+    # one that every evaluation changes, such as a counter, counts as it was
+    counted = {key for key, found in attributes(twin).items() if settled.get(key) != found}
+    held = settled | {key: held.get(key, "") for key in counted}
+    names = list(getattr(part, "vars", None) or ())  # their order is that of the columns
+    return digest(kind, kind.__name__), held, names, values
+
+
+def _copy(part: Any) -> Any:
     try:
-        twin = copy.deepcopy(part)
-    except Exception:  # whatever foreign code raises: there will be no copies then
-        return
-    if Walk().whole(twin) == found:
-        return
-    name = type(part).__qualname__
-    one, other = (getattr(each, "__dict__", {}) for each in (part, twin))
-    for key in one:
-        if Walk().whole(one[key]) != Walk().whole(other.get(key)):
-            raise UncertainError(f"{name}.{key} is another one in a copy of it")
-    raise UncertainError(f"a copy of {name} is not the same")
+        return copy.deepcopy(part)
+    except Exception as error:  # whatever foreign code raises
+        raise UncertainError(f"{type(part).__name__} cannot be copied: {error}") from error

@@ -166,8 +166,8 @@ def test_runs_that_cannot_be_told_apart_are_made_and_not_kept(tmp_path, monkeypa
             found = compare(Connected(), algorithms, 30, seeds=2, folder=tmp_path)
         (warning,) = told
         assert str(warning.message).startswith(
-            "Connected.service.answers is a generator, which cannot be looked into: cannot pickle "
-            "'generator' object: nobody knows whether a run of Connected is the one asked for"
+            "Connected.service cannot be looked into: cannot pickle 'generator' object: nobody "
+            "knows whether a run of Connected is the one asked for"
         )
         assert "vouch by an attribute fingerprint of Connected" in str(warning.message)
         assert warning.filename == __file__
@@ -179,13 +179,13 @@ def test_runs_that_cannot_be_told_apart_are_made_and_not_kept(tmp_path, monkeypa
     assert len(made) == 12
     # where it is the algorithm, the other one's runs are kept
     algorithms["a"].owner = weakref.ref(Connected)
-    with pytest.warns(RuntimeWarning, match=r"^NSGA2\.owner is a weakref.ReferenceType"):
+    with pytest.warns(RuntimeWarning, match=r"^NSGA2\.owner cannot be looked into: .*weakref"):
         compare(PROBLEM, algorithms, 30, seeds=2, folder=tmp_path / "more")
     assert len(list((tmp_path / "more").iterdir())) == 2
 
 
 def test_runs_without_code_in_their_names_are_told_and_left(tmp_path):
-    old = tmp_path / "NSGA2-0123456789ab-seed1.npz"
+    old = tmp_path / "NSGA2-0123456789abcdef0123-seed1.npz"
     old.write_bytes(b"old")
     with pytest.warns(RuntimeWarning, match=r"holds runs of an earlier mgeo \(1\).*are not used"):
         compare(PROBLEM, [NSGA2(pop_size=12)], 20, seeds=1, folder=tmp_path)
