@@ -17,13 +17,13 @@ from pymoo.optimize import minimize
 
 from mgeo import MGEOCanonical, MGEODirected
 from mgeo.evaluation.individuals import as_numbers
-from mgeo.runs.pymoo_algorithms import mixed_arguments
+from mgeo.runs.operators import fitted
 
 AREA = HV(ref_point=np.array([1.1, 1.1]))
 ALGORITHMS = {
     "MGEODirected": MGEODirected(),
     "MixedVariableGA": MixedVariableGA(pop_size=50, survival=RankAndCrowdingSurvival()),
-    "NSGA-II, mixed operators": NSGA2(pop_size=100, **mixed_arguments()),
+    "NSGA-II, mixed operators": NSGA2(pop_size=100),
     "MGEOCanonical": MGEOCanonical(bits=8),
 }
 
@@ -59,10 +59,10 @@ class Halves(Problem):
 
 def volume(algorithm, evaluations, seed):
     """Of all evaluations of one run."""
-    seen = []
+    seen, problem = [], Halves()
     minimize(
-        Halves(),
-        algorithm,
+        problem,
+        fitted(algorithm, problem),
         ("n_eval", evaluations),
         seed=seed,
         callback=lambda run: seen.append(run.pop.get("F")),

@@ -12,11 +12,10 @@ from pymoo.algorithms.moo.nsga2 import NSGA2, RankAndCrowdingSurvival
 from pymoo.core.mixed import MixedVariableGA
 
 import mgeo
-from mgeo.runs.pymoo_algorithms import mixed_arguments
 
 ALGORITHMS = {
     "MGEO directed (ours)": mgeo.MGEODirected(),
-    "NSGA-II, mixed operators": NSGA2(pop_size=100, **mixed_arguments()),
+    "NSGA-II, mixed operators": NSGA2(pop_size=100),
     # its own survival is that of a single objective
     "MixedVariableGA": MixedVariableGA(pop_size=50, survival=RankAndCrowdingSurvival()),
     "MGEO canonical": mgeo.MGEOCanonical(tau=1.0, n_walkers=5, bits=8),

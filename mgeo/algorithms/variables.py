@@ -74,14 +74,12 @@ class Variables:
         declared: dict[str, Variable] | None = getattr(problem, "vars", None)
         options = options_of(problem)
         if declared is None:
-            vtype = float if problem.vtype is None else problem.vtype
-            known = _OF_TYPE if isinstance(vtype, type) else ()
-            found = [kind for types, kind in known if issubclass(vtype, types)][:1]
-            if not set(found) & set(allowed):
-                takers = _TAKERS if found else ""
+            each = kind_of_type(problem.vtype)
+            if each is None or each not in allowed:
+                takers = _TAKERS if each else ""
                 raise ValueError(f"{name} has vtype = {problem.vtype!r}: {expected}{takers}")
-            kinds = found * problem.n_var
-            bounds = (0, 1) if found == ["binary"] else (problem.xl, problem.xu)
+            kinds = [each] * problem.n_var
+            bounds = (0, 1) if each == "binary" else (problem.xl, problem.xu)
             xl, xu = (_numbers(np.broadcast_to(bound, problem.n_var)) for bound in bounds)
         else:
             for key, variable in declared.items():
@@ -158,10 +156,19 @@ class Variables:
         return numbers(designs, self.names, self.options)
 
 
+def kind_of_type(vtype: Any) -> Kind | None:
+    """The kind of variables that a problem's ``vtype`` says; real for None, None if unknown."""
+    if vtype is None:
+        return "real"
+    known = _OF_TYPE if isinstance(vtype, type) else ()
+    return next((kind for types, kind in known if issubclass(vtype, types)), None)
+
+
 def designs_of(problem: Problem, X: FloatArray) -> NDArray[Any]:
     """Numbers (n, n_var) as the problem takes designs: the inverse of `as_numbers`."""
     if getattr(problem, "vars", None) is None:
-        return X
+        kind = kind_of_type(problem.vtype)
+        return X if kind is None else X.astype(_TYPES[kind], copy=False)
     return Variables.of(problem, KINDS).designs(X)
 
 

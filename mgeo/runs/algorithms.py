@@ -49,8 +49,6 @@ ALGORITHMS: Mapping[str, tuple[str, ...]] = {
     "mo-cma-es": ("mgeo.runs.mo_cma_es", "MOCMAES", "pop_size"),
     "random": (f"{_PYMOO}.soo.nonconvex.random_search", "RandomSearch", "n_points_per_iteration"),
 }
-# Those of pymoo's that search ``Problem(vars=...)`` with its operators for mixed variables.
-_MIXED = ("nsga2", "nsga3", "u-nsga3", "spea2", "sms-emoa", "age-moea2")
 FAMILY = [name for name, (_, _, *population) in ALGORITHMS.items() if not population]
 
 
@@ -91,16 +89,9 @@ def build_algorithm(name: str, parameters: Mapping[str, Any], problem: Problem) 
     given: dict[str, Any] = dict.fromkeys(ALGORITHMS[name][2:], population)
     if "ref_dirs" in given:
         given["ref_dirs"] = _directions(population, problem)
-    if getattr(problem, "vars", None) is not None:
-        from mgeo.runs.pymoo_algorithms import mixed_arguments  # imports algorithms
+    from mgeo.runs.operators import fitted  # imports algorithms
 
-        if name not in _MIXED:
-            raise ValueError(
-                f"algorithm {name!r} takes arrays of real variables, and this problem declares its "
-                f"variables one by one: expected one of {', '.join((*FAMILY, *_MIXED))}"
-            )
-        given |= mixed_arguments()
-    return cls(**given)
+    return fitted(cls(**given), problem, f"algorithm {name!r}")
 
 
 def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, Any]:

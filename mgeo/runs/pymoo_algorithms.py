@@ -6,11 +6,6 @@ from typing import Any
 
 from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.core.algorithm import Algorithm
-from pymoo.core.mixed import (
-    MixedVariableDuplicateElimination,
-    MixedVariableMating,
-    MixedVariableSampling,
-)
 from pymoo.core.problem import Problem
 from pymoo.termination.max_eval import MaximumFunctionCallTermination
 from pymoo.util.archive import Archive, RandomTruncation, SurvivalTruncation, Truncation
@@ -48,19 +43,6 @@ def seed_archives(algorithm: Algorithm) -> None:
         archive = getattr(algorithm, name, None)
         if isinstance(archive, Archive):
             archive.truncation = SeededTruncation(archive.truncation, algorithm)
-
-
-def mixed_arguments() -> dict[str, Any]:
-    """Arguments with which a genetic algorithm of pymoo takes ``Problem(vars=...)``.
-
-    Without them it takes designs for arrays of floats.
-    """
-    same = MixedVariableDuplicateElimination()
-    return {
-        "sampling": MixedVariableSampling(),
-        "mating": MixedVariableMating(eliminate_duplicates=same),
-        "eliminate_duplicates": same,
-    }
 
 
 class FrontRVEA(RVEA):

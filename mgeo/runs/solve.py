@@ -19,6 +19,7 @@ from mgeo.files.models import Table
 from mgeo.plugins.protocol import column_names, constraint_names
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
 from mgeo.runs.nearest import Nearest, NearestMeter
+from mgeo.runs.operators import fitted
 from mgeo.runs.persistence import Notes, RunPersistence
 from mgeo.runs.pymoo_algorithms import seed_archives
 
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.population import Population
     from pymoo.core.problem import Problem
+
+IDLE_STEPS = 100  # without an evaluation, after which an algorithm has no new candidate
 
 Names = Annotated[tuple[str, ...], Strict(False)]  # of JSON, it is a list
 
@@ -154,7 +157,8 @@ def solve(
 ) -> Outcome:
     """Run a copy of `algorithm` on `problem` until it has made `evaluations` or is stopped.
 
-    The last generation is completed, so slightly more evaluations may be made. `callback` is
+    The last generation is completed, so slightly more evaluations may be made; and fewer, where an
+    algorithm finds no design that it has not tried. `callback` is
     called after every step and may call ``state.stop()``. A KeyboardInterrupt ends the run at
     once; what was found up to the last whole step is returned, with status "interrupted".
     Evaluations that fail cost the candidates concerned (see `mgeo.TolerantEvaluator`).
@@ -191,9 +195,12 @@ def follow(
     state = State(problem, algorithm, budget, notes)
     if persistence is not None:
         persistence.begin(algorithm, state.notes)
+    idle = 0  # steps: pymoo's C-TAEA goes on for ever where there are no other designs
     try:
-        while algorithm.has_next() and not state.stopped:
+        while algorithm.has_next() and not state.stopped and idle < IDLE_STEPS:
+            before = algorithm.evaluator.n_eval
             algorithm.next()
+            idle = idle + 1 if algorithm.evaluator.n_eval == before else 0
             state.update()
             if callback is not None:
                 callback(state)
@@ -220,7 +227,7 @@ def set_up(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int) 
         raise ValueError(f"evaluations = {evaluations}: expected >= 1")
     if seed < 0:
         raise ValueError(f"seed = {seed}: expected >= 0")
-    ready = copy.deepcopy(algorithm)
+    ready = copy.deepcopy(fitted(algorithm, problem))
     ready.evaluator = TolerantEvaluator.like(ready.evaluator)
     ready.evaluator.warn = False  # the outcome tells
     ready.setup(problem, termination=("n_eval", evaluations), seed=seed)

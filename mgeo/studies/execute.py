@@ -14,6 +14,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from mgeo._validation import validate_integer
+from mgeo.runs.operators import fitted
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.dispatch import Key, Result, run_all
 from mgeo.studies.folder import run_files
@@ -65,7 +66,8 @@ def compare(
     Parameters
     ----------
     problem : any pymoo problem.
-    algorithms : pymoo algorithms by the label to show; without labels, their classes' names.
+    algorithms : pymoo algorithms by the label to show; without labels, their classes' names. Those
+        of pymoo get operators for the problem's variables (see `mgeo.runs.operators.fitted`).
     n_eval : evaluations of each run.
     seeds : how many (1, 2, ...), or which.
     folder : where finished runs are kept, and found when the same comparison (or a larger one)
@@ -96,7 +98,9 @@ def compare(
     n_eval = validate_integer("n_eval", n_eval, low=1)
     steps = _grid(grid, n_eval)
     keys = list(product(named, seed_numbers(seeds)))
-    tasks = {(name, s): Task(problem, named[name], n_eval, s) for name, s in keys}
+    # here, and not in the processes that make the runs: what a run is known by includes it
+    ready = {name: fitted(each, problem, f"algorithms[{name!r}]") for name, each in named.items()}
+    tasks = {(name, s): Task(problem, ready[name], n_eval, s) for name, s in keys}
     title = title or type(problem).__name__
     results = _found_or_made(title, tasks, folder, n_jobs, progress)
     records = {key: r for key in keys if isinstance(r := results[key], Record)}

@@ -19,15 +19,13 @@ from mgeo._foreign import foreign
 from mgeo._text import one_line
 from mgeo.pareto.archive import ParetoArchive
 from mgeo.pareto.dominance import not_weakly_dominated
-from mgeo.runs.solve import set_up
+from mgeo.runs.solve import IDLE_STEPS, set_up
 from mgeo.studies.randomness import global_state
 from mgeo.studies.record import Record
 from mgeo.studies.versions import made_with
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
-
-_PATIENCE = 1000  # steps without an evaluation after which a run counts as stuck
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +86,7 @@ def record(task: Task) -> Record:
             before = log.seen
             algorithm.next()
             idle = idle + 1 if log.seen == before else 0
-            if idle == _PATIENCE:
+            if idle == IDLE_STEPS:
                 raise RuntimeError(
                     f"{type(task.algorithm).__name__} made no new candidate after {log.seen} of "
                     f"{task.n_eval} evaluations"

@@ -16,6 +16,7 @@ from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.single import Sphere
 
 from mgeo.algorithms.variables import designs_of
+from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import (
     ALGORITHMS,
     build_algorithm,
@@ -23,7 +24,7 @@ from mgeo.runs.algorithms import (
     default_evaluations,
 )
 from mgeo.runs.limits import limits
-from mgeo.runs.solve import solve
+from mgeo.runs.solve import set_up, solve
 
 from ..algorithms.test_mixed import Rod as Strict
 
@@ -36,14 +37,12 @@ SMALL = {
     "mgeo-staged": {"n_walkers": 4},
 }
 DIRECTED = ("nsga3", "u-nsga3", "moead", "ctaea", "rvea")
+# pymoo compiles it anew in every process
+EACH = [pytest.param(n, marks=pytest.mark.slow) if n == "age-moea2" else n for n in ALGORITHMS]
 AREA = HV(ref_point=np.array([1.1, 6.0]))
 
 
-@pytest.mark.parametrize(
-    "name",
-    # pymoo compiles it anew in every process
-    [pytest.param(n, marks=pytest.mark.slow) if n == "age-moea2" else n for n in ALGORITHMS],
-)
+@pytest.mark.parametrize("name", EACH)
 def test_every_algorithm_improves_a_front_and_repeats_itself(name):
     problem = ZDT1(n_var=5)
     algorithm = build_algorithm(name, SMALL.get(name, {"population": 20}), problem)
@@ -156,6 +155,8 @@ def interpreted(monkeypatch):
         "spea2",
         "sms-emoa",
         "age-moea2",
+        "rvea",
+        "random",
     ],
 )
 def test_a_front_in_numbers_is_that_of_the_designs(name):
@@ -171,7 +172,88 @@ def test_a_front_in_numbers_is_that_of_the_designs(name):
     assert told == (-G[:, 0]).tolist()
 
 
-@pytest.mark.parametrize("name", ["random", "gde3", "moead", "cmopso"])
+@pytest.mark.parametrize("name", ["gde3", "moead", "cmopso", "ctaea", "mo-cma-es"])
 def test_what_takes_arrays_alone_is_refused(name):
-    with pytest.raises(ValueError, match=f"algorithm '{name}' .*one of mgeo-real, .*, nsga2, "):
+    with pytest.raises(ValueError, match=f"algorithm '{name}' .*one by one: expected .* NSGA2"):
         build_algorithm(name, {"population": 20}, Free())
+
+
+class Levels(Problem):
+    """Two objectives of integers or bits; keeps what it is handed."""
+
+    def __init__(self, vtype):
+        n_var, xu = (4, 9) if vtype is int else (12, 1)
+        super().__init__(n_var=n_var, n_obj=2, xl=0, xu=xu, vtype=vtype)
+        self.seen = []
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        self.seen.append(X)
+        rest = np.abs(X[:, 1:] - 0.34 * self.xu[1:]).sum(axis=1)
+        out["F"] = np.column_stack([X[:, 0] + rest, np.square(self.xu[0] - X[:, 0]) + rest])
+
+
+REAL_ONLY = ("mgeo-real", "mgeo-real2", "gde3", "nsde", "mopso-cd", "cmopso", "mo-cma-es")
+
+
+@pytest.mark.parametrize("vtype", [int, bool])
+@pytest.mark.parametrize("name", EACH)
+def test_integers_and_bits_are_searched_as_such_or_refused(name, vtype):
+    problem = Levels(vtype)
+    if name in REAL_ONLY or (name == "mgeo-var" and vtype is bool):
+        said = "real variables" if name in REAL_ONLY else "1 bit"
+        with pytest.raises(ValueError, match=said):
+            set_up(problem, build_algorithm(name, SMALL.get(name, {}), problem), 100, seed=1)
+        return
+    algorithm = build_algorithm(name, SMALL.get(name, {"population": 20}), problem)
+    outcome = solve(problem, algorithm, 400, seed=1)
+    X = np.concatenate(problem.seen)
+    assert {each.dtype.kind for each in problem.seen} == {"i" if vtype is int else "b"}
+    assert (X >= 0).all()
+    assert (problem.xu >= X).all()
+    assert len(np.unique(X, axis=0)) > 10
+    assert np.array_equal(outcome.F, problem.evaluate(designs_of(problem, outcome.X)))
+
+
+def test_the_bits_of_pymoos_zdt5_are_searched_as_such():
+    problem = load_problem("pymoo:zdt5", {})
+    for name in ("nsga2", "random", "mgeo-directed"):
+        algorithm = build_algorithm(name, SMALL.get(name, {"population": 20}), problem)
+        outcome = solve(problem, algorithm, 100, seed=1)
+        assert np.array_equal(outcome.X, outcome.X > 0.5)
+    with pytest.raises(ValueError, match="cannot be shifted"):
+        load_problem("shifted:zdt5", {})
+    with pytest.raises(ValueError, match="'gde3' takes arrays of real variables"):
+        build_algorithm("gde3", {}, problem)
+
+
+class Tied(ZDT1):
+    """Whose violations are 1, 2 or 3, so that many are equal."""
+
+    def __init__(self):
+        super().__init__(n_var=5)
+        self.n_ieq_constr = 1
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        super()._evaluate(x, out, *args, **kwargs)
+        out["G"] = np.floor(4 * x[:, 1:2])
+
+
+class Entropy:
+    """Stands for a generator that nobody has seeded: made often, it must not be drawn from."""
+
+    def __getattr__(self, name):
+        raise AssertionError(f"{name} drawn from the entropy of the operating system")
+
+
+@pytest.mark.parametrize("name", [n for n in EACH if n not in ("moead", "mo-cma-es")])
+def test_ties_are_drawn_by_the_seed(name, monkeypatch):
+    fresh = np.random.default_rng
+
+    def seeded(seed=None):
+        return Entropy() if seed is None else fresh(seed)
+
+    problem = Tied()
+    algorithm = build_algorithm(name, SMALL.get(name, {"population": 20}), problem)
+    monkeypatch.setattr(np.random, "default_rng", seeded)
+    first, again = (solve(problem, algorithm, 300, seed=1) for _ in range(2))
+    assert np.array_equal(first.X, again.X)

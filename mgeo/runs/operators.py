@@ -1,0 +1,230 @@
+"""Pymoo's algorithms with operators for the variables of a problem, and ties drawn by their seed.
+
+Its algorithms search real numbers unless they are told otherwise, also where a problem says by its
+``vtype`` or its ``vars`` that it takes others.
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pymoo.algorithms.base.genetic import GeneticAlgorithm
+from pymoo.algorithms.moo.nsga3 import comp_by_cv_then_random
+from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
+from pymoo.algorithms.soo.nonconvex.random_search import RandomSearch
+from pymoo.core.duplicate import DefaultDuplicateElimination
+from pymoo.core.initialization import Initialization
+from pymoo.core.mating import Mating
+from pymoo.core.mixed import (
+    MixedVariableDuplicateElimination,
+    MixedVariableMating,
+    MixedVariableSampling,
+)
+from pymoo.core.repair import NoRepair
+from pymoo.operators.crossover.pcx import PCX
+from pymoo.operators.crossover.pntx import TwoPointCrossover
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.mutation.bitflip import BitflipMutation
+from pymoo.operators.mutation.gauss import GM, GaussianMutation
+from pymoo.operators.mutation.pm import PM, PolynomialMutation
+from pymoo.operators.repair.rounding import RoundingRepair
+from pymoo.operators.repair.to_bound import ToBoundOutOfBoundsRepair
+from pymoo.operators.sampling.lhs import LHS, LatinHypercubeSampling
+from pymoo.operators.sampling.rnd import (
+    BinaryRandomSampling,
+    FloatRandomSampling,
+    IntegerRandomSampling,
+)
+from pymoo.operators.selection.tournament import TournamentSelection, compare
+
+from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.variables import KINDS, Variables, kind_of_type
+from mgeo.runs.mo_cma_es import MOCMAES
+
+if TYPE_CHECKING:
+    from pymoo.core.algorithm import Algorithm
+    from pymoo.core.population import Population
+    from pymoo.core.problem import Problem
+
+T = TypeVar("T")
+
+# Exactly these make real numbers: what is made from them may be something else.
+_REAL_SAMPLING = (FloatRandomSampling, LatinHypercubeSampling, LHS)
+_REAL_OPERATORS = (SBX, PCX, PM, PolynomialMutation, GM, GaussianMutation)
+_NO_REPAIR = (type(None), NoRepair, ToBoundOutOfBoundsRepair)  # of what a variable is
+# Comparisons of pymoo whose ties of violation are drawn from the entropy of the operating system.
+_UNSEEDED = (comp_by_cv_then_random, comp_by_rank_and_ref_line_dist)
+
+
+class SeededComparison:
+    """A comparison of pairs whose ties of violation are drawn from the algorithm's generator.
+
+    Of two solutions of which one violates constraints the less violating wins; of two feasible
+    ones whichever wins by the `inner` comparison.
+
+    Parameters
+    ----------
+    inner : comparison of pymoo's `TournamentSelection`.
+    """
+
+    def __init__(self, inner: Any) -> None:
+        self.inner = inner
+
+    def __call__(
+        self,
+        pop: Population,
+        P: NDArray[np.int_],
+        random_state: np.random.Generator | None = None,
+        **options: Any,
+    ) -> NDArray[np.int_]:
+        """(n, 1) winners of the (n, 2) pairs `P`, rows of the population."""
+        violation = pop.get("CV")[:, 0]
+        winners = np.empty((len(P), 1), dtype=np.int_)
+        for i, (a, b) in enumerate(P):
+            if max(violation[a], violation[b]) > 0.0:
+                winners[i] = compare(
+                    a,
+                    violation[a],
+                    b,
+                    violation[b],
+                    method="smaller_is_better",
+                    return_random_if_equal=True,
+                    random_state=random_state,
+                )
+            else:
+                winners[i] = self.inner(pop, P[i : i + 1], random_state=random_state, **options)
+        return winners
+
+
+def fitted(algorithm: Algorithm, problem: Problem, name: str = "") -> Algorithm:
+    """The algorithm itself, or one that searches the problem's variables as what they are.
+
+    Where the problem's variables are integers, bits, or declared one by one, a genetic algorithm
+    or random search of pymoo gets the operators for them that pymoo's documentation gives it, in
+    place of those for real numbers; others that it was made with stay. Integers keep the
+    parameters of crossover and mutation. Comparisons that do not repeat are replaced in any case.
+    What is not pymoo's is left alone.
+
+    Parameters
+    ----------
+    algorithm : one that has not begun; it is not changed.
+    name : what to call it in errors; default: its class.
+
+    Raises
+    ------
+    ValueError : if it is one of pymoo's, or `MOCMAES`, without operators for such variables.
+    """
+    if isinstance(algorithm, ExtremalOptimization):
+        return algorithm
+    kind = "mixed" if _declared(problem) else kind_of_type(problem.vtype)
+    if kind not in (None, "real"):
+        algorithm = _with_operators(algorithm, problem, kind, name)
+    return _seeded(algorithm)
+
+
+def _declared(problem: Problem) -> bool:
+    return getattr(problem, "vars", None) is not None
+
+
+def _with_operators(algorithm: Algorithm, problem: Problem, kind: str, name: str) -> Algorithm:
+    if isinstance(algorithm, RandomSearch):
+        return _with(algorithm, sampling=_sampling(algorithm.sampling, problem, kind))
+    mating: Any = getattr(algorithm, "mating", None)
+    crosses = type(mating) is Mating and mating.crossover is not None
+    if crosses and kind != "mixed":
+        changed = _whole(mating, kind)
+        begin = _with_sampling(algorithm.initialization, problem, kind)
+        return _with(algorithm, mating=changed, initialization=begin)
+    if crosses and type(algorithm)._infill is GeneticAlgorithm._infill:
+        return _mixed(algorithm)
+    if _takes_reals_alone(algorithm, mating):
+        told = {"mixed": "declares its variables one by one", "binary": "has binary variables"}
+        raise ValueError(
+            f"{name or type(algorithm).__name__} takes arrays of real variables, and this problem "
+            f"{told.get(kind, 'has integer variables')}: expected an algorithm with operators for "
+            "them, such as MGEODirected (mgeo-directed) or NSGA2 (nsga2)"
+        )
+    return algorithm
+
+
+def _whole(mating: Any, kind: str) -> Any:
+    """A mating of arrays for integers or bits."""
+    crossover, mutation = mating.crossover, mating.mutation
+    if kind == "binary":
+        if type(crossover) in _REAL_OPERATORS:
+            crossover = TwoPointCrossover()
+        if type(mutation) in _REAL_OPERATORS:
+            mutation = BitflipMutation()
+    elif not isinstance(mating.repair, RoundingRepair):
+        crossover, mutation = _rounded(crossover), _rounded(mutation)
+    return _with(mating, crossover=crossover, mutation=mutation)
+
+
+def _rounded(operator: Any) -> Any:
+    if type(operator) not in _REAL_OPERATORS or operator.repair is not None:
+        return operator
+    return _with(operator, vtype=float, repair=RoundingRepair())
+
+
+def _mixed(algorithm: Any) -> Any:
+    """A genetic algorithm for ``Problem(vars=...)``, of which each design is a dict."""
+    same = algorithm.eliminate_duplicates
+    if type(same) is DefaultDuplicateElimination:  # of arrays
+        same = MixedVariableDuplicateElimination()
+    begin = algorithm.initialization
+    if type(begin.sampling) in _REAL_SAMPLING:
+        begin = Initialization(MixedVariableSampling(), algorithm.repair, same)
+    return _with(
+        algorithm,
+        mating=MixedVariableMating(repair=algorithm.repair, eliminate_duplicates=same),
+        eliminate_duplicates=same,
+        initialization=begin,
+    )
+
+
+def _with_sampling(begin: Any, problem: Problem, kind: str) -> Any:
+    return _with(begin, sampling=_sampling(begin.sampling, problem, kind))
+
+
+def _sampling(sampling: Any, problem: Problem, kind: str) -> Any:
+    if type(sampling) not in _REAL_SAMPLING:
+        return sampling
+    Variables.of(problem, KINDS)  # a bound that is missing or broken is refused here
+    if kind == "mixed":
+        return MixedVariableSampling()
+    return BinaryRandomSampling() if kind == "binary" else IntegerRandomSampling()
+
+
+def _takes_reals_alone(algorithm: Algorithm, mating: Any) -> bool:
+    """Whether it is pymoo's (or another that we know), and nothing in it makes other designs."""
+    if isinstance(algorithm, MOCMAES):
+        return True
+    makers = (cls for cls in type(algorithm).__mro__ if vars(cls).keys() & {"_infill", "_next"})
+    maker = algorithm if mating is None else mating
+    return (
+        next(makers, object).__module__.startswith("pymoo.algorithms.")
+        and (mating is None or type(mating).__module__.startswith("pymoo."))
+        and not isinstance(mating, MixedVariableMating)
+        and type(getattr(maker, "repair", None)) in _NO_REPAIR
+    )
+
+
+def _seeded(algorithm: Any) -> Any:
+    mating = getattr(algorithm, "mating", None)
+    selection = getattr(mating, "selection", None)
+    if not isinstance(selection, TournamentSelection) or selection.func_comp not in _UNSEEDED:
+        return algorithm
+    selection = _with(selection, func_comp=SeededComparison(selection.func_comp))
+    return _with(algorithm, mating=_with(mating, selection=selection))
+
+
+def _with(part: T, **values: Any) -> T:
+    """The part itself if it has these values, else a copy that has them."""
+    if all(getattr(part, key) is value for key, value in values.items()):
+        return part
+    changed = copy.copy(part)
+    vars(changed).update(values)
+    return changed
