@@ -9,6 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 import joblib
 from joblib.parallel import get_active_backend
 
+from mgeo.studies.cluster import prepare_workers
 from mgeo.studies.record import Record
 from mgeo.studies.run import Failure, Task, run
 
@@ -23,8 +24,17 @@ def run_all(tasks: Mapping[Key, Task], n_jobs: int | None) -> Iterator[tuple[Key
     of others end with it. So what was under way at that moment is made again one by one, and the
     run with which a process dies once more is a failure; the rest goes on as before. (Not so with
     joblib's multiprocessing, which does not notice, and waits for that run.)
+
+    Raises
+    ------
+    WorkerError
+        If a worker of a Dask cluster cannot load a problem or an algorithm.
     """
     waiting = dict(tasks)
+    backend, _ = get_active_backend()
+    if waiting and "distributed" in sys.modules and hasattr(backend, "client"):
+        parts = {id(p): p for task in tasks.values() for p in (task.problem, task.algorithm)}
+        prepare_workers(backend.client, parts.values())
     while waiting:
         try:
             for key, result in _results(waiting, n_jobs):

@@ -2,8 +2,11 @@
 
 import os
 import signal
+import sys
 import threading
 import time
+import types
+from pathlib import Path
 
 import joblib
 import pytest
@@ -13,6 +16,7 @@ from typer.testing import CliRunner
 
 from mgeo import MGEOReal, compare
 from mgeo.cli.app import app
+from mgeo.studies.cluster import WorkerError
 
 distributed = pytest.importorskip(
     "distributed", reason="needs the extra: pip install 'mgeo[distributed]'"
@@ -89,3 +93,79 @@ def test_the_command_runs_a_study_on_a_cluster(client, tmp_path):
     there = (tmp_path / "there" / "table.csv").read_text()
     assert there == (tmp_path / "here" / "table.csv").read_text()
     assert len(there.splitlines()) == 1 + 2 * 3 * 2
+
+
+MODULE = """
+from pymoo.algorithms.moo.nsga2 import NSGA2
+{more}
+class Mine(NSGA2):
+    def __init__(self, pop_size=10):
+        super().__init__(pop_size=pop_size)
+"""
+
+
+@pytest.fixture
+def beside_the_study(tmp_path, monkeypatch):
+    """Writes modules where the study is, which the workers, started before, know nothing of."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    Path("study.toml").write_text(FILE.replace('"random"', '"of_mine.search:Mine", "my_file:Mine"'))
+    Path("of_mine").mkdir()
+    Path("of_mine/__init__.py").touch()
+    Path("of_mine/search.py").write_text(MODULE.format(more=""))
+    yield
+    for name in ("of_mine", "of_mine.search", "my_file", "my_helper"):
+        sys.modules.pop(name, None)
+
+
+def study_on(client, *more):
+    address = client.scheduler_info()["address"]
+    arguments = ["study", "study.toml", "--quiet", "--cluster", address, *more]
+    return CliRunner().invoke(app, arguments)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+@pytest.mark.usefixtures("beside_the_study")
+def test_modules_beside_the_study_are_sent_along(client):
+    Path("my_helper.py").write_text("x = 1")
+    Path("my_file.py").write_text(MODULE.format(more="import my_helper"))
+    done = study_on(client)
+    assert done.exit_code == 0, done.output
+    rows = Path("studies/study/runs.csv").read_text()
+    assert rows.count("finished") == 9
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+@pytest.mark.usefixtures("beside_the_study")
+def test_a_worker_that_cannot_load_a_module_is_named(client):
+    Path("my_file.py").write_text(
+        MODULE.format(more=f"import os\nassert os.getpid() == {os.getpid()}")
+    )
+    began = time.monotonic()
+    done = study_on(client)
+    assert done.exit_code == 2, done.output
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("Error: ")]
+    workers = client.scheduler_info()["workers"]
+    assert any(line.startswith(f"Error: worker {worker} cannot load ") for worker in workers)
+    assert "AssertionError" in line
+    assert time.monotonic() - began < 60
+
+
+class Elsewhere(NSGA2):
+    """Of a module that is nowhere."""
+
+
+Elsewhere.__module__ = "nowhere"
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+def test_a_module_that_is_nowhere_is_named(client, monkeypatch):
+    made = types.ModuleType("nowhere")
+    made.Elsewhere = Elsewhere
+    monkeypatch.setitem(sys.modules, "nowhere", made)
+    message = r"^worker tcp://\S+ cannot load nowhere: ModuleNotFoundError: .*; expected the same"
+    with joblib.parallel_config("dask"), pytest.raises(WorkerError, match=message):
+        compare(PROBLEM, [Elsewhere(pop_size=10)], 40, seeds=2)
