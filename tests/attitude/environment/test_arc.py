@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -175,6 +176,12 @@ def test_segments_that_meet_are_joined_by_a_jump(tmp_path: Path) -> None:
     found, _ = OrbitFile(file=str(path)).for_run(EPOCH, 6000.0).propagate(EPOCH, at)
     expected = states(at, at >= instant)[:, :3]
     assert np.linalg.norm(found - expected, axis=1).max() < 1e-3
+    middle = late[late <= 4200.0], late[late >= 4200.0]  # the second in two, in any order
+    parts = [(times, states(times, times >= instant)) for times in middle]
+    path.write_text(message(parts[1], first, parts[0]))
+    orbit = OrbitFile(file=str(path)).for_run(EPOCH, 6000.0)
+    assert np.linalg.norm(orbit.propagate(EPOCH, at)[0] - expected, axis=1).max() < 1e-3
+    assert [t for t, after in pairwise(orbit.times) if t == after] == [3000.0, 4200.0]
     apart = late + 30.0
     path.write_text(message(first, (apart, states(apart, apart >= instant))))
     with pytest.raises(InvalidValue, match="in one segment, or in some that share an instant"):

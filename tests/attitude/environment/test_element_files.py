@@ -149,6 +149,28 @@ def test_scenarios_of_files(tmp_path: Path) -> None:
     assert 25.4e6 < radius.min() < radius.max() < 25.6e6
 
 
+@pytest.mark.parametrize(
+    ("orbit", "expected"),
+    [
+        (
+            {"propagator": "sgp4", "file": "a.omm"},
+            "file: no key of propagator = 'sgp4', but of 'fi",
+        ),
+        (
+            {"propagator": "file", "line1": ISS_1},
+            "line1: no key of propagator = 'file', but of 'sg",
+        ),
+        ({"line1": ISS_1}, "line2: missing; expected a string (second line of the element set)"),
+        ({"file": 3}, "file = 3: expected a string"),
+        ({"propagator": None, "file": "a.omm"}, "propagator = None: unknown propagator"),
+    ],
+)
+def test_keys_that_do_not_go_together(orbit: dict[str, Any], expected: str) -> None:
+    with pytest.raises(InvalidValue) as caught:
+        Scenario.from_dict({"preset": "cubesat_6u", "orbit": orbit})
+    assert str(caught.value).startswith(f"orbit.{expected}")
+
+
 def test_lines_with_blanks_at_their_ends() -> None:
     name, line1, line2 = TLE.read_text().splitlines()
     scenario = Scenario.from_toml(

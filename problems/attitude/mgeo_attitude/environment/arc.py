@@ -20,6 +20,8 @@ from mgeo_attitude.environment.interpolation import interpolate, nearest, others
 
 #: A window around an interval whose error is less [m] is not compared with others.
 _EXACT = 1e-3
+#: It has to be as many times as good as the one around an instant to take its place.
+_BETTER = 0.5
 _BLOCK = 50_000  # polynomials at once; bounds memory
 
 
@@ -35,7 +37,8 @@ class Arc:
 
     def at(self, at: Floats) -> tuple[Floats, Floats]:
         """Position [m] and its slope [m/s], shape (k, 3), at times of shape (k,)."""
-        interval = np.clip(np.searchsorted(self.times, at, side="right") - 1, 0, self._last)
+        last = len(self.times) - 2
+        interval = np.clip(np.searchsorted(self.times, at, side="right") - 1, 0, last)
         around, (chosen, _) = nearest(self.times, at, self.count)[:, 0], self._windows
         first = np.where(chosen[interval] < 0, around, chosen[interval])
         return self._through(first, self.count, at)
@@ -62,22 +65,18 @@ class Arc:
             missed[far] = np.minimum(missed[far], self._apart(far, rows))
         return missed
 
-    @property
-    def _last(self) -> int:
-        return len(self.times) - 2
-
     @cached_property
     def _windows(self) -> tuple[Ints, Floats]:
         """First sample of each interval's window, -1 for those around an instant; its error."""
-        intervals = np.arange(self._last + 1)
         middle = 0.5 * (self.times[1:] + self.times[:-1])
         error = self._error(nearest(self.times, middle, self.count)[:, 0], middle)
-        chosen = np.full(len(intervals), -1)
+        chosen = np.full(len(middle), -1)
         (doubtful,) = np.nonzero(error > _EXACT)
+        limit = _BETTER * error
         for shift in range(self.count - 1):
             first = np.clip(doubtful - shift, 0, len(self.times) - self.count)
             found = self._error(first, middle[doubtful])
-            better = found < error[doubtful]
+            better = found < np.minimum(error, limit)[doubtful]
             chosen[doubtful[better]], error[doubtful[better]] = first[better], found[better]
         return chosen, error
 

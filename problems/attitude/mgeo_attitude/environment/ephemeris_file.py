@@ -34,14 +34,14 @@ class Run:
 def ephemeris_of(segments: Sequence[Segment], run: Run, origin: Origin) -> EphemerisOrbit:
     """The samples for a run, with those before and after it that interpolation takes.
 
-    Segments of one object whose samples meet at an instant are joined there, by a jump.
+    A run that is in no segment alone is in some that meet at instants, with jumps there.
 
     Raises
     ------
     ValueError
         Naming what is wrong or missing, such as a part of the run.
     """
-    segment = _covering(_joined(segments), run.epoch, run.duration)
+    segment = _covering(segments, run.epoch, run.duration)
     method = run.interpolation or segment.interpolation
     velocity = None if method == "lagrange" else segment.velocity
     if method == "hermite" and velocity is None:
@@ -90,21 +90,28 @@ def one_object(segments: Sequence[Segment], wanted: str) -> list[Segment]:
     return found
 
 
-def _joined(segments: Sequence[Segment]) -> list[Segment]:
-    """The segments and, where one goes on where another of its kind ends, both as one.
+def _grown(segment: Segment, others: Sequence[Segment], duration: float) -> Segment:
+    """The segment with those of its kind that go on where it ends, as far as a run needs them.
 
     They meet at the first instant that both have a sample of and are good at. It is there twice,
     before and after a jump.
     """
-    found: list[Segment] = []
-    for segment in segments:
-        found.append(segment)
-        for before in [each for each in found[:-1] if _same_kind(each, segment)]:
-            shared = np.intersect1d(before.times, segment.times)
-            shared = shared[(shared >= segment.start) & (shared <= before.stop)]
-            if len(shared) and before.times[0] < shared[0] < segment.times[-1]:
-                found.append(_after(before, segment, shared[0]))
-    return found
+    left = [each for each in others if each is not segment and _same_kind(segment, each)]
+    while _span(segment)[1] + SAME_INSTANT < duration:
+        for k, each in enumerate(left):
+            shared = np.intersect1d(segment.times, each.times)
+            shared = shared[(shared >= each.start) & (shared <= segment.stop)]
+            if len(shared) and segment.times[0] < shared[0] and _span(each)[1] > _span(segment)[1]:
+                segment = _after(segment, left.pop(k), shared[0])
+                break
+        else:
+            break
+    return segment
+
+
+def _span(segment: Segment) -> tuple[float, float]:
+    """From when to when it is good [s]."""
+    return max(segment.times[0], segment.start), min(segment.times[-1], segment.stop)
 
 
 def _same_kind(one: Segment, other: Segment) -> bool:
@@ -127,21 +134,18 @@ def _after(before: Segment, segment: Segment, instant: float) -> Segment:
 
 
 def _covering(segments: Sequence[Segment], epoch: datetime, duration: float) -> Segment:
-    """The one that reaches from start to end of a run; across their ends nobody interpolates."""
-    spans = [(max(s.times[0], s.start), min(s.times[-1], s.stop)) for s in segments]
-    fitting = [
-        segment
-        for segment, (start, stop) in zip(segments, spans, strict=True)
-        if start <= SAME_INSTANT and duration <= stop + SAME_INSTANT
-    ]
-    if not fitting:
-        found = " and ".join(
-            f"from {utc_text(epoch, a)} to {utc_text(epoch, b)}" for a, b in spans[:3]
-        )
-        more = f" and {len(spans) - 3} more" if len(spans) > 3 else ""
-        raise ValueError(
-            f"expected samples for the whole run, from {utc_text(epoch, 0.0)} to "
-            f"{utc_text(epoch, duration)}, in one segment, or in some that share an instant; "
-            f"found {found}{more}"
-        )
-    return fitting[0]
+    """The one that reaches from start to end of a run, or those that do so together."""
+    for grow in (False, True):
+        for segment in segments:
+            start, _ = _span(segment)
+            if start <= SAME_INSTANT:
+                found = _grown(segment, segments, duration) if grow else segment
+                if duration <= _span(found)[1] + SAME_INSTANT:
+                    return found
+    spans = [" to ".join(utc_text(epoch, end) for end in _span(segment)) for segment in segments]
+    more = f" and {len(spans) - 3} more" if len(spans) > 3 else ""
+    raise ValueError(
+        f"expected samples for the whole run, from {utc_text(epoch, 0.0)} to "
+        f"{utc_text(epoch, duration)}, in one segment, or in some that share an instant; "
+        f"found from {' and from '.join(spans[:3])}{more}"
+    )

@@ -101,13 +101,17 @@ def _section(cls: type[Any], table: Mapping[str, Any], kinds: Kinds | None) -> A
     """A section from a table that names its kind, if there are several."""
     if kinds is None:
         return from_table(cls, table)
-    name = kinds.named(table) if kinds.named(table) is not None else kinds.default
+    name = kinds.named(table) or table.get(kinds.key, kinds.default)
     if not name and kinds.key not in table:
         raise KeyProblem(kinds.key, None, f"missing{known_names('', kinds.classes)}")
     if not isinstance(name, str) or name not in kinds.classes:
         expected = f"unknown {kinds.key}{known_names(name, kinds.classes)}"
         raise InvalidValue(kinds.key, name, expected)
-    return from_table(kinds.classes[name], table, kinds.key)
+    cls = kinds.classes[name]
+    for key, other in kinds.telling.items():
+        if key in table and key not in declared(cls):
+            raise KeyProblem(key, table[key], f"no key of {kinds.key} = {name!r}, but of {other!r}")
+    return from_table(cls, table, kinds.key)
 
 
 def _plain(value: Any, kinds: Kinds | None) -> Any:
