@@ -88,7 +88,8 @@ def ended(ctx: Any) -> Iterator[None]:
     try:
         with terminable():
             yield
-            sys.stdout.flush()
+            if sys.stdout is not None:  # as where it was closed
+                sys.stdout.flush()
     except (typer.Exit, typer.Abort, BrokenPipeError):
         raise
     except (Exception, KeyboardInterrupt) as error:

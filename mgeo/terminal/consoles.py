@@ -69,4 +69,7 @@ def is_terminal(*, stderr: bool = False) -> bool:
     colors would put control characters into a pipe. A service that runs builds (it sets CI) may
     offer a terminal, but keeps a log of what is written to it.
     """
-    return (sys.stderr if stderr else sys.stdout).isatty() and not os.environ.get("CI")
+    stream = sys.stderr if stderr else sys.stdout
+    if stream is None:  # it was closed before the program began
+        return False
+    return stream.isatty() and not os.environ.get("CI")

@@ -133,6 +133,13 @@ def test_nor_what_threads_processes_and_compiled_code_print(leaver, stand_in_env
         assert f"{word}\n" in done.stderr
 
 
+@pytest.mark.parametrize("arguments", ["problems", "problems --json"])
+def test_without_a_stdout_nothing_is_told_and_nothing_breaks(arguments):
+    command = f"exec {sys.executable} -m mgeo {arguments} >&-"
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_nor_what_a_plugin_prints_when_its_commands_are_imported(mgeo, tmp_path, monkeypatch):
     text = "from stand_in_commands import app\nprint('imported')\n"
     Path("printing_commands.py").write_text(text)

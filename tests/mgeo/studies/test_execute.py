@@ -28,7 +28,8 @@ from mgeo import MGEOReal, compare
 from mgeo.studies.conclusions import conclusions
 from mgeo.studies.dispatch import run_all
 from mgeo.studies.execute import FailedRunsWarning
-from mgeo.studies.run import Task, record
+from mgeo.studies.run import Failure, Task, record
+from mgeo.studies.run import run as made
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.versions import distinct
 
@@ -298,6 +299,15 @@ def test_an_algorithm_that_failed_everywhere_is_told_by_name():
     with pytest.warns(FailedRunsWarning, match=message) as told:
         compare(PROBLEM, algorithms, 40, seeds=[2, 4])
     assert [warning.filename for warning in told] == [__file__]
+
+
+def test_an_algorithm_that_exits_is_a_run_that_fails():
+    class Exiting(NSGA2):
+        def _infill(self):
+            raise SystemExit(0)
+
+    failed = made(Task(ZDT1(n_var=3), Exiting(pop_size=8), 40, 1))
+    assert failed == Failure("ExitError: SystemExit(0) was raised")
 
 
 def test_if_every_run_fails_the_first_error_is_raised():
