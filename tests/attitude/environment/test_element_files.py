@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import sgp4
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.environment.element_set import gcrs_of
+from mgeo_attitude.environment.element_set import SGP4Error, gcrs_of
 from mgeo_attitude.environment.omm import read_omm
 from mgeo_attitude.environment.time_frames import instants
 from mgeo_attitude.fields import InvalidValue
@@ -117,7 +117,7 @@ def test_notations(tmp_path: Path, name: str) -> None:
         of(tmp_path / name, object="ISS")
 
 
-@pytest.mark.parametrize("name", ["sample_omm.csv", "sample_omm.xml", "sample_omm.json"])
+@pytest.mark.parametrize("name", ["sample_omm.csv", "sample_omm.xml"])
 def test_samples_of_the_package(name: str) -> None:
     path = Path(sgp4.__file__).with_name(name)
     (fields,) = read_omm(path.read_text())
@@ -312,6 +312,17 @@ def test_elements_that_are_refused(changes: dict[str, Any], expected: str) -> No
     with pytest.raises(InvalidValue) as caught:
         dataclasses.replace(of(OMM), **changes)
     assert str(caught.value).startswith(expected)
+
+
+def test_beyond_the_run_that_was_checked() -> None:
+    high = {"mean_motion_rev_day": 16.4, "bstar": 0.1, "eccentricity": 0.001}
+    low = dataclasses.replace(of(OMM), **high)
+    with pytest.raises(SGP4Error, match=r"^SGP4 error \d at t = "):
+        low.propagate(low.epoch, np.arange(0.0, 864001.0, 600.0))
+    with pytest.raises(
+        InvalidValue, match=r"^epoch = '2026-07-21T09:30:22.148352\+00:00': .* at 20"
+    ):
+        low.for_run(low.epoch, 864000.0)
 
 
 def test_elements_of_another_zone_are_the_same() -> None:

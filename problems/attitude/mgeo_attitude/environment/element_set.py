@@ -115,9 +115,9 @@ def teme_of(satellite: Satrec, at: Instants) -> tuple[Floats, Floats]:
     codes, position, velocity = _states(satellite, at)
     for k in np.flatnonzero(codes)[:1]:
         code = int(codes[k])
+        name = f"satellite {satellite.satnum_str}: " if satellite.satnum else ""
         raise SGP4Error(
-            f"satellite {satellite.satnum_str}: SGP4 error {code} at t = "
-            f"{(at.ut[k] - at.ut[0]) * DAY:.1f} s, {_said(code)}"
+            f"{name}SGP4 error {code} at t = {(at.ut[k] - at.ut[0]) * DAY:.1f} s, {_said(code)}"
         )
     return 1e3 * position, 1e3 * velocity
 
