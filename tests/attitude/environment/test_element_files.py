@@ -62,11 +62,19 @@ def table(*messages: dict[str, str]) -> str:
     return "\n".join([",".join(keys), *(",".join(m[k] for k in keys) for m in messages)])
 
 
+def plain(text: str) -> str | float:
+    """A number as JSON has it, if it can be one, and else the text."""
+    try:
+        return float(text) if "." in text or "E" in text else int(text)
+    except ValueError:
+        return text
+
+
 NOTATIONS: dict[str, Callable[..., str]] = {
     "a.omm": kvn,
     "a.xml": xml,
     "b.xml": lambda *m: xml(*m, namespace=' xmlns="urn:ccsds:schema:ndmxml"'),
-    "a.json": lambda *m: json.dumps(m),
+    "a.json": lambda *m: json.dumps([{k: plain(v) for k, v in each.items()} for each in m]),
     "a.csv": table,
 }
 

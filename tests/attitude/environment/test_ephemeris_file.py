@@ -385,6 +385,13 @@ def test_a_file_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
             OrbitFile(file=str(file)).for_run(ISS_EPOCH, 5400.0)
 
 
+def test_an_ephemeris_that_speaks_of_elements(tmp_path: Path) -> None:
+    path = tmp_path / "iss.oem"
+    text = ISS.read_text().replace("META_STOP", "META_STOP\nCOMMENT MEAN_MOTION = 15.7", 1)
+    path.write_text(text)
+    assert isinstance(OrbitFile(file=str(path)).for_run(ISS_EPOCH, 5400.0), EphemerisOrbit)
+
+
 def test_a_compressed_file_is_the_same(tmp_path: Path) -> None:
     packed = tmp_path / "iss.oem.gz"
     packed.write_bytes(gzip.compress(ISS.read_bytes()))

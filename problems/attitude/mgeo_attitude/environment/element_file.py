@@ -40,7 +40,12 @@ class Entry:
 
 
 def is_element_file(text: str) -> bool:
-    """Whether a file's text is of element sets: messages, or lines that begin with 1 and 2."""
+    """Whether a file's text is of element sets: messages, or lines that begin with 1 and 2.
+
+    A comment of an ephemeris may speak of them, too.
+    """
+    if re.search(r"^\s*CCSDS_OEM_VERS\b", text, re.MULTILINE):
+        return False
     return is_omm(text) or bool(re.search(r"^1 .+\s*\n2 ", text, re.MULTILINE))
 
 
