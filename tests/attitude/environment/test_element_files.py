@@ -340,3 +340,12 @@ def test_elements_of_another_zone_are_the_same() -> None:
     np.testing.assert_array_equal(
         moved.propagate(EPOCH, TIMES)[0], found.propagate(EPOCH, TIMES)[0]
     )
+
+
+def test_the_name_of_files_of_ephemerides_is_kept() -> None:
+    from mgeo_attitude import scenario
+
+    with pytest.warns(DeprecationWarning, match="EphemerisFile is now called OrbitFile"):
+        assert scenario.EphemerisFile is OrbitFile
+    with pytest.raises(AttributeError, match="has no attribute 'Ephemeris'"):
+        _ = scenario.Ephemeris
