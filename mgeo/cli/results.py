@@ -89,6 +89,12 @@ def print_results(
         output.print(f"to go on: mgeo resume {persistence.folder}")
 
 
+def print_impossible(reasons: list[str], output: Output) -> None:
+    """Why no search is made: nothing can keep all limits."""
+    output.print(plain("nothing can keep all limits", "bold"), *(f"  {why}" for why in reasons))
+    output.result({"impossible": reasons})
+
+
 def document(
     made: Run, found: Findings, persistence: RunPersistence, *, written: bool = True
 ) -> dict[str, Any]:

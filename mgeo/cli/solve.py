@@ -11,7 +11,7 @@ from typing import Any
 from mgeo.cli.errors import ExitCode, Refused, bad_input
 from mgeo.cli.output import Output
 from mgeo.cli.progress import Progress, run_title
-from mgeo.cli.results import Findings, document, print_results
+from mgeo.cli.results import Findings, document, print_impossible, print_results
 from mgeo.cli.signals import stop_requests
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures import MOST_OBJECTIVES, MOST_TEXTS, front_figure, page
@@ -53,9 +53,13 @@ def run_to_folder(
     Without `overwrite` there may be nothing in the folder.
 
     0 if the budget was used, 3 if nothing that was found keeps all limits, 128 + the number of the
-    signal that stopped the run.
+    signal that stopped the run. Where the problem knows that nothing can, nothing is searched, nor
+    written.
     """
     folder = persistence.folder
+    if impossible := protocol.impossible(run.problem):
+        print_impossible(impossible, output)
+        return ExitCode.INCOMPLETE
     # until everything is written: impatience must not cost a run, nor another run its files
     with ExitStack() as stack, stop_requests() as stop:
         with bad_input():

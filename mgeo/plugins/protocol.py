@@ -167,13 +167,12 @@ def answers(problem: Problem, X: NDArray[Any]) -> list[str] | None:
 
 def remarks(problem: Problem, X: NDArray[Any]) -> list[str]:
     """Its ``remarks(X)``, lines about a front as a whole; empty if it has none."""
+    return _texts(problem, "remarks(X)", X) if len(X) else []
 
-    def is_valid(given: Any) -> bool:
-        return isinstance(given, list) and all(isinstance(line, str) and line for line in given)
 
-    found: list[str] | None
-    found = _ask(problem, "remarks(X)", is_valid, "a list of texts", X) if len(X) else None
-    return found or []
+def impossible(problem: Problem) -> list[str]:
+    """Its ``impossible()``, lines that say why nothing can keep all limits; empty if none."""
+    return _texts(problem, "impossible()")
 
 
 def limits(problem: Problem, X: NDArray[Any]) -> list[pd.DataFrame] | None:
@@ -228,6 +227,16 @@ def solution_figures(problem: Problem, X: NDArray[Any]) -> list[dict[str, go.Fig
     expected = f"{len(X)} dicts of plotly figures"
     found = _ask(problem, "solution_figures(X)", is_valid, expected, X) if len(X) else None
     return [{str(name): figure for name, figure in each.items()} for each in found or []]
+
+
+def _texts(problem: Problem, call: str, *arguments: Any) -> list[str]:
+    """Lines that an optional method gives, empty if the problem has none of this name."""
+
+    def is_valid(given: Any) -> bool:
+        return isinstance(given, list) and all(isinstance(line, str) and line for line in given)
+
+    found: list[str] | None = _ask(problem, call, is_valid, "a list of texts", *arguments)
+    return found or []
 
 
 def _ask(

@@ -166,6 +166,9 @@ def _check_presentation(problem: Problem, X: FloatArray, F: FloatArray) -> None:
         _asked(problem, "answers", X=X)
         with no_error("answers(X), a text for each solution"):
             protocol.answers(problem, X)
+    if hasattr(problem, "impossible"):
+        with no_error("impossible(), a list of texts"):
+            protocol.impossible(problem)
     if hasattr(problem, "remarks"):
         _asked(problem, "remarks", X=X)
         with no_error("remarks(X), a list of texts"):

@@ -296,7 +296,11 @@ def test_the_command_with_limits(objectives, tmp_path, monkeypatch):
 def test_the_way_out_of_no_plan(tmp_path, monkeypatch):
     """The page's scenario has no plan, and each command shows what comes nearest."""
     monkeypatch.chdir(tmp_path)
-    (scenario,) = blocks("no-plan.md", "toml")
+    scenario, beyond = blocks("no-plan.md", "toml")
+    Path("beyond.toml").write_text(beyond)
+    told = run("mgeo solve attitude --scenario beyond.toml --out runs/beyond", codes=(3,))
+    assert " ".join(told.split()) in " ".join(blocks("no-plan.md", "text")[0].split())
+    assert not Path("runs/beyond").exists()
     Path("tight.toml").write_text(scenario)
     solve, show, report = blocks("no-plan.md", "sh")[0].splitlines()
     told = run(solve, codes=(3,))

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 
-from mgeo_attitude import describe, promises
+from mgeo_attitude import at_best, describe, promises
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.answers import answers
+from mgeo_attitude.bound import LimitCurves, limit
 from mgeo_attitude.constraints import check_start, constraints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.evaluation_cache import EvaluationCache
@@ -134,6 +135,17 @@ class AttitudeManeuverProblem(Problem):
     def model(self) -> FilterModel:
         """Tables of the filter; computed once, when first needed."""
         return FilterModel.from_scenario(self.scenario, self.environment)
+
+    @cached_property
+    def limit_curves(self) -> LimitCurves:
+        """What no plan that is flown exactly can beat; computed once, when first needed.
+
+        Raises
+        ------
+        NoLimit
+            Where none can be proved.
+        """
+        return limit(self.scenario, self.model)
 
     @cached_property
     def flights(self) -> Flights | None:
@@ -294,13 +306,21 @@ class AttitudeManeuverProblem(Problem):
     def remarks(self, X: ArrayLike) -> list[str]:
         """How many of a front's solutions keep what they promise, and their limits to the end.
 
-        See `promises.remarks`, `clearance.remarks` and `promises.end_remarks`.
+        And how near they come to what no maneuver can beat. See `promises.remarks`,
+        `clearance.remarks`, `promises.end_remarks` and `at_best.remarks`.
         """
         from mgeo_attitude import clearance  # compiles
 
         designs = np.atleast_2d(np.asarray(X, dtype=float))
-        found = (promises.remarks, clearance.remarks, promises.end_remarks)
+        found = (promises.remarks, clearance.remarks, promises.end_remarks, at_best.remarks)
         return [line for remarks in found for line in remarks(self, designs)]
+
+    def impossible(self) -> list[str]:
+        """Why no plan at all keeps the scenario's limits, in lines; empty where one may.
+
+        See `at_best.impossible`.
+        """
+        return at_best.impossible(self)
 
     def answers(self, X: ArrayLike) -> list[str]:
         """What each solution is worth, in one line; see `mgeo_attitude.answers`."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Protocol
 
+from mgeo_attitude.bound import LimitCurves
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.robustness import Flights
@@ -29,5 +30,7 @@ class ManeuverProblem(Protocol):
     def environment(self) -> Environment: ...
     @property
     def model(self) -> FilterModel: ...
+    @property
+    def limit_curves(self) -> LimitCurves: ...
     @property
     def flights(self) -> Flights | None: ...

@@ -14,6 +14,8 @@ from mgeo.runs.folder import write_run
 
 from ..small_run import small_run
 
+BLOCKS = ("attitude", "gyro bias", "sun misalignment", "sun bias", "mag misalignment", "mag bias")
+
 
 def table(text, title):
     """Rows of a printed table by their label."""
@@ -25,12 +27,17 @@ def table(text, title):
 def test_tables_of_the_knee(run, folder, front):
     plan = front.plan("knee")
     text = run("show", folder).stdout
-    answer, *doubts, first = text.partition("\n\n")[0].splitlines()
+    answer, *doubts, first, limit = text.partition("\n\n")[0].splitlines()
     assert answer == f"solution {front.row('knee')} of {len(front.X)}, knee: {plan.answer}"
     assert len(doubts) == bool(plan.uncalibrated())
     assert first.startswith("scenario paper: ")
     assert f"at {plan.t_end:.6g} s" in first
     assert f"trace {plan.trace:.4g}" in first
+    least = plan.problem.limit_curves.trace[plan.steps(plan.t_end)]
+    assert limit.startswith(f"the trace is {plan.trace / least:.2f} times the limit: no maneuver")
+    beside = table(text, "Worst axis, and what no maneuver can beat")
+    assert beside["mag bias"][:2] == ["nT", f"{plan.at_best()['predicted']['mag bias']:.4g}"]
+    assert all(float(row[-1]) > 1.0 for label, row in beside.items() if label in BLOCKS)
     timeline = table(text, "Timeline")
     assert timeline["start UTC"][0] == "2018-06-05T00:00:00.000000"
     assert timeline["rate x [deg/s]"][0] == f"{plan.phases[0].rates_deg_s[0]:.6g}"

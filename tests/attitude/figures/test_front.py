@@ -10,7 +10,7 @@ from mgeo_attitude.describe import nondominated
 from mgeo_attitude.figures.front import front_figure
 from mgeo_attitude.figures.solutions import Solutions
 from mgeo_attitude.promises import spread
-from mgeo_attitude.scenario import PathLimit
+from mgeo_attitude.scenario import FlightErrors, PathLimit
 
 from mgeo.figures.style import literal
 
@@ -33,7 +33,7 @@ def test_points_are_the_objectives(figure, F, problem):
     later = F[:, 0] > problem.scenario.orbit.period
     assert later.any()
     assert not later.all()
-    _, first, second, _ = figure.data
+    first, second = figure.data[1:3]
     for trace, group in ((first, ~later), (second, later)):
         np.testing.assert_array_equal(trace.x, F[group, 0])
         np.testing.assert_array_equal(trace.y, F[group, 1])
@@ -89,8 +89,7 @@ def test_what_flights_keep_has_a_boundary_of_its_own(figure, problem, X):
 def test_a_front_over_flights_is_that_of_its_own_promises(problem, X):
     own, X = AttitudeManeuverProblem(problem.scenario, flights=3), X[:20]
     F = own.evaluate(X, return_values_of=["F"])
-    _, first, second, _ = own.figures(X)["front"].data
-    for trace in (first, second):
+    for trace in own.figures(X)["front"].data[1:3]:
         shown = np.column_stack([trace.x, trace.y])
         np.testing.assert_array_equal(shown, F[np.asarray(trace.customdata)])
 
@@ -111,7 +110,24 @@ def test_a_problem_knows_its_dead_end_and_its_longest_run(problem, X):
     figure = AttitudeManeuverProblem(scenario).figures(X[:3])["front"]
     assert "3 plans, none of which keeps all limits" in figure.layout.title.text
     # as do most flights of them, which is no time to be kept
-    assert [len(trace.x) for trace in figure.data[1:]] == [0, 0, 3]
+    assert [len(trace.x) for trace in figure.data[1:-1]] == [0, 0, 3]
+
+
+def test_no_point_is_below_what_no_maneuver_can_beat(figure, problem, X, F):
+    least = figure.data[-1]
+    assert least.name == "no maneuver can beat"
+    assert least.x[0] < F[:, 0].min()
+    assert least.x[-1] == F[:, 0].max()
+    np.testing.assert_array_equal(
+        least.y, np.interp(least.x, problem.limit_curves.times, problem.limit_curves.trace)
+    )
+    assert (F[:, 1] > np.interp(F[:, 0], least.x, least.y)).all()
+
+
+def test_flights_that_begin_late_have_no_such_curve(problem, X):
+    flight = FlightErrors(count=2, start_delay=60.0)
+    late = AttitudeManeuverProblem(dataclasses.replace(problem.scenario, flight=flight))
+    assert "no maneuver can beat" not in [trace.name for trace in late.figures(X[:3])["front"].data]
 
 
 def test_axes(figure, problem):

@@ -52,6 +52,22 @@ def test_a_robust_run_is_one_of_the_problem_that_the_problem_gives(mgeo):
     assert refused.stderr == "Error: BNH has no robust(): expected a run without it\n"
 
 
+def test_where_nothing_can_keep_all_limits_nothing_is_searched(mgeo, monkeypatch):
+    why = "a beam of 1 g carries nothing: relax it to 10 kg"
+    monkeypatch.setattr("stand_in.Cantilever.impossible", lambda self: [why], raising=False)
+    done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
+    assert done.exit_code == 3
+    assert done.stdout == f"nothing can keep all limits\n  {why}\n"
+    assert not Path("a").exists()
+    done = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--json")
+    assert (done.exit_code, json.loads(done.stdout)) == (3, {"impossible": [why]})
+    monkeypatch.setattr("stand_in.Cantilever.impossible", lambda self: why)
+    refused = mgeo("solve", "cantilever", *SHORT, "--out", "a")
+    assert refused.exit_code == 2
+    assert "impossible() of problem Cantilever gives" in refused.stderr
+    assert "expected a list of texts" in refused.stderr
+
+
 def test_what_a_problem_remarks_on_its_front_is_told(mgeo):
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     line = f"{len(read_run('a').outcome.F)} beams, of steel"

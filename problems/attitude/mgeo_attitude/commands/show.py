@@ -14,6 +14,7 @@ from mgeo.cli.output import Output
 from mgeo.figures import report_page
 from mgeo.files.atomic import write_file
 from mgeo.terminal import Columns, plain, table
+from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.figures import plan_figures
@@ -34,6 +35,7 @@ def print_plan(picked: Picked, output: Output) -> None:
         *picked.doubts(),
         f"scenario {plan.scenario.name}: {ended} at {plan.t_end:.6g} s ({orbits:.3f} orbits), "
         f"trace {plan.trace:.4g}",
+        *plan.limit(),
         *plan.late(),
         *_slew_back(plan),
         *(titled("Constraints", constraints.assign(kept=kept)) if len(kept) else ()),
@@ -41,6 +43,7 @@ def print_plan(picked: Picked, output: Output) -> None:
         *promised(plan),
         *titled("Timeline", _timeline(plan).T, digits=6),
         *titled("Predicted 1-sigma", plan.accuracy()),
+        *_at_best(plan),
         *titled("What each phase bought", _contributions(plan).T),
         note("trace and worst body axis at its end"),
         *titled("Least observable directions", plan.least_observable(5).iloc[:, :2], digits=3),
@@ -60,6 +63,13 @@ def _slew_back(plan: ManeuverPlan) -> list[str]:
         f"{line}, {plan.duration - duration:.6g} s after duration = {duration:.6g} s: that limits "
         "the time to converge, it is no window"
     ]
+
+
+def _at_best(plan: ManeuverPlan) -> tuple[Text | Columns, ...]:
+    try:
+        return titled("Worst axis, and what no maneuver can beat", plan.at_best())
+    except NoLimit:  # which is told above
+        return ()
 
 
 def _over_flights(plan: ManeuverPlan) -> list[Text]:
@@ -110,9 +120,25 @@ def plan_document(picked: Picked) -> dict[str, Any]:
         "promises": rows(plan.promises()),
         "timeline": rows(plan.timeline()),
         "accuracy": rows(plan.accuracy()),
+        "limit": _limit(plan),
         "contributions": rows(plan.contributions()),
         "least_observable": rows(plan.least_observable(5)),
         "comparison": rows(plan.compare()),
+    }
+
+
+def _limit(plan: ManeuverPlan) -> dict[str, Any]:
+    """What no maneuver can beat at the plan's end, or the reason why that is not known."""
+    try:
+        found = plan.problem.limit_curves
+    except NoLimit as reason:
+        return {"reason": str(reason)}
+    least = float(found.trace[plan.steps(plan.t_end)])
+    return {
+        "trace": least,
+        "times": plan.trace / least,
+        "worst_axis": rows(plan.at_best()),
+        "given_away": list(found.given_away),
     }
 
 

@@ -10,6 +10,7 @@ import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
 from mgeo.runs.representative import knee
+from mgeo_attitude import at_best
 from mgeo_attitude.figures.convergence import convergence_figure
 from mgeo_attitude.figures.front import front_figure
 from mgeo_attitude.figures.maneuvers import maneuvers_figure
@@ -52,8 +53,9 @@ def figures(problem: ManeuverProblem, X: ArrayLike) -> dict[str, go.Figure]:
         known[known[:, 0] >= longest] = np.nan  # so many flights do not converge at all
         promised = dataclasses.replace(solutions, F=own)
         dead_end = bool((excess > 0.0).any(axis=1).all())
+        least = at_best.under(problem, own[:, 0])
         front["front"] = front_figure(
-            problem.scenario, promised, known, longest=longest, dead_end=dead_end
+            problem.scenario, promised, known, longest=longest, dead_end=dead_end, least=least
         )
     return front | {
         "maneuvers": maneuvers_figure(problem, few),

@@ -25,12 +25,13 @@ def front_figure(
     *,
     longest: float = math.inf,
     dead_end: bool = False,
+    least: tuple[Floats, Floats] | None = None,
 ) -> go.Figure:
     """Trace against t_end, in seconds below and orbits above, with each plan in its hover text.
 
     Traces: the boundary of what the front dominates, then the solutions that converge within the
     first orbital period, then the later ones, then those that do not (``customdata`` is the
-    solution's number), and the boundary of what most flights keep.
+    solution's number), the boundary of what most flights keep, and what no maneuver can beat.
 
     Parameters
     ----------
@@ -40,6 +41,8 @@ def front_figure(
         t_end of a run that does not converge [s].
     dead_end
         That none of the solutions keeps all limits.
+    least
+        Times [s] and the traces that no maneuver can beat then, if they are known.
     """
     kept = np.full(solutions.F.shape, np.nan) if kept is None else kept
     period = scenario.orbit.period
@@ -91,6 +94,15 @@ def front_figure(
             line={"shape": "hv", "width": 1.5, "color": COLORS[2], "dash": "dot"},
             hoverinfo="skip",
         )
+    if least is not None:
+        figure.add_scatter(
+            name="no maneuver can beat",
+            x=least[0],
+            y=least[1],
+            mode="lines",
+            line={"width": 1.5, "color": GRAY},
+            hovertemplate="no maneuver can beat %{y:.4g} after %{x:.6g} s<extra></extra>",
+        )
     finished(
         figure,
         "Calibration maneuvers: covariance trace against time to converge",
@@ -108,7 +120,8 @@ def front_figure(
         },
     )
     figure.update_xaxes(title_text="t_end [s]", tickformat="d")
-    figure.update_yaxes(log_axis(trace), title_text="trace of the covariance at t_end [-]")
+    shown = trace if least is None else np.append(trace, least[1])
+    figure.update_yaxes(log_axis(shown), title_text="trace of the covariance at t_end [-]")
     return figure.update_layout(
         # below the lower axis' title, where neither points nor labels are
         legend={

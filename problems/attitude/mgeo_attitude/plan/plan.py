@@ -11,10 +11,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo_attitude import observability
+from mgeo_attitude import at_best, observability
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.accuracy import attitude_accuracy_deg, attitude_sigma_deg
 from mgeo_attitude.answers import answer, overrun, span
+from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.describe import block_units
 from mgeo_attitude.fields import InvalidValue, Validated, quantity
 from mgeo_attitude.filter.history import FilterHistory, filter_history
@@ -238,6 +239,24 @@ class ManeuverPlan(Validated):
             },
             index=pd.Index(states.names, name="state"),
         )
+
+    def at_best(self) -> pd.DataFrame:
+        """The worst axis of each 3-vector at `t_end` beside the limit then; see `at_best.beside`.
+
+        Raises
+        ------
+        NoLimit
+            Where no limit is proved.
+        """
+        return at_best.beside(self.problem.model, self.problem.limit_curves, self.history)
+
+    def limit(self) -> list[str]:
+        """How near the trace comes to what no maneuver can beat, or why that is not known."""
+        try:
+            found = self.problem.limit_curves
+        except NoLimit as reason:
+            return [f"how good a plan can be at best is not known: {reason}"]
+        return list(at_best.told(self.problem.model, found, self.t_end, self.trace))
 
     def uncalibrated(self) -> list[str]:
         """Errors of which less than half was learned, in words with the share that is left.
