@@ -7,7 +7,13 @@ import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude import describe as module
-from mgeo_attitude.describe import block_units, front_summary, maneuver_texts, nondominated
+from mgeo_attitude.describe import (
+    BESIDE,
+    block_units,
+    front_summary,
+    maneuver_texts,
+    nondominated,
+)
 
 from .filter.suites import SUITES
 
@@ -60,6 +66,13 @@ def test_maneuvers_are_readable(table):
     )
     np.testing.assert_allclose(table["maneuver time [s]"], [873.9, 1600.0, 0.0])
     assert maneuver_texts(np.array([0.1, 0.2, -0.3, 10.0])) == ["+0.100 / +0.200 / -0.300 for 10.0"]
+
+
+def test_the_trace_stands_beside_what_no_maneuver_can_beat(problem, table):
+    limit = problem.limit_curves
+    least = np.interp(table["t_end [s]"], limit.times, limit.trace)
+    np.testing.assert_allclose(table[BESIDE], table["trace [-]"] / least, rtol=1e-12)
+    assert (table[BESIDE] > 1.0).all()
 
 
 def test_a_row_does_not_depend_on_the_others(problem, table):

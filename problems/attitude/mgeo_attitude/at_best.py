@@ -94,17 +94,15 @@ def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
     except NoLimit as reason:
         return [f"how good a plan can be at best is not known: {reason}"]
     result = evaluate(problem.model, X, problem.threads)
-    sound = np.flatnonzero(np.isfinite(result.trace))
-    if not len(sound):
+    least = found.at(result.t_end)
+    ratios = result.trace / least
+    if np.isnan(ratios).all():
         return []
-    times = result.t_end[sound]
-    least = found.trace[_steps(problem.model, times)]
-    ratios = result.trace[sound] / least
-    best = int(ratios.argmin())
+    best = int(np.nanargmin(ratios))
     return [
-        f"no maneuver can have a trace of less than {least[best]:.3g} after {span(times[best])}: "
-        f"solution {sound[best]} has {ratios[best]:.2f} times that limit, half of them have "
-        f"{np.median(ratios):.2f} times theirs or less"
+        f"no maneuver can have a trace of less than {least[best]:.3g} after "
+        f"{span(result.t_end[best])}: solution {best} has {ratios[best]:.2f} times that limit, "
+        f"half of them have {np.nanmedian(ratios):.2f} times theirs or less"
     ]
 
 
@@ -133,7 +131,7 @@ def beside(model: FilterModel, found: LimitCurves, history: FilterHistory) -> pd
     """
     import pandas as pd
 
-    step = int(_steps(model, np.array([history.t_end]))[0])
+    step = round(history.t_end / model.step)
     units = block_units(model.suite)
     factors = np.array([unit.factor for unit in units])
     worst = history.sigma[-1].reshape(-1, 3).max(axis=1)
@@ -149,19 +147,15 @@ def beside(model: FilterModel, found: LimitCurves, history: FilterHistory) -> pd
     )
 
 
-def told(model: FilterModel, found: LimitCurves, t_end: float, trace: float) -> Iterator[str]:
+def told(found: LimitCurves, t_end: float, trace: float) -> Iterator[str]:
     """A plan's trace beside the limit, and what the limit gives away, in lines."""
-    least = float(found.trace[_steps(model, np.array([t_end]))[0]])
+    (least,) = found.at(np.array([t_end]))
     yield (
         f"the trace is {trace / least:.2f} times the limit: no maneuver can have less than "
         f"{least:.3g} after {span(t_end)}"
     )
     if found.given_away:
         yield f"the limit gives away: {'; '.join(found.given_away)}"
-
-
-def _steps(model: FilterModel, times: Floats) -> np.ndarray:
-    return np.rint(times / model.step).astype(np.int64)
 
 
 def _ends(model: FilterModel) -> slice:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.objectives import OBJECTIVES
@@ -20,6 +22,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from mgeo_attitude.protocol import ManeuverProblem
+
+
+#: How near a plan's trace comes to what no maneuver can beat.
+BESIDE = "trace / limit [-]"
 
 
 @dataclass(frozen=True)
@@ -34,16 +40,17 @@ class BlockUnit:
 def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     """One row per solution, numbered as in `X`.
 
-    Columns: the objectives of the paper; ``t_end [orbits]``; ``maneuver time [s]``, the sum of all
-    durations; ``slew back until [s]``, if there is one, which may be after the scenario's duration;
-    one text per maneuver, its rates about body x / y / z [deg/s] and its duration [s]; and for each
-    3-vector of the error state the predicted 1-sigma at t_end of its worst body axis (the largest
-    of the three, as comparable to a data sheet's value per axis); and of each objective what 9 of
-    10 flights keep, see `AttitudeManeuverProblem.promises`. If the scenario has flights of its own,
-    what is promised over these and what is kept comes first, and the paper's objectives are said to
-    be of a plan that is flown exactly. A design whose covariance lost positivity has NaN in
-    objectives and 1-sigmas. Another shape than (n, n_var), or a design that is no plan, is a
-    ValueError.
+    Columns: the objectives of the paper; ``t_end [orbits]``; ``trace / limit [-]``, how near the
+    trace comes to what no maneuver can beat, if that is known; ``maneuver time [s]``, the sum of
+    all durations; ``slew back until [s]``, if there is one, which may be after the scenario's
+    duration; one text per maneuver, its rates about body x / y / z [deg/s] and its duration [s];
+    and for each 3-vector of the error state the predicted 1-sigma at t_end of its worst body axis
+    (the largest of the three, as comparable to a data sheet's value per axis); and of each
+    objective what 9 of 10 flights keep, see `AttitudeManeuverProblem.promises`. If the scenario has
+    flights of its own, what is promised over these and what is kept comes first, and the paper's
+    objectives are said to be of a plan that is flown exactly. A design whose covariance lost
+    positivity has NaN in objectives and 1-sigmas. Another shape than (n, n_var), or a design that
+    is no plan, is a ValueError.
     """
     import pandas as pd
 
@@ -59,8 +66,10 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
         t_end_name: result.t_end,
         "t_end [orbits]": result.t_end / problem.scenario.orbit.period,
         trace_name: result.trace,
-        "maneuver time [s]": durations.sum(axis=1),
     }
+    with suppress(NoLimit):
+        columns[BESIDE] = result.trace / problem.limit_curves.at(result.t_end)
+    columns["maneuver time [s]"] = durations.sum(axis=1)
     if problem.scenario.maneuvers.slew_back:
         columns["slew back until [s]"] = ends(problem, designs, result.t_end)
     texts = [maneuver_texts(x) for x in designs]
@@ -74,7 +83,7 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     table, over_flights = pd.DataFrame(columns), problem.promises(designs)
     if not problem.scenario.flight:  # what is promised is what is flown
         return table.join(over_flights.filter(regex="^kept (?!/)"))
-    exactly = {name: f"{name} flown exactly" for name in (t_end_name, trace_name)}
+    exactly = {name: f"{name} flown exactly" for name in (t_end_name, trace_name, BESIDE)}
     return over_flights.filter(regex="^(promised|kept) (?!/)").join(table.rename(columns=exactly))
 
 

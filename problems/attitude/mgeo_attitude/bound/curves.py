@@ -61,6 +61,14 @@ class LimitCurves:
         sigma: Floats = np.sqrt(self.worst[block])
         return sigma
 
+    def at(self, times: Floats) -> Floats:
+        """Of the trace, at times [s] that are those of samples, or NaN; shape (m,)."""
+        known = np.isfinite(times)
+        steps = np.rint(times[known] / self.times[1]).astype(np.int64)
+        least = np.full(len(times), np.nan)
+        least[known] = self.trace[steps]
+        return least
+
     def of_objective(self, name: str) -> Floats | None:
         """That of an objective at the end of a plan, shape (n,); None of one that has none."""
         blocks = blocks_of(name)

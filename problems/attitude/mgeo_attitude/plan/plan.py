@@ -256,7 +256,7 @@ class ManeuverPlan(Validated):
             found = self.problem.limit_curves
         except NoLimit as reason:
             return [f"how good a plan can be at best is not known: {reason}"]
-        return list(at_best.told(self.problem.model, found, self.t_end, self.trace))
+        return list(at_best.told(found, self.t_end, self.trace))
 
     def uncalibrated(self) -> list[str]:
         """Errors of which less than half was learned, in words with the share that is left.
