@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, NoLimit, Scenario, evaluate
 from mgeo_attitude.at_best import holds_over_flights, under
+from mgeo_attitude.describe import BESIDE
 from mgeo_attitude.scenario import FlightErrors
 
 DESIGN = np.array([[0.4, -0.2, 0.1, 700.0, 0.3, 0.5, -0.4, 500.0, -0.6, 0.1, 0.2, 300.0]])
@@ -98,7 +99,18 @@ def test_remarks_name_the_nearest_of_a_front():
     best = int(ratios.argmin())
     assert told.startswith(f"no maneuver can have a trace of less than {least[best]:.3g} after ")
     assert f"solution {best} has {ratios[best]:.2f} times that limit" in told
-    assert told.endswith(f"half of them have {np.median(ratios):.2f} times theirs or less")
+    assert told.endswith(f"half of 2 plans have {np.median(ratios):.2f} times theirs or less")
+
+
+def test_of_a_large_front_some_plans_are_looked_at():
+    problem = AttitudeManeuverProblem(asking(mag__bias_nt=1e4), flights=0)
+    problem.promises = lambda X: AttitudeManeuverProblem.promises(problem, X, flights=1)
+    designs = np.linspace(0.2, 1.0, 130)[:, None] * DESIGN
+    told = problem.remarks(designs)[-1]
+    assert "half of 50 plans looked at have" in told
+    row = int(told.partition("solution ")[2].split()[0])
+    found = problem.describe(designs[[row]])[BESIDE]
+    assert told.split(": ")[1].startswith(f"solution {row} has {found[0]:.2f} times")
 
 
 def test_a_scenario_without_a_limit_says_why_and_goes_on(monkeypatch):

@@ -45,6 +45,14 @@ NUMBERS = {
     "budget": 17,
     "disturbance": 18,
     "share": 19,
+    "all-else-known": 20,
+    "fill": 21,
+    "inertial": 22,
+    "traces": 23,
+    "mean": 24,
+    "drift": 25,
+    "bias": 26,
+    "ending": 27,
 }
 
 pytestmark = pytest.mark.slow

@@ -12,6 +12,7 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.answers import span
 from mgeo_attitude.bound import LimitCurves, NoLimit
 from mgeo_attitude.describe import block_units
+from mgeo_attitude.promises import looked_at, spread
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.settings import RequiredSigma
 
@@ -93,7 +94,8 @@ def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
         found = problem.limit_curves
     except NoLimit as reason:
         return [f"how good a plan can be at best is not known: {reason}"]
-    result = evaluate(problem.model, X, problem.threads)
+    rows = spread(len(X))
+    result = evaluate(problem.model, X[rows], problem.threads)
     least = found.at(result.t_end)
     ratios = result.trace / least
     if np.isnan(ratios).all():
@@ -101,8 +103,8 @@ def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
     best = int(np.nanargmin(ratios))
     return [
         f"no maneuver can have a trace of less than {least[best]:.3g} after "
-        f"{span(result.t_end[best])}: solution {best} has {ratios[best]:.2f} times that limit, "
-        f"half of them have {np.nanmedian(ratios):.2f} times theirs or less"
+        f"{span(result.t_end[best])}: solution {rows[best]} has {ratios[best]:.2f} times that "
+        f"limit, half of {looked_at(rows, X)} have {np.nanmedian(ratios):.2f} times theirs or less"
     ]
 
 

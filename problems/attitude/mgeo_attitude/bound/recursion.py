@@ -8,7 +8,7 @@ from mgeo_attitude._typing import Floats
 
 
 def recursion(start: Floats, decay: Floats, noise: Floats, information: Floats) -> Floats:
-    """P⁻ = F P F + Q, then P = (P⁻¹ + J)⁻¹, with diagonal F and Q: equation (22).
+    """P⁻ = F P F + Q, then P = ((P⁻)⁻¹ + J)⁻¹, with diagonal F and Q: equation (22).
 
     Parameters
     ----------
