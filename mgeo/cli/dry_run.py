@@ -10,7 +10,7 @@ from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.output import Output
 from mgeo.cli.progress import clock, run_title
 from mgeo.figures import MOST_OBJECTIVES
-from mgeo.plugins.protocol import problem_size
+from mgeo.plugins.protocol import impossible, problem_size
 from mgeo.runs.estimate import estimate
 from mgeo.runs.folder import FIGURE_FILE, FRONT_FILE, RUN_FILE
 from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
@@ -48,6 +48,8 @@ def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) 
         "files": files,
     }
     _tell(run_title(configuration), texts, found, (expected.elapsed, expected.timed), output)
+    for why in impossible(problem):
+        output.note(f"Note: nothing can keep all limits, and nothing would be searched: {why}")
 
 
 def describe_study(study: Study, expected: StudyEstimate, folder: Path, output: Output) -> None:

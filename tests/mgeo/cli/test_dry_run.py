@@ -32,6 +32,16 @@ def test_a_run_is_described_and_nothing_is_written(mgeo):
     assert [path.name for path in Path().iterdir()] == ["four.toml"]
 
 
+def test_what_nothing_can_keep_is_told_before(mgeo, monkeypatch):
+    why = "a beam of 1 g carries nothing"
+    monkeypatch.setattr("stand_in.Cantilever.impossible", lambda self: [why], raising=False)
+    done = mgeo("solve", "cantilever", "--dry-run")
+    assert done.exit_code == 0
+    assert done.stderr == (
+        f"Note: nothing can keep all limits, and nothing would be searched: {why}\n"
+    )
+
+
 def test_the_time_is_that_of_a_run(mgeo):
     """100 generations of 20 ms: one second of them is made, the others are not."""
     found = json.loads(mgeo(*SLOW, "--dry-run", "--json").stdout)
