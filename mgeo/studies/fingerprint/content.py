@@ -181,21 +181,27 @@ def _class(cls: type) -> Iterator[Any]:
     if installed(home) and _found(home, name) is cls:
         return
     yield (type(cls), cls.__bases__)
-    file = str(source_file(home)) if _found(home, name) is cls else ""
+    file = source_file(home) if _found(home, name) is cls else None
     for key, entry in sorted(vars(cls).items()):
         if key in _IDLE or key.startswith(_IDLE_PREFIXES) or _of_slots(entry):
             continue
-        functions = [
-            getattr(entry, part, None) for part in ("__func__", "fget", "func", "__wrapped__")
-        ]
-        code = getattr(next((f for f in functions if f is not None), entry), "__code__", None)
-        made = file and code is not None and code.co_filename in (file, "<string>")
-        if not made:  # or its file says it, and of a dataclass also what was generated
+        if file is None or not _is_written(entry, f"{name}.{key}", str(file)):
             yield (key, entry)
 
 
 def _of_slots(entry: Any) -> bool:
     return hasattr(entry, "__objclass__") and not callable(entry)
+
+
+def _is_written(entry: Any, qualname: str, file: str) -> bool:
+    """Whether an entry of a class is the method of this name in its file, or a dataclass's own."""
+    wrapped = (getattr(entry, key, None) for key in ("__func__", "fget", "func", "__wrapped__"))
+    function = next((each for each in wrapped if each is not None), entry)
+    if not isinstance(function, FunctionType) or function.__qualname__ != qualname:
+        return False
+    return function.__code__.co_filename == file or (
+        function.__code__.co_filename == "<string>" and qualname.endswith("__")
+    )
 
 
 def _references(code: CodeType) -> tuple[list[str], list[tuple[str, Any, int]]]:

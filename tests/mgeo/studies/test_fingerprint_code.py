@@ -361,6 +361,40 @@ def test_what_is_changed_in_a_module_after_its_import_counts_by_what_it_gives(mo
     assert fingerprint(problem) != one
 
 
+def test_a_method_put_in_the_place_of_another_of_its_file_counts(module):
+    text = """
+        from dataclasses import dataclass
+        from pymoo.algorithms.moo.nsga2 import NSGA2
+        @dataclass
+        class Model:
+            scale: float = 1.0
+        class Mine(NSGA2):
+            model = Model()
+            def _infill(self): return super()._infill()
+        def other(self): return None
+        """
+    mine = module({"mine.py": text}, "mine")
+    before = fingerprint(mine.Mine())
+    assert fingerprint(mine.Mine()) == before
+    mine.Mine._infill = mine.other
+    assert fingerprint(mine.Mine()) != before
+
+
+def test_code_that_has_no_file_counts_by_its_content():
+    prints = set()
+    for step in (1, 2):
+        code = (
+            "from pymoo.algorithms.moo.nsga2 import NSGA2\n"
+            f"class Mine(NSGA2):\n    def _infill(self): return {step}\n"
+            "from mgeo.studies.fingerprint import fingerprint; print(fingerprint(Mine()))"
+        )
+        done = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        )
+        prints.add(done.stdout)
+    assert len(prints) == 2
+
+
 def test_a_file_that_is_changed_after_it_was_read_makes_it_uncertain(module, tmp_path):
     problem = module(PACKAGE, "plant.problem").Plant()
     fingerprint(problem)
