@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
+from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
 
 from mgeo._typing import FloatArray
@@ -54,7 +55,10 @@ class MGEOStaged(MGEODirected):
     """
 
     state: StagedState
-    _judging = False  # whether what is proposed are the points of the archive
+    #: Whether what is evaluated are points of the archive, anew: no new designs.
+    judging = False
+    #: Whether the run has ended with a judgment as in the last stage, which is no generation.
+    concluded = False
 
     def __init__(self, stages: Sequence[float] = (0.87, 0.99, 1.0), **options: Any) -> None:
         super().__init__(**options)
@@ -80,13 +84,15 @@ class MGEOStaged(MGEODirected):
 
     def conclude(self) -> None:
         """Judge the archive as in the last stage, if the run has not come that far."""
-        if (self.is_precise and not self._judging) or not len(self.front):
+        if (self.is_precise and not self.judging) or not len(self.front):
             return
         self.state.stage = len(self.stages)
+        self.judging = True
         population = self._archive()
         self.evaluator.eval(self.problem, population, algorithm=self)
         self._begin_stage(population)
-        self._judging = False
+        self.judging, self.concluded = False, True
+        self.off = population
         self._set_optimum()
 
     def new_state(self, *parts: Any) -> StagedState:
@@ -105,14 +111,14 @@ class MGEOStaged(MGEODirected):
         if not len(self.front):
             self.forget(np.arange(self.n_walkers))
             return super()._infill()
-        self._judging = True
+        self.judging = True
         return self._archive()
 
     def _advance(self, infills: Any = None, **kwargs: Any) -> None:
-        if not self._judging:
+        if not self.judging:
             return super()._advance(infills, **kwargs)
         self._begin_stage(infills)
-        self._judging = False
+        self.judging = False
         self.pop = infills
         self.state.n_generations = self.n_iter
         return None
@@ -133,3 +139,8 @@ class MGEOStaged(MGEODirected):
         marked: FloatArray = state.incumbent_F.copy()
         state.marked_F = marked
         self._asked = None
+
+
+def is_rough(algorithm: Algorithm | None) -> bool:
+    """Whether what an algorithm evaluates now are estimates, and not the values of its result."""
+    return isinstance(algorithm, MGEOStaged) and not algorithm.is_precise

@@ -65,6 +65,7 @@ class TolerantEvaluator(Evaluator):
         self.warn = warn
         self.n_failed = 0
         self.n_in_a_row = 0
+        self._any_succeeded = False
         self.causes: dict[str, int] = {}
         self._first_in_a_row = Failure("")
         self._seen: dict[str, tuple[FloatArray, FloatArray]] = {}
@@ -104,8 +105,20 @@ class TolerantEvaluator(Evaluator):
         """Go on from the `counts` of another one, which may be no more than an `n_eval`."""
         self.n_eval = counts["n_eval"]
         self.n_failed = counts.get("n_failed", 0)
+        self._any_succeeded = self.n_eval > self.n_failed
         self.n_in_a_row = counts.get("n_in_a_row", 0)
         self.causes = dict(counts.get("causes", {}))
+
+    def require_success(self) -> None:
+        """Refuse a run that ends with nothing but failures, fewer than `patience` though they are.
+
+        Raises
+        ------
+        EvaluationError
+            If candidates were evaluated and all of them failed.
+        """
+        if self.n_failed and not self._any_succeeded:
+            raise self._error()
 
     def _eval(
         self, problem: Problem, pop: Population, evaluate_values_of: list[str], **kwargs: Any
@@ -135,6 +148,7 @@ class TolerantEvaluator(Evaluator):
             self.causes[cause] = self.causes.get(cause, 0) + 1
         if len(failures) < n:
             self.n_in_a_row = 0
+            self._any_succeeded = True
         else:
             if not self.n_in_a_row:
                 self._first_in_a_row = in_order[0]
@@ -154,7 +168,8 @@ class TolerantEvaluator(Evaluator):
     def _error(self) -> EvaluationError:
         first = self._first_in_a_row
         error = EvaluationError(
-            f"all of the last {self.n_in_a_row} candidates failed, the first with {first.cause}"
+            f"all of the last {self.n_in_a_row} candidates failed, the first with "
+            f"{first.cause or next(iter(self.causes))}"  # those of a part of the run before
         )
         if first.trace:
             error.add_note(f"which was raised as\n{first.trace}")

@@ -10,7 +10,7 @@ from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Choice
 
-from mgeo._typing import FloatArray
+from mgeo._typing import BoolArray, FloatArray
 
 
 def individuals(X: NDArray[Any]) -> Population:
@@ -37,6 +37,11 @@ def own(value: Any) -> Any:
 def values_of(population: Population, name: str) -> NDArray[Any]:
     """What `Population.get` gives for an attribute of individuals, such as "X" or "F"."""
     return np.array([getattr(individual, name) for individual in population.tolist()])
+
+
+def succeeded(population: Population) -> BoolArray:
+    """(n,) mask of the individuals that are not marked as failed by a `mgeo.TolerantEvaluator`."""
+    return np.array([not mark for mark in population.get("failed")], dtype=np.bool_)
 
 
 def variable_names(problem: Problem) -> tuple[str, ...] | None:

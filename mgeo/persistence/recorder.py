@@ -14,7 +14,7 @@ from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
 from mgeo._validation import validate_integer, validate_number
-from mgeo.evaluation.individuals import as_numbers
+from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.files.reading import FileError
 from mgeo.persistence import record_file
 from mgeo.plugins.protocol import column_names
@@ -173,6 +173,6 @@ def _rows(names: record_file.Names, problem: Problem, candidates: Population) ->
     rows["X"] = X
     for key in "FGH":
         rows[key] = candidates.get(key).reshape(rows[key].shape)
-    rows["failed"] = [bool(mark) for mark in candidates.get("failed")]
+    rows["failed"] = ~succeeded(candidates)
     rows["F"][rows["failed"]] = np.nan
     return rows

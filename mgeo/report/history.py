@@ -43,7 +43,8 @@ def recorded_history(folder: Path, problem: Problem, outcome: Outcome) -> go.Fig
         line={"shape": "hv", "color": "#0072B2", "width": 2.5},
         hovertemplate="%{x:,d} evaluations: %{y:.4f}<extra></extra>",
     )
-    figure.update_xaxes(title="evaluations", type="log", dtick=1)
+    title = f"evaluations, after {outcome.rough:,} by estimates" if outcome.rough else "evaluations"
+    figure.update_xaxes(title=title, type="log", dtick=1)
     figure.update_yaxes(title="hypervolume", rangemode="tozero")
     return figure.update_layout(margin={"l": 70, "r": 20, "t": 20, "b": 55}, height=340)
 
@@ -54,7 +55,8 @@ def hypervolume_history(
     """Evaluations and the hypervolume of all that was found until then, shapes (k,).
 
     It is measured as the run's own: in the problem's indicator space, or in the range that the
-    whole run saw. None where a run has no hypervolume, or nothing feasible was found.
+    whole run saw. It begins after the evaluations that gave no more than estimates. None where a
+    run has no hypervolume, nothing feasible was found, or all that is recorded are estimates.
 
     Parameters
     ----------
@@ -70,8 +72,10 @@ def hypervolume_history(
     feasible = (G <= 0.0).all(axis=1) & (np.abs(H) <= TOLERANCE).all(axis=1)
     F = record[list(outcome.objectives)].to_numpy(float).copy()
     F[record["failed"].to_numpy(bool) | ~feasible] = np.nan
-    ends = np.unique(np.geomspace(1, len(F), _SAMPLES).astype(np.int64))
-    front, volumes, done = F[:0], [], 0
+    if outcome.rough >= len(F):
+        return None
+    ends = np.unique(np.geomspace(outcome.rough + 1, len(F), _SAMPLES).astype(np.int64))
+    front, volumes, done = F[:0], [], outcome.rough
     for end in ends:
         candidates = np.vstack([front, F[done:end]])
         front, done = candidates[nondominated(candidates)], end

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Strict
 from pymoo.indicators.hv import HV
 
+from mgeo.evaluation.individuals import succeeded
 from mgeo.files.models import Table
 from mgeo.plugins.protocol import indicator_space
 
@@ -45,10 +46,10 @@ class HypervolumeMeter:
         self.seen: list[list[float]] = []
 
     def see(self, population: Population) -> None:
-        """Take evaluated solutions into the range seen (the finite, feasible ones)."""
-        if self._indicator_space is not None:
+        """Take evaluated solutions into the range seen (the finite, feasible, not failed ones)."""
+        if self._indicator_space is not None or not len(population):
             return
-        F = population.get("F")[population.get("feas")]
+        F = population.get("F")[population.get("feas") & succeeded(population)]
         F = F[np.isfinite(F).all(axis=1)]
         if len(F):
             F = np.vstack([*self.seen, F])

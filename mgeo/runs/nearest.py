@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mgeo._typing import FloatArray
-from mgeo.evaluation.individuals import as_numbers
+from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.pareto.dominance import nondominated
 from mgeo.runs.limits import excess
 
@@ -68,16 +68,15 @@ class NearestMeter:
 
     def see(self, population: Population) -> None:
         """Take evaluated solutions into account, if none yet has kept all constraints."""
-        if not self._searching:
+        if not self._searching or not len(population):
             return
-        if population.get("feas").any():
+        if (population.get("feas") & succeeded(population)).any():
             self.stop()
             return
-        failed = np.array([bool(mark) for mark in population.get("failed")])
         X = as_numbers(self._problem, population.get("X")).astype(float)
         violation = np.maximum(excess(*population.get("G", "H")), 0.0)
         rows = np.hstack([X, population.get("F").astype(float), violation])
-        rows = rows[np.isfinite(rows).all(axis=1) & ~failed]
+        rows = rows[np.isfinite(rows).all(axis=1) & succeeded(population)]
         if len(rows):
             rows = np.vstack([np.reshape(self.seen, (-1, rows.shape[1])), rows])
             # such as plans that differ only in what is never flown: one of them tells it all

@@ -12,6 +12,7 @@ from pymoo.core.algorithm import Algorithm, LoopwiseAlgorithm
 from pymoo.core.callback import CallbackCollection
 
 from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.staged import MGEOStaged
 from mgeo.files.models import Table
 from mgeo.persistence import record_file
 from mgeo.persistence.checkpoint import Checkpoint
@@ -27,7 +28,7 @@ class Notes(Table):
 
     ``record`` tells whether every evaluation is recorded, ``seen`` the least and the greatest
     values of the objectives so far; it is empty before there are any. ``nearest`` holds rows of
-    `NearestMeter`, while nothing has kept all constraints.
+    `NearestMeter`, while nothing has kept all constraints. ``rough`` is that of `Outcome`.
     """
 
     configuration: RunConfiguration
@@ -36,6 +37,7 @@ class Notes(Table):
     wall_time_s: float
     seen: list[list[float]]
     nearest: list[list[float]] = Field(default_factory=list)
+    rough: int = Field(default=0, ge=0)
 
 
 class RunPersistence:
@@ -141,6 +143,13 @@ class RunPersistence:
             self._recorder.flush()
         if self._checkpoint is not None:
             self._checkpoint.write(self._algorithm)
+
+    def conclude(self) -> None:
+        """Record what a staged run evaluated once more at its end, after its last generation."""
+        concluded = isinstance(self._algorithm, MGEOStaged) and self._algorithm.concluded
+        if self._recorder is not None and concluded:
+            self._recorder.take(self._algorithm)
+            self._recorder.flush()
 
     def drop_if_useless(self) -> None:
         """Remove a checkpoint and a record of this run without which nothing is lost.

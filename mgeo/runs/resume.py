@@ -70,7 +70,9 @@ def resume_run(
     if evaluations is not None:
         budget = evaluations
     elif generations is not None:
-        budget = generations * len(copy.deepcopy(run).ask())
+        twin = copy.deepcopy(run)
+        twin.n_iter = twin.n_iter or 1
+        budget = generations * len(twin.candidates())  # not of a new judgment of the archive
     if budget != configuration.evaluations:
         if budget < made:
             raise ValueError(

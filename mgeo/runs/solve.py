@@ -12,9 +12,9 @@ import numpy as np
 from pydantic import ConfigDict, Field, Strict
 
 from mgeo._typing import FloatArray
-from mgeo.algorithms.staged import MGEOStaged
+from mgeo.algorithms.staged import MGEOStaged, is_rough
 from mgeo.evaluation.evaluator import TolerantEvaluator
-from mgeo.evaluation.individuals import as_numbers
+from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.files.models import Table
 from mgeo.plugins.protocol import column_names, constraint_names
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
@@ -39,7 +39,7 @@ class Outcome(Table):
     ``X`` is (n, n_var) and ``F`` is (n, n_obj), both in the problem's own units; n = 0 if no
     feasible solution was found. ``nearest`` is then what came nearest to the ``constraints``.
     ``started`` is UTC, ``wall_time_s`` in seconds. ``failures`` tells how many of the evaluations
-    failed why.
+    failed why, ``rough`` how many of the first gave no more than estimates (see `mgeo.MGEOStaged`).
     """
 
     model_config = ConfigDict(extra="ignore", arbitrary_types_allowed=True)
@@ -47,6 +47,7 @@ class Outcome(Table):
     status: Literal["finished", "interrupted"]
     evaluations: int
     failures: dict[str, int] = Field(default_factory=dict)
+    rough: int = 0
     hypervolume: Hypervolume | None
     variables: Names
     objectives: Names
@@ -76,7 +77,9 @@ class State:
         self._problem = problem
         self._clock = time.perf_counter()
         self.started = datetime.now(UTC)
+        self.rough = 0  # evaluations until the last one that gave an estimate
         if notes is not None:
+            self.rough = notes.rough
             self.started = notes.started
             self._clock -= notes.wall_time_s
             self._meter.seen = notes.seen
@@ -85,7 +88,7 @@ class State:
         algorithm.evaluator.callback = self._evaluated
         if algorithm.opt is not None:
             self.update()
-        if len(self.front()[0]) and self._is_precise:
+        if len(self.front()[0]) and not is_rough(algorithm):
             self._nearest.stop()
 
     def stop(self) -> None:
@@ -103,11 +106,14 @@ class State:
         return time.perf_counter() - self._clock
 
     def front(self) -> tuple[FloatArray, FloatArray]:
-        """X (n, n_var) and F (n, n_obj) of the feasible solutions of the front so far."""
+        """X (n, n_var) and F (n, n_obj) of the feasible solutions of the front so far.
+
+        Candidates that failed are none. Of a staged run `F` is an estimate before its last stage.
+        """
         n_var, n_obj = self._problem.n_var, self._problem.n_obj
         if self._front is None or not len(self._front):
             return np.empty((0, n_var)), np.empty((0, n_obj))
-        feasible = self._front[self._front.get("feas")]
+        feasible = self._front[self._front.get("feas") & succeeded(self._front)]
         X, F = feasible.get("X", "F")
         return as_numbers(self._problem, X).astype(float), F.astype(float).reshape(-1, n_obj)
 
@@ -118,12 +124,8 @@ class State:
             "wall_time_s": self.elapsed,
             "seen": self._meter.seen,
             "nearest": self._nearest.seen,
+            "rough": self.rough,
         }
-
-    @property
-    def _is_precise(self) -> bool:
-        """Whether the constraints are those by which solutions are judged in the end."""
-        return not isinstance(self._algorithm, MGEOStaged) or self._algorithm.is_precise
 
     @property
     def nearest(self) -> Nearest:
@@ -131,12 +133,14 @@ class State:
         return self._nearest.nearest
 
     def hypervolume(self, F: FloatArray) -> Hypervolume | None:
-        """Hypervolume of a front of this run."""
-        return self._meter(F)
+        """Hypervolume of a front of this run; None while its objectives are estimates."""
+        return None if is_rough(self._algorithm) else self._meter(F)
 
     def _evaluated(self, population: Population) -> None:
-        self._meter.see(population)
-        if self._is_precise:
+        if is_rough(self._algorithm):
+            self.rough = self._algorithm.evaluator.n_eval
+        else:
+            self._meter.see(population)
             self._nearest.see(population)
         if self._watcher is not None:
             self._watcher(population)
@@ -195,6 +199,7 @@ def follow(
     state = State(problem, algorithm, budget, notes)
     if persistence is not None:
         persistence.begin(algorithm, state.notes)
+    amid = False  # a generation
     idle = 0  # steps: pymoo's C-TAEA goes on for ever where there are no other designs
     try:
         while algorithm.has_next() and not state.stopped and idle < IDLE_STEPS:
@@ -206,12 +211,17 @@ def follow(
                 callback(state)
     except KeyboardInterrupt:  # amid a generation, which no checkpoint can hold
         state.stop()
+        amid = True
     else:
+        if not state.stopped and isinstance(algorithm.evaluator, TolerantEvaluator):
+            algorithm.evaluator.require_success()
         if persistence is not None:
             persistence.end()
     if isinstance(algorithm, MGEOStaged):
         algorithm.conclude()  # one that was stopped, or was resumed at its end
         state.update()
+        if persistence is not None and not amid:
+            persistence.conclude()
     return _outcome(state)
 
 
@@ -251,4 +261,5 @@ def _outcome(state: State) -> Outcome:
         started=state.started,
         wall_time_s=state.elapsed,
         failures=state.failures,
+        rough=state.rough,
     )

@@ -17,6 +17,9 @@ from pymoo.core.problem import Problem
 
 from mgeo._foreign import foreign
 from mgeo._text import one_line
+from mgeo.algorithms.staged import MGEOStaged, is_rough
+from mgeo.evaluation.evaluator import TolerantEvaluator
+from mgeo.evaluation.individuals import succeeded
 from mgeo.pareto.archive import ParetoArchive
 from mgeo.pareto.dominance import not_weakly_dominated
 from mgeo.runs.solve import IDLE_STEPS, set_up
@@ -74,12 +77,15 @@ def record(task: Task) -> Record:
     ------
     RuntimeError
         If the algorithm stops making evaluations before.
+    EvaluationError
+        If every candidate failed.
     """
     began = time.perf_counter()
     with global_state(task.seed):
         algorithm = set_up(task.problem, task.algorithm, task.n_eval, task.seed)
         log = EvaluationLog(task.problem.n_obj, task.n_eval)
-        algorithm.evaluator = WatchedEvaluator(algorithm.evaluator, log)
+        evaluator = algorithm.evaluator
+        algorithm.evaluator = WatchedEvaluator(evaluator, log)
         idle = 0
         # An algorithm's own termination is not asked: some end a generation early.
         while log.seen < task.n_eval:
@@ -91,6 +97,10 @@ def record(task: Task) -> Record:
                     f"{type(task.algorithm).__name__} made no new candidate after {log.seen} of "
                     f"{task.n_eval} evaluations"
                 )
+        if isinstance(algorithm, MGEOStaged):
+            algorithm.conclude()
+        if isinstance(evaluator, TolerantEvaluator):
+            evaluator.require_success()
     versions = made_with(task.problem, task.algorithm)
     return replace(log.record(time.perf_counter() - began), versions=versions)
 
@@ -100,7 +110,10 @@ class EvaluationLog:
 
     Infeasible solutions, those that failed (see `mgeo.TolerantEvaluator`) and those with a value
     that is not finite count as evaluations and are otherwise left out, as is whatever comes after
-    the first `n_eval`.
+    the first `n_eval`. So are the estimates of a staged run (see `mgeo.MGEOStaged`): its front is
+    empty until it judges what it has found by the objectives themselves. That judgment proposes
+    nothing new, and counts whole: what of it comes after the first `n_eval`, as if it were the
+    last of these. `evaluations` of the record tells how many were made.
 
     Parameters
     ----------
@@ -122,13 +135,17 @@ class EvaluationLog:
         self._F: list[Any] = [np.empty((0, n_obj))]
         self._X: list[Any] = []
 
-    def __call__(self, population: Population) -> None:
-        """Take a batch that has just been evaluated, in the order of evaluation."""
+    def __call__(self, population: Population, algorithm: Algorithm | None = None) -> None:
+        """Take a batch that has just been evaluated for `algorithm`, in the order of evaluation."""
         F = population.get("F").astype(float)
         numbers = np.arange(self.seen + 1, self.seen + 1 + len(F))
         self.seen += len(F)
-        failed = np.array([mark is True for mark in population.get("failed")], dtype=np.bool_)
+        failed = ~succeeded(population)
         self.failed += int(np.count_nonzero(failed & (numbers <= self.n_eval)))
+        if is_rough(algorithm):
+            return
+        if isinstance(algorithm, MGEOStaged) and algorithm.judging:
+            numbers = np.minimum(numbers, self.n_eval)
         kept = population.get("feas") & np.isfinite(F).all(axis=1) & (numbers <= self.n_eval)
         kept &= ~failed
         kept[kept] = not_weakly_dominated(F[kept], self._archive.F)
@@ -157,16 +174,16 @@ class EvaluationLog:
 
 
 class WatchedEvaluator(Evaluator):
-    """Another evaluator, with a look at each batch of solutions it really evaluates."""
+    """Another evaluator, with a look at each batch it really evaluates, and for what algorithm."""
 
-    def __init__(self, inner: Evaluator, watch: Callable[[Population], object]) -> None:
+    def __init__(self, inner: Evaluator, watch: Callable[[Population, Any], object]) -> None:
         super().__init__(inner.skip_already_evaluated, inner.evaluate_values_of, inner.callback)
         self._inner = inner
         self._watch = watch
 
     def _eval(self, problem: Problem, pop: Population, values: Any, **kwargs: Any) -> None:
         self._inner._eval(problem, pop, values, **kwargs)
-        self._watch(pop)
+        self._watch(pop, kwargs.get("algorithm"))
 
 
 def _numeric(X: list[Any], rows: Any) -> Any:

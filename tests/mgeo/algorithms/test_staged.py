@@ -6,7 +6,7 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
 
-from mgeo import MGEODirected, MGEOStaged
+from mgeo import MGEODirected, MGEOStaged, compare
 from mgeo.pareto.dominance import nondominated
 from mgeo.runs.solve import solve
 from mgeo.testing import check_algorithm
@@ -139,3 +139,50 @@ def test_stages_are_shares_in_order():
         MGEOStaged(())
     with pytest.raises(TypeError, match="stages"):
         MGEODirected(stages=(0.5, 0.6))
+
+
+class Rough(Estimated):
+    """Whose estimates are far better than what they stand for."""
+
+    def _evaluate(self, X, out, *args, algorithm=None, **kwargs):
+        super()._evaluate(X, out, *args, algorithm=algorithm, **kwargs)
+        out["F"] = out["F"] - 10.0 * (2 - self.batches[-1][0])
+
+
+STAGES = [(0.5, 0.75), (0.87, 1.0), (0.0, 0.4)]
+
+
+@pytest.mark.parametrize("stages", STAGES)
+def test_a_study_knows_values_of_the_last_stage_alone(stages):
+    problem, algorithm = Rough(), MGEOStaged(stages, n_walkers=4)
+    found = compare(problem, {"staged": algorithm}, 400, seeds=[1], grid=[100, 200, 399])
+    record = found.records["staged", 1]
+    np.testing.assert_array_equal(problem.evaluate(record.X), record.front_F)
+    assert (record.F > 0.0).all()
+    points = found.table["points"].tolist()
+    assert (points[0] == 0) == (stages[-1] > 0.25)
+    assert points[-1] == len(record.front) > 3
+    # a judgment at the end counts with the last evaluation, and its own are told
+    judged = stages[-1] == 1.0
+    assert (record.evaluations > 408) == judged
+    assert not judged or (record.numbers == 400).all()
+    # the same front as a run by itself has
+    own = solve(Rough(), algorithm, 400, 1)
+    if judged:
+        np.testing.assert_array_equal(own.F, record.front_F[np.argsort(record.front_F[:, 0])])
+
+
+@pytest.mark.parametrize("stages", STAGES)
+def test_the_range_seen_is_that_of_the_last_stage(stages):
+    shown = []
+
+    def watch(state):
+        shown.append((state.rough, state.hypervolume(state.front()[1])))
+
+    found = solve(Rough(), MGEOStaged(stages, n_walkers=4), 400, 1, watch)
+    assert (np.array(found.hypervolume.ideal) > 0.0).all()
+    assert 0.0 < found.hypervolume.value < 1.0
+    assert abs(found.rough - stages[-1] * 400) < 100
+    for rough, volume in shown:
+        assert volume is None or (np.array(volume.ideal) > 0.0).all()
+        assert rough <= found.rough

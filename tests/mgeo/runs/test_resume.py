@@ -1,6 +1,10 @@
 import numpy as np
+import pandas as pd
 import pytest
 
+from mgeo import read_record
+from mgeo.plugins.discovery import load_problem
+from mgeo.report.history import hypervolume_history
 from mgeo.runs.persistence import RunPersistence
 from mgeo.runs.prepare import PreparedRun, prepare
 from mgeo.runs.resume import resume_run
@@ -62,3 +66,55 @@ def test_a_run_killed_before_its_first_generation_begins_anew(tmp_path):
         run.solve(persistence=Impatient(tmp_path, run.configuration, run.algorithm))
     assert resume_run(tmp_path, generations=40).configuration == run.configuration
     assert np.array_equal(resume_run(tmp_path).solve().F, run.solve().F)
+
+
+@pytest.mark.parametrize("generations", [1, 17, 19, 20, 40])
+def test_generations_of_a_staged_run_are_those_of_its_search(generations, tmp_path, monkeypatch):
+    """Also where the archive is what would be evaluated next."""
+    problem = load_problem("cantilever")
+    monkeypatch.setattr(type(problem), "__init__", staged(type(problem).__init__))
+    run = prepare("cantilever", algorithm="mgeo-staged", parameters=SMALL, evaluations=320, seed=2)
+    size = len(run._set_up().ask())
+
+    def stop(state):
+        if state.evaluations >= size * generations:
+            state.stop()
+
+    run.solve(stop, RunPersistence(tmp_path, run.configuration, run.algorithm))
+    assert resume_run(tmp_path, generations=3840).configuration.evaluations == 3840 * size
+
+
+SMALL = {"n_walkers": 4, "stages": [0.5, 1.0]}
+
+
+def staged(init):
+    def with_kwargs(self, *args, **kwargs):
+        init(self, *args, **kwargs)
+        self.requires_kwargs = True
+
+    return with_kwargs
+
+
+def test_the_history_of_a_staged_run_is_without_estimates(tmp_path, monkeypatch):
+    problem = load_problem("cantilever")
+    cls, evaluate = type(problem), type(problem)._evaluate
+
+    def estimate(self, X, out, *args, algorithm=None, **kwargs):
+        evaluate(self, X, out)
+        out["F"] = out["F"] / (1.0 if getattr(algorithm, "stage", 2) == 2 else 4.0)
+
+    monkeypatch.setattr(cls, "__init__", staged(cls.__init__))
+    monkeypatch.setattr(cls, "_evaluate", estimate)
+    run = prepare("cantilever", algorithm="mgeo-staged", parameters=SMALL, evaluations=320, seed=2)
+    persistence = RunPersistence(tmp_path, run.configuration, run.algorithm, record=True)
+    outcome = run.solve(persistence=persistence)
+    record = read_record(tmp_path / "evaluations")
+    assert len(record) == outcome.evaluations > 320  # with the last judgment
+    evaluations, volumes = hypervolume_history(run.problem, outcome, record)
+    assert outcome.rough == evaluations[0] - 1 >= 320
+    assert volumes[-1] == pytest.approx(outcome.hypervolume.value)
+    # and again, where the run goes on from before the judgment
+    again = resume_run(tmp_path, check=False)
+    resumed = RunPersistence(tmp_path, again.configuration, again.algorithm, record=True)
+    assert np.array_equal(again.solve(persistence=resumed).F, outcome.F)
+    pd.testing.assert_frame_equal(read_record(tmp_path / "evaluations"), record)

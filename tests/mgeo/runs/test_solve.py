@@ -6,7 +6,11 @@ from pymoo.optimize import minimize
 from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.single import Sphere
 
-from mgeo.runs.solve import solve
+from mgeo import EvaluationError, compare
+from mgeo.runs.algorithms import build_algorithm
+from mgeo.runs.solve import set_up, solve
+from mgeo.studies import NothingToCompareError
+from mgeo.studies.run import EvaluationLog, WatchedEvaluator
 
 
 def ordered(F):
@@ -119,3 +123,84 @@ def test_a_callback_of_the_algorithms_own_evaluator_is_kept():
     assert EVALUATED == [20, 20, 20]
     assert outcome.hypervolume.nadir
     assert algorithm.evaluator.n_eval == 0  # the copy counts
+
+
+class Gaps(ZDT1):
+    """Fails where x2 is beyond a share of its range; may have a constraint."""
+
+    def __init__(self, share, constrained=False):
+        super().__init__(n_var=3)
+        self.share, self.n_ieq_constr = share, int(constrained)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        super()._evaluate(x, out, *args, **kwargs)
+        out["F"][x[:, 1] >= self.share] = np.nan
+        if self.n_ieq_constr:
+            out["G"] = 0.2 - x[:, :1]
+
+
+class Raising(Gaps):
+    """Raises instead, for the whole batch."""
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        super()._evaluate(x, out, *args, **kwargs)
+        if np.isnan(out["F"]).any():
+            raise ValueError("no value here")
+
+
+@pytest.mark.parametrize("kind", [Gaps, Raising])
+@pytest.mark.parametrize("constrained", [False, True])
+@pytest.mark.parametrize("name", ["nsga2", "moead", "mopso-cd", "mgeo-directed"])
+def test_failed_candidates_are_in_no_front_and_no_range(name, constrained, kind):
+    if name == "moead" and constrained:
+        pytest.skip("refuses constraints")
+    problem = kind(0.9, constrained)
+    parameters = {} if name.startswith("mgeo") else {"population": 20}
+    seen = []
+    watch = lambda state: seen.extend(state.front()[1])  # noqa: E731
+    outcome = solve(problem, build_algorithm(name, parameters, problem), 400, 1, watch)
+    assert outcome.failures
+    assert len(outcome.F)
+    assert (outcome.X[:, 1] < 0.9).all()
+    # of ZDT1 with three variables f1 is at most 1 and f2 at most g, 1 + 9 / 2 * 2
+    assert (np.array(outcome.hypervolume.nadir) <= (1.0, 10.0)).all()
+    assert (np.array(seen) <= (1.0, 10.0)).all()
+
+
+@pytest.mark.parametrize("name", ["nsga2", "mgeo-directed", "random"])
+@pytest.mark.parametrize("evaluations", [48, 400])
+@pytest.mark.parametrize("constrained", [False, True])
+def test_a_run_of_which_everything_failed_is_an_error(name, evaluations, constrained):
+    problem = Gaps(-1.0, constrained)
+    size = {"n_walkers": 8} if name.startswith("mgeo") else {"population": 24}
+    algorithm = build_algorithm(name, size, problem)
+    with pytest.raises(
+        EvaluationError, match=r"all of the last \d+ candidates failed.*F\[0\] = nan"
+    ):
+        solve(problem, algorithm, evaluations, seed=1)
+    with pytest.raises(NothingToCompareError, match="EvaluationError: all of the last"):
+        compare(problem, {"it": algorithm}, evaluations, seeds=1)
+
+
+def test_one_that_was_stopped_before_is_none():
+    problem = Gaps(-1.0)
+    stopped = solve(problem, NSGA2(pop_size=10), 80, 1, lambda state: state.stop())
+    assert (stopped.status, stopped.F.shape) == ("interrupted", (0, 2))
+
+
+def test_a_batch_that_failed_as_a_whole_is_in_no_record():
+    # all of the first generation fails, and nothing else
+    problem = Gaps(0.9)
+    first = problem.evaluate
+
+    def evaluate(X, *args, **kwargs):
+        problem.evaluate = first
+        return first(np.where(np.arange(X.shape[1]) == 1, 1.0, X), *args, **kwargs)
+
+    problem.evaluate = evaluate
+    algorithm = set_up(problem, NSGA2(pop_size=10), 20, seed=1)
+    log = EvaluationLog(2, 20)
+    algorithm.evaluator = WatchedEvaluator(algorithm.evaluator, log)
+    algorithm.next()
+    record = log.record(0.0)
+    assert (record.failed, record.evaluations, len(record.F)) == (10, 10, 0)
