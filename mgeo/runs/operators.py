@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 from pymoo.algorithms.base.genetic import GeneticAlgorithm
+from pymoo.algorithms.moo.ctaea import CTAEA
 from pymoo.algorithms.moo.nsga3 import comp_by_cv_then_random
 from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
 from pymoo.algorithms.soo.nonconvex.random_search import RandomSearch
-from pymoo.core.duplicate import DefaultDuplicateElimination
+from pymoo.core.duplicate import DefaultDuplicateElimination, NoDuplicateElimination
 from pymoo.core.initialization import Initialization
 from pymoo.core.mating import Mating
 from pymoo.core.mixed import (
@@ -137,6 +138,10 @@ def _with_operators(algorithm: Algorithm, problem: Problem, kind: str, name: str
     if crosses and kind != "mixed":
         changed = _whole(mating, kind)
         begin = _with_sampling(algorithm.initialization, problem, kind)
+        none = isinstance(begin.eliminate_duplicates, NoDuplicateElimination)
+        if isinstance(algorithm, CTAEA) and not none:
+            # it goes round for ever if it begins with fewer than there are directions
+            begin = _with(begin, eliminate_duplicates=NoDuplicateElimination())
         return _with(algorithm, mating=changed, initialization=begin)
     if crosses and type(algorithm)._infill is GeneticAlgorithm._infill:
         return _mixed(algorithm)

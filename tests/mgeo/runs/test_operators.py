@@ -150,12 +150,16 @@ def test_one_objective_too():
     assert solve(problem, GA(pop_size=10), 100, seed=1).X.dtype == float
 
 
-def test_a_run_ends_where_there_are_no_other_designs(monkeypatch):
+@pytest.mark.parametrize("top", [0.0, 1.0, 3.0])
+def test_a_run_ends_where_there_are_few_designs(top, monkeypatch):
+    # C-TAEA begins with fewer than it has directions, if equal designs are left out at first
     monkeypatch.setattr("mgeo.runs.solve.IDLE_STEPS", 3)
     problem = Whole()
-    problem.xu = np.array([1.0, 1.0, 1.0])
+    problem.xu = np.full(3, top)
     for algorithm in (CTAEA(DIRECTIONS), NSGA2(pop_size=12)):
-        assert solve(problem, algorithm, 100, seed=1).evaluations <= 8
+        found = solve(problem, algorithm, 60, seed=1)
+        assert found.evaluations <= 12 + (top + 1) ** 3
+        assert np.array_equal(found.X[:, 1:], np.zeros((len(found.X), 2)))
 
 
 def test_a_bound_that_is_missing_is_named():
