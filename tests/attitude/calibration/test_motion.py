@@ -79,7 +79,7 @@ def test_gaps_and_jumps_of_the_gyro():
     far = np.abs(np.arange(59) - 20.5) > 7.0
     far[:3] = far[-3:] = False
     assert np.abs(data.change - true)[far].max() < 2e-3 * np.abs(true).max()
-    assert (data.interpolated > 0.0).tolist() == guess.tolist()
+    assert (data.added[:, 0] > 0.0).tolist() == guess.tolist()
     steadily, _ = without_noise(steady(PLAN), times)
     found = batch(dataclasses.replace(SCENARIO, eclipse=False), steadily)
     assert np.abs(found.change).max() < 1e-15

@@ -64,7 +64,7 @@ def near(of, seed=1, broken=True):
         times=data.times[keep],
         gyro=rates,
         change=np.zeros_like(rates),
-        interpolated=np.linspace(0.0, 1e-10, len(breaks)),
+        added=np.linspace(0.0, 1e-10, len(breaks))[:, None] * [1.0, 1.0, 1.0],
         breaks=breaks,
         sensors=tuple(rows[keep] for rows in data.sensors),
         vectors=data.vectors[keep],
@@ -211,9 +211,10 @@ def linear_case(name):
         times=model.times,
         gyro=rates[stretch],
         change=np.zeros((STEPS, 3)),
-        interpolated=np.zeros(STEPS),
+        added=np.zeros((STEPS, 3)),
         breaks=np.zeros(STEPS, dtype=bool),
         sensors=tuple(sensors),
+        noise=np.array([sensor.noise() for sensor in model.suite.sensors]),
         vectors=model.references,
     )
     zero = np.zeros((STEPS + 1, model.suite.n_states))
@@ -278,9 +279,10 @@ def test_two_orbits_leave_the_covariance_of_the_reference_filter(name):
         times=model.times,
         gyro=motion.rates,
         change=np.zeros_like(motion.rates),
-        interpolated=np.zeros(model.n_steps),
+        added=np.zeros((model.n_steps, 3)),
         breaks=np.zeros(model.n_steps, dtype=bool),
         sensors=tuple(np.moveaxis(seen, 1, 0)[:, :, None]),
+        noise=np.array([sensor.noise() for sensor in model.suite.sensors]),
         vectors=model.references,
     )
     sigma = model.suite.initial_sigma(1.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,12 +12,14 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.calibration.history import History
+from mgeo_attitude.calibration.prior_tests import PriorTest, contradictions
 from mgeo_attitude.calibration.sensor_tests import SensorTest
 from mgeo_attitude.calibration.uplink import DEG_S, uplink
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.plan.ccsds import quaternions, utc_texts
 from mgeo_attitude.rotation import matrix
 from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.after import SUPPORTED
 from mgeo_attitude.units import Unit
 
 if TYPE_CHECKING:
@@ -45,6 +47,10 @@ class Calibration:
     covariance : array, shape (n_states, n_states)
         Of their errors, the attitude's first.
     tests : tuple of SensorTest
+    prior_tests : tuple of PriorTest
+        Of the estimate against what was believed before; none in files of earlier versions.
+    notes : tuple of str
+        What else telemetry says, in words.
     rejected : tuple of (time [s], name of sensor, chi-square)
         Outliers.
     history : History, optional
@@ -59,6 +65,8 @@ class Calibration:
     covariance: Floats
     tests: tuple[SensorTest, ...]
     rejected: tuple[tuple[float, str, float], ...]
+    prior_tests: tuple[PriorTest, ...] = ()
+    notes: tuple[str, ...] = ()
     history: History | None = field(default=None, repr=False)
 
     @property
@@ -105,25 +113,43 @@ class Calibration:
 
     @property
     def failures(self) -> list[str]:
-        """What the innovations say against the calibration, in words; none is what one wants."""
-        return [words for test in self.tests for words in test.failures()]
+        """What prior and innovations say against the calibration, in words; none is what one wants.
+
+        An estimate far from its prior comes first: it makes good readings look bad.
+        """
+        said = [words for test in self.tests for words in test.failures()]
+        return contradictions(self.prior_tests) + said
 
     @property
     def supported(self) -> bool:
-        """Whether the innovations are what the scenario says of them."""
+        """Whether innovations and estimate are what the scenario says of them."""
         return not self.failures
 
     @property
     def conclusion(self) -> str:
         """That in one line."""
         if self.supported:
-            return "the innovations support it"
-        return f"the innovations do not support it: {'; '.join(self.failures)}"
+            return SUPPORTED
+        return f"{self._against} not support it: {'; '.join(self.failures)}"
+
+    @property
+    def _against(self) -> str:
+        innovations = any(test.failures() for test in self.tests)
+        prior = any(test.fails for test in self.prior_tests)
+        if prior and innovations:
+            return "prior and innovations do"
+        return "the innovations do" if innovations else "the prior does"
 
     def test_table(self) -> pd.DataFrame:
         """A row for each sensor, see `SensorTest`."""
         frame = pd.DataFrame([vars(test) for test in self.tests])
         return frame.set_index("sensor")
+
+    def prior_table(self) -> pd.DataFrame:
+        """A row for each block of states and one for all, see `PriorTest`."""
+        columns = [field.name for field in fields(PriorTest)]
+        frame = pd.DataFrame([vars(test) for test in self.prior_tests], columns=columns)
+        return frame.set_index("block").drop(columns="p_least")
 
     def rejected_table(self) -> pd.DataFrame:
         """A row for each outlier: ``time``, ``sensor``, ``chi_square``."""
@@ -175,9 +201,11 @@ class Calibration:
         Raises
         ------
         InvalidValue, InvalidType
-            From the scenario: a run that leaves the field model or the ephemeris, say.
+            If the calibration is not `supported`, unless ``{"accept_unsupported": True}`` is among
+            the changes. Or from the scenario: a run that leaves the field model, say.
         """
-        return Scenario.from_dict({**(changes or {}), "after": self.entries()})
+        document = {**self.entries(), "conclusion": self.conclusion}
+        return Scenario.from_dict({**(changes or {}), "after": document})
 
     def compare(self, plan: ManeuverPlan) -> pd.DataFrame:
         """1-sigmas that a plan promises for the last sample beside those achieved, per state.

@@ -1,7 +1,8 @@
 """Calibrations as files: JSON that reads back.
 
-``scenario``, ``time_s``, ``quaternion``, ``rate_deg_s``, ``states``, ``covariance``, ``tests`` and
-``rejected`` are the calibration. ``utc``, ``table``, ``uplink`` and ``conclusion`` follow from
+``scenario``, ``time_s``, ``quaternion``, ``rate_deg_s``, ``states``, ``covariance``, ``tests``,
+``prior_tests``, ``notes`` and ``rejected`` are the calibration; a file without ``prior_tests`` and
+``notes`` is of an earlier version. ``utc``, ``table``, ``uplink`` and ``conclusion`` follow from
 them; on reading they are computed again, and a file that says something else is refused.
 """
 
@@ -10,17 +11,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from mgeo.files.reading import entry
 from mgeo_attitude.calibration.calibration import Calibration
+from mgeo_attitude.calibration.prior_tests import PriorTest
 from mgeo_attitude.calibration.sensor_tests import SensorTest
 from mgeo_attitude.documents import Form, read_document, written
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.prior import prior_of
+
+T = TypeVar("T", SensorTest, PriorTest)
 
 _TABLES: Any = list[dict]  # type: ignore[type-arg]
 _ROWS: Any = list[list]  # type: ignore[type-arg]
@@ -65,6 +69,8 @@ def _keys(calibration: Calibration) -> dict[str, Any]:
     return {
         **calibration.entries(),
         "tests": [vars(test) for test in calibration.tests],
+        "prior_tests": [vars(test) for test in calibration.prior_tests],
+        "notes": list(calibration.notes),
         "rejected": [list(one) for one in calibration.rejected],
     }
 
@@ -84,8 +90,15 @@ def _calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
     prior = prior_of(table, scenario.gyro, scenario.sensors)
     names = [sensor.name for sensor in scenario.sensors]
     tests = tuple(
-        _test(row, f"tests[{i}].") for i, row in enumerate(entry(table, "tests", _TABLES))
+        _test(SensorTest, row, f"tests[{i}].")
+        for i, row in enumerate(entry(table, "tests", _TABLES))
     )
+    given = {"prior_tests": [], "notes": [], **table}
+    prior_tests = tuple(
+        _test(PriorTest, row, f"prior_tests[{i}].")
+        for i, row in enumerate(entry(given, "prior_tests", _TABLES))
+    )
+    notes = tuple(entry(given, "notes", list[str]))
     rejected = tuple(
         _rejected(row, f"rejected[{i}]", names)
         for i, row in enumerate(entry(table, "rejected", _ROWS))
@@ -102,15 +115,17 @@ def _calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
         covariance=np.array(prior.covariance),
         tests=tests,
         rejected=rejected,
+        prior_tests=prior_tests,
+        notes=notes,
     )
 
 
-def _test(row: dict[str, Any], where: str) -> SensorTest:
-    names = {field.name: _KINDS[str(field.type)] for field in fields(SensorTest)}
+def _test(kind: type[T], row: dict[str, Any], where: str) -> T:
+    names = {field.name: _KINDS[str(field.type)] for field in fields(kind)}
     for key in row:
         if key not in names:
             raise InvalidValue(f"{where}{key}", row[key], f"expected {', '.join(names)}")
-    return SensorTest(**{name: kind(entry(row, name, kind, where)) for name, kind in names.items()})
+    return kind(**{name: to(entry(row, name, to, where)) for name, to in names.items()})
 
 
 def _rejected(row: list[Any], where: str, names: list[str]) -> tuple[float, str, float]:

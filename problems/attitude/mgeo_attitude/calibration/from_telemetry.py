@@ -10,15 +10,18 @@ import pandas as pd
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.calibration.calibration import Calibration
 from mgeo_attitude.calibration.history import History
+from mgeo_attitude.calibration.prior_tests import number_of_tests, prior_tests
 from mgeo_attitude.calibration.sensor_tests import (
+    SIGNIFICANCE,
     SensorTest,
     correlation_bound,
     greatest_correlation,
     nis_bounds,
 )
-from mgeo_attitude.estimation.batch import batch
+from mgeo_attitude.estimation.batch import Batch, batch, gyro_noise, usual_step
 from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.estimation.considered import as_believed
+from mgeo_attitude.estimation.counting import LEAST, matters
 from mgeo_attitude.estimation.fit import Fit, fit
 from mgeo_attitude.estimation.linearization import Trajectory, sighting, turns
 from mgeo_attitude.estimation.residuals import Filtered, filtered
@@ -76,6 +79,7 @@ def calibrate(
     last = found.solution.estimate
     past = filtered(found.solution)
     states, covariance = at_the_end(belief, found)
+    n_tests = number_of_tests(belief) + 2 * sum(len(each.samples) > 0 for each in past.innovations)
     return Calibration(
         scenario=scenario,
         time=float(data.times[-1]),
@@ -83,8 +87,10 @@ def calibrate(
         rate_deg_s=np.degrees(turns(data, last.states)[0][-1]),
         states=states,
         covariance=covariance,
-        tests=_tests(found, past),
+        tests=_tests(found, past, n_tests),
         rejected=_rejected(found),
+        prior_tests=prior_tests(belief, last.attitude[0], last.states[0], SIGNIFICANCE / n_tests),
+        notes=_notes(telemetry, data),
         history=_history(found, past),
     )
 
@@ -107,10 +113,25 @@ def _rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
     return tuple(sorted(listed))
 
 
-def _tests(found: Fit, past: Filtered) -> tuple[SensorTest, ...]:
+def _notes(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
+    """Of a gyro and sensors that count in steps which their noise does not hide."""
+    at = telemetry.times[np.isfinite(telemetry.gyro_deg_s[:, 0])]
+    sigma = gyro_noise(data.suite, usual_step(at))
+    seen = {"gyro": (matters(np.radians(telemetry.step_of("gyro")), sigma), "deg/s")}
+    for sensor, noise in zip(data.suite.sensors, data.noise, strict=True):
+        more = noise**2 >= (1.0 + LEAST) * np.square(sensor.noise())
+        seen[sensor.name] = more, sensor.channel_unit.text
+    return tuple(
+        f"{name} counts in steps of {telemetry.step_of(name).max():.3g} {unit}".rstrip()
+        + ", which are part of its noise"
+        for name, (some, unit) in seen.items()
+        if some.any()
+    )
+
+
+def _tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:
     """Of sensors that have reported."""
     suite, made = found.batch.suite, []
-    n_tests = 2 * sum(len(each.samples) > 0 for each in past.innovations)
     at = found.solution.estimate
     aligned = Trajectory(at.attitude, np.zeros_like(at.states))
     for index, (sensor, each) in enumerate(zip(suite.sensors, past.innovations, strict=True)):

@@ -26,6 +26,7 @@ def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) 
         f"<h1>{escape(title)}</h1>",
         f"<p>At {calibration.time:.6f} s after the epoch, {escape(calibration.utc)} UTC: "
         f"{escape(calibration.conclusion)}.</p>",
+        *(f"<p>{escape(note)}.</p>" for note in calibration.notes),
         _table(calibration.table().set_index("block")),
     ]
     if promised is not None:
@@ -33,6 +34,7 @@ def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) 
     figures = calibration.figures()
     parts += [figures.pop("constants"), "<h2>Innovations</h2>"]
     parts.append(_table(calibration.test_table().T.reset_index()))
+    parts += ["<h2>Estimate and prior</h2>", _table(calibration.prior_table().reset_index())]
     parts += list(figures.values())
     rejected = calibration.rejected_table()
     if len(rejected):

@@ -85,12 +85,13 @@ def _batch(scenario: Scenario, given: Planned, flight: Flight) -> Batch:
         times=model.times[first:],
         gyro=rates,
         change=np.diff(angle(model.times[first:], 1), axis=0),
-        interpolated=np.zeros(len(rates)),
+        added=np.zeros_like(rates),
         breaks=np.zeros(len(rates), dtype=bool),
         sensors=tuple(
             np.where(model.available[first:, index, None, None], rows[first:], np.nan)
             for index, rows in enumerate(flight.readings.sensors)
         ),
+        noise=np.array([sensor.noise() for sensor in model.suite.sensors]),
         vectors=model.references[first:],
     )
 

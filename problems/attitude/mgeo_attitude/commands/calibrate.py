@@ -96,6 +96,8 @@ def print_calibration(
     if promised is not None and picked is not None:
         title = f"1-sigma that the plan promised, and achieved: {picked.name}"
         output.print(*titled(title, promised), *picked.doubts())
+    for told in calibration.notes:
+        output.print(note(told))
     output.print("", plain(calibration.conclusion, "bold"))
 
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment import Environment
+from mgeo_attitude.estimation.counting import angle_variance
 from mgeo_attitude.filter.model import inertial_vectors
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight import Telemetry
 from mgeo_attitude.flight.gyro_samples import covered, turned
 from mgeo_attitude.flight.mapping import UNITS
 from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors import Sensor
 
 #: Without a sample for longer than this many times the usual time, nothing is known of the rate.
 SILENT = 10.0
@@ -34,12 +37,15 @@ class Batch:
         Mean of the reported rate over each step [rad/s].
     change : array, shape (n, 3)
         By what it changes from the begin of a step to its end [rad/s].
-    interpolated : array, shape (n,)
-        Variance that a guessed rate adds to the attitude in each step, per axis [rad²].
+    added : array, shape (n, 3)
+        Variance of the angle about each body axis in each step beside that of the gyro's noise
+        [rad²]: of a guessed rate, and of rates that are counted in steps.
     breaks : array of bool, shape (n,)
         Steps over which the attitude is not known from the gyro.
     sensors : tuple of arrays, shape (n + 1, k, 3)
         As `Readings.sensors`.
+    noise : array, shape (s, 3)
+        1-sigma of each sensor, in the unit of its noise, with that of its steps.
     vectors : array, shape (n + 1, n_vectors, 3)
         What the sensors look at and their gradients, GCRS; see `FilterModel.references`.
     """
@@ -48,9 +54,10 @@ class Batch:
     times: Floats
     gyro: Floats
     change: Floats
-    interpolated: Floats
+    added: Floats
     breaks: Bools
     sensors: tuple[Floats, ...]
+    noise: Floats
     vectors: Floats
 
     @property
@@ -66,9 +73,10 @@ class Batch:
             times=self.times[samples],
             gyro=self.gyro[steps],
             change=self.change[steps],
-            interpolated=self.interpolated[steps],
+            added=self.added[steps],
             breaks=self.breaks[steps],
             sensors=tuple(rows[samples] for rows in self.sensors),
+            noise=self.noise,
             vectors=self.vectors[samples],
         )
 
@@ -96,7 +104,7 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     there = np.isfinite(telemetry.gyro_deg_s[:, 0])
     there |= np.any([np.isfinite(rows[:, 0, 0]) for rows in readings], axis=0)
     at = telemetry.times[np.isfinite(telemetry.gyro_deg_s[:, 0])]
-    usual = float(np.median(np.diff(at)))
+    usual = usual_step(at)
     silent = (np.diff(at) > SILENT * usual).nonzero()[0]
     for last, first in zip(at[silent], at[silent + 1], strict=True):
         there &= (telemetry.times <= last) | (telemetry.times >= first)
@@ -115,17 +123,42 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     )
     _check_lengths(suite, sensors, vectors)
     rates = np.radians(telemetry.gyro_deg_s[np.isfinite(telemetry.gyro_deg_s[:, 0])])
-    gyro, change, interpolated, breaks = _steps(times, at, rates, usual)
+    gyro, change, missing, breaks = _steps(times, at, rates, usual)
+    step, sigma = np.radians(telemetry.step_of("gyro")), gyro_noise(suite, usual)
+    counted = angle_variance(rates, usual, step, sigma)
+    j = np.minimum(np.searchsorted(at, times[1:]), len(at) - 1)
     return Batch(
         suite=suite,
         times=times,
         gyro=gyro,
         change=change,
-        interpolated=interpolated,
+        added=missing[:, None] + counted[j] * np.diff(times)[:, None],
         breaks=breaks,
         sensors=sensors,
+        noise=np.array([_noise(sensor, telemetry) for sensor in suite.sensors]),
         vectors=vectors,
     )
+
+
+def usual_step(at: Floats) -> float:
+    """Between samples of the gyro [s]."""
+    return float(np.median(np.diff(at)))
+
+
+def gyro_noise(suite: Suite, duration: float) -> float:
+    """1-sigma of a rate that is the mean over so many seconds, per axis [rad/s]."""
+    return math.sqrt(suite.gyro.diffusion()["theta"] / duration)
+
+
+def _noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
+    """1-sigma per axis, with the variance of a number that is rounded."""
+    step = telemetry.step_of(sensor.name)
+    if len(sensor.channels) == 3:
+        step = step / sensor.channel_unit.factor
+    else:  # a turn by a small angle changes a quaternion by half of it
+        step = 2.0 * np.full(3, step.max())
+    noise: Floats = np.sqrt(np.square(sensor.noise()) + step**2 / 12.0)
+    return noise
 
 
 def _steps(
@@ -190,6 +223,7 @@ def _since_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:
         gyro_deg_s=empty_before(telemetry.gyro_deg_s),
         sensors={name: empty_before(rows) for name, rows in telemetry.sensors.items()},
         position=position,
+        steps={name: telemetry.step_of(name) for name in ("gyro", *telemetry.sensors)},
     )
 
 

@@ -60,14 +60,32 @@ class Belief:
         sigma[unknown] = self.suite.initial_sigma(UNKNOWN)[unknown]
         return replace(self, attitude=None, states=states, sigma=sigma, correlation=correlation)
 
-    def residual(self, attitude: Floats, states: Floats) -> tuple[Floats, Floats]:
-        """Residual of an estimate of the same sample and its derivative, -J.
+    def difference(self, attitude: Floats, states: Floats) -> Floats:
+        """Of an estimate of the same sample; of rotations the vector of what is between.
+
+        Shape (n_states,); zero for an attitude of which nothing is known.
 
         Parameters
         ----------
         attitude : array, shape (3, 3)
             Body to GCRS.
         states : array, shape (n_states,)
+        """
+        off = states - self.states
+        off[:3] = 0.0 if self.attitude is None else vector(self.attitude.T @ attitude)
+        for first in self.suite.rotations:
+            block = slice(first, first + 3)
+            if first and self.states[block].any():
+                off[block] = vector(matrix(self.states[block]).T @ matrix(states[block]))
+        return off
+
+    def residual(self, attitude: Floats, states: Floats) -> tuple[Floats, Floats]:
+        """Residual of an estimate of the same sample and its derivative, -J.
+
+        Parameters
+        ----------
+        attitude, states
+            As of `difference`.
 
         Returns
         -------
@@ -75,12 +93,9 @@ class Belief:
         J : array, shape (n_states, n_states)
             r - J e remains when errors e are taken out.
         """
-        off, turned = states - self.states, np.eye(len(states))
-        off[:3] = 0.0 if self.attitude is None else vector(self.attitude.T @ attitude)
+        off, turned = self.difference(attitude, states), np.eye(len(states))
         for first in self.suite.rotations:
             block = slice(first, first + 3)
-            if first and self.states[block].any():
-                off[block] = vector(matrix(self.states[block]).T @ matrix(states[block]))
             # of the vector of R(g) R(e) at e = 0
             g = off[block]
             turned[block, block] += 0.5 * skew(g) + 0.25 * np.outer(g, g)

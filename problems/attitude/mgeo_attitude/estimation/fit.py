@@ -26,7 +26,8 @@ from mgeo_attitude.estimation.start import (
 FIRST, GROWTH = 200, 3
 _ITERATIONS = 30
 _LAST_OF_STRETCH = 0.1, 1e-3
-_ROUNDS = 10  # of leaving out outliers
+_ROUNDS = 30  # of leaving out outliers
+_RETURNS = 6  # of these in which one may come back
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,8 @@ class Fit:
     Attributes
     ----------
     rejected : array of bool, shape (s, N)
-        Readings of each sensor that the solution is without.
+        Readings of each sensor that the solution is without: those beyond the gate, and what has
+        come and gone.
     residuals, chi_squares : arrays, shapes (s, N, 3) and (s, N)
         See `residuals.residuals`.
     solution : Solution
@@ -122,15 +124,18 @@ def settle(
     limit = float(chi2.isf(gate, 3))
     if rejected is None:
         rejected = np.zeros((len(batch.sensors), len(batch.times)), dtype=bool)
-    for _ in range(_ROUNDS):
+    for number in range(_ROUNDS):
         solution = solve(batch, belief, at, _ITERATIONS, last, rejected)
         known = spread(solution)
         left, squares = residuals(solution, known)
         beyond = squares > limit
-        at = solution.estimate
-        if not solution.settled(last) or np.array_equal(beyond, rejected):
+        # readings may come and go for ever: in the end those that went do not come back
+        if number >= _RETURNS:
+            beyond |= rejected
+        ended = not solution.settled(last) or np.array_equal(beyond, rejected)
+        if ended or number == _ROUNDS - 1:
             break
-        rejected = beyond
+        rejected, at = beyond, solution.estimate
     return Fit(rejected, left, squares, solution, known)
 
 

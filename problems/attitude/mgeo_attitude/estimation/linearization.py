@@ -184,7 +184,7 @@ def steps(batch: Batch, at: Trajectory, parts: Partition) -> Steps:
         F, Q = (
             np.ascontiguousarray(each[:, parts.driven[:, None], parts.driven]) for each in (F, Q)
         )
-    Q[:, range(3), range(3)] += batch.interpolated[:, None]
+    Q[:, range(3), range(3)] += batch.added
     if batch.breaks.any():
         F[batch.breaks, :3], G[batch.breaks, :3], defect[batch.breaks, :3] = 0.0, 0.0, 0.0
         Q[batch.breaks, :3], Q[batch.breaks, :, :3] = 0.0, 0.0
@@ -222,9 +222,9 @@ def sightings(batch: Batch, at: Trajectory, parts: Partition) -> Sightings:
 
 def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
     """The readings of a sensor of the suite, by its number."""
-    suite, sensor = batch.suite, batch.suite.sensors[index]
+    suite = batch.suite
     samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
-    noise = np.array(sensor.noise())
+    noise = batch.noise[index]
     if not len(samples):
         return Sighting(samples, np.zeros((0, 3)), samples, np.zeros((0, 3, 0)), noise)
     places = np.arange(3)[:, None] + np.array(suite.rotations)

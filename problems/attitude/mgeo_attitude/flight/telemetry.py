@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.files import write_text
 from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.flight.resolution import resolution
 from mgeo_attitude.sensors.readings import from_channels
 
 
@@ -50,6 +51,9 @@ class Telemetry:
         Satellite [m], GCRS, if it is not to follow from the scenario's orbit.
     truth : Truth, optional
         Beside what a simulation reports; it is no part of tables and files.
+    steps : mapping of str to array, shape (3,) or (4,)
+        In which ``gyro`` and sensors count, where that cannot be seen, as they were mounted
+        otherwise; see `step_of`.
 
     Raises
     ------
@@ -63,6 +67,7 @@ class Telemetry:
     sensors: Mapping[str, Floats] = field(default_factory=dict)
     position: Floats | None = None
     truth: Truth | None = None
+    steps: Mapping[str, Floats] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         times = np.array(self.times, dtype=float)
@@ -84,6 +89,12 @@ class Telemetry:
             columns |= _columns("position", self.position)
         return pd.DataFrame(columns)
 
+    def step_of(self, name: str) -> Floats:
+        """In which the channels of ``gyro`` or a sensor count, zero of any number."""
+        if name in self.steps:
+            return self.steps[name]
+        return resolution(self.gyro_deg_s if name == "gyro" else self.sensors[name])
+
     def until(self, time: float) -> Telemetry:
         """The samples until a time [s].
 
@@ -101,6 +112,7 @@ class Telemetry:
             gyro_deg_s=self.gyro_deg_s[:n],
             sensors={name: rows[:n] for name, rows in self.sensors.items()},
             position=None if self.position is None else self.position[:n],
+            steps=self.steps,
             truth=truth and Truth(attitude=truth.attitude[:n], states=truth.states[:n]),
         )
 

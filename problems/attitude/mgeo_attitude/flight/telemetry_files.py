@@ -20,6 +20,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue, known_names
 from mgeo_attitude.flight.gyro_samples import means
 from mgeo_attitude.flight.mapping import Channels, TelemetryMapping
+from mgeo_attitude.flight.resolution import resolution
 from mgeo_attitude.flight.telemetry import Telemetry, channels
 from mgeo_attitude.flight.telemetry_checks import check_telemetry
 from mgeo_attitude.scenario import Scenario
@@ -110,8 +111,8 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
         "gyro": (mapping.gyro, _asked("gyro", mapping.gyro))
     }
     for sensor in scenario.sensors:
-        own = given.get(sensor.name, Channels())
-        asked[sensor.name] = own, _asked(sensor.name, own, len(sensor.channels))
+        channel = given.get(sensor.name, Channels())
+        asked[sensor.name] = channel, _asked(sensor.name, channel, len(sensor.channels))
     position = _asked("position", mapping.position)
     if "position" not in names and (
         mapping.position.columns or set(position) & set(map(str, frame.columns))
@@ -127,20 +128,25 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
     for name, (_, columns) in asked.items():
         found[name] = table[:, first : first + len(columns)]
         first += len(columns)
-    gyro = _turned(found.pop("gyro"), mapping.gyro, "deg/s")
+    counted = found.pop("gyro")
+    gyro = _turned(counted, mapping.gyro, "deg/s")
+    steps = {"gyro": _steps(counted, mapping.gyro, "deg/s")}
     _check_range(times, gyro, mapping.gyro.range_deg_s)
     if mapping.gyro.rate == "instantaneous":
         there = np.isfinite(gyro).all(axis=1)
         gyro[there] = means(times[there], gyro[there])
     where = found.pop("position", None)
+    sensors = {}
+    for sensor in scenario.sensors:
+        rows, own = found[sensor.name], asked[sensor.name][0]
+        sensors[sensor.name] = _reported(sensor, rows, own)
+        steps[sensor.name] = _steps(rows, own, sensor.channel_unit.text)
     telemetry = Telemetry(
         times=times,
         gyro_deg_s=gyro,
-        sensors={
-            sensor.name: _reported(sensor, found[sensor.name], asked[sensor.name][0])
-            for sensor in scenario.sensors
-        },
+        sensors=sensors,
         position=None if where is None else _turned(where, mapping.position, "m"),
+        steps=steps,
     )
     check_telemetry(telemetry, scenario)
     return telemetry
@@ -274,6 +280,14 @@ def _turned(rows: Floats, entry: Channels, unit: str) -> Floats:
     there = np.isfinite(rows).all(axis=1)
     scaled[there] = entry.to_body().apply(scaled[there])
     return scaled
+
+
+def _steps(rows: Floats, entry: Channels, unit: str) -> Floats:
+    """In which channels count, in body axes, as 1-sigmas of rounded numbers add up."""
+    step = resolution(rows)
+    if rows.shape[1] == 3:
+        step = np.sqrt(entry.to_body().as_matrix() ** 2 @ (step * entry.factor(unit)) ** 2)
+    return step
 
 
 def _reported(sensor: Sensor, rows: Floats, entry: Channels) -> Floats:

@@ -28,6 +28,12 @@ ENTRIES: Mapping[str, Any] = {
 #: Keys that follow from the calibration, or from its scenario.
 GIVEN = ("preset", "epoch", "prior")
 
+#: What a calibration concludes if neither innovations nor prior are against it.
+SUPPORTED = "the innovations support it"
+
+#: Key that goes on from a calibration which concludes otherwise.
+ACCEPT = "accept_unsupported"
+
 #: Latest time of a calibration [s].
 _LATEST = 1e9
 #: A measured rate that is above its limit by less than so many 1-sigmas is at the limit.
@@ -45,10 +51,12 @@ def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
     Raises
     ------
     InvalidValue
-        For a document that is no calibration's, or a key that follows from it.
+        For a document that is no calibration's or of one that is not supported, unless `ACCEPT` is
+        true; or a key that follows from it.
     """
     overrides = dict(table)
     document = _checked(overrides.pop("after"))
+    _check_support(document, overrides.pop(ACCEPT, False))
     for key in GIVEN:
         if key in overrides:
             expected = f"expected no {key} beside a calibration to go on from, which has its own"
@@ -81,6 +89,16 @@ def _checked(document: Any) -> Mapping[str, Any]:
     time = document["time_s"]
     expect(0.0 <= time <= _LATEST, "after.time_s", time, f"a number in [0, {_LATEST:g}] s")
     return document
+
+
+def _check_support(document: Mapping[str, Any], accept: Any) -> None:
+    """Refuse a calibration that nobody should believe, unless one says to do so."""
+    if not isinstance(accept, bool):
+        raise InvalidType(ACCEPT, accept, "expected true or false")
+    said = document.get("conclusion", SUPPORTED)
+    if said != SUPPORTED and not accept:
+        expected = f"expected {SUPPORTED!r}; {ACCEPT} = true goes on all the same"
+        raise InvalidValue("after.conclusion", said, expected)
 
 
 def _within_limits(prior: Prior, scenario: Any) -> Prior:
