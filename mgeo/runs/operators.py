@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 from pymoo.algorithms.base.genetic import GeneticAlgorithm
-from pymoo.algorithms.moo.ctaea import CTAEA
 from pymoo.algorithms.moo.nsga3 import comp_by_cv_then_random
 from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
 from pymoo.algorithms.soo.nonconvex.random_search import RandomSearch
@@ -137,6 +136,8 @@ def _with_operators(algorithm: Algorithm, problem: Problem, kind: str, name: str
     crosses = type(mating) is Mating and mating.crossover is not None
     if crosses and kind != "mixed":
         changed = _whole(mating, kind)
+        from pymoo.algorithms.moo.ctaea import CTAEA  # takes long to import
+
         begin = _with_sampling(algorithm.initialization, problem, kind)
         none = isinstance(begin.eliminate_duplicates, NoDuplicateElimination)
         if isinstance(algorithm, CTAEA) and not none:
