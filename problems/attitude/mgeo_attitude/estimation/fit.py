@@ -16,14 +16,17 @@ from mgeo_attitude.estimation.residuals import residuals
 from mgeo_attitude.estimation.smoother import LAST, Solution, Spread, solve, spread
 from mgeo_attitude.estimation.start import (
     accumulated,
+    carried_for,
     check_unit_of_rates,
     directions,
     first_attitude,
     stretch,
 )
 
-#: Samples of the first stretch, and how much longer each next one is.
+#: Samples to each side of the first stretch, at most, and how much longer each next one is.
 FIRST, GROWTH = 200, 3
+_FEWEST = 10
+_ASTRAY = 1.0  # by how much the gyro's bias may turn the attitude over those, 1-sigma [rad]
 _ITERATIONS = 30
 _LAST_OF_STRETCH = 0.1, 1e-3
 _ROUNDS = 30  # of leaving out outliers
@@ -80,13 +83,15 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     N = len(batch.times)
     states = np.tile(belief.states, (N, 1))
     where = stretch(directions(batch, accumulated(batch, states)), N)
-    check_unit_of_rates(batch, where)
+    check_unit_of_rates(batch, where, belief)
+    reach = carried_for(batch, belief.sigma[3:6], _ASTRAY)
+    least = min(FIRST, max(_FEWEST, where.stop - where.start, reach))
     at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)
     rejected = np.zeros((len(batch.sensors), N), dtype=bool)
     arcs = np.concatenate([[0], np.flatnonzero(batch.breaks) + 1, [N]])
     low = high = where.start
     while high - low < N:
-        more = max(FIRST, where.stop - where.start, (GROWTH - 1) * (high - low))
+        more = max(least, where.stop - where.start, (GROWTH - 1) * (high - low))
         old = low, high
         low, high = _grown(low, high, more, arcs)
         at = _carried(batch, at, old, (low, high), arcs)

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.estimation.batch import Batch
+from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.estimation.linearization import turns
 
 #: Lengths of stretches to look at, in samples; the first that will do is taken.
-LENGTHS = (30, 100, 300, 1000, 3000)
+LENGTHS = (10, 30, 100, 300, 1000, 3000)
 #: Directions have to be this far apart: the second eigenvalue of their mean dyad; 20° between two.
 SPREAD = 0.03
 #: Units that a gyro's rates may be in by mistake, and what they would have to be multiplied by.
 _UNITS = {"rad/s": np.degrees(1.0), "deg/h": 1.0 / 3600.0, "rev/min": 6.0, "mdeg/s": 1e-3}
 _BETTER = 0.1  # a unit is called wrong if another leaves this share of the residual
+_CHECKED = 300  # samples that are looked at, at most
+_FEWEST = 10
+_ASTRAY = 0.5  # by how much the gyro's bias may turn the attitude there, 1-sigma [rad]
+_CHANCE = 5.0  # prior 1-sigmas of a bias by which rates may be off
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,41 +67,58 @@ def first_attitude(batch: Batch, states: Floats) -> tuple[Floats, slice]:
     return rotation @ relative, where
 
 
-def check_unit_of_rates(batch: Batch, where: slice) -> None:
+def carried_for(batch: Batch, sigma: Floats, angle: float) -> int:
+    """Samples over which the gyro's bias turns the attitude by an angle [rad], 1-sigma.
+
+    Parameters
+    ----------
+    sigma : array, shape (3,)
+        Of the bias [rad/s].
+    """
+    return int(min(len(batch.times), angle / (np.linalg.norm(sigma) * np.median(batch.durations))))
+
+
+def check_unit_of_rates(batch: Batch, where: slice, belief: Belief) -> None:
     """Refuse a gyro of another unit: with another the vectors would turn far more consistently.
+
+    A unit that changes rates by no more than their bias may be is none to refuse.
 
     Parameters
     ----------
     where : slice
         Samples among which the vectors are far apart, see `stretch`.
+    belief : Belief
+        What is known of the gyro's bias.
 
     Raises
     ------
     ValueError
         Naming that unit.
     """
-    middle = (where.start + where.stop) // 2
-    part = batch.part(max(0, middle - 150), min(len(batch.times), middle + 150))
-    zero = np.zeros((len(part.times), batch.suite.n_states))
+    middle, sigma = (where.start + where.stop) // 2, belief.sigma[3:6]
+    half = min(_CHECKED, max(_FEWEST, carried_for(batch, sigma, _ASTRAY))) // 2
+    part = batch.part(max(0, middle - half), min(len(batch.times), middle + half))
+    states = np.tile(belief.states, (len(part.times), 1))
+    rate = float(np.median(np.linalg.norm(part.gyro, axis=1)))
 
     def residual(factor: float) -> float:
-        seen = directions(part, accumulated(part, zero, factor))
+        scaled = replace(part, gyro=factor * part.gyro, change=factor * part.change)
+        seen = directions(scaled, accumulated(scaled, states))
         return wahba(seen, np.ones(len(seen.samples), dtype=bool))[1]
 
-    found = residual(1.0)
-    for unit, factor in _UNITS.items():
-        if residual(factor) < _BETTER * found:
-            raise ValueError(
-                f"gyro: the vectors turn as if its rates were in {unit}, not deg/s (a factor of "
-                f"{factor:.4g})"
-            )
+    least = _CHANCE * np.linalg.norm(sigma)
+    left = {u: residual(f) for u, f in _UNITS.items() if abs(f - 1.0) * rate > least}
+    unit = min(left, key=lambda unit: left[unit], default="")
+    if left and left[unit] < _BETTER * residual(1.0):
+        raise ValueError(
+            f"gyro: the vectors turn as if its rates were in {unit}, not deg/s (a factor of "
+            f"{_UNITS[unit]:.4g})"
+        )
 
 
-def accumulated(batch: Batch, states: Floats, factor: float = 1.0) -> Floats:
+def accumulated(batch: Batch, states: Floats) -> Floats:
     """Rotations from the body axes of every sample to those of the first, shape (N, 3, 3)."""
-    rates, turn = turns(batch, states)
-    if factor != 1.0:
-        turn = Rotation.from_rotvec(-factor * rates * batch.durations[:, None]).as_matrix()
+    _, turn = turns(batch, states)
     R = np.concatenate([np.eye(3)[None], turn.swapaxes(1, 2)])
     reach = 1
     while reach < len(R):  # products of 2, 4, 8... steps
