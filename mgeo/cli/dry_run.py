@@ -10,7 +10,7 @@ from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.output import Output
 from mgeo.cli.progress import clock, run_title
 from mgeo.figures import MOST_OBJECTIVES
-from mgeo.plugins.protocol import impossible, problem_size
+from mgeo.plugins.protocol import impossible, notes, problem_size
 from mgeo.runs.estimate import estimate
 from mgeo.runs.folder import FIGURE_FILE, FRONT_FILE, RUN_FILE
 from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
@@ -41,9 +41,13 @@ def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) 
         "folder": str(persistence.folder),
         "files": ", ".join(files),
     }
+    told = notes(problem)
+    if told:
+        texts["mind"] = "; ".join(told)
     found = {
         "configuration": configuration.model_dump(),
         **size,
+        "notes": told,
         "folder": str(persistence.folder),
         "files": files,
     }

@@ -175,6 +175,16 @@ def impossible(problem: Problem) -> list[str]:
     return _texts(problem, "impossible()")
 
 
+def notes(problem: Problem) -> list[str]:
+    """Its ``notes()``, lines about the problem as it stands; empty if it has none."""
+    return _texts(problem, "notes()")
+
+
+def ways_out(problem: Problem, X: NDArray[Any]) -> list[str]:
+    """Its ``ways_out(X)``, lines about what stands in the way of solutions; empty if none."""
+    return _texts(problem, "ways_out(X)", X) if len(X) else []
+
+
 def limits(problem: Problem, X: NDArray[Any]) -> list[pd.DataFrame] | None:
     """Its ``limits(X)``, a table for each of X, whose columns are checked; None if it has none."""
     import pandas as pd

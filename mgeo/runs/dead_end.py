@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from mgeo.plugins import protocol
 from mgeo.runs.limits import Limit, constraints, limits
 
 if TYPE_CHECKING:
@@ -25,7 +26,8 @@ class DeadEnd:
     exceeded
         Each limit that some of the nearest solutions exceed: by how much at least, and how many.
     ways
-        Limits that would have to be relaxed together, and to what, the fewest first.
+        What the problem itself says, then limits that would have to be relaxed together, and to
+        what, the fewest first.
     """
 
     exceeded: tuple[str, ...]
@@ -38,7 +40,7 @@ def dead_end(problem: Problem, nearest: Nearest) -> DeadEnd:
     # a problem may be stricter than what it tells
     pairs = zip(limits(problem, X), constraints(problem, X), strict=True)
     exceeded = [_exceeded(told) or _exceeded(computed) for told, computed in pairs]
-    return DeadEnd(tuple(_binding(exceeded)), tuple(_ways(exceeded)))
+    return DeadEnd(tuple(_binding(exceeded)), (*protocol.ways_out(problem, X), *_ways(exceeded)))
 
 
 def _exceeded(told: list[Limit]) -> list[Limit]:

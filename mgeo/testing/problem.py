@@ -173,6 +173,13 @@ def _check_presentation(problem: Problem, X: FloatArray, F: FloatArray) -> None:
         _asked(problem, "remarks", X=X)
         with no_error("remarks(X), a list of texts"):
             protocol.remarks(problem, X)
+    if hasattr(problem, "ways_out"):
+        _asked(problem, "ways_out", X=X)
+        with no_error("ways_out(X), a list of texts"):
+            protocol.ways_out(problem, X)
+    if hasattr(problem, "notes"):
+        with no_error("notes(), a list of texts"):
+            protocol.notes(problem)
     if hasattr(problem, "limits"):
         _asked(problem, "limits", X=X)
         with no_error("limits(X), a table of each solution's limits"):

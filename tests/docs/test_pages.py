@@ -20,6 +20,7 @@ from mgeo_attitude.flight.mapping import UNITS
 from mgeo_attitude.objectives import OBJECTIVES
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.scenario import FlightErrors, InitialConditions, Prior
+from mgeo_attitude.sensors import Gyro
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
@@ -310,3 +311,23 @@ def test_the_way_out_of_no_plan(tmp_path, monkeypatch):
     assert "keeps all limits" in run(show)
     run(report)
     assert "Nothing that was found keeps all limits" in Path("runs/tight/report.html").read_text()
+
+
+def test_the_bias_stability_of_a_data_sheet_becomes_the_least_allan_deviation():
+    """Of a gyro's noise as the filter has it, drawn for eleven days, by the tutorial's formula."""
+    (factor,) = re.findall(r"`rate_random_walk` \| (\S+) · B² / N, of B in", page("tutorial.md"))
+    stability, walk = 2.0, 0.15  # °/h, °/√h
+    gyro = Gyro(
+        angle_random_walk_deg_per_sqrt_h=walk, rate_random_walk=float(factor) * stability**2 / walk
+    )
+    rng, n = np.random.default_rng(1), 1_000_000  # seconds
+    white, drift = (np.sqrt(gyro.diffusion()[of]) for of in ("theta", "bias"))
+    rate = white * rng.standard_normal(n) + np.cumsum(drift * rng.standard_normal(n))
+    angle = np.concatenate([[0.0], np.cumsum(rate)])
+    spans = np.unique(np.geomspace(20, 2000, 60).round().astype(int))
+    allan = [
+        np.sqrt(0.5 * (np.diff(angle[::span], n=2) ** 2).mean()) / span  # IEEE Std 952
+        for span in spans
+    ]
+    assert 3600.0 * np.degrees(min(allan)) == pytest.approx(stability, rel=0.05)
+    assert spans[0] < spans[np.argmin(allan)] < spans[-1]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 
-from mgeo_attitude import at_best, describe, promises
+from mgeo_attitude import at_best, describe, promises, requirements
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.answers import answers
 from mgeo_attitude.bound import LimitCurves, limit
@@ -307,13 +307,31 @@ class AttitudeManeuverProblem(Problem):
         """How many of a front's solutions keep what they promise, and their limits to the end.
 
         And how near they come to what no maneuver can beat. See `promises.remarks`,
-        `clearance.remarks`, `promises.end_remarks` and `at_best.remarks`.
+        `clearance.remarks`, `promises.end_remarks`, `requirements.remarks` and
+        `at_best.remarks`; the `notes` follow.
         """
         from mgeo_attitude import clearance  # compiles
 
         designs = np.atleast_2d(np.asarray(X, dtype=float))
-        found = (promises.remarks, clearance.remarks, promises.end_remarks, at_best.remarks)
-        return [line for remarks in found for line in remarks(self, designs)]
+        parts = (
+            promises.remarks,
+            clearance.remarks,
+            promises.end_remarks,
+            requirements.remarks,
+            at_best.remarks,
+        )
+        found = [line for remarks in parts for line in remarks(self, designs)]
+        return found + self.notes()
+
+    def notes(self) -> list[str]:
+        """Where the scenario is outside of what the linear covariance was found true for."""
+        from mgeo_attitude.estimation.validity import validity  # imports scipy
+
+        return [f"{line} (docs/consistency.md): verify a plan" for line in validity(self.scenario)]
+
+    def ways_out(self, X: ArrayLike) -> list[str]:
+        """Errors of which plans that miss requirements learn nothing; `requirements.ways_out`."""
+        return requirements.ways_out(self, np.atleast_2d(np.asarray(X, dtype=float)))
 
     def impossible(self) -> list[str]:
         """Why no plan at all keeps the scenario's limits, in lines; empty where one may.

@@ -64,6 +64,32 @@ def test_choices(run, folder, front):
         assert f"trace {front.plan(choice).trace:.4g}" in run("show", folder, *arguments).stdout
 
 
+def test_a_time_at_which_no_plan_ends_is_told(run, folder, front):
+    """What it is good for to wait, or which plan is the last that ends by then."""
+    rows, t_end = front._by_time
+    assert len(rows) > 2
+    note = run("show", folder, "--time", t_end[-1] + 2000.0).stdout.splitlines()[1]
+    assert note == (
+        f"Note: nothing is gained by waiting until {t_end[-1] + 2000.0:.6g} s: this plan leaves "
+        f"the least trace of this front, after {t_end[-1]:.6g} s"
+    )
+    early = run("show", folder, "--time", 10).stdout
+    assert f"no plan of this front converges by 10 s: the first takes {t_end[0]:.6g} s" in early
+    gap = int(np.argmax(np.diff(t_end)))
+    before, after = t_end[gap], t_end[gap + 1]
+    assert after - before > 0.04 * after  # the widest gap of this front
+    late, soon = before + 0.75 * (after - before), before + 0.25 * (after - before)
+    told = (
+        f"this plan converges after {after:.6g} s, not by {late:.6g} s; the last that does so is "
+    )
+    assert f"{told}--solution {rows[gap]}, after {before:.6g} s" in front.about(late)
+    told = f"this plan, after {before:.6g} s, is the last that converges by {soon:.6g} s; the next"
+    assert told in front.about(soon)
+    for exact in t_end:
+        assert front.about(float(exact)) is None
+    assert "\nNote: nothing" not in run("show", folder, "--time", t_end[-1]).stdout
+
+
 def test_a_plans_own_file_shows_the_same(run, folder, front, tmp_path):
     path = tmp_path / "plan.json"
     path.write_text(to_json(front.plan("best")), encoding="utf-8")
@@ -162,4 +188,16 @@ def test_bad_sources(run, folder, tmp_path):
     plan = tmp_path / "plan.json"
     plan.write_text("{}")
     assert "plan.json: format = None" in run("show", plan, code=2).stderr
+    for name, message in (
+        ("sat.toml", "is a scenario, not a plan: search one by mgeo solve attitude --scenario "),
+        (
+            "plan.uplink.csv",
+            "cannot be read back: expected a run folder, or a .json by mgeo attitude",
+        ),
+    ):
+        other = tmp_path / name
+        other.write_text('preset = "paper"\n')
+        assert message in run("show", other, code=2).stderr
+    part = run("show", folder / "front.csv", code=2).stderr
+    assert f"front.csv is part of a run, not a plan: name its folder {folder}" in part
     assert "--pick is for run folders" in run("show", plan, "--pick", "knee", code=2).stderr

@@ -50,3 +50,15 @@ def test_remarks_are_texts(given):
     assert protocol.remarks(problem(), X) == []
     with pytest.raises(ValueError, match=r"remarks\(X\) of problem Problem .*: expected a list of"):
         protocol.remarks(problem(remarks=lambda X: given), X)
+    told = protocol.ways_out(problem(ways_out=lambda X: ["turn more"]), X)
+    assert (told, protocol.ways_out(problem(), X)) == (["turn more"], [])
+    with pytest.raises(
+        ValueError, match=r"ways_out\(X\) of problem Problem .*: expected a list of"
+    ):
+        protocol.ways_out(problem(ways_out=lambda X: given), X)
+    assert (protocol.notes(problem(notes=lambda: ["mind"])), protocol.notes(problem())) == (
+        ["mind"],
+        [],
+    )
+    with pytest.raises(ValueError, match=r"notes\(\) of problem Problem .*: expected a list of"):
+        protocol.notes(problem(notes=lambda: given))

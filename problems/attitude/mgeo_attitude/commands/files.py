@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mgeo.files.atomic import check_writable
+from mgeo.runs.folder import FRONT_FILE, NEAREST_FILE, RUN_FILE
 from mgeo.runs.limits import nearest_kept
 from mgeo_attitude.answers import span, within
 from mgeo_attitude.plan import ManeuverPlan, read_front, read_json
@@ -16,12 +17,16 @@ from mgeo_attitude.plan.run_folder import CHOICES, Front
 
 @dataclass(frozen=True)
 class Picked:
-    """A plan, what it is called, and its number on the front of a run, if it is of one."""
+    """A plan, what it is called, and its number on the front of a run, if it is of one.
+
+    A `remark` tells how it is not what was asked for.
+    """
 
     plan: ManeuverPlan
     name: str
     solution: int | None = None
     front: Front | None = None
+    remark: str | None = None
 
     @property
     def answer(self) -> str:
@@ -31,7 +36,10 @@ class Picked:
     def doubts(self) -> list[str]:
         """Why one might not want to fly it, a line each."""
         hardly = self.plan.uncalibrated()
-        return [f"Note: this plan hardly calibrates {', '.join(hardly)}"] if hardly else []
+        said = [self.remark] if self.remark else []
+        if hardly:
+            said.append(f"this plan hardly calibrates {', '.join(hardly)}")
+        return [f"Note: {line}" for line in said]
 
     def lateness(self) -> list[str]:
         """How long the last rate is held, or has to be beyond what is commanded, in a line or none.
@@ -74,12 +82,30 @@ def load_plan(
         name = f"solution {number} of {len(front.X)}{reason}"
         if not front.feasible:
             name = f"no plan of this run keeps all limits; nearest solution {number}"
-        return Picked(front.solution(number), name, number, front)
+        remark = None if time is None else front.about(time)
+        return Picked(front.solution(number), name, number, front, remark)
     if not source.exists():
         raise FileNotFoundError(f"there is neither a run folder nor a plan {source}")
+    _check_kind(source)
     if flags:
         raise ValueError(f"{source} is one plan: {flags[0]} is for run folders")
     return Picked(read_json(source), source.name)
+
+
+def _check_kind(source: Path) -> None:
+    """Refuse, with a ValueError, files that are known not to be a plan, with what to type."""
+    if source.suffix == ".toml":
+        raise ValueError(
+            f"{source} is a scenario, not a plan: search one by mgeo solve attitude --scenario "
+            f"{source} --out RUN, and name RUN here"
+        )
+    if (source.parent / RUN_FILE).exists() and source.name in (RUN_FILE, FRONT_FILE, NEAREST_FILE):
+        raise ValueError(f"{source} is part of a run, not a plan: name its folder {source.parent}")
+    if source.suffix in (".csv", ".aem", ".html"):
+        raise ValueError(
+            f"{source} cannot be read back: expected a run folder, or a .json by mgeo attitude "
+            "export"
+        )
 
 
 def check_targets(

@@ -12,6 +12,7 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.estimation.batch import Batch
 from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.estimation.linearization import Trajectory
+from mgeo_attitude.estimation.orders import check_orders
 from mgeo_attitude.estimation.residuals import residuals
 from mgeo_attitude.estimation.smoother import LAST, Solution, Spread, solve, spread
 from mgeo_attitude.estimation.start import (
@@ -77,12 +78,13 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     Raises
     ------
     ValueError
-        If no attitude follows from the vectors, rates are of another unit, or more than half of a
-        sensor's readings are outliers.
+        If no attitude follows from the vectors, rates are of another unit, quaternions in another
+        order, or more than half of a sensor's readings are outliers.
     """
     N = len(batch.times)
     states = np.tile(belief.states, (N, 1))
     where = stretch(directions(batch, accumulated(batch, states)), N)
+    check_orders(batch, where, belief)
     check_unit_of_rates(batch, where, belief)
     reach = carried_for(batch, belief.sigma[3:6], _ASTRAY)
     least = min(FIRST, max(_FEWEST, where.stop - where.start, reach))
@@ -154,18 +156,24 @@ def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
     """
     limit = float(chi2.isf(gate, 3))
     sensors = found.batch.suite.sensors
+    trackers = [sensor.name for sensor in sensors if len(sensor.channels) == 4]
+    order = (
+        f" Are quaternions of {' and '.join(trackers)} scalar last, from GCRF to the body?"
+        if trackers
+        else ""
+    )
     for sensor, no, square in zip(sensors, found.rejected, found.chi_squares, strict=True):
         count = int(np.isfinite(square).sum())
         if 2 * no.sum() > count > 10:
             raise ValueError(
                 f"{sensor.name}: {no.sum()} of {count} readings are beyond the chi-square gate "
                 f"{limit:.4g}, their median is {np.nanmedian(square):.3g} where 2.4 is expected: "
-                "are noise, mounting frame and unit as the scenario has them?"
+                f"are noise, mounting frame and unit as the scenario has them?{order}"
             )
     if not found.solution.settled(last):
         raise ValueError(
             "the estimate does not settle: are orbit, epoch and mounting frames those of the "
-            "satellite?"
+            f"satellite?{order}"
         )
 
 

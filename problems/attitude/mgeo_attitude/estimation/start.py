@@ -78,6 +78,14 @@ def carried_for(batch: Batch, sigma: Floats, angle: float) -> int:
     return int(min(len(batch.times), angle / (np.linalg.norm(sigma) * np.median(batch.durations))))
 
 
+def checked(batch: Batch, where: slice, belief: Belief) -> tuple[Batch, Floats]:
+    """Samples about a stretch over which the gyro can be believed, and their prior states."""
+    middle = (where.start + where.stop) // 2
+    half = min(_CHECKED, max(_FEWEST, carried_for(batch, belief.sigma[3:6], _ASTRAY))) // 2
+    part = batch.part(max(0, middle - half), min(len(batch.times), middle + half))
+    return part, np.tile(belief.states, (len(part.times), 1))
+
+
 def check_unit_of_rates(batch: Batch, where: slice, belief: Belief) -> None:
     """Refuse a gyro of another unit: with another the vectors would turn far more consistently.
 
@@ -95,10 +103,7 @@ def check_unit_of_rates(batch: Batch, where: slice, belief: Belief) -> None:
     ValueError
         Naming that unit.
     """
-    middle, sigma = (where.start + where.stop) // 2, belief.sigma[3:6]
-    half = min(_CHECKED, max(_FEWEST, carried_for(batch, sigma, _ASTRAY))) // 2
-    part = batch.part(max(0, middle - half), min(len(batch.times), middle + half))
-    states = np.tile(belief.states, (len(part.times), 1))
+    part, states = checked(batch, where, belief)
     rate = float(np.median(np.linalg.norm(part.gyro, axis=1)))
 
     def residual(factor: float) -> float:
@@ -106,7 +111,7 @@ def check_unit_of_rates(batch: Batch, where: slice, belief: Belief) -> None:
         seen = directions(scaled, accumulated(scaled, states))
         return wahba(seen, np.ones(len(seen.samples), dtype=bool))[1]
 
-    least = _CHANCE * np.linalg.norm(sigma)
+    least = _CHANCE * np.linalg.norm(belief.sigma[3:6])
     left = {u: residual(f) for u, f in _UNITS.items() if abs(f - 1.0) * rate > least}
     unit = min(left, key=lambda unit: left[unit], default="")
     if left and left[unit] < _BETTER * residual(1.0):

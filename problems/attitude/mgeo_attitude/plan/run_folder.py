@@ -29,6 +29,8 @@ from mgeo_attitude.scenario.objective_names import PAPER
 Choice = Literal["knee", "fastest", "best"]
 
 CHOICES: tuple[Choice, ...] = get_args(Choice)
+#: A plan ends at a time that is asked for if it is off by no more than this fraction.
+_NEAR = 0.01
 #: Name of this problem among those of mgeo.
 PROBLEM = "attitude"
 
@@ -111,6 +113,34 @@ class Front:
         if isinstance(choice, str):
             return int(rows[{"fastest": 0, "best": -1}[choice]])
         return int(rows[np.argmin(np.abs(t_end - choice))])
+
+    def about(self, seconds: float) -> str | None:
+        """How the plan whose t_end is nearest to a time [s] is not what one might expect of it.
+
+        None if it ends then, to a hundredth.
+        """
+        rows, t_end = self._by_time
+        nearest = int(np.argmin(np.abs(t_end - seconds)))
+        asked, found = f"{seconds:.6g} s", f"{t_end[nearest]:.6g} s"
+        if abs(t_end[nearest] - seconds) <= _NEAR * abs(seconds):
+            return None
+        if t_end[nearest] > seconds:
+            if nearest == 0:
+                return f"no plan of this front converges by {asked}: the first takes {found}"
+            row, before = rows[nearest - 1], t_end[nearest - 1]
+            return (
+                f"this plan converges after {found}, not by {asked}; the last that does so is "
+                f"--solution {row}, after {before:.6g} s"
+            )
+        if nearest == len(rows) - 1:
+            return (
+                f"nothing is gained by waiting until {asked}: this plan leaves the least trace of "
+                f"this front, after {found}"
+            )
+        return (
+            f"this plan, after {found}, is the last that converges by {asked}; the next one does "
+            f"after {t_end[nearest + 1]:.6g} s"
+        )
 
     @cached_property
     def _by_time(self) -> tuple[Ints, Floats]:
