@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import codecs
 import contextlib
-import fcntl
 import importlib
 import itertools
 import os
@@ -18,6 +17,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 import mgeo
+from mgeo.files.lock import lock
 from mgeo.runs.folder import read_run
 from mgeo.runs.resume import resume_run
 
@@ -233,16 +233,6 @@ def clock_going_back(box: Box) -> Attempt:
     return Attempt(action, writes=("work/*",), sound=sound, around=_clock_going_back(box))
 
 
-@contextlib.contextmanager
-def _in_use(folder: Path) -> Iterator[None]:
-    descriptor = os.open(folder, os.O_RDONLY)
-    fcntl.flock(descriptor, fcntl.LOCK_EX)
-    try:
-        yield
-    finally:
-        os.close(descriptor)
-
-
 @kind(weight=1)
 def two_commands(box: Box) -> Attempt:
     """Another process is at work in the folder."""
@@ -251,4 +241,4 @@ def two_commands(box: Box) -> Attempt:
         ["mgeo", "resume", "run", "--evaluations", "180", "-q"],
         ["mgeo", "solve", "zdt1", "--out", "run", "--overwrite", *SHORT],
     ])  # fmt: skip
-    return Attempt(action, ("run is in use",), around=_in_use(folder), codes=())
+    return Attempt(action, ("run is in use",), around=lock(folder), codes=())
