@@ -18,7 +18,7 @@ from mgeo_attitude.calibration.sensor_tests import (
     greatest_correlation,
     nis_bounds,
 )
-from mgeo_attitude.estimation.batch import Batch, batch, gyro_noise, usual_step
+from mgeo_attitude.estimation.batch import Batch, batch, gyro_noise, gyro_spikes, usual_step
 from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.estimation.considered import as_believed
 from mgeo_attitude.estimation.counting import LEAST, matters
@@ -114,19 +114,27 @@ def _rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
 
 
 def _notes(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
-    """Of a gyro and sensors that count in steps which their noise does not hide."""
+    """Of steps in which gyro and sensors count that noise does not hide, and of wild rates."""
     at = telemetry.times[np.isfinite(telemetry.gyro_deg_s[:, 0])]
     sigma = gyro_noise(data.suite, usual_step(at))
     seen = {"gyro": (matters(np.radians(telemetry.step_of("gyro")), sigma), "deg/s")}
     for sensor, noise in zip(data.suite.sensors, data.noise, strict=True):
         more = noise**2 >= (1.0 + LEAST) * np.square(sensor.noise())
         seen[sensor.name] = more, sensor.channel_unit.text
-    return tuple(
+    told = [
         f"{name} counts in steps of {telemetry.step_of(name).max():.3g} {unit}".rstrip()
         + ", which are part of its noise"
         for name, (some, unit) in seen.items()
         if some.any()
-    )
+    ]
+    off = np.degrees(np.abs(gyro_spikes(data.suite, telemetry)).max(axis=1))
+    if off.any():
+        told.append(
+            f"gyro: {np.count_nonzero(off)} of {len(at)} samples stand apart from both neighbors, "
+            f"by {off.max():.3g} deg/s at {at[off.argmax()]:.6f} s: taken half way between these, "
+            "with that as 1-sigma"
+        )
+    return tuple(told)
 
 
 def _tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:

@@ -9,11 +9,12 @@ import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment import Environment
+from mgeo_attitude.estimation.belief import UNKNOWN
 from mgeo_attitude.estimation.counting import angle_variance
 from mgeo_attitude.filter.model import inertial_vectors
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight import Telemetry
-from mgeo_attitude.flight.gyro_samples import covered, turned
+from mgeo_attitude.flight.gyro_samples import covered, spikes, turned
 from mgeo_attitude.flight.mapping import UNITS
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Sensor
@@ -39,7 +40,7 @@ class Batch:
         By what it changes from the begin of a step to its end [rad/s].
     added : array, shape (n, 3)
         Variance of the angle about each body axis in each step beside that of the gyro's noise
-        [rad²]: of a guessed rate, and of rates that are counted in steps.
+        [rad²]: of a guessed rate, of one that stands apart, and of rates that are counted in steps.
     breaks : array of bool, shape (n,)
         Steps over which the attitude is not known from the gyro.
     sensors : tuple of arrays, shape (n + 1, k, 3)
@@ -86,7 +87,8 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
 
     A sensor that a scenario with eclipses calls blind at a sample has reported nothing there. Rates
     of the gyro that are missing are interpolated, with half the difference of their neighbors as
-    1-sigma; what was sent while the gyro was silent for longer (`SILENT`) is left out.
+    1-sigma; so is one that stands apart from both, with how far it does as 1-sigma. What was sent
+    while the gyro was silent for longer (`SILENT`) is left out.
 
     If the scenario goes on from a calibration, the first sample is the epoch, and what was sent
     until then is left out: the calibration has read it.
@@ -123,21 +125,34 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     )
     _check_lengths(suite, sensors, vectors)
     rates = np.radians(telemetry.gyro_deg_s[np.isfinite(telemetry.gyro_deg_s[:, 0])])
+    off = gyro_spikes(suite, telemetry)
+    rates -= off
     gyro, change, missing, breaks = _steps(times, at, rates, usual)
     step, sigma = np.radians(telemetry.step_of("gyro")), gyro_noise(suite, usual)
     counted = angle_variance(rates, usual, step, sigma)
+    # vectors say whether the body has turned so: all parts of a sample are off together
+    stands = covered(at)[:, None]
+    wrong = np.minimum(np.abs(off).max(axis=1, keepdims=True) * stands, UNKNOWN) ** 2 / stands
     j = np.minimum(np.searchsorted(at, times[1:]), len(at) - 1)
     return Batch(
         suite=suite,
         times=times,
         gyro=gyro,
         change=change,
-        added=missing[:, None] + counted[j] * np.diff(times)[:, None],
+        added=missing[:, None] + (counted + wrong)[j] * np.diff(times)[:, None],
         breaks=breaks,
         sensors=sensors,
         noise=np.array([_noise(sensor, telemetry) for sensor in suite.sensors]),
         vectors=vectors,
     )
+
+
+def gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
+    """By how much the gyro's samples stand apart from both neighbors, shape (m, 3) [rad/s]."""
+    there = np.isfinite(telemetry.gyro_deg_s[:, 0])
+    noise = gyro_noise(suite, usual_step(telemetry.times[there]))
+    step = np.radians(telemetry.step_of("gyro"))
+    return spikes(np.radians(telemetry.gyro_deg_s[there]), np.maximum(noise, step))
 
 
 def usual_step(at: Floats) -> float:

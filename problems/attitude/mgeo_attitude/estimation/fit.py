@@ -11,6 +11,7 @@ from scipy.stats import chi2
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.estimation.batch import Batch
 from mgeo_attitude.estimation.belief import Belief
+from mgeo_attitude.estimation.implausible import implausible
 from mgeo_attitude.estimation.linearization import Trajectory
 from mgeo_attitude.estimation.orders import check_orders
 from mgeo_attitude.estimation.residuals import residuals
@@ -89,7 +90,7 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     reach = carried_for(batch, belief.sigma[3:6], _ASTRAY)
     least = min(FIRST, max(_FEWEST, where.stop - where.start, reach))
     at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)
-    rejected = np.zeros((len(batch.sensors), N), dtype=bool)
+    rejected = implausible(batch)  # until the first solution says what is an outlier
     arcs = np.concatenate([[0], np.flatnonzero(batch.breaks) + 1, [N]])
     low = high = where.start
     while high - low < N:

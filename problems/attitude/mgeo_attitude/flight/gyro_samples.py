@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import median_filter
 
 from mgeo_attitude._typing import Floats
 
 #: A gyro's sample stands for the time since the one before, unless that is this many times the
 #: usual time between two: then some are missing.
 MISSING = 1.5
+#: Times its scatter by which a sample that is no motion is off; samples that say how it scatters.
+_FAR, _NEAR = 10.0, 11
+_NORMAL = 1.4826  # 1-sigma of normal numbers over their median absolute deviation
 
 
 def covered(at: Floats) -> Floats:
@@ -66,4 +70,26 @@ def means(at: Floats, rates: Floats) -> Floats:
     angle, stands = CubicSpline(at, rates).antiderivative(), covered(at)
     found: Floats = (angle(at) - angle(at - stands)) / stands[:, None]
     found[0] = rates[0]
+    return found
+
+
+def spikes(rates: Floats, least: Floats) -> Floats:
+    """By how much samples stand apart from both their neighbors, zero of all others, shape (m, 3).
+
+    A rate that jumps stays there; one that is back after a sample is a fault, or a turn within one
+    sample that its neighbors do not show. What is wrong about one axis is doubtful about all.
+
+    Parameters
+    ----------
+    rates : array, shape (m, 3)
+    least : array, shape (3,)
+        What samples scatter by at least, 1-sigma.
+    """
+    found = np.zeros(rates.shape)
+    if len(rates) < _NEAR:
+        return found
+    off = rates[1:-1] - 0.5 * (rates[2:] + rates[:-2])
+    usual = np.maximum(_NORMAL * median_filter(np.abs(off), (_NEAR, 1)), np.sqrt(1.5) * least)
+    apart = (np.abs(off) > _FAR * usual) & (np.abs(off) > np.abs(rates[2:] - rates[:-2]))
+    found[1:-1] = np.where(apart.any(axis=1, keepdims=True), off, 0.0)
     return found

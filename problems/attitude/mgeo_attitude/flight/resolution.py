@@ -7,7 +7,8 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 
 _FEWEST = 20  # samples that can tell
-_SAME = 1e-7  # numbers that differ by this share of the largest are one that was rounded
+_SAME = 1e-7  # numbers that differ by this share of a large one are one that was rounded
+_MOST = 0.9  # share of numbers that are not larger than that
 _OFF = 0.05  # how far a difference may be from a multiple of the step, in steps
 _REGULAR = 0.99  # share of differences that are not farther
 _PARTS = 25  # steps in the smallest difference, at most
@@ -37,7 +38,7 @@ def resolution(values: Floats) -> Floats:
 def _step(channel: Floats) -> float:
     """Zero if numbers hardly repeat and are no multiples; not finite if they do and do not say."""
     apart = np.diff(np.sort(channel))
-    apart = apart[apart > _SAME * np.abs(channel).max()]
+    apart = apart[apart > _SAME * np.quantile(np.abs(channel), _MOST)]  # few may be absurd
     repeat = 2 * len(apart) <= len(channel)
     for parts in range(1, _PARTS if repeat else 2) if len(apart) else ():
         multiples = np.rint(apart / apart.min() * parts)
