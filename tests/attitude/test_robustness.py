@@ -21,6 +21,8 @@ from scipy.spatial.transform import Rotation
 
 from mgeo import Checkpoint, MGEOStaged, resume
 
+from .between import worst_excess
+
 
 @pytest.fixture(scope="module", autouse=True)
 def few_flights():
@@ -198,7 +200,9 @@ def test_limits_hold_in_all_flights_from_an_attitude():
     for flight in problem.flights:
         for row, x in enumerate(flight.flown(X)):
             worst[row] = np.maximum(worst[row], _excesses(of, flight, x))
-    np.testing.assert_allclose(found, worst, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found[:, :2], worst[:, :2], rtol=0, atol=1e-9)
+    # where within a step a direction that moves is nearest is known to first order
+    np.testing.assert_allclose(found[:, 2], worst[:, 2], rtol=0, atol=1e-6)
     alone = AttitudeManeuverProblem(of, flights=0).evaluate(X, return_values_of=["G"])
     assert (np.abs(found - alone) > 1e-3).all()
 
@@ -215,20 +219,10 @@ def _excesses(of, flight, x):
     turn, _ = Rotation.align_vectors(planned.T, looked_at.T)
     C = run.attitude @ turn.as_matrix().T
     np.testing.assert_allclose(run.attitude[0], start, atol=1e-6)
-    sun, down = (
-        np.einsum("kij,kj->ki", C, vectors[:n])
-        for vectors in (
-            around.sun,
-            -around.position / np.linalg.norm(around.position, axis=1)[:, None],
-        )
-    )
-    normal = np.cross([0.0, 1.0, 0.0], sun)
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
-    sigma = np.sqrt(np.einsum("ki,kij,kj->k", normal, run.predicted_attitude, normal))
-    off = (np.arccos(sun[:, 1]) - sigma).min()
-    limb = (
-        np.arccos(down[:, 2]) - np.arcsin(6378136.3 / np.linalg.norm(around.position, axis=1))[:n]
-    )
+    distance = np.linalg.norm(around.position[:n], axis=1)
+    off = -worst_excess(C, around.sun[:n], [0.0, 1.0, 0.0], 0.0, run.predicted_attitude)
+    down, radius = -around.position[:n] / distance[:, None], np.arcsin(6378136.3 / distance)
+    limb = worst_excess(C, down, [0.0, 0.0, 1.0], radius, inside=True)
     wheels, step = of.wheels, of.step
     J = wheels.matrix()
     B = np.einsum("kij,kj->ki", C, 1e-9 * around.field[:n])
@@ -244,7 +238,7 @@ def _excesses(of, flight, x):
             np.einsum("kij,kj->ki", C[at], v) for v in (np.tile(H0, (n - 1, 1)), added[at])
         )
         load = max(load, (np.abs(own - rates @ J) + 2.0 * np.abs(extra)).max())
-    return load / 12.0 - 1.0, 1.0 - off / np.radians(20.0), limb.max() / np.radians(100.0) - 1.0
+    return load / 12.0 - 1.0, 1.0 - off / np.radians(20.0), limb / np.radians(100.0) - 1.0
 
 
 def test_kept_by_is_the_least_value_that_the_share_does_not_exceed():

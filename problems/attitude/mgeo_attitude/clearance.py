@@ -12,7 +12,7 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.pointing import Place
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.filter.path_limits import excess_at
+from mgeo_attitude.filter.path_limits import excess_along
 from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.margins import Row
 from mgeo_attitude.promises import held_until, looked_at, spread
@@ -94,6 +94,7 @@ def limits_after(
     model, scenario = whole.model, whole.scenario
     first, last = (round(time / model.step) for time in (start, end))
     attitude = whole.attitude[first : last + 1]
+    turn = np.vstack([np.zeros(3), model.step * whole.motion.rates[first:last]])
     rows: dict[str, Row] = {}
     wheels = scenario.wheels
     if wheels is not None and wheels.budgeted:
@@ -108,7 +109,9 @@ def limits_after(
     known = np.repeat(covariance[None], len(attitude), axis=0)
     for limit in scenario.path_limits:
         cone, bound = limit.cone(), limit.half_angle_deg
-        excess = excess_at(cone, limit.attitude_sigmas, at, scenario.epoch, attitude, known)
+        excess = excess_along(
+            cone, limit.attitude_sigmas, at, scenario.epoch, attitude, turn, known
+        )
         worst = np.degrees(max(float(excess.max()), -np.pi))  # of a Sun that never shines
         if cone.inside:
             rows[limit.label] = ("deg", worst, "at most", bound, bound - worst)

@@ -13,7 +13,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.describe import block_units
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.fields import InvalidValue, expect
-from mgeo_attitude.filter.path_limits import excess_at
+from mgeo_attitude.filter.path_limits import excess_along
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.scenario.settings import RequiredSigma
 
@@ -129,6 +129,7 @@ def _check_rate(scenario: Scenario, rate: Floats) -> None:
 
 def _check_path(scenario: Scenario, at: Place) -> None:
     attitude, known = scenario.initial_attitude(at), scenario.initial_attitude_covariance
+    still = np.zeros((1, 3))
     sigma_deg = scenario.initial.attitude_deg
     if scenario.prior is not None:
         sigma_deg = float(np.degrees(scenario.prior.sigma[:3].max()))
@@ -137,7 +138,9 @@ def _check_path(scenario: Scenario, at: Place) -> None:
         sign, most, less = (1.0, "least", "and") if cone.inside else (-1.0, "most", "less")
         angle, bound = (
             sign
-            * np.degrees(excess_at(cone, k, at, scenario.epoch, attitude[None], known[None])[0])
+            * np.degrees(
+                excess_along(cone, k, at, scenario.epoch, attitude[None], still, known[None])[0]
+            )
             for k in (0.0, limit.attitude_sigmas)
         )
         if half_angle < bound if cone.inside else half_angle > bound:

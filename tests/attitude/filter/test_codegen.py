@@ -8,7 +8,7 @@ from mgeo_attitude.filter.codegen import CHECK, module_source, step_constants, s
 from mgeo_attitude.filter.layout import (
     NO_MONITORS,
     directions_of,
-    discs,
+    is_disc,
     layout,
     transition_pattern,
 )
@@ -133,10 +133,14 @@ def test_generated_step_is_one_filter_step(name):
         W[at.attitude : at.monitors, lane] = C.ravel()
         W[at.rotation : at.F, lane] = dC.ravel()
         W[at.F : at.Q, lane] = [F[i, j] for i, j in pattern]
-        W[at.Q : at.rate, lane] = Q[np.tril_indices(k)]
+        W[at.Q : at.turn, lane] = Q[np.tril_indices(k)]
         W[at.rate : at.trace, lane] = rate**2
-        radii = [limb, np.cos(limb), np.sin(limb)] * len(discs(names))
-        W[at.given : at.constants, lane] = [*references.ravel(), *vectors.ravel(), *radii, gate]
+        views = [
+            number
+            for name, vector in seen.items()
+            for number in (*vector, *([np.cos(limb), np.sin(limb)] if is_disc(name) else []))
+        ]
+        W[at.given : at.constants, lane] = [*references.ravel(), *views, gate]
 
         full = block_diag(F, np.eye(n - m))
         P = full @ P @ full.T + block_diag(Q, np.zeros((n - m, n - m)))

@@ -13,8 +13,10 @@ from mgeo_attitude import (
     reference_run,
 )
 from mgeo_attitude.constraints import constraints
-from mgeo_attitude.environment.directions import DIRECTIONS, Cone
+from mgeo_attitude.environment.directions import DIRECTIONS, Cone, Passage
+from mgeo_attitude.environment.pointing import Place
 from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.filter.nearest import Turn, nearest_code
 from mgeo_attitude.filter.path_limits import angle_sigma, arc, cone_constants, excess, excess_code
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle
 from mgeo_attitude.scenario import Convergence, InitialConditions, PathLimit
@@ -68,20 +70,26 @@ def about(axis, inside=False):
     return Cone("sun", tuple(axis), 0.0, inside)
 
 
+def at_rest(directions, radius=0.0):
+    """Turns and passages of directions that stay where they are."""
+    radii = np.full(len(directions), radius)
+    return np.zeros_like(directions), Passage(directions, directions, radii, radii)
+
+
 def test_parallel_takes_the_largest_sigma_across_the_axis():
     axis, sun = np.array([0.0, 0.0, 1.0]), np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
     P = np.diag([0.01, 0.04, 9.0])  # turns about the axis itself change no angle
     np.testing.assert_allclose(angle_sigma(axis, sun, np.array([P, P])), 0.2, rtol=1e-12)
-    found = excess(about(axis), 3.0, sun, np.array([P, P]))
+    found = excess(about(axis), 3.0, *at_rest(sun), np.array([P, P]))
     np.testing.assert_allclose(found, [0.6, 0.6 - np.pi], rtol=1e-12)
-    found = excess(about(axis, inside=True), 3.0, sun, np.array([P, P]), radius=0.2)
+    found = excess(about(axis, inside=True), 3.0, *at_rest(sun, 0.2), np.array([P, P]))
     np.testing.assert_allclose(found, [0.4, np.pi + 0.4], rtol=1e-12)
 
 
 @pytest.mark.parametrize("inside", [False, True])
 def test_no_sun_no_excess(inside):
     cone = about(np.eye(3)[0], inside)
-    assert excess(cone, 3.0, np.zeros((1, 3)), np.eye(3)[None]) == -np.inf
+    assert excess(cone, 3.0, *at_rest(np.zeros((1, 3))), np.eye(3)[None]) == -np.inf
 
 
 def test_the_arc_is_exact_at_every_angle():
@@ -103,7 +111,16 @@ def test_the_code_says_what_its_twin_says(sigmas, inside, radius):
     across = np.cross(axis, unit(rng)[0])
     across /= np.linalg.norm(across)
     near = axis + 1e-5 * across
-    sun = np.vstack([unit(rng, 50), axis, -axis, near / np.linalg.norm(near)])
+    sun = np.vstack([unit(rng, 100), axis, -axis, near / np.linalg.norm(near)])
+    turn = rng.uniform(0.0, 0.5, (len(sun), 1)) * unit(rng, len(sun))
+    turn[::5] = 0.0
+    turn[-3:] = 0.0
+    before = sun + 0.02 * rng.uniform(0.0, 1.0, (len(sun), 1)) * unit(rng, len(sun))
+    before = before / np.linalg.norm(before, axis=1, keepdims=True)
+    before[::2], before[-3:] = sun[::2], sun[-3:]  # such as the Sun, which hardly moves
+    start = radius and radius + 1e-3
+    radii = np.full(len(sun), start), np.full(len(sun), radius)
+    passage = Passage(before, sun, *radii)
     P = 0.01 * covariances(rng, len(sun))
     code = Code()
     limit = PathLimit(
@@ -114,16 +131,32 @@ def test_the_code_says_what_its_twin_says(sigmas, inside, radius):
         attitude_sigmas=sigmas,
     )
     C = cone_constants([limit])
-    frame = [Vec3(*(Symbol(f"C[{3 * i + k}]", code) for k in range(3))) for i in range(3)]
-    v = Vec3(*(Symbol(f"v[{k}]", code) for k in range(3)))
-    margin, limb = Symbol("C[9]", code) if sigmas else None, Symbol("r", code) if radius else None
+
+    def vector(name):
+        return Vec3(*(Symbol(f"{name}[{k}]", code) for k in range(3)))
+
+    body, v, moved = vector("C"), vector("v"), vector("moved")
+    about_axis = Turn(vector("n"), *(Symbol(name, code) for name in ("angle", "sine", "cosine")))
+    there = nearest_code(body, inside, about_axis, v, moved)
+    margin, limb = Symbol("C[3]", code) if sigmas else None, None
+    if radius:
+        limb = Symbol("r", code) - there.share * Symbol("grown", code)
+    here = there.back(body), there.seen(v, moved)
     dark = Symbol("dark", code)
-    result = excess_code(frame, margin, v, limb, Triangle(code), inside, dark)
+    result = excess_code(here, (body, v), margin, limb, Triangle(code), inside, dark)
+
+    def found(v, moved, turn, W):
+        angle = np.linalg.norm(turn)
+        names = {"n": turn / (angle or 1.0), "angle": angle, "sine": np.sin(angle)}
+        names |= {"cosine": np.cos(angle), "r": radius, "grown": radius - start, "dark": -7.0}
+        return value(result, C=C, v=v, moved=moved, W=W, **names)
+
     W = P[:, *np.tril_indices(3)]
-    found = [value(result, C=C, v=v, W=w, r=radius, dark=-7.0) for v, w in zip(sun, W, strict=True)]
-    expected = excess(limit.cone(), sigmas, sun, P, radius)
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
-    assert value(result, C=C, v=np.zeros(3), W=W[0], r=radius, dark=-7.0) == -7.0
+    steps = zip(sun, sun - before, turn, W, strict=True)
+    expected = excess(limit.cone(), sigmas, turn, passage, P)
+    # the chord that a direction moves along is lengthened to the arc, to second order
+    np.testing.assert_allclose([found(*step) for step in steps], expected, rtol=0, atol=2e-9)
+    assert found(np.zeros(3), np.zeros(3), turn[1], W[0]) == -7.0
 
 
 @pytest.fixture(scope="module")
@@ -157,16 +190,23 @@ def watched():
     return model, X
 
 
-def path_angles(model, run):
+def path_angles(model, x):
     """The worst of every path limit along a run of the reference filter."""
+    run = reference_run(model, x)
     n = len(run.times)
+    turn = np.vstack([np.zeros(3), model.step * rates_of(model, x)[: n - 1]])
     for limit in model.path_limits:
         cone = limit.cone()
-        direction, radius = model.direction(cone.direction, slice(n))
-        seen = np.einsum("kij,kj->ki", run.attitude, direction)
-        P = run.predicted_attitude
-        worst = excess(cone, limit.attitude_sigmas, seen, P, radius).max()
+        passage = model.passage(cone.direction, slice(n)).seen(run.attitude)
+        worst = excess(cone, limit.attitude_sigmas, turn, passage, run.predicted_attitude).max()
         yield worst if limit.keep_in else -worst
+
+
+def rates_of(model, x):
+    """Body rate in each step [rad/s]."""
+    plan = model.schedule(np.atleast_2d(x))
+    stretch = np.searchsorted(plan.starts[0], np.arange(model.n_steps), side="right") - 1
+    return plan.rates[0][stretch]
 
 
 def test_kernel_keeps_the_limits_that_the_reference_keeps(watched):
@@ -175,7 +215,7 @@ def test_kernel_keeps_the_limits_that_the_reference_keeps(watched):
     assert not sun[0].any()
     assert sun[-1].any()
     result = evaluate(model, X)
-    expected = np.array([[*path_angles(model, reference_run(model, x))] for x in X])
+    expected = np.array([[*path_angles(model, x)] for x in X])
     plain = [2, 3]
     # so far the Sun is of itself, in the dark
     expected[:, plain] = np.minimum(expected[:, plain], np.pi / 2)
@@ -215,10 +255,90 @@ def test_no_margin_is_the_angle_alone():
     bare = dataclasses.replace(CAMERA, attitude_sigmas=0.0)
     problem = AttitudeManeuverProblem(scenario(bare, eclipse=False))
     X = np.array([[0.3, -0.7, 0.2, 100.0, -0.9, 0.1, 0.4, 80.0, 0.5, 0.5, -0.5, 60.0]])
-    run = reference_run(problem.model, X[0])
-    sun = np.einsum("kij,kj->ki", run.attitude, problem.model.direction("sun")[0][: len(run.times)])
-    angle = np.arccos((sun @ bare.cone().axis).max())
-    assert evaluate(problem.model, X).path_angle[0, 0] == pytest.approx(angle, abs=1e-12)
+    angle = densely(problem, bare, X[0])[0].min()
+    assert evaluate(problem.model, X).path_angle[0, 0] == pytest.approx(angle, abs=1e-6)
+
+
+#: Instants of a step, its beginning the first and its end the last.
+DENSE = 101
+
+
+def densely(problem, limit, x):
+    """Angles and their 1-sigmas, shapes (n_steps, `DENSE`), by scipy's rotations.
+
+    What is unknown of the attitude stays the same in inertial axes throughout a step.
+    """
+    run, model, step = reference_run(problem.model, x), problem.model, problem.model.step
+    direction, axis = DIRECTIONS[limit.cone().direction], np.array(limit.cone().axis)
+    n, part = len(run.times) - 1, np.linspace(0.0, step, DENSE)
+    at = Place.at(problem.scenario, (run.times[:-1, None] + part).ravel())
+    at = at if problem.scenario.eclipse else at.without_shadow()
+
+    def turned(times):
+        rotations = Rotation.from_rotvec((times * rates_of(model, x)[:n, None]).reshape(-1, 3))
+        return rotations.as_matrix()
+
+    attitude = turned(-part[:, None]) @ np.repeat(run.attitude[:-1], DENSE, axis=0)
+    back = turned(step - part[:, None])
+    P = back @ np.repeat(run.predicted_attitude[1:], DENSE, axis=0) @ back.swapaxes(1, 2)
+    seen = np.einsum("kij,kj->ki", attitude, direction.vectors(at, problem.scenario.epoch))
+    normal = np.cross(axis, seen)
+    sine = np.linalg.norm(normal, axis=1)
+    angle = np.arctan2(sine, seen @ axis)
+    if direction.radius is not None:
+        angle -= direction.radius(at)
+    normal /= sine[:, None]
+    sigma = np.sqrt(np.einsum("ki,kij,kj->k", normal, P, normal))
+    return angle.reshape(n, DENSE), sigma.reshape(n, DENSE)
+
+
+@pytest.mark.parametrize("step", [1.0, 10.0])
+def test_limits_hold_between_filter_steps(step):
+    """Of a fast turn the worst is between two samples, which a filter alone does not see."""
+    limits = tuple(
+        PathLimit(
+            reference=reference,
+            sense=sense,
+            boresight=(0.3, 1.0, -0.4),
+            half_angle_deg=80.0,
+            attitude_sigmas=0.0,
+        )
+        for reference in DIRECTIONS
+        for sense in ("keep-out", "keep-in")
+    )
+    problem = AttitudeManeuverProblem(
+        scenario(eclipse=False, step=step, duration=60.0 * max(step, 2.0))
+    )
+    plain = problem.scenario
+    fast = dataclasses.replace(plain.maneuvers, max_rate_deg_s=5.0)
+    problem.scenario = dataclasses.replace(plain, maneuvers=fast, path_limits=limits)
+    problem.model = FilterModel.from_scenario(problem.scenario)
+    rng, blind = np.random.default_rng(8), []
+    for _ in range(4):
+        x = np.append(rng.uniform(-3.0, 3.0, 3), plain.duration)
+        for limit, found in zip(limits, evaluate(problem.model, x).path_angle[0], strict=True):
+            angles, _ = densely(problem, limit, x)
+            worst, sampled = (
+                a.max() if limit.keep_in else a.min() for a in (angles, angles[:, -1])
+            )
+            assert found == pytest.approx(worst, abs=1e-5 if step == 1.0 else 2e-4)
+            blind.append(abs(worst - sampled))
+    assert max(blind) > np.radians(0.01 * step)  # what samples alone do not see
+
+
+def test_the_margin_holds_between_filter_steps():
+    """To a small part: it is taken where the angle is least and at the end, not in between."""
+    limit = dataclasses.replace(CAMERA, half_angle_deg=1.0)
+    problem = AttitudeManeuverProblem(
+        scenario(limit, eclipse=False, duration=200.0, initial=InitialConditions(attitude_deg=1.0))
+    )
+    rng = np.random.default_rng(9)
+    for _ in range(3):
+        x = np.append(rng.uniform(-1.0, 1.0, 3), 200.0)
+        found = evaluate(problem.model, x).path_angle[0, 0]
+        angle, sigma = densely(problem, limit, x)
+        worst = (angle - 3.0 * sigma).min()
+        assert found == pytest.approx(worst, abs=np.radians(0.05))
 
 
 @pytest.mark.parametrize(

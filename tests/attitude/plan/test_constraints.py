@@ -21,6 +21,7 @@ from scipy.spatial.transform import Rotation
 
 from mgeo.cli.output import Output
 
+from ..between import worst_excess
 from ..test_limits import LIMITED, designs
 
 
@@ -44,8 +45,8 @@ def by_hand(plan):
     turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
     yield np.abs(turns / model.step @ plan.scenario.wheels.matrix()).max()
     for limit in model.path_limits:
-        sun = np.einsum("kij,kj->ki", C, model.direction("sun", slice(len(C)))[0])
-        yield np.degrees(np.arccos((sun @ limit.cone().axis).max()))
+        sun, _ = model.direction("sun", slice(len(C)))
+        yield -np.degrees(worst_excess(C, sun, limit.cone().axis))
     sigma = (plan.history.sigma[-1] / model.required_sigma).reshape(-1, 3)
     units = block_units(model.suite)
     for block, unit in enumerate(units):

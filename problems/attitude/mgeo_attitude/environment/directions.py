@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -68,6 +68,42 @@ class Cone:
     def disc(self) -> bool:
         """Whether the direction is that of a disc."""
         return bool(self.direction) and DIRECTIONS[self.direction].radius is not None
+
+
+class Passage(NamedTuple):
+    """A direction in n steps of a run, each of which leads to a sample; its first has no step.
+
+    Attributes
+    ----------
+    before, after : arrays, shape (n, 3)
+        Unit vectors at the beginning of the step and at its end; zero where there is nothing to be
+        seen. What is seen at one end alone, as the Sun where a shadow begins or ends, counts in the
+        whole step.
+    radius_before, radius_after : arrays, shape (n,)
+        Apparent radius of a disc [rad].
+    """
+
+    before: Floats
+    after: Floats
+    radius_before: Floats
+    radius_after: Floats
+
+    @classmethod
+    def of(cls, vectors: Floats, radius: Floats) -> Passage:
+        """Of what is given at samples, shapes (n, 3) and (n,)."""
+        before, radius_before = (np.concatenate([v[:1], v[:-1]]) for v in (vectors, radius))
+        starts, ends = (v.any(axis=-1, keepdims=True) for v in (before, vectors))
+        return cls(
+            np.where(starts, before, vectors),
+            np.where(ends, vectors, before),
+            radius_before,
+            radius,
+        )
+
+    def seen(self, attitude: Floats) -> Passage:
+        """The same in body axes of the samples, for attitudes, GCRS to body, shape (n, 3, 3)."""
+        before, after = (np.einsum("kij,kj->ki", attitude, v) for v in self[:2])
+        return self._replace(before=before, after=after)
 
 
 def _sun(at: Environment | Place, epoch: datetime) -> Floats:

@@ -13,12 +13,15 @@ from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment import Environment
+from mgeo_attitude.environment.directions import Cone, Passage
 from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.filter import ErrorStateFilter, Estimator
 from mgeo_attitude.estimation.monte_carlo import MonteCarlo, Record
 from mgeo_attitude.estimation.validity import OutsideValidity, validity
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.nearest import nearest
+from mgeo_attitude.filter.path_limits import angle_from
 from mgeo_attitude.flight import Flight, Motion, draw, fly_run, other_truth
 from mgeo_attitude.flight.whole import Whole
 from mgeo_attitude.rotation import multiply
@@ -212,7 +215,7 @@ def record(
     samples : array of int
         To record, increasing; nothing is estimated after the last.
     real : FilterModel, optional
-        Whose path limits are watched, along its directions, at the first `n_watched` samples.
+        Whose path limits are watched, along its directions, until the first `n_watched` samples.
     """
     n_runs, m, suite, motion = len(flights), len(samples), model.suite, flights[0].motion
     watched = real or model
@@ -234,11 +237,20 @@ def record(
         motion.rates,
         model.references,
     )
+    cones = [limit.cone() for limit in watched.path_limits]
+    passages = [watched.passage(cone.direction, slice(n_watched)) for cone in cones]
+    turns = np.vstack([np.zeros(3), model.step * motion.rates])
     d, row = 3 + gyro.shape[1], 0
     for k, (before, after, nis) in enumerate(estimates):
         attitude = multiply(motion.attitude[k][..., None], start)
         if k < n_watched:
-            found.broken[:] += _broken(watched, k, motion.attitude[k], attitude, before)
+            off = multiply(attitude, before.rotations[:, :, 0])
+            steered = multiply(off, motion.attitude[k][..., None])
+            for index, (cone, passage) in enumerate(zip(cones, passages, strict=True)):
+                now = Passage(*(part[k : k + 1] for part in passage))
+                # a controller on the estimate would have made it the plan's
+                ways = [_broken(cone, turns[k], now, each) for each in (steered, attitude)]
+                found.broken[:, :, index] += np.stack(ways, axis=1)
         seen = ~np.isnan(nis.T)
         found.nis[:, row] += np.where(seen, nis.T, 0.0)
         found.updates[:, row] += seen
@@ -255,22 +267,12 @@ def record(
     return found
 
 
-def _broken(
-    model: FilterModel, sample: int, planned: Floats, true: Floats, before: Estimate
-) -> Bools:
-    """Whether path limits are broken, steered and open loop, shape (r, 2, n_path_limits).
-
-    `before` is the estimate before the measurements of the sample.
-    """
-    broken = np.zeros((true.shape[-1], 2, len(model.path_limits)), dtype=bool)
-    for index, limit in enumerate(model.path_limits):
-        cone = limit.cone()
-        vectors, radii = model.direction(cone.direction, slice(sample, sample + 1))
-        vector, bound = vectors[0], np.cos(min(cone.half_angle + radii[0], np.pi))
-        # a controller on the estimate would have made it the plan's
-        steered = np.einsum("ijr,j->ir", before.rotations[:, :, 0], planned @ vector)
-        ways = np.stack([steered, np.broadcast_to(vector[:, None], steered.shape)])
-        cosines = np.einsum("i,ijr,wjr->rw", cone.axis, true, ways)
-        kept = cosines >= bound if cone.inside else cosines <= bound
-        broken[:, :, index] = ~kept & vector.any()
+def _broken(cone: Cone, turn: Floats, passage: Passage, attitude: Floats) -> Bools:
+    """Whether a path limit is broken in a step, shape (r,), for attitudes at its end, (3, 3, r)."""
+    attitudes = np.moveaxis(attitude, -1, 0)
+    seen = Passage(*(np.repeat(part, len(attitudes), axis=0) for part in passage)).seen(attitudes)
+    there = nearest(cone, np.broadcast_to(turn, seen.after.shape), seen)
+    angle = angle_from(cone, there.seen, there.radius)
+    beyond = angle > cone.half_angle if cone.inside else angle < cone.half_angle
+    broken: Bools = beyond & there.seen.any(axis=1)
     return broken

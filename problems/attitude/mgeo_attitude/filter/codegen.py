@@ -19,11 +19,12 @@ from mgeo_attitude.filter import covariance
 from mgeo_attitude.filter.layout import (
     NO_MONITORS,
     Monitors,
-    directions_of,
-    discs,
+    given_columns,
     layout,
     transition_pattern,
+    watched_directions,
 )
+from mgeo_attitude.filter.nearest import Turn, nearest_code
 from mgeo_attitude.filter.path_limits import cone_constants, excess_code
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
@@ -62,9 +63,15 @@ def step_parts(
         C, v = code.slots(at.attitude, 9), tuple(vector)
         return Vec3(*(sum(C[3 * i + k] * v[k] for k in range(3)) for i in range(3)))
 
-    def in_body_axes(code: Code, index: int) -> Vec3:
-        """One of the vectors that are given."""
-        return to_body(code, code.slots(at.given + 3 * index, 3))
+    columns = given_columns(suite, gated, monitors)
+
+    def in_body_axes(code: Code, part: str, index: int = 0) -> Vec3:
+        """One of the vectors that are given, the first or another one of a part of them."""
+        return to_body(code, code.slots(at.given + columns[part] + 3 * index, 3))
+
+    def scalars(code: Code, part: str, index: int) -> Sequence[Symbol]:
+        """Two numbers that are given, after so many vectors."""
+        return code.slots(at.given + columns[part] + 3 * index, 2)
 
     code = part("propagate")
     C, dC = code.slots(at.attitude, 9), code.slots(at.rotation, 9)
@@ -81,45 +88,45 @@ def step_parts(
         Q |= {(i, i): variance for i in range(first, first + 3)}
     covariance.predict(Triangle(code, at.scratch), n, F, Q)
 
-    names = directions_of(suite, monitors)
-
-    def direction(code: Code, name: str) -> Vec3:
-        return in_body_axes(code, suite.n_vectors + names.index(name))
-
-    def disc(code: Code, name: str) -> Sequence[Symbol]:
-        """Radius, its cosine and sine."""
-        place = suite.n_vectors + len(names) + discs(names).index(name)
-        return code.slots(at.given + 3 * place, 3)
-
     if monitors.limits:
         # before the measurements: the attitude was flown on what was known until now
         code = part("watch_path")
-        seen = {watch.direction: direction(code, watch.direction) for watch in monitors.limits}
+        x, y, z, *angle = code.slots(at.turn, 6)
+        turn = Turn(Vec3(x, y, z), *angle)
+        passages = {
+            name: [in_body_axes(code, f"off {name}", index) for index in range(2)]
+            for name in watched_directions(monitors)
+        }
         for k, watch in enumerate(monitors.limits):
-            v, value = seen[watch.direction], code.slot(at.monitors + k)
-            axis = Vec3(*constants(code, 3))
+            v, moved = passages[watch.direction]
+            value, axis = code.slot(at.monitors + k), Vec3(*constants(code, 3))
+            there = nearest_code(axis, watch.inside, turn, v, moved)
+            here = there.back(axis), there.seen(v, moved)
             if watch.plain:
-                now = dot(axis, v)
+                value = dot(*here).maximum(value)
             else:
-                frame = [axis, *(Vec3(*constants(code, 3)) for _ in range(2))]
                 sigmas = constants(code, 1)[0] if watch.margin else None
-                radius = disc(code, watch.direction)[0] if watch.disc else None
-                now = excess_code(frame, sigmas, v, radius, Triangle(code), watch.inside, value)
-            code.store(at.monitors + k, now.maximum(value))
+                limb = None
+                if watch.disc:
+                    radius, grown = scalars(code, f"off {watch.direction}", 2)
+                    limb = radius - there.share * grown
+                P, end = Triangle(code), (axis, v)
+                value = excess_code(here, end, sigmas, limb, P, watch.inside, value)
+            code.store(at.monitors + k, value)
 
     gates = count(at.constants - sum(gated))
     for index, sensor in enumerate(suite.sensors):
         code = part(f"update_{index}")
-        v, variances = in_body_axes(code, index), constants(code, 3)
+        v, variances = in_body_axes(code, "references", index), constants(code, 3)
         rows = suite.gradient_rows(index)
-        gradient = [in_body_axes(code, row) for row in range(rows.start, rows.stop)]
+        gradient = [in_body_axes(code, "references", k) for k in range(rows.start, rows.stop)]
         gate: Any = code.slot(next(gates)) if gated[index] else 1.0
         for view in sensor.views():
             boresight, (bound,) = Vec3(*constants(code, 3)), constants(code, 1)
             if view.disc:  # the cosine of the half-angle and the radius together
-                _, cosine, sine = disc(code, view.direction)
+                cosine, sine = scalars(code, f"view {view.direction}", 1)
                 bound = bound * cosine - constants(code, 1)[0] * sine
-            looked_at = direction(code, view.direction) if view.direction else v
+            looked_at = in_body_axes(code, f"view {view.direction}") if view.direction else v
             inside = float(view.inside)
             gate = gate * dot(boresight, looked_at).choose(bound, inside, 1.0 - inside)
         if sensor.max_rate() < np.inf:

@@ -3,6 +3,8 @@
 Compiled once for all suites: `kernel.py` puts the text of this module into the user's cache.
 """
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -66,6 +68,16 @@ def load_maneuver(W, lane, rotation, omega, dynamics):
 
 
 @njit(cache=True)
+def load_turn(W, lane, slot, omega, dt):
+    """Write the unit axis of a maneuver's turn per step, its angle, sine and cosine to a lane."""
+    rate = math.sqrt(omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2)
+    for i in range(3):
+        W[slot + i, lane] = omega[i] / rate if rate > 0.0 else 0.0
+    W[slot + 3, lane] = rate * dt
+    W[slot + 4, lane], W[slot + 5, lane] = math.sin(rate * dt), math.cos(rate * dt)
+
+
+@njit(cache=True)
 def save(W, lane, n_values, recent, now, n, state):
     """Store a lane's covariance, attitude, monitors and the last n values of its trace."""
     for j in range(n_values):
@@ -104,7 +116,7 @@ def settled_for(recent, lane, now, k, factor):
 
 
 @njit(
-    "void(UniTuple(int64, 3), UniTuple(int64, 11), UniTuple(int64[::1], 2),"
+    "void(UniTuple(int64, 3), UniTuple(int64, 12), UniTuple(int64[::1], 2),"
     "UniTuple(int64[::1], 5), float64[:,::1],"
     "Tuple((float64[:,:,::1], int64[:,::1], int64[::1], int64[::1])),"
     "Tuple((float64[:,:,:,::1], float64[:,::1], int64[:,::1], float64)), float64[:,::1],"
@@ -184,7 +196,8 @@ def run(
     stops, end_step, settled = steps
     watched, final = at_end
     n_jobs, n_maneuvers = len(designs), starts.shape[1]
-    attitude, monitors, rotation, _, _, rate, trace_slot, pivot, _, given, first_constant = layout
+    attitude, monitors, rotation, _, _, turned, rate = layout[:7]
+    trace_slot, pivot, _, given, first_constant = layout[7:]
     n_constants = constants.shape[1]
     W, recent = workspace(first_constant + n_constants, lanes), ring(window, lanes)
     for k in range(n_constants):
@@ -230,6 +243,8 @@ def run(
                 # of several maneuvers that have started only the last one is flown
                 own = parts[variants[i]], densities[variants[i]], pattern, dt
                 load_maneuver(W, lane, rotation, rates[i, m - 1], own)
+                if turned < rate:
+                    load_turn(W, lane, turned, rates[i, m - 1], dt)
                 if rate < trace_slot:
                     omega = rates[i, m - 1]
                     W[rate, lane] = omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2

@@ -79,7 +79,8 @@ class Layout(NamedTuple):
     candidate's state; `rotation`, `F` and `Q` are those of one step of its maneuver. `trace` and
     `pivot` are what `step` and `check` find. Loops keep in `scratch` what they hand on. `given` are
     what the orbit gives at the step; the `constants` are the same for all candidates. A maneuver's
-    `rate`, squared [rad²/s²], is there only if a sensor has a greatest one.
+    `rate`, squared [rad²/s²], is there only if a sensor has a greatest one; its `turn` only if
+    there are path limits: the unit axis of what a step turns by, the angle, its sine and cosine.
     """
 
     attitude: int
@@ -87,6 +88,7 @@ class Layout(NamedTuple):
     rotation: int
     F: int
     Q: int
+    turn: int
     rate: int
     trace: int
     pivot: int
@@ -99,31 +101,55 @@ class Layout(NamedTuple):
 def layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS) -> Layout:
     """Workspace of a suite; `gated` tells which sensors are not available at every sample.
 
-    Given is a row of `FilterModel.table`: the reference of each sensor, and their gradients; each
-    of `directions_of`; of each that is a disc the radius with its cosine and sine; whether each
-    gated sensor is available.
+    Given is a row of `FilterModel.table`, see `given_columns`.
     """
     n, m = suite.n_states, suite.n_kinematic
-    names = directions_of(suite, monitors)
-    given = 3 * (suite.n_vectors + len(names) + len(discs(names))) + sum(gated)
+    given = given_columns(suite, gated, monitors)["end"]
     n_transition = len(transition_pattern(suite))
     rated = any(sensor.max_rate() < np.inf for sensor in suite.sensors)
-    kept = [slots_of(n), 9, monitors.total]
-    return Layout(
-        *accumulate([*kept, 9, n_transition, slots_of(m), int(rated), 1, 1, slots_of(n), given])
-    )
+    kept, maneuver = [slots_of(n), 9, monitors.total], [9, n_transition, slots_of(m)]
+    optional = [6 if monitors.limits else 0, int(rated)]
+    return Layout(*accumulate([*kept, *maneuver, *optional, 1, 1, slots_of(n), given]))
+
+
+def given_columns(
+    suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITORS
+) -> dict[str, int]:
+    """First column in `FilterModel.table` of each part of it, and the ``end``.
+
+    The ``references`` of sensors, and their gradients. ``off NAME`` of each direction that path
+    limits look at: at the end of the step to the sample, and by how much it has moved; of a disc
+    radius and its change, too. ``view NAME`` of each that sensors look at, at the sample, and of a
+    disc cosine and sine of the radius. Whether each gated sensor is ``available``.
+    """
+    widths = {"references": 3 * suite.n_vectors}
+    for name in watched_directions(monitors):
+        widths[f"off {name}"] = 8 if is_disc(name) else 6
+    for name in viewed_directions(suite):
+        widths[f"view {name}"] = 5 if is_disc(name) else 3
+    widths |= {"available": sum(gated), "end": 0}
+    return dict(zip(widths, accumulate([0, *widths.values()]), strict=False))
 
 
 def directions_of(suite: Suite, monitors: Monitors = NO_MONITORS) -> tuple[str, ...]:
     """Directions that path limits, and then sensors, look at; each once."""
-    names = [watch.direction for watch in monitors.limits]
-    names += [view.direction for sensor in suite.sensors for view in sensor.views()]
+    return tuple(dict.fromkeys([*watched_directions(monitors), *viewed_directions(suite)]))
+
+
+def watched_directions(monitors: Monitors) -> tuple[str, ...]:
+    """Those that path limits look at."""
+    return tuple(dict.fromkeys(watch.direction for watch in monitors.limits))
+
+
+def viewed_directions(suite: Suite) -> tuple[str, ...]:
+    """Those that sensors look at."""
+    names = (view.direction for sensor in suite.sensors for view in sensor.views())
     return tuple(dict.fromkeys(name for name in names if name))
 
 
-def discs(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Those that are discs."""
-    return tuple(name for name in names if DIRECTIONS[name].radius is not None)
+def is_disc(name: str) -> bool:
+    """Whether a direction is that of a disc."""
+    return DIRECTIONS[name].radius is not None
 
 
 @cache

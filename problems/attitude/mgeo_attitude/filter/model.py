@@ -13,10 +13,17 @@ from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.environment.directions import directions, radii
+from mgeo_attitude.environment.directions import Passage, directions, radii
 from mgeo_attitude.environment.pointing import Place
 from mgeo_attitude.filter.codegen import instrument_constants
-from mgeo_attitude.filter.layout import Monitors, Watch, directions_of, discs
+from mgeo_attitude.filter.layout import (
+    Monitors,
+    Watch,
+    directions_of,
+    is_disc,
+    viewed_directions,
+    watched_directions,
+)
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.maneuvers.schedule import Schedule, schedule
@@ -236,17 +243,27 @@ class FilterModel:
         index = directions_of(self.suite, self.monitors).index(name)
         return self.directions[samples, index], self.radii[samples, index]
 
+    def passage(self, name: str, samples: slice = slice(None)) -> Passage:
+        """The same in the steps that lead to these samples, of which the first has none."""
+        return Passage.of(*self.direction(name, samples))
+
     @cached_property
     def table(self) -> Floats:
         """What a filter step needs of the orbit, side by side at every sample.
 
-        See `layout.layout`.
+        See `layout.given_columns`.
         """
-        n, names = len(self.references), directions_of(self.suite, self.monitors)
-        parts = [self.references.reshape(n, -1), self.directions.reshape(n, -1)]
-        for name in discs(names):
-            _, radius = self.direction(name)
-            parts.append(np.column_stack([radius, np.cos(radius), np.sin(radius)]))
+        parts = [self.references.reshape(len(self.references), -1)]
+        for name in watched_directions(self.monitors):
+            before, after, *radius = self.passage(name)
+            parts += [after, after - before]
+            if is_disc(name):
+                parts += [radius[1][:, None], (radius[1] - radius[0])[:, None]]
+        for name in viewed_directions(self.suite):
+            vectors, at = self.direction(name)
+            parts.append(vectors)
+            if is_disc(name):
+                parts += [np.cos(at)[:, None], np.sin(at)[:, None]]
         return np.hstack([*parts, self.available[:, self.gated]])
 
     @cached_property

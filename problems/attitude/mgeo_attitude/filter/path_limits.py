@@ -1,7 +1,7 @@
 """Angles between directions and body axes that must stay off or on them, less a margin.
 
-The attitude at a sample was flown on what the filter knew until then: the margin is taken from the
-covariance as predicted, before the measurements of that sample. Equation (14) of docs/theory.md.
+The attitude in a step was flown on what the filter knew until then: the margin is taken from the
+covariance as predicted for its end, before the measurements there. Equation (14) of docs/theory.md.
 It is here twice, in NumPy and as straight-line code of the kernel, written apart: over symbols, in
 a frame of the axis, and with an arc tangent from nothing but ``+ - * /`` and roots, which run in
 vector registers.
@@ -15,15 +15,14 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.environment.directions import DIRECTIONS, Cone
+from mgeo_attitude.environment.directions import DIRECTIONS, Cone, Passage
 from mgeo_attitude.filter.layout import Watch
+from mgeo_attitude.filter.nearest import nearest
 from mgeo_attitude.filter.symbols import Symbol
-from mgeo_attitude.rotation import across
 from mgeo_attitude.scenario.path_limits import PathLimit
-from mgeo_attitude.vector import Vec3, dot
+from mgeo_attitude.vector import Vec3, cross, dot
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.pointing import Place
@@ -35,45 +34,74 @@ _PARALLEL = 1e-6
 _TERMS = 12
 
 
-def excess(
-    cone: Cone, sigmas: float, direction: Floats, covariance: Floats, radius: ArrayLike = 0.0
-) -> Floats:
-    """Margin less angle between a direction and an axis or, to keep inside, margin and angle [rad].
+def angle_from(cone: Cone, direction: Floats, radius: Floats) -> Floats:
+    """Angle between directions and the axis, less the radius of discs [rad]; all of shape (n,).
+
+    Parameters
+    ----------
+    direction : array, shape (n, 3)
+        Unit vectors, body axes.
+    """
+    axis = np.array(cone.axis)
+    sine = np.linalg.norm(np.cross(axis, direction), axis=-1)
+    angle: Floats = np.arctan2(sine, direction @ axis) - radius
+    return angle
+
+
+def excess(cone: Cone, sigmas: float, turn: Floats, passage: Passage, covariance: Floats) -> Floats:
+    """Margin less the least angle between a direction and an axis in each of n steps [rad].
+
+    To keep inside, margin and the greatest angle. What is unknown of the attitude is the same
+    throughout the step, in inertial axes. What of the angle depends on it changes as the direction
+    passes: the margin is the greater of those at the nearest place and at the end.
 
     Parameters
     ----------
     cone : Cone
     sigmas : float
         Margin, in 1-sigmas of the angle.
-    direction : array, shape (n, 3)
-        Unit vectors, body axes; zero where there is nothing to be seen, and the excess is -inf.
+    turn, passage
+        See `nearest`. Where there is nothing to be seen the excess is -inf.
     covariance : array, shape (n, 3, 3)
-        Of the attitude error, body axes [rad²].
-    radius : array, shape (n,)
-        Apparent radius of the disc from whose limb the angle counts [rad].
+        Of the attitude error, body axes of the end [rad²].
 
     Returns
     -------
     array, shape (n,)
     """
-    axis = np.array(cone.axis)
-    sine = np.linalg.norm(np.cross(axis, direction), axis=-1)
-    angle = np.arctan2(sine, direction @ axis) - radius
-    margin = sigmas * angle_sigma(axis, direction, covariance)
-    found: Floats = np.where(
-        direction.any(axis=-1), margin + angle if cone.inside else margin - angle, -np.inf
+    there, axis = nearest(cone, turn, passage), np.array(cone.axis)
+    angle = angle_from(cone, there.seen, there.radius)
+    known = there.back @ covariance @ there.back.swapaxes(1, 2)
+    margin = sigmas * np.maximum(
+        angle_sigma(axis, there.seen, known), angle_sigma(axis, passage.after, covariance)
     )
-    return found
+    found = margin + angle if cone.inside else margin - angle
+    return np.where(there.seen.any(axis=-1), found, -np.inf)
 
 
-def excess_at(
-    cone: Cone, sigmas: float, at: Place, epoch: datetime, attitude: Floats, covariance: Floats
+def excess_along(
+    cone: Cone,
+    sigmas: float,
+    at: Place,
+    epoch: datetime,
+    attitude: Floats,
+    turn: Floats,
+    covariance: Floats,
 ) -> Floats:
-    """The `excess` at places of an orbit, for attitudes, GCRS to body, shape (n, 3, 3)."""
+    """The `excess` in steps to places of an orbit, shape (n,).
+
+    Parameters
+    ----------
+    attitude : array, shape (n, 3, 3)
+        GCRS to body at the places.
+    turn : array, shape (n, 3)
+        What the body turned by since the place before [rad], body axes; zero for the first.
+    """
     direction = DIRECTIONS[cone.direction]
-    seen = np.einsum("kij,kj->ki", attitude, direction.vectors(at, epoch))
-    radius = 0.0 if direction.radius is None else direction.radius(at)
-    return excess(cone, sigmas, seen, covariance, radius)
+    vectors = direction.vectors(at, epoch)
+    radius = np.zeros(len(vectors)) if direction.radius is None else direction.radius(at)
+    passage = Passage.of(vectors, radius).seen(attitude)
+    return excess(cone, sigmas, turn, passage, covariance)
 
 
 def angle_sigma(axis: Floats, direction: Floats, covariance: Floats) -> Floats:
@@ -94,64 +122,51 @@ def angle_sigma(axis: Floats, direction: Floats, covariance: Floats) -> Floats:
 
 
 def cone_constants(limits: Sequence[PathLimit]) -> Floats:
-    """What the kernel needs of path limits, one after the other.
-
-    Of one with a margin or of any that is not `plain` a right-handed frame, row by row, whose first
-    vector is the axis of the cone; then the margin, if there is one. Of others the axis.
-    """
+    """What the kernel needs of path limits: of each its axis, and the margin if there is one."""
     values: list[float] = []
     for limit in limits:
-        watch, axis = Watch.of(limit), np.array(limit.cone().axis)
-        values.extend(axis)
-        if not watch.plain:
-            values.extend(across(axis).ravel())
-        if watch.margin:
+        values.extend(limit.cone().axis)
+        if Watch.of(limit).margin:
             values.append(limit.attitude_sigmas)
     return np.array(values)
 
 
 def excess_code(
-    frame: Sequence[Vec3],
+    there: tuple[Vec3, Vec3],
+    end: tuple[Vec3, Vec3],
     sigmas: Symbol | None,
-    direction: Vec3,
     radius: Symbol | None,
     P: Any,
     inside: bool,
-    dark: Symbol,
+    until_now: Symbol,
 ) -> Symbol:
-    """The kernel's `excess`.
+    """The kernel's `excess`, no less than what it was until now.
 
     Parameters
     ----------
-    frame : three Vec3
-        See `cone_constants`.
+    there, end : pairs of Vec3
+        Axis and direction, body axes of the end, where they are nearest and at the end; unit
+        vectors, or zero of a direction that is not seen: the result is then `until_now`.
     sigmas : Symbol, optional
         Margin, in 1-sigmas of the angle.
-    direction : Vec3
-        Unit vector, body axes, or zero: the result is then `dark`.
     radius : Symbol, optional
         Apparent radius of the disc from whose limb the angle counts.
     P : Triangle
         Covariance, whose first three states are the attitude error.
     """
-    axis, one, two = frame
-    c, a, b = (dot(v, direction) for v in (axis, one, two))
-    square = a * a + b * b
+    normal, cosine = cross(*there), dot(*there)
+    square = dot(normal, normal)
     margin: Any = 0.0
     if sigmas is not None:
-        p, q, r = (_form(x, P, y) for x, y in ((one, one), (one, two), (two, two)))
-        # the normal of axis and direction is (a two - b one) / sine
-        safe = square.choose(_PARALLEL**2, square, _PARALLEL**2)
-        normal = (b * b * p - 2.0 * (a * b * q) + a * a * r) * (1.0 / safe)
-        half = 0.5 * (p - r)
-        largest = 0.5 * (p + r) + np.sqrt(half * half + q * q)
-        variance = square.choose(_PARALLEL**2, normal, largest)
+        here, last = _variance(normal, P), _variance(cross(*end), P)
+        variance = square.choose(_PARALLEL**2, here, _largest(there[1], P)).maximum(last)
         margin = sigmas * np.sqrt(variance)
-    angle = arc(np.sqrt(square), c)
+    angle = arc(np.sqrt(square), cosine)
     if radius is not None:
         angle = angle - radius
-    seen: Symbol = (c * c + square).choose(0.5, margin + angle if inside else margin - angle, dark)
-    return seen
+    found: Symbol = margin + angle if inside else margin - angle
+    length: Symbol = cosine * cosine + square
+    return length.choose(0.5, found.maximum(until_now), until_now)
 
 
 def arc(sine: Symbol, cosine: Symbol) -> Symbol:
@@ -167,6 +182,27 @@ def arc(sine: Symbol, cosine: Symbol) -> Symbol:
     return cosine.choose(0.0, angle, math.pi - angle)
 
 
-def _form(x: Vec3, P: Any, y: Vec3) -> Any:
-    """xᵀ P y over the attitude error."""
-    return dot(x, Vec3(*(dot(Vec3(*(P[i, j] for j in range(3))), y) for i in range(3))))
+def _variance(normal: Vec3, P: Any) -> Symbol:
+    """Of a turn about a vector of any length; nearly zero where that has hardly one."""
+    square = dot(normal, normal)
+    form = dot(normal, Vec3(*(dot(row, normal) for row in _rows(P))))
+    found: Symbol = form * (1.0 / square.choose(_PARALLEL**2, square, _PARALLEL**2))
+    return found
+
+
+def _largest(direction: Vec3, P: Any) -> Symbol:
+    """Variance of the least known turn across a direction, from both invariants of P there."""
+    x, y, z = _rows(P)
+    cofactors = Vec3(
+        *(dot(direction, column) for column in (cross(y, z), cross(z, x), cross(x, y)))
+    )
+    along = dot(direction, Vec3(*(dot(row, direction) for row in (x, y, z))))
+    half = 0.5 * (x.x + y.y + z.z - along)
+    apart = half * half - dot(direction, cofactors)
+    found: Symbol = half + np.sqrt(apart.choose(0.0, apart, 0.0))
+    return found
+
+
+def _rows(P: Any) -> list[Vec3]:
+    """Of the attitude error."""
+    return [Vec3(*(P[i, j] for j in range(3))) for i in range(3)]

@@ -40,6 +40,8 @@ class Symbol:
         return self.code.line(f"-{self.name}")
 
     def __mul__(self, other: Symbol | float) -> Any:
+        if not isinstance(other, (Symbol, float, int)):
+            return NotImplemented  # a vector multiplies its components
         if _is(other, 0.0):
             return 0.0
         return self if _is(other, 1.0) else self.code.line(f"{self.name} * {_text(other)}")

@@ -109,13 +109,12 @@ def _monitors_at_start(model: FilterModel, watched: bool) -> list[float]:
     values = []
     for limit, watch in zip(model.path_limits, model.monitors.limits, strict=True):
         cone = limit.cone()
-        direction, radius = model.direction(cone.direction, slice(1))
-        direction = direction @ model.initial_attitude.T
+        start = model.passage(cone.direction, slice(1)).seen(model.initial_attitude[None])
         if watch.plain:
-            values.append(direction[0] @ cone.axis if direction.any() else _NEVER_SEEN)
+            values.append(start.after[0] @ cone.axis if start.after.any() else _NEVER_SEEN)
         else:
-            covariance = model.initial_covariance[None, :3, :3]
-            at_start = excess(cone, limit.attitude_sigmas, direction, covariance, radius)[0]
+            still, covariance = np.zeros((1, 3)), model.initial_covariance[None, :3, :3]
+            at_start = excess(cone, limit.attitude_sigmas, still, start, covariance)[0]
             values.append(max(-np.pi, at_start))
     if watched:
         values.append(float(np.all(model.initial_sigma <= model.required_sigma)))

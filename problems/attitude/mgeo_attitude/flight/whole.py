@@ -70,7 +70,11 @@ class Whole:
         return flown(self.commanded, self.end, self.model.step, self.model.slew_limits)
 
     @cached_property
+    def motion(self) -> Motion:
+        """Rates and attitudes until the end."""
+        return Motion.of(self.model, self.commanded, round(self.end / self.model.step))
+
+    @property
     def attitude(self) -> Floats:
         """GCRS to body at every step until the end, shape (n + 1, 3, 3)."""
-        n_steps = round(self.end / self.model.step)
-        return Motion.of(self.model, self.commanded, n_steps).attitude
+        return self.motion.attitude

@@ -1,0 +1,57 @@
+"""A plan that points at the Sun between two filter steps: all that judge it say so."""
+
+import re
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.plan import ManeuverPlan, aem_text
+from mgeo_attitude.plan.verification import verify
+from scipy.spatial.transform import Rotation
+
+TABLE = {
+    "preset": "cubesat_6u",
+    "step": 2.0,
+    "duration": 1200.0,
+    "eclipse": False,
+    "maneuvers": {"max_rate_deg_s": 5.0},
+    "initial": {"attitude_deg": 1.0},
+}
+RATE = np.radians(4.6)
+HALF_ANGLE_DEG = 4.0
+
+
+@pytest.fixture(scope="module")
+def flown():
+    """A turn that takes a camera across the Sun 1 s after a step; direction of Sun and camera."""
+    sun = AttitudeManeuverProblem(Scenario.from_dict(TABLE)).environment.sun[0].copy()
+    rate = np.cross(sun, [0.0, 0.0, 1.0])
+    rate *= RATE / np.linalg.norm(rate)
+    camera = Rotation.from_rotvec(-41.0 * rate).apply(sun)
+    limit = {
+        "name": "camera",
+        "boresight": camera.tolist(),
+        "half_angle_deg": HALF_ANGLE_DEG,
+        "attitude_sigmas": 0.0,
+    }
+    scenario = Scenario.from_dict(TABLE | {"path_limits": [limit]})
+    design = [*np.degrees(rate), 80.0, 0.0, 0.0, 0.0, 60.0, 0.0, 0.0, 0.0, 60.0]
+    return ManeuverPlan(scenario, tuple(map(float, design))), sun, camera
+
+
+def test_table_export_and_flights_agree(flown):
+    plan, sun, camera = flown
+    off_at_steps = np.degrees(np.arccos(np.clip(plan.attitude @ sun @ camera, -1.0, 1.0)))
+    assert off_at_steps.min() == pytest.approx(4.6, abs=0.01)  # of which the limit would be kept
+    row = plan.constraints().loc["Sun off camera"]
+    assert row["value"] == pytest.approx(0.0, abs=0.01)
+    assert not row["kept"]
+    text = aem_text(plan)
+    assert "VIOLATED CONSTRAINT: Sun off camera" in text
+    numbers = [line.split()[1:5] for line in text.splitlines() if re.match(r"\d{4}-", line)]
+    attitude = Rotation.from_quat(np.array(numbers, float)).inv()
+    exported = np.degrees(np.arccos(np.clip(attitude.apply(sun) @ camera, -1.0, 1.0)))
+    assert row["value"] <= exported.min() + 1e-3  # the Sun moves by a degree a day
+    assert exported.min() < 0.01
+    broken = verify(plan, 20).path_limits.loc["Sun off camera"]
+    assert broken["steered: flights [%]"] == broken["open loop: flights [%]"] == 100.0
