@@ -14,7 +14,8 @@ class foreign:
 
     A script that became a problem, or what it imports, may call `sys.exit`. That would end all
     without a word, and a worker of a pool so that its result is waited for forever. What a signal's
-    handler raises meanwhile is the program's own wish, as a KeyboardInterrupt is, and stays.
+    handler raises meanwhile is the program's own wish, as a KeyboardInterrupt is, and stays; and so
+    does the exit by which rich ends a program whose stdout nobody reads any more.
 
     Raises
     ------
@@ -29,7 +30,8 @@ class foreign:
         self, kind: object, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Raise what takes the place of the error, if it is one of these."""
-        if isinstance(error, SystemExit | GeneratorExit) and not _of_a_signal(trace):
+        own = error is not None and isinstance(error.__context__, BrokenPipeError)
+        if isinstance(error, SystemExit | GeneratorExit) and not (own or _of_a_signal(trace)):
             raise ExitError(f"{error!r} was raised").with_traceback(trace) from error
 
 

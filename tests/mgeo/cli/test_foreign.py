@@ -150,3 +150,26 @@ def test_nor_what_a_plugin_prints_when_its_commands_are_imported(mgeo, tmp_path,
     sys.modules.pop("printing_commands", None)
     assert json.loads(done.stdout)["mass_kg"] == 3900.0
     assert done.stderr == "imported\n"
+
+
+def test_a_command_of_a_plugin_whose_output_nobody_reads_ends_in_silence(tmp_path):
+    """As `mgeo attitude show plan.json | head`: rich then ends the program by an exit."""
+    script = """
+import sys
+from mgeo.cli.errors import ended
+from mgeo._foreign import foreign
+from mgeo.cli.output import Output
+from types import SimpleNamespace
+
+with ended(SimpleNamespace(meta={})), foreign():
+    for _ in range(100):
+        Output().print("a line " * 1000)
+"""
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    process.stdout.read(10)
+    process.stdout.close()
+    assert "Error" not in process.stderr.read()
+    assert process.wait(60) == 1
+    process.stderr.close()
