@@ -41,6 +41,8 @@ class Form(Generic[T]):
         What else a document says: on reading, a document is refused that says something else.
     source : str
         What that follows from, in words.
+    older : tuple of int
+        Versions whose documents are read by their keys alone: what follows was computed otherwise.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Form(Generic[T]):
     made: Callable[[Mapping[str, Any], Scenario], T]
     consequences: Callable[[T], Mapping[str, Any]]
     source: str
+    older: tuple[int, ...] = ()
 
     def document(self, thing: T) -> dict[str, Any]:
         """All that is said of a thing."""
@@ -64,8 +67,10 @@ class Form(Generic[T]):
             If the text is no JSON, of another format or version, or a key is missing, unknown, of a
             bad value, or does not follow from others; the message names the key.
         """
-        table = opened(text, self.name, self.version)
+        table = opened(text, self.name, self.version, self.older)
         thing = self.made(table, scenario_of(table))
+        if table["version"] != self.version:
+            return thing
         consequences = self.consequences(thing)
         _check_keys(table, ["format", "version", *self.keys(thing), *consequences])
         for key, expected in consequences.items():
@@ -78,7 +83,7 @@ def written(document: Mapping[str, Any]) -> str:
     return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def opened(text: str, kind: str, version: int) -> dict[str, Any]:
+def opened(text: str, kind: str, version: int, older: Sequence[int] = ()) -> dict[str, Any]:
     """The table of a document.
 
     Raises
@@ -91,8 +96,10 @@ def opened(text: str, kind: str, version: int) -> dict[str, Any]:
     if found != kind:
         raise ValueError(f"format = {found!r:.80}: expected {kind!r}")
     said = table.get("version")
-    if said != version or isinstance(said, bool):
-        raise ValueError(f"version = {said!r:.80}: this package reads version {version}")
+    versions = [*older, version]
+    if said not in versions or isinstance(said, bool):
+        known = " or ".join(map(str, versions))
+        raise ValueError(f"version = {said!r:.80}: this package reads version {known}")
     return table  # type: ignore[no-any-return]
 
 

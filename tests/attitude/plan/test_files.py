@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -20,6 +21,8 @@ from mgeo_attitude.plan import (
 
 from ..scenario.strategies import scenarios
 from .conftest import DESIGN
+
+REFERENCE = Path(__file__).parents[1] / "reference"
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +70,7 @@ def edited(text, change):
     ("change", "message"),
     [
         (lambda t: t.update(format="plan"), "format = 'plan'"),
-        (lambda t: t.update(version=1), "version = 1: this package reads version 2"),
+        (lambda t: t.update(version=1), "version = 1: this package reads version 2 or 3"),
         (lambda t: t.update(version=True), "version = True"),
         (lambda t: t.update(note=""), "note = ''"),
         (lambda t: t.pop("timeline"), "timeline is missing"),
@@ -152,6 +155,22 @@ def test_other_bytes_and_huge_files(tmp_path, monkeypatch):
         read_json(path)
     with pytest.raises(FileNotFoundError):
         read_json(tmp_path / "none.json")
+
+
+def test_a_plan_of_an_older_version_is_read_and_computed_anew():
+    """Written with mgeo-attitude 0.1.0 of 2026-11-24, whose predictions are others in part."""
+    path = REFERENCE / "plan-version-2.json"
+    said = json.loads(path.read_text(encoding="utf-8"))
+    assert said["version"] == 2
+    plan = read_json(path)
+    assert list(plan.design) == said["design"]
+    assert plan.t_end == said["predicted"]["t_end [s]"]
+    assert plan.trace == pytest.approx(said["predicted"]["trace [-]"], rel=1e-9)
+    assert plan.attitude_sigma_deg < said["predicted"]["attitude accuracy [deg]"]
+    assert json.loads(to_json(plan))["version"] == 3
+    assert from_json(to_json(plan)) == plan
+    with pytest.raises(ValueError, match="attitude accuracy"):  # as if it were a new one
+        from_json(json.dumps(said | {"version": 3}))
 
 
 def test_numbers_that_other_libraries_round_otherwise_are_the_same(text, plan):

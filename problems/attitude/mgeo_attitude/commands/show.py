@@ -14,6 +14,7 @@ from mgeo.cli.output import Output
 from mgeo.figures import report_page
 from mgeo.files.atomic import write_file
 from mgeo.terminal import Columns, plain, table
+from mgeo_attitude.accuracy import attitude_accuracy_deg
 from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.plan import ManeuverPlan
@@ -109,6 +110,7 @@ def plan_document(picked: Picked) -> dict[str, Any]:
         "answer": plan.answer,
         "uncalibrated": plan.uncalibrated(),
         "attitude_sigma_deg": plan.attitude_sigma_deg,
+        "attitude_accuracy_deg": float(attitude_accuracy_deg(plan.history.covariance)),
         "scenario": plan.scenario.name,
         "converged": bool(plan.history.converged),
         "t_end_s": plan.t_end,

@@ -116,9 +116,10 @@ def _consequences(plan: ManeuverPlan) -> dict[str, Any]:
 
 _FORM = Form(
     "mgeo-attitude-plan",
-    2,
+    3,
     keys=lambda plan: {"scenario": plan.scenario.to_dict(), "design": list(plan.design)},
     made=lambda table, scenario: ManeuverPlan(scenario, tuple(entry(table, "design", list))),
     consequences=_consequences,
     source="the design",
+    older=(2,),  # another 1-sigma of the attitude, and path limits at samples alone
 )
