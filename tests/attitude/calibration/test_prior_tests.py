@@ -102,13 +102,14 @@ def test_files_and_pages_say_it():
         from_json(json.dumps(earlier))
 
 
-def test_what_is_not_supported_is_no_start_unless_one_says_so(tmp_path):
+def test_what_is_not_supported_is_no_start_unless_one_says_so(tmp_path, monkeypatch):
     """Neither in Python nor of a file; it was taken without a word."""
     found = calibrated(mag_bias_nt=[5000.0, 0.0, 0.0])
     with pytest.raises(ValueError, match=r"after\.conclusion = .*mag\.bias .*accept_unsupported"):
         found.scenario_after({"duration": 700.0})
     after = found.scenario_after({"duration": 700.0, "accept_unsupported": True})
     assert after.prior is not None
+    monkeypatch.chdir(tmp_path)  # where there is no run yet
     path = tmp_path / "calibration.json"
     path.write_text(to_json(found))
     solve = ["solve", "attitude", "--after", str(path), "--dry-run"]

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sgp4
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.environment.element_set import SGP4Error, gcrs_of
 from mgeo_attitude.environment.omm import read_omm
@@ -125,9 +124,9 @@ def test_notations(tmp_path: Path, name: str) -> None:
         of(tmp_path / name, object="ISS")
 
 
-@pytest.mark.parametrize("name", ["sample_omm.csv", "sample_omm.xml"])
-def test_samples_of_the_package(name: str) -> None:
-    path = Path(sgp4.__file__).with_name(name)
+@pytest.mark.parametrize("name", ["vanguard-1.omm.csv", "vanguard-1.omm.xml"])
+def test_messages_that_sgp4_reads_give_its_orbits(name: str) -> None:
+    path = OMM.with_name(name)
     (fields,) = read_omm(path.read_text())
     epoch = datetime.fromisoformat(fields["EPOCH"]).replace(tzinfo=UTC)
     orbit = OrbitFile(file=str(path)).for_run(epoch, 6000.0)
