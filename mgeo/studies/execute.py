@@ -21,17 +21,13 @@ from mgeo.studies.folder import run_files
 from mgeo.studies.indicators import trace
 from mgeo.studies.progress import progress as progress_display
 from mgeo.studies.record import Record
-from mgeo.studies.results import failures
+from mgeo.studies.results import FailedRunsWarning, failures
 from mgeo.studies.run import Failure, Task
 from mgeo.studies.space import NothingToCompareError, indicator_space
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
-
-
-class FailedRunsWarning(RuntimeWarning):
-    """All runs of an algorithm failed, so that there is nothing to compare it by."""
 
 
 GRID_POINTS = 50

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from mgeo.studies.space import IndicatorSpace
 
 
+class FailedRunsWarning(RuntimeWarning):
+    """All runs of an algorithm failed, so that there is nothing to compare it by."""
+
+
 @dataclass(frozen=True, eq=False)
 class Results:
     """Runs of several algorithms on one problem, measured in one space.

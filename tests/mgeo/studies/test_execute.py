@@ -27,7 +27,7 @@ import mgeo
 from mgeo import MGEOReal, compare
 from mgeo.studies.conclusions import conclusions
 from mgeo.studies.dispatch import run_all
-from mgeo.studies.execute import FailedRunsWarning
+from mgeo.studies.results import FailedRunsWarning
 from mgeo.studies.run import Failure, Task, record
 from mgeo.studies.run import run as made
 from mgeo.studies.space import NothingToCompareError
