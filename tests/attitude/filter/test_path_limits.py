@@ -326,6 +326,17 @@ def test_limits_hold_between_filter_steps(step):
     assert max(blind) > np.radians(0.01 * step)  # what samples alone do not see
 
 
+def test_half_a_turn_in_a_step_is_refused_where_it_would_be_judged():
+    """Of which no slope at the ends tells; a scenario allows no such rate, a model does."""
+    fast = np.array([[0.0, 0.0, 0.0, 10.0, 0.0, 30.0, 0.0, 60.0]])
+    coarse = scenario(CAMERA, step=10.0, duration=600.0)
+    message = "design 0 turns by 300 deg in a step of 10 s: expected less than 180"
+    with pytest.raises(ValueError, match=message):
+        evaluate(FilterModel.from_scenario(coarse), fast)
+    free = dataclasses.replace(coarse, path_limits=())
+    assert np.isfinite(evaluate(FilterModel.from_scenario(free), fast).trace).all()
+
+
 def test_the_margin_holds_between_filter_steps():
     """To a small part: it is taken where the angle is least and at the end, not in between."""
     limit = dataclasses.replace(CAMERA, half_angle_deg=1.0)

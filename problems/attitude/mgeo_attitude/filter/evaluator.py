@@ -102,9 +102,11 @@ def evaluate(
     Raises
     ------
     ValueError
-        If a variant has other states than the model, considers others, or a constant more or less.
+        If a variant has other states than the model, considers others, or a constant more or less;
+        or if there are path limits and a design turns by 180 deg or more in a step.
     """
     plan = model.schedule(designs)
+    _check_turns(model, plan)
     n, monitors = len(plan.rates), model.monitors
     variants = variants or [model]
     check_variants(model, variants)
@@ -142,6 +144,18 @@ def evaluate(
             model.budget, plan, ran.end_step, model.step, threads or available_threads()
         )
     return Evaluation(t_end, trace, ran.record, full, path_angle, t_required, wheel_load, plan)
+
+
+def _check_turns(model: FilterModel, plan: Schedule) -> None:
+    """Within half a turn a direction is nearest to an axis once; see `nearest`."""
+    if not (model.path_limits and plan.rates.size):
+        return
+    turns = np.degrees(model.step * np.linalg.norm(plan.rates, axis=2).max(axis=1))
+    if (turns >= 180.0).any():
+        raise ValueError(
+            f"design {turns.argmax()} turns by {turns.max():.6g} deg in a step of {model.step:g} s:"
+            " expected less than 180 where there are path limits"
+        )
 
 
 class _Ran(NamedTuple):

@@ -2,9 +2,9 @@
 
 The attitude in a step was flown on what the filter knew until then: the margin is taken from the
 covariance as predicted for its end, before the measurements there. Equation (14) of docs/theory.md.
-It is here twice, in NumPy and as straight-line code of the kernel, written apart: over symbols, in
-a frame of the axis, and with an arc tangent from nothing but ``+ - * /`` and roots, which run in
-vector registers.
+It is here twice, in NumPy and as straight-line code of the kernel, written apart: over symbols, and
+with an arc tangent and eigenvalues from nothing but ``+ - * /`` and roots, which run in vector
+registers.
 """
 
 from __future__ import annotations
