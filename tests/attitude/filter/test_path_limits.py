@@ -2,6 +2,7 @@
 
 import dataclasses
 from math import sqrt
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -73,7 +74,8 @@ def about(axis, inside=False):
 def at_rest(directions, radius=0.0):
     """Turns and passages of directions that stay where they are."""
     radii = np.full(len(directions), radius)
-    return np.zeros_like(directions), Passage(directions, directions, radii, radii)
+    seen = np.zeros(len(directions), dtype=bool)
+    return np.zeros_like(directions), Passage(directions, directions, radii, radii, seen)
 
 
 def test_parallel_takes_the_largest_sigma_across_the_axis():
@@ -119,8 +121,9 @@ def test_the_code_says_what_its_twin_says(sigmas, inside, radius):
     before = before / np.linalg.norm(before, axis=1, keepdims=True)
     before[::2], before[-3:] = sun[::2], sun[-3:]  # such as the Sun, which hardly moves
     start = radius and radius + 1e-3
-    radii = np.full(len(sun), start), np.full(len(sun), radius)
-    passage = Passage(before, sun, *radii)
+    appears = np.arange(len(sun)) % 6 == 2  # of those that hardly move
+    radii = np.where(appears, radius, start), np.full(len(sun), radius)
+    passage = Passage(before, sun, *radii, appears)
     P = 0.01 * covariances(rng, len(sun))
     code = Code()
     limit = PathLimit(
@@ -137,7 +140,7 @@ def test_the_code_says_what_its_twin_says(sigmas, inside, radius):
 
     body, v, moved = vector("C"), vector("v"), vector("moved")
     about_axis = Turn(vector("n"), *(Symbol(name, code) for name in ("angle", "sine", "cosine")))
-    there = nearest_code(body, inside, about_axis, v, moved)
+    there = nearest_code(body, inside, about_axis, v, moved, Symbol("appears", code))
     margin, limb = Symbol("C[3]", code) if sigmas else None, None
     if radius:
         limb = Symbol("r", code) - there.share * Symbol("grown", code)
@@ -145,18 +148,22 @@ def test_the_code_says_what_its_twin_says(sigmas, inside, radius):
     dark = Symbol("dark", code)
     result = excess_code(here, (body, v), margin, limb, Triangle(code), inside, dark)
 
-    def found(v, moved, turn, W):
+    def found(v, moved, turn, W, appears):
         angle = np.linalg.norm(turn)
         names = {"n": turn / (angle or 1.0), "angle": angle, "sine": np.sin(angle)}
-        names |= {"cosine": np.cos(angle), "r": radius, "grown": radius - start, "dark": -7.0}
+        grown = 0.0 if appears else radius - start
+        names |= {"cosine": np.cos(angle), "r": radius, "grown": grown, "dark": -7.0}
+        names["appears"] = float(appears)
         return value(result, C=C, v=v, moved=moved, W=W, **names)
 
     W = P[:, *np.tril_indices(3)]
-    steps = zip(sun, sun - before, turn, W, strict=True)
+    steps = zip(sun, sun - before, turn, W, appears, strict=True)
+    stays = passage._replace(appears=np.zeros(len(sun), dtype=bool))
     expected = excess(limit.cone(), sigmas, turn, passage, P)
+    assert (excess(limit.cone(), sigmas, turn, stays, P) < expected - 1e-3).any()
     # the chord that a direction moves along is lengthened to the arc, to second order
     np.testing.assert_allclose([found(*step) for step in steps], expected, rtol=0, atol=2e-9)
-    assert found(np.zeros(3), np.zeros(3), turn[1], W[0]) == -7.0
+    assert found(np.zeros(3), np.zeros(3), turn[1], W[0], False) == -7.0
 
 
 @pytest.fixture(scope="module")
@@ -324,6 +331,37 @@ def test_limits_hold_between_filter_steps(step):
             assert found == pytest.approx(worst, abs=1e-5 if step == 1.0 else 2e-4)
             blind.append(abs(worst - sampled))
     assert max(blind) > np.radians(0.01 * step)  # what samples alone do not see
+
+
+@pytest.mark.parametrize("sense", ["keep-out", "keep-in"])
+def test_the_sun_counts_in_the_whole_step_in_which_it_appears(sense):
+    """What a step before it, in the dark, has not judged: where the shadow ends, and begins."""
+    limit = PathLimit(
+        sense=sense, boresight=(0.3, 1.0, -0.4), half_angle_deg=80.0, attitude_sigmas=0.0
+    )
+    problem = AttitudeManeuverProblem(scenario(step=5.0, convergence=Convergence(window=10.0)))
+    plain = problem.scenario
+    fast = dataclasses.replace(plain.maneuvers, max_rate_deg_s=5.0)
+    # just the night's end: elsewhere the worst is hardly ever
+    problem.scenario = dataclasses.replace(plain, maneuvers=fast, path_limits=(limit,))
+    model = FilterModel.from_scenario(problem.scenario)
+    lit = model.direction("sun")[0].any(axis=1)
+    dawn = int(np.flatnonzero(~lit[:-1] & lit[1:])[0])
+    problem.model = dataclasses.replace(model, references=model.references[: dawn + 2])
+    for name in ("directions", "radii", "available"):
+        cut = {name: getattr(problem.model, name)[: dawn + 2]}
+        problem.model = dataclasses.replace(problem.model, **cut)
+    rng, missed = np.random.default_rng(10), 0
+    for _ in range(12):
+        x = np.append(rng.uniform(-3.0, 3.0, 3), 2000.0)
+        found = evaluate(problem.model, x).path_angle[0, 0]
+        light = dataclasses.replace(problem.scenario, eclipse=False)
+        day = SimpleNamespace(model=problem.model, scenario=light)
+        angles = densely(day, limit, x)[0][dawn]  # the only step that ends in the light
+        worst, last = (a.max() if limit.keep_in else a.min() for a in (angles, angles[-1:]))
+        assert found == pytest.approx(worst, abs=2e-4)
+        missed += abs(worst - last) > np.radians(1.0)
+    assert missed > 3  # of which its end does not tell
 
 
 def test_half_a_turn_in_a_step_is_refused_where_it_would_be_judged():

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from mgeo_attitude._typing import Floats
+from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.constants import EARTH_RADIUS
 from mgeo_attitude.environment.moon import moon_position
 from mgeo_attitude.environment.time_frames import instants
@@ -81,28 +81,38 @@ class Passage(NamedTuple):
         whole step.
     radius_before, radius_after : arrays, shape (n,)
         Apparent radius of a disc [rad].
+    appears : array of bool, shape (n,)
+        Whether it is seen at the end alone: the step before does not judge this one's beginning.
     """
 
     before: Floats
     after: Floats
     radius_before: Floats
     radius_after: Floats
+    appears: Bools
 
     @classmethod
     def of(cls, vectors: Floats, radius: Floats) -> Passage:
         """Of what is given at samples, shapes (n, 3) and (n,)."""
         before, radius_before = (np.concatenate([v[:1], v[:-1]]) for v in (vectors, radius))
-        starts, ends = (v.any(axis=-1, keepdims=True) for v in (before, vectors))
+        starts: Bools = np.any(before, axis=-1)
+        ends: Bools = np.any(vectors, axis=-1)
         return cls(
-            np.where(starts, before, vectors),
-            np.where(ends, vectors, before),
+            np.where(starts[:, None], before, vectors),
+            np.where(ends[:, None], vectors, before),
             radius_before,
             radius,
+            ends & ~starts,
         )
+
+    def rows(self, of: slice | Ints) -> Passage:
+        """Some of its steps."""
+        before, after, radius_before, radius_after, appears = self
+        return Passage(before[of], after[of], radius_before[of], radius_after[of], appears[of])
 
     def seen(self, attitude: Floats) -> Passage:
         """The same in body axes of the samples, for attitudes, GCRS to body, shape (n, 3, 3)."""
-        before, after = (np.einsum("kij,kj->ki", attitude, v) for v in self[:2])
+        before, after = (np.einsum("kij,kj->ki", attitude, v) for v in (self.before, self.after))
         return self._replace(before=before, after=after)
 
 

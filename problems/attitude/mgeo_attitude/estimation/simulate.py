@@ -247,7 +247,7 @@ def record(
             off = multiply(attitude, before.rotations[:, :, 0])
             steered = multiply(off, motion.attitude[k][..., None])
             for index, (cone, passage) in enumerate(zip(cones, passages, strict=True)):
-                now = Passage(*(part[k : k + 1] for part in passage))
+                now = passage.rows(slice(k, k + 1))
                 # a controller on the estimate would have made it the plan's
                 ways = [_broken(cone, turns[k], now, each) for each in (steered, attitude)]
                 found.broken[:, :, index] += np.stack(ways, axis=1)
@@ -270,7 +270,7 @@ def record(
 def _broken(cone: Cone, turn: Floats, passage: Passage, attitude: Floats) -> Bools:
     """Whether a path limit is broken in a step, shape (r,), for attitudes at its end, (3, 3, r)."""
     attitudes = np.moveaxis(attitude, -1, 0)
-    seen = Passage(*(np.repeat(part, len(attitudes), axis=0) for part in passage)).seen(attitudes)
+    seen = passage.rows(np.zeros(len(attitudes), dtype=np.int64)).seen(attitudes)
     there = nearest(cone, np.broadcast_to(turn, seen.after.shape), seen)
     angle = angle_from(cone, there.seen, there.radius)
     beyond = angle > cone.half_angle if cone.inside else angle < cone.half_angle

@@ -69,9 +69,9 @@ def step_parts(
         """One of the vectors that are given, the first or another one of a part of them."""
         return to_body(code, code.slots(at.given + columns[part] + 3 * index, 3))
 
-    def scalars(code: Code, part: str, index: int) -> Sequence[Symbol]:
-        """Two numbers that are given, after so many vectors."""
-        return code.slots(at.given + columns[part] + 3 * index, 2)
+    def numbers(code: Code, part: str, first: int, count: int) -> Sequence[Symbol]:
+        """Numbers that are given, from this column of a part on."""
+        return code.slots(at.given + columns[part] + first, count)
 
     code = part("propagate")
     C, dC = code.slots(at.attitude, 9), code.slots(at.rotation, 9)
@@ -100,7 +100,8 @@ def step_parts(
         for k, watch in enumerate(monitors.limits):
             v, moved = passages[watch.direction]
             value, axis = code.slot(at.monitors + k), Vec3(*constants(code, 3))
-            there = nearest_code(axis, watch.inside, turn, v, moved)
+            appears, *limb_given = numbers(code, f"off {watch.direction}", 6, 1 + 2 * watch.disc)
+            there = nearest_code(axis, watch.inside, turn, v, moved, appears)
             here = there.back(axis), there.seen(v, moved)
             if watch.plain:
                 value = dot(*here).maximum(value)
@@ -108,7 +109,7 @@ def step_parts(
                 sigmas = constants(code, 1)[0] if watch.margin else None
                 limb = None
                 if watch.disc:
-                    radius, grown = scalars(code, f"off {watch.direction}", 2)
+                    radius, grown = limb_given
                     limb = radius - there.share * grown
                 P, end = Triangle(code), (axis, v)
                 value = excess_code(here, end, sigmas, limb, P, watch.inside, value)
@@ -124,7 +125,7 @@ def step_parts(
         for view in sensor.views():
             boresight, (bound,) = Vec3(*constants(code, 3)), constants(code, 1)
             if view.disc:  # the cosine of the half-angle and the radius together
-                cosine, sine = scalars(code, f"view {view.direction}", 1)
+                cosine, sine = numbers(code, f"view {view.direction}", 3, 2)
                 bound = bound * cosine - constants(code, 1)[0] * sine
             looked_at = in_body_axes(code, f"view {view.direction}") if view.direction else v
             inside = float(view.inside)

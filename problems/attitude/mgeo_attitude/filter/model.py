@@ -255,10 +255,15 @@ class FilterModel:
         """
         parts = [self.references.reshape(len(self.references), -1)]
         for name in watched_directions(self.monitors):
-            before, after, *radius = self.passage(name)
-            parts += [after, after - before]
+            passage = self.passage(name)
+            parts += [
+                passage.after,
+                passage.after - passage.before,
+                passage.appears[:, None].astype(float),
+            ]
             if is_disc(name):
-                parts += [radius[1][:, None], (radius[1] - radius[0])[:, None]]
+                radius, before = passage.radius_after, passage.radius_before
+                parts += [radius[:, None], (radius - before)[:, None]]
         for name in viewed_directions(self.suite):
             vectors, at = self.direction(name)
             parts.append(vectors)

@@ -49,7 +49,8 @@ class Nearest(NamedTuple):
 def nearest(cone: Cone, turn: Floats, passage: Passage) -> Nearest:
     """Where a direction is nearest to the axis of a cone or, to keep inside, farthest from it.
 
-    Where that is not within the step, its end is taken: the beginning is the end of another one.
+    Where that is not within the step, its end is taken: the beginning is the end of another one,
+    unless the direction appears in this one. Then the worse of both ends is taken.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def nearest(cone: Cone, turn: Floats, passage: Passage) -> Nearest:
     passage : Passage
         In body axes of the end of each step.
     """
-    before, after, radius_before, radius_after = passage
+    before, after, radius_before, radius_after, appears = passage
     axis, sign = np.array(cone.axis), -1.0 if cone.inside else 1.0
     angle, moved = np.linalg.norm(turn, axis=1), after - before
     started = np.einsum("ijk,i->kj", exponential(turn.T), axis)
@@ -69,8 +70,11 @@ def nearest(cone: Cone, turn: Floats, passage: Passage) -> Nearest:
     )
     within = (first > 0.0) & (last < 0.0)
     left = np.arctan2(-last * np.sin(angle), first - last * np.cos(angle))
-    theta = np.where(within, left, 0.0) / np.where(angle > 0.0, angle, 1.0)
-    share = np.where(within, last, 0.0) / np.where(within, last - first, 1.0)
+    at_first, at_last = np.einsum("ki,ki->k", started, before), after @ axis
+    begins = appears & ~within & (sign * at_first > sign * at_last)
+    theta = np.where(within, left, np.where(begins, angle, 0.0))
+    theta = theta / np.where(angle > 0.0, angle, 1.0)
+    share = np.where(within, last, begins) / np.where(within, last - first, 1.0)
     back = np.moveaxis(exponential((theta[:, None] * turn).T), -1, 0)
     seen = np.einsum("kij,kj->ki", back, after - share[:, None] * moved)
     length = np.linalg.norm(seen, axis=1, keepdims=True)
@@ -110,8 +114,13 @@ class NearestCode(NamedTuple):
         return direction
 
 
-def nearest_code(axis: Vec3, inside: bool, turn: Turn, v: Vec3, moved: Vec3) -> NearestCode:
-    """As code, of a direction v in body axes of the end that has `moved` in the step."""
+def nearest_code(
+    axis: Vec3, inside: bool, turn: Turn, v: Vec3, moved: Vec3, appears: Symbol
+) -> NearestCode:
+    """As code, of a direction v in body axes of the end that has `moved` in the step.
+
+    One that `appears` in it, 1 or 0, has not moved.
+    """
     along, normal = dot(turn.axis, axis), cross(turn.axis, axis)
 
     def parts(u: Vec3) -> tuple[Any, Any, Any]:
@@ -119,12 +128,14 @@ def nearest_code(axis: Vec3, inside: bool, turn: Turn, v: Vec3, moved: Vec3) -> 
         return fixed, dot(axis, u) - fixed, dot(normal, u)
 
     _, q, r = parts(v)
+    nearer = q * (turn.cosine - 1.0) - r * turn.sine  # at the beginning than at the end
     p_moved, q_moved, r_moved = parts(moved)
     last = turn.angle * r + p_moved + q_moved
     turned = (q - q_moved) * turn.sine + (r - r_moved) * turn.cosine
     first = turn.angle * turned + p_moved + q_moved * turn.cosine - r_moved * turn.sine
     if inside:
-        first, last = -first, -last
+        first, last, nearer = -first, -last, -nearer
+    begins = appears * nearer
     x, y = first - last * turn.cosine, -last * turn.sine
     square = x * x + y * y
     scale = 1.0 / np.sqrt(square.choose(_TINY, square, 1.0))
@@ -134,9 +145,9 @@ def nearest_code(axis: Vec3, inside: bool, turn: Turn, v: Vec3, moved: Vec3) -> 
     share = -last * (1.0 / within.choose(0.0, fall, 1.0))
     return NearestCode(
         turn,
-        within.choose(0.0, x * scale, 1.0),
-        within.choose(0.0, y * scale, 0.0),
-        within.choose(0.0, share, 0.0),
+        within.choose(0.0, x * scale, begins.choose(_TINY, turn.cosine, 1.0)),
+        within.choose(0.0, y * scale, begins.choose(_TINY, turn.sine, 0.0)),
+        within.choose(0.0, share, begins.choose(_TINY, 1.0, 0.0)),
     )
 
 
