@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.environment.pointing import Place
 from mgeo_attitude.plan import ManeuverPlan, aem_text
 from mgeo_attitude.plan.verification import verify
 from scipy.spatial.transform import Rotation
@@ -54,4 +55,36 @@ def test_table_export_and_flights_agree(flown):
     assert row["value"] <= exported.min() + 1e-3  # the Sun moves by a degree a day
     assert exported.min() < 0.01
     broken = verify(plan, 20).path_limits.loc["Sun off camera"]
+    assert broken["steered: flights [%]"] == broken["open loop: flights [%]"] == 100.0
+
+
+def test_the_first_light_after_a_shadow_counts():
+    """The camera crosses the Sun in the dark, 0.1 s before the step in which it appears."""
+    night = TABLE | {"eclipse": True, "duration": 600.0}
+    environment = AttitudeManeuverProblem(Scenario.from_dict(night)).environment
+    lit = environment.sunlit
+    dawn = int(np.flatnonzero(~lit[:-1] & lit[1:])[0])
+    sun, before = environment.sun[dawn].copy(), 2.0 * dawn
+    rate = np.cross(sun, [0.0, 0.0, 1.0])
+    rate *= RATE / np.linalg.norm(rate)
+    camera = Rotation.from_rotvec(-(before - 0.1) * rate).apply(sun)
+    limit = {
+        "name": "camera",
+        "boresight": camera.tolist(),
+        "half_angle_deg": HALF_ANGLE_DEG,
+        "attitude_sigmas": 0.0,
+    }
+    scenario = Scenario.from_dict(night | {"path_limits": [limit]})
+    design = [*np.degrees(rate), before + 20.0, 0.0, 0.0, 0.0, 60.0, 0.0, 0.0, 0.0, 60.0]
+    plan = ManeuverPlan(scenario, tuple(map(float, design)))
+    times = np.arange(0.0, before + 20.0, 0.01)
+    at, attitude = Place.at(scenario, times), Rotation.from_rotvec(-times[:, None] * rate)
+    cosine = attitude.apply(at.sun) @ camera
+    seen = np.degrees(np.arccos(np.clip(cosine[at.sunlit], -1.0, 1.0))).min()
+    row = plan.constraints().loc["Sun off camera"]
+    # the Sun counts from the beginning of the step, at most that turn before it is there
+    assert seen - 2.0 * np.degrees(RATE) < row["value"] <= seen < HALF_ANGLE_DEG
+    assert not row["kept"]
+    assert "VIOLATED CONSTRAINT: Sun off camera" in aem_text(plan)
+    broken = verify(plan, 10).path_limits.loc["Sun off camera"]
     assert broken["steered: flights [%]"] == broken["open loop: flights [%]"] == 100.0
