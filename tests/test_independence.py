@@ -14,7 +14,7 @@ ATTITUDE = ROOT / "problems" / "attitude" / "mgeo_attitude"
 
 #: What of the plugin may import mgeo: commands, pages, and what reads and writes scenarios, plans,
 #: runs, flights and calibrations.
-MAY = {"calibration", "commands", "documents.py", "figures", "flight", "plan", "scenario"}
+MAY = {"calibration", "commands", "flight", "plan", "scenario", "view"}
 
 
 def test_mgeo_imports_no_plugin():

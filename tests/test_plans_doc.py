@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 from mgeo_attitude import Scenario
-from mgeo_attitude.observability import baselines
 from mgeo_attitude.plan import read_json
+from mgeo_attitude.view.observability import baselines
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app

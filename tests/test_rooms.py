@@ -27,17 +27,21 @@ OF_MGEO = {
 }
 OF_ATTITUDE = {
     "fields": set(),
-    "sensors": {"fields", "environment"},
-    "environment": {"fields"},
-    "scenario": {"fields", "sensors", "environment"},
+    "geometry": set(),
+    "environment": {"fields", "geometry"},
+    "sensors": {"fields", "geometry", "environment"},
+    "scenario": {"fields", "geometry", "environment", "sensors"},
     "maneuvers": {"fields", "scenario"},
-    "filter": {"scenario", "sensors", "environment", "maneuvers"},
-    "bound": {"scenario", "sensors", "filter"},
+    "filter": {"fields", "geometry", "environment", "sensors", "scenario", "maneuvers"},
+    "bound": {"geometry", "scenario", "sensors", "filter"},
+    "criteria": {
+        *("environment", "fields", "filter", "geometry", "maneuvers", "scenario", "sensors")
+    },
 }
 #: What stands beside the rooms, and any of them may import.
 SINGLE = {
     *("_foreign", "_text", "_typing", "_validation"),
-    *("constants", "files", "rotation", "units", "vector"),
+    "files",
 }
 
 

@@ -12,7 +12,7 @@ from mgeo_attitude.environment.interpolation import interpolate, nearest
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.reference import can_measure
 from mgeo_attitude.filter.wheel_load import wheel_loads
-from mgeo_attitude.flight import Motion
+from mgeo_attitude.maneuvers.motion import Motion
 from plotly.subplots import make_subplots
 
 from mgeo.figures.style import SYMBOLS

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, evaluate
-from mgeo_attitude.observability import baselines
 from mgeo_attitude.plan import Front
+from mgeo_attitude.view.observability import baselines
 
 from mgeo.runs.algorithms import DEFAULT
 from mgeo.runs.prepare import prepare

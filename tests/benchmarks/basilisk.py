@@ -25,7 +25,7 @@ from mgeo_attitude.calibration import Calibration, calibrate
 from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.flight import Truth
 from mgeo_attitude.flight.basilisk import fly
-from mgeo_attitude.rotation import matrix, vector
+from mgeo_attitude.geometry.rotation import matrix, vector
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "docs" / "basilisk.jsonl"

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mgeo_attitude import FilterModel, Scenario, evaluate
-from mgeo_attitude.answers import two_digits
-from mgeo_attitude.describe import block_units
-from mgeo_attitude.observability import baselines
+from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.view.answers import two_digits
+from mgeo_attitude.view.observability import baselines
 from numpy.typing import NDArray
 
 from .table import markdown

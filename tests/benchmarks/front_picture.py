@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
-from mgeo_attitude.at_best import under
+from mgeo_attitude.view.at_best import under
 
 from mgeo.figures.style import COLORS, GRAY, SYMBOLS, finished, log_axis
 from mgeo.report.static import drawn

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.describe import nondominated
 from mgeo_attitude.scenario import FlightErrors
+from mgeo_attitude.view.describe import nondominated
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.algorithm import Algorithm
 from pymoo.indicators.hv import HV

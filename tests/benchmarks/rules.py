@@ -13,8 +13,8 @@ from collections.abc import Iterator
 
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.describe import nondominated
-from mgeo_attitude.promises import spread
+from mgeo_attitude.view.describe import nondominated
+from mgeo_attitude.view.promises import spread
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected

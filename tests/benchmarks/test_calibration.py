@@ -5,8 +5,9 @@ import pytest
 from mgeo_attitude import Estimator, FilterModel, Scenario, calibrate
 from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.filter import ErrorStateFilter
-from mgeo_attitude.flight import Motion, draw, fly_run
+from mgeo_attitude.flight import draw, fly_run
 from mgeo_attitude.flight.simulated import sent_down
+from mgeo_attitude.maneuvers.motion import Motion
 
 from ..attitude.calibration.flights import PLAN, short
 from .measure import interleaved

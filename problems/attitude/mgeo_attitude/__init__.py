@@ -7,16 +7,17 @@ if TYPE_CHECKING:
     from mgeo_attitude.bound import LimitCurves, NoLimit, limit
     from mgeo_attitude.calibration import Calibration, calibrate, simulate_calibrations
     from mgeo_attitude.environment.environment import Environment
-    from mgeo_attitude.estimation import Estimator, MonteCarlo, consistency, simulate, validity
+    from mgeo_attitude.estimation import Estimator, MonteCarlo, consistency, simulate
     from mgeo_attitude.filter.evaluator import Evaluation, evaluate
     from mgeo_attitude.filter.history import FilterHistory, filter_history
     from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.filter.reference import agreement, reference_run
-    from mgeo_attitude.filter.suite import Suite
     from mgeo_attitude.flight import Telemetry, TelemetryMapping, fly, read_telemetry
     from mgeo_attitude.problem import AttitudeManeuverProblem
     from mgeo_attitude.scenario import Scenario, scenario_schema
+    from mgeo_attitude.scenario.validity import validity
     from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
+    from mgeo_attitude.sensors.suite import Suite
 
 __version__ = "0.1.0"
 
@@ -64,7 +65,7 @@ _HOMES = {
     "mgeo_attitude.filter.model": ("FilterModel",),
     "mgeo_attitude.filter.history": ("FilterHistory", "filter_history"),
     "mgeo_attitude.filter.reference": ("agreement", "reference_run"),
-    "mgeo_attitude.filter.suite": ("Suite",),
+    "mgeo_attitude.sensors.suite": ("Suite",),
     "mgeo_attitude.flight": ("Telemetry", "TelemetryMapping", "fly", "read_telemetry"),
     "mgeo_attitude.problem": ("AttitudeManeuverProblem",),
     "mgeo_attitude.scenario": ("Scenario", "scenario_schema"),

@@ -13,21 +13,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 
-from mgeo_attitude import at_best, describe, promises, requirements
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.answers import answers
 from mgeo_attitude.bound import LimitCurves, limit
-from mgeo_attitude.constraints import check_start, constraints
+from mgeo_attitude.criteria.constraints import check_start, constraints
+from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
+from mgeo_attitude.criteria.objectives import Objective, indicators, objective
+from mgeo_attitude.criteria.robustness import Flight, Flights, judged, over_flights
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.evaluation_cache import EvaluationCache
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
-from mgeo_attitude.margins import tables
-from mgeo_attitude.objectives import Objective, indicators, objective
-from mgeo_attitude.robustness import Flight, Flights, judged, over_flights
 from mgeo_attitude.scenario import FlightErrors, Scenario
 from mgeo_attitude.scenario.objective_names import PAPER
+from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.view import at_best, describe, promises, requirements
+from mgeo_attitude.view.answers import answers
+from mgeo_attitude.view.margins import tables
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -310,7 +310,7 @@ class AttitudeManeuverProblem(Problem):
         `clearance.remarks`, `promises.end_remarks`, `requirements.remarks` and
         `at_best.remarks`; the `notes` follow.
         """
-        from mgeo_attitude import clearance  # compiles
+        from mgeo_attitude.view import clearance  # compiles
 
         designs = np.atleast_2d(np.asarray(X, dtype=float))
         parts = (
@@ -325,7 +325,7 @@ class AttitudeManeuverProblem(Problem):
 
     def notes(self) -> list[str]:
         """Where the scenario is outside of what the linear covariance was found true for."""
-        from mgeo_attitude.estimation.validity import validity  # imports scipy
+        from mgeo_attitude.scenario.validity import validity  # imports scipy
 
         return [f"{line} (docs/consistency.md): verify a plan" for line in validity(self.scenario)]
 
@@ -341,7 +341,7 @@ class AttitudeManeuverProblem(Problem):
         return at_best.impossible(self)
 
     def answers(self, X: ArrayLike) -> list[str]:
-        """What each solution is worth, in one line; see `mgeo_attitude.answers`."""
+        """What each solution is worth, in one line; see `mgeo_attitude.view.answers`."""
         return answers(self, np.atleast_2d(np.asarray(X, dtype=float)))
 
     def limits(self, X: ArrayLike) -> list[pd.DataFrame]:
@@ -352,7 +352,7 @@ class AttitudeManeuverProblem(Problem):
         converged, too, in which the last rate is held for late flights or the body slews back. No
         search sees these.
         """
-        from mgeo_attitude import clearance  # compiles
+        from mgeo_attitude.view import clearance  # compiles
 
         designs = describe.checked_designs(self, np.atleast_2d(np.asarray(X, dtype=float)))
         excesses = self._complete(designs)[:, self.n_obj + self.n_ieq_constr :]
@@ -370,12 +370,12 @@ class AttitudeManeuverProblem(Problem):
 
     def figures(self, X: ArrayLike) -> dict[str, go.Figure]:
         """Interactive figures of a set of solutions; ``front`` for the paper's objectives."""
-        from mgeo_attitude.figures import figures
+        from mgeo_attitude.view.figures import figures
 
         return figures(self, np.atleast_2d(np.asarray(X, dtype=float)))
 
     def solution_figures(self, X: ArrayLike) -> list[dict[str, go.Figure]]:
         """For each solution its own small figures: rates, directions of Sun and field, errors."""
-        from mgeo_attitude.figures import solution_figures
+        from mgeo_attitude.view.figures import solution_figures
 
         return list(solution_figures(self, np.atleast_2d(np.asarray(X, dtype=float))))

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.accuracy import attitude_accuracy_deg
-from mgeo_attitude.answers import span, two_digits
-from mgeo_attitude.constraints import constraints
-from mgeo_attitude.describe import maneuver_texts
+from mgeo_attitude.criteria.constraints import constraints
+from mgeo_attitude.filter.accuracy import attitude_accuracy_deg
+from mgeo_attitude.view.answers import span, two_digits
+from mgeo_attitude.view.describe import maneuver_texts
 from numpy.typing import ArrayLike
 
 from mgeo_suite.catalog import NONE
@@ -87,8 +87,8 @@ def answers(problem: SuiteProblem, X: ArrayLike) -> list[str]:
 
 
 def limits(problem: SuiteProblem, X: ArrayLike) -> list[pd.DataFrame]:
-    """For each design a table with one row per limit, as `mgeo_attitude.margins.tables`."""
-    from mgeo_attitude.margins import tables
+    """For each design a table with one row per limit, as `mgeo_attitude.view.margins.tables`."""
+    from mgeo_attitude.view.margins import tables
 
     found = [each for asked in constraints(problem.scenario) for each in asked.limits]
     result = problem.evaluation(X)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import plotly.graph_objects as go
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.accuracy import attitude_accuracy_deg
-from mgeo_attitude.describe import maneuver_texts
-from mgeo_attitude.figures.style import line, title
+from mgeo_attitude.filter.accuracy import attitude_accuracy_deg
 from mgeo_attitude.filter.evaluator import Evaluation
+from mgeo_attitude.view.describe import maneuver_texts
+from mgeo_attitude.view.figures.style import line, title
 from numpy.typing import ArrayLike
 
 from mgeo.figures.style import COLORS, SYMBOLS, finished, literal, log_axis

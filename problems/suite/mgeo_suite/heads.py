@@ -8,7 +8,7 @@ from typing import Any
 
 from mgeo_attitude import SunSensor
 from mgeo_attitude.fields import quantity
-from mgeo_attitude.vector import Vec3
+from mgeo_attitude.geometry.vector import Vec3
 
 #: Outward normals of the faces of a satellite, body axes.
 FACES: dict[str, tuple[float, float, float]] = {

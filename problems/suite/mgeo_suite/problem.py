@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mgeo_attitude import Scenario
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.constraints import check_start, constraints
-from mgeo_attitude.evaluation_cache import EvaluationCache
+from mgeo_attitude.criteria.constraints import check_start, constraints
+from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, known_names
 from mgeo_attitude.maneuvers.schedule import decode
 from numpy.typing import ArrayLike

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from mgeo_attitude import FilterModel, Scenario, evaluate
 from mgeo_attitude.bound import LimitCurves
-from mgeo_attitude.objectives import OBJECTIVES
+from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.scenario.presets import PRESETS
 from mgeo_attitude.scenario.prior import Prior
 from numpy.typing import NDArray

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 from mgeo_attitude import fly
-from mgeo_attitude.rotation import matrix, vector
+from mgeo_attitude.geometry.rotation import matrix, vector
 from mgeo_attitude.scenario import Convergence
 from scipy.spatial.transform import Rotation
 

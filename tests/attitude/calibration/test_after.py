@@ -20,8 +20,8 @@ from mgeo_attitude.calibration import from_json, to_json
 from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.estimation.belief import Belief
 from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.geometry.rotation import matrix, vector
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.rotation import matrix, vector
 from mgeo_attitude.scenario import Wheels
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2

@@ -26,8 +26,8 @@ from mgeo_attitude.estimation.smoother import (
 )
 from mgeo_attitude.filter.discretization import discretize
 from mgeo_attitude.filter.reference import attitudes, reference_run, van_loan
-from mgeo_attitude.flight import Motion
-from mgeo_attitude.rotation import matrix
+from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.maneuvers.motion import Motion
 from scipy.linalg import qr
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation

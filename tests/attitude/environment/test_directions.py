@@ -7,7 +7,7 @@ import dataclasses
 import erfa
 import numpy as np
 from mgeo_attitude import Environment, Scenario
-from mgeo_attitude.constants import ASTRONOMICAL_UNIT, DAY, EARTH_RADIUS
+from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT, DAY, EARTH_RADIUS
 from mgeo_attitude.environment.directions import DIRECTIONS, directions, radii
 from mgeo_attitude.environment.moon import moon_position
 from mgeo_attitude.environment.sun import sun_position

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, simulate
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.flight import Motion
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence, PathLimit
 
 from ..flight.runs import estimated, none

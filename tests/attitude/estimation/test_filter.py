@@ -7,8 +7,9 @@ import pytest
 from mgeo_attitude import Estimator, FilterModel, Scenario
 from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.filter import ErrorStateFilter, whiten
-from mgeo_attitude.flight import Motion, draw
-from mgeo_attitude.rotation import matrix
+from mgeo_attitude.flight import draw
+from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.sensors.readings import Readings
 

@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import Gyro, StarTracker, Suite, SunSensor
 from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.innovation import innovation, jacobian, second_moments
-from mgeo_attitude.rotation import dot, matrix, rotate
+from mgeo_attitude.geometry.rotation import dot, matrix, rotate
 from mgeo_attitude.sensors.readings import as_array, as_reported
 from scipy.spatial.transform import Rotation
 

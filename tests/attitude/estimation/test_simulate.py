@@ -26,9 +26,9 @@ from mgeo_attitude.estimation import OutsideValidity
 from mgeo_attitude.estimation.simulate import RUNS
 from mgeo_attitude.estimation.taylor import Taylor
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.rotation import rotate
+from mgeo_attitude.geometry.rotation import rotate
+from mgeo_attitude.geometry.vector import Vec3, cross
 from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverLimits, Wheels
-from mgeo_attitude.vector import Vec3, cross
 
 PLANS = json.loads((Path(__file__).parent / "plans.json").read_text(encoding="utf-8"))
 SCENARIOS = Path(__file__).parents[3] / "docs" / "scenarios"  # as they were when these were found

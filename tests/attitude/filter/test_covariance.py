@@ -8,7 +8,7 @@ from mgeo_attitude.filter.covariance import last_pivot, predict, update
 from mgeo_attitude.filter.layout import transition_pattern
 from mgeo_attitude.filter.reference import schmidt
 from mgeo_attitude.filter.symbols import Code, Triangle, slots_of, triangle
-from mgeo_attitude.vector import Vec3
+from mgeo_attitude.geometry.vector import Vec3
 from scipy.linalg import expm
 
 from .suites import SUITES

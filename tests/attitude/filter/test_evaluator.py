@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Magnetometer, Sensor, evaluate
 from mgeo_attitude.filter.evaluator import available_threads
+from mgeo_attitude.geometry.vector import cross
 from mgeo_attitude.maneuvers.slew import SlewLimits
-from mgeo_attitude.vector import cross
 
 from .agreement import assert_agrees, designs, special_designs
 

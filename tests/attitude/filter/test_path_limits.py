@@ -13,15 +13,15 @@ from mgeo_attitude import (
     evaluate,
     reference_run,
 )
-from mgeo_attitude.constraints import constraints
+from mgeo_attitude.criteria.constraints import constraints
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone, Passage
 from mgeo_attitude.environment.pointing import Place
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.nearest import Turn, nearest_code
 from mgeo_attitude.filter.path_limits import angle_sigma, arc, cone_constants, excess, excess_code
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle
+from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.scenario import Convergence, InitialConditions, PathLimit
-from mgeo_attitude.vector import Vec3
 from scipy.spatial.transform import Rotation
 
 #: A long way from the Sun at the start, so that only what is flown decides.

@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evaluate, reference_run
+from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.objectives import OBJECTIVES
 from mgeo_attitude.scenario import PathLimit, Prior
-from mgeo_attitude.scenario.settings import state_units
+from mgeo_attitude.sensors.states import state_units
 from scipy.spatial.transform import Rotation
 
 from .agreement import assert_agrees, designs

@@ -16,7 +16,8 @@ from mgeo_attitude import (
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import can_measure, reference_run
-from mgeo_attitude.flight import Motion, draw, fly_run
+from mgeo_attitude.flight import draw, fly_run
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
 
 from .agreement import assert_agrees, designs

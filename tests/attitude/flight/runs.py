@@ -3,7 +3,8 @@
 import numpy as np
 from mgeo_attitude import Estimator
 from mgeo_attitude.estimation.simulate import record
-from mgeo_attitude.flight import Draws, Motion, fly_run
+from mgeo_attitude.flight import Draws, fly_run
+from mgeo_attitude.maneuvers.motion import Motion
 
 
 def none(model, n_steps):

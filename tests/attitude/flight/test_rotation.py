@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude.rotation import exponential, matrix, multiply, rotate, unrotate, vector
+from mgeo_attitude.geometry.rotation import exponential, matrix, multiply, rotate, unrotate, vector
 from scipy.spatial.transform import Rotation
 
 

@@ -20,7 +20,7 @@ from mgeo_attitude import (
 )
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.flight.mapping import Channels, GyroChannels, SensorChannels
-from mgeo_attitude.plan.ccsds import quaternions
+from mgeo_attitude.geometry.quaternion import quaternions
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 

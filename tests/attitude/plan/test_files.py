@@ -150,7 +150,7 @@ def test_other_bytes_and_huge_files(tmp_path, monkeypatch):
     path.write_bytes(b"\xff\xfe{}")
     with pytest.raises(ValueError, match=r"bytes\.json"):
         read_json(path)
-    monkeypatch.setattr("mgeo_attitude.documents.MOST_BYTES", 2)
+    monkeypatch.setattr("mgeo_attitude.plan.documents.MOST_BYTES", 2)
     with pytest.raises(ValueError, match="has 4 bytes: expected at most 2"):
         read_json(path)
     with pytest.raises(FileNotFoundError):

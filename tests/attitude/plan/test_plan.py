@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
-from mgeo_attitude.observability import baselines
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.scenario import InitialConditions, ManeuverLimits
+from mgeo_attitude.view.observability import baselines
 from scipy.spatial.transform import Rotation
 
 from .conftest import DESIGN

@@ -7,8 +7,8 @@ import shutil
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.describe import nondominated
 from mgeo_attitude.plan import read_front
+from mgeo_attitude.view.describe import nondominated
 
 from mgeo.runs.folder import write_run
 from mgeo.runs.representative import representative_solutions

@@ -8,15 +8,15 @@ import brahe.ccsds
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario, simulate
-from mgeo_attitude.answers import span
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.show import plan_document, print_plan
-from mgeo_attitude.figures.maneuvers import timeline
 from mgeo_attitude.filter.wheel_load import wheel_loads
-from mgeo_attitude.flight import Motion
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.plan import ManeuverPlan, aem_text, from_json, to_json
 from mgeo_attitude.plan.figures import plan_figures
 from mgeo_attitude.scenario import PathLimit, Wheels
+from mgeo_attitude.view.answers import span
+from mgeo_attitude.view.figures.maneuvers import timeline
 
 from mgeo.cli.output import Output
 

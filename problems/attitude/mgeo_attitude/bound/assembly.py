@@ -15,9 +15,9 @@ from mgeo_attitude.bound.gyro import Drift, along_attitude, corners, through_att
 from mgeo_attitude.bound.recursion import recursion
 from mgeo_attitude.bound.samples import Samples, samples
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.scenario.settings import considered_blocks
+from mgeo_attitude.sensors.states import considered_blocks
+from mgeo_attitude.sensors.suite import Suite
 
 
 def limit(scenario: Scenario, model: FilterModel | None = None) -> LimitCurves:

@@ -13,9 +13,9 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.rotation import matrix
+from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.sensors import Sensor
+from mgeo_attitude.sensors.suite import Suite
 
 #: Attitudes, as vectors of rotation, at which is seen what depends on them.
 _PROBES = np.array([[0.4, -1.1, 0.7], [-2.0, 0.3, 0.5], [0.9, 1.3, -1.6], [0.1, 0.2, 2.9]])

@@ -15,12 +15,13 @@ from mgeo_attitude.calibration.history import History
 from mgeo_attitude.calibration.prior_tests import PriorTest, contradictions
 from mgeo_attitude.calibration.sensor_tests import SensorTest
 from mgeo_attitude.calibration.uplink import DEG_S, uplink
-from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.plan.ccsds import quaternions, utc_texts
-from mgeo_attitude.rotation import matrix
+from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.fields.units import Unit
+from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.after import SUPPORTED
-from mgeo_attitude.units import Unit
+from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -38,7 +39,7 @@ class Calibration:
     time : float
         Of the last sample [s].
     quaternion : array, shape (4,)
-        Attitude then, from GCRF to body, scalar last; see `plan.ccsds.quaternions`.
+        Attitude then, from GCRF to body, scalar last; see `quaternions`.
     rate_deg_s : array, shape (3,)
         Body rate in the last step, by the gyro without its errors.
     states : array, shape (n_states,)

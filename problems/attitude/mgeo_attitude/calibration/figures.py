@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from mgeo.figures.style import COLORS, GRAY, finished, log_axis, symbol
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.calibration.history import History
-from mgeo_attitude.figures.style import line
+from mgeo_attitude.view.figures.style import line
 
 #: Points of a line that are drawn, about: more cannot be distinguished.
 POINTS = 1500

@@ -19,8 +19,8 @@ from mgeo.files.reading import entry
 from mgeo_attitude.calibration.calibration import Calibration
 from mgeo_attitude.calibration.prior_tests import PriorTest
 from mgeo_attitude.calibration.sensor_tests import SensorTest
-from mgeo_attitude.documents import Form, read_document, written
 from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.plan.documents import Form, read_document, written
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.prior import prior_of
 

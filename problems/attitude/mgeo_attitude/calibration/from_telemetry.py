@@ -27,8 +27,8 @@ from mgeo_attitude.estimation.linearization import Trajectory, sighting, turns
 from mgeo_attitude.estimation.residuals import Filtered, filtered
 from mgeo_attitude.estimation.smoother import covariances, last_covariance
 from mgeo_attitude.flight import Telemetry, TelemetryMapping, read_telemetry
-from mgeo_attitude.plan.ccsds import quaternions
-from mgeo_attitude.rotation import matrix
+from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.scenario import Scenario
 
 #: Probability that a reading without fault is taken for an outlier.

@@ -7,9 +7,9 @@ import pandas as pd
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.history import filter_history
-from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.observability import States
 from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.view.observability import States
 
 
 def promised(suite: Suite, time: float, covariance: Floats, plan: ManeuverPlan) -> pd.DataFrame:
@@ -34,7 +34,7 @@ def promised(suite: Suite, time: float, covariance: Floats, plan: ManeuverPlan) 
             f"the plan is for a satellite with the states {list(model.suite.blocks)}: expected "
             f"the calibration's {list(suite.blocks)}"
         )
-    history = filter_history(model.endless, plan.whole.commanded)
+    history = filter_history(model.endless, plan.trajectory.commanded)
     k = int(np.argmin(np.abs(history.times - time)))
     states = States.of(model.suite)
     predicted = history.sigma[k] * states.factors

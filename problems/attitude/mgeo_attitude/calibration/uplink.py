@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.plan.ccsds import quaternions
-from mgeo_attitude.rotation import matrix, shear
-from mgeo_attitude.scenario.settings import uncalibrated
+from mgeo_attitude.fields.units import Unit
+from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.geometry.rotation import matrix, shear
 from mgeo_attitude.sensors import Gyro, Sensor
-from mgeo_attitude.units import Unit
+from mgeo_attitude.sensors.states import uncalibrated
+from mgeo_attitude.sensors.suite import Suite
 
 #: Of the gyro in telemetry.
 DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))

@@ -10,9 +10,9 @@ from pathlib import Path
 from mgeo.files.atomic import check_writable
 from mgeo.runs.folder import FRONT_FILE, NEAREST_FILE, RUN_FILE
 from mgeo.runs.limits import nearest_kept
-from mgeo_attitude.answers import span, within
 from mgeo_attitude.plan import ManeuverPlan, read_front, read_json
 from mgeo_attitude.plan.run_folder import CHOICES, Front
+from mgeo_attitude.view.answers import span, within
 
 
 @dataclass(frozen=True)

@@ -14,14 +14,14 @@ from mgeo.files.reading import entry
 from mgeo.terminal import plain
 from mgeo_attitude.calibration.calibration import in_units, telemetry_units
 from mgeo_attitude.commands.files import Picked
-from mgeo_attitude.documents import opened, read_document, scenario_of, written
 from mgeo_attitude.environment.time_frames import elapsed
 from mgeo_attitude.fields import expect
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight import Telemetry, Truth
+from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.plan import ManeuverPlan
-from mgeo_attitude.plan.ccsds import quaternions
+from mgeo_attitude.plan.documents import opened, read_document, scenario_of, written
 from mgeo_attitude.scenario.prior import check_quaternion, states_of
+from mgeo_attitude.sensors.suite import Suite
 
 SIMULATORS = ("own", "basilisk")
 

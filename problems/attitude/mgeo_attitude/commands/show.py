@@ -14,12 +14,12 @@ from mgeo.cli.output import Output
 from mgeo.figures import report_page
 from mgeo.files.atomic import write_file
 from mgeo.terminal import Columns, plain, table
-from mgeo_attitude.accuracy import attitude_accuracy_deg
 from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.commands.files import Picked
+from mgeo_attitude.filter.accuracy import attitude_accuracy_deg
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.figures import plan_figures
-from mgeo_attitude.promises import MOST_FLIGHTS
+from mgeo_attitude.view.promises import MOST_FLIGHTS
 
 
 def print_plan(picked: Picked, output: Output) -> None:

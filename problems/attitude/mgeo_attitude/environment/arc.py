@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.constants import EARTH_MU
+from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.environment.interpolation import interpolate, nearest, others
 
 #: A window around an interval whose error is less [m] is not compared with others.

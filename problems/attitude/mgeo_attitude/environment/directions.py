@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats, Ints
-from mgeo_attitude.constants import EARTH_RADIUS
+from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.moon import moon_position
 from mgeo_attitude.environment.time_frames import instants
 

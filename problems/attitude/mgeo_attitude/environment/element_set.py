@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constants import DAY, EARTH_MU, EARTH_RADIUS
+from mgeo_attitude.environment.constants import DAY, EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.time_frames import (
     Instants,
     instants,

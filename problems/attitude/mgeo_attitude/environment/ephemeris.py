@@ -11,8 +11,8 @@ from typing import ClassVar, Self
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constants import EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.arc import Arc
+from mgeo_attitude.environment.constants import EARTH_MU, EARTH_RADIUS
 from mgeo_attitude.environment.kepler import orbital_period
 from mgeo_attitude.environment.time_frames import elapsed, utc_text
 from mgeo_attitude.fields import Validated, expect, quantity

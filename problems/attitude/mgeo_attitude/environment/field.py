@@ -7,7 +7,7 @@ from datetime import datetime
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constants import FIELD_MODEL_END, FIELD_MODEL_START
+from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.environment.time_frames import as_utc
 
 # East and south are undefined on the axis. 1e-7° beside it (1 cm) they are, and the field vector

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
+from mgeo_attitude.environment.constants import EARTH_J2, EARTH_MU, EARTH_RADIUS
 
 _TOLERANCE = 1e-14  # rad, last Newton step
 _MAX_ITERATIONS = 50  # 6 are enough even at e = 1 - 1e-16; this only bounds the loop

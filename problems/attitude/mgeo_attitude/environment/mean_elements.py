@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, ClassVar
 
-from mgeo_attitude.constants import DAY
+from mgeo_attitude.environment.constants import DAY
 from mgeo_attitude.environment.element_set import ElementSet, fastest, sgp4_api
 from mgeo_attitude.fields import expect, positive, quantity
 

@@ -10,7 +10,7 @@ import erfa
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constants import ASTRONOMICAL_UNIT
+from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT
 from mgeo_attitude.environment.time_frames import Instants
 
 

@@ -9,7 +9,7 @@ from datetime import datetime
 from typing import Self
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constants import EARTH_RADIUS
+from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.ephemeris import EphemerisOrbit
 from mgeo_attitude.environment.kepler import (
     Elements,

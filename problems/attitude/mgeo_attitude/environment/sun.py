@@ -11,7 +11,7 @@ import erfa
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constants import ASTRONOMICAL_UNIT, EARTH_RADIUS, SUN_RADIUS
+from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT, EARTH_RADIUS, SUN_RADIUS
 from mgeo_attitude.environment.time_frames import Instants
 
 _SMALLEST_SEPARATION = 1e-9  # rad; keeps the division by it finite on the shadow's axis

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constants import DAY
+from mgeo_attitude.environment.constants import DAY
 
 _MJD_ZERO = 2400000.5
 _MJD_START = datetime(1858, 11, 17, tzinfo=UTC)

@@ -4,7 +4,7 @@ from mgeo_attitude.estimation.consistency import Consistency, Criterion, consist
 from mgeo_attitude.estimation.filter import Estimator
 from mgeo_attitude.estimation.monte_carlo import MonteCarlo
 from mgeo_attitude.estimation.simulate import simulate
-from mgeo_attitude.estimation.validity import OutsideValidity, validity
+from mgeo_attitude.scenario.validity import OutsideValidity, validity
 
 __all__ = [
     "Consistency",

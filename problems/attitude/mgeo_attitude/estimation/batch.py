@@ -12,12 +12,12 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.estimation.belief import UNKNOWN
 from mgeo_attitude.estimation.counting import angle_variance
 from mgeo_attitude.filter.model import inertial_vectors
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight import Telemetry
 from mgeo_attitude.flight.gyro_samples import covered, spikes, turned
 from mgeo_attitude.flight.mapping import UNITS
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Sensor
+from mgeo_attitude.sensors.suite import Suite
 
 #: Without a sample for longer than this many times the usual time, nothing is known of the rate.
 SILENT = 10.0

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.rotation import matrix, skew, vector
+from mgeo_attitude.geometry.rotation import matrix, skew, vector
 from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors.suite import Suite
 
 #: 1-sigma of an attitude of which nothing is known [rad], about that of all rotations.
 UNKNOWN = 1.0

@@ -8,8 +8,8 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.rotation import matrix, multiply, skew, vector
+from mgeo_attitude.geometry.rotation import matrix, multiply, skew, vector
+from mgeo_attitude.sensors.suite import Suite
 
 
 @dataclass(frozen=True)

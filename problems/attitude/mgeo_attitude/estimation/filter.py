@@ -18,10 +18,10 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.estimation.estimate import Estimate, reset
 from mgeo_attitude.estimation.innovation import innovation, jacobian, second_moments
 from mgeo_attitude.fields import Validated, quantity
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.filter.transition import transition
-from mgeo_attitude.rotation import exponential, multiply, vector
+from mgeo_attitude.geometry.rotation import exponential, multiply, vector
 from mgeo_attitude.sensors.readings import Readings, as_reported
+from mgeo_attitude.sensors.suite import Suite
 
 
 @dataclass(frozen=True, kw_only=True)

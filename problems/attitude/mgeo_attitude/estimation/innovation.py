@@ -12,8 +12,8 @@ import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.taylor import Taylor, uncertain, uncertain_rotation
-from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.rotation import multiply
+from mgeo_attitude.geometry.rotation import multiply
+from mgeo_attitude.sensors.suite import Suite
 
 
 def innovation(

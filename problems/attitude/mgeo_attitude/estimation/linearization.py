@@ -14,9 +14,9 @@ from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.innovation import innovation, jacobian
 from mgeo_attitude.estimation.kernels import load
 from mgeo_attitude.estimation.taylor import Linear
-from mgeo_attitude.filter.suite import Suite
-from mgeo_attitude.rotation import cross, exponential, matrix, vector
+from mgeo_attitude.geometry.rotation import cross, exponential, matrix, vector
 from mgeo_attitude.sensors.readings import as_reported
+from mgeo_attitude.sensors.suite import Suite
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,15 +17,16 @@ from mgeo_attitude.environment.directions import Cone, Passage
 from mgeo_attitude.estimation.estimate import Estimate
 from mgeo_attitude.estimation.filter import ErrorStateFilter, Estimator
 from mgeo_attitude.estimation.monte_carlo import MonteCarlo, Record
-from mgeo_attitude.estimation.validity import OutsideValidity, validity
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.nearest import nearest
 from mgeo_attitude.filter.path_limits import angle_from
-from mgeo_attitude.flight import Flight, Motion, draw, fly_run, other_truth
-from mgeo_attitude.flight.whole import Whole
-from mgeo_attitude.rotation import multiply
+from mgeo_attitude.flight import Flight, draw, fly_run, other_truth
+from mgeo_attitude.geometry.rotation import multiply
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.validity import OutsideValidity, validity
 
 #: Runs that are computed side by side, one such part after the other. In threads they would mostly
 #: wait for the interpreter, which has some hundred short operations to begin in each step.
@@ -185,7 +186,7 @@ def planned(
     model = FilterModel.from_scenario(scenario, environment)
     real = model if truth is None else other_truth(truth, scenario, environment)
     t_end = float(evaluate(model, plan).t_end[0])
-    whole = Whole(scenario, model, plan, t_end).commanded
+    whole = Trajectory(scenario, model, plan, t_end).commanded
     (variances,) = evaluate(model.endless, whole, history=True).variances
     motion = Motion.of(model, whole, model.n_steps)
     return Planned(n_runs, plan, model, real, motion, t_end, variances)

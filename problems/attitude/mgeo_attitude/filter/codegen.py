@@ -26,9 +26,9 @@ from mgeo_attitude.filter.layout import (
 )
 from mgeo_attitude.filter.nearest import Turn, nearest_code
 from mgeo_attitude.filter.path_limits import cone_constants, excess_code
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
-from mgeo_attitude.vector import Vec3, dot
+from mgeo_attitude.geometry.vector import Vec3, dot
+from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario import PathLimit

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from mgeo_attitude.filter.symbols import Index, Symbol, Triangle, slots_of
-from mgeo_attitude.vector import Vec3
+from mgeo_attitude.geometry.vector import Vec3
 
 _BLOCK = range(3)
 

@@ -32,7 +32,7 @@ from mgeo_attitude.files import write_text
 from mgeo_attitude.filter import discretization, intrinsics, lanewise
 from mgeo_attitude.filter.codegen import module_source
 from mgeo_attitude.filter.layout import NO_MONITORS, Monitors
-from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.sensors.suite import Suite
 
 _log = logging.getLogger(__name__)
 

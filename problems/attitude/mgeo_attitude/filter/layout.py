@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from mgeo_attitude.environment.directions import DIRECTIONS
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.filter.symbols import slots_of
+from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario import PathLimit

@@ -25,11 +25,12 @@ from mgeo_attitude.filter.layout import (
     watched_directions,
 )
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.maneuvers.schedule import Schedule, schedule
 from mgeo_attitude.maneuvers.slew import SlewLimits
-from mgeo_attitude.scenario.settings import RequiredSigma, TraceWeights, uncalibrated
+from mgeo_attitude.scenario.settings import RequiredSigma, TraceWeights
 from mgeo_attitude.sensors import Gyro, Sensor
+from mgeo_attitude.sensors.states import uncalibrated
+from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario import PathLimit, Scenario

@@ -21,8 +21,8 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import Cone, Passage
 from mgeo_attitude.filter.symbols import Symbol
-from mgeo_attitude.rotation import exponential
-from mgeo_attitude.vector import Vec3, cross, dot
+from mgeo_attitude.geometry.rotation import exponential
+from mgeo_attitude.geometry.vector import Vec3, cross, dot
 
 #: Below this the square of a slope is zero.
 _TINY = 1e-280

@@ -8,7 +8,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.kernel import load_driver
-from mgeo_attitude.filter.suite import Suite
+from mgeo_attitude.sensors.suite import Suite
 
 
 def transition(suite: Suite, rate: Sequence[float], duration: float) -> tuple[Floats, Floats]:

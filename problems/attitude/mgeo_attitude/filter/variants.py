@@ -14,9 +14,9 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.path_limits import excess
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.filter.symbols import triangle
 from mgeo_attitude.sensors import Gyro
+from mgeo_attitude.sensors.suite import Suite
 
 #: The cosine of the angle to what has not been seen.
 _NEVER_SEEN = -2.0

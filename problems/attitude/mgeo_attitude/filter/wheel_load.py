@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.constants import EARTH_MU
+from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.filter.discretization import turn
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.maneuvers.schedule import Schedule

@@ -1,6 +1,6 @@
 """What happens: the truth of a plan's flights, what gyro and sensors report, and telemetry."""
 
-from mgeo_attitude.flight.flight import Draws, Flight, Motion, draw, fly_run
+from mgeo_attitude.flight.flight import Draws, Flight, draw, fly_run
 from mgeo_attitude.flight.mapping import TelemetryMapping
 from mgeo_attitude.flight.simulated import fly
 from mgeo_attitude.flight.telemetry import Telemetry, Truth
@@ -10,7 +10,6 @@ from mgeo_attitude.flight.truth import other_truth
 __all__ = [
     "Draws",
     "Flight",
-    "Motion",
     "Telemetry",
     "TelemetryMapping",
     "Truth",

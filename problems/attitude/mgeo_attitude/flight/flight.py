@@ -1,4 +1,4 @@
-"""The truth: what chance decides, exact rotations, true sensor errors, and what is reported."""
+"""The truth: what chance decides, true sensor errors, and what is reported."""
 
 from __future__ import annotations
 
@@ -6,45 +6,17 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.linalg import block_diag
 from scipy.signal import lfilter
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import can_measure
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.filter.transition import transition
-from mgeo_attitude.maneuvers.attitude import attitudes
-from mgeo_attitude.maneuvers.schedule import flown
-from mgeo_attitude.rotation import matrix, vector
+from mgeo_attitude.geometry.rotation import matrix, vector
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.sensors.readings import Readings, as_array
-
-
-@dataclass(frozen=True)
-class Motion:
-    """A plan on n steps, from the attitude at the start that is believed.
-
-    Attributes
-    ----------
-    rates : array, shape (n, 3)
-        Body rate in each step [rad/s].
-    attitude : array, shape (n + 1, 3, 3)
-        GCRS to body.
-    """
-
-    rates: Floats
-    attitude: Floats
-
-    @classmethod
-    def of(cls, model: FilterModel, design: ArrayLike, n_steps: int) -> Motion:
-        """Of a design, shape (4 m,)."""
-        plan = flown(design, n_steps * model.step, model.step, model.slew_limits)
-        starts = np.rint(plan.times[:-1] / model.step).astype(np.int64)
-        stretch = np.searchsorted(starts, np.arange(n_steps), side="right") - 1
-        initial = model.initial_attitude
-        flown_attitudes = attitudes(plan.rates, starts, n_steps, model.step, initial)
-        return cls(plan.rates[stretch], flown_attitudes)
+from mgeo_attitude.sensors.suite import Suite
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,12 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.flight.flight import Draws, Flight, Motion, draw, fly_run
+from mgeo_attitude.flight.flight import Draws, Flight, draw, fly_run
 from mgeo_attitude.flight.telemetry import Telemetry, Truth
 from mgeo_attitude.flight.truth import other_truth
-from mgeo_attitude.flight.whole import Whole
-from mgeo_attitude.rotation import vector
+from mgeo_attitude.geometry.rotation import vector
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.readings import to_channels
 
@@ -91,7 +92,8 @@ def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
     if not scenario.maneuvers.slew_back:
         return design
     held = getattr(plan, "held_until", 0.0)
-    return Whole(scenario, model, design, float(evaluate(model, design).t_end[0]), held).commanded
+    t_end = float(evaluate(model, design).t_end[0])
+    return Trajectory(scenario, model, design, t_end, held).commanded
 
 
 def sent_down(model: FilterModel, flight: Flight) -> Telemetry:

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.files import write_text
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight.resolution import resolution
 from mgeo_attitude.sensors.readings import from_channels
+from mgeo_attitude.sensors.suite import Suite
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -7,7 +7,7 @@ from datetime import timedelta
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constants import DAY, FIELD_MODEL_END, FIELD_MODEL_START
+from mgeo_attitude.environment.constants import DAY, FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.flight.telemetry import Telemetry, channels
 from mgeo_attitude.scenario import Scenario
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import declared, require_same
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.scenario import InitialConditions, Scenario
 from mgeo_attitude.sensors.readings import n_vectors
+from mgeo_attitude.sensors.suite import Suite
 
 #: Keys of a scenario in which a truth may differ, and those that say nothing of a flight. Of
 #: `initial` that is how well the attitude is known: what is flown starts from the believed one.

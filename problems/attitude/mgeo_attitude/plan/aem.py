@@ -19,13 +19,13 @@ from typing import Literal, get_args
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.maneuvers.phases import Phase
-from mgeo_attitude.plan.ccsds import (
+from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.geometry.quaternion import (
     body_rates,
     quaternion_derivatives,
     sampled_quaternions,
-    utc_texts,
 )
+from mgeo_attitude.maneuvers.phases import Phase
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 Version = Literal["1.0", "2.0"]

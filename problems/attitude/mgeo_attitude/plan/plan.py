@@ -11,21 +11,22 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo_attitude import at_best, observability
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.accuracy import attitude_accuracy_deg, attitude_sigma_deg
-from mgeo_attitude.answers import answer, overrun, span
 from mgeo_attitude.bound import NoLimit
-from mgeo_attitude.describe import block_units
+from mgeo_attitude.environment.time_stamps import utc_texts
 from mgeo_attitude.fields import InvalidValue, Validated, quantity
+from mgeo_attitude.filter.accuracy import attitude_accuracy_deg, attitude_sigma_deg
 from mgeo_attitude.filter.history import FilterHistory, filter_history
-from mgeo_attitude.flight.whole import Whole
+from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.maneuvers.phases import HELD, Phase
 from mgeo_attitude.maneuvers.slew_back import SlewBack
-from mgeo_attitude.plan.ccsds import quaternions, utc_texts
+from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.problem import AttitudeManeuverProblem
-from mgeo_attitude.promises import Times, ends, held_until, times
 from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.view import at_best, observability
+from mgeo_attitude.view.answers import answer, overrun, span
+from mgeo_attitude.view.promises import Times, ends, held_until, times
 
 #: Share of an initial 1-sigma from which on an error counts as not calibrated.
 UNLEARNED = 0.5
@@ -163,30 +164,30 @@ class ManeuverPlan(Validated):
         return float(held)
 
     @cached_property
-    def whole(self) -> Whole:
+    def trajectory(self) -> Trajectory:
         """What is flown until the plan ends."""
         design = np.array(self.design)
-        return Whole(self.scenario, self.problem.model, design, self.t_end, self.held_until)
+        return Trajectory(self.scenario, self.problem.model, design, self.t_end, self.held_until)
 
     @property
     def phases(self) -> tuple[Phase, ...]:
         """Maneuvers flown, the time for which the last rate is held, and the slew back."""
-        return self.whole.phases
+        return self.trajectory.phases
 
     @property
     def slew_back(self) -> SlewBack | None:
         """How the plan goes on after `held_until`, if the scenario asks for it."""
-        return self.whole.back
+        return self.trajectory.back
 
     @property
     def duration(self) -> float:
         """When the plan ends, slew back included [s]."""
-        return self.whole.end
+        return self.trajectory.end
 
     @cached_property
     def attitude(self) -> Floats:
         """GCRS to body at every step of the filter until the end, shape (n + 1, 3, 3)."""
-        return self.history.attitude if self.duration == self.t_end else self.whole.attitude
+        return self.history.attitude if self.duration == self.t_end else self.trajectory.attitude
 
     def steps(self, times: ArrayLike) -> NDArray[np.int64]:
         """Filter steps of times [s] that are on one."""
@@ -205,7 +206,7 @@ class ManeuverPlan(Validated):
     def timeline(self) -> pd.DataFrame:
         """One row per phase: when, at what rates, from which attitude to which.
 
-        Attitudes are quaternions from GCRF to body, scalar last (see `ccsds.quaternions`); the
+        Attitudes are quaternions from GCRF to body, scalar last (see `quaternions`); the
         angle swept is all that is turned through, not the shortest way.
         """
         edges = np.array([*(phase.start for phase in self.phases), self.duration])

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from mgeo_attitude.answers import span
-from mgeo_attitude.estimation.validity import validity
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.plan.verification import CLAIMED, LEVEL, POWER, PREDICTED, Verification
+from mgeo_attitude.scenario.validity import validity
+from mgeo_attitude.view.answers import span
 
 
 def conclusion(found: Verification) -> str:

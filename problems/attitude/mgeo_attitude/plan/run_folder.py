@@ -17,14 +17,14 @@ from mgeo.files.reading import errors_of
 from mgeo.runs.folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
 from mgeo.runs.representative import default_solution
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.describe import nondominated
-from mgeo_attitude.documents import TOLERANCE
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.plan.documents import TOLERANCE
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.objective_names import PAPER
+from mgeo_attitude.view.describe import nondominated
 
 Choice = Literal["knee", "fastest", "best"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from mgeo_attitude.environment.time_stamps import utc_texts
 from mgeo_attitude.maneuvers.phases import RAMP
-from mgeo_attitude.plan.ccsds import utc_texts
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 #: Of a rate [deg/s] after the point: half a unit about each axis is 0.9e-8 deg/s.
@@ -37,7 +37,7 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
         found.append((phase.label, start, phase.rates_deg_s))
         ramp_since = None
     if ramp_since is not None:  # it ends in a ramp, to the last rate of all
-        x, y, z = (float(rate) for rate in plan.whole.commanded[-4:-1])
+        x, y, z = (float(rate) for rate in plan.trajectory.commanded[-4:-1])
         found.append((plan.phases[-1].label.removeprefix(RAMP), ramp_since, (x, y, z)))
     starts = np.array([start for _, start, _ in found])
     table = pd.DataFrame(

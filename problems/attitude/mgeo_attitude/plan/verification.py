@@ -10,8 +10,8 @@ from scipy.stats import chi2
 
 from mgeo.studies.statistics import holm
 from mgeo_attitude.estimation import simulate
-from mgeo_attitude.observability import States
 from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.view.observability import States
 
 #: Probability of calling a plan and its filter wrong that are right, in all tests together.
 LEVEL = 0.01

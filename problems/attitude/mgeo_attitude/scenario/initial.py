@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constants import EARTH_MU
+from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
 
 if TYPE_CHECKING:

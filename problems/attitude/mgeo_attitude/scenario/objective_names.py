@@ -1,4 +1,4 @@
-"""Names of what can be minimized; `mgeo_attitude.objectives` computes it."""
+"""Names of what can be minimized; `mgeo_attitude.criteria.objectives` computes it."""
 
 from __future__ import annotations
 

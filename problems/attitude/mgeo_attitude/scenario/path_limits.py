@@ -1,4 +1,4 @@
-"""Where body axes may point along the way; `mgeo_attitude.constraints` measures it."""
+"""Where body axes may point along the way; `mgeo_attitude.criteria.constraints` measures it."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone
 from mgeo_attitude.fields import Validated, expect, quantity
+from mgeo_attitude.geometry.vector import unit
 from mgeo_attitude.scenario.settings import check_name
-from mgeo_attitude.vector import unit
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.constants import FIELD_MODEL_END, FIELD_MODEL_START
+from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
 from mgeo_attitude.fields import (
     InvalidValue,
@@ -41,12 +41,11 @@ from mgeo_attitude.scenario.settings import (
     TraceWeights,
     check_blocks,
     check_name,
-    state_units,
-    uncalibrated,
 )
 from mgeo_attitude.scenario.toml import ScenarioFileError, read_toml, to_toml
 from mgeo_attitude.scenario.wheels import Wheels
 from mgeo_attitude.sensors import SENSORS, Gyro, Sensor
+from mgeo_attitude.sensors.states import state_units, uncalibrated
 
 _MAX_COUNT = 2**31  # with more steps than this any remainder would be within rounding
 # What is kept of each step would fill the memory: of the run, once; of the window, for each design.

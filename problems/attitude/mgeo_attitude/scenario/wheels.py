@@ -1,4 +1,4 @@
-"""Reaction wheels, which limit torque and momentum; `mgeo_attitude.constraints` measures them."""
+"""Reaction wheels, which limit torque and momentum; `criteria.constraints` measures them."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import Validated, expect, positive, quantity
+from mgeo_attitude.geometry.vector import unit
 from mgeo_attitude.scenario.allocation import ALLOCATIONS
-from mgeo_attitude.vector import unit
 
 #: Singular value of the spin axes below which they span no more than a plane.
 _FLAT = 1e-6

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.fields import InvalidValue, Validated, known_names, positive, quantity
+from mgeo_attitude.fields.units import DIMENSIONLESS, Unit
+from mgeo_attitude.geometry.vector import Vec3
 from mgeo_attitude.sensors.markov import GaussMarkov
-from mgeo_attitude.units import DIMENSIONLESS, Unit
-from mgeo_attitude.vector import Vec3
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment

@@ -11,11 +11,11 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import Validated, positive, quantity
-from mgeo_attitude.rotation import rotate, shear, unrotate
+from mgeo_attitude.fields.units import DEG, DEG_H, PPM, Unit
+from mgeo_attitude.geometry.rotation import rotate, shear, unrotate
+from mgeo_attitude.geometry.vector import Vec3, cross, scale
+from mgeo_attitude.geometry.vector import shear as shear_components
 from mgeo_attitude.sensors.base import CONSIDERED, check_considered
-from mgeo_attitude.units import DEG, DEG_H, PPM, Unit
-from mgeo_attitude.vector import Vec3, cross, scale
-from mgeo_attitude.vector import shear as shear_components
 
 
 @dataclass(frozen=True)

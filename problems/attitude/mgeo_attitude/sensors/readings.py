@@ -56,7 +56,7 @@ def n_vectors(sensor: Sensor) -> int:
 def to_channels(sensor: Sensor, vectors: Floats) -> Floats:
     """Readings, shape (n, k, 3), as telemetry has them: shape (n, len(channels)), NaN where none.
 
-    A quaternion is that of `plan.ccsds.quaternions`.
+    A quaternion is that of `quaternions`.
     """
     if len(sensor.channels) == 3:
         return vectors[:, 0] * sensor.channel_unit.factor

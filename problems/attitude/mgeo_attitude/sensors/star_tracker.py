@@ -13,11 +13,11 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.fields import expect, positive, quantity
-from mgeo_attitude.rotation import across, cross, dot, rotate, unrotate
+from mgeo_attitude.fields.units import DEG, Unit
+from mgeo_attitude.geometry.rotation import across, cross, dot, rotate, unrotate
+from mgeo_attitude.geometry.vector import Vec3, unit
+from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import NAME, Sensor
-from mgeo_attitude.units import DEG, Unit
-from mgeo_attitude.vector import Vec3, unit
-from mgeo_attitude.vector import dot as inner
 
 _ARCSEC_PER_DEG = 3600.0
 

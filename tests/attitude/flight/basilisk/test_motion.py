@@ -11,9 +11,9 @@ from mgeo_attitude import FilterModel, Magnetometer, Scenario, StarTracker, SunS
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.sun import lit_fraction, sun_position
 from mgeo_attitude.environment.time_frames import gcrs_to_itrs, instants, rotate
-from mgeo_attitude.flight import Motion
 from mgeo_attitude.flight import fly as fly_exactly
 from mgeo_attitude.flight.basilisk import Vehicle, fly
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import InitialConditions, ManeuverLimits, Orbit, TLEOrbit, Wheels
 from scipy.spatial.transform import Rotation
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Gyro, Magnetometer, Scenario, StarTracker, SunSensor
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.flight import Motion
 from mgeo_attitude.flight.basilisk import Vehicle, fly
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.sensors.vector_sensors import FIELD_UNIT_NT
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2

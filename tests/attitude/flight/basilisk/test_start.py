@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from mgeo_attitude import FilterModel, Scenario, calibrate
 from mgeo_attitude.environment import Environment
-from mgeo_attitude.flight import Motion
 from mgeo_attitude.flight import fly as fly_exactly
 from mgeo_attitude.flight.basilisk import Vehicle, fly
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Wheels
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.flight.basilisk.vehicle import Vehicle
-from mgeo_attitude.flight.flight import Motion
+from mgeo_attitude.maneuvers.motion import Motion
 
 #: Speed at which a wheel stores its greatest momentum [rpm]; it says how heavy the wheel is.
 WHEEL_SPEED = 6000.0

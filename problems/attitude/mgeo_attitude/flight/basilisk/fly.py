@@ -14,14 +14,15 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.model import FilterModel, sampled
 from mgeo_attitude.filter.reference import can_measure
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight.basilisk.vehicle import Vehicle
-from mgeo_attitude.flight.flight import Motion, draw, fly_run
+from mgeo_attitude.flight.flight import draw, fly_run
 from mgeo_attitude.flight.simulated import commanded, going_on, sent_down
 from mgeo_attitude.flight.telemetry import Telemetry, Truth
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Magnetometer, Sensor, StarTracker, SunSensor
 from mgeo_attitude.sensors.readings import Readings
+from mgeo_attitude.sensors.suite import Suite
 
 #: Sensors that Basilisk has, each with the states that it has there.
 MODELED: dict[type[Sensor], set[str]] = {

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.flight.basilisk.surroundings import Surroundings
-from mgeo_attitude.rotation import matrix
+from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
 from mgeo_attitude.sensors.vector_sensors import FIELD_UNIT_NT
 

@@ -19,7 +19,6 @@ from scipy.spatial.transform import Rotation
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.orbit import Orbit
-from mgeo_attitude.filter.suite import Suite
 from mgeo_attitude.flight.basilisk.control import (
     Guidance,
     Reference,
@@ -36,9 +35,10 @@ from mgeo_attitude.flight.basilisk.surroundings import (
     shadow_model,
 )
 from mgeo_attitude.flight.basilisk.vehicle import Vehicle
-from mgeo_attitude.flight.flight import Motion
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Magnetometer
+from mgeo_attitude.sensors.suite import Suite
 
 #: Longest step of dynamics and control [s]; the scenario's step is cut into equal parts.
 LONGEST_STEP = 1.0

@@ -15,8 +15,8 @@ import pandas as pd
 from Basilisk.architecture import messaging, sysModel
 from Basilisk.simulation import eclipse, gravityEffector, magneticFieldWMM, spacecraft
 
-from mgeo_attitude.constants import EARTH_MU
 from mgeo_attitude.environment import Environment
+from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.environment.sun import sun_position
 from mgeo_attitude.environment.time_frames import as_utc, gcrs_to_itrs, instants
 

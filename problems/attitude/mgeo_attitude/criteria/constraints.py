@@ -1,0 +1,207 @@
+"""What a plan must keep, as values that are at most zero where it does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment.directions import DIRECTIONS
+from mgeo_attitude.fields import InvalidValue, expect
+from mgeo_attitude.filter.path_limits import excess_along
+from mgeo_attitude.scenario.settings import RequiredSigma
+from mgeo_attitude.sensors.suite import Suite, block_units
+
+if TYPE_CHECKING:
+    from mgeo_attitude.environment.pointing import Place
+    from mgeo_attitude.filter.evaluator import Evaluation
+    from mgeo_attitude.scenario import PathLimit, Scenario
+
+#: A rate at its limit may be above it by what conversions round.
+_ROUNDING = 1.0 + 1e-12
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A number that a plan must not exceed or, with `least`, not fall below.
+
+    `measured` is that of each design, shape (n,), NaN for one without result; the `bound` above 0
+    is in its unit. It is shown in `unit`, to which `factor` leads.
+    """
+
+    label: str
+    measured: Callable[[Evaluation], Floats]
+    bound: float
+    unit: str
+    factor: float = 1.0
+    least: bool = False
+
+    def excess(self, result: Evaluation) -> Floats:
+        """By how much each design violates it, as a fraction of the bound, shape (n,)."""
+        share = self.measured(result) / self.bound
+        return 1.0 - share if self.least else share - 1.0
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """Limits of the scenario, at least one, that are kept or violated as one.
+
+    Where it `needs_covariance`, the evaluation must contain the covariances at the end.
+    """
+
+    label: str
+    limits: tuple[Limit, ...]
+    needs_covariance: bool = False
+
+    def excesses(self, result: Evaluation) -> Floats:
+        """By how much each design violates each limit, shape (n_limits, n); NaN without result.
+
+        The greatest is the constraint's value.
+        """
+        return np.array([limit.excess(result) for limit in self.limits])
+
+
+def constraints(scenario: Scenario) -> list[Constraint]:
+    """Constraints that a scenario asks for, in a fixed order."""
+    found = []
+    wheels = scenario.wheels
+    if wheels is not None and wheels.max_momentum is not None:
+        momentum = partial(_wheel_momentum, inertia=wheels.matrix(), allocation=wheels.shares())
+        load = _budgeted_momentum if wheels.budgeted else momentum
+        limit = Limit("wheel momentum", load, wheels.max_momentum, "N m s")
+        found.append(Constraint(limit.label, (limit,)))
+    if wheels is not None and wheels.max_torque is not None and wheels.budgeted:
+        limit = Limit("wheel torque", _budgeted_torque, wheels.max_torque, "N m")
+        found.append(Constraint(limit.label, (limit,)))
+    found += [_path_limit(i, limit) for i, limit in enumerate(scenario.path_limits)]
+    if scenario.required_sigma:
+        found.append(_required_sigma(scenario))
+    return found
+
+
+def check_start(scenario: Scenario) -> None:
+    """Refuse limits that no plan keeps, because the attitude and the rate at the start are given.
+
+    Raises
+    ------
+    InvalidValue
+        For a rate above that of maneuvers or the momentum of wheels, or a path limit that is
+        violated, if only by its margin.
+    """
+    initial = scenario.initial
+    moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
+    if moving or scenario.prior is not None or scenario.path_limits:
+        from mgeo_attitude.environment.pointing import Place  # imports scipy
+
+        at = Place.at(scenario, np.zeros(1))
+        _check_rate(scenario, scenario.initial_rate(at))
+        _check_path(scenario, at if scenario.eclipse else at.without_shadow())
+
+
+def _check_rate(scenario: Scenario, rate: Floats) -> None:
+    key: str = "initial.pointing"
+    value: object = scenario.initial.pointing
+    for section in ("initial", "prior"):
+        given = getattr(getattr(scenario, section), "rate_deg_s", None)
+        key, value = (key, value) if given is None else (f"{section}.rate_deg_s", given)
+    most, about = scenario.maneuvers.max_rate_deg_s, np.abs(np.degrees(rate))
+    worst = int(about.argmax())
+    expected = (
+        f"at most maneuvers.max_rate_deg_s = {most!r} about each axis, not {about[worst]:.6g} "
+        f"about {'xyz'[worst]}"
+    )
+    expect(about[worst] <= most * _ROUNDING, key, value, expected)
+    wheels = scenario.wheels
+    if wheels is None or wheels.max_momentum is None or wheels.initial_momentum:
+        return
+    momentum = wheels.greatest_share(rate @ wheels.matrix())
+    expected = (
+        f"at most wheels.max_momentum = {wheels.max_momentum!r} N m s in each wheel, not "
+        f"{momentum:.6g}"
+    )
+    expect(momentum <= wheels.max_momentum * _ROUNDING, key, value, expected)
+
+
+def _check_path(scenario: Scenario, at: Place) -> None:
+    attitude, known = scenario.initial_attitude(at), scenario.initial_attitude_covariance
+    still = np.zeros((1, 3))
+    sigma_deg = scenario.initial.attitude_deg
+    if scenario.prior is not None:
+        sigma_deg = float(np.degrees(scenario.prior.sigma[:3].max()))
+    for i, limit in enumerate(scenario.path_limits):
+        cone, half_angle = limit.cone(), limit.half_angle_deg
+        sign, most, less = (1.0, "least", "and") if cone.inside else (-1.0, "most", "less")
+        angle, bound = (
+            sign
+            * np.degrees(
+                excess_along(cone, k, at, scenario.epoch, attitude[None], still, known[None])[0]
+            )
+            for k in (0.0, limit.attitude_sigmas)
+        )
+        if half_angle < bound if cone.inside else half_angle > bound:
+            other = f"at {most} {bound:.4g}, or " if 0.0 < bound < 180.0 else ""
+            raise InvalidValue(
+                f"path_limits[{i}].half_angle_deg",
+                half_angle,
+                f"expected {other}another attitude in [initial]: at the start "
+                f"{DIRECTIONS[cone.direction].label} is {angle:.4g} deg from the boresight of "
+                f"{limit.name!r}, {less} attitude_sigmas = {limit.attitude_sigmas:g} of "
+                f"initial.attitude_deg = {sigma_deg:g}",
+            )
+
+
+def _budgeted_momentum(result: Evaluation) -> Floats:
+    return result.wheel_load[:, 0]
+
+
+def _budgeted_torque(result: Evaluation) -> Floats:
+    return result.wheel_load[:, 1]
+
+
+def _wheel_momentum(result: Evaluation, inertia: Floats, allocation: Floats) -> Floats:
+    """Greatest momentum of a wheel [N m s], shape (n,), if the satellite's is zero."""
+    # a ramp is straight, so the greatest momentum is at an end of one of its steps
+    momentum = np.abs(result.plan.end_rates @ inertia @ allocation.T).max(axis=2)
+    greatest: Floats = np.where(result.plan.flown(), momentum, 0.0).max(axis=1)
+    return greatest
+
+
+def _path_limit(index: int, limit: PathLimit) -> Constraint:
+    sigmas, sign = limit.attitude_sigmas, "and" if limit.keep_in else "less"
+    angle = Limit(
+        f"{limit.label} {sign} {sigmas:g} sigma" if sigmas else limit.label,
+        lambda result: result.path_angle[:, index],
+        np.radians(limit.half_angle_deg),
+        "deg",
+        float(np.degrees(1.0)),
+        least=not limit.keep_in,
+    )
+    return Constraint(limit.label, (angle,))
+
+
+def _required_sigma(scenario: Scenario) -> Constraint:
+    """Of the worst axis of each 3-vector of the state."""
+    suite = Suite(scenario.gyro, scenario.sensors)
+    required = RequiredSigma(scenario.required_sigma).of(suite.units)
+    limits = (
+        Limit(
+            f"required 1-sigma of {unit.label}",
+            partial(_worst_sigma, index=index),
+            greatest,
+            unit.unit,
+            unit.factor,
+        )
+        for index, (greatest, unit) in enumerate(zip(required, block_units(suite), strict=True))
+        if greatest < np.inf
+    )
+    return Constraint("required 1-sigma", tuple(limits), needs_covariance=True)
+
+
+def _worst_sigma(result: Evaluation, index: int) -> Floats:
+    variances = np.diagonal(result.covariance, axis1=1, axis2=2)
+    worst: Floats = np.sqrt(variances[:, 3 * index : 3 * index + 3]).max(axis=1)
+    return worst

@@ -1,0 +1,1 @@
+"""Rotations, quaternions and vectors."""

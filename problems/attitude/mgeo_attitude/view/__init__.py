@@ -1,0 +1,1 @@
+"""What is told of designs: tables, answers, remarks and figures."""

@@ -1,0 +1,171 @@
+"""Plans beside what no maneuver can beat, in words: see `mgeo_attitude.bound`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.bound import LimitCurves, NoLimit
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.settings import RequiredSigma
+from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.view.answers import span
+from mgeo_attitude.view.promises import looked_at, spread
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from mgeo_attitude.filter.history import FilterHistory
+    from mgeo_attitude.filter.model import FilterModel
+    from mgeo_attitude.view.protocol import ManeuverProblem
+
+#: Rounding of a filter, which a limit does not have.
+_ROUNDING = 1e-9
+#: Points of a curve.
+_SHOWN = 400
+
+
+def known_limit(problem: ManeuverProblem) -> LimitCurves | None:
+    """The limit of a problem's plans flown exactly; None where none is proved."""
+    try:
+        return problem.limit_curves
+    except NoLimit:
+        return None
+
+
+def holds_over_flights(scenario: Scenario) -> bool:
+    """Whether the limit of plans flown exactly is that of each flight, too.
+
+    The attitude at the start and errors of rates do not change it, but for errors of the gyro that
+    the rates make matter, and after a calibration.
+    """
+    flight = scenario.flight
+    if flight is None:
+        return True
+    same = not (flight.start_delay or flight.noise_spread) and scenario.prior is None
+    return same and list(scenario.gyro.states()) == ["bias"]
+
+
+def impossible(problem: ManeuverProblem) -> list[str]:
+    """Why no plan at all meets the required 1-sigmas, a line for each; empty where some may."""
+    scenario, model = problem.scenario, problem.model
+    if not scenario.required_sigma or not holds_over_flights(scenario):
+        return []
+    found = known_limit(problem)
+    if found is None:
+        return []
+    required = RequiredSigma(scenario.required_sigma).of(model.suite.units)
+    met: dict[str, Bools] = {}
+    lines = []
+    for unit, name, greatest in zip(
+        block_units(model.suite), model.suite.blocks, required, strict=True
+    ):
+        if greatest == math.inf:
+            continue
+        sigma = (1.0 - _ROUNDING) * found.sigma(name)[_ends(model)]
+        met[unit.label] = sigma <= greatest
+        if not met[unit.label].any():
+            best = int(sigma.argmin())
+            needed = _outward(sigma[best] * unit.factor)
+            lines.append(
+                f"required 1-sigma of {unit.label}: {greatest * unit.factor:.4g} {unit.unit} cannot"
+                f" be reached within {span(model.longest)} by any maneuver: relax it to more than "
+                f"{needed} {unit.unit}, take better sensors, or a longer duration"
+            )
+    if not lines and not np.logical_and.reduce(list(met.values())).any():
+        lines.append(
+            f"required 1-sigmas of {' and '.join(met)}: each can be reached by itself, but not all "
+            "at the same time by any maneuver: relax one of them"
+        )
+    return lines
+
+
+def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
+    """How near plans of a front, shape (n, n_var), come to the limit, flown exactly."""
+    from mgeo_attitude.filter.evaluator import evaluate  # compiles
+
+    if not len(X):
+        return []
+    try:
+        found = problem.limit_curves
+    except NoLimit as reason:
+        return [f"how good a plan can be at best is not known: {reason}"]
+    rows = spread(len(X))
+    result = evaluate(problem.model, X[rows], problem.threads)
+    least = found.at(result.t_end)
+    ratios = result.trace / least
+    if np.isnan(ratios).all():
+        return []
+    best = int(np.nanargmin(ratios))
+    return [
+        f"no maneuver can have a trace of less than {least[best]:.3g} after "
+        f"{span(result.t_end[best])}: solution {rows[best]} has {ratios[best]:.2f} times that "
+        f"limit, half of {looked_at(rows, X)} have {np.nanmedian(ratios):.2f} times theirs or less"
+    ]
+
+
+def under(problem: ManeuverProblem, t_end: Floats) -> tuple[Floats, Floats] | None:
+    """Times [s] from a little before the first `t_end` to the last, and the limit of the trace.
+
+    None where it is not known. Of plans that are judged over flights it is that of every flight,
+    whose times differ: the least until then.
+    """
+    found = known_limit(problem) if holds_over_flights(problem.scenario) else None
+    if found is None:
+        return None
+    ends = [0.8 * np.nanmin(t_end), np.nanmax(t_end)]
+    first, last = np.searchsorted(found.times, ends).clip(max=len(found.times) - 1)
+    shown = np.unique(np.linspace(first, last, _SHOWN).round().astype(np.int64))
+    trace = found.trace
+    if problem.scenario.flight:
+        trace = np.minimum.accumulate(trace)
+    return found.times[shown], trace[shown]
+
+
+def beside(model: FilterModel, found: LimitCurves, history: FilterHistory) -> pd.DataFrame:
+    """The worst axis of each 3-vector of the state at a plan's end, beside the limit then.
+
+    Columns ``unit``, ``predicted``, ``at best`` and ``predicted / at best [-]``.
+    """
+    import pandas as pd
+
+    step = round(history.t_end / model.step)
+    units = block_units(model.suite)
+    factors = np.array([unit.factor for unit in units])
+    worst = history.sigma[-1].reshape(-1, 3).max(axis=1)
+    least = np.array([found.sigma(name)[step] for name in model.suite.blocks])
+    return pd.DataFrame(
+        {
+            "unit": [unit.unit for unit in units],
+            "predicted": worst * factors,
+            "at best": least * factors,
+            "predicted / at best [-]": worst / least,
+        },
+        index=pd.Index([unit.label for unit in units], name="error"),
+    )
+
+
+def told(found: LimitCurves, t_end: float, trace: float) -> Iterator[str]:
+    """A plan's trace beside the limit, and what the limit gives away, in lines."""
+    (least,) = found.at(np.array([t_end]))
+    yield (
+        f"the trace is {trace / least:.2f} times the limit: no maneuver can have less than "
+        f"{least:.3g} after {span(t_end)}"
+    )
+    if found.given_away:
+        yield f"the limit gives away: {'; '.join(found.given_away)}"
+
+
+def _ends(model: FilterModel) -> slice:
+    """Samples at which a plan may end."""
+    return slice(model.window_steps if model.rule == "trace" else 0, None)
+
+
+def _outward(value: float) -> str:
+    """Three digits, not rounded down."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return f"{math.ceil(value / unit * (1.0 - 1e-12)) * unit:.3g}"

@@ -1,0 +1,63 @@
+"""Interactive figures of a set of solutions."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import ArrayLike
+
+from mgeo.runs.representative import knee
+from mgeo_attitude.criteria.objectives import indicators
+from mgeo_attitude.scenario.objective_names import PAPER
+from mgeo_attitude.view import at_best
+from mgeo_attitude.view.figures.convergence import convergence_figure
+from mgeo_attitude.view.figures.front import front_figure
+from mgeo_attitude.view.figures.maneuvers import maneuvers_figure
+from mgeo_attitude.view.figures.single import solution_figures
+from mgeo_attitude.view.figures.solutions import Solutions
+from mgeo_attitude.view.promises import kept, spread
+
+if TYPE_CHECKING:
+    from mgeo_attitude.view.protocol import ManeuverProblem
+
+__all__ = ["figures", "solution_figures"]
+
+
+def figures(problem: ManeuverProblem, X: ArrayLike) -> dict[str, go.Figure]:
+    """Figures ``front``, ``maneuvers`` and ``convergence``; the latter two of up to six solutions.
+
+    Solutions are numbered by their row in `X`. Those whose covariance broke down are left out.
+    There is no ``front`` of a problem with other objectives than the paper's: it shows these.
+
+    Parameters
+    ----------
+    X : array_like, shape (n, n_var)
+
+    Raises
+    ------
+    ValueError
+        If `X` has another number of columns, or no design with finite objectives.
+    """
+    solutions = Solutions.evaluated(problem, X)
+    own, excess = problem.evaluate(solutions.X, return_values_of=["F", "G"])
+    few = solutions.chosen(knee(indicators(problem.objectives, own, problem.scenario)))
+    front = {}
+    if problem.objectives == PAPER:
+        rows = spread(len(solutions.X))
+        known = np.full(own.shape, np.nan)
+        known[rows] = kept(problem, solutions.X[rows])
+        longest = problem.model.longest
+        known[known[:, 0] >= longest] = np.nan  # so many flights do not converge at all
+        promised = dataclasses.replace(solutions, F=own)
+        dead_end = bool((excess > 0.0).any(axis=1).all())
+        least = at_best.under(problem, own[:, 0])
+        front["front"] = front_figure(
+            problem.scenario, promised, known, longest=longest, dead_end=dead_end, least=least
+        )
+    return front | {
+        "maneuvers": maneuvers_figure(problem, few),
+        "convergence": convergence_figure(problem, few),
+    }

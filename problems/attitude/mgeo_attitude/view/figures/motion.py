@@ -1,0 +1,190 @@
+"""The attitude of one plan in space, as a figure that turns.
+
+The figure itself shows the start. How its traces turn stands in ``layout.meta["motion"]`` and in
+their ``meta``, in the form that `mgeo.figures.motion` tells, so that a page can play it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from mgeo.figures.style import COLORS, GRAY
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.maneuvers.schedule import Flown
+from mgeo_attitude.maneuvers.trajectory import Trajectory
+from mgeo_attitude.view.figures.style import title
+
+if TYPE_CHECKING:
+    from mgeo_attitude.view.protocol import ManeuverProblem
+
+
+SHADOW = "Earth's shadow"
+
+#: Stretches of a ramp become one turn as long as that is smaller [rad].
+_SMALL_TURN = np.radians(10.0)
+#: Turns of the Sun's and the field's direction over the whole run.
+_DIRECTION_TURNS = 400
+#: Half the edges of the drawn body along x, y and z.
+_HALF = (0.2, 0.32, 0.12)
+
+
+def turns_of_body(flight: Flown, body: Floats, step: float) -> dict[str, Floats]:
+    """Turns of the body between times, from GCRS to body at every step.
+
+    At each of the ``times`` [s], shape (k + 1,), the attitude is exactly the filter's; the rotation
+    vectors ``x``, ``y``, ``z`` [deg], shape (k,) each, lead from each to the next, at constant
+    rates as they are outside of ramps. They are about the axes that turn with the body and were
+    those of GCRS at first.
+    """
+    turns = flight.rates * np.diff(flight.times)[:, None]
+    size = np.linalg.norm(turns, axis=1)
+    alone = size > _SMALL_TURN  # may be several revolutions
+    ends = np.diff(np.cumsum(size) // _SMALL_TURN, append=np.inf) > 0.0
+    ends |= alone | np.append(alone[1:], True)
+    edges = np.append(0, np.flatnonzero(ends) + 1)
+    times = flight.times[edges]
+    at = body[np.rint(times / step).astype(np.int64)]
+    merged = Rotation.from_matrix(at[:-1] @ at[1:].transpose(0, 2, 1)).as_rotvec()
+    whole = np.diff(edges) == 1
+    merged[whole] = turns[edges[:-1][whole]]
+    return _turns(times, merged @ body[0])
+
+
+def turns_of_direction(times: Floats, vectors: Floats) -> dict[str, Floats]:
+    """Least turns that lead from each direction, shape (k + 1, 3), to the next, as `turns_of_body`.
+
+    About the axes of the arrow itself, which stand as the inertial ones at first.
+    """
+    unit = vectors / np.linalg.norm(vectors, axis=1)[:, None]
+    normal = np.cross(unit[:-1], unit[1:])
+    sine = np.linalg.norm(normal, axis=1)
+    angle = np.arctan2(sine, np.einsum("ki,ki->k", unit[:-1], unit[1:]))
+    inertial = normal * (angle / np.where(sine > 0.0, sine, 1.0))[:, None]
+    own, reached = np.empty_like(inertial), Rotation.identity()
+    for i, turn in enumerate(inertial):
+        own[i] = reached.inv().apply(turn)
+        reached = Rotation.from_rotvec(turn) * reached
+    return _turns(times, own)
+
+
+def directions(environment: Environment) -> dict[str, dict[str, Floats]]:
+    """Turns of the directions of Sun and field in inertial axes over the whole run."""
+    last = len(environment.times) - 1
+    steps = np.unique(np.rint(np.linspace(0, last, _DIRECTION_TURNS + 1)).astype(np.int64))
+    times = environment.times[steps]
+    vectors = {"Sun": environment.sun, "field": environment.field}
+    return {name: turns_of_direction(times, inertial[steps]) for name, inertial in vectors.items()}
+
+
+def motion(
+    problem: ManeuverProblem,
+    trajectory: Trajectory,
+    inertial: dict[str, dict[str, Floats]],
+    shadow: Sequence[tuple[float, float]],
+) -> dict[str, Any]:
+    """Traces and layout: the body with its axes, Sun and field against the inertial axes.
+
+    `inertial` is what `directions` gives, `shadow` starts and ends [s] of the times without Sun.
+    """
+    environment, flight, body = problem.environment, trajectory.flown, trajectory.attitude
+    turns = turns_of_body(flight, body, problem.model.step)
+    stretches: list[dict[str, Any]] = [
+        {"name": phase.label, "from": phase.start, "to": phase.end} for phase in trajectory.phases
+    ]
+    stretches += [{"name": SHADOW, "from": a, "to": b, "shaded": True} for a, b in shadow]
+    field = environment.field[0] / np.linalg.norm(environment.field[0])
+    axes = [
+        _arrow("xyz"[i], axis, i) | {"textposition": "top center"}
+        for i, axis in enumerate(0.78 * np.eye(3))
+    ]
+    return {
+        "data": [
+            *_sphere(),
+            _arrow("Sun", environment.sun[0], 4) | {"meta": {"turn": "Sun", "faint": SHADOW}},
+            _arrow("field", field, 5) | {"meta": {"turn": "field"}},
+            *(_stood(trace, body[0]) for trace in (*_box(), *axes)),
+        ],
+        "layout": {
+            "title": title("Attitude in space"),
+            "scene": {
+                **{f"{axis}axis": {"visible": False, "range": [-1.2, 1.2]} for axis in "xyz"},
+                "aspectmode": "manual",
+                "aspectratio": dict.fromkeys("xyz", 1.75),
+                "camera": {
+                    "eye": {"x": 1.05, "y": 0.75, "z": 0.5},
+                    "projection": {"type": "orthographic"},
+                },
+                "dragmode": "orbit",
+            },
+            "height": 520,
+            "margin": {"l": 0, "r": 0, "t": 40, "b": 0},
+            "showlegend": False,
+            "meta": {
+                "motion": {
+                    "end": float(flight.times[-1]),
+                    "turns": {"body": turns, **inertial},
+                    "phases": stretches,
+                }
+            },
+        },
+    }
+
+
+def _turns(times: Floats, vectors: Floats) -> dict[str, Floats]:
+    return {"times": times, **dict(zip("xyz", np.degrees(vectors).T, strict=True))}
+
+
+def _sphere() -> list[dict[str, Any]]:
+    """Three great circles and the inertial axes, which stand still."""
+    around = np.radians(np.linspace(0.0, 360.0, 61))
+    ring = np.column_stack([np.cos(around), np.sin(around), 0.0 * around])
+    circles = np.vstack([[*np.roll(ring, i, axis=1), [np.nan] * 3] for i in range(3)])
+    return [
+        _points(circles, mode="lines", line={"color": GRAY, "width": 2}, opacity=0.45),
+        _points(
+            1.1 * np.eye(3), mode="text", text=list("XYZ"), textfont={"color": GRAY, "size": 13}
+        ),
+    ]
+
+
+def _arrow(name: str, tip: Floats, index: int) -> dict[str, Any]:
+    color = COLORS[index]
+    return _points(
+        np.vstack([0.0 * tip, tip]),
+        name=name,
+        mode="lines+markers+text",
+        line={"color": color, "width": 6},
+        marker={"color": color, "size": [0, 7], "line": {"width": 0}},
+        text=["", name],
+        textposition="bottom center",
+        textfont={"color": color, "size": 16},
+    )
+
+
+def _box() -> list[dict[str, Any]]:
+    """A plain body: its faces, and its edges in one stroke."""
+    signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float)
+    corners = signs * _HALF
+    stroke = corners[[0, 1, 3, 2, 0, 4, 5, 1, 5, 7, 3, 7, 6, 2, 6, 4]]
+    hull = {"type": "mesh3d", "alphahull": 0, "color": "#9aa7b4", "flatshading": True}
+    return [
+        _points(corners, **hull),
+        _points(stroke, mode="lines", line={"color": "#4a5560", "width": 3}),
+    ]
+
+
+def _stood(trace: dict[str, Any], start: Floats) -> dict[str, Any]:
+    """What is drawn in body axes, at the attitude of the start."""
+    points = np.column_stack([trace[axis] for axis in "xyz"]) @ start
+    return trace | dict(zip("xyz", points.T, strict=True)) | {"meta": {"turn": "body"}}
+
+
+def _points(points: Floats, **look: Any) -> dict[str, Any]:
+    x, y, z = points.T
+    still = {"type": "scatter3d", "hoverinfo": "skip", "showlegend": False}
+    return {**still, "x": x, "y": y, "z": z, **look}

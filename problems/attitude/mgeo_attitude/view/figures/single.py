@@ -1,0 +1,227 @@
+"""Figures of one plan each, small enough that a page can hold those of a whole front."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import plotly.graph_objects as go
+
+from mgeo.figures.style import COLORS, GRAY, literal, log_axis
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.maneuvers.schedule import Flown
+from mgeo_attitude.maneuvers.trajectory import Trajectory
+from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.view.describe import checked_designs
+from mgeo_attitude.view.figures.convergence import sample_steps
+from mgeo_attitude.view.figures.motion import directions, motion
+from mgeo_attitude.view.figures.polyline import corners
+from mgeo_attitude.view.figures.sphere import OUTLINE, circle, graticule, projected
+from mgeo_attitude.view.figures.style import line, title
+from mgeo_attitude.view.promises import held_until
+
+if TYPE_CHECKING:
+    from mgeo_attitude.scenario import Scenario
+    from mgeo_attitude.view.protocol import ManeuverProblem
+
+Intervals = list[tuple[float, float]]
+
+#: Samples of each curve, and of each path on the body sphere.
+_SAMPLES, _DIRECTIONS = 48, 180
+#: Floats that the histories of one chunk of designs may take: 64 MB.
+_CHUNK_FLOATS = 2**23
+_SHADOW = "rgba(128,128,128,0.22)"
+
+
+def solution_figures(problem: ManeuverProblem, X: Floats) -> Iterator[dict[str, go.Figure]]:
+    """For each design, shape (n, n_var): rates, directions of Sun and field, attitude, 1-sigmas.
+
+    Times in the Earth's shadow are shaded. A design whose covariance broke down has no figures.
+
+    Raises
+    ------
+    ValueError
+        If `X` has another number of columns.
+    """
+    designs = checked_designs(problem, X)
+    model = problem.model
+    shadow = _shadow(problem)
+    inertial = directions(problem.environment)
+    size = max(1, _CHUNK_FLOATS // ((model.n_steps + 1) * model.suite.n_states))
+    for start in range(0, len(designs), size):
+        chunk = np.ascontiguousarray(designs[start : start + size])
+        result = evaluate(model, chunk, problem.threads, history=True)
+        held = held_until(problem, chunk, result.t_end)
+        for x, t_end, until, variances in zip(
+            chunk, result.t_end, held, result.variances, strict=True
+        ):
+            if not np.isfinite(t_end):
+                yield {}
+                continue
+            trajectory = Trajectory(problem.scenario, model, x, t_end, until)
+            figures = {
+                "rates": _rates(problem, trajectory.flown),
+                "motion": motion(problem, trajectory, inertial, shadow),
+                "directions": _directions(problem, trajectory.attitude, t_end),
+                **_errors(problem, t_end, variances),
+            }
+            for name in figures.keys() - {"motion", "directions"}:
+                end = trajectory.flown.times[-1] if name == "rates" else t_end
+                _against_time(figures[name]["layout"], end, shadow)
+            yield {name: go.Figure(figure, _validate=False) for name, figure in figures.items()}
+
+
+def _against_time(layout: dict[str, Any], t_end: float, shadow: Intervals) -> None:
+    layout["xaxis"] = {
+        "title": {"text": "time [s]"},
+        "range": [0.0, float(t_end)],
+        "tickformat": "d",
+    }
+    band = {"type": "rect", "xref": "x", "yref": "paper", "y0": 0, "y1": 1, "layer": "below"}
+    band |= {"fillcolor": _SHADOW, "line": {"width": 0}}
+    layout["shapes"] = [{**band, "x0": start, "x1": end} for start, end in shadow]
+
+
+def _rates(problem: ManeuverProblem, flight: Flown) -> dict[str, Any]:
+    model, limit = problem.model, problem.scenario.maneuvers.max_rate_deg_s
+    times, rates = _drawn(flight, model)
+    rows = corners(times, rates, _SAMPLES)
+    lines = [_line(times[rows], rates[rows, i], i) for i in range(3)]
+    bound = {"showlegend": False, "hoverinfo": "skip", "name": "limit"}
+    bound["line"] = {"color": GRAY, "dash": "dash", "width": 1}
+    span = np.array([0.0, max(problem.scenario.duration, flight.times[-1])])
+    lines += [_line(span, np.full(2, end), 0) | bound for end in (-limit, limit)]
+    axis = {"title": {"text": "deg/s"}, "range": [-1.15 * limit, 1.15 * limit]}
+    return {"data": lines, "layout": _layout("Body rates", axis)}
+
+
+def _drawn(flight: Flown, model: FilterModel) -> tuple[Floats, Floats]:
+    """Stretches of constant rate as a line [s], [deg/s]: level, then up or down.
+
+    Those of a ramp, a step long, are drawn as the straight line through their middles.
+    """
+    starts, ends = flight.times[:-1], flight.times[1:]
+    in_ramp = (ends - starts < 1.5 * model.step) & (model.slew_limits is not None)
+    first = np.where(in_ramp, 0.5 * (starts + ends), starts)
+    line = np.column_stack([first, np.where(in_ramp, np.nan, ends)]).ravel()
+    kept = ~np.isnan(line)
+    return line[kept], np.degrees(np.repeat(flight.rates, 2, axis=0)[kept])
+
+
+def _errors(problem: ManeuverProblem, t_end: float, variances: Floats) -> dict[str, dict[str, Any]]:
+    """Trace, and one figure for each 3-vector of the state with a line for each axis."""
+    model = problem.model
+    steps = sample_steps(round(t_end / model.step))
+    trace, sigma = variances[steps] @ model.weights, np.sqrt(variances[steps])
+    rows = corners(steps.astype(np.float64), np.log10(np.column_stack([trace, sigma])), _SAMPLES)
+    times: Floats = steps[rows].astype(np.float64) * model.step
+    trace, sigma = trace[rows], sigma[rows]
+    figures = {
+        "trace": {
+            "data": [_line(times, trace, 0) | {"name": "trace", "showlegend": False}],
+            "layout": _layout("Trace of the covariance", log_axis(trace)),
+        }
+    }
+    for b, block in enumerate(block_units(model.suite)):
+        own = sigma[:, 3 * b : 3 * b + 3] * block.factor
+        unit = block.unit if block.unit != "-" else ""
+        figures[block.label] = {
+            "data": [_line(times, own[:, axis], axis) for axis in range(3)],
+            "layout": _layout(
+                f"{block.label}, 1-sigma", {"title": {"text": unit}, **log_axis(own)}
+            ),
+        }
+    return figures
+
+
+def _directions(problem: ManeuverProblem, body: Floats, t_end: float) -> dict[str, Any]:
+    """Where Sun and field stand as seen from the body, at even times: an equal-area map."""
+    environment = problem.environment
+    last = round(t_end / problem.model.step)
+    steps = np.rint(np.linspace(0, last, min(_DIRECTIONS, last + 1))).astype(np.int64)
+    seen = steps[environment.sunlit[steps]] if problem.scenario.eclipse else steps
+    traces = graticule()
+    for index, (name, inertial, at) in enumerate(
+        (("Sun", environment.sun, seen), ("field", environment.field, steps))
+    ):
+        across, up = projected(np.einsum("kij,kj->ki", body[at], inertial[at]))
+        traces.append(
+            {
+                "type": "scatter",
+                "name": name,
+                "x": across,
+                "y": up,
+                "mode": "markers",
+                "marker": {"color": COLORS[4 + index], "size": 4 + index * 0.5},
+                "hoverinfo": "name",
+            }
+        )
+    traces += _edges(problem.scenario)
+    width, height = OUTLINE
+    hidden = {"visible": False, "fixedrange": True}
+    axis = {**hidden, "range": [-height, height], "scaleanchor": "x"}
+    layout = _layout("Sun and field seen from the body", axis)
+    layout["xaxis"] = {**hidden, "range": [-width, width]}
+    layout["margin"] |= {"l": 15, "t": 35, "b": 15}
+    # a line for each cone: above the map they would cover the title
+    layout["legend"] |= {"x": 0.5, "xanchor": "center", "y": -0.02, "yanchor": "top"}
+    return {"data": traces, "layout": layout}
+
+
+def _edges(scenario: Scenario) -> list[dict[str, Any]]:
+    """Circles on the body's sphere: the cones of path limits, solid, and of sensors."""
+    cones = [(literal(limit.label), limit.cone(), "solid") for limit in scenario.path_limits]
+    for sensor in scenario.sensors:
+        for view in sensor.views():
+            seen = "view of" if view.inside else f"{view.direction.capitalize()} off"
+            cones.append((f"{seen} {sensor.name}", view, "dot" if view.inside else "dash"))
+    found = []
+    for index, (name, cone, dash) in enumerate(cones):
+        across, up = circle(cone.axis, cone.half_angle)
+        found.append(
+            {
+                "type": "scatter",
+                "name": name,
+                "x": across,
+                "y": up,
+                "mode": "lines",
+                "line": {"color": COLORS[(1 + index) % 4], "dash": dash, "width": 1.5},
+                "hoverinfo": "name",
+            }
+        )
+    return found
+
+
+def _line(times: Floats, values: Floats, index: int) -> dict[str, Any]:
+    return {
+        "type": "scatter",
+        "name": "xyz"[index],
+        "x": times,
+        "y": values,
+        "mode": "lines",
+        "line": line(index),
+        "hovertemplate": "%{x:.6g} s: %{y:.4g}",
+    }
+
+
+def _layout(text: str, axis: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "title": title(text),
+        "height": 300,
+        "margin": {"l": 65, "r": 10, "t": 55, "b": 45},
+        "legend": {"orientation": "h", "x": 1, "xanchor": "right", "y": 1.02, "yanchor": "bottom"},
+        "yaxis": axis,
+    }
+
+
+def _shadow(problem: ManeuverProblem) -> Intervals:
+    """Starts and ends [s] of the times in the Earth's shadow, the same for all plans."""
+    if not problem.scenario.eclipse:
+        return []
+    times, dark = problem.environment.times, ~problem.environment.sunlit
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], dark, [False]])))
+    found = np.append(times, times[-1])[edges].reshape(-1, 2)
+    return [(start, end) for start, end in found.tolist()]

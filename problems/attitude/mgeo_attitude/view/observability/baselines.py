@@ -1,0 +1,114 @@
+"""What a plan is compared with: no maneuver, one axis only, and each gyro axis in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors.suite import block_units
+
+if TYPE_CHECKING:
+    from mgeo_attitude.view.protocol import ManeuverProblem
+
+_AXES = np.eye(3)
+
+
+def baselines(
+    scenario: Scenario, duration: float, rate_deg_s: float | None = None
+) -> dict[str, tuple[float, ...]]:
+    """Designs that an engineer would fly without an optimizer.
+
+    Parameters
+    ----------
+    duration : float
+        Time for all maneuvers of a design together [s]; the last rate is then held, as in any plan.
+    rate_deg_s : float, optional
+        Default: the greatest rate that the scenario allows about an axis.
+
+    Returns
+    -------
+    dict
+        ``no maneuver``; ``x``, ``y`` and ``z only``; ``x, y, z in turn``, a third of the time each;
+        and ``x, y, z in turn, there and back``, each axis first forward, then backward.
+
+    Raises
+    ------
+    ValueError
+        For a duration or a rate that is not above zero.
+    """
+    rate = scenario.maneuvers.max_rate_deg_s if rate_deg_s is None else rate_deg_s
+    for name, value in (("duration", duration), ("rate_deg_s", rate)):
+        if not 0.0 < value < np.inf:
+            raise ValueError(f"{name} = {value!r}: expected a number above 0")
+    forward = rate * _AXES
+    there_and_back = np.stack([forward, -forward], axis=1).reshape(-1, 3)
+    return {
+        "no maneuver": _equal_shares(np.zeros((1, 3)), duration),
+        **{f"{axis} only": _equal_shares(forward[[i]], duration) for i, axis in enumerate("xyz")},
+        "x, y, z in turn": _equal_shares(forward, duration),
+        "x, y, z in turn, there and back": _equal_shares(there_and_back, duration),
+    }
+
+
+def compare(problem: ManeuverProblem, designs: Mapping[str, ArrayLike], at: float) -> pd.DataFrame:
+    """Designs side by side after the same time, whether or not the filter has converged by then.
+
+    Parameters
+    ----------
+    designs : mapping of str to array_like, shape (4 m,)
+        m need not be the same for all.
+    at : float
+        Time of the comparison [s], a step of the filter; usually the t_end of a plan.
+
+    Returns
+    -------
+    DataFrame
+        One row per design: ``t_end [s]``, when its filter counts as converged, and the trace then;
+        at the common time ``trace [-]``; ``times the first [-]``, over that of the first design;
+        and for each 3-vector of the state the 1-sigma of its worst body axis.
+
+    Raises
+    ------
+    ValueError
+        For no design, or a time that the scenario's run does not reach.
+    """
+    model = problem.model
+    step = round(at / model.step)
+    if not designs:
+        raise ValueError("designs: expected at least one")
+    if not 0 < step <= model.n_steps:
+        raise ValueError(f"at = {at!r} s: expected a time within {model.times[-1]:.12g} s")
+    X = _stacked([np.asarray(design, dtype=float) for design in designs.values()])
+    own = evaluate(model, X, problem.threads)
+    variances = evaluate(model.endless, X, problem.threads, history=True).variances[:, step]
+    trace = variances @ model.weights
+    columns: dict[str, object] = {
+        "t_end [s]": own.t_end,
+        "trace at t_end [-]": own.trace,
+        "trace [-]": trace,
+        "times the first [-]": trace / trace[0],
+    }
+    worst = np.sqrt(variances.reshape(len(X), -1, 3).max(axis=2))
+    for block, values in zip(block_units(model.suite), worst.T, strict=True):
+        columns[f"{block.label} 1-sigma [{block.unit}]"] = values * block.factor
+    return pd.DataFrame(columns, index=list(designs))
+
+
+def _equal_shares(rates_deg_s: np.ndarray, duration: float) -> tuple[float, ...]:
+    share = np.full((len(rates_deg_s), 1), duration / len(rates_deg_s))
+    return tuple(np.hstack([rates_deg_s, share]).ravel().tolist())
+
+
+def _stacked(designs: list[np.ndarray]) -> np.ndarray:
+    """Designs of any length as rows, filled up by maneuvers of no duration, which are not flown."""
+    longest = max(design.size for design in designs)
+    if any(design.size % VARIABLES_PER_MANEUVER or design.ndim != 1 for design in designs):
+        raise ValueError("designs: expected 4 variables for each maneuver")
+    return np.array([np.append(np.zeros(longest - design.size), design) for design in designs])

@@ -1,0 +1,411 @@
+"""Plans judged over flights."""
+
+import copy
+import dataclasses
+import pickle
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario
+from mgeo_attitude.criteria import robustness
+from mgeo_attitude.criteria.robustness import Flights, draw_flights, judged, kept_by, over_flights
+from mgeo_attitude.environment.moon import moon_position
+from mgeo_attitude.environment.time_frames import instants
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.reference import reference_run
+from mgeo_attitude.maneuvers.schedule import schedule
+from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Prior, Wheels
+from pymoo.optimize import minimize
+from scipy.spatial.transform import Rotation
+
+from mgeo import Checkpoint, MGEOStaged, resume
+
+from ..between import worst_excess
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_flights():
+    """As many as a user has: what they keep is tested here."""
+
+
+def scenario(**errors) -> Scenario:
+    paper = Scenario.paper()
+    convergence = dataclasses.replace(paper.convergence, window=60.0)
+    return dataclasses.replace(
+        paper, duration=900.0, convergence=convergence, flight=FlightErrors(**errors)
+    )
+
+
+def flights(**errors):
+    of = scenario(**errors)
+    return draw_flights(of, FilterModel.from_scenario(of), of.flight)
+
+
+def designs(n, seed=0):
+    rng = np.random.default_rng(seed)
+    rates, durations = rng.uniform(-1, 1, (n, 3, 3)), rng.uniform(20, 200, (n, 3, 1))
+    return np.concatenate([rates, durations], axis=2).reshape(n, 12)
+
+
+def test_values_are_those_of_the_reference_filter_in_each_flight():
+    X = designs(2)
+    problem = AttitudeManeuverProblem(
+        scenario(count=3, quantile=0.5, duration_error=5.0, maneuver_rate_error_deg_s=0.05)
+    )
+    by_hand = np.array(
+        [
+            [(run.t_end, run.trace[-1]) for run in (reference_run(f.model, x) for x in f.flown(X))]
+            for f in problem.flights
+        ]
+    )
+    F = problem.evaluate(X, return_values_of=["F"])
+    np.testing.assert_allclose(F, np.sort(by_hand, axis=0)[1], rtol=1e-9)
+
+
+def test_values_do_not_depend_on_threads():
+    X = designs(7)
+    alone, side_by_side = (
+        AttitudeManeuverProblem(scenario(count=5), threads=threads).evaluate(X)
+        for threads in (1, 4)
+    )
+    np.testing.assert_array_equal(alone, side_by_side)
+
+
+def test_flights_without_errors_are_the_plan():
+    exact = scenario(count=4, attitude_deg=0.0, rate_error_deg_s=0.0)
+    X = designs(3)
+    np.testing.assert_allclose(
+        AttitudeManeuverProblem(exact).evaluate(X),
+        AttitudeManeuverProblem(exact, flights=0).evaluate(X),
+        rtol=1e-12,
+    )
+
+
+def test_a_flight_begins_from_another_attitude_by_as_much_as_is_believed():
+    model = FilterModel.from_scenario(scenario())
+    turns = []
+    for flight in flights(count=400):
+        turn = Rotation.align_vectors(flight.model.references[:, 0], model.references[:, 0])
+        turns.append(turn[0].as_rotvec(degrees=True))
+        turned = turn[0].apply(model.references[9, 1])
+        np.testing.assert_allclose(flight.model.references[9, 1], turned, atol=1e-6)
+    # 1200 numbers: three standard deviations of their spread are 6 %
+    assert np.std(turns) == pytest.approx(5.0, rel=0.06)
+
+
+def test_rates_are_off_by_the_gyros_bias():
+    added = np.array([flight.rates for flight in flights(count=400)])
+    assert (added == added[:, :1]).all()  # the same for all maneuvers of a flight
+    assert np.std(added[:, 0]) == pytest.approx(0.01, rel=0.06)
+
+
+def test_the_first_flights_are_the_same_however_many_there_are():
+    few, many = flights(count=3), flights(count=8)
+    for a, b in zip(few, many, strict=False):
+        np.testing.assert_array_equal(a.model.references, b.model.references)
+        np.testing.assert_array_equal(a.rates, b.rates)
+    assert not np.array_equal(few[0].rates, flights(count=3, seed=1)[0].rates)
+
+
+def test_noise_is_other_than_believed_by_a_factor_that_the_filter_knows():
+    X, names = designs(2), ("angle_random_walk_deg_per_sqrt_h", "noise_deg", "noise_nt")
+    of = scenario(count=300, noise_spread=0.3)
+    drawn = draw_flights(of, FilterModel.from_scenario(of), of.flight)
+    for noisy, exact in zip(drawn, flights(count=3), strict=False):
+        np.testing.assert_array_equal(noisy.model.references, exact.model.references)
+        np.testing.assert_array_equal(noisy.rates, exact.rates)
+    believed = [of.gyro, *of.sensors]
+    found = [[each.variants[0].suite.gyro, *each.variants[0].suite.sensors] for each in drawn]
+    factors = [
+        [
+            getattr(a, name) / getattr(b, name)
+            for a, b, name in zip(parts, believed, names, strict=True)
+        ]
+        for parts in found
+    ]
+    # 900 numbers: three standard deviations of their spread are 7 %
+    assert np.std(np.log(factors)) == pytest.approx(0.3, rel=0.07)
+    assert np.abs(np.corrcoef(np.log(factors).T)[np.triu_indices(3, 1)]).max() < 0.2
+    problem = AttitudeManeuverProblem(dataclasses.replace(of, flight=None), flights=1)
+    values = over_flights(drawn[:2], X, lambda _, ran: ran.trace[:, None], 1, False)
+    by_hand = [[reference_run(f.variants[0], x).trace[-1] for x in f.flown(X)] for f in drawn[:2]]
+    np.testing.assert_allclose(values[..., 0], by_hand, rtol=1e-9)
+    assert not np.allclose(values[..., 0], problem.evaluate(X)[:, 1], rtol=0.05)
+
+
+def test_a_sensor_without_named_noise_is_refused():
+    class Silent(type(Scenario.paper().sensors[0])):
+        noise_parameters = ()
+
+    of = dataclasses.replace(scenario(noise_spread=0.1), sensors=(Silent(),))
+    with pytest.raises(ValueError, match=r"noise_spread: Silent does not name its noise_param"):
+        draw_flights(of, FilterModel.from_scenario(of), of.flight)
+
+
+def test_a_delayed_flight_sees_what_is_there_later():
+    of = scenario(count=1, attitude_deg=0.0, start_delay=300.0)
+    (flight,) = draw_flights(of, FilterModel.from_scenario(of), of.flight)
+    longer = FilterModel.from_scenario(dataclasses.replace(of, duration=1200.0))
+    assert 1.0 < flight.delay < 299.0
+    whole, part = divmod(flight.delay, 1.0)
+    for sample in (0, 400, 899):
+        before, after = longer.references[int(whole) + sample : int(whole) + sample + 2]
+        seen = flight.model.references[sample]
+        np.testing.assert_allclose(seen, before + part * (after - before), atol=2e-6)
+
+
+def test_a_delayed_flight_has_the_moon_of_its_day():
+    """It moves by 13 deg a day; the satellite's own place shifts it by a degree."""
+    moon = PathLimit(reference="moon", boresight=(0.0, 0.0, 1.0), half_angle_deg=1.0)
+    of = scenario(count=1, attitude_deg=0.0, start_delay=20 * 86400.0)
+    of = dataclasses.replace(of, path_limits=(moon,))
+    model = FilterModel.from_scenario(of)
+    (flight,) = draw_flights(of, model, of.flight)
+    later = moon_position(instants(of.epoch, [flight.delay]))[0]
+    later /= np.linalg.norm(later)
+    found, _ = flight.model.direction("moon")
+    assert flight.delay > 86400.0
+    assert np.degrees(np.arccos(found[0] @ later)) < 1.2
+    assert np.degrees(np.arccos(model.direction("moon")[0][0] @ later)) > 10.0
+
+
+def test_limits_hold_in_all_flights_from_an_attitude():
+    """By the reference filter and slow sums, flight by flight: cones, keep-ins and wheels."""
+    limits = [
+        PathLimit(boresight=(0.0, 1.0, 0.0), half_angle_deg=20.0, attitude_sigmas=1.0),
+        PathLimit(
+            reference="earth",
+            sense="keep-in",
+            boresight=(0.0, 0.0, 1.0),
+            half_angle_deg=100.0,
+            attitude_sigmas=0.0,
+        ),
+    ]
+    wheels = Wheels(
+        inertia=(310.0, 310.0, 170.0),
+        initial_momentum=(1.0, -2.0, 1.5),
+        residual_dipole=(1.0, 2.0, 0.0),
+        max_momentum=12.0,
+    )
+    of = dataclasses.replace(
+        scenario(count=4, start_delay=3000.0, attitude_deg=20.0),
+        initial=InitialConditions(pointing="nadir", rate_deg_s=(0.0, -0.1, 0.05)),
+        path_limits=tuple(limits),
+        wheels=wheels,
+    )
+    problem, X = AttitudeManeuverProblem(of), designs(3)
+    found = problem.evaluate(X, return_values_of=["G"])
+    worst = np.full((3, 3), -np.inf)
+    for flight in problem.flights:
+        for row, x in enumerate(flight.flown(X)):
+            worst[row] = np.maximum(worst[row], _excesses(of, flight, x))
+    np.testing.assert_allclose(found[:, :2], worst[:, :2], rtol=0, atol=1e-9)
+    # where within a step a direction that moves is nearest is known to first order
+    np.testing.assert_allclose(found[:, 2], worst[:, 2], rtol=0, atol=1e-6)
+    alone = AttitudeManeuverProblem(of, flights=0).evaluate(X, return_values_of=["G"])
+    assert (np.abs(found - alone) > 1e-3).all()
+
+
+def _excesses(of, flight, x):
+    """Of wheels along the body axes and both limits, with another start time and attitude."""
+    run = reference_run(flight.model, x)
+    n = len(run.times)
+    around = Environment.at(of, of.times + flight.delay)
+    # the true axes at the start are off the pointing's: found from what the Sun sensor looks at
+    start = InitialConditions(pointing="nadir").attitude(around)[0]
+    planned = np.hstack([around.sun[:2].T, around.field[:1].T / 5e4])
+    looked_at = np.hstack([flight.model.references[:2, 0].T, flight.model.references[:1, 1].T])
+    turn, _ = Rotation.align_vectors(planned.T, looked_at.T)
+    C = run.attitude @ turn.as_matrix().T
+    np.testing.assert_allclose(run.attitude[0], start, atol=1e-6)
+    distance = np.linalg.norm(around.position[:n], axis=1)
+    off = -worst_excess(C, around.sun[:n], [0.0, 1.0, 0.0], 0.0, run.predicted_attitude)
+    down, radius = -around.position[:n] / distance[:, None], np.arcsin(6378136.3 / distance)
+    limb = worst_excess(C, down, [0.0, 0.0, 1.0], radius, inside=True)
+    wheels, step = of.wheels, of.step
+    J = wheels.matrix()
+    B = np.einsum("kij,kj->ki", C, 1e-9 * around.field[:n])
+    torque = np.einsum("kji,kj->ki", C, np.cross(wheels.residual_dipole, B))
+    added = np.vstack([np.zeros(3), np.cumsum(0.5 * step * (torque[1:] + torque[:-1]), axis=0)])
+    H0 = C[0].T @ (np.array(wheels.initial_momentum) + J @ np.radians([0.0, -0.1, 0.05]))
+    plan = schedule(x[None], step)
+    stretch = np.searchsorted(plan.starts[0], np.arange(n - 1), side="right") - 1
+    rates = plan.rates[0][stretch]
+    load = 0.0
+    for at in (slice(0, n - 1), slice(1, n)):
+        own, extra = (
+            np.einsum("kij,kj->ki", C[at], v) for v in (np.tile(H0, (n - 1, 1)), added[at])
+        )
+        load = max(load, (np.abs(own - rates @ J) + 2.0 * np.abs(extra)).max())
+    return load / 12.0 - 1.0, 1.0 - off / np.radians(20.0), limb / np.radians(100.0) - 1.0
+
+
+def test_kept_by_is_the_least_value_that_the_share_does_not_exceed():
+    values = np.random.default_rng(1).permutation(np.arange(1.0, 21.0))[:, None]
+    for share, expected in ((0.9, 18.0), (1.0, 20.0), (0.05, 1.0), (0.901, 19.0)):
+        assert kept_by(values, share) == expected
+        assert (values <= expected).mean() >= share
+        assert (values <= expected - 1.0).mean() < share
+
+
+def test_a_lost_covariance_is_above_every_number():
+    assert kept_by(np.array([[1.0], [np.nan], [2.0]]), 0.6) == 2.0
+    assert np.isnan(kept_by(np.array([[1.0], [np.nan], [2.0]]), 1.0))
+
+
+def test_objectives_may_be_means_and_limits_be_kept_by_some():
+    values = np.arange(12.0).reshape(4, 1, 3)
+    errors = FlightErrors(mean=True, kept=0.5)
+    np.testing.assert_array_equal(judged(values, 2, errors), [[4.5, 5.5, 5.0]])
+
+
+def test_flights_are_a_table_of_the_scenario():
+    of = scenario(count=7, quantile=0.8)
+    assert Scenario.from_toml(of.to_toml()) == of
+    problem = AttitudeManeuverProblem(Scenario.paper(), flights=7, quantile=0.8)
+    assert problem.scenario.flight == of.flight
+    assert pickle.loads(pickle.dumps(problem)).options() == problem.options()
+    assert (
+        "flight" not in Scenario.paper().to_dict() or Scenario.paper().to_dict()["flight"] is None
+    )
+    with pytest.raises(ValueError, match=r"flight.quantile = 1.5"):
+        Scenario.from_dict({"preset": "paper", "flight": {"quantile": 1.5}})
+
+
+def test_promises_are_those_of_the_plan_and_of_other_flights():
+    of = scenario(count=4)
+    problem, X = AttitudeManeuverProblem(of), designs(3)
+    table = problem.promises(X, flights=11, seed=5)
+    own = problem.evaluate(X, return_values_of=["F"])
+    others = dataclasses.replace(of, flight=FlightErrors(count=11, seed=5))
+    kept = AttitudeManeuverProblem(others).evaluate(X, return_values_of=["F"])
+    np.testing.assert_array_equal(table.filter(regex="^promised"), own)
+    np.testing.assert_array_equal(table.filter(regex="^kept (?!/)"), kept)
+    np.testing.assert_allclose(table.filter(regex="^kept /"), kept / own)
+    many = problem.promises(X, flights=40, seed=5)  # more than are drawn at once
+    others = dataclasses.replace(of, flight=FlightErrors(count=40, seed=5))
+    kept = AttitudeManeuverProblem(others).evaluate(X, return_values_of=["F"])
+    np.testing.assert_array_equal(many.filter(regex="^kept (?!/)"), kept)
+
+
+@pytest.mark.parametrize(("stage", "flights"), [(0, None), (1, 3), (2, 8), (7, 8)])
+def test_a_stage_of_a_search_has_as_many_flights_as_it_says(stage, flights):
+    X = designs(3)
+    problem = AttitudeManeuverProblem(scenario(count=8, grow=(0, 3)))
+    expected = AttitudeManeuverProblem(scenario(count=flights or 1), flights=flights or 0)
+    for asked, found in ((SimpleNamespace(stage=stage), expected), (object(), problem)):
+        F = problem.evaluate(X, algorithm=asked, return_values_of=["F"])
+        np.testing.assert_array_equal(F, found.evaluate(X, return_values_of=["F"]))
+
+
+def test_a_robust_search_goes_on_as_it_would_have(tmp_path):
+    """Killed in any stage; and what it finds are values over all flights."""
+    problem = AttitudeManeuverProblem(scenario(count=8, grow=(0, 1, 2))).robust()
+    algorithm = MGEOStaged(stages=(0.4, 0.8, 1.0), n_walkers=4, max_candidates=12)
+    path = tmp_path / "checkpoint"
+    whole = minimize(problem, algorithm, ("n_eval", 720), seed=2)
+    F = AttitudeManeuverProblem(scenario(count=8)).evaluate(whole.X, return_values_of=["F"])
+    np.testing.assert_array_equal(whole.F, F)
+    for generations, stage in ((3, 0), (9, 1), (14, 2)):
+        running = copy.deepcopy(algorithm)
+        running.setup(problem, termination=("n_eval", 720), seed=2)
+        for _ in range(generations):
+            running.next()
+        assert running.stage == stage
+        Checkpoint(path).write(running)
+        again = resume(path, AttitudeManeuverProblem.from_options(problem.options()))
+        result = again.run()
+        np.testing.assert_array_equal(result.X, whole.X)
+        np.testing.assert_array_equal(result.F, whole.F)
+
+
+def test_few_flights_stay_in_memory_and_all_are_the_same_again(monkeypatch):
+    monkeypatch.setattr(robustness, "KEPT", 3)
+    of, X = scenario(count=20, rate_error_deg_s=0.2), designs(2)
+    model = FilterModel.from_scenario(of)
+    flights = Flights(of, model, of.flight)
+    every = draw_flights(of, model, of.flight)
+    assert len(flights) == 20
+
+    def t_end(model, ran):
+        return ran.t_end[:, None]
+
+    found = [over_flights(each, X, t_end, 2, False) for each in (every, flights, flights.first(7))]
+    np.testing.assert_array_equal(found[1], found[0])
+    np.testing.assert_array_equal(found[2], found[0][:7])
+    same = [one is again for one, again in zip(flights, flights, strict=True)]
+    assert same == [number < 3 for number in range(20)]
+
+
+def test_robust_problems_have_the_flights_of_their_scenario_or_512():
+    problem = AttitudeManeuverProblem(scenario(grow=(4,)), threads=1).robust()
+    assert (problem.scenario.flight, problem.threads) == (FlightErrors(grow=(4,)), 1)
+    few = AttitudeManeuverProblem(scenario(count=64)).robust()
+    assert few.scenario.flight == FlightErrors(count=64, grow=(0, 16))
+    paper = AttitudeManeuverProblem().robust().scenario.flight
+    assert paper == FlightErrors(count=512, quantile=0.95, grow=(0, 16, 64))
+    with pytest.raises(ValueError, match=r"grow = \(0, 17\): expected ascending, up to 16"):
+        FlightErrors(grow=(0, 17))
+
+
+def test_remarks_count_the_plans_that_keep_their_promise():
+    problem, X = AttitudeManeuverProblem(scenario(rate_error_deg_s=0.2)), designs(60)
+    assert problem.remarks(X[:0]) == []
+    table = problem.promises(X[:5])
+    ratios = table.filter(regex="^kept /").to_numpy()
+    line, _ = problem.remarks(X[:5])  # the other is of the limit
+    worst = table["kept / promised t_end [s]"]
+    longest = problem.model.n_steps * problem.model.step
+    converge = table["kept t_end [s]"] < longest
+    count = ((ratios <= 1.1).all(axis=1) & converge).sum()
+    assert line == (
+        f"{count} of 5 plans keep what they promise in 9 of 10 flights, "
+        f"to 10%; t_end [s] is then {worst.median():.3g} times the promised in the median, "
+        f"{worst.max():.3g} at most"
+    )
+    assert re.match(r"\d+ of 50 plans looked at keep", problem.remarks(X)[0])
+
+
+def test_a_covariance_that_flights_lose_keeps_no_promise(monkeypatch):
+    problem, X = AttitudeManeuverProblem(scenario()), designs(3)
+    table = problem.promises(X)
+    table[["promised t_end [s]", "kept t_end [s]"]] = 300.0
+    table["kept trace [-]"] = table["promised trace [-]"] * [1.0, np.nan, 1.05]
+    monkeypatch.setattr(problem, "promises", lambda X: table)
+    assert problem.remarks(X)[0].startswith("2 of 3 plans keep what they promise")
+
+
+def test_flights_after_a_calibration_are_drawn_from_its_covariance():
+    """Attitude and rate errors together: off by more about an axis, and by correlated numbers."""
+    of = scenario(count=4000)
+    sigma = FilterModel.from_scenario(of).initial_sigma
+    rng = np.random.default_rng(3)
+    mixed = rng.standard_normal((len(sigma), len(sigma))) + 2.0 * np.eye(len(sigma))
+    scale = 0.1 * sigma / np.sqrt(np.diag(mixed @ mixed.T))
+    P = scale[:, None] * (mixed @ mixed.T) * scale
+    prior = Prior(
+        quaternion=(0.5, -0.5, 0.5, 0.5),
+        rate_deg_s=(0.1, 0.0, 0.0),
+        states=np.zeros((len(sigma) // 3 - 1, 3)).tolist(),
+        covariance=(0.5 * (P + P.T)).tolist(),
+    )
+    of = dataclasses.replace(of, prior=prior)
+    model = FilterModel.from_scenario(of)
+    errors = []
+    for flight in draw_flights(of, model, of.flight):
+        # what is seen there is what is seen from the true attitude R(-e) C
+        turn, *_ = np.linalg.lstsq(model.references[:50, 1], flight.model.references[:50, 1])
+        C = model.initial_attitude
+        error = -Rotation.from_matrix(C @ turn.T @ C.T).as_rotvec()
+        errors.append([*error, *-np.radians(flight.rates[0])])
+    P = P[:6, :6]
+    found = np.cov(np.array(errors).T) / np.sqrt(np.outer(np.diag(P), np.diag(P)))
+    expected = P / np.sqrt(np.outer(np.diag(P), np.diag(P)))
+    assert np.abs(expected - np.eye(6)).max() > 0.3
+    np.testing.assert_allclose(found, expected, rtol=0, atol=0.08)  # 1.6 % 1-sigma, times 5
+    given = dataclasses.replace(of.flight, attitude_deg=0.0, rate_error_deg_s=0.0, count=2)
+    for flight in draw_flights(of, model, given):
+        np.testing.assert_array_equal(flight.model.references, model.references)
+        np.testing.assert_array_equal(flight.rates, np.zeros((3, 3)))

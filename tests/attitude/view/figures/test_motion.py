@@ -1,0 +1,131 @@
+"""The turning figure of a plan, against the attitude of the reference filter."""
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.scenario import InitialConditions
+from mgeo_attitude.view.figures.motion import SHADOW, turns_of_direction
+from mgeo_attitude.view.figures.sphere import projected
+from scipy.spatial.transform import Rotation
+
+
+def shortened(scenario, **changes):
+    maneuvers = dataclasses.replace(scenario.maneuvers, **changes.pop("maneuvers", {}))
+    return AttitudeManeuverProblem(
+        dataclasses.replace(scenario, duration=2400.0, maneuvers=maneuvers, **changes)
+    )
+
+
+@pytest.fixture(scope="module")
+def sharp():
+    return shortened(Scenario.paper())
+
+
+@pytest.fixture(scope="module")
+def ramped():
+    return shortened(Scenario.paper(), maneuvers={"max_acceleration_deg_s2": 0.02})
+
+
+def orientation(turn, time):
+    """Of what turns at a time, shape (3, 3): whole turns, then the share of the one under way."""
+    reached = Rotation.identity()
+    vectors = np.column_stack([turn["x"], turn["y"], turn["z"]])
+    for start, end, vector in zip(turn["times"][:-1], turn["times"][1:], vectors, strict=True):
+        share = min((time - start) / (end - start), 1.0)
+        if share > 0.0:
+            reached = reached * Rotation.from_rotvec(share * vector, degrees=True)
+    return reached.as_matrix()
+
+
+def between(one, other):
+    """Angle between two orientations [deg]."""
+    return np.degrees(Rotation.from_matrix(one.T @ other).magnitude())
+
+
+def motion_of(problem, x):
+    (figures,) = problem.solution_figures(x[None])
+    return figures["motion"], figures["motion"].layout.meta["motion"]
+
+
+@pytest.mark.parametrize(("name", "most"), [("sharp", 1e-9), ("ramped", 1.0)])
+@pytest.mark.parametrize("row", [0, 1])
+def test_the_body_stands_as_the_filter_flew_it(request, X, name, most, row):
+    problem = request.getfixturevalue(name)
+    plan = ManeuverPlan.from_design(problem, X[row])
+    _, motion = motion_of(problem, X[row])
+    turn, attitude = motion["turns"]["body"], plan.history.attitude
+    assert motion["end"] == turn["times"][-1] == plan.t_end
+    samples = np.linspace(0, len(attitude) - 1, 40).astype(int)
+    off = [between(orientation(turn, k * problem.model.step), attitude[k].T) for k in samples]
+    assert max(off) < most
+    assert between(orientation(turn, plan.t_end), attitude[-1].T) < 1e-6
+
+
+def test_the_body_starts_where_the_scenario_says(X):
+    problem = shortened(Scenario.paper(), initial=InitialConditions(pointing="nadir"))
+    plan = ManeuverPlan.from_design(problem, X[0])
+    figure, motion = motion_of(problem, X[0])
+    attitude = plan.history.attitude
+    tips = np.array([next((t.x[1], t.y[1], t.z[1]) for t in figure.data if t.name == axis)
+                     for axis in "xyz"])  # fmt: skip
+    np.testing.assert_allclose(tips / np.linalg.norm(tips[0]), attitude[0], atol=1e-12)
+    for k in (0, 77, 800, len(attitude) - 1):
+        turned = tips @ orientation(motion["turns"]["body"], k * problem.model.step).T
+        np.testing.assert_allclose(turned / np.linalg.norm(tips[0]), attitude[k], atol=1e-9)
+    (figures,) = problem.solution_figures(X[:1])
+    sun = next(trace for trace in figures["directions"].data if trace.name == "Sun")
+    seen = projected(attitude[:1] @ problem.environment.sun[0])
+    assert (sun.x[0], sun.y[0]) == (seen[0][0], seen[1][0])
+
+
+def test_a_ramp_takes_few_turns(ramped, sharp, X):
+    few = np.array([len(motion_of(ramped, x)[1]["turns"]["body"]["x"]) for x in X[:5]])
+    stretches = ramped.model.schedule(X[:5]).flown().sum(axis=1)
+    assert (few < stretches / 4).all()
+    assert max(few) < 60 < max(stretches)
+    assert len(motion_of(sharp, X[0])[1]["turns"]["body"]["x"]) <= 3
+
+
+@pytest.mark.parametrize("name", ["sun", "field"])
+def test_sun_and_field_stand_where_the_environment_has_them(sharp, X, name):
+    figure, motion = motion_of(sharp, X[0])
+    environment = sharp.environment
+    label = {"sun": "Sun"}.get(name, name)
+    trace = next(trace for trace in figure.data if trace.name == label)
+    tip = np.array([trace.x[1], trace.y[1], trace.z[1]])
+    vectors = getattr(environment, name)
+    for k in (0, 7, 500, 1234):
+        seen = orientation(motion["turns"][label], environment.times[k]) @ tip
+        exact = vectors[k] / np.linalg.norm(vectors[k])
+        assert np.degrees(np.arccos(np.clip(seen @ exact, -1.0, 1.0))) < 0.05
+
+
+def test_a_direction_that_rests_does_not_turn():
+    rest = turns_of_direction(np.arange(3.0), np.tile([0.0, 2.0, 0.0], (3, 1)))
+    assert not np.any([rest[axis] for axis in "xyz"])
+    quarter = turns_of_direction(np.arange(2.0), np.eye(3)[:2])
+    np.testing.assert_allclose([quarter[axis][0] for axis in "xyz"], [0, 0, 90], atol=1e-12)
+
+
+def test_phases_are_the_plan_and_the_shadow(X):
+    problem = shortened(Scenario.paper(), eclipse=True)
+    plan = ManeuverPlan.from_design(problem, X[0])
+    figure, motion = motion_of(problem, X[0])
+    flown = [phase for phase in motion["phases"] if phase["name"] != SHADOW]
+    timeline = plan.timeline()
+    np.testing.assert_allclose([phase["from"] for phase in flown[:3]], timeline["start [s]"][:3])
+    assert all(a["to"] == b["from"] for a, b in itertools.pairwise(flown))
+    assert flown[-1]["to"] == plan.t_end
+    environment = problem.environment
+    dark = np.zeros(len(environment.times), dtype=bool)
+    for phase in motion["phases"]:
+        if phase["name"] == SHADOW:
+            assert phase["shaded"]
+            dark |= (environment.times >= phase["from"]) & (environment.times < phase["to"])
+    np.testing.assert_array_equal(dark[:-1], ~environment.sunlit[:-1])
+    faint = [trace.name for trace in figure.data if (trace.meta or {}).get("faint") == SHADOW]
+    assert faint == ["Sun"]

@@ -1,0 +1,42 @@
+"""Circles on the map of the body's sphere."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.scenario import PathLimit
+from mgeo_attitude.view.figures.sphere import OUTLINE, circle, projected
+
+
+@pytest.mark.parametrize("axis", [(1, 0, 0), (0, 0, 1), (-1, 0.2, 0.1), (-1, 0, 0)])
+@pytest.mark.parametrize("degrees", [10.0, 60.0, 120.0])
+def test_a_circle_is_where_directions_are_as_far_from_its_axis(axis, degrees):
+    """Directions all over the sphere, on the map: those at this angle lie on the line."""
+    across, up = circle(axis, np.radians(degrees))
+    unit = np.array(axis) / np.linalg.norm(axis)
+    turns = np.random.default_rng(1).standard_normal((4000, 3))
+    off = turns - (turns @ unit)[:, None] * unit
+    off /= np.linalg.norm(off, axis=1)[:, None]
+    edge = np.cos(np.radians(degrees)) * unit + np.sin(np.radians(degrees)) * off
+    places = np.array(projected(edge), dtype=float)
+    known = np.array([across, up])[:, ~np.isnan(across)]
+    nearest = np.linalg.norm(places[:, :, None] - known[:, None, :], axis=0).min(axis=1)
+    assert nearest.max() < 0.04 * OUTLINE[0]  # the line has a point every 2.5 degrees
+    strokes = np.hypot(np.diff(across), np.diff(up))
+    assert np.nanmax(strokes) < 0.08 * OUTLINE[0]  # none across the map
+
+
+def test_path_limits_and_fields_of_view_are_drawn():
+    sun, *others = Scenario.cubesat_6u().sensors
+    narrow = dataclasses.replace(sun, boresight=(0.0, 0.0, 1.0), field_of_view_deg=60.0)
+    scenario = dataclasses.replace(
+        Scenario.cubesat_6u(),
+        duration=600.0,
+        sensors=(narrow, *others),
+        path_limits=(PathLimit(name="camera", boresight=(1.0, -1.0, 0.0), half_angle_deg=30.0),),
+    )
+    problem = AttitudeManeuverProblem(scenario, 1)
+    (figures,) = problem.solution_figures(np.array([[0.2, 0.0, 0.0, 100.0]]))
+    names = [trace.name for trace in figures["directions"].data if trace.mode == "lines"]
+    assert names[1:] == ["Sun off camera", "view of sun"]

@@ -1,0 +1,64 @@
+"""Baselines as designs, and the comparison against single runs of the reference filter."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import Scenario, reference_run
+from mgeo_attitude.view.observability import baselines, compare
+
+
+def test_designs_by_hand():
+    found = baselines(Scenario.paper(), 600.0, rate_deg_s=0.5)
+    assert found == {
+        "no maneuver": (0.0, 0.0, 0.0, 600.0),
+        "x only": (0.5, 0.0, 0.0, 600.0),
+        "y only": (0.0, 0.5, 0.0, 600.0),
+        "z only": (0.0, 0.0, 0.5, 600.0),
+        "x, y, z in turn": (0.5, 0, 0, 200.0, 0, 0.5, 0, 200.0, 0, 0, 0.5, 200.0),
+        "x, y, z in turn, there and back": (
+            *(0.5, 0, 0, 100.0, -0.5, 0, 0, 100.0),
+            *(0, 0.5, 0, 100.0, 0, -0.5, 0, 100.0),
+            *(0, 0, 0.5, 100.0, 0, 0, -0.5, 100.0),
+        ),
+    }
+    assert baselines(Scenario.paper(), 600.0)["x only"][0] == 1.0  # the scenario's greatest rate
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, np.nan, np.inf])
+def test_bad_durations_and_rates_are_named(bad):
+    with pytest.raises(ValueError, match=r"duration = .*above 0"):
+        baselines(Scenario.paper(), bad)
+    with pytest.raises(ValueError, match=r"rate_deg_s = .*above 0"):
+        baselines(Scenario.paper(), 10.0, rate_deg_s=bad)
+
+
+def test_comparison_is_that_of_single_runs_at_the_same_time(problem, design, history):
+    others = baselines(problem.scenario, 351.0)
+    table = compare(problem, {"plan": design, **others}, history.t_end)
+    assert list(table.index) == ["plan", *others]
+    assert table.loc["plan", "t_end [s]"] == history.t_end
+    assert table.loc["plan", "trace [-]"] == pytest.approx(history.trace[-1], rel=1e-9)
+    assert table.loc["plan", "times the first [-]"] == 1.0
+    endless = dataclasses.replace(problem.model, relative_decrease=-np.inf)
+    name = "x, y, z in turn"
+    alone = reference_run(endless, others[name])
+    step = round(history.t_end)
+    assert table.loc[name, "trace [-]"] == pytest.approx(alone.trace[step], rel=1e-9)
+    assert table.loc[name, "mag bias 1-sigma [nT]"] == pytest.approx(
+        50e3 * alone.sigma[step, 15:].max(), rel=1e-9
+    )
+    own = reference_run(problem.model, others[name])
+    assert table.loc[name, "t_end [s]"] == own.t_end
+    assert table.loc[name, "trace at t_end [-]"] == pytest.approx(own.trace[-1], rel=1e-9)
+    # without turning, misalignments and biases stay what they were
+    assert table.loc["no maneuver", "times the first [-]"] > 10.0
+
+
+def test_bad_comparisons_are_named(problem, design):
+    with pytest.raises(ValueError, match="at least one"):
+        compare(problem, {}, 100.0)
+    with pytest.raises(ValueError, match="at = 12000"):
+        compare(problem, {"plan": design}, 12000.0)
+    with pytest.raises(ValueError, match="4 variables"):
+        compare(problem, {"plan": design[:11]}, 100.0)

@@ -1,0 +1,28 @@
+"""What each maneuver bought, against the history and by hand."""
+
+import numpy as np
+import pytest
+from mgeo_attitude.view.observability import contributions
+
+
+def test_rows_are_the_ends_of_the_phases(problem, design, history):
+    table = contributions(problem.model, design, history)
+    assert list(table.index) == ["start", "maneuver 1", "maneuver 3", "rate held"]
+    assert table["time [s]"].tolist() == [0.0, 200.0, 351.0, history.t_end]
+    np.testing.assert_array_equal(table["trace [-]"], history.trace[[0, 200, 351, -1]])
+    attitude = table["attitude y [deg]"].to_numpy()
+    assert attitude[0] == pytest.approx(5.0, rel=1e-12)
+    np.testing.assert_allclose(attitude, np.degrees(history.sigma[[0, 200, 351, -1], 1]))
+    np.testing.assert_allclose(
+        table["mag bias x [nT]"], 50e3 * history.sigma[[0, 200, 351, -1], 15], rtol=1e-14
+    )
+
+
+def test_shares_are_of_the_fall_in_decades(problem, design, history):
+    table = contributions(problem.model, design, history)
+    share = table["contribution [%]"]
+    assert share.sum() == pytest.approx(100.0, rel=1e-12)
+    assert share["start"] == 0.0
+    t0, t1, *_, t_end = table["trace [-]"]
+    decades = np.log10(t0 / t1) / np.log10(t0 / t_end)
+    assert share["maneuver 1"] == pytest.approx(100.0 * decades, rel=1e-12)

@@ -1,0 +1,93 @@
+"""Directions and correlations against what is known without a filter, and against its runs."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, StarTracker, reference_run
+from mgeo_attitude.view.observability import correlations, least_observable, normalized
+from mgeo_attitude.view.observability.states import States
+
+
+def test_nothing_learned_is_one_everywhere(problem):
+    P0 = np.diag(problem.model.initial_sigma**2)
+    np.testing.assert_allclose(normalized(problem.model, P0), np.eye(18), atol=1e-15)
+    table = least_observable(problem.model, P0, 18)
+    np.testing.assert_allclose(table["remaining [-]"], 1.0, rtol=1e-12)
+    np.testing.assert_array_equal(correlations(problem.model, P0), np.eye(18))
+
+
+def test_one_direction_left(problem):
+    """All learned to a thousandth, but a rotation of the magnetometer about z by 0.4 deg."""
+    model = problem.model
+    left = np.zeros(18)
+    left[14] = np.radians(0.4)
+    P = np.diag((1e-3 * model.initial_sigma) ** 2) + np.outer(left, left)
+    table = least_observable(model, P, 2)
+    assert table.loc[0, "direction"] == "mag misalignment about body z"
+    assert table.loc[0, "remaining [-]"] == pytest.approx(0.4, rel=1e-5)  # of 1 deg
+    assert table.loc[0, "mag misalignment [deg]"] == pytest.approx(0.4, rel=1e-5)
+    assert table.loc[0, "attitude [deg]"] == pytest.approx(0.0, abs=1e-12)
+    assert table.loc[1, "remaining [-]"] == pytest.approx(1e-3, rel=1e-5)
+
+
+def test_a_tracker_cannot_see_a_rotation_it_shares_with_the_body():
+    """y = θ - μ: after a long while all is known of the difference and nothing more of the sum.
+
+    Of the rotation common to both, in initial sigmas (a, m), the variance left is that of two
+    quantities of which the difference is known: a² m² / (a² + m²), 0.1997 deg of 5 and 0.2.
+    """
+    scenario = dataclasses.replace(
+        Scenario.paper(), sensors=(StarTracker(),), duration=900.0, trace_weights={}
+    )
+    model = AttitudeManeuverProblem(scenario).model
+    history = reference_run(model, np.zeros(12))
+    table = least_observable(model, history.covariance, 3)
+    assert set(table["direction"].str.partition(" about ")[0]) == {
+        "common rotation of attitude and tracker"
+    }
+    np.testing.assert_allclose(table["remaining [-]"], 1.0, atol=1e-3)
+    left = 5.0 * 0.2 / np.hypot(5.0, 0.2)
+    np.testing.assert_allclose(table["tracker misalignment [deg]"], left, rtol=1e-3)
+    np.testing.assert_allclose(table["attitude [deg]"], left, rtol=1e-3)
+
+
+def test_directions_of_a_run_have_the_variance_that_the_covariance_gives_them(problem, history):
+    model = problem.model
+    table = least_observable(model, history.covariance, 18)
+    remaining = table["remaining [-]"].to_numpy()
+    assert (np.diff(remaining) <= 0.0).all()
+    scaled = history.covariance / np.outer(model.initial_sigma, model.initial_sigma)
+    assert (remaining**2).sum() == pytest.approx(np.trace(scaled), rel=1e-12)
+    # the worst direction is worse than any single state
+    assert remaining[0] ** 2 >= np.diag(scaled).max()
+    # 1-sigma ellipsoid: squared lengths along a block's axes add up to its variance
+    total = (table["attitude [deg]"].to_numpy() ** 2).sum()
+    assert total == pytest.approx(np.degrees(1.0) ** 2 * np.trace(history.covariance[:3, :3]))
+
+
+def test_correlations_are_those_of_the_covariance(problem, history):
+    table = correlations(problem.model, history.covariance)
+    names = list(States.of(problem.model.suite).names)
+    assert list(table.index) == list(table.columns) == names
+    assert names[5] == "gyro bias z"
+    np.testing.assert_array_equal(np.diag(table), 1.0)
+    P = history.covariance
+    expected = P[0, 6] / np.sqrt(P[0, 0] * P[6, 6])
+    assert table.loc["attitude x", "sun misalignment x"] == pytest.approx(expected, rel=1e-12)
+    assert table.to_numpy().min() >= -1.0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda P: P[:17, :17], r"shape \(17, 17\): expected \(18, 18\)"),
+        (lambda P: P + np.nan, "finite"),
+        (lambda P: -P, "above zero"),
+        (lambda P: P + np.eye(18, k=1) * 1e-3, "symmetric"),
+    ],
+)
+def test_what_is_no_covariance_is_refused(problem, history, change, message):
+    for function in (correlations, least_observable, normalized):
+        with pytest.raises(ValueError, match=message):
+            function(problem.model, change(history.covariance))

@@ -1,0 +1,120 @@
+"""The line that a plan comes to, against the slow filter's run of it."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
+from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.view.answers import answer, span, two_digits
+from mgeo_attitude.view.promises import Times
+
+from ..filter.suites import SUITES
+
+DEG = 180.0 / np.pi
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return AttitudeManeuverProblem(dataclasses.replace(Scenario.cubesat_6u(), step=4.0))
+
+
+@pytest.fixture(scope="module")
+def X(problem):
+    rng = np.random.default_rng(4)
+    return rng.uniform(problem.xl, problem.xu, (3, problem.n_var))
+
+
+def in_seconds(text):
+    seconds = {"h": 3600, "min": 60, "s": 1}
+    return sum(int(value) * seconds[unit] for value, unit in re.findall(r"(\d+) (\w+)", text))
+
+
+def test_numbers_are_those_of_the_reference_filter(problem, X):
+    for x, line in zip(X, problem.answers(X), strict=True):
+        history = reference_run(problem.model, x)
+        found = re.fullmatch(
+            r"(.*); then attitude (\S+) deg, gyro bias (\S+) deg/h, sun bias (\S+) arcmin, "
+            r"mag bias (\S+) nT \(1-sigma, worst body axis\); 9 of 10 flights converge within (.*)",
+            line,
+        )
+        assert found, line
+        assert in_seconds(found[1]) == history.t_end
+        assert in_seconds(found[6]) == problem.promises(x[None])["kept t_end [s]"][0]
+        sigma = history.sigma[-1].reshape(-1, 3).max(axis=1)
+        expected = [DEG * sigma[0], DEG * 3600 * sigma[1], DEG * 60 * sigma[3], 50e3 * sigma[5]]
+        shown = [float(text) for text in found.groups()[1:5]]
+        np.testing.assert_allclose(shown, expected, rtol=0.05)  # of two digits
+
+
+def test_a_plan_says_the_same(problem, X):
+    for x, line in zip(X, problem.answers(X), strict=True):
+        assert ManeuverPlan.from_design(problem, x).answer == line
+
+
+def test_what_did_not_converge_or_broke_down_says_so():
+    suite = SUITES["star tracker"]
+    covariance = np.diag(np.full(suite.n_states, 1e-6))
+    line = answer(suite, 600.0, covariance, converged=False)
+    assert line.startswith("not converged; after 10 min attitude 0.057 deg, gyro bias ")
+    assert line.endswith("(1-sigma, worst body axis)")  # nobody asked for flights
+    few = answer(suite, 600.0, covariance, True, Times(kept=np.inf))
+    assert few.endswith("; fewer than 9 of 10 flights converge")
+    lost = answer(suite, np.nan, np.full_like(covariance, np.nan), converged=False)
+    assert lost == "the filter's covariance lost positivity"
+
+
+def test_what_is_promised_over_flights_comes_first(problem, X):
+    """As it is what to rely on; the same table gives it that the search has for its objective."""
+    robust = AttitudeManeuverProblem(problem.scenario, flights=4)
+    promised = robust.evaluate(X, return_values_of=["F"])[:, 0]
+    table = robust.describe(X)
+    np.testing.assert_array_equal(table["promised t_end [s]"], promised)
+    first = ["promised t_end [s]", "kept t_end [s]", "promised trace [-]", "kept trace [-]"]
+    assert list(table.columns[:4]) == first
+    exactly = problem.describe(X)["t_end [s]"]
+    np.testing.assert_array_equal(table["t_end [s] flown exactly"], exactly)
+    assert "t_end [s]" not in table.columns
+    lines = zip(robust.answers(X), promised, table["kept t_end [s]"], exactly, strict=True)
+    for line, *expected in lines:
+        found = re.fullmatch(
+            r"(.*) promised; 9 of 10 flights converge within (.*); flown exactly (.*), then "
+            r"attitude .* \(1-sigma, worst body axis\)",
+            line,
+        )
+        assert found, line
+        assert [in_seconds(text) for text in found.groups()] == expected
+
+
+def test_a_time_that_is_not_promised_or_not_kept_says_so():
+    suite = SUITES["star tracker"]
+    covariance = np.diag(np.full(suite.n_states, 1e-6))
+    line = answer(suite, 600.0, covariance, False, Times(np.inf, np.inf))
+    expected = (
+        "no time promised; fewer than 9 of 10 flights converge; flown exactly not converged, after "
+        "10 min attitude 0.057 deg, "
+    )
+    assert line.startswith(expected)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.0, "0 s"),
+        (59.4, "59 s"),
+        (730.0, "12 min 10 s"),
+        (3600.0, "1 h"),
+        (7265.0, "2 h 1 min 5 s"),
+    ],
+)
+def test_times_are_as_people_say_them(seconds, text):
+    assert span(seconds) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.1149, "0.11"), (0.0996, "0.10"), (9.96, "10"), (123.4, "123"), (1e-4, "0.00010")],
+)
+def test_two_digits_without_powers_of_ten(value, text):
+    assert two_digits(value) == text

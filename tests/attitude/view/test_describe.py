@@ -1,0 +1,178 @@
+"""Tables of solutions against filterpy's run of the same designs, and counts made by hand."""
+
+import dataclasses
+
+import numpy as np
+import pandas as pd
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
+from mgeo_attitude.view import describe as module
+from mgeo_attitude.view.describe import (
+    BESIDE,
+    block_units,
+    front_summary,
+    maneuver_texts,
+    nondominated,
+)
+
+from ..filter.suites import SUITES
+
+DEG = 180.0 / np.pi
+#: Filter's units to the table's, by column, in the order of the state.
+PAPER_SIGMAS = {
+    "attitude 1-sigma [deg]": DEG,
+    "gyro bias 1-sigma [deg/h]": DEG * 3600.0,
+    "sun misalignment 1-sigma [deg]": DEG,
+    "sun bias 1-sigma [arcmin]": DEG * 60.0,
+    "mag misalignment 1-sigma [deg]": DEG,
+    "mag bias 1-sigma [nT]": 50e3,
+}
+X = np.array(
+    [
+        [0.5, -1.0, 0.25, 400.0, -0.125, 0.75, 1.0, 350.5, 0.0625, -0.5, 0.875, 123.4],
+        [1.0, 0.0, -1.0, 900.0, 0.0, 1.0, 0.5, 0.0, -0.3, 0.2, 0.9, 700.0],
+        [0.0] * 12,
+    ]
+)
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return AttitudeManeuverProblem()
+
+
+@pytest.fixture(scope="module")
+def table(problem):
+    return problem.describe(X)
+
+
+def test_numbers_are_those_of_the_reference_filter(problem, table):
+    for row, x in enumerate(X):
+        history = reference_run(problem.model, x)
+        assert table.loc[row, "t_end [s]"] == history.t_end
+        assert table.loc[row, "t_end [orbits]"] == pytest.approx(history.t_end / 5992.87, rel=1e-6)
+        assert table.loc[row, "trace [-]"] == pytest.approx(history.trace[-1], rel=1e-9)
+        worst = history.sigma[-1].reshape(6, 3).max(axis=1)
+        shown = table.loc[row, list(PAPER_SIGMAS)].to_numpy(dtype=float)
+        np.testing.assert_allclose(shown, worst * list(PAPER_SIGMAS.values()), rtol=1e-9)
+
+
+def test_maneuvers_are_readable(table):
+    assert table.loc[0, "maneuver 1: x / y / z [deg/s] for d [s]"] == (
+        "+0.500 / -1.000 / +0.250 for 400.0"
+    )
+    assert table.loc[0, "maneuver 3: x / y / z [deg/s] for d [s]"] == (
+        "+0.062 / -0.500 / +0.875 for 123.4"
+    )
+    np.testing.assert_allclose(table["maneuver time [s]"], [873.9, 1600.0, 0.0])
+    assert maneuver_texts(np.array([0.1, 0.2, -0.3, 10.0])) == ["+0.100 / +0.200 / -0.300 for 10.0"]
+
+
+def test_the_trace_stands_beside_what_no_maneuver_can_beat(problem, table):
+    limit = problem.limit_curves
+    least = np.interp(table["t_end [s]"], limit.times, limit.trace)
+    np.testing.assert_allclose(table[BESIDE], table["trace [-]"] / least, rtol=1e-12)
+    assert (table[BESIDE] > 1.0).all()
+
+
+def test_a_row_does_not_depend_on_the_others(problem, table):
+    alone = pd.concat([problem.describe(x[None]) for x in X], ignore_index=True)
+    pd.testing.assert_frame_equal(alone, table)
+
+
+def test_no_solutions_give_the_columns_alone(problem, table):
+    empty = module.describe(problem, np.empty((0, 12)))
+    assert len(empty) == 0
+    assert list(empty.columns) == list(table.columns)
+
+
+def test_other_numbers_of_maneuvers():
+    scenario = dataclasses.replace(Scenario.paper(), duration=900.0)
+    one = AttitudeManeuverProblem(scenario, n_maneuvers=1)
+    columns = one.describe(np.array([[0.5, -1.0, 0.25, 100.0]])).columns
+    assert sum("maneuver " in column and "for d [s]" in column for column in columns) == 1
+
+
+@pytest.mark.parametrize("shape", [(1, 11), (1, 16), (12,), (1, 1, 12)])
+def test_wrong_shape_is_refused(problem, shape):
+    with pytest.raises(ValueError, match=r"X of shape .*: expected \(n, 12\)"):
+        module.describe(problem, np.zeros(shape))
+
+
+def test_lost_positivity_shows_as_nan():
+    problem = AttitudeManeuverProblem()
+    # P0 / R near 1e12: most designs leave the covariance without positive pivots, some do not
+    sigma = problem.model.initial_sigma * 1e6
+    problem.__dict__["model"] = dataclasses.replace(problem.model, initial_sigma=sigma)
+    designs = np.random.default_rng(10).uniform(problem.xl, problem.xu, (8, 12))
+    with pytest.warns(RuntimeWarning, match="lost positivity"):
+        table = problem.describe(designs)
+    lost = table["trace [-]"].isna().to_numpy()
+    assert 0 < lost.sum() < len(lost)
+    for column in ("t_end [s]", "t_end [orbits]", *PAPER_SIGMAS):
+        np.testing.assert_array_equal(table[column].isna(), lost)
+
+
+def test_units_of_other_suites():
+    shown = {unit.label: (unit.unit, unit.factor) for unit in block_units(SUITES["full gyro"])}
+    assert shown["gyro scale factor"] == ("ppm", 1e6)
+    assert shown["gyro misalignment"] == ("deg", pytest.approx(DEG))
+    units = block_units(SUITES["two Sun sensors"])
+    assert [unit.label for unit in units] == [
+        "attitude",
+        "gyro bias",
+        "sun_x misalignment",
+        "sun_x bias",
+        "sun_z misalignment",
+        "sun_z bias",
+        "mag misalignment",
+        "mag bias",
+    ]
+    tracker = [(unit.label, unit.unit) for unit in block_units(SUITES["star tracker"])]
+    assert ("tracker misalignment", "deg") in tracker
+
+
+def test_counts_of_a_front_made_by_hand():
+    scenario = Scenario.paper()
+    period = scenario.orbit.period
+    F = [
+        [1000.0, 1e-4],
+        [1000.0, 1e-4],  # the same point again
+        [1000.0, 2e-4],  # dominated at equal time
+        [2000.0, 1e-4],  # dominated at equal trace
+        [period, 1e-5],  # counts as the first orbit
+        [period + 1.0, 9e-6],
+        [7000.0, 2e-5],  # dominated
+        [9000.0, 3e-6],
+        [11984.0, 2e-6],
+        [np.nan, np.nan],
+    ]
+    expected = {"points, first orbit": 2, "points, second orbit": 3}
+    assert front_summary(scenario, F) == expected
+    assert front_summary(scenario, F[::-1]) == expected
+    none = {"points, first orbit": 0, "points, second orbit": 0}
+    assert front_summary(scenario, np.empty((0, 2))) == none
+    assert AttitudeManeuverProblem().front_summary(F[8]) == {**none, "points, second orbit": 1}
+
+
+@pytest.mark.parametrize("shape", [(2,), (2, 3), (0,)])
+def test_counts_of_another_shape_are_refused(shape):
+    with pytest.raises(ValueError, match=r"F of shape .*: expected \(n, 2\)"):
+        front_summary(Scenario.paper(), np.ones(shape))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_nondominated_is_the_definition(seed):
+    rng = np.random.default_rng(seed)
+    F = rng.integers(0, 8, (rng.integers(1, 40), 2)).astype(float)  # small integers: many ties
+    F[rng.random(len(F)) < 0.1, rng.integers(2)] = np.nan
+    expected = [
+        i
+        for i, f in enumerate(F)
+        if np.isfinite(f).all()
+        and not any((g <= f).all() and (g < f).any() for g in F)
+        and not any((g == f).all() for g in F[:i])
+    ]
+    rows = nondominated(F)
+    assert sorted(rows) == expected
+    assert (np.diff(F[rows, 0]) > 0.0).all()
