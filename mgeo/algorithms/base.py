@@ -15,7 +15,7 @@ from pymoo.problems.dyn import DynamicProblem
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo._validation import refuse_unknown, validate_integer
 from mgeo.algorithms.coding import BitCode, RealCode
-from mgeo.algorithms.constructors import arguments, call, keywords, named
+from mgeo.algorithms.constructors import call, keywords, named, values
 from mgeo.algorithms.display import ArchiveOutput
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.variables import Variables, given_starts
@@ -109,6 +109,15 @@ class ExtremalOptimization(Algorithm, ABC):
 
     def __repr__(self) -> str:
         return call(self, ExtremalOptimization)
+
+    def get_params(self) -> dict[str, Any]:
+        """The constructor's parameters by name, as scikit-learn's, without pymoo's own options.
+
+        Raises
+        ------
+        TypeError : if the constructor does not keep one under its name, or takes ``*args``.
+        """
+        return values(self, ExtremalOptimization, _OPTIONS)
 
     @property
     def n_generations(self) -> int:
@@ -218,11 +227,6 @@ class ExtremalOptimization(Algorithm, ABC):
         self.state.idle[rows] = 0
 
     # ---- the loop ---------------------------------------------------------------------------
-
-    @property
-    def _parameters(self) -> dict[str, Any]:
-        """Arguments with which the class makes such an algorithm; TypeError if there are none."""
-        return arguments(self, ExtremalOptimization, _OPTIONS)
 
     def _begin(self, problem: Problem) -> None:
         """What `_setup` is for, out of the way of pymoo's wrappers, which put theirs over it."""

@@ -1,4 +1,4 @@
-"""What an algorithm's constructor takes, and its arguments read back from the algorithm."""
+"""What an algorithm's constructor takes, and the values that the algorithm keeps of it."""
 
 import functools
 import inspect
@@ -8,8 +8,6 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any, TypeVar, cast
 
 import numpy as np
-
-from mgeo._foreign import foreign
 
 F = TypeVar("F", bound=Callable[..., None])
 
@@ -67,39 +65,28 @@ def descriptions(cls: type) -> dict[str, str]:
     return {name: " ".join(text.split()).rstrip(".") for name, text in entries}
 
 
-def arguments(algorithm: Any, root: type, leave_out: Collection[str]) -> dict[str, Any]:
-    """Arguments by name with which its class makes an algorithm of the same parameters.
+def values(algorithm: object, root: type, leave_out: Collection[str] = ()) -> dict[str, Any]:
+    """The `parameters` of an algorithm's class by name, as its attributes of these names hold them.
 
-    They are the attributes under the names of the constructor's parameters, and of those of
-    inherited constructors what would be another value otherwise; TypeError if a parameter is not
-    kept under its name, or as something else than the constructor takes.
+    Raises
+    ------
+    TypeError : for a constructor with `*args`, or one that does not keep a parameter.
     """
     cls = type(algorithm)
-    constructors = _constructors(cls, root)
-    inherited = frozenset().union(*map(named, constructors)).difference(leave_out)
-    wanted = named(constructors[0]).difference(leave_out)
-    refused = (
-        f"{cls.__name__} cannot be made again from its attributes, and so its state not be kept"
-    )
-    given: dict[str, Any] = {}
-    why = ""
-    for _ in ("its own", "inherited"):
-        try:
-            given |= {key: getattr(algorithm, key) for key in sorted(wanted)}
-            with foreign():
-                again = cls(**given)
-        except Exception as error:  # of foreign constructors: it may raise anything
-            raise TypeError(f"{refused}: {why or error}") from error
-        wanted = frozenset(
-            key
-            for key in inherited
-            if hasattr(algorithm, key) and not _same(getattr(again, key), getattr(algorithm, key))
-        )
-        if not wanted:
-            return given
-        key = min(wanted)
-        why = f"{key} = {getattr(algorithm, key)!r:.80} would be {getattr(again, key)!r:.80}"
-    raise TypeError(f"{refused}: {why}")
+    for each in _constructors(cls, root):
+        if any(p.kind is p.VAR_POSITIONAL for p in _parameters(each)):
+            raise TypeError(f"{each.__name__}(*...): expected parameters that have names")
+    found = {}
+    for name in parameters(cls, root):
+        if name not in leave_out:
+            try:
+                found[name] = getattr(algorithm, name)
+            except AttributeError:
+                raise TypeError(
+                    f"{cls.__name__} has no attribute {name!r}: expected its constructor to keep "
+                    "each parameter under the parameter's name"
+                ) from None
+    return found
 
 
 def call(algorithm: object, root: type) -> str:

@@ -1,7 +1,7 @@
 """The complete state of a variant of MGEO between two generations, as plain data.
 
-What `capture` returns can be written with NumPy and JSON alone, and `restore` makes of it an
-algorithm that goes on as if it had never stopped, random streams included.
+What `capture` returns can be written with NumPy and JSON alone, and `restore` lets an algorithm of
+the same class and parameters go on from it as if it had never stopped, random streams included.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 from pymoo.core.termination import NoTermination, Termination
 from pymoo.termination.max_eval import MaximumFunctionCallTermination
@@ -67,9 +68,8 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
     ------
     ValueError : before `setup`, between ask and tell, or with one of pymoo's archives, whose
         truncation does not repeat.
-    TypeError : for an algorithm of another family, a class that cannot be made again from its
-        parameters, a parameter that is no JSON value, or a state with anything else than
-        `RunState` says.
+    TypeError : for an algorithm of another family, a parameter that is not kept under its name or
+        is no JSON value, or a state with anything else than `RunState` says.
     """
     name = type(algorithm).__name__
     if not isinstance(algorithm, ExtremalOptimization):
@@ -82,12 +82,8 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
         raise ValueError("archive = ... cannot be kept: expected None (the front itself is kept)")
     started = algorithm.start_time
     data = {
-        "class": _full_name(type(algorithm)),
-        "parameters": {
-            key: _plain(f"{name}.{key}", value)
-            for key, value in algorithm._parameters.items()
-            if key != "sampling"  # says where to start: not needed to go on
-        },
+        "class": full_name(type(algorithm)),
+        "parameters": _parameters(algorithm),
         "random_state": pack_stream(algorithm.random_state),
         "evaluations": (
             algorithm.evaluator.counts()
@@ -111,43 +107,47 @@ def capture(algorithm: ExtremalOptimization) -> SavedState:
     return SavedState(arrays, {**data, "state": values})
 
 
-def restore(saved: SavedState, problem: Problem, **options: Any) -> ExtremalOptimization:
-    """An algorithm that goes on where `capture` was called.
+def restore(
+    saved: SavedState, problem: Problem, algorithm: Algorithm, **options: Any
+) -> ExtremalOptimization:
+    """A copy of an algorithm that goes on where `capture` was called.
 
     Parameters
     ----------
     saved : what `capture` gave.
     problem : the same problem.
+    algorithm : one of the same class and parameters, not set up; it is left as it is.
     options : as for `setup`: `callback`, `verbose`, ...; and a `termination`, if another one
         than the run had (always, if that is not kept). Without an `evaluator` it is a
         `TolerantEvaluator` with the settings of the run's, if that was one.
 
     Raises
     ------
-    ValueError : if the class is not known, the termination is missing, or a part of the state
-        is missing or does not fit; it begins with the `source`. Also for a termination that is
-        none, and for what `setup` refuses: these are not the source's.
+    ValueError : if the algorithm is another one, the termination is missing, or a part of the
+        state is missing or does not fit; it begins with the `source`. Also for a termination that
+        is none, and for what `setup` refuses: these are not the source's.
     TypeError : for options that `setup` does not take.
     """
     with errors_of(saved.source):
         data = saved.data
-        algorithm = _find(entry(data, "class", str))(**entry(data, "parameters", dict))
+        same = _same(algorithm, data)
         least = entry(data, "return_least_infeasible", bool)
         options.setdefault("evaluator", _evaluator(data.get("evaluator", {})))
         if (termination := options.pop("termination", None)) is None:
             termination = _termination(data.get("termination"))
     termination = _converted(termination)
     options = {"return_least_infeasible": least, **options}
-    algorithm.setup(problem, termination=termination, **options)
+    run = copy.deepcopy(same)
+    run.setup(problem, termination=termination, **options)
     with errors_of(saved.source):
-        _fill(algorithm, saved)
-    if algorithm.n_generations:
-        algorithm.is_initialized = True
-        algorithm.off = algorithm.pop
-        algorithm._set_optimum()
-        algorithm.n_iter = algorithm.n_generations + 1
-        end_at(algorithm, algorithm.termination)
-    return algorithm
+        _fill(run, saved)
+    if run.n_generations:
+        run.is_initialized = True
+        run.off = run.pop
+        run._set_optimum()
+        run.n_iter = run.n_generations + 1
+        end_at(run, run.termination)
+    return run
 
 
 def _evaluator(settings: Any) -> TolerantEvaluator:
@@ -216,19 +216,31 @@ def _converted(termination: Any) -> Termination:
     ) from cause
 
 
-def _full_name(cls: type) -> str:
+def full_name(cls: type) -> str:
+    """Module and name of a class."""
     return f"{cls.__module__}.{cls.__qualname__}"
 
 
-def _find(full_name: str) -> type[ExtremalOptimization]:
-    # only what is imported already: a file must not be able to import or to run anything
-    known: list[type[ExtremalOptimization]] = ExtremalOptimization.__subclasses__()
-    for cls in known:
-        known += cls.__subclasses__()
-    for cls in reversed(known):
-        if _full_name(cls) == full_name:
-            return cls
-    raise ValueError(f"{full_name} is no imported variant of the family: import its module first")
+def _parameters(algorithm: ExtremalOptimization) -> dict[str, Any]:
+    """What tells an algorithm from others of its class, as JSON values."""
+    name = type(algorithm).__name__
+    return {
+        key: _plain(f"{name}.{key}", value)
+        for key, value in algorithm.get_params().items()
+        if key != "sampling"  # says where to start: not needed to go on
+    }
+
+
+def _same(algorithm: Algorithm, data: Mapping[str, Any]) -> ExtremalOptimization:
+    """The algorithm, if it is the one of a saved run; or else the first difference is told."""
+    cls, given = entry(data, "class", str), full_name(type(algorithm))
+    if cls != given or not isinstance(algorithm, ExtremalOptimization):
+        raise ValueError(f"class = {cls!r:.80}: the algorithm given is a {given}")
+    parameters = _parameters(algorithm)
+    for key, value in entry(data, "parameters", dict).items():
+        if (found := parameters.get(key)) != value:
+            raise ValueError(f"parameters.{key} = {value!r:.80}: that given has {found!r:.80}")
+    return algorithm
 
 
 def _plain(name: str, value: Any) -> Any:

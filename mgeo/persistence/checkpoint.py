@@ -18,12 +18,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pymoo.core.algorithm import Algorithm
 from pymoo.core.callback import Callback, CallbackCollection
 from pymoo.core.problem import Problem
 
+from mgeo import algorithms
 from mgeo._validation import validate_integer, validate_number
 from mgeo.algorithms.base import ExtremalOptimization
-from mgeo.algorithms.state import SavedState, capture, restore
+from mgeo.algorithms.state import SavedState, capture, full_name, restore
 from mgeo.evaluation.reevaluation import changed_value
 from mgeo.files.atomic import remove_leftovers, to_npz, write_file
 from mgeo.files.reading import entry, errors_of, from_npz, parse_json, read_file
@@ -139,6 +141,7 @@ def resume(
     problem: Problem,
     termination: Any = None,
     *,
+    algorithm: Algorithm | None = None,
     check: bool = True,
     **options: Any,
 ) -> ExtremalOptimization:
@@ -150,6 +153,8 @@ def resume(
     problem : the problem of that run.
     termination : a new one, counted from the beginning of the run, in any form that pymoo
         takes; None for the one the run had.
+    algorithm : the one of that run, made again: of the same class, with the same parameters. mgeo's
+        own may be left out.
     check : whether up to three points of the archive are evaluated again and compared, so that
         the run does not go on with a problem that computes something else; False for a problem
         whose values are random. These evaluations are not counted, and the run is the same with
@@ -167,9 +172,9 @@ def resume(
     Raises
     ------
     FileNotFoundError : if there is no such file.
-    ValueError : if it is no whole checkpoint of this version and this problem, which is told by
-        its class, sizes, bounds, options and values; or the termination cannot be saved in a file
-        and no new one is given, or the new one is none.
+    ValueError : if it is no whole checkpoint of this version, of this problem, which is told by
+        its class, sizes, bounds, options and values, and of this algorithm; or the termination
+        cannot be saved in a file and no new one is given, or the new one is none.
     TypeError : for an option that `setup` does not take.
     """
     state, data = _read(path)
@@ -182,15 +187,18 @@ def resume(
             RuntimeWarning,
             stacklevel=2,
         )
-    algorithm = restore(state, problem, termination=termination, **options)
+    if algorithm is None:
+        with errors_of(path):
+            algorithm = _of_mgeo(state)
+    run = restore(state, problem, algorithm, termination=termination, **options)
     if check:
-        found = changed_value(problem, algorithm.front.individuals, {"algorithm": algorithm})
+        found = changed_value(problem, run.front.individuals, {"algorithm": run})
         if found:
             raise ValueError(
                 f"{path} belongs to another problem: {found}; one whose values are random is "
                 "resumed without this check (check=False, --no-check)"
             )
-    return algorithm
+    return run
 
 
 def read_notes(path: Path | str) -> Mapping[str, Any]:
@@ -202,6 +210,16 @@ def read_notes(path: Path | str) -> Mapping[str, Any]:
     """
     notes: Mapping[str, Any] = _read(path)[1]["notes"]
     return notes
+
+
+def _of_mgeo(state: SavedState) -> ExtremalOptimization:
+    """The algorithm of a run, if that is one of mgeo's own; nothing is imported for it."""
+    name = entry(state.data, "class", str)
+    for cls in (getattr(algorithms, each) for each in algorithms.__all__):
+        if issubclass(cls, ExtremalOptimization) and full_name(cls) == name:
+            algorithm: ExtremalOptimization = cls(**entry(state.data, "parameters", dict))
+            return algorithm
+    raise ValueError(f"class = {name!r:.80} is none of mgeo's own: expected algorithm=... of it")
 
 
 def _content(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:

@@ -9,9 +9,8 @@ from mgeo.algorithms.state import end_at
 from mgeo.files.models import checked
 from mgeo.files.reading import errors_of
 from mgeo.persistence.checkpoint import read_notes, resume
-from mgeo.plugins.algorithms import load_algorithm
 from mgeo.plugins.discovery import load_problem
-from mgeo.runs.algorithms import ALGORITHMS, keeps_checkpoints
+from mgeo.runs.algorithms import build_algorithm, keeps_checkpoints
 from mgeo.runs.folder import RUN_FILE, read_run
 from mgeo.runs.persistence import CHECKPOINT_FILE, Notes
 from mgeo.runs.prepare import PreparedRun
@@ -54,15 +53,16 @@ def resume_run(
     with errors_of(path):
         notes = checked(Notes, found)
         configuration = notes.configuration
-        _import(configuration.algorithm, algorithm)
+        _check_named(configuration.algorithm, algorithm)
         problem = load_problem(configuration.problem, configuration.options)
+        same = build_algorithm(configuration.algorithm, configuration.parameters, problem)
         if notes.seen and [len(side) for side in notes.seen] != [problem.n_obj] * 2:
             raise ValueError(f"seen = {notes.seen!r:.80}: expected 2 x {problem.n_obj} numbers")
         width = problem.n_var + problem.n_obj + problem.n_ieq_constr + problem.n_eq_constr
         if any(len(row) != width for row in notes.nearest):
             raise ValueError(f"nearest = {notes.nearest!r:.80}: expected rows of {width} numbers")
     budget = configuration.evaluations
-    run = resume(path, problem, ("n_eval", budget), check=check)
+    run = resume(path, problem, ("n_eval", budget), algorithm=same, check=check)
     run.evaluator.warn = False  # the outcome tells
     made = run.evaluator.n_eval
     if evaluations is not None and generations is not None:
@@ -85,16 +85,14 @@ def resume_run(
     )
 
 
-def _import(name: str, named: str | None) -> None:
-    """Import the class of an installed algorithm, or one that was named by the caller."""
+def _check_named(name: str, named: str | None) -> None:
+    """Refuse to import a class that is not installed, unless the caller names it, too."""
     if named not in (None, name):
         raise ValueError(f"algorithm = {name!r}: expected {named!r}, as asked for")
     if ":" in name and named is None:
         raise ValueError(
             f"algorithm = {name!r}: its module is imported only if it is named: --algorithm {name}"
         )
-    if name not in ALGORITHMS:
-        load_algorithm(name)
 
 
 def _reason(folder: Path) -> str:

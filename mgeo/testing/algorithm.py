@@ -157,7 +157,7 @@ def _check_restored(trial: _Trial, result: Result) -> None:
     except TypeError:  # it says itself that it cannot be kept
         return
     with no_error("a run that was kept and restored midway"):
-        restored = restore(saved, trial.problem)
+        restored = restore(saved, trial.problem, trial.algorithm)
         _require_same(restored.run(), result, "a run that was kept and restored midway")
 
 

@@ -140,7 +140,7 @@ def test_a_run_of_mixed_variables_goes_on_from_its_state():
         part.next()
     saved = capture(part)
     saved = SavedState(saved.arrays, json.loads(json.dumps(saved.data)))
-    restored = restore(saved, problem)
+    restored = restore(saved, problem, type(part)(**part.get_params()))
     restored.run()
     assert restored.opt.get("F").tobytes() == whole.opt.get("F").tobytes()
     assert restored.opt.get("X").tolist() == whole.opt.get("X").tolist()

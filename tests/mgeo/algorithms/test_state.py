@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
 from pymoo.core.termination import NoTermination
 from pymoo.core.variable import Binary, Integer, Real
@@ -16,9 +17,9 @@ from pymoo.termination.default import DefaultMultiObjectiveTermination
 from pymoo.util.archive import MultiObjectiveArchive
 
 import mgeo.algorithms
-from mgeo import MGEOCanonical, MGEODirected, MGEOReal, ParetoArchive
+from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, ParetoArchive
 from mgeo.algorithms.run_state import RunState
-from mgeo.algorithms.state import SavedState, capture, restore
+from mgeo.algorithms.state import SavedState, capture, full_name, restore
 
 from .problems import Fixed, Mixture
 from .variants import VARIANTS
@@ -39,8 +40,13 @@ def begun(algorithm, problem, generations, n_gen=12):
     return run
 
 
+def twin(run):
+    """The algorithm of a run, made again from its parameters."""
+    return type(run)(**run.get_params())
+
+
 def again(run, **options):
-    return restore(through_json(capture(run)), run.problem, **options)
+    return restore(through_json(capture(run)), run.problem, twin(run), **options)
 
 
 def assert_same_end(one, two):
@@ -98,6 +104,13 @@ def test_variables_of_every_type_come_back(problem):
     assert_same_end(again(run), run)
 
 
+def test_a_run_leaves_the_algorithm_it_goes_on_with_as_it_is():
+    run = begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 5)
+    fresh = twin(run)
+    assert restore(capture(run), run.problem, fresh) is not fresh
+    assert fresh.problem is None
+
+
 def test_parameters_are_kept_and_a_second_restore_is_the_first():
     given = MGEOReal(np.array([0.1, 0.2, 0.3]), 2.5, 4, "range", sampling=LHS(), archive_size=9)
     problem = ZDT1(n_var=3)
@@ -140,7 +153,7 @@ def test_time_stands_still_between_the_runs(monkeypatch):
     run.start_time -= 40.0
     saved = capture(run)
     monkeypatch.setattr("time.time", lambda: run.start_time + 1e6)
-    restored = restore(saved, run.problem, termination=("time", 50.0))
+    restored = restore(saved, run.problem, twin(run), termination=("time", 50.0))
     assert restored.termination.perc == pytest.approx(0.8, abs=0.1)
 
 
@@ -193,15 +206,22 @@ def test_what_does_not_fit_is_refused():
     run = begun(MGEOReal(n_walkers=3), ZDT1(n_var=4), 2)
     saved = capture(run)
     unknown = SavedState(saved.arrays, {**saved.data, "class": "os.system"})
-    with pytest.raises(ValueError, match=r"os\.system is no imported variant of the family"):
-        restore(unknown, run.problem)
+    with pytest.raises(ValueError, match=r"class = 'os\.system': the algorithm given is a mgeo"):
+        restore(unknown, run.problem, twin(run))
+    with pytest.raises(ValueError, match=r"the algorithm given is a .*\.MGEOReal2"):
+        restore(saved, run.problem, MGEOReal2(n_walkers=3))
+    with pytest.raises(ValueError, match=r"parameters\.tau = 3\.0: that given has 2\.5"):
+        restore(saved, run.problem, MGEOReal(n_walkers=3, tau=2.5))
+    foreign = SavedState(saved.arrays, {**saved.data, "class": full_name(NSGA2), "parameters": {}})
+    with pytest.raises(ValueError, match=r"the algorithm given is a .*\.NSGA2"):
+        restore(foreign, run.problem, NSGA2())
     arrays = {key: value for key, value in saved.arrays.items() if key != "state.walkers"}
     with pytest.raises(ValueError, match=r"state\.walkers is missing"):
-        restore(SavedState(arrays, saved.data), run.problem)
+        restore(SavedState(arrays, saved.data), run.problem, twin(run))
     bad = {"state.walkers": np.zeros((3, 5)), "state.front_F": saved.arrays["state.front_F"][:0]}
     for key, array in bad.items():
         with pytest.raises(ValueError, match=rf"{key} of shape .* expected \("):
-            restore(SavedState({**saved.arrays, key: array}, saved.data), run.problem)
+            restore(SavedState({**saved.arrays, key: array}, saved.data), run.problem, twin(run))
     for key, value, message in (
         ("n_generations", -1, "state.n_generations = -1"),
         ("n_generations", None, "state.n_generations = None: expected an integer"),
@@ -210,7 +230,7 @@ def test_what_does_not_fit_is_refused():
     ):
         data = {**saved.data, "state": {**saved.data["state"], key: value}}
         with pytest.raises((ValueError, TypeError), match=message):
-            restore(SavedState(saved.arrays, data), run.problem)
+            restore(SavedState(saved.arrays, data), run.problem, twin(run))
 
 
 # What pymoo's own loop changes: `capture` keeps it, or it is to be given again (`callback` and on).
