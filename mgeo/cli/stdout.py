@@ -11,6 +11,7 @@ from typing import TextIO
 
 import typer
 
+_C_LIBRARY = "ucrtbase" if os.name == "nt" else None  # None: what this process has loaded
 _kept: list[TextIO] = []  # stdout itself, while it is reserved
 
 
@@ -46,7 +47,8 @@ def reserved() -> Iterator[None]:
         finally:
             _kept.clear()
             stdout.flush()
-            ctypes.CDLL(None).fflush(None)  # what compiled code has printed and C still holds
+            # what compiled code has printed and C still holds
+            ctypes.CDLL(_C_LIBRARY).fflush(None)
             os.dup2(document.fileno(), 1)
 
 

@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
-import fcntl
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+try:
+    import fcntl
+
+    def _lock(descriptor: int) -> None:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+except ImportError:  # Windows
+    import msvcrt
+
+    def _lock(descriptor: int) -> None:
+        # one byte, which need not be there
+        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
+
 
 #: The file that is locked. It is there while somebody works, or after that was killed.
 LOCK_FILE = ".mgeo-lock"
@@ -35,22 +49,34 @@ def lock(folder: Path) -> Iterator[None]:
     try:
         yield
     finally:
-        if _is_same(path, descriptor):
-            path.unlink()
+        gone = not _is_same(path, descriptor) or _removed(path)
         os.close(descriptor)
+        if not gone:  # Windows removes nothing that is open, nor what somebody else has now
+            _removed(path)
 
 
 def _locked(path: Path) -> int:
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+    no_follow = getattr(os, "O_NOFOLLOW", None)
+    if no_follow is None and path.is_symlink():
+        raise OSError(errno.ELOOP, "is a symbolic link", str(path))
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | (no_follow or 0), 0o666)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError as error:
+        _lock(descriptor)
+    except (BlockingIOError, PermissionError) as error:
         os.close(descriptor)
         raise ValueError(f"{path.parent} is in use: another process is running there") from error
     except BaseException:
         os.close(descriptor)
         raise
     return descriptor
+
+
+def _removed(path: Path) -> bool:
+    try:
+        path.unlink()
+    except PermissionError:
+        return False
+    return True
 
 
 def _is_same(path: Path, descriptor: int) -> bool:

@@ -21,6 +21,9 @@ from numpy.typing import NDArray
 #: Far more than any file of ours holds, and less than memory does.
 MOST_BYTES = 2**30
 
+# without waiting for somebody who writes into a pipe; of Windows, every byte as it stands
+_READ = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+
 _EXPECTED: Mapping[Any, str] = {
     str: "a string",
     int: "an integer",
@@ -57,8 +60,7 @@ def read_file(path: str | os.PathLike[str], most: int = MOST_BYTES) -> bytes:
     FileError
         If it is a folder, a pipe or a device, which might never end, or larger than `most` bytes.
     """
-    # without waiting for somebody who writes into a pipe
-    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    descriptor = os.open(path, _READ)
     with open(descriptor, "rb") as file:
         status = os.fstat(descriptor)
         if not stat.S_ISREG(status.st_mode):

@@ -2,26 +2,14 @@
 
 import json
 import os
-import resource
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from mgeo.runs.folder import read_run
+from tests.disk import room
 
 SHORT = ("--evaluations", 160, "--algorithm", "mgeo-real", "--walkers", 4)
-
-
-@contextmanager
-def room(limit):
-    """Files of this process cannot grow beyond so many bytes: writes fail as on a full disk."""
-    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
-    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
 
 
 @pytest.fixture

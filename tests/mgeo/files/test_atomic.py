@@ -1,23 +1,20 @@
 import errno
 import os
-import resource
 import stat
 import threading
 
 import pytest
 
 from mgeo.files.atomic import check_writable, write_file, write_files
+from tests.disk import room
 
 LIMIT = 1 << 20
 
 
 @pytest.fixture
 def small_disk():
-    """Files of this process cannot grow beyond 1 MiB: writes fail as on a full disk."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, hard))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    with room(LIMIT):
+        yield
 
 
 def test_files_are_written_and_replaced(tmp_path):
@@ -53,14 +50,9 @@ def test_a_disk_error_leaves_the_folder_as_it_was(tmp_path, small_disk):
 @pytest.mark.parametrize("limit", [0, 1000])
 def test_a_folder_without_room_is_told_before_anything_is_made(tmp_path, limit):
     check_writable(tmp_path)
-    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
-    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, hard))
-    try:
-        for folder in (tmp_path, tmp_path / "none" / "below"):
-            with pytest.raises(OSError, match=rf"too large: '{tmp_path}'"):
-                check_writable(folder)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
+    for folder in (tmp_path, tmp_path / "none" / "below"):
+        with room(limit), pytest.raises(OSError, match=rf"too large: '{tmp_path}'"):
+            check_writable(folder)
     assert list(tmp_path.iterdir()) == []
 
 

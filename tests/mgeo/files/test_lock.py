@@ -1,10 +1,15 @@
 import errno
-import fcntl
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+try:
+    import fcntl
+except ImportError:
+    fcntl = None
 
 from mgeo.files.lock import LOCK_FILE, lock
 
@@ -33,6 +38,7 @@ def test_what_a_killed_process_leaves_keeps_nobody_out(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.skipif(fcntl is None, reason="POSIX")
 def test_a_file_system_that_locks_only_what_is_open_for_writing(tmp_path, monkeypatch):
     """NFS, for which Linux makes locks of byte ranges."""
     flock = fcntl.flock
@@ -69,3 +75,29 @@ def test_a_link_in_its_place_is_not_followed(tmp_path):
     with pytest.raises(OSError, match="symbolic link"), lock(tmp_path):
         pass
     assert not (tmp_path / "elsewhere").exists()
+
+
+def test_where_nothing_that_is_open_can_be_removed(tmp_path, monkeypatch):
+    """Windows."""
+    real, opened = Path.unlink, set()
+    opening, closing = os.open, os.close
+
+    def open_it(*arguments):
+        opened.add(descriptor := opening(*arguments))
+        return descriptor
+
+    def close(descriptor):
+        opened.discard(descriptor)
+        closing(descriptor)
+
+    def unlink(path):
+        if opened:
+            raise PermissionError(13, "used by another process", str(path))
+        real(path)
+
+    monkeypatch.setattr("mgeo.files.lock.os.open", open_it)
+    monkeypatch.setattr("mgeo.files.lock.os.close", close)
+    monkeypatch.setattr("mgeo.files.lock.Path.unlink", unlink)
+    with lock(tmp_path):
+        assert opened
+    assert list(tmp_path.iterdir()) == []

@@ -1,7 +1,6 @@
 import csv
 import json
 import platform
-import resource
 from importlib.metadata import version
 
 import numpy as np
@@ -17,6 +16,7 @@ from mgeo.runs.folder import (
     write_run,
 )
 from mgeo.runs.prepare import PreparedRun, prepare
+from tests.disk import room
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
@@ -135,17 +135,9 @@ def test_a_disk_error_leaves_the_run_that_was_there(run, tmp_path):
     write_run(tmp_path, run)
     before = contents(tmp_path)
     large = np.tile(run.outcome.X, (20_000, 1)), np.tile(run.outcome.F, (20_000, 1))
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, hard))
-    try:
-        with pytest.raises(OSError, match="too large"):
-            write_run(
-                tmp_path,
-                Run(run.configuration, replaced(run.outcome, X=large[0], F=large[1]), run.versions),
-                overwrite=True,
-            )
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    larger = Run(run.configuration, replaced(run.outcome, X=large[0], F=large[1]), run.versions)
+    with room(1 << 20), pytest.raises(OSError, match="too large"):
+        write_run(tmp_path, larger, overwrite=True)
     assert contents(tmp_path) == before
 
 
