@@ -108,7 +108,7 @@ def mgeo(folder, *commands):
 def test_all_of_them_appear_in_a_run_and_its_report(extended):
     """With packages that are copies, and nothing else than the sections changed in them."""
     solve = "solve attitude --scenario scenario.toml --algorithm mgeo-wide --evaluations 720 -q"
-    assert "mgeo-wide" in mgeo(extended, "solve --help", f"{solve} --out run", "report run")
+    assert "mgeo-wide" in mgeo(extended, "algorithms", f"{solve} --out run", "report run")
     text = (extended / "run" / "run.json").read_text(encoding="utf-8")
     configuration = json.loads(text)["configuration"]
     assert configuration["algorithm"] == "mgeo-wide"

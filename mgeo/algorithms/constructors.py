@@ -59,10 +59,15 @@ def keywords(cls: type, root: type) -> frozenset[str]:
 
 
 def descriptions(cls: type) -> dict[str, str]:
-    """What the docstring of a class says of each parameter, in a line."""
-    _, _, section = (inspect.getdoc(cls) or "").partition("Parameters\n----------\n")
-    entries = re.findall(r"^(\w+) : (.+(?:\n .+)*)", section.partition("\n\n")[0], re.MULTILINE)
-    return {name: " ".join(text.split()).rstrip(".") for name, text in entries}
+    """What the docstrings of a class and of those that it inherits say of parameters, in a line."""
+    found: dict[str, str] = {}
+    for each in cls.__mro__:
+        text = inspect.cleandoc(each.__doc__ or "").partition("Parameters\n----------\n")[2]
+        entries = re.findall(r"^(\w.*) : (.+(?:\n .+)*)", text.partition("\n\n")[0], re.MULTILINE)
+        for names, meaning in entries:
+            line = " ".join(meaning.split()).rstrip(".")
+            found = dict.fromkeys(names.split(", "), line) | found
+    return found
 
 
 def values(algorithm: object, root: type, leave_out: Collection[str] = ()) -> dict[str, Any]:

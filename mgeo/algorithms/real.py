@@ -128,8 +128,8 @@ class MGEOReal2(RealSteps):
     n_steps : steps tried in each variable (P), at least 2.
     divisor : by what the deviations shrink (s), > 0.
     schedule : "factorial", sigma_{j+1} = sigma_j / (s j), or "geometric", sigma_j / s.
-    tau, n_walkers, perturbation, options : as for `MGEOReal`, and `bounds`; tau ranks the steps of
-        a variable.
+    tau, n_walkers, perturbation, bounds, options : as for `MGEOReal`; tau ranks the steps of a
+        variable.
 
     Raises
     ------

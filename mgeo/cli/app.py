@@ -53,7 +53,7 @@ def _root(
         os.environ["NO_COLOR"] = "1"
 
 
-@app.command(cls=options.Solving, epilog=epilog("solve"))
+@app.command(epilog=epilog("solve"))
 def solve(
     problem: Annotated[
         str,
@@ -89,26 +89,49 @@ def solve(
         str | None,
         typer.Option(
             metavar="NAME|MODULE:CLASS",
+            help="One of `mgeo algorithms`, or a class of one's own [default: mgeo-directed, of a "
+            "robust run mgeo-staged].",
             autocompletion=completion.algorithms,
         ),
     ] = None,
-    sigma: Annotated[str | None, typer.Option(metavar="NUMBER[,NUMBER...]")] = None,
+    sigma: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NUMBER[,NUMBER...]",
+            help="Standard deviation of steps, one for all variables or one for each.",
+        ),
+    ] = None,
     tau: Annotated[
         str | None,
         typer.Option(
             metavar="NUMBER|NAME",
+            help="Selection pressure; a name lets it follow the search.",
             autocompletion=completion.among_those_of("mgeo.algorithms.selection:RULES"),
         ),
     ] = None,
-    walkers: Annotated[int | None, typer.Option("--walkers", "--runs")] = None,
+    walkers: Annotated[
+        int | None, typer.Option("--walkers", "--runs", help="Number of walkers.")
+    ] = None,
     perturbation: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME", autocompletion=completion.among_those_of("mgeo.algorithms.steps:SCALES")
+            metavar="NAME",
+            help="What sigma is a multiple of.",
+            autocompletion=completion.among_those_of("mgeo.algorithms.steps:SCALES"),
         ),
     ] = None,
-    population: Annotated[int | None, typer.Option()] = None,
-    settings: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE")] = None,
+    population: Annotated[
+        int | None, typer.Option(help="Population size, of pymoo's algorithms.")
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Any other parameter of the algorithm, such as bits=12 or restart=archive; may be "
+            "given several times.",
+        ),
+    ] = None,
     evaluations: Annotated[
         int | None,
         typer.Option(
@@ -140,6 +163,7 @@ def solve(
     The folder gets front.csv, run.json (how to run it again) and front.html. Ctrl-C ends the run
     and keeps what was found; a second one does so without waiting for the generation under way.
     A run of the MGEO family saves itself in run.checkpoint while it goes on: see `mgeo resume`.
+    What an algorithm takes, and its defaults: `mgeo algorithms NAME`.
     """
     from mgeo.cli.dry_run import describe_run
     from mgeo.cli.solve import run_to_folder
@@ -295,9 +319,25 @@ def report(
 @app.command(epilog=epilog("problems"))
 def problems(json: options.Json = False, debug: options.Debug = False) -> None:
     """List the installed problems."""
-    from mgeo.cli.problems import list_problems
+    from mgeo.cli.installed import list_problems
 
     list_problems(Output(json=json))
+
+
+@app.command(epilog=epilog("algorithms"))
+def algorithms(
+    name: Annotated[
+        str | None,
+        typer.Argument(help="One of them, or MODULE:CLASS.", autocompletion=completion.algorithms),
+    ] = None,
+    json: options.Json = False,
+    debug: options.Debug = False,
+) -> None:
+    """List the algorithms, or the parameters of one."""
+    from mgeo.cli.installed import list_algorithms
+
+    with bad_input():
+        list_algorithms(name, Output(json=json))
 
 
 @app.command(epilog=epilog("study"))

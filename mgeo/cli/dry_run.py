@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # every run imports this module, and statistics take most of 
 
 
 def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) -> None:
-    """Tell it about a run of ``mgeo solve``; the problem is evaluated for about a second."""
+    """Tell it about a run of ``mgeo solve``; two generations are made for it."""
     configuration, problem = run.configuration, run.problem
     expected = estimate(problem, run.algorithm, configuration.evaluations, configuration.seed)
     size = problem_size(problem)

@@ -24,6 +24,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo report runs/attitude-mgeo-directed-seed1 --figure front --paper",
     ),
     "problems": ("mgeo problems", "mgeo problems --json | jq -r .problems[].name"),
+    "algorithms": ("mgeo algorithms", "mgeo algorithms mgeo-directed"),
     "study": (
         "mgeo study table3.toml --seeds 3 --evaluations 3600",
         "mgeo study table3.toml --dry-run",

@@ -7,7 +7,6 @@ from contextlib import suppress
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand
 
 from mgeo.cli.errors import remember_debug
 from mgeo.cli.stdout import reserve
@@ -43,26 +42,6 @@ FLAGS: Mapping[str, str] = {
 }
 
 
-class Solving(TyperCommand):
-    """A command whose help on algorithms comes from their table and classes, imported for it."""
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the help, with what is known only now."""
-        from mgeo.runs import algorithms
-
-        others = ", ".join(algorithms.other_parameters(FLAGS))
-        texts = {flag: algorithms.parameter_help(name) for name, flag in FLAGS.items()} | {
-            "--algorithm": f"{', '.join(algorithms.algorithm_names())}. Of a class of one's own, "
-            f"MODULE:CLASS. [default: {algorithms.DEFAULT}, of a robust run {algorithms.ROBUST}]",
-            "--set": f"Any other parameter of the algorithm, such as bits=12 or restart=archive; "
-            f"may be given several times. They are {others}.",
-        }
-        for option in self.params:
-            for flag in texts.keys() & option.opts:
-                vars(option)["help"] = texts[flag]
-        super().format_help(ctx, formatter)
-
-
 def parse_parameters(
     algorithm: str, flags: Mapping[str, Any], settings: Sequence[str]
 ) -> dict[str, Any]:
@@ -85,10 +64,10 @@ def parse_parameters(
     known = complete_parameters(algorithm, {})
     for key in parameters:
         if key not in known:
-            taken = ", ".join(map(_flag, known))
+            taken = ", ".join(map(flag, known))
             others = ", ".join(with_parameter(key))
             raise ValueError(
-                f"{_flag(key)} does not apply to {algorithm}, which takes {taken}"
+                f"{flag(key)} does not apply to {algorithm}, which takes {taken}"
                 f"{f': it is of {others}' if others else ''}"
             )
     return parameters
@@ -136,5 +115,6 @@ def _value(text: str) -> Any:
     return text
 
 
-def _flag(parameter: str) -> str:
+def flag(parameter: str) -> str:
+    """How a parameter of an algorithm is given on the command line."""
     return FLAGS.get(parameter, f"--set {parameter}=...")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import inspect
+from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -131,27 +132,28 @@ def default_evaluations(algorithm: Algorithm, problem: Problem) -> int:
     return int(max(1, EXECUTIONS // walkers) * walkers * problem.n_var)
 
 
-def parameter_help(parameter: str) -> str:
-    """A line on a parameter: which algorithms have it, what it is, and its default."""
-    if parameter == "population":
-        return "pymoo's algorithms: population size [default: 100]."
-    defaults = {name: _parameters(name) for name in FAMILY}
-    values = {name: d[parameter] for name, d in defaults.items() if parameter in d}
-    first, *others = values
-    different = [f", {values[n]} of {n}" for n in others if values[n] != values[first]]
-    text = constructors.descriptions(_class(first))
-    names = "mgeo-..." if len(values) == len(FAMILY) else ", ".join(values)
-    return f"{names}: {text[parameter]} [default: {values[first]}{''.join(different)}]."
+def described(name: str) -> tuple[str, list[dict[str, Any]]]:
+    """What an algorithm is, in a line, and ``name``, ``default``, ``meaning`` of each parameter.
+
+    Raises
+    ------
+    ValueError
+        As `complete_parameters`.
+    """
+    defaults = complete_parameters(name, {})
+    cls = _class(name)
+    if name in ALGORITHMS and name not in FAMILY:
+        about, meanings = f"{cls.__module__}.{cls.__qualname__}", {"population": "its size"}
+    else:
+        about = (inspect.getdoc(cls) or "").partition("\n")[0]
+        meanings = constructors.descriptions(cls)
+    rows = [(key, value, meanings.get(key, "")) for key, value in defaults.items()]
+    return about, [dict(zip(("name", "default", "meaning"), row, strict=True)) for row in rows]
 
 
 def with_parameter(parameter: str) -> list[str]:
     """Members of the family that have a parameter of this name."""
     return [name for name in FAMILY if parameter in _parameters(name)]
-
-
-def other_parameters(known: Collection[str]) -> list[str]:
-    """Parameters of the family but those that are known."""
-    return list(dict.fromkeys(key for n in FAMILY for key in _parameters(n) if key not in known))
 
 
 def keeps_checkpoints(name: str) -> bool:

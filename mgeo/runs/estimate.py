@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mgeo._typing import FloatArray
 from mgeo.algorithms.staged import MGEOStaged
 from mgeo.runs.solve import set_up
 
@@ -16,15 +18,12 @@ if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
     from pymoo.core.problem import Problem
 
-#: Designs by which a later stage is timed.
-_FEW = 8
-
 
 @dataclass(frozen=True)
 class Estimate:
     """Times in seconds: elapsed, and of the processors (more, where several work).
 
-    They were measured on the first `timed` of the run's evaluations.
+    They were measured on `timed` evaluations.
     """
 
     elapsed: float
@@ -32,52 +31,44 @@ class Estimate:
     timed: int
 
 
-def estimate(
-    problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, seconds: float = 1.0
-) -> Estimate:
-    """Make the first generations of a run for so many `seconds`, and think of them as typical.
+def estimate(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int) -> Estimate:
+    """Make two generations of a run, and think of the second as typical.
 
-    The first of all, in which much is done for the first time, counts once. The later stages of a
-    staged search are timed by a few designs of its front. Whatever the run makes is forgotten.
+    The first, in which much is done for the first time, counts once. Of a staged search the second
+    one's candidates tell what a later stage takes. Whatever the run makes is forgotten.
 
     Raises
     ------
     ValueError
         As `mgeo.runs.solve.set_up`.
     """
-    ready = set_up(problem, algorithm, evaluations, seed)
-    clocks = [_clocks()]
-    ready.next()
-    first = ready.evaluator.n_eval
-    clocks += [_clocks()] * 2
-    while ready.has_next() and clocks[-1][0] - clocks[1][0] < seconds:
-        ready.next()
-        clocks[-1] = _clocks()
-    made = ready.evaluator.n_eval
-    staged = isinstance(ready, MGEOStaged) and not ready.is_precise and len(ready.front)
-    rest = ready.stages[0] * evaluations if staged else evaluations
-    left = max(0.0, rest - made) / max(1, made - first)
-    later = _later_stages(ready, evaluations) if staged else (0.0, 0.0)
-    elapsed, processor = (
-        end - start + left * (end - second) + more
-        for start, second, end, more in zip(*clocks, later, strict=True)
-    )
+    run = set_up(problem, algorithm, evaluations, seed)
+    total = _time(run.next)
+    first = run.evaluator.n_eval
+    second = _time(run.next) if run.has_next() else total
+    made = run.evaluator.n_eval
+    ends = [*run.stages, 1.0] if isinstance(run, MGEOStaged) and not run.is_precise else [1.0]
+    left = max(0.0, ends[0] * evaluations - first)
+    total = total + left * second / max(1, made - first)
+    for stage, (begin, end) in enumerate(pairwise(ends), 1):
+        run.state.stage = stage
+        judged = len(run.front) + (end - begin) * evaluations  # the front anew as it begins
+        total = total + judged * _time_of_a_design(problem, run)
+    elapsed, processor = total.tolist()
     return Estimate(elapsed, processor, made)
 
 
-def _later_stages(run: MGEOStaged, evaluations: int) -> tuple[float, float]:
-    """Times of all stages but the first, with the front judged anew as each begins."""
-    X, n = run.archived_designs(), len(run.front)
-    few = X[1 : 1 + _FEW] if n > 1 else X
-    total = np.zeros(2)
-    for stage, (begin, end) in enumerate(pairwise([*run.stages, 1.0]), 1):
-        run.state.stage = stage
-        run.problem.evaluate(X[:1], algorithm=run)  # much is done for the first time
-        start = _clocks()
-        run.problem.evaluate(few, algorithm=run)
-        total += np.subtract(_clocks(), start) / len(few) * (n + (end - begin) * evaluations)
-    elapsed, processor = total.tolist()
-    return elapsed, processor
+def _time_of_a_design(problem: Problem, run: Algorithm) -> FloatArray:
+    X = run.pop.get("X")
+    problem.evaluate(X[:1], algorithm=run)  # much is done for the first time
+    return _time(lambda: problem.evaluate(X, algorithm=run)) / len(X)
+
+
+def _time(work: Callable[[], object]) -> FloatArray:
+    """Elapsed time, and that of the processors."""
+    start = _clocks()
+    work()
+    return np.subtract(_clocks(), start)
 
 
 def _clocks() -> tuple[float, float]:

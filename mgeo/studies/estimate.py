@@ -40,13 +40,11 @@ class StudyEstimate:
     untold: tuple[str, ...] = ()
 
 
-def estimate_study(
-    study: Study, folder: Path | str, *, n_jobs: int | None = None, seconds: float = 5.0
-) -> StudyEstimate:
+def estimate_study(study: Study, folder: Path | str, *, n_jobs: int | None = None) -> StudyEstimate:
     """Look at a study that is to be run by `run_study`; nothing is written.
 
-    Each algorithm is tried on each problem, for about `seconds` in all. A run is expected to keep
-    one process busy for as long as all processors together work for it here. What fails when it is
+    Each algorithm is tried on each problem, by `mgeo.runs.estimate`. A run is expected to keep one
+    process busy for as long as all processors together work for it here. What fails when it is
     tried, as its runs would, is told and left out. So is what the study names ``module:Class``: a
     look at a file has no module imported that it names.
 
@@ -60,7 +58,6 @@ def estimate_study(
     named = tuple(each for each in study.algorithms if each.label not in own)
     built = build(replace(study, algorithms=named))
     check(Path(folder), study)
-    share = seconds / (len(built) * len(study.algorithms))
     found, timed, work = 0, 0, 0.0
     for configuration, (problem, algorithms) in zip(study.problems, built, strict=True):
         n_eval, _ = study.budget(problem)
@@ -74,7 +71,7 @@ def estimate_study(
         for label, algorithm in algorithms.items():
             if there[label] < len(study.seeds):
                 try:
-                    expected = estimate(problem, algorithm, n_eval, study.seeds[0], share)
+                    expected = estimate(problem, algorithm, n_eval, study.seeds[0])
                 except Exception as error:  # foreign code: it may raise anything
                     untold.append(f"{label} on {configuration.label} fails: {told(error)}")
                     continue

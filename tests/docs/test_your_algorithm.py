@@ -107,7 +107,8 @@ def test_its_steps_are_cauchys(folder):
 
 
 def test_an_installed_one_is_known_by_its_name(installed):
-    assert installed in run("mgeo solve --help").stdout
+    assert re.search(rf"^{installed} +Walkers that", run("mgeo algorithms").stdout, re.MULTILINE)
+    assert "--set scale=... " in run(f"mgeo algorithms {installed}").stdout
     run(f"mgeo solve pymoo:zdt1 --algorithm {installed} --evaluations 300 --out named -q")
     assert run("mgeo resume named --evaluations 1800 -q").output == ""
     assert read_run("named").outcome.evaluations == 1800

@@ -73,6 +73,6 @@ def test_an_interrupt_before_a_run_has_begun(mgeo, monkeypatch):
     def impatient(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("mgeo.cli.problems.installed_plugins", impatient)
+    monkeypatch.setattr("mgeo.cli.installed.installed_plugins", impatient)
     done = mgeo("problems")
     assert (done.exit_code, done.stderr) == (130, "Error: interrupted\n")

@@ -1,13 +1,15 @@
-"""``mgeo problems``: what is installed."""
+"""``mgeo problems`` and ``mgeo algorithms``: what is installed, and what it takes."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from mgeo._foreign import foreign
+from mgeo.cli.options import flag
 from mgeo.cli.output import Output
 from mgeo.plugins.discovery import Plugin, installed_plugins, load_problem, preset_names
 from mgeo.plugins.protocol import problem_size
+from mgeo.runs.algorithms import algorithm_names, described
 from mgeo.terminal import plain, table
 
 
@@ -40,3 +42,35 @@ def _described(plugin: Plugin) -> dict[str, Any]:
             return known | problem_size(load_problem(plugin.name)) | {"error": None}
     except Exception as error:  # foreign code: one broken plugin must not hide the others
         return known | {"variables": [], "objectives": [], "constraints": 0, "error": str(error)}
+
+
+def list_algorithms(name: str | None, output: Output) -> None:
+    """Print one row per algorithm; of the one named, its parameters."""
+    if name is not None:
+        found = _parameters(name)
+        output.result(found)
+        rows = [[flag(p["name"]), _text(p["default"]), p["meaning"]] for p in found["parameters"]]
+        output.print(f"{name}: {found['about']}", table(("parameter", "default", "what"), rows))
+        return
+    every = []
+    for each in algorithm_names():
+        try:
+            with foreign():
+                every.append(_parameters(each) | {"error": None})
+        except Exception as error:  # foreign code: one broken plugin must not hide the others
+            every.append(
+                {"name": each, "about": "does not load", "parameters": [], "error": str(error)}
+            )
+    output.result({"algorithms": every})
+    rows = [[each["name"], each["about"]] for each in every]
+    failed = [f"Error: {each['name']}: {each['error']}" for each in every if each["error"]]
+    output.print(table(("name", "what"), rows), *(plain(e, style="red") for e in failed))
+
+
+def _parameters(name: str) -> dict[str, Any]:
+    about, parameters = described(name)
+    return {"name": name, "about": about, "parameters": parameters}
+
+
+def _text(default: object) -> str:
+    return ",".join(map(str, default)) if isinstance(default, list | tuple) else str(default)
