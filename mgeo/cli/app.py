@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -33,7 +32,10 @@ def main() -> None:
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"mgeo {version('mgeo')}")
+        from mgeo.cli.versions import versions
+
+        for name, number in versions().items():
+            typer.echo(f"{name} {number}")
         raise typer.Exit
 
 
@@ -42,7 +44,10 @@ def _root(
     show_version: Annotated[
         bool,
         typer.Option(
-            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+            "--version",
+            callback=_print_version,
+            is_eager=True,
+            help="Print the versions of mgeo, its plugins and what they need, and exit.",
         ),
     ] = False,
     no_color: Annotated[

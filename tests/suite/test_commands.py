@@ -3,6 +3,7 @@
 import dataclasses
 import json
 
+import mgeo_suite
 import numpy as np
 import pytest
 import tomlkit
@@ -40,7 +41,7 @@ def run(file):
 def test_a_run_is_of_the_algorithm_for_mixed_variables_and_can_be_resumed(run):
     found = read_run(run)
     assert found.configuration.algorithm == "mgeo-directed"
-    assert found.versions["mgeo-suite"] == "0.1.0"
+    assert found.versions["mgeo-suite"] == mgeo_suite.__version__
     before = found.outcome.F
     mgeo("resume", run, "--evaluations", 2000, "-q")
     after = read_run(run).outcome.F

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
     from mgeo_attitude.sensors.suite import Suite
 
-__version__ = "0.1.0"
+__version__: str
 
 __all__ = [
     "AttitudeManeuverProblem",
@@ -75,6 +75,8 @@ _HOMES = {
 
 def __getattr__(name: str) -> Any:
     # filters, statistics and figures take seconds to import, and help and completion need none
+    if name == "__version__":
+        return import_module("importlib.metadata").version("mgeo-attitude")
     for home, names in _HOMES.items():
         if name in names:
             return getattr(import_module(home), name)

@@ -3,6 +3,7 @@
 import re
 import shlex
 import tomllib
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -48,7 +49,10 @@ def test_without_words_there_is_help(mgeo):
 def test_version(mgeo):
     project = Path(__file__).parents[3] / "pyproject.toml"
     version = tomllib.loads(project.read_text())["project"]["version"]
-    assert mgeo("--version").stdout == f"mgeo {version}\n"
+    first, *others = mgeo("--version").stdout.splitlines()
+    assert first == f"mgeo {version}"
+    assert {f"mgeo-attitude {version}", f"numpy {metadata.version('numpy')}"} < {*others}
+    assert not any(line.startswith("pytest") for line in others)  # of an extra
 
 
 @pytest.mark.parametrize(
