@@ -12,8 +12,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 for name in ("CI", "NO_COLOR", "FORCE_COLOR", "COLUMNS", "LINES"):
     os.environ.pop(name, None)
 
-COMPILES = "tests/attitude/calibration/test_after.py"  # the filter and the smoother
-COMPILED = tuple(f"tests/{name}/" for name in ("attitude", "benchmarks", "campaign", "suite"))
+COMPILES = "tests/calibration/calibration/test_after.py"  # the filter and the smoother
+COMPILED = tuple(
+    f"tests/{name}/" for name in ("attitude", "benchmarks", "calibration", "campaign", "suite")
+)
 
 # a busy machine is no fault of a test
 settings.register_profile(

@@ -13,7 +13,11 @@ import pytest
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 SECTIONS = re.findall(r"^### (.*?)\n(.*?)(?=^##)", TEXT + "\n##", re.DOTALL | re.MULTILINE)
-PACKAGES = {"mgeo": "mgeo", "mgeo_attitude": "problems/attitude/mgeo_attitude"}
+PACKAGES = {
+    "mgeo": "mgeo",
+    "mgeo_attitude": "problems/attitude/mgeo_attitude",
+    "mgeo_calibration": "problems/calibration/mgeo_calibration",
+}
 
 SCENARIO = """
 preset = "paper"

@@ -11,10 +11,11 @@ from tests.imports import packages
 ROOT = Path(__file__).parents[1]
 MGEO = ROOT / "mgeo"
 ATTITUDE = ROOT / "problems" / "attitude" / "mgeo_attitude"
+CALIBRATION = ROOT / "problems" / "calibration" / "mgeo_calibration"
 
-#: What of the plugin may import mgeo: commands, pages, and what reads and writes scenarios, plans,
-#: runs, flights and calibrations.
-MAY = {"calibration", "commands", "flight", "plan", "scenario", "view"}
+#: What of the plugin may import mgeo: commands, pages, and what reads and writes scenarios, plans
+#: and runs.
+MAY = {"commands", "plan", "scenario", "view"}
 
 
 def test_mgeo_imports_no_plugin():
@@ -27,6 +28,22 @@ def test_a_plugin_does_without_one_that_builds_on_it():
     found = packages(*ATTITUDE.rglob("*.py"))
     assert "mgeo" in found
     assert "mgeo_suite" not in found
+
+
+def test_planning_does_without_calibration():
+    """But for names that were here before, which are looked up where they are now."""
+    named = {path.name for path in ATTITUDE.rglob("*.py") if "mgeo_calibration" in packages(path)}
+    assert named == set()
+    assert "mgeo_attitude" in packages(*CALIBRATION.rglob("*.py"))
+    code = """
+from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.commands.app import app
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+
+plan = ManeuverPlan(Scenario.paper(), (0.5, 0.2, 0.1, 300.0) * 3)
+plan.answer, plan.timeline(), plan.compare()
+"""
+    assert loaded(code, "mgeo_calibration") == "[]"
 
 
 def test_what_computes_does_without_mgeo():
@@ -67,7 +84,7 @@ assert len(problem.describe(result.X)) == len(result.X)
     assert loaded(code, "mgeo") == "[]"
 
 
-@pytest.mark.parametrize("package", ["mgeo", "mgeo_attitude"])
+@pytest.mark.parametrize("package", ["mgeo", "mgeo_attitude", "mgeo_calibration"])
 def test_every_public_name_is_found_when_it_is_asked_for(package):
     module = __import__(package)
     for name in module.__all__:
@@ -76,3 +93,12 @@ def test_every_public_name_is_found_when_it_is_asked_for(package):
     assert sorted({*homes, "__version__"}) == sorted({*module.__all__, "__version__"})
     with pytest.raises(AttributeError, match=f"module '{package}' has no attribute 'nothing'"):
         module.nothing  # noqa: B018
+
+
+def test_names_that_are_of_calibration_now_are_still_found_and_say_so():
+    import mgeo_attitude
+    import mgeo_calibration
+
+    for name in mgeo_attitude._MOVED:
+        with pytest.warns(DeprecationWarning, match=f"is mgeo_calibration.{name} now"):
+            assert getattr(mgeo_attitude, name) is getattr(mgeo_calibration, name)

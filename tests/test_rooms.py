@@ -10,6 +10,7 @@ from tests.imports import graph, rooms
 ROOT = Path(__file__).parents[1]
 MGEO = ROOT / "mgeo"
 ATTITUDE = ROOT / "problems" / "attitude" / "mgeo_attitude"
+CALIBRATION = ROOT / "problems" / "calibration" / "mgeo_calibration"
 SUITE = ROOT / "problems" / "suite" / "mgeo_suite"
 
 #: Rooms that each may import, also for type checks only and within functions.
@@ -38,6 +39,13 @@ OF_ATTITUDE = {
         *("environment", "fields", "filter", "geometry", "maneuvers", "scenario", "sensors")
     },
 }
+OF_CALIBRATION = {
+    "telemetry": set(),
+    "flight": {"telemetry"},
+    "estimation": {"flight", "telemetry"},
+    "verification": {"estimation"},
+    "calibration": {"estimation", "flight", "telemetry"},
+}
 #: What stands beside the rooms, and any of them may import.
 SINGLE = {
     *("_foreign", "_text", "_typing", "_validation"),
@@ -49,7 +57,11 @@ SINGLE = {
     ("package", "room", "below"),
     [
         pytest.param(package, room, below, id=f"{package.name}.{room}")
-        for package, table in ((MGEO, OF_MGEO), (ATTITUDE, OF_ATTITUDE))
+        for package, table in (
+            (MGEO, OF_MGEO),
+            (ATTITUDE, OF_ATTITUDE),
+            (CALIBRATION, OF_CALIBRATION),
+        )
         for room, below in table.items()
     ],
 )
@@ -60,7 +72,9 @@ def test_a_room_imports_only_those_below(package, room, below):
     assert found - folders <= SINGLE
 
 
-@pytest.mark.parametrize("package", [MGEO, ATTITUDE, SUITE], ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "package", [MGEO, ATTITUDE, CALIBRATION, SUITE], ids=lambda path: path.name
+)
 def test_modules_form_no_circle(package):
     uses = graph(package)
     assert len(uses) > 10

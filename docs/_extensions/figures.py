@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, calibrate, fly
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.environment.interpolation import interpolate, nearest
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.filter.reference import can_measure
+from mgeo_attitude.filter.visibility import can_measure
 from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_calibration import calibrate, fly
 from plotly.subplots import make_subplots
 
 from mgeo.figures.style import SYMBOLS

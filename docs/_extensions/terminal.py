@@ -23,7 +23,11 @@ from typing import Any
 
 _COLUMNS = 88
 _FORKS = multiprocessing.get_context("forkserver")
-_IMPORTED = ["mgeo.cli.app", "mgeo_attitude.commands.calibrate", "mgeo_attitude.commands.verify"]
+_IMPORTED = [
+    "mgeo.cli.app",
+    "mgeo_calibration.commands.calibrate",
+    "mgeo_calibration.commands.verify",
+]
 #: What colorama writes to a terminal when a program ends that has loaded it.
 _RESET = "\x1b[0m"
 

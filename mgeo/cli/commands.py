@@ -10,7 +10,7 @@ from typer.core import TyperCommand, TyperGroup
 from mgeo._foreign import foreign
 from mgeo.cli.errors import ended
 from mgeo.cli.stdout import reserved
-from mgeo.plugins.discovery import COMMANDS, PluginError, find_plugin, installed_plugins
+from mgeo.plugins.discovery import COMMANDS, Plugin, PluginError, find_plugin, installed_plugins
 
 
 class Commands(TyperGroup):
@@ -58,6 +58,8 @@ class RootCommands(Commands):
 
     def _find_plugins(self) -> None:
         for plugin in installed_plugins(COMMANDS):
+            if "." in plugin.name:  # adds to the commands of another
+                continue
             self.commands.setdefault(plugin.name, _NotImported(plugin.name))
 
 
@@ -77,7 +79,16 @@ class _NotImported(TyperCommand):
 
 
 def _imported(name: str) -> Any:
-    """A plugin's commands, with the help and the errors of mgeo's own."""
+    """A plugin's commands and what others add to them, with the help and errors of mgeo's own."""
+    group = _group(find_plugin(name, COMMANDS))
+    for plugin in installed_plugins(COMMANDS):
+        if plugin.name.startswith(f"{name}."):
+            group.commands |= _group(find_plugin(plugin.name, COMMANDS)).commands
+    return group
+
+
+def _group(plugin: Plugin) -> Any:
+    """Commands of one plugin."""
     root = typer.Typer(rich_markup_mode=None)
-    root.add_typer(find_plugin(name, COMMANDS).load(), name=name, cls=Commands)
-    return typer.main.get_group(root).commands[name]
+    root.add_typer(plugin.load(), name=plugin.name, cls=Commands)
+    return typer.main.get_group(root).commands[plugin.name]

@@ -17,6 +17,12 @@ Its commands, a typer app, appear as ``mgeo NAME ...``::
     [project.entry-points."mgeo.commands"]
     attitude = "mgeo_attitude.commands.app:app"
 
+Another distribution adds its own to them by a name after a dot, and replaces those that only say
+where they are to be had::
+
+    [project.entry-points."mgeo.commands"]
+    "attitude.calibration" = "mgeo_calibration.commands.app:app"
+
 An algorithm, a class derived from pymoo's `Algorithm`, is known by its name in studies and on the
 command line, as ``module:Class`` is without an entry::
 

@@ -21,16 +21,16 @@ from typing import Any
 
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.calibration import Calibration, calibrate
 from mgeo_attitude.filter.reference import reference_run
-from mgeo_attitude.flight import Truth
-from mgeo_attitude.flight.basilisk import fly
 from mgeo_attitude.geometry.rotation import matrix, vector
+from mgeo_calibration.calibration import Calibration, calibrate
+from mgeo_calibration.flight.basilisk import fly
+from mgeo_calibration.telemetry import Truth
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "docs" / "basilisk.jsonl"
 PLANS = json.loads(
-    (ROOT / "tests/attitude/flight/basilisk/plans.json").read_text(encoding="utf-8")
+    (ROOT / "tests/calibration/flight/basilisk/plans.json").read_text(encoding="utf-8")
 )["scenarios"]
 FIRST_SEED = 9000
 

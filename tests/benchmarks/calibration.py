@@ -16,10 +16,11 @@ from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
-from mgeo_attitude import Environment, Scenario, StarTracker, Telemetry, calibrate, fly
+from mgeo_attitude import Environment, Scenario, StarTracker
+from mgeo_calibration import Telemetry, calibrate, fly
 from scipy.stats import chi2
 
-from tests.attitude.calibration.flights import (
+from tests.calibration.calibration.flights import (
     PLAN,
     flown,
     normalized,

@@ -19,14 +19,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mgeo_attitude import Estimator, Scenario, simulate
-from mgeo_attitude.estimation import OutsideValidity, consistency
+from mgeo_attitude import Scenario
+from mgeo_attitude.scenario.validity import OutsideValidity
+from mgeo_calibration import Estimator, consistency, simulate
 
 from .cases import FORMER_CUBESAT, FORMER_PAPER
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "docs" / "consistency.jsonl"
-PLANS = json.loads((ROOT / "tests/attitude/estimation/plans.json").read_text(encoding="utf-8"))
+PLANS = json.loads((ROOT / "tests/calibration/estimation/plans.json").read_text(encoding="utf-8"))
 
 SEED = 20250
 PRESETS = {

@@ -2,14 +2,15 @@
 
 import numpy as np
 import pytest
-from mgeo_attitude import Estimator, FilterModel, Scenario, calibrate
-from mgeo_attitude.estimation.estimate import Estimate
-from mgeo_attitude.estimation.filter import ErrorStateFilter
-from mgeo_attitude.flight import draw, fly_run
-from mgeo_attitude.flight.simulated import sent_down
+from mgeo_attitude import FilterModel, Scenario
 from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_calibration import Estimator, calibrate
+from mgeo_calibration.estimation.estimate import Estimate
+from mgeo_calibration.estimation.filter import ErrorStateFilter
+from mgeo_calibration.flight import draw, fly_run
+from mgeo_calibration.flight.own import sent_down
 
-from ..attitude.calibration.flights import PLAN, short
+from ..calibration.calibration.flights import PLAN, short
 from .measure import interleaved
 
 

@@ -9,17 +9,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from mgeo_attitude import (
-    AttitudeManeuverProblem,
-    Calibration,
-    Scenario,
-    Telemetry,
-    TelemetryMapping,
-    calibrate,
-    fly,
-)
-from mgeo_attitude.calibration import read_json, to_json
-from mgeo_attitude.flight import read_telemetry
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_calibration import Calibration, Telemetry, TelemetryMapping, calibrate, fly
+from mgeo_calibration.calibration import read_json, to_json
+from mgeo_calibration.telemetry import read_telemetry
 
 from mgeo.runs.scenario import read_scenario
 

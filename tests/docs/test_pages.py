@@ -11,16 +11,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Scenario, TelemetryMapping, fly
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.environment.orbit import ORBITS
 from mgeo_attitude.environment.position_table import read_position_table
 from mgeo_attitude.fields import declared
-from mgeo_attitude.flight.mapping import UNITS
 from mgeo_attitude.plan import ManeuverPlan, write_plan
 from mgeo_attitude.scenario import FlightErrors, InitialConditions, Prior
 from mgeo_attitude.sensors import Gyro
+from mgeo_calibration import TelemetryMapping, fly
+from mgeo_calibration.telemetry.mapping import UNITS
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app

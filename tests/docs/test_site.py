@@ -68,7 +68,7 @@ def site(tmp_path_factory):
     pytest.importorskip("myst_nb", reason='the site: pip install ".[docs]"')
     if any("basilisk" in path.read_text(encoding="utf-8") for path in NOTEBOOKS):
         pytest.importorskip(
-            "Basilisk", reason='flights by Basilisk: pip install "./problems/attitude[basilisk]"'
+            "Basilisk", reason='flights by Basilisk: pip install "./problems/calibration[basilisk]"'
         )
     out = tmp_path_factory.mktemp("site")
     before = listing(ROOT / "notebooks")

@@ -1,18 +1,16 @@
 """Attitude maneuvers that make sensor errors observable, as a pymoo problem."""
 
+import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mgeo_attitude.bound import LimitCurves, NoLimit, limit
-    from mgeo_attitude.calibration import Calibration, calibrate, simulate_calibrations
     from mgeo_attitude.environment.environment import Environment
-    from mgeo_attitude.estimation import Estimator, MonteCarlo, consistency, simulate
     from mgeo_attitude.filter.evaluator import Evaluation, evaluate
     from mgeo_attitude.filter.history import FilterHistory, filter_history
     from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.filter.reference import agreement, reference_run
-    from mgeo_attitude.flight import Telemetry, TelemetryMapping, fly, read_telemetry
     from mgeo_attitude.problem import AttitudeManeuverProblem
     from mgeo_attitude.scenario import Scenario, scenario_schema
     from mgeo_attitude.scenario.validity import validity
@@ -23,53 +21,46 @@ __version__: str
 
 __all__ = [
     "AttitudeManeuverProblem",
-    "Calibration",
     "Environment",
-    "Estimator",
     "Evaluation",
     "FilterHistory",
     "FilterModel",
     "Gyro",
     "LimitCurves",
     "Magnetometer",
-    "MonteCarlo",
     "NoLimit",
     "Scenario",
     "Sensor",
     "StarTracker",
     "Suite",
     "SunSensor",
-    "Telemetry",
-    "TelemetryMapping",
     "agreement",
-    "calibrate",
-    "consistency",
     "evaluate",
     "filter_history",
-    "fly",
     "limit",
-    "read_telemetry",
     "reference_run",
     "scenario_schema",
-    "simulate",
-    "simulate_calibrations",
     "validity",
 ]
 
 _HOMES = {
+    "mgeo_attitude.scenario.validity": ("validity",),
     "mgeo_attitude.bound": ("LimitCurves", "NoLimit", "limit"),
-    "mgeo_attitude.calibration": ("Calibration", "calibrate", "simulate_calibrations"),
     "mgeo_attitude.environment.environment": ("Environment",),
-    "mgeo_attitude.estimation": ("Estimator", "MonteCarlo", "consistency", "simulate", "validity"),
     "mgeo_attitude.filter.evaluator": ("Evaluation", "evaluate"),
     "mgeo_attitude.filter.model": ("FilterModel",),
     "mgeo_attitude.filter.history": ("FilterHistory", "filter_history"),
     "mgeo_attitude.filter.reference": ("agreement", "reference_run"),
     "mgeo_attitude.sensors.suite": ("Suite",),
-    "mgeo_attitude.flight": ("Telemetry", "TelemetryMapping", "fly", "read_telemetry"),
     "mgeo_attitude.problem": ("AttitudeManeuverProblem",),
     "mgeo_attitude.scenario": ("Scenario", "scenario_schema"),
     "mgeo_attitude.sensors": ("Gyro", "Magnetometer", "Sensor", "StarTracker", "SunSensor"),
+}
+
+#: Names that were here before mgeo-calibration had them.
+_MOVED = {
+    *("Calibration", "Estimator", "MonteCarlo", "Telemetry", "TelemetryMapping", "calibrate"),
+    *("consistency", "fly", "read_telemetry", "simulate", "simulate_calibrations"),
 }
 
 
@@ -80,4 +71,21 @@ def __getattr__(name: str) -> Any:
     for home, names in _HOMES.items():
         if name in names:
             return getattr(import_module(home), name)
+    if name in _MOVED:
+        return _moved(name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def _moved(name: str) -> Any:
+    warnings.warn(
+        f"mgeo_attitude.{name} is mgeo_calibration.{name} now", DeprecationWarning, stacklevel=3
+    )
+    try:
+        return getattr(import_module("mgeo_calibration"), name)
+    except ModuleNotFoundError as error:
+        if error.name != "mgeo_calibration":
+            raise
+        raise ImportError(
+            f"{name} is of mgeo-calibration, which is not installed: pip install mgeo-calibration, "
+            "or ./problems/calibration of a checkout"
+        ) from error

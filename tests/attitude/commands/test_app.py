@@ -9,12 +9,16 @@ from pathlib import Path
 
 import pytest
 import typer
-from mgeo_attitude.commands.app import EXAMPLES, app
+from mgeo_attitude.commands import app as planning
+from mgeo_calibration.commands import app as calibration
 
+from mgeo.plugins.discovery import COMMANDS, installed_plugins
 from tests.mgeo.cli.test_completion import offered
 
 ROOT = Path(__file__).parents[3]
-GROUP = typer.main.get_command(app)
+EXAMPLES = {**planning.EXAMPLES, **calibration.EXAMPLES}
+GROUP = typer.main.get_command(planning.app)
+GROUP.commands |= typer.main.get_command(calibration.app).commands
 
 
 @pytest.mark.slow
@@ -67,6 +71,15 @@ def test_every_command_has_examples_that_can_be_typed(run, command):
             pass
 
 
+@pytest.mark.parametrize("command", calibration.EXAMPLES)
+def test_who_has_not_installed_it_is_told_what_to_install(run, monkeypatch, command):
+    alone = [one for one in installed_plugins(COMMANDS) if one.distribution == "mgeo-attitude"]
+    monkeypatch.setattr("mgeo.cli.commands.installed_plugins", lambda group: alone)
+    told = f"Error: mgeo attitude {command} is of mgeo-calibration, which is not installed: pip "
+    assert run(command, "plan.json", "--seed", 2, code=2).stderr.startswith(told)
+    assert "Of mgeo-calibration, not installed here." in run("--help").stdout
+
+
 @pytest.mark.parametrize("arguments", [["--nonsense"], ["sho"], ["show"], ["show", "a", "--nope"]])
 def test_usage_errors_are_one_line(run, arguments):
     done = run(*arguments, code=2)
@@ -77,7 +90,7 @@ def test_usage_errors_are_one_line(run, arguments):
     ("line", "expected"),
     [
         ("mgeo att", ["attitude"]),
-        ("mgeo attitude ", ["show", "verify", "export", "fly", "calibrate", "check", "schema"]),
+        ("mgeo attitude ", ["show", "export", "verify", "fly", "calibrate", "check", "schema"]),
         ("mgeo attitude show plan.json --pick ", ["knee", "fastest", "best"]),
         ("mgeo attitude verify plan.json --se", ["--seed"]),
     ],

@@ -4,21 +4,15 @@ import dataclasses
 
 import numpy as np
 import pytest
-from mgeo_attitude import (
-    AttitudeManeuverProblem,
-    Gyro,
-    Scenario,
-    StarTracker,
-    Suite,
-    consistency,
-    simulate,
-)
+from mgeo_attitude import AttitudeManeuverProblem, Gyro, Scenario, StarTracker, Suite
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.reference import can_measure, reference_run
-from mgeo_attitude.flight import draw, fly_run
+from mgeo_attitude.filter.reference import reference_run
+from mgeo_attitude.filter.visibility import can_measure
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
+from mgeo_calibration import consistency, simulate
+from mgeo_calibration.flight import draw, fly_run
 
 from .agreement import assert_agrees, designs
 

@@ -7,7 +7,7 @@ import brahe
 import brahe.ccsds
 import numpy as np
 import pytest
-from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario, simulate
+from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario
 from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.commands.show import plan_document, print_plan
 from mgeo_attitude.filter.wheel_load import wheel_loads
@@ -17,10 +17,11 @@ from mgeo_attitude.plan.figures import plan_figures
 from mgeo_attitude.scenario import PathLimit, Wheels
 from mgeo_attitude.view.answers import span
 from mgeo_attitude.view.figures.maneuvers import timeline
+from mgeo_calibration import simulate
 
 from mgeo.cli.output import Output
 
-from ..flight.runs import flown, none
+from ...calibration.flight.runs import flown, none
 from .conftest import DESIGN
 from .test_aem import instant, matrix
 

@@ -48,6 +48,12 @@ def test_they_do_what_they_do(mgeo, beam):
     assert document == {"mass_kg": 3900.0, "volume_ratio": 2.0}
 
 
+def test_another_distribution_adds_to_them(mgeo):
+    assert "beam.more" not in mgeo("--help").stdout
+    assert mgeo("beam", "paint", "red").stdout == "red, red\n"
+    assert "  cut    Cut it.\n" in mgeo("beam", "--help").stdout
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
@@ -106,7 +112,7 @@ def test_a_name_claimed_twice_is_refused_naming_both_distributions(mgeo, tmp_pat
     ("line", "expected"),
     [
         ("mgeo be", ["beam"]),
-        ("mgeo beam ", ["weigh", "paint"]),
+        ("mgeo beam ", ["weigh", "paint", "cut"]),
         ("mgeo beam weigh --d", ["--density", "--debug"]),
         ("mgeo beam weigh be", ["beam.toml"]),
         ("mgeo broken ", []),

@@ -1,0 +1,61 @@
+"""What comes after a plan: flights, telemetry, estimation, calibration, verification."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mgeo_calibration.calibration import Calibration, calibrate, simulate_calibrations
+    from mgeo_calibration.estimation import Estimator, MonteCarlo, consistency, simulate
+    from mgeo_calibration.flight import fly
+    from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
+    from mgeo_calibration.verification import Verification, verify
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Calibration",
+    "Estimator",
+    "MonteCarlo",
+    "Telemetry",
+    "TelemetryMapping",
+    "Verification",
+    "calibrate",
+    "consistency",
+    "fly",
+    "read_telemetry",
+    "simulate",
+    "simulate_calibrations",
+    "verify",
+]
+
+_HOMES = {
+    "mgeo_calibration.calibration": (
+        "Calibration",
+        "calibrate",
+        "simulate_calibrations",
+    ),
+    "mgeo_calibration.estimation": (
+        "Estimator",
+        "MonteCarlo",
+        "consistency",
+        "simulate",
+    ),
+    "mgeo_calibration.flight": ("fly",),
+    "mgeo_calibration.telemetry": (
+        "Telemetry",
+        "TelemetryMapping",
+        "read_telemetry",
+    ),
+    "mgeo_calibration.verification": (
+        "Verification",
+        "verify",
+    ),
+}
+
+
+def __getattr__(name: str) -> Any:
+    # filters and statistics take seconds to import
+    for home, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(home), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

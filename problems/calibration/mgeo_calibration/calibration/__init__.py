@@ -1,0 +1,19 @@
+"""What telemetry says of gyro and sensors: estimated, tested, written, drawn and read back."""
+
+from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.document import from_json, read_json, to_json
+from mgeo_calibration.calibration.from_telemetry import calibrate
+from mgeo_calibration.calibration.history import History
+from mgeo_calibration.calibration.sensor_tests import SensorTest
+from mgeo_calibration.calibration.simulated import simulate_calibrations
+
+__all__ = [
+    "Calibration",
+    "History",
+    "SensorTest",
+    "calibrate",
+    "from_json",
+    "read_json",
+    "simulate_calibrations",
+    "to_json",
+]

@@ -1,0 +1,256 @@
+"""A calibration: what is known of attitude, gyro and sensors once telemetry has been read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.fields.units import Unit
+from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.scenario.after import SUPPORTED
+from mgeo_attitude.sensors.suite import Suite
+from scipy.spatial.transform import Rotation
+
+from mgeo_calibration.calibration.corrections import DEG_S, uplink
+from mgeo_calibration.calibration.history import History
+from mgeo_calibration.calibration.prior_tests import PriorTest, contradictions
+from mgeo_calibration.calibration.sensor_tests import SensorTest
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+    from mgeo_attitude.plan import ManeuverPlan
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Calibration:
+    """What telemetry says, at its last sample.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    time : float
+        Of the last sample [s].
+    quaternion : array, shape (4,)
+        Attitude then, from GCRF to body, scalar last; see `quaternions`.
+    rate_deg_s : array, shape (3,)
+        Body rate in the last step, by the gyro without its errors.
+    states : array, shape (n_states,)
+        Gyro and sensor states then, in the filter's units, rotations as vectors of
+        `rotation.rotate`; zero for the attitude.
+    covariance : array, shape (n_states, n_states)
+        Of their errors, the attitude's first.
+    tests : tuple of SensorTest
+    prior_tests : tuple of PriorTest
+        Of the estimate against what was believed before; none in files of earlier versions.
+    notes : tuple of str
+        What else telemetry says, in words.
+    rejected : tuple of (time [s], name of sensor, chi-square)
+        Outliers.
+    history : History, optional
+        Not in files.
+    """
+
+    scenario: Scenario
+    time: float
+    quaternion: Floats
+    rate_deg_s: Floats
+    states: Floats
+    covariance: Floats
+    tests: tuple[SensorTest, ...]
+    rejected: tuple[tuple[float, str, float], ...]
+    prior_tests: tuple[PriorTest, ...] = ()
+    notes: tuple[str, ...] = ()
+    history: History | None = field(default=None, repr=False)
+
+    @property
+    def suite(self) -> Suite:
+        """Gyro and sensors."""
+        return Suite(self.scenario.gyro, self.scenario.sensors)
+
+    @property
+    def utc(self) -> str:
+        """The instant of the last sample, ISO 8601."""
+        return utc_texts(self.scenario.epoch, [self.time])[0]
+
+    def table(self) -> pd.DataFrame:
+        """A row for each error and axis: ``block``, ``axis``, ``unit``, ``estimate``...
+
+        ``sigma`` is the 1-sigma of the estimate, ``prior_sigma`` what was believed before; an error
+        that varies is that at the last sample. The gyro's bias is in deg/s, that of other sensors
+        in the unit of their readings; misalignments are rotation vectors in deg.
+        """
+        known, sigma = self.scenario.prior, np.sqrt(np.diag(self.covariance))
+        prior = self.suite.initial_sigma(0.0) if known is None else known.sigma
+        rows = []
+        for number, (block, unit) in enumerate(self._units().items(), start=1):
+            values = self._values(block)
+            for i, axis in enumerate("xyz"):
+                k = 3 * number + i
+                spread = (sigma[k] * unit.factor, prior[k] * unit.factor)
+                rows.append((block, axis, unit.text, float(values[i]), *map(float, spread)))
+        columns = ["block", "axis", "unit", "estimate", "sigma", "prior_sigma"]
+        return pd.DataFrame(rows, columns=columns)
+
+    def uplink(self) -> dict[str, Any]:
+        """Numbers to send up, of gyro and sensors by name.
+
+        A sensor reports R (I + diag k + N) s + b of a vector s in body axes, the gyro of the rate:
+        ``dcm`` is R, rows first, and ``quaternion`` the same from body to sensor, scalar last;
+        ``scale_factor`` is k; ``nonorthogonality`` the elements yz, zx and xy of the symmetric N,
+        whose diagonal is zero; ``bias`` is b, in ``unit``, that of the report. So
+        s = (I + diag k + N)⁻¹ Rᵀ (report - b), and where there is k or N, ``correction`` is the
+        matrix before the bracket. What the scenario does not estimate is left out, and so is what
+        varies.
+        """
+        return uplink(self.suite, self.states)
+
+    @property
+    def failures(self) -> list[str]:
+        """What prior and innovations say against the calibration, in words; none is what one wants.
+
+        An estimate far from its prior comes first: it makes good readings look bad.
+        """
+        said = [words for test in self.tests for words in test.failures()]
+        return contradictions(self.prior_tests) + said
+
+    @property
+    def supported(self) -> bool:
+        """Whether innovations and estimate are what the scenario says of them."""
+        return not self.failures
+
+    @property
+    def conclusion(self) -> str:
+        """That in one line."""
+        if self.supported:
+            return SUPPORTED
+        return f"{self._against} not support it: {'; '.join(self.failures)}"
+
+    @property
+    def _against(self) -> str:
+        innovations = any(test.failures() for test in self.tests)
+        prior = any(test.fails for test in self.prior_tests)
+        if prior and innovations:
+            return "prior and innovations do"
+        return "the innovations do" if innovations else "the prior does"
+
+    def test_table(self) -> pd.DataFrame:
+        """A row for each sensor, see `SensorTest`."""
+        frame = pd.DataFrame([vars(test) for test in self.tests])
+        return frame.set_index("sensor")
+
+    def prior_table(self) -> pd.DataFrame:
+        """A row for each block of states and one for all, see `PriorTest`."""
+        columns = [field.name for field in fields(PriorTest)]
+        frame = pd.DataFrame([vars(test) for test in self.prior_tests], columns=columns)
+        return frame.set_index("block").drop(columns="p_least")
+
+    def rejected_table(self) -> pd.DataFrame:
+        """A row for each outlier: ``time``, ``sensor``, ``chi_square``."""
+        return pd.DataFrame(list(self.rejected), columns=["time", "sensor", "chi_square"])
+
+    @property
+    def attitude(self) -> pd.DataFrame:
+        """The attitude at every sample.
+
+        Columns: ``time``; ``q1`` to ``q4`` from GCRF to body and ``sigma_x``... [deg] about body
+        axes by the smoother; the same by the filter, ``filtered_q1``...
+
+        Raises
+        ------
+        ValueError
+            If the calibration was read from a file, which has no history.
+        """
+        history = self._history()
+        columns = {"time": history.times}
+        for name, R, sigma in (
+            ("", history.smoothed, history.smoothed_sigma),
+            ("filtered_", history.filtered, history.filtered_sigma),
+        ):
+            columns |= {f"{name}q{i + 1}": q for i, q in enumerate(quaternions(R).T)}
+            degrees = np.degrees(sigma).T
+            columns |= {f"{name}sigma_{axis}": s for axis, s in zip("xyz", degrees, strict=True)}
+        return pd.DataFrame(columns)
+
+    def entries(self) -> dict[str, Any]:
+        """Where a run goes on from, as JSON has it; a part of files."""
+        states = self.states.reshape(-1, 3)[1:].tolist()
+        return {
+            "scenario": self.scenario.to_dict(),
+            "time_s": self.time,
+            "quaternion": self.quaternion.tolist(),
+            "rate_deg_s": self.rate_deg_s.tolist(),
+            "states": dict(zip(self.suite.blocks[1:], states, strict=True)),
+            "covariance": self.covariance.tolist(),
+        }
+
+    def scenario_after(self, changes: Mapping[str, Any] | None = None) -> Scenario:
+        """The scenario that goes on from here: plans are searched, flown and calibrated from it.
+
+        Its epoch is the last sample, its `Scenario.prior` has attitude, rate, estimates and the
+        whole covariance. All else stays but for the `changes`, as in `Scenario.from_dict`:
+        ``{"maneuvers": {"count": 2}}``. A rate above the limit of maneuvers or wheels by no more
+        than the gyro's noise is at the limit.
+
+        Raises
+        ------
+        InvalidValue, InvalidType
+            If the calibration is not `supported`, unless ``{"accept_unsupported": True}`` is among
+            the changes. Or from the scenario: a run that leaves the field model, say.
+        """
+        document = {**self.entries(), "conclusion": self.conclusion}
+        return Scenario.from_dict({**(changes or {}), "after": document})
+
+    def compare(self, plan: ManeuverPlan) -> pd.DataFrame:
+        """1-sigmas that a plan promises for the last sample beside those achieved, per state.
+
+        Raises
+        ------
+        ValueError
+            For a plan of a satellite with other states.
+        """
+        from mgeo_calibration.calibration.promised import promised
+
+        return promised(self.suite, self.time, self.covariance, plan)
+
+    def figures(self) -> dict[str, go.Figure]:
+        """Figures ``constants`` and, of one with history, ``innovations`` and ``attitude``."""
+        from mgeo_calibration.calibration.figures import calibration_figures
+
+        names, known = [sensor.name for sensor in self.scenario.sensors], self.scenario.prior
+        states = np.zeros_like(self.states) if known is None else known.estimates
+        believed = [in_units(self.suite, states, block) for block in self._units()]
+        return calibration_figures(self.table(), np.concatenate(believed), names, self.history)
+
+    def _history(self) -> History:
+        if self.history is None:
+            raise ValueError("no history of the attitude: a file holds the last sample only")
+        return self.history
+
+    def _units(self) -> dict[str, Unit]:
+        return telemetry_units(self.suite)
+
+    def _values(self, block: str) -> Floats:
+        return in_units(self.suite, self.states, block)
+
+
+def telemetry_units(suite: Suite) -> dict[str, Unit]:
+    """Unit of each block but the attitude; of a bias that of the readings in telemetry."""
+    units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
+    biases = {f"{sensor.name}.bias": sensor.channel_unit for sensor in suite.sensors}
+    return {block: biases.get(block, unit) for block, unit in units.items()} | {"gyro.bias": DEG_S}
+
+
+def in_units(suite: Suite, states: Floats, block: str) -> Floats:
+    """A block of states in its unit, shape (3,); of a rotation its rotation vector."""
+    first = 3 * suite.blocks.index(block)
+    values = states[first : first + 3]
+    if first in suite.rotations:
+        values = Rotation.from_matrix(matrix(values)).as_rotvec()
+    return values * telemetry_units(suite)[block].factor

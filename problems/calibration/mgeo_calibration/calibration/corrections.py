@@ -1,0 +1,61 @@
+"""Numbers to send up: what takes the errors of gyro and sensors out of what they report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.fields.units import Unit
+from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.geometry.rotation import matrix, shear
+from mgeo_attitude.sensors import Gyro, Sensor
+from mgeo_attitude.sensors.states import uncalibrated
+from mgeo_attitude.sensors.suite import Suite
+
+#: Of the gyro in telemetry.
+DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))
+
+
+def uplink(suite: Suite, states: Floats) -> dict[str, Any]:
+    """See `Calibration.uplink`.
+
+    Parameters
+    ----------
+    states : array, shape (n_states,)
+        In the filter's units.
+    """
+    found: dict[str, Any] = {}
+    left_out = uncalibrated(suite.gyro, suite.sensors)
+    owners: tuple[Gyro | Sensor, ...] = (suite.gyro, *suite.sensors)
+    for owner in owners:
+        name = getattr(owner, "name", "gyro")
+        constants = {
+            state: states[first : first + 3]
+            for state, first in suite.places(owner).items()
+            if f"{name}.{state}" not in left_out
+        }
+        found[name] = _corrections(owner, constants)
+    return found
+
+
+def _corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[str, Any]:
+    entry: dict[str, Any] = {}
+    R = stretch = np.eye(3)
+    for state, value in constants.items():
+        if state in owner.rotations:
+            R = matrix(value)
+            entry |= {"dcm": R.tolist(), "quaternion": quaternions(R[None])[0].tolist()}
+        elif state == "bias":
+            unit = DEG_S if isinstance(owner, Gyro) else owner.channel_unit
+            entry |= {"bias": (unit.factor * value).tolist(), "unit": unit.text}
+        else:
+            entry[state] = value.tolist()
+    if "scale_factor" in constants:
+        stretch = stretch + np.diag(constants["scale_factor"])
+    if "nonorthogonality" in constants:
+        stretch = stretch + shear(constants["nonorthogonality"], np.eye(3))
+    if {"scale_factor", "nonorthogonality"} & constants.keys():
+        entry["correction"] = np.linalg.solve(stretch, R.T).tolist()
+    return entry

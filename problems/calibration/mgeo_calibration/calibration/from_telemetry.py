@@ -1,0 +1,196 @@
+"""From telemetry to a calibration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.scenario import Scenario
+
+from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.history import History
+from mgeo_calibration.calibration.prior_tests import number_of_tests, prior_tests
+from mgeo_calibration.calibration.sensor_tests import (
+    SIGNIFICANCE,
+    SensorTest,
+    correlation_bound,
+    greatest_correlation,
+    nis_bounds,
+)
+from mgeo_calibration.estimation.batch import Batch, batch, gyro_noise, gyro_spikes, usual_step
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.considered import as_believed
+from mgeo_calibration.estimation.counting import LEAST, matters
+from mgeo_calibration.estimation.fit import Fit, fit
+from mgeo_calibration.estimation.linearization import Trajectory, sighting, turns
+from mgeo_calibration.estimation.residuals import Filtered, filtered
+from mgeo_calibration.estimation.smoother import covariances, last_covariance
+from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
+
+#: Probability that a reading without fault is taken for an outlier.
+GATE = 1e-5
+
+
+def calibrate(
+    scenario: Scenario,
+    telemetry: Telemetry | pd.DataFrame | Path | str,
+    mapping: TelemetryMapping | None = None,
+    *,
+    gate: float = GATE,
+) -> Calibration:
+    """Estimate attitude, gyro and sensor errors from telemetry.
+
+    Nothing has to be known of the attitude. The errors' initial 1-sigmas are the scenario's, as are
+    noise, orbit and eclipses; if the scenario goes on from a calibration, so does this. All samples
+    are estimated at once, by a smoother that is iterated until it settles; a reading that all
+    others contradict, by a chi-square test, is left out. States that are only considered stay what
+    was believed of them, and as uncertain.
+
+    Parameters
+    ----------
+    telemetry : Telemetry, DataFrame or path
+        See `read_telemetry`.
+    mapping : TelemetryMapping, optional
+        How a table or a file is to be read.
+    gate : float
+        Probability that a reading without fault is left out.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    ValueError, OSError, ImportError
+        From `read_telemetry`; or for readings of another unit or of other sensors, an attitude that
+        does not follow from them, more outliers than not, or an estimate that does not settle.
+    """
+    if not 0.0 < gate < 0.5:
+        raise ValueError(f"gate = {gate!r}: expected a probability in (0, 0.5)")
+    if not isinstance(telemetry, Telemetry):
+        telemetry = read_telemetry(telemetry, scenario, mapping)
+    data = batch(scenario, telemetry)
+    belief = Belief.of(scenario)
+    found = fit(data, belief, gate)
+    last = found.solution.estimate
+    past = filtered(found.solution)
+    states, covariance = at_the_end(belief, found)
+    n_tests = number_of_tests(belief) + 2 * sum(len(each.samples) > 0 for each in past.innovations)
+    return Calibration(
+        scenario=scenario,
+        time=float(data.times[-1]),
+        quaternion=quaternions(last.attitude[-1:].swapaxes(1, 2))[0],
+        rate_deg_s=np.degrees(turns(data, last.states)[0][-1]),
+        states=states,
+        covariance=covariance,
+        tests=_tests(found, past, n_tests),
+        rejected=_rejected(found),
+        prior_tests=prior_tests(belief, last.attitude[0], last.states[0], SIGNIFICANCE / n_tests),
+        notes=_notes(telemetry, data),
+        history=_history(found, past),
+    )
+
+
+def at_the_end(belief: Belief, found: Fit) -> tuple[Floats, Floats]:
+    """States at the last sample, rotations as vectors, and their covariance."""
+    solution = found.solution
+    states = solution.estimate.states[-1]
+    return as_believed(belief, solution, states, last_covariance(solution))
+
+
+def _rejected(found: Fit) -> tuple[tuple[float, str, float], ...]:
+    listed = [
+        (float(found.batch.times[k]), sensor.name, float(square[k]))
+        for sensor, no, square in zip(
+            found.batch.suite.sensors, found.rejected, found.chi_squares, strict=True
+        )
+        for k in np.flatnonzero(no)
+    ]
+    return tuple(sorted(listed))
+
+
+def _notes(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
+    """Of steps in which gyro and sensors count that noise does not hide, and of wild rates."""
+    at = telemetry.times[np.isfinite(telemetry.gyro_deg_s[:, 0])]
+    sigma = gyro_noise(data.suite, usual_step(at))
+    seen = {"gyro": (matters(np.radians(telemetry.step_of("gyro")), sigma), "deg/s")}
+    for sensor, noise in zip(data.suite.sensors, data.noise, strict=True):
+        more = noise**2 >= (1.0 + LEAST) * np.square(sensor.noise())
+        seen[sensor.name] = more, sensor.channel_unit.text
+    told = [
+        f"{name} counts in steps of {telemetry.step_of(name).max():.3g} {unit}".rstrip()
+        + ", which are part of its noise"
+        for name, (some, unit) in seen.items()
+        if some.any()
+    ]
+    off = np.degrees(np.abs(gyro_spikes(data.suite, telemetry)).max(axis=1))
+    if off.any():
+        told.append(
+            f"gyro: {np.count_nonzero(off)} of {len(at)} samples stand apart from both neighbors, "
+            f"by {off.max():.3g} deg/s at {at[off.argmax()]:.6f} s: taken half way between these, "
+            "with that as 1-sigma"
+        )
+    return tuple(told)
+
+
+def _tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:
+    """Of sensors that have reported."""
+    suite, made = found.batch.suite, []
+    at = found.solution.estimate
+    aligned = Trajectory(at.attitude, np.zeros_like(at.states))
+    for index, (sensor, each) in enumerate(zip(suite.sensors, past.innovations, strict=True)):
+        if not len(each.samples):
+            continue
+        vectors = len(sensor.channels) == 3
+        unit, factor = (
+            (sensor.channel_unit.text, sensor.channel_unit.factor)
+            if vectors
+            else ("deg", float(np.degrees(1.0)))
+        )
+        count, rejected = each.whitened.size, int(found.rejected[index].sum())
+        low, high = nis_bounds(count, n_tests)
+        before = sighting(found.batch, index, aligned)
+        used = np.isin(before.samples, each.samples)
+        made.append(
+            SensorTest(
+                sensor=sensor.name,
+                readings=len(each.samples) + rejected,
+                rejected=rejected,
+                nis=float(each.nis.mean() / 3.0),
+                nis_low=low,
+                nis_high=high,
+                correlation=greatest_correlation(each),
+                correlation_bound=correlation_bound(count, n_tests),
+                unit=unit,
+                noise=factor * _rms(before.noise),
+                before=factor * _rms(before.z[used]),
+                after=factor * _rms(found.residuals[index, each.samples]),
+            )
+        )
+    return tuple(made)
+
+
+def _history(found: Fit, past: Filtered) -> History:
+    attitude = found.solution.estimate.attitude
+    at_time = found.solution.trajectory.attitude @ np.moveaxis(matrix(past.errors[:, :3].T), -1, 0)
+    return History(
+        times=found.batch.times,
+        smoothed=attitude.swapaxes(1, 2),
+        smoothed_sigma=_attitude_sigma(covariances(found.solution, found.spread)),
+        filtered=at_time.swapaxes(1, 2),
+        filtered_sigma=_attitude_sigma(past.covariances),
+        innovations=past.innovations,
+    )
+
+
+def _attitude_sigma(P: Floats) -> Floats:
+    sigma: Floats = np.sqrt(np.einsum("nii->ni", P)[:, :3])
+    return sigma
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt((values * values).mean()))

@@ -1,0 +1,49 @@
+"""What a plan has promised beside what came out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.history import filter_history
+from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.view.observability import States
+
+
+def promised(suite: Suite, time: float, covariance: Floats, plan: ManeuverPlan) -> pd.DataFrame:
+    """Per state ``unit``, ``predicted`` and ``achieved`` 1-sigma, and their ratio.
+
+    The plan's linear covariance is that at the calibration's last sample, or at the end of the
+    plan's scenario if that is earlier.
+
+    Parameters
+    ----------
+    suite, time, covariance
+        Of the calibration.
+
+    Raises
+    ------
+    ValueError
+        For a plan of a satellite with other states.
+    """
+    model = plan.problem.model
+    if model.suite.blocks != suite.blocks:
+        raise ValueError(
+            f"the plan is for a satellite with the states {list(model.suite.blocks)}: expected "
+            f"the calibration's {list(suite.blocks)}"
+        )
+    history = filter_history(model.endless, plan.trajectory.commanded)
+    k = int(np.argmin(np.abs(history.times - time)))
+    states = States.of(model.suite)
+    predicted = history.sigma[k] * states.factors
+    achieved = np.sqrt(np.diag(covariance)) * states.factors
+    return pd.DataFrame(
+        {
+            "unit": states.units,
+            "predicted": predicted,
+            "achieved": achieved,
+            "achieved / predicted [-]": achieved / predicted,
+        },
+        index=pd.Index(states.names, name="state"),
+    )

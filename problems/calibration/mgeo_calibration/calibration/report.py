@@ -1,0 +1,68 @@
+"""One self-contained HTML file about a calibration."""
+
+from __future__ import annotations
+
+import pandas as pd
+import plotly.graph_objects as go
+from markupsafe import escape
+
+from mgeo.figures import report_page
+from mgeo_calibration.calibration.calibration import Calibration
+
+#: Outliers that are listed; the others are in the JSON file.
+LISTED = 100
+
+
+def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) -> str:
+    """The report, which loads nothing.
+
+    Parameters
+    ----------
+    promised : DataFrame, optional
+        What a plan has promised; see `Calibration.compare`.
+    """
+    title = f"calibration, {calibration.scenario.name}"
+    parts: list[str | go.Figure] = [
+        f"<h1>{escape(title)}</h1>",
+        f"<p>At {calibration.time:.6f} s after the epoch, {escape(calibration.utc)} UTC: "
+        f"{escape(calibration.conclusion)}.</p>",
+        *(f"<p>{escape(note)}.</p>" for note in calibration.notes),
+        _table(calibration.table().set_index("block")),
+    ]
+    if promised is not None:
+        parts += ["<h2>What the plan promised</h2>", _table(promised.reset_index())]
+    figures = calibration.figures()
+    parts += [figures.pop("constants"), "<h2>Innovations</h2>"]
+    parts.append(_table(calibration.test_table().T.reset_index()))
+    parts += ["<h2>Estimate and prior</h2>", _table(calibration.prior_table().reset_index())]
+    parts += list(figures.values())
+    rejected = calibration.rejected_table()
+    if len(rejected):
+        more = f", the first {LISTED}" if len(rejected) > LISTED else ""
+        parts += [f"<h2>{len(rejected)} outliers{more}</h2>", _table(rejected[:LISTED])]
+    parts += ["<h2>To send up</h2>", _uplink(calibration)]
+    return report_page(title, parts)
+
+
+def _uplink(calibration: Calibration) -> str:
+    rows = [
+        {"of": owner, "number": name, "value": _text(value)}
+        for owner, entry in calibration.uplink().items()
+        for name, value in entry.items()
+    ]
+    return _table(pd.DataFrame(rows))
+
+
+def _text(value: object) -> str:
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_text, value)) + "]"
+    return f"{value:.9g}" if isinstance(value, float) else str(value)
+
+
+def _table(frame: pd.DataFrame) -> str:
+    """Numbers to five digits; all text is escaped."""
+    shown = frame.reset_index() if frame.index.name else frame
+    text: str = shown.map(lambda x: f"{x:.5g}" if isinstance(x, float) else x).to_html(
+        index=False, border=0
+    )
+    return text

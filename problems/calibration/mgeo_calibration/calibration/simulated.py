@@ -1,0 +1,119 @@
+"""Monte Carlo of the whole way: flights, their telemetry, and what is calibrated from it."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+
+import numpy as np
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.filter.evaluator import available_threads
+from mgeo_attitude.scenario import Scenario
+from numpy.typing import ArrayLike
+
+from mgeo_calibration.calibration.from_telemetry import GATE, at_the_end
+from mgeo_calibration.estimation.batch import Batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.estimate import Estimate
+from mgeo_calibration.estimation.fit import check, settle
+from mgeo_calibration.estimation.linearization import Trajectory
+from mgeo_calibration.estimation.monte_carlo import MonteCarlo, Record
+from mgeo_calibration.estimation.residuals import innovations
+from mgeo_calibration.estimation.simulate import Planned, planned
+from mgeo_calibration.flight import Flight
+from mgeo_calibration.flight.own import true_states
+from mgeo_calibration.telemetry.gyro_samples import turned
+
+#: From the truth a step this small, in 1-sigmas of the constants and in rad, is the last: what it
+#: leaves was found to be less than a hundredth of a 1-sigma, as the attitude hardly turns by it.
+FROM_TRUTH = 10.0, 5e-3
+
+
+def simulate_calibrations(
+    scenario: Scenario,
+    design: ArrayLike,
+    n_runs: int = 200,
+    seed: int | np.random.Generator | None = None,
+    *,
+    truth: Scenario | None = None,
+    environment: Environment | None = None,
+    threads: int | None = None,
+) -> MonteCarlo:
+    """Fly a plan many times, as `simulate` does, and calibrate from the telemetry of each flight.
+
+    The flights are those of `simulate` with the same seed. What is estimated of each is what
+    `calibrate` finds, to about a hundredth of a 1-sigma: as the truth is known, Gauss-Newton begins
+    there and not with Wahba's problem. Whether `calibrate` finds its way from anywhere is no part
+    of it.
+
+    Parameters
+    ----------
+    scenario, design, n_runs, seed, truth, environment
+        As of `simulate`.
+    threads : int, optional
+        Default: the processors this process may use. Results do not depend on it.
+
+    Returns
+    -------
+    MonteCarlo
+        Of the last sample alone, with all innovations until then. `predicted` is what the linear
+        covariance of the plan promises then; path limits are not watched.
+
+    Raises
+    ------
+    ValueError, NotImplementedError
+        As of `simulate`, and of `calibrate` from a flight.
+    """
+    given = planned(scenario, design, n_runs, truth, environment)
+    generators = np.random.default_rng(seed).spawn(n_runs)
+    with ThreadPoolExecutor(threads or available_threads()) as pool:
+        runs = list(pool.map(partial(_calibrated, scenario, given), generators))
+    return given.monte_carlo(runs, np.array([given.model.n_steps]))
+
+
+def _batch(scenario: Scenario, given: Planned, flight: Flight) -> Batch:
+    """What `estimation.batch` makes of the flight's telemetry, without the way through its units.
+
+    Nothing is reported at the start, so that the first sample is the second, unless an earlier
+    calibration says what is known at the start.
+    """
+    model, first = given.model, 0 if scenario.prior else 1
+    rates = flight.readings.gyro[first:]
+    angle = turned(model.times[1:], flight.readings.gyro)
+    return Batch(
+        suite=model.suite,
+        times=model.times[first:],
+        gyro=rates,
+        change=np.diff(angle(model.times[first:], 1), axis=0),
+        added=np.zeros_like(rates),
+        breaks=np.zeros(len(rates), dtype=bool),
+        sensors=tuple(
+            np.where(model.available[first:, index, None, None], rows[first:], np.nan)
+            for index, rows in enumerate(flight.readings.sensors)
+        ),
+        noise=np.array([sensor.noise() for sensor in model.suite.sensors]),
+        vectors=model.references[first:],
+    )
+
+
+def _calibrated(scenario: Scenario, given: Planned, generator: np.random.Generator) -> Record:
+    """One flight, and its calibration against its truth at the end."""
+    flight = given.flight(generator)
+    data, belief = _batch(scenario, given, flight), Belief.of(scenario)
+    true, n = true_states(given.real, flight), len(data.times)
+    start = Trajectory(true.attitude[-n:].swapaxes(1, 2), true.states[-n:])
+    found = settle(data, belief, start, GATE, FROM_TRUTH)
+    check(found, GATE, FROM_TRUTH)
+    states, P = at_the_end(belief, found)
+    attitude = found.solution.estimate.attitude[-1]
+    estimate = Estimate.of(data.suite, attitude[..., None], states[:, None], P)
+    (e,) = estimate.error(true.attitude[-1][..., None], true.states[-1][:, None]).T
+    white = innovations(found.solution)
+    return Record(
+        errors=e[None, None],
+        sigma=np.sqrt(np.diag(P))[None, None],
+        nees=np.array([[e @ np.linalg.solve(P, e)]]),
+        nis=np.array([[[each.nis.sum() for each in white]]]),
+        updates=np.array([[[len(each.samples) for each in white]]]),
+        broken=np.zeros((1, 2, 0)),
+    )

@@ -1,0 +1,225 @@
+"""What comes after a plan, as commands ``mgeo attitude verify | fly | calibrate``."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from mgeo_attitude.commands.options import USERS, Overwrite, Pick, Solution, Source, Time
+
+from mgeo.cli.completion import among, toml_files
+from mgeo.cli.errors import ExitCode, bad_input
+from mgeo.cli.examples import epilog
+from mgeo.cli.options import Debug, Json, Quiet
+from mgeo.cli.output import Output, json_text
+
+app = typer.Typer()
+
+EXAMPLES: Mapping[str, tuple[str, ...]] = {
+    "verify": (
+        "mgeo attitude verify plan.json --runs 500",
+        "mgeo attitude verify runs/first --pick best --out runs/first/verification-best.json",
+    ),
+    "fly": (
+        "mgeo attitude fly plan.json --out telemetry.csv --truth truth.json",
+        "mgeo attitude fly plan.json --simulator basilisk --vehicle cubesat_6u --seed 2",
+        "mgeo attitude fly second.json --after truth.json --out second.csv",
+    ),
+    "calibrate": (
+        "mgeo attitude calibrate telemetry.csv --scenario mine.toml --out calibration",
+        "mgeo attitude calibrate telemetry.csv --plan plan.json --mapping columns.toml",
+    ),
+}
+
+
+@app.command(epilog=epilog("verify", EXAMPLES))
+def verify(
+    source: Source,
+    pick: Pick = None,
+    time: Time = None,
+    solution: Solution = None,
+    runs: Annotated[int, typer.Option(min=2, help="Flights to simulate.")] = 200,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of their errors.")] = 1,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Also write the result; `mgeo report` shows RUN/verification*.json.",
+        ),
+    ] = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Fly a plan many times: does it achieve what it promises?
+
+    If it does not, the exit code is 3. So it is of a plan that breaks a limit of its scenario,
+    whatever it achieves, such as the nearest of a run that found none that keeps all. The truth is
+    nonlinear, the errors are drawn from the scenario, the filter feeds them back. Of path limits it
+    says how often they were broken.
+    """
+    from mgeo_attitude.commands.files import check_targets, load_plan
+    from mgeo_attitude.scenario.validity import OutsideValidity
+
+    from mgeo.files.atomic import write_file
+    from mgeo_calibration.commands.verify import print_verification, verification_document
+    from mgeo_calibration.verification import verification
+
+    output = Output(quiet, json)
+    with bad_input(USERS):
+        check_targets([out], overwrite)
+        picked = load_plan(source, pick, time, solution)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always", OutsideValidity)
+            found = verification.verify(picked.plan, runs, seed)
+        for warning in told:
+            output.note(f"Note: {warning.message}")
+        document = verification_document(picked, found, seed)
+    print_verification(picked, found, output)
+    output.result(document)
+    with bad_input():
+        if out:
+            write_file(out, f"{json_text(document)}\n".encode())
+    holds = found.achieved and not document["violations"]
+    raise typer.Exit(ExitCode.DONE if holds else ExitCode.INCOMPLETE)
+
+
+@app.command(epilog=epilog("fly", EXAMPLES))
+def fly(
+    source: Source,
+    pick: Pick = None,
+    time: Time = None,
+    solution: Solution = None,
+    simulator: Annotated[
+        str,
+        typer.Option(
+            metavar="own|basilisk",
+            help="Exact rates, or a rigid body with wheels by Basilisk, which is an extra.",
+            autocompletion=among(("own", "basilisk")),
+        ),
+    ] = "own",
+    vehicle: Annotated[
+        str | None,
+        typer.Option(
+            metavar="paper|cubesat_6u",
+            help="Body and wheels for Basilisk [default: the scenario's].",
+            autocompletion=among(("paper", "cubesat_6u")),
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of errors and noise.")] = 1,
+    after: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="TRUTH.json", help="Go on with the satellite of the flight that wrote this."
+        ),
+    ] = None,
+    until: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="Send down no later samples.")
+    ] = None,
+    out: Annotated[
+        Path, typer.Option(metavar="FILE.csv", help="Telemetry, for `mgeo attitude calibrate`.")
+    ] = Path("telemetry.csv"),
+    truth: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.json", help="Also write what was true at the last sample."),
+    ] = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Fly a plan once, and write what the satellite sends down.
+
+    It is flown to the end of its scenario, unless --until ends it. Attitude and errors are drawn
+    from the scenario, unless --after says whose they are; the same seed draws the same for both
+    simulators.
+    """
+    from mgeo_attitude.commands.files import check_targets, load_plan
+
+    from mgeo_calibration.commands import fly as command
+
+    with bad_input(USERS):
+        check_targets([out], overwrite, (".csv",))
+        check_targets([truth], overwrite, (".json",))
+        picked = load_plan(source, pick, time, solution)
+        plan = picked.plan
+        before = command.read_truth(after, plan) if after else None
+        telemetry = command.flown(plan, simulator, vehicle, seed, before)
+        telemetry = telemetry if until is None else telemetry.until(until)
+        document = command.truth_document(plan, telemetry, simulator, seed)
+        files = command.write_flight(telemetry, out, truth, document)
+    output = Output(quiet, json)
+    command.print_flight(picked, telemetry, simulator, files, output)
+    output.result({"files": files, "samples": len(telemetry.times), "truth": document})
+
+
+@app.command(epilog=epilog("calibrate", EXAMPLES))
+def calibrate(
+    telemetry: Annotated[
+        Path, typer.Argument(metavar="TELEMETRY", help="Table of samples: CSV, or .parquet.")
+    ],
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE.toml|PRESET",
+            help="Satellite, orbit and epoch [default: those of --plan].",
+            autocompletion=toml_files,
+        ),
+    ] = None,
+    plan: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="RUN|PLAN.json", help="Compare with the 1-sigmas that a plan promised."
+        ),
+    ] = None,
+    pick: Pick = None,
+    time: Time = None,
+    solution: Solution = None,
+    mapping: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml",
+            help="Columns, units and mounting frames, where they are not the usual ones.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Also write JSON, CSV and an HTML report there."),
+    ] = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Calibrate gyro and sensors from telemetry.
+
+    If the innovations do not support it, the exit code is 3. Nothing has to be known of the
+    attitude. Outliers are left out, and listed.
+    """
+    from mgeo_calibration.calibration import calibrate as calibrated
+    from mgeo_calibration.commands import calibrate as command
+    from mgeo_calibration.telemetry import TelemetryMapping
+
+    with bad_input(USERS):
+        if out:
+            command.check_folder(out, overwrite)
+        picked = command.flown_plan(plan, pick, time, solution)
+        flown = picked.plan if picked else None
+        read = TelemetryMapping.from_toml(mapping) if mapping else None
+        found = calibrated(command.scenario_of(scenario, flown), telemetry, read)
+        promised = found.compare(flown) if flown else None
+    output = Output(quiet, json)
+    command.print_calibration(found, promised, picked, output)
+    files: list[str] = []
+    try:
+        with bad_input():
+            files += command.write_calibration(found, promised, out) if out else []
+        for file in files:
+            output.print(f"wrote {file}")
+    finally:  # what was found is told all the same
+        output.result(command.calibration_document(found, promised, files))
+    raise typer.Exit(ExitCode.DONE if found.supported else ExitCode.INCOMPLETE)

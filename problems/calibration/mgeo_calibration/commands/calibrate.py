@@ -1,0 +1,114 @@
+"""``mgeo attitude calibrate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from mgeo_attitude.commands.files import Picked, check_targets, load_plan
+from mgeo_attitude.commands.show import note, rows, titled
+from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.plan.run_folder import PROBLEM
+from mgeo_attitude.scenario import Scenario
+
+from mgeo.cli.output import Output
+from mgeo.files.atomic import check_writable, write_files
+from mgeo.runs.scenario import read_scenario
+from mgeo.terminal import plain
+from mgeo_calibration.calibration import Calibration, to_json
+from mgeo_calibration.calibration.document import document
+from mgeo_calibration.calibration.report import report_html
+
+#: Files of a folder; what tells that the others are complete goes last.
+FILES = ("calibration.csv", "attitude.csv", "calibration.html", "calibration.json")
+
+
+def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
+    """The scenario named, or else that of the plan.
+
+    Raises
+    ------
+    OSError, ValueError, TypeError
+        If neither is given, or it cannot be read.
+    """
+    if text is None:
+        if plan is None:
+            raise ValueError("--scenario FILE.toml|PRESET: expected it, or --plan, which has one")
+        return plan.scenario
+    return Scenario.from_dict(read_scenario(PROBLEM, text))
+
+
+def flown_plan(
+    source: Path | None, pick: str | None, time: float | None, solution: int | None
+) -> Picked | None:
+    """The plan that was flown, if one is named; raises as `load_plan`."""
+    if source is not None:
+        return load_plan(source, pick, time, solution)
+    for flag, value in {"--pick": pick, "--time": time, "--solution": solution}.items():
+        if value is not None:
+            raise ValueError(f"{flag}: expected with --plan RUN, of which it picks a solution")
+    return None
+
+
+def check_folder(folder: Path, overwrite: bool) -> None:
+    """Refuse a folder in which the files could not be written.
+
+    Raises
+    ------
+    OSError
+    """
+    if folder.is_dir():
+        check_targets([folder / name for name in FILES], overwrite)
+    elif folder.exists() or folder.is_symlink():
+        raise FileExistsError(f"{folder} is no folder: choose another name")
+    else:
+        check_writable(folder)
+
+
+def write_calibration(
+    calibration: Calibration, promised: pd.DataFrame | None, folder: Path
+) -> list[str]:
+    """Write `FILES`; their paths."""
+    texts = (
+        calibration.table().to_csv(index=False, lineterminator="\n"),
+        calibration.attitude.to_csv(index=False, lineterminator="\n"),
+        report_html(calibration, promised),
+        to_json(calibration),
+    )
+    folder.mkdir(parents=True, exist_ok=True)
+    write_files(folder, {name: text.encode() for name, text in zip(FILES, texts, strict=True)})
+    return [str(folder / name) for name in FILES]
+
+
+def print_calibration(
+    calibration: Calibration, promised: pd.DataFrame | None, picked: Picked | None, output: Output
+) -> None:
+    """Print what was found and whether it can be believed."""
+    table = calibration.table().set_index("block")
+    output.print(
+        f"scenario {calibration.scenario.name}: calibrated at {calibration.time:.6g} s, "
+        f"{calibration.utc} UTC",
+        *titled("Errors of gyro and sensors", table),
+        *titled("Innovations", calibration.test_table().T),
+        note("before, after: rms of the residuals without and with the calibration"),
+    )
+    if promised is not None and picked is not None:
+        title = f"1-sigma that the plan promised, and achieved: {picked.name}"
+        output.print(*titled(title, promised), *picked.doubts())
+    for told in calibration.notes:
+        output.print(note(told))
+    output.print("", plain(calibration.conclusion, "bold"))
+
+
+def calibration_document(
+    calibration: Calibration, promised: pd.DataFrame | None, files: list[str]
+) -> dict[str, Any]:
+    """The content of calibration.json, with the comparison with a plan and the files written."""
+    compared = [] if promised is None else rows(promised)
+    return {
+        **document(calibration),
+        "supported": calibration.supported,
+        "promised": compared,
+        "files": files,
+    }

@@ -1,0 +1,87 @@
+"""``mgeo attitude verify``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mgeo_attitude.commands.files import Picked
+from mgeo_attitude.commands.show import note, promised, rows, titled
+from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.plan.run_folder import PROBLEM
+
+from mgeo.cli.output import Output
+from mgeo.terminal import plain
+from mgeo_calibration.verification.remedies import conclusion, findings, power, remedies
+from mgeo_calibration.verification.verification import LEVEL, Verification
+
+#: Columns of the table as they fit a terminal.
+_SHORT = {"rms / predicted [-]": "/ predicted", "rms / claimed [-]": "/ claimed"}
+
+
+def print_verification(picked: Picked, found: Verification, output: Output) -> None:
+    """Print how simulated flights of a plan went, and what to do if they did not go well."""
+    plan = picked.plan
+    shown = found.table.iloc[:, :5].rename(columns=_SHORT)
+    output.print(
+        plain(picked.answer, "bold"),
+        *(plain(f"breaks a limit: {line}", "bold") for line in plan.violations()),
+        plain(conclusion(found), "bold"),
+        *picked.doubts(),
+    )
+    if ways := remedies(plan, found):
+        output.print(plain("what to try", "bold"), *(plain(f"  {way}") for way in ways))
+    output.print(
+        *titled(f"{found.n_runs} simulated flights, errors after {plan.t_end:.6g} s", shown),
+        note(f"NEES per state {found.nees:.3f}; {power(found)}"),
+    )
+    output.print(*promised(plan))
+    if len(found.path_limits):
+        output.print(
+            *titled("path limits broken", found.path_limits),
+            note("steered by the estimate, and flown open loop, of all flights"),
+        )
+
+
+def verification_document(picked: Picked, found: Verification, seed: int) -> dict[str, Any]:
+    """The result as JSON values, with the problem and the design that it is about."""
+    plan = picked.plan
+    table = found.table.reset_index()
+    return {
+        "title": f"{found.n_runs} simulated flights of the plan with t_end {plan.t_end:.6g} s and "
+        f"trace {plan.trace:.5g}, seed {seed}",
+        "conclusion": f"{_broken(plan)}{conclusion(found)}; NEES per state {found.nees:.3f}; "
+        f"{power(found)}{_limits(found)}",
+        "findings": [] if found.achieved else findings(found),
+        "remedies": remedies(plan, found),
+        "level": LEVEL,
+        "detectable": found.detectable,
+        "columns": [str(name) for name in table.columns],
+        "rows": table.to_numpy(object).tolist(),
+        "solution": picked.solution,
+        "answer": plan.answer,
+        "problem": PROBLEM,
+        "options": plan.problem.options(),
+        "design": list(plan.design),
+        "achieved": bool(found.achieved),
+        "violations": plan.violations(),
+        "path_limits": rows(found.path_limits),
+        "promises": rows(plan.promises()),
+    }
+
+
+def _broken(plan: ManeuverPlan) -> str:
+    """Which limits of its scenario a plan breaks, before a conclusion."""
+    return "".join(f"breaks a limit: {line}; " for line in plan.violations())
+
+
+def _limits(found: Verification) -> str:
+    """How often path limits were broken, in words."""
+    parts = []
+    for name, row in found.path_limits.iterrows():
+        ways = ", ".join(
+            f"{row[f'{way}: flights [%]']:.3g} % of flights ({row[f'{way}: time [%]']:.3g} % of "
+            f"the time) {way}"
+            for way in ("steered", "open loop")
+        )
+        parts.append(f"; {name} broken in {ways}")
+    return "".join(parts)

@@ -1,0 +1,267 @@
+"""What telemetry says, in the estimator's terms: steps between samples, and what was seen."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.filter.model import inertial_vectors
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors import Sensor
+from mgeo_attitude.sensors.suite import Suite
+
+from mgeo_calibration.estimation.belief import UNKNOWN
+from mgeo_calibration.estimation.counting import angle_variance
+from mgeo_calibration.telemetry import Telemetry
+from mgeo_calibration.telemetry.gyro_samples import covered, spikes, turned
+from mgeo_calibration.telemetry.mapping import UNITS
+
+#: Without a sample for longer than this many times the usual time, nothing is known of the rate.
+SILENT = 10.0
+#: Vectors longer or shorter than expected by this factor are of another unit.
+_OTHER_UNIT = 4.0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Batch:
+    """n + 1 samples and the n steps between them.
+
+    Attributes
+    ----------
+    suite : Suite
+    times : array, shape (n + 1,)
+        [s]
+    gyro : array, shape (n, 3)
+        Mean of the reported rate over each step [rad/s].
+    change : array, shape (n, 3)
+        By what it changes from the begin of a step to its end [rad/s].
+    added : array, shape (n, 3)
+        Variance of the angle about each body axis in each step beside that of the gyro's noise
+        [rad²]: of a guessed rate, of one that stands apart, and of rates that are counted in steps.
+    breaks : array of bool, shape (n,)
+        Steps over which the attitude is not known from the gyro.
+    sensors : tuple of arrays, shape (n + 1, k, 3)
+        As `Readings.sensors`.
+    noise : array, shape (s, 3)
+        1-sigma of each sensor, in the unit of its noise, with that of its steps.
+    vectors : array, shape (n + 1, n_vectors, 3)
+        What the sensors look at and their gradients, GCRS; see `FilterModel.references`.
+    """
+
+    suite: Suite
+    times: Floats
+    gyro: Floats
+    change: Floats
+    added: Floats
+    breaks: Bools
+    sensors: tuple[Floats, ...]
+    noise: Floats
+    vectors: Floats
+
+    @property
+    def durations(self) -> Floats:
+        """Of the steps [s]."""
+        return np.diff(self.times)
+
+    def part(self, low: int, high: int) -> Batch:
+        """Samples low to high - 1."""
+        samples, steps = slice(low, high), slice(low, high - 1)
+        return Batch(
+            suite=self.suite,
+            times=self.times[samples],
+            gyro=self.gyro[steps],
+            change=self.change[steps],
+            added=self.added[steps],
+            breaks=self.breaks[steps],
+            sensors=tuple(rows[samples] for rows in self.sensors),
+            noise=self.noise,
+            vectors=self.vectors[samples],
+        )
+
+
+def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
+    """Telemetry with what a scenario says of orbit, sensors and eclipse.
+
+    A sensor that a scenario with eclipses calls blind at a sample has reported nothing there. Rates
+    of the gyro that are missing are interpolated, with half the difference of their neighbors as
+    1-sigma; so is one that stands apart from both, with how far it does as 1-sigma. What was sent
+    while the gyro was silent for longer (`SILENT`) is left out.
+
+    If the scenario goes on from a calibration, the first sample is the epoch, and what was sent
+    until then is left out: the calibration has read it.
+
+    Raises
+    ------
+    ValueError
+        For telemetry of other sensors, nothing after the epoch of a scenario that goes on, or
+        vectors of a length that the environment's have not.
+    """
+    if scenario.prior is not None:
+        telemetry = _since_epoch(scenario, telemetry)
+    suite = Suite(scenario.gyro, scenario.sensors)
+    readings = telemetry.readings(suite)
+    there = np.isfinite(telemetry.gyro_deg_s[:, 0])
+    there |= np.any([np.isfinite(rows[:, 0, 0]) for rows in readings], axis=0)
+    at = telemetry.times[np.isfinite(telemetry.gyro_deg_s[:, 0])]
+    usual = usual_step(at)
+    silent = (np.diff(at) > SILENT * usual).nonzero()[0]
+    for last, first in zip(at[silent], at[silent + 1], strict=True):
+        there &= (telemetry.times <= last) | (telemetry.times >= first)
+    there &= (telemetry.times >= at[0] - usual) & (telemetry.times <= at[-1] + usual)
+    there[0] |= scenario.prior is not None
+
+    times = telemetry.times[there]
+    position = None if telemetry.position is None else telemetry.position[there]
+    environment = Environment.at(scenario, times, position)
+    if not scenario.eclipse:
+        environment = environment.without_shadow()
+    vectors, available = inertial_vectors(suite, environment)
+    sensors = tuple(
+        np.where(available[:, i, None, None], rows[there], np.nan)
+        for i, rows in enumerate(readings)
+    )
+    _check_lengths(suite, sensors, vectors)
+    rates = np.radians(telemetry.gyro_deg_s[np.isfinite(telemetry.gyro_deg_s[:, 0])])
+    off = gyro_spikes(suite, telemetry)
+    rates -= off
+    gyro, change, missing, breaks = _steps(times, at, rates, usual)
+    step, sigma = np.radians(telemetry.step_of("gyro")), gyro_noise(suite, usual)
+    counted = angle_variance(rates, usual, step, sigma)
+    # vectors say whether the body has turned so: all parts of a sample are off together
+    stands = covered(at)[:, None]
+    wrong = np.minimum(np.abs(off).max(axis=1, keepdims=True) * stands, UNKNOWN) ** 2 / stands
+    j = np.minimum(np.searchsorted(at, times[1:]), len(at) - 1)
+    return Batch(
+        suite=suite,
+        times=times,
+        gyro=gyro,
+        change=change,
+        added=missing[:, None] + (counted + wrong)[j] * np.diff(times)[:, None],
+        breaks=breaks,
+        sensors=sensors,
+        noise=np.array([_noise(sensor, telemetry) for sensor in suite.sensors]),
+        vectors=vectors,
+    )
+
+
+def gyro_spikes(suite: Suite, telemetry: Telemetry) -> Floats:
+    """By how much the gyro's samples stand apart from both neighbors, shape (m, 3) [rad/s]."""
+    there = np.isfinite(telemetry.gyro_deg_s[:, 0])
+    noise = gyro_noise(suite, usual_step(telemetry.times[there]))
+    step = np.radians(telemetry.step_of("gyro"))
+    return spikes(np.radians(telemetry.gyro_deg_s[there]), np.maximum(noise, step))
+
+
+def usual_step(at: Floats) -> float:
+    """Between samples of the gyro [s]."""
+    return float(np.median(np.diff(at)))
+
+
+def gyro_noise(suite: Suite, duration: float) -> float:
+    """1-sigma of a rate that is the mean over so many seconds, per axis [rad/s]."""
+    return math.sqrt(suite.gyro.diffusion()["theta"] / duration)
+
+
+def _noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
+    """1-sigma per axis, with the variance of a number that is rounded."""
+    step = telemetry.step_of(sensor.name)
+    if len(sensor.channels) == 3:
+        step = step / sensor.channel_unit.factor
+    else:  # a turn by a small angle changes a quaternion by half of it
+        step = 2.0 * np.full(3, step.max())
+    noise: Floats = np.sqrt(np.square(sensor.noise()) + step**2 / 12.0)
+    return noise
+
+
+def _steps(
+    times: Floats, at: Floats, rates: Floats, usual: float
+) -> tuple[Floats, Floats, Floats, Bools]:
+    """Rate, its change, variance of the attitude, and whether it is unknown, of steps.
+
+    Within the time that a sample stands for, the rate is that of `gyro_samples.turned`; over all of
+    it the mean is the sample. Elsewhere it does not change.
+
+    Parameters
+    ----------
+    times : array, shape (n + 1,)
+        Between which the steps are.
+    at : array, shape (m,)
+        Times of the gyro's samples.
+    rates : array, shape (m, 3)
+        Mean rates before them [rad/s].
+    usual : float
+        Time between them.
+    """
+    start, end = times[:-1], times[1:]
+    j = np.minimum(np.searchsorted(at, end), len(at) - 1)
+    before = np.maximum(j - 1, 0)
+    since = np.where(j > before, at[j] - at[before], usual)
+    since[end > at[-1]] = usual
+    stands = covered(at)[j]
+    known = np.clip(np.minimum(end, at[j]) - np.maximum(start, at[j] - stands), 0.0, None)
+    missing = (end - start) - known
+    missing[missing < 1e-9 * usual] = 0.0
+    middle, half = 0.5 * (rates[j] + rates[before]), 0.5 * np.abs(rates[j] - rates[before])
+    gyro = (known[:, None] * rates[j] + missing[:, None] * middle) / (end - start)[:, None]
+    # one guess serves all steps of a gap: their errors add up, not their squares
+    variance = missing * np.maximum(since - stands, missing) * (half**2).max(axis=1)
+    angle, inside = turned(at, rates), missing == 0.0
+    part = inside & (known < (1.0 - 1e-9) * stands)
+    if part.any():
+        gyro[part] = (angle(end[part]) - angle(start[part])) / (end - start)[part, None]
+    change = np.where(inside[:, None], np.diff(angle(times, 1), axis=0), 0.0)
+    return gyro, change, variance, (missing > 0.0) & ((since > SILENT * usual) | (j == 0))
+
+
+def _since_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:
+    """Samples after the epoch, and an empty one then."""
+    later = telemetry.times > 0.0
+    if later.sum() < 2:
+        raise ValueError(
+            f"telemetry ends at {telemetry.times[-1]:.6f} s after {scenario.epoch.isoformat()}, "
+            "until when the calibration that the scenario goes on from has read it: expected later "
+            "samples"
+        )
+
+    def empty_before(rows: Floats) -> Floats:
+        return np.vstack([np.full(rows.shape[1], np.nan), rows[later]])
+
+    position = telemetry.position
+    if position is not None:
+        start, _ = scenario.orbit.propagate(scenario.epoch, np.zeros(1))
+        position = np.vstack([start, position[later]])
+    return Telemetry(
+        times=np.append(0.0, telemetry.times[later]),
+        gyro_deg_s=empty_before(telemetry.gyro_deg_s),
+        sensors={name: empty_before(rows) for name, rows in telemetry.sensors.items()},
+        position=position,
+        steps={name: telemetry.step_of(name) for name in ("gyro", *telemetry.sensors)},
+    )
+
+
+def _check_lengths(suite: Suite, sensors: tuple[Floats, ...], vectors: Floats) -> None:
+    """Refuse vectors of another unit."""
+    for index, sensor in enumerate(suite.sensors):
+        seen = np.isfinite(sensors[index][:, 0, 0])
+        expected = np.linalg.norm(vectors[seen, index], axis=1)
+        if len(sensor.channels) != 3 or not expected.any():
+            continue
+        unit = sensor.channel_unit
+        with np.errstate(over="ignore"):
+            measured = np.linalg.norm(sensors[index][seen, 0], axis=1)
+        found, should = (float(np.median(x)) * unit.factor for x in (measured, expected))
+        if not 1.0 / _OTHER_UNIT < found / should < _OTHER_UNIT:
+            ratio = should / found if found else np.inf
+            units = [
+                name
+                for name, factor in UNITS[unit.text].items()
+                if 1.0 / _OTHER_UNIT < ratio / factor < _OTHER_UNIT
+            ]
+            raise ValueError(
+                f"{sensor.name}: vectors of the length {found:.3g} (median), where {should:.5g} "
+                f"{unit.text} are expected, {ratio:.3g} times as much: "
+                + (f"are they in {units[0]}?" if units else "what is their unit?")
+            )

@@ -1,0 +1,50 @@
+"""States that a batch considers and does not estimate."""
+
+from __future__ import annotations
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.smoother import Solution
+
+
+def as_believed(
+    belief: Belief, solution: Solution, states: Floats, covariance: Floats
+) -> tuple[Floats, Floats]:
+    """States and covariance at the last sample with those considered left as they were believed.
+
+    A smoother weighs all readings at once. What it says of other states is then the same whether
+    those considered are estimated beside them or have no gain, and so are the correlations: errors
+    of the best estimate depend on no reading. A filter that goes from sample to sample loses by it.
+
+    Parameters
+    ----------
+    belief : Belief
+        At the first sample.
+    states, covariance : arrays, shapes (n_states,) and (n_states, n_states)
+        With all of them estimated.
+    """
+    c = belief.suite.considered
+    if not c.size:
+        return states, covariance
+    left, added = _without_readings(belief, solution)
+    states, covariance = states.copy(), covariance.copy()
+    states[c] = left[c] * belief.states[c]
+    sigma = left[c] * belief.sigma[c]
+    covariance[np.ix_(c, c)] = sigma[:, None] * belief.correlation[np.ix_(c, c)] * sigma
+    covariance[c, c] += added[c]
+    return states, covariance
+
+
+def _without_readings(belief: Belief, solution: Solution) -> tuple[Floats, Floats]:
+    """By what gyro and sensor states decay until the last sample, and the variance that is new."""
+    parts, move = solution.parts, solution.steps
+    left, added = np.ones_like(belief.sigma), np.zeros_like(belief.sigma)
+    left[parts.constant] = move.growth[-1]
+    driven = parts.driven[3:]
+    decay, new = (np.einsum("nii->ni", matrix)[:, 3:] for matrix in (move.F, move.Q))
+    for k in range(len(decay)):
+        left[driven] *= decay[k]
+        added[driven] = decay[k] ** 2 * added[driven] + new[k]
+    return left, added

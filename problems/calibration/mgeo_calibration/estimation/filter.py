@@ -1,0 +1,208 @@
+"""The error-state filter: what is estimated, of many runs at once, from readings alone.
+
+Runs are the last axis of all arrays but those of readings. With some hundred beside each other
+NumPy's loops over them take little longer than compiled code, and the result of a run depends on
+nothing but its own numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from types import SimpleNamespace
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.fields import Validated, quantity
+from mgeo_attitude.filter.transition import transition
+from mgeo_attitude.geometry.rotation import exponential, multiply, vector
+from mgeo_attitude.sensors.readings import Readings, as_reported
+from mgeo_attitude.sensors.suite import Suite
+
+from mgeo_calibration.estimation.estimate import Estimate, reset
+from mgeo_calibration.estimation.innovation import innovation, jacobian, second_moments
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimator(Validated):
+    """How the filter treats what equation (2) leaves out: terms of second order.
+
+    The default is what `docs/consistency.md` finds to pay; the other settings are there to be
+    compared with it.
+    """
+
+    jacobians: str = quantity(
+        "estimate",
+        choices=("estimate", "aligned"),
+        doc="derivatives of a measurement at the estimated or at no misalignment",
+    )
+    second_order: bool = quantity(
+        True, doc="mean and covariance of the measurement's second-order terms (Jazwinski)"
+    )
+    reset: bool = quantity(
+        True, doc="turn the covariance with the estimate when a rotation is fed back (Markley)"
+    )
+    iterations: int = quantity(
+        1, low=1, doc="evaluations of a measurement per update, each at the estimate before"
+    )
+
+    @staticmethod
+    def plain() -> Estimator:
+        """The textbook's filter, with the H of equation (2)."""
+        return Estimator(jacobians="aligned", second_order=False, reset=False)
+
+
+@dataclass(frozen=True)
+class ErrorStateFilter:
+    """A filter of a suite, multiplicative in rotations; errors are fed back after each update."""
+
+    suite: Suite
+    estimator: Estimator
+
+    def run(
+        self, start: Estimate, readings: Sequence[Readings], rates: Floats, vectors: Floats
+    ) -> Iterator[tuple[Estimate, Estimate, Floats]]:
+        """Estimate at every sample.
+
+        Parameters
+        ----------
+        start : Estimate
+            Before the measurements of the first sample.
+        readings : sequence of r Readings
+            Of runs with the same steps.
+        rates : array, shape (n, 3)
+            Body rate in each step [rad/s] at which the covariance is propagated.
+        vectors : array, shape (n + 1, n_vectors, 3)
+            What the sensors look at and their gradients, GCRS; see `FilterModel.references`.
+
+        Yields
+        ------
+        Estimates before and after the measurements of a sample, and the normalized squares of
+        their innovations, shape (n_sensors, r), NaN where a sensor reports nothing.
+        """
+        at_rate = cache(partial(transition, self.suite))
+        gyro = np.stack([run.gyro for run in readings], axis=1)
+        sensors = [
+            np.stack(runs, axis=1) for runs in zip(*(run.sensors for run in readings), strict=True)
+        ]
+        estimate = start
+        for k in range(len(vectors)):
+            if k:
+                step = float(readings[0].durations[k - 1])
+                F, Q = at_rate(tuple(rates[k - 1].tolist()), step)
+                rest, _ = at_rate((0.0, 0.0, 0.0), step)
+                estimate = self.predict(estimate, gyro[k - 1], step, F, Q, rest)
+            before, nis = estimate, np.full((len(sensors), len(readings)), np.nan)
+            for index, reported in enumerate(sensors):
+                if not np.isnan(reported[k]).all():
+                    estimate, nis[index] = self.update(estimate, index, reported[k], vectors[k])
+            yield before, estimate, nis
+
+    def predict(
+        self, estimate: Estimate, reported: Floats, step: float, F: Floats, Q: Floats, rest: Floats
+    ) -> Estimate:
+        """Over a step [s], equation (3); attitude follows the gyro, corrected by the estimate.
+
+        Parameters
+        ----------
+        reported : array, shape (r, 3)
+            Mean rate that the gyro reports.
+        F, Q, rest : arrays, shape (n_dynamic, n_dynamic)
+            Transition and process noise, see `transition`, and the transition without rotation.
+        """
+        decay, mean_bias = np.diag(rest)[3:, None], -np.diag(rest[:3, 3:6])[:, None] / step
+        gyro, d = self.suite.gyro, self.suite.n_dynamic
+        x = {state: estimate.states[i : i + 3] for state, i in self.suite.places(gyro).items()}
+        for number, state in enumerate((s for s in x if s in gyro.rotations), start=1):
+            x[state] = vector(estimate.rotations[:, :, number])
+        x["bias"] = mean_bias * x["bias"]
+        own = SimpleNamespace(**{state: value.T for state, value in x.items()})
+        turn = exponential(-step * gyro.corrected(own, reported).T)
+        rotations, states = estimate.rotations.copy(), estimate.states.copy()
+        rotations[:, :, 0] = multiply(rotations[:, :, 0], turn.swapaxes(0, 1))
+        states[3:d] *= decay
+        # of the rows of F only those of the attitude are not diagonal
+        top = np.repeat(F[:3, :, None], turn.shape[-1], axis=-1)
+        top[:, :3] = turn
+        P = estimate.covariance.copy()
+        rows = multiply(top, P[:d])
+        attitude = multiply(rows[:, :d], top.swapaxes(0, 1))
+        rows[:, 3:d] *= decay
+        P[3:d] *= decay[:, None]
+        P[:, 3:d] *= decay
+        P[:3], P[:, :3] = rows, rows.swapaxes(0, 1)
+        P[:3, :3] = 0.5 * (attitude + attitude.swapaxes(0, 1))
+        P[:d, :d] += Q[..., None]
+        return Estimate(estimate.places, rotations, states, P)
+
+    def update(
+        self, estimate: Estimate, index: int, readings: Floats, vectors: Floats
+    ) -> tuple[Estimate, Floats]:
+        """By the readings of a sensor, equation (4); states that are considered stay as they are.
+
+        Parameters
+        ----------
+        index : int
+            Number of the sensor in the suite.
+        readings : array, shape (r, k, 3)
+            NaN in runs in which it reports nothing; nothing changes there.
+        vectors : array, shape (n_vectors, 3)
+            What the sensors look at and their gradients, GCRS.
+
+        Returns
+        -------
+        Estimate, and the normalized innovation squared, shape (r,)
+        """
+        options, P, seen = self.estimator, estimate.covariance, ~np.isnan(readings[:, 0, 0])
+        y = as_reported(np.where(seen[:, None, None], readings, 0.0))
+        considered = self.suite.considered
+        predicted = partial(
+            innovation,
+            self.suite,
+            index,
+            y,
+            vectors[index],
+            gradient=tuple(vectors[self.suite.gradient_rows(index)]),
+        )
+        at, e, nis = estimate, np.zeros_like(estimate.states), np.zeros(0)
+        for iteration in range(options.iterations):
+            if iteration:
+                at = estimate.corrected(e, P)
+            r = slopes = predicted(at)
+            if options.jacobians == "aligned":
+                slopes = predicted(at, aligned=True)
+            states, H = jacobian(slopes)
+            HP = multiply(H, P[states])
+            z = r.value + (H * e[states]).sum(axis=1)
+            S = multiply(HP[:, states], H.swapaxes(0, 1))
+            for i, sigma in enumerate(self.suite.sensors[index].noise()):
+                S[i, i] += sigma**2
+            if options.second_order:
+                mean, covariance = second_moments(slopes, P)
+                z, S = z + mean, S + covariance
+            G, w = whiten(S, HP, z)
+            G *= seen
+            e = (G * w[:, None]).sum(axis=0)
+            e[considered] = 0.0
+            if not iteration:
+                nis = np.where(seen, (w * w).sum(axis=0), np.nan)
+        columns = G.swapaxes(0, 1).copy()
+        kept = P[considered[:, None], considered]
+        learned = multiply(columns, G)
+        P = np.subtract(P, learned, out=learned)
+        P[considered[:, None], considered] = kept
+        if options.reset:
+            reset(P, e, estimate.places)
+        return estimate.corrected(e, P), nis
+
+
+def whiten(S: Floats, HP: Floats, z: Floats) -> tuple[Floats, Floats]:
+    """L⁻¹ H P and L⁻¹ z for S = L Lᵀ, by elimination; S not positive definite gives NaN."""
+    rows = np.concatenate([S, HP, z[:, None]], axis=1)
+    with np.errstate(invalid="ignore"):
+        for i, row in enumerate(rows):
+            row /= np.sqrt(row[i])
+            for j in range(i + 1, len(rows)):
+                rows[j] -= row[j] * row
+    return rows[:, len(S) : -1], rows[:, -1]

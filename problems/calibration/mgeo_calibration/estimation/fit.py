@@ -1,0 +1,232 @@
+"""A batch from nothing: a first attitude, a stretch that grows, outliers that are left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from mgeo_attitude._typing import Bools, Floats
+from scipy.stats import chi2
+
+from mgeo_calibration.estimation.batch import Batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.implausible import implausible
+from mgeo_calibration.estimation.linearization import Trajectory
+from mgeo_calibration.estimation.orders import check_orders
+from mgeo_calibration.estimation.residuals import residuals
+from mgeo_calibration.estimation.smoother import LAST, Solution, Spread, solve, spread
+from mgeo_calibration.estimation.start import (
+    accumulated,
+    carried_for,
+    check_unit_of_rates,
+    directions,
+    first_attitude,
+    stretch,
+)
+
+#: Samples to each side of the first stretch, at most, and how much longer each next one is.
+FIRST, GROWTH = 200, 3
+_FEWEST = 10
+_ASTRAY = 1.0  # by how much the gyro's bias may turn the attitude over those, 1-sigma [rad]
+_ITERATIONS = 30
+_LAST_OF_STRETCH = 0.1, 1e-3
+_ROUNDS = 30  # of leaving out outliers
+_RETURNS = 6  # of these in which one may come back
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A batch and the smoother's settled solution of it.
+
+    Attributes
+    ----------
+    rejected : array of bool, shape (s, N)
+        Readings of each sensor that the solution is without: those beyond the gate, and what has
+        come and gone.
+    residuals, chi_squares : arrays, shapes (s, N, 3) and (s, N)
+        See `residuals.residuals`.
+    solution : Solution
+    spread : Spread
+    """
+
+    rejected: Bools
+    residuals: Floats
+    chi_squares: Floats
+    solution: Solution
+    spread: Spread
+
+    @property
+    def batch(self) -> Batch:
+        """With all readings."""
+        return self.solution.batch
+
+
+def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
+    """Estimate everything, whatever the attitude is.
+
+    A short stretch in which the vectors are far apart is solved first, from Wahba's attitude; it
+    grows to both sides, each time from what was found before, carried on by the gyro. From the
+    whole at once a large gyro bias would lead astray.
+
+    Parameters
+    ----------
+    belief : Belief
+        Before the first sample.
+    gate : float
+        Probability that a reading without fault is taken for an outlier.
+
+    Raises
+    ------
+    ValueError
+        If no attitude follows from the vectors, rates are of another unit, quaternions in another
+        order, or more than half of a sensor's readings are outliers.
+    """
+    N = len(batch.times)
+    states = np.tile(belief.states, (N, 1))
+    where = stretch(directions(batch, accumulated(batch, states)), N)
+    check_orders(batch, where, belief)
+    check_unit_of_rates(batch, where, belief)
+    reach = carried_for(batch, belief.sigma[3:6], _ASTRAY)
+    least = min(FIRST, max(_FEWEST, where.stop - where.start, reach))
+    at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)
+    rejected = implausible(batch)  # until the first solution says what is an outlier
+    arcs = np.concatenate([[0], np.flatnonzero(batch.breaks) + 1, [N]])
+    low = high = where.start
+    while high - low < N:
+        more = max(least, where.stop - where.start, (GROWTH - 1) * (high - low))
+        old = low, high
+        low, high = _grown(low, high, more, arcs)
+        at = _carried(batch, at, old, (low, high), arcs)
+        if low == 0 and belief.attitude is not None and batch.breaks[:1].any():
+            at.attitude[0] = belief.attitude
+        part = batch.part(low, high)
+        before = belief if low == 0 else belief.without_attitude()
+        known = Trajectory(at.attitude[low:high], at.states[low:high])
+        last = LAST if high - low == N else _LAST_OF_STRETCH
+        found = settle(part, before, known, gate, last, rejected[:, low:high])
+        at.attitude[low:high] = found.solution.estimate.attitude
+        at.states[low:high] = found.solution.estimate.states
+        rejected[:, low:high] = found.rejected
+    check(found, gate)
+    return found
+
+
+def settle(
+    batch: Batch,
+    belief: Belief,
+    at: Trajectory,
+    gate: float,
+    last: tuple[float, float] = LAST,
+    rejected: Bools | None = None,
+) -> Fit:
+    """Solve from a trajectory until the readings beyond the gate are those that were left out.
+
+    Parameters
+    ----------
+    last : (float, float)
+        Which step is the last; see `Solution.settled`.
+    rejected : array of bool, shape (s, N), optional
+        Readings to begin without.
+    """
+    limit = float(chi2.isf(gate, 3))
+    if rejected is None:
+        rejected = np.zeros((len(batch.sensors), len(batch.times)), dtype=bool)
+    for number in range(_ROUNDS):
+        solution = solve(batch, belief, at, _ITERATIONS, last, rejected)
+        known = spread(solution)
+        left, squares = residuals(solution, known)
+        beyond = squares > limit
+        # readings may come and go for ever: in the end those that went do not come back
+        if number >= _RETURNS:
+            beyond |= rejected
+        ended = not solution.settled(last) or np.array_equal(beyond, rejected)
+        if ended or number == _ROUNDS - 1:
+            break
+        rejected, at = beyond, solution.estimate
+    return Fit(rejected, left, squares, solution, known)
+
+
+def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
+    """Refuse what did not come to an end, or leaves out more of a sensor than it takes.
+
+    Raises
+    ------
+    ValueError
+        Saying what may be wrong.
+    """
+    limit = float(chi2.isf(gate, 3))
+    sensors = found.batch.suite.sensors
+    trackers = [sensor.name for sensor in sensors if len(sensor.channels) == 4]
+    order = (
+        f" Are quaternions of {' and '.join(trackers)} scalar last, from GCRF to the body?"
+        if trackers
+        else ""
+    )
+    for sensor, no, square in zip(sensors, found.rejected, found.chi_squares, strict=True):
+        count = int(np.isfinite(square).sum())
+        if 2 * no.sum() > count > 10:
+            raise ValueError(
+                f"{sensor.name}: {no.sum()} of {count} readings are beyond the chi-square gate "
+                f"{limit:.4g}, their median is {np.nanmedian(square):.3g} where 2.4 is expected: "
+                f"are noise, mounting frame and unit as the scenario has them?{order}"
+            )
+    if not found.solution.settled(last):
+        raise ValueError(
+            "the estimate does not settle: are orbit, epoch and mounting frames those of the "
+            f"satellite?{order}"
+        )
+
+
+def _grown(low: int, high: int, more: int, arcs: np.ndarray) -> tuple[int, int]:
+    """So many samples more on both sides; what lies beyond a break is added as a whole."""
+    N = int(arcs[-1])
+    left, right = max(0, low - more), min(N, high + more)
+    first = int(arcs[np.searchsorted(arcs, low, side="right") - 1])
+    last = int(arcs[np.searchsorted(arcs, max(high, low + 1), side="left")])
+    if left < first:
+        left = int(arcs[np.searchsorted(arcs, left, side="right") - 1])
+    if right > last:
+        right = int(arcs[np.searchsorted(arcs, right, side="left")])
+    return left, right
+
+
+def _carried(
+    batch: Batch, at: Trajectory, old: tuple[int, int], new: tuple[int, int], arcs: np.ndarray
+) -> Trajectory:
+    """The trajectory with what is new: carried on by the gyro, or by Wahba's problem."""
+    (low, high), (left, right) = old, new
+    states, attitude = at.states, at.attitude
+    processes, m = batch.suite.processes, batch.suite.n_dynamic
+    if high > low:
+        for k, span in ((low, slice(left, low)), (high - 1, slice(high, right))):
+            states[span] = states[k]
+            elapsed = batch.times[span, None] - batch.times[k]
+            states[span, 3:6] *= np.exp(-batch.suite.gyro.bias_decay * elapsed)
+            for process, i in zip(
+                processes.values(), range(batch.suite.n_kinematic, m, 3), strict=True
+            ):
+                decay, _ = process.over(np.abs(elapsed))
+                states[span, i : i + 3] *= decay
+    for first, end in pairwise(arcs.tolist()):
+        a, b = max(first, left), min(end, right)
+        known = max(a, low), min(b, high)
+        if a >= b:
+            continue
+        part = batch.part(a, b)
+        if known[0] >= known[1]:
+            attitude[a:b] = _attitude(part, states[a:b])
+            continue
+        relative = accumulated(part, states[a:b])
+        for k, span in ((known[0], slice(a, known[0])), (known[1] - 1, slice(known[1], b))):
+            frame = attitude[k] @ relative[k - a].T
+            attitude[span] = frame @ relative[span.start - a : span.stop - a]
+    return at
+
+
+def _attitude(part: Batch, states: Floats) -> Floats:
+    """By Wahba's problem; of a piece whose vectors do not say, any."""
+    try:
+        return first_attitude(part, states)[0]
+    except ValueError:
+        return accumulated(part, states)

@@ -1,0 +1,194 @@
+"""Every reading against all others, and against those before it, compiled."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from mgeo_calibration.estimation.kernels.algebra import cholesky, helper, square
+
+loop = njit(cache=True, error_model="numpy", nogil=True)
+
+
+@loop
+def all_others(there, used, sights, growth, e, common, given, slope, root, residuals, found):
+    """Square of every residual to what all other readings say, over its covariance.
+
+    Parameters
+    ----------
+    there, used : arrays of bool, shape (s, N)
+        Where there is a reading, and where the smoother has taken it.
+    sights : z, H, noise, counts, columns
+        See `linearization.Sightings`.
+    e, common : arrays, shapes (N, d) and (q,)
+        Smoothed errors.
+    given, slope : arrays, shapes (N, n, n) and (N, n, q)
+        See `smoother.Spread`; of all errors that readings depend on.
+    root : array, shape (q, q)
+        S, an upper triangle, with S Sᵀ the covariance of c.
+    residuals, found : arrays, shapes (s, N, 3) and (s, N)
+        Written.
+    """
+    z, H, noise, counts, columns = sights
+    (N, d), q = e.shape, slope.shape[2]
+    total, spread, V, r = np.empty((3, q)), np.empty((3, q)), np.empty((3, 3)), np.empty(3)
+    for s in range(len(there)):
+        nd, nc = counts[s]
+        for k in range(N):
+            if not there[s, k]:
+                continue
+            for i in range(3):
+                r[i] = z[s, k, i]
+                for j in range(q):
+                    total[i, j] = spread[i, j] = 0.0
+                for a in range(nd):
+                    f, row = H[s, k, i, a], columns[s, a]
+                    r[i] -= f * e[k, row]
+                    for j in range(q):
+                        total[i, j] += f * slope[k, row, j]
+                for a in range(nc):
+                    row = columns[s, nd + a]
+                    f = H[s, k, i, nd + a] * growth[k, row]
+                    r[i] -= f * common[d + row]
+                    total[i, d + row] += f
+            for m in range(q):
+                f0, f1, f2 = total[0, m], total[1, m], total[2, m]
+                for j in range(m, q):
+                    spread[0, j] += f0 * root[m, j]
+                    spread[1, j] += f1 * root[m, j]
+                    spread[2, j] += f2 * root[m, j]
+            sign = -1.0 if used[s, k] else 1.0
+            for i in range(3):
+                for j in range(i + 1):
+                    value = 0.0
+                    for m in range(q):
+                        value += spread[i, m] * spread[j, m]
+                    for a in range(nd):
+                        partial, row = 0.0, columns[s, a]
+                        for b in range(nd):
+                            partial += given[k, row, columns[s, b]] * H[s, k, j, b]
+                        value += H[s, k, i, a] * partial
+                    V[i, j] = sign * value
+                V[i, i] += noise[s, i] * noise[s, i]
+                residuals[s, k, i] = r[i]
+            cholesky(V, 3)
+            found[s, k] = square(V, r, 3)
+
+
+@loop
+def those_before(seen, readings, kept, root, common, white, errors, until):
+    """The filter of e and c together, from that of a known c.
+
+    Potter's square root of the covariance of c, by one number of a whitened reading at a time
+    (G. J. Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, chapter II).
+
+    Parameters
+    ----------
+    root, common : arrays, shapes (q, q) and (q,)
+        Of what is believed of c; in the end of what all readings say.
+    white : array, shape (s, N, 3)
+        Written: innovations, whitened.
+    errors, until : arrays, shapes (N, d) and (N, d, d), or empty
+        Written: estimated errors at every sample, and their covariance.
+    """
+    N, d, q = kept[1].shape
+    phi, small, spread = np.empty((3, q)), np.empty((4, 3)), np.empty((d, q))
+    for k in range(N):
+        for s in range(len(seen)):
+            if seen[s, k]:
+                potter(s, k, readings, root, common, white, phi, small)
+        if len(until):
+            estimate(k, kept, root, common, spread, errors, until)
+
+
+@helper
+def potter(s, k, readings, root, common, white, phi, small):
+    """Take the three numbers of a reading, one after the other, in two passes through the root.
+
+    A number with derivative w turns the root S into S (I - β φᵀ φ), φ = w S, and all φ follow from
+    those of the first root: φ₂ (I - β φ₁ᵀ φ₁) is seen after the first, and so on. `phi` and `small`
+    are room.
+    """
+    w, W = readings[2], readings[3]
+    q = len(root)
+    off, variance, beta, along = small[0], small[1], small[2], small[3]
+    for i in range(3):
+        off[i] = w[s, k, i]
+        for j in range(q):
+            phi[i, j] = 0.0
+    for m in range(q):
+        f0, f1, f2 = W[s, k, 0, m], W[s, k, 1, m], W[s, k, 2, m]
+        off[0] -= f0 * common[m]
+        off[1] -= f1 * common[m]
+        off[2] -= f2 * common[m]
+        for j in range(q):
+            phi[0, j] += f0 * root[m, j]
+            phi[1, j] += f1 * root[m, j]
+            phi[2, j] += f2 * root[m, j]
+    for i in range(3):
+        for n in range(i):
+            total = dot(phi, i, n)
+            off[i] -= total * off[n] / variance[n]
+            for j in range(q):
+                phi[i, j] -= beta[n] * total * phi[n, j]
+        variance[i] = 1.0 + dot(phi, i, i)
+        root_of = math.sqrt(variance[i])
+        beta[i] = 1.0 / (variance[i] + root_of)
+        white[s, k, i] = off[i] / root_of
+    along[0] = beta[0] * dot(phi, 0, 1)
+    along[1] = beta[0] * dot(phi, 0, 2)
+    along[2] = beta[1] * dot(phi, 1, 2)
+    for i in range(3):
+        off[i] /= variance[i]
+    for m in range(q):
+        s0 = s1 = s2 = t0 = t1 = t2 = u0 = u1 = u2 = 0.0
+        for j in range(0, q, 3):
+            a, b, c = root[m, j], root[m, j + 1], root[m, j + 2]
+            s0 += a * phi[0, j]
+            s1 += a * phi[1, j]
+            s2 += a * phi[2, j]
+            t0 += b * phi[0, j + 1]
+            t1 += b * phi[1, j + 1]
+            t2 += b * phi[2, j + 1]
+            u0 += c * phi[0, j + 2]
+            u1 += c * phi[1, j + 2]
+            u2 += c * phi[2, j + 2]
+        s0 += t0 + u0
+        s1 += t1 + u1 - along[0] * s0
+        s2 += t2 + u2 - along[1] * s0 - along[2] * s1
+        common[m] += s0 * off[0] + s1 * off[1] + s2 * off[2]
+        s0, s1, s2 = beta[0] * s0, beta[1] * s1, beta[2] * s2
+        for j in range(q):
+            root[m, j] -= s0 * phi[0, j] + s1 * phi[1, j] + s2 * phi[2, j]
+
+
+@helper
+def estimate(k, kept, root, common, spread, errors, until):
+    """Errors e of a sample, x + T c, and their covariance; `spread` is room."""
+    x, T, P = kept
+    d, q = spread.shape
+    for i in range(d):
+        errors[k, i] = x[k, i]
+        for j in range(q):
+            spread[i, j] = 0.0
+        for m in range(q):
+            f = T[k, i, m]
+            errors[k, i] += f * common[m]
+            for j in range(q):
+                spread[i, j] += f * root[m, j]
+        for j in range(i + 1):
+            total = P[k, i, j]
+            for m in range(q):
+                total += spread[i, m] * spread[j, m]
+            until[k, i, j] = until[k, j, i] = total
+
+
+@helper
+def dot(A, i, n):
+    """Of two rows, whose length is a multiple of three."""
+    s0 = s1 = s2 = 0.0
+    for j in range(0, A.shape[1], 3):
+        s0 += A[i, j] * A[n, j]
+        s1 += A[i, j + 1] * A[n, j + 1]
+        s2 += A[i, j + 2] * A[n, j + 2]
+    return s0 + s1 + s2

@@ -1,0 +1,254 @@
+"""The filter of a batch, linear about a trajectory, compiled.
+
+Driven errors e_k follow from noise and from c: errors at the first sample and those of the
+constants. The filter is that of a known c, with what its estimate and its innovations change by
+with c beside it (B. Friedland, Treatment of bias in recursive filtering, IEEE Transactions on
+Automatic Control 14 (1969) 359-367): so the covariance begins at zero and stays well conditioned,
+however little is known of c and however good the gyro is.
+
+Arrays are written in place. States come in threes, and so do the sums of the innermost loops, which
+go along rows: the processor takes several entries at once. Nothing is a slice of an array, whose
+owner would have to be counted.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from mgeo_calibration.estimation.kernels.algebra import cholesky, helper, square
+
+loop = njit(cache=True, error_model="numpy", nogil=True)
+
+#: From where on the variance of a predicted reading is so much above its noise that subtracting
+#: what is learned would leave few digits; then Joseph's sum of squares is taken.
+LARGE = 100.0
+
+
+@loop
+def forward(moves, seen, sights, growth, kept, readings, R):
+    """The filter over all samples; the sum of squares of steps and readings.
+
+    Parameters
+    ----------
+    moves : F, G, Q, defect, shapes (n, d, d), (n, d, c), (n, d, d), (n, d)
+    seen : array of bool, shape (s, N)
+    sights : z, H, noise, counts, columns
+        See `linearization.Sightings`.
+    growth : array, shape (N, c)
+    kept : x, T, P, shapes (N, d), (N, d, q), (N, d, d)
+        Written: e = x + T c, with covariance P, after the readings of a sample.
+    readings : Hw, K, w, W, shapes (s, N, 3, p), (s, N, 3, d), (s, N, 3), (s, N, 3, q)
+        Written; see `update`.
+    R : array, shape (q, q + 1)
+        Triangle of the equations of c and their right sides: what is believed of c, in the end
+        what all readings say.
+    """
+    x, T, P = kept
+    z, noise = sights[0], sights[2]
+    N, d, q = T.shape
+    room, y, A, cost = np.zeros((2 * d + 3, d)), np.empty(d), np.empty((3, q + 1)), 0.0
+    for i in range(d):
+        x[0, i] = 0.0
+        for m in range(q):
+            T[0, i, m] = 1.0 if i == m else 0.0
+        for m in range(d):
+            P[0, i, m] = 0.0
+    for k in range(N):
+        if k:
+            predict(moves, k, x, T, P, room)
+            cost += squares(moves[2], moves[3], k - 1, room, y)
+        for s in range(len(seen)):
+            if seen[s, k]:
+                for i in range(3):
+                    cost += (z[s, k, i] / noise[s, i]) ** 2
+                update(sights, s, k, growth, kept, readings, room)
+                learn(s, k, readings, R, A)
+    return cost
+
+
+@helper
+def predict(moves, k, x, T, P, room):
+    """To sample k from the one before; rows of F from the fourth on are of a diagonal."""
+    F, G, Q, defect = moves
+    _, d, q = T.shape
+    n = k - 1
+    for i in range(3):
+        x[k, i] = defect[n, i]
+        for m in range(d):
+            room[i, m] = 0.0
+            T[k, i, m] = 0.0
+        for m in range(d, q):
+            T[k, i, m] = G[n, i, m - d]
+        for j in range(0, d, 3):
+            f0, f1, f2 = F[n, i, j], F[n, i, j + 1], F[n, i, j + 2]
+            if f0 != 0.0 or f1 != 0.0 or f2 != 0.0:
+                x[k, i] += f0 * x[n, j] + f1 * x[n, j + 1] + f2 * x[n, j + 2]
+                for m in range(q):
+                    T[k, i, m] += f0 * T[n, j, m] + f1 * T[n, j + 1, m] + f2 * T[n, j + 2, m]
+                for m in range(d):
+                    room[i, m] += f0 * P[n, j, m] + f1 * P[n, j + 1, m] + f2 * P[n, j + 2, m]
+    for i in range(3, d):
+        f = F[n, i, i]
+        x[k, i] = defect[n, i] + f * x[n, i]
+        for m in range(q):
+            T[k, i, m] = f * T[n, i, m]
+        for m in range(d):
+            room[i, m] = f * P[n, i, m]
+    for i in range(d):
+        for j in range(min(i + 1, 3)):
+            total = Q[n, i, j]
+            for m in range(d):
+                total += room[i, m] * F[n, j, m]
+            P[k, i, j] = P[k, j, i] = total
+        for j in range(3, i + 1):
+            P[k, i, j] = P[k, j, i] = Q[n, i, j] + room[i, j] * F[n, j, j]
+
+
+@helper
+def update(sights, s, k, growth, kept, readings, room):
+    """By one reading: x, T and P; the rest is kept for the smoother.
+
+    With V = H P Hᵀ + R = L Lᵀ, Hw is L⁻¹ H, K is L⁻¹ H P, and w - W c is the whitened innovation.
+    """
+    z, H, noise, counts, columns = sights
+    x, T, P = kept
+    Hw, K, w, W = readings
+    _, d, q = T.shape
+    nd = counts[s, 0]
+    for i in range(3):
+        w[s, k, i] = z[s, k, i]
+        for m in range(d):
+            K[s, k, i, m] = 0.0
+        for m in range(q):
+            W[s, k, i, m] = 0.0
+        for j in range(0, nd, 3):
+            row = columns[s, j]
+            h0, h1, h2 = H[s, k, i, j], H[s, k, i, j + 1], H[s, k, i, j + 2]
+            w[s, k, i] -= h0 * x[k, row] + h1 * x[k, row + 1] + h2 * x[k, row + 2]
+            for m in range(d):
+                K[s, k, i, m] += h0 * P[k, row, m] + h1 * P[k, row + 1, m] + h2 * P[k, row + 2, m]
+            for m in range(q):
+                W[s, k, i, m] += h0 * T[k, row, m] + h1 * T[k, row + 1, m] + h2 * T[k, row + 2, m]
+        for j in range(nd, nd + counts[s, 1]):
+            column = columns[s, j]
+            W[s, k, i, d + column] += H[s, k, i, j] * growth[k, column]
+    large, L = False, room[-3:]
+    for i in range(3):
+        for j in range(i + 1):
+            total = 0.0
+            for m in range(nd):
+                total += K[s, k, i, columns[s, m]] * H[s, k, j, m]
+            L[i, j] = total
+        large |= L[i, i] > LARGE * noise[s, i] * noise[s, i]
+        L[i, i] += noise[s, i] * noise[s, i]
+    # Cholesky's factor, and what is multiplied by its inverse, row by row
+    l0 = 1.0 / math.sqrt(L[0, 0])
+    l10, l20 = L[1, 0] * l0, L[2, 0] * l0
+    l1 = 1.0 / math.sqrt(L[1, 1] - l10 * l10)
+    l21 = (L[2, 1] - l20 * l10) * l1
+    l2 = 1.0 / math.sqrt(L[2, 2] - l20 * l20 - l21 * l21)
+    for m in range(nd):
+        a = H[s, k, 0, m] * l0
+        b = (H[s, k, 1, m] - l10 * a) * l1
+        Hw[s, k, 0, m], Hw[s, k, 1, m] = a, b
+        Hw[s, k, 2, m] = (H[s, k, 2, m] - l20 * a - l21 * b) * l2
+    for m in range(d):
+        a = K[s, k, 0, m] * l0
+        b = (K[s, k, 1, m] - l10 * a) * l1
+        K[s, k, 0, m], K[s, k, 1, m] = a, b
+        K[s, k, 2, m] = (K[s, k, 2, m] - l20 * a - l21 * b) * l2
+    for m in range(q):
+        a = W[s, k, 0, m] * l0
+        b = (W[s, k, 1, m] - l10 * a) * l1
+        W[s, k, 0, m], W[s, k, 1, m] = a, b
+        W[s, k, 2, m] = (W[s, k, 2, m] - l20 * a - l21 * b) * l2
+    w0 = w[s, k, 0] * l0
+    w1 = (w[s, k, 1] - l10 * w0) * l1
+    w2 = (w[s, k, 2] - l20 * w0 - l21 * w1) * l2
+    w[s, k, 0], w[s, k, 1], w[s, k, 2] = w0, w1, w2
+    if large:
+        L[0, 0], L[1, 0], L[1, 1] = 1.0 / l0, l10, 1.0 / l1
+        L[2, 0], L[2, 1], L[2, 2] = l20, l21, 1.0 / l2
+        joseph(P[k], K[s, k], Hw[s, k], L, noise[s], nd, columns[s], room)
+    for j in range(d):
+        f0, f1, f2 = K[s, k, 0, j], K[s, k, 1, j], K[s, k, 2, j]
+        x[k, j] += f0 * w0 + f1 * w1 + f2 * w2
+        for m in range(q):
+            T[k, j, m] -= f0 * W[s, k, 0, m] + f1 * W[s, k, 1, m] + f2 * W[s, k, 2, m]
+        if not large:
+            for m in range(d):
+                P[k, j, m] -= f0 * K[s, k, 0, m] + f1 * K[s, k, 1, m] + f2 * K[s, k, 2, m]
+
+
+@helper
+def learn(s, k, readings, R, A):
+    """Put a whitened reading into the triangle R of c, by Householder's reflections."""
+    w, W = readings[2], readings[3]
+    q = len(R)
+    for i in range(3):
+        for m in range(q):
+            A[i, m] = W[s, k, i, m]
+        A[i, q] = w[s, k, i]
+    for j in range(q):
+        a0, a1, a2, r = A[0, j], A[1, j], A[2, j], R[j, j]
+        tail = a0 * a0 + a1 * a1 + a2 * a2
+        if tail == 0.0:
+            continue
+        length = math.copysign(math.sqrt(r * r + tail), r)
+        first = r + length
+        factor = 1.0 / (length * first)
+        R[j, j] = -length
+        for m in range(j + 1, q + 1):
+            f = factor * (first * R[j, m] + a0 * A[0, m] + a1 * A[1, m] + a2 * A[2, m])
+            R[j, m] -= f * first
+            A[0, m] -= f * a0
+            A[1, m] -= f * a1
+            A[2, m] -= f * a2
+
+
+@helper
+def joseph(P, K, Hw, V, noise, nd, columns, room):
+    """P ← (I - Kᵀ Hw) P (I - Kᵀ Hw)ᵀ + Kᵀ L⁻¹ R L⁻ᵀ K."""
+    d = len(P)
+    A, AP = room[:d], room[d : 2 * d]
+    for i in range(d):
+        for j in range(d):
+            A[i, j] = 1.0 if i == j else 0.0
+        for m in range(3):
+            for j in range(nd):
+                A[i, columns[j]] -= K[m, i] * Hw[m, j]
+    for i in range(d):
+        for j in range(d):
+            total = 0.0
+            for k in range(d):
+                total += A[i, k] * P[k, j]
+            AP[i, j] = total
+    # gain Kᵀ L⁻¹, by back substitution
+    gain = np.empty((d, 3))
+    for i in range(d):
+        for m in range(2, -1, -1):
+            total = K[m, i]
+            for k in range(m + 1, 3):
+                total -= V[k, m] * gain[i, k]
+            gain[i, m] = total / V[m, m]
+    for i in range(d):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(d):
+                total += AP[i, k] * A[j, k]
+            for m in range(3):
+                total += gain[i, m] * noise[m] * noise[m] * gain[j, m]
+            P[i, j] = P[j, i] = total
+
+
+@helper
+def squares(Q, defect, k, L, y):
+    """defectᵀ Q⁻¹ defect of a step; L and y are room."""
+    d = len(y)
+    for i in range(d):
+        y[i] = defect[k, i]
+        for j in range(i + 1):
+            L[i, j] = Q[k, i, j]
+    cholesky(L, d)
+    return square(L, y, d)

@@ -1,0 +1,143 @@
+"""What a Monte Carlo simulation gives: errors and what the filter said of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from mgeo_attitude._typing import Floats, Ints
+
+_AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Record:
+    """What is recorded of n runs at m samples; see `MonteCarlo`."""
+
+    errors: Floats
+    sigma: Floats
+    nees: Floats
+    nis: Floats
+    updates: Ints
+    broken: Floats
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MonteCarlo(Record):
+    """n runs of one plan at m samples, the whole scenario long unless it was told to end before.
+
+    Errors are truth less estimate in the filter's units (rad, rad/s, dimensionless; the field in
+    units of 50 µT); those of attitude and misalignments are the vectors of the rotations that
+    remain.
+
+    Attributes
+    ----------
+    blocks : tuple of str
+        Names of the state's 3-vectors.
+    sensors : tuple of str
+    design : array, shape (4 k,)
+        The plan.
+    t_end : float
+        When the linear filter has converged, first objective of equation (5) [s]; a sample.
+    times : array, shape (m,)
+        [s], from 0 to the scenario's duration, or until when it was simulated.
+    predicted : array, shape (m, n_states)
+        1-sigma that the linear covariance promises for the plan.
+    errors : array, shape (n, m, n_states)
+    sigma : array, shape (n, m, n_states)
+        1-sigma that the estimator of each run claims.
+    nees : array, shape (n, m)
+        Normalized estimation error squared, eᵀ P⁻¹ e; its mean over runs should be n_states.
+    nis : array, shape (n, m, n_sensors)
+        Sum of normalized innovations squared, rᵀ S⁻¹ r, since the sample before.
+    updates : array of int, shape (n, m, n_sensors)
+        Number of innovations in `nis`; the mean of each should be 3.
+    path_limits : tuple of str
+        Labels of the scenario's path limits: ``Sun off camera``.
+    broken : array, shape (n, 2, n_path_limits)
+        Share of the time until `t_end` in which each was broken; see `broken_limits`.
+    """
+
+    blocks: tuple[str, ...]
+    sensors: tuple[str, ...]
+    design: Floats
+    t_end: float
+    times: Floats
+    predicted: Floats
+    path_limits: tuple[str, ...]
+
+    @property
+    def n_runs(self) -> int:
+        return len(self.errors)
+
+    @property
+    def n_states(self) -> int:
+        return 3 * len(self.blocks)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Name of every state: ``attitude.x``, ``attitude.y``..."""
+        return tuple(f"{block}.{axis}" for block in self.blocks for axis in _AXES)
+
+    @property
+    def rms(self) -> Floats:
+        """Root of the mean square error over the runs, shape (m, n_states)."""
+        rms: Floats = np.sqrt((self.errors**2).mean(axis=0))
+        return rms
+
+    def sample(self, time: float | None = None) -> int:
+        """Number of the sample nearest to a time [s]; `t_end` if none is given."""
+        return int(np.argmin(np.abs(self.times - (self.t_end if time is None else time))))
+
+    def table(self, time: float | None = None) -> pd.DataFrame:
+        """Every state at a time [s], `t_end` if none is given.
+
+        Columns, in the filter's units: ``predicted``, the linear covariance's 1-sigma;
+        ``claimed``, the estimators' (root mean square over the runs); ``rms`` error; ``ratio`` of
+        rms error to predicted; ``within 3 sigma``, the fraction of runs whose error is within
+        three times what their estimator claims.
+        """
+        k = self.sample(time)
+        rms = self.rms[k]
+        return pd.DataFrame(
+            {
+                "predicted": self.predicted[k],
+                "claimed": np.sqrt((self.sigma[:, k] ** 2).mean(axis=0)),
+                "rms": rms,
+                "ratio": rms / self.predicted[k],
+                "within 3 sigma": (np.abs(self.errors[:, k]) <= 3.0 * self.sigma[:, k]).mean(0),
+            },
+            index=pd.Index(self.states, name="state"),
+        )
+
+    def broken_limits(self) -> pd.DataFrame:
+        """How often each path limit was truly broken until `t_end`, without margin; a row for each.
+
+        Two satellites are looked at. One is *steered*: its controller turns it until the estimated
+        attitude is the plan's, so that the true one is off the plan by the error of the estimate,
+        before the measurements of the sample. The other flies the plan's rates *open loop*, as all
+        runs here, and keeps the error of its first attitude. The errors of the estimate are those
+        of the open-loop run; along the other path they differ by terms of second order.
+
+        Columns: share of flights in which it was broken at any time, and of the time of all.
+        """
+        ever, share = (self.broken > 0.0).mean(axis=0), self.broken.mean(axis=0)
+        columns = {}
+        for i, way in enumerate(("steered", "open loop")):
+            columns[f"{way}: flights [%]"] = 100.0 * ever[i]
+            columns[f"{way}: time [%]"] = 100.0 * share[i]
+        return pd.DataFrame(columns, index=pd.Index(self.path_limits, name="path limit"))
+
+    def history(self) -> pd.DataFrame:
+        """Every sample: ``nees`` (mean over runs, per state) and ``nis <sensor>`` (per component).
+
+        All should be about 1. A sensor that measured nothing since the sample before has NaN.
+        """
+        columns = {"nees": self.nees.mean(axis=0) / self.n_states}
+        total, count = self.nis.sum(axis=0), 3 * self.updates.sum(axis=0)
+        with np.errstate(invalid="ignore"):
+            per_component = total / count
+        for index, sensor in enumerate(self.sensors):
+            columns[f"nis {sensor}"] = per_component[:, index]
+        return pd.DataFrame(columns, index=pd.Index(self.times, name="time [s]"))

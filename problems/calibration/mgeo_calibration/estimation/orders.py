@@ -1,0 +1,77 @@
+"""Quaternions in another order or direction than is expected, found by what else was seen."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+from scipy.spatial.transform import Rotation
+
+from mgeo_calibration.estimation.batch import Batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.start import accumulated, checked, directions, wahba
+
+#: What four numbers may be by mistake: in words, which of them are (x, y, z, scalar), and whether
+#: the rotation is the inverse.
+ORDERS = (
+    ("scalar first", (1, 2, 3, 0), False),
+    ("from the body to GCRF", (0, 1, 2, 3), True),
+    ("scalar first, from the body to GCRF", (1, 2, 3, 0), True),
+)
+_BETTER = 0.1  # an order is called wrong if another leaves this share of the disagreement
+
+
+def check_orders(batch: Batch, where: slice, belief: Belief) -> None:
+    """Refuse quaternions that agree with all else if they are read in another way.
+
+    Attitudes that are wrong alike may agree with each other; so what counts is the sensor that
+    agrees least with one attitude, carried by the gyro. Nothing is found of a tracker that was
+    mounted otherwise than along the body axes.
+
+    Parameters
+    ----------
+    where : slice
+        Samples among which the vectors are far apart, see `start.stretch`.
+    belief : Belief
+        What is known of the gyro's bias.
+
+    Raises
+    ------
+    ValueError
+        Naming the sensor, and how its quaternions are to be read.
+    """
+    trackers = [i for i, rows in enumerate(batch.sensors) if rows.shape[1] == 3]
+    if not trackers:
+        return
+    part, states = checked(batch, where, belief)
+    relative = accumulated(part, states)
+    found = _disagreement(part, relative)
+    for i in trackers:
+        for words, order, inverse in ORDERS:
+            sensors = list(part.sensors)
+            sensors[i] = reread(sensors[i], order, inverse)
+            other = dataclasses.replace(part, sensors=tuple(sensors))
+            if _disagreement(other, relative) < _BETTER * found:
+                raise ValueError(
+                    f"{batch.suite.sensors[i].name}: its quaternions agree with gyro and other "
+                    f"sensors if they are read as {words}: expected scalar last, from GCRF to the "
+                    "body"
+                )
+
+
+def reread(axes: Floats, order: tuple[int, ...], inverse: bool) -> Floats:
+    """Axes, shape (n, 3, 3), of the same quaternions with their numbers in another order."""
+    found = np.full_like(axes, np.nan)
+    there = np.isfinite(axes).all(axis=(1, 2))
+    rotations = Rotation.from_quat(Rotation.from_matrix(axes[there]).as_quat()[:, order])
+    found[there] = (rotations.inv() if inverse else rotations).as_matrix()
+    return found
+
+
+def _disagreement(batch: Batch, relative: Floats) -> float:
+    """Median square residual of the sensor that agrees least with one attitude."""
+    seen = directions(batch, relative)
+    rotation, _ = wahba(seen, np.ones(len(seen.samples), dtype=bool))
+    square = ((seen.inertial - seen.body @ rotation.T) ** 2).sum(axis=1)
+    return max(float(np.median(square[seen.sensor == one])) for one in np.unique(seen.sensor))

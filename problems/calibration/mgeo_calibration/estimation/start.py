@@ -1,0 +1,205 @@
+"""A first attitude from vectors alone: Wahba's problem over a stretch of samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from mgeo_attitude._typing import Bools, Floats, Ints
+from scipy.spatial.transform import Rotation
+
+from mgeo_calibration.estimation.batch import Batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.linearization import turns
+
+#: Lengths of stretches to look at, in samples; the first that will do is taken.
+LENGTHS = (10, 30, 100, 300, 1000, 3000)
+#: Directions have to be this far apart: the second eigenvalue of their mean dyad; 20° between two.
+SPREAD = 0.03
+#: Units that a gyro's rates may be in by mistake, and what they would have to be multiplied by.
+_UNITS = {"rad/s": np.degrees(1.0), "deg/h": 1.0 / 3600.0, "rev/min": 6.0, "mdeg/s": 1e-3}
+_BETTER = 0.1  # a unit is called wrong if another leaves this share of the residual
+_CHECKED = 300  # samples that are looked at, at most
+_FEWEST = 10
+_ASTRAY = 0.5  # by how much the gyro's bias may turn the attitude there, 1-sigma [rad]
+_CHANCE = 5.0  # prior 1-sigmas of a bias by which rates may be off
+
+
+@dataclass(frozen=True, eq=False)
+class Directions:
+    """Unit vectors that were seen, m of them, in the body axes of sample 0, and what they are.
+
+    Attributes
+    ----------
+    samples : array of int, shape (m,)
+    sensor : array of int, shape (m,)
+    weight : array, shape (m,)
+        All sensors together weigh the same, how often each may have reported.
+    body, inertial : arrays, shape (m, 3)
+    """
+
+    samples: Ints
+    sensor: Ints
+    weight: Floats
+    body: Floats
+    inertial: Floats
+
+
+def first_attitude(batch: Batch, states: Floats) -> tuple[Floats, slice]:
+    """Attitudes, body to GCRS, shape (N, 3, 3), by Wahba's problem; and where it was solved.
+
+    Rates of the gyro carry the attitude between samples; `breaks` count for nothing.
+
+    Parameters
+    ----------
+    states : array, shape (N, n_states)
+
+    Raises
+    ------
+    ValueError
+        If nowhere vectors are far enough apart.
+    """
+    relative = accumulated(batch, states)
+    seen = directions(batch, relative)
+    where = stretch(seen, len(batch.times))
+    chosen = (seen.samples >= where.start) & (seen.samples < where.stop)
+    rotation, _ = wahba(seen, chosen)
+    return rotation @ relative, where
+
+
+def carried_for(batch: Batch, sigma: Floats, angle: float) -> int:
+    """Samples over which the gyro's bias turns the attitude by an angle [rad], 1-sigma.
+
+    Parameters
+    ----------
+    sigma : array, shape (3,)
+        Of the bias [rad/s].
+    """
+    return int(min(len(batch.times), angle / (np.linalg.norm(sigma) * np.median(batch.durations))))
+
+
+def checked(batch: Batch, where: slice, belief: Belief) -> tuple[Batch, Floats]:
+    """Samples about a stretch over which the gyro can be believed, and their prior states."""
+    middle = (where.start + where.stop) // 2
+    half = min(_CHECKED, max(_FEWEST, carried_for(batch, belief.sigma[3:6], _ASTRAY))) // 2
+    part = batch.part(max(0, middle - half), min(len(batch.times), middle + half))
+    return part, np.tile(belief.states, (len(part.times), 1))
+
+
+def check_unit_of_rates(batch: Batch, where: slice, belief: Belief) -> None:
+    """Refuse a gyro of another unit: with another the vectors would turn far more consistently.
+
+    A unit that changes rates by no more than their bias may be is none to refuse.
+
+    Parameters
+    ----------
+    where : slice
+        Samples among which the vectors are far apart, see `stretch`.
+    belief : Belief
+        What is known of the gyro's bias.
+
+    Raises
+    ------
+    ValueError
+        Naming that unit.
+    """
+    part, states = checked(batch, where, belief)
+    rate = float(np.median(np.linalg.norm(part.gyro, axis=1)))
+
+    def residual(factor: float) -> float:
+        scaled = replace(part, gyro=factor * part.gyro, change=factor * part.change)
+        seen = directions(scaled, accumulated(scaled, states))
+        return wahba(seen, np.ones(len(seen.samples), dtype=bool))[1]
+
+    least = _CHANCE * np.linalg.norm(belief.sigma[3:6])
+    left = {u: residual(f) for u, f in _UNITS.items() if abs(f - 1.0) * rate > least}
+    unit = min(left, key=lambda unit: left[unit], default="")
+    if left and left[unit] < _BETTER * residual(1.0):
+        raise ValueError(
+            f"gyro: the vectors turn as if its rates were in {unit}, not deg/s (a factor of "
+            f"{_UNITS[unit]:.4g})"
+        )
+
+
+def accumulated(batch: Batch, states: Floats) -> Floats:
+    """Rotations from the body axes of every sample to those of the first, shape (N, 3, 3)."""
+    _, turn = turns(batch, states)
+    R = np.concatenate([np.eye(3)[None], turn.swapaxes(1, 2)])
+    reach = 1
+    while reach < len(R):  # products of 2, 4, 8... steps
+        R[reach:] = R[:-reach] @ R[reach:]
+        reach *= 2
+    return R
+
+
+def directions(batch: Batch, relative: Floats) -> Directions:
+    """All vectors of all sensors; those of a sensor of several are the axes of GCRS."""
+    samples, sensors, weights, body, inertial = [], [], [], [], []
+    for index, rows in enumerate(batch.sensors):
+        k = np.flatnonzero(np.isfinite(rows[:, 0, 0]))
+        for i in range(rows.shape[1]):
+            known = (
+                batch.vectors[k, index]
+                if rows.shape[1] == 1
+                else np.tile(np.eye(3)[i], (len(k), 1))
+            )
+            lengths = [np.linalg.norm(v, axis=1) for v in (rows[k, i], known)]
+            some = (lengths[0] > 0.0) & (lengths[1] > 0.0)
+            turned = np.einsum("nij,nj->ni", relative[k], rows[k, i])
+            samples.append(k[some])
+            sensors.append(np.full(some.sum(), index))
+            weights.append(np.full(some.sum(), 1.0 / max(len(k), 1)))
+            body.append(turned[some] / lengths[0][some, None])
+            inertial.append(known[some] / lengths[1][some, None])
+    return Directions(*map(np.concatenate, (samples, sensors, weights, body, inertial)))
+
+
+def stretch(seen: Directions, n: int) -> slice:
+    """The first of the shortest stretches of n samples in which directions are far apart.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    dyads, weights = np.zeros((n + 1, 3, 3)), np.zeros(n + 1)
+    np.add.at(
+        dyads,
+        seen.samples + 1,
+        seen.weight[:, None, None] * seen.body[:, :, None] * seen.body[:, None],
+    )
+    np.add.at(weights, seen.samples + 1, seen.weight)
+    dyads, weights = np.cumsum(dyads, axis=0), np.cumsum(weights)
+    best = 0.0
+    for length in (min(length, n) for length in LENGTHS):
+        first = np.arange(0, n - length + 1, max(1, length // 4))
+        total = weights[first + length] - weights[first]
+        spread = np.linalg.eigvalsh(dyads[first + length] - dyads[first])[:, 1]
+        spread = np.divide(spread, total, out=np.zeros_like(spread), where=total > 0.0)
+        if (spread >= SPREAD).any():
+            start = int(first[np.argmax(spread >= SPREAD)])
+            return slice(start, start + length)
+        best = max(best, float(spread.max()))
+    angle = np.degrees(np.arcsin(min(1.0, 2.0 * np.sqrt(best))))
+    raise ValueError(
+        f"the vectors that were seen are nowhere more than {angle:.2g} deg apart: no attitude "
+        "follows from them"
+    )
+
+
+def wahba(seen: Directions, chosen: Bools) -> tuple[Floats, float]:
+    """Rotation from the body axes of sample 0 to GCRS, and the median square residual.
+
+    It is solved again without the worst directions of each sensor: one that is wrong turns
+    everything.
+    """
+    inertial, body = seen.inertial[chosen], seen.body[chosen]
+    sensor, weight = seen.sensor[chosen], seen.weight[chosen]
+    kept = np.ones(len(body), dtype=bool)
+    for _ in range(3):
+        rotation, _ = Rotation.align_vectors(inertial[kept], body[kept], weight[kept])
+        square = ((inertial - rotation.apply(body)) ** 2).sum(axis=1)
+        for one in np.unique(sensor):  # by its own scatter: biases may be larger than noise
+            own = sensor == one
+            kept[own] = square[own] <= 9.0 * np.median(square[own]) + 1e-12
+    return rotation.as_matrix(), float(np.median(square))

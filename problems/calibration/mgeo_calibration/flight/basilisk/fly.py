@@ -1,0 +1,165 @@
+"""Flights by Basilisk: what can be flown, and the truth that comes of it."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.util
+from typing import Any
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.filter.model import FilterModel, sampled
+from mgeo_attitude.filter.visibility import can_measure
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors import Magnetometer, Sensor, StarTracker, SunSensor
+from mgeo_attitude.sensors.readings import Readings
+from mgeo_attitude.sensors.suite import Suite
+from scipy.spatial.transform import Rotation
+
+from mgeo_calibration.flight.basilisk.vehicle import Vehicle
+from mgeo_calibration.flight.flight import draw, fly_run
+from mgeo_calibration.flight.own import commanded, going_on, sent_down
+from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
+
+#: Sensors that Basilisk has, each with the states that it has there.
+MODELED: dict[type[Sensor], set[str]] = {
+    SunSensor: {"misalignment", "bias"},
+    Magnetometer: {"misalignment", "bias"},
+    StarTracker: {"misalignment"},
+}
+
+
+def fly(
+    scenario: Scenario,
+    plan: Any,
+    seed: int | np.random.Generator | None = None,
+    *,
+    vehicle: Vehicle | None = None,
+    after: Truth | None = None,
+    environment: Environment | None = None,
+) -> Telemetry:
+    """Fly a plan once by Basilisk, to the end of the scenario, with errors drawn from it.
+
+    A rigid body with reaction wheels follows the plan's rates by feedback of modified Rodrigues
+    parameters, with the attitude that its gyro says. Where the plan has no ramps its rates change
+    as fast as the wheels allow. With the same seed the true errors are those of `flight.fly`; noise
+    is Basilisk's own.
+
+    An orbit of two bodies is integrated by Basilisk. Any other is prescribed from the tables of
+    the environment: Basilisk's equations of motion have neither mean elements nor SGP4.
+
+    Parameters
+    ----------
+    plan : ManeuverPlan or array_like, shape (4 m,)
+        Or its design: rates [deg/s] and duration [s] of each maneuver.
+    seed : int or Generator, optional
+        The same seed, the same telemetry, bit by bit; None takes fresh entropy.
+    vehicle : Vehicle, optional
+        Default: that of the scenario, see `Vehicle.of`.
+    after : Truth, optional
+        Of a flight before, as of `flight.fly`.
+    environment : Environment, optional
+        Saves computing that of the scenario again.
+
+    Returns
+    -------
+    Telemetry
+        With its `truth`. As of `flight.fly`, nothing is reported at the start.
+
+    Raises
+    ------
+    ImportError
+        If Basilisk is not installed.
+    ValueError
+        For a sensor that Basilisk does not have, a scenario that does not say what it flies with,
+        a design that is no plan, or an `environment` of another scenario.
+    """
+    require_basilisk()
+    from mgeo_calibration.flight.basilisk.simulation import Drawn, simulate
+
+    vehicle = vehicle or Vehicle.of(scenario)
+    environment = environment or Environment.from_scenario(scenario)
+    model = FilterModel.from_scenario(scenario, environment)
+    check_suite(model.suite)
+    n, gyro, generator = model.n_steps, scenario.gyro, np.random.default_rng(seed)
+    design = commanded(scenario, plan, model)
+    drawn = fly_run(
+        model, Motion.of(model, design, n), going_on(model, draw(model, n, generator), after)
+    )
+    bias = drawn.gyro[:, :3]
+    # a random walk between two known ends has this mean and this spread about it
+    spread = gyro.rate_random_walk * np.sqrt(model.step / 12.0)
+    mean_bias = 0.5 * (bias[:-1] + bias[1:]) + spread * generator.standard_normal((n, 3))
+    limits = model.slew_limits or vehicle.slew_limits(model.initial_rate)
+    ramped = dataclasses.replace(model, slew_limits=limits)
+    seen = simulate(
+        scenario,
+        Motion.of(ramped, design, n),
+        Drawn(
+            model.initial_attitude @ drawn.start,
+            model.initial_rate,
+            model.initial_states,
+            drawn.errors,
+            mean_bias,
+        ),
+        vehicle,
+        environment,
+        generator,
+    )
+    turns = Rotation.from_matrix(seen.attitude[:-1] @ seen.attitude[1:].transpose(0, 2, 1))
+    motion = Motion(turns.as_rotvec() / model.step, seen.attitude @ drawn.start.T)
+    sensors = _reported(model, seen.attitude, motion.rates, seen.sensors)
+    readings = Readings(np.full(n, model.step), seen.gyro, sensors)
+    return sent_down(model, dataclasses.replace(drawn, motion=motion, readings=readings))
+
+
+def _reported(
+    model: FilterModel, attitude: Floats, rates: Floats, sensors: tuple[Floats, ...]
+) -> tuple[Floats, ...]:
+    """Readings at the samples of each sensor; of star trackers those where stars are seen.
+
+    They are not where it turns too fast or is dazzled.
+    """
+    found = []
+    for index, (sensor, vectors) in enumerate(zip(model.suite.sensors, sensors, strict=True)):
+        there = sampled(sensor, model.step, len(vectors))
+        if isinstance(sensor, StarTracker):
+            there &= can_measure(model, index, attitude, rates)
+        found.append(np.where(there[:, None, None], vectors, np.nan))
+    return tuple(found)
+
+
+def require_basilisk() -> None:
+    """Raise an ImportError that says how to install Basilisk where it is missing."""
+    if importlib.util.find_spec("Basilisk") is None:
+        raise ImportError("a flight by Basilisk needs the package bsk: pip install bsk")
+
+
+def check_suite(suite: Suite) -> None:
+    """Refuse a suite of which Basilisk has no model.
+
+    Raises
+    ------
+    InvalidValue
+        (ValueError) Naming the sensor, what it is or has, and what Basilisk knows.
+    """
+    for i, sensor in enumerate(suite.sensors):
+        states = MODELED.get(type(sensor))
+        if states is None:
+            kinds = ", ".join(kind.kind for kind in MODELED)
+            raise InvalidValue(f"sensors[{i}].kind", sensor.kind, f"Basilisk flies with {kinds}")
+        for state in sorted(sensor.states().keys() - states):
+            raise InvalidValue(
+                f"sensors[{i}].{state}",
+                sensor.name,
+                f"Basilisk's {sensor.kind} has {' and '.join(sorted(states))} only",
+            )
+    for state in sorted(suite.gyro.states().keys() - {"bias", "scale_factor", "misalignment"}):
+        raise InvalidValue(
+            f"gyro.{state}",
+            suite.gyro.states()[state],
+            "Basilisk's gyro has bias, scale_factor and misalignment",
+        )

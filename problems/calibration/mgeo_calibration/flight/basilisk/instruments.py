@@ -1,0 +1,201 @@
+"""Basilisk's sensors with errors that were drawn, and what they report in the filter's units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from Basilisk.simulation import coarseSunSensor, imuSensor, magnetometer, starTracker
+from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
+from mgeo_attitude.sensors.vector_sensors import FIELD_UNIT_NT
+from scipy.spatial.transform import Rotation
+
+from mgeo_calibration.flight.basilisk.surroundings import Surroundings
+
+#: A bound of noise that is never reached: Basilisk clips at it.
+NO_BOUND = 1e9
+
+#: A Gauss-Markov process that forgets at once: Basilisk's own default never does.
+WHITE = np.zeros((3, 3)).tolist()
+
+_TESLA = 1e-9 * FIELD_UNIT_NT
+
+
+@dataclass(frozen=True)
+class Sources:
+    """What sensors look at.
+
+    Attributes
+    ----------
+    satellite : Spacecraft
+    surroundings : Surroundings
+    field, shadow : modules
+        Of Basilisk; None where the scenario needs none.
+    """
+
+    satellite: Any
+    surroundings: Surroundings
+    field: Any
+    shadow: Any
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """A sensor of Basilisk.
+
+    Attributes
+    ----------
+    modules : sequence
+        To be run in each step.
+    records : mapping
+        Recorders of their messages.
+    vectors : function
+        What they report as the filter takes it, shape (n, k, 3), from the records; NaN for nothing.
+    parts : sequence
+        What modules point to, and nothing else keeps.
+    """
+
+    modules: Sequence[Any]
+    records: Mapping[str, Any]
+    vectors: Callable[[Mapping[str, Any]], Floats]
+    parts: Sequence[Any] = ()
+
+
+Errors = Mapping[str, Floats]
+
+
+def rate_gyro(gyro: Gyro, errors: Errors, step: float, sources: Sources, seed: int) -> Any:
+    """Basilisk's inertial measurement unit; the bias is set from step to step, before scaling.
+
+    Its axes are scaled after they are misaligned, ours before: k ∘ R(μ) ω is R(μ) (k ∘ ω) but for
+    the product of both errors, 1e-5 of the rate.
+    """
+    imu = imuSensor.ImuSensor()
+    imu.ModelTag, imu.RNGSeed = "gyro", seed
+    imu.scStateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
+    noise = math.radians(gyro.angle_random_walk_deg_per_sqrt_h) / 60.0 / math.sqrt(step)
+    scale = 1.0 + errors.get("scale_factor", np.zeros(3))
+    imu.setAMatrixGyro(WHITE)
+    imu.PMatrixGyro = np.diag(noise / scale).tolist()
+    imu.setErrorBoundsGyro([NO_BOUND] * 3)
+    imu.setWalkBoundsGyro([NO_BOUND] * 3)
+    imu.senRotMax = imu.senTransMax = NO_BOUND
+    imu.gyroScale = scale.tolist()
+    imu.dcm_PB = matrix(errors.get("misalignment", np.zeros(3))).tolist()
+    return imu
+
+
+def three_axis_magnetometer(
+    sensor: Magnetometer, errors: Errors, sources: Sources, seeds: Callable[[], int]
+) -> Instrument:
+    """Basilisk's magnetometer."""
+    tam = magnetometer.Magnetometer()
+    tam.ModelTag, tam.RNGSeed = sensor.name, seeds()
+    tam.stateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
+    tam.magInMsg.subscribeTo(sources.field.envOutMsgs[0])
+    tam.dcm_SB = matrix(errors["misalignment"]).tolist()
+    tam.senBias = (_TESLA * errors["bias"]).tolist()
+    tam.senNoiseStd = (_TESLA * np.array(sensor.noise())).tolist()
+    tam.setAMatrix(WHITE)
+    tam.walkBounds = [NO_BOUND] * 3
+
+    def vectors(of: Mapping[str, Any]) -> Floats:
+        reported: Floats = of[sensor.name].tam_S[:, None] / _TESLA
+        return reported
+
+    return Instrument([tam], {sensor.name: tam.tamDataOutMsg.recorder()}, vectors)
+
+
+def coarse_sun_sensors(
+    sensor: SunSensor, errors: Errors, sources: Sources, seeds: Callable[[], int]
+) -> Instrument:
+    """Six of Basilisk's coarse Sun sensors, looking both ways along three axes, as one vector.
+
+    Each component is the difference of two heads, so that each has half of its bias and 1/√2 of its
+    noise. They report in full sunlight: in the penumbra the vector would be short.
+    """
+    heads = []
+    for axis, bias, noise in zip(
+        matrix(errors["misalignment"]), errors["bias"], sensor.noise(), strict=True
+    ):
+        for sign in (1.0, -1.0):
+            head = coarseSunSensor.CoarseSunSensor()
+            head.RNGSeed, head.fov, head.nHat_B = seeds(), math.pi / 2, (sign * axis).tolist()
+            head.senBias, head.senNoiseStd = float(sign * bias / 2.0), noise / math.sqrt(2.0)
+            head.setAMatrix([[0.0]])
+            head.walkBounds = head.maxOutput = NO_BOUND
+            head.minOutput = -NO_BOUND
+            head.sunInMsg.subscribeTo(sources.surroundings.unit_sun)
+            head.stateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
+            heads.append(head)
+    array = coarseSunSensor.CSSConstellation()
+    array.ModelTag, array.sensorList = sensor.name, coarseSunSensor.CSSVector(heads)
+    records = {
+        sensor.name: array.constellationOutMsg.recorder(),
+        f"{sensor.name} state": sources.satellite.scStateOutMsg.recorder(),
+        f"{sensor.name} Sun": sources.surroundings.unit_sun.recorder(),
+    }
+    if sources.shadow is not None:
+        records[f"{sensor.name} light"] = sources.shadow.eclipseOutMsgs[0].recorder()
+
+    def vectors(of: Mapping[str, Any]) -> Floats:
+        cosines = of[sensor.name].CosValue[:, :6]
+        reported: Floats = np.where(
+            _seen(sensor, of)[:, None], cosines[:, 0::2] - cosines[:, 1::2], np.nan
+        )
+        return reported[:, None]
+
+    return Instrument([array], records, vectors, heads)
+
+
+def _seen(sensor: SunSensor, of: Mapping[str, Any]) -> Bools:
+    """Where the Sun shines, whole and within the field of view."""
+    light = of.get(f"{sensor.name} light")
+    seen = np.ones(len(of[sensor.name].times()), bool)
+    if light is not None:
+        seen &= light.illuminationFactor >= 1.0
+    for view in sensor.views():
+        state, sun = of[f"{sensor.name} state"], of[f"{sensor.name} Sun"]
+        to_sun = sun.PositionVector - state.r_BN_N
+        to_sun /= np.linalg.norm(to_sun, axis=1, keepdims=True)
+        in_body = Rotation.from_mrp(state.sigma_BN).inv().apply(to_sun)
+        seen &= in_body @ view.axis >= np.cos(view.half_angle)
+    return seen
+
+
+def star_tracker(
+    sensor: StarTracker, errors: Errors, sources: Sources, seeds: Callable[[], int]
+) -> Instrument:
+    """Basilisk's star tracker, which reports always: `fly` leaves out where it sees no stars."""
+    tracker = starTracker.StarTracker()
+    tracker.ModelTag, tracker.RNGSeed = sensor.name, seeds()
+    tracker.scStateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
+    mount = matrix(errors["misalignment"])
+    tracker.dcm_CB = mount.tolist()
+    # its noise is a rotation about body axes, ours about the tracker's
+    tracker.PMatrix = ((sensor.axes @ mount).T @ np.diag(sensor.noise())).tolist()
+    tracker.setAMatrix(WHITE)
+    tracker.setWalkBounds([NO_BOUND] * 3)
+
+    def vectors(of: Mapping[str, Any]) -> Floats:
+        q = of[sensor.name].qInrtl2Case
+        turned: Floats = np.full((len(q), 3, 3), np.nan)
+        turned[1:] = Rotation.from_quat(q[1:], scalar_first=True).as_matrix()
+        return turned
+
+    return Instrument([tracker], {sensor.name: tracker.sensorOutMsg.recorder()}, vectors)
+
+
+Maker = Callable[[Any, Errors, Sources, Callable[[], int]], Instrument]
+
+#: What Basilisk has for each class of sensors.
+INSTRUMENTS: Mapping[type[Sensor], Maker] = {
+    Magnetometer: three_axis_magnetometer,
+    SunSensor: coarse_sun_sensors,
+    StarTracker: star_tracker,
+}

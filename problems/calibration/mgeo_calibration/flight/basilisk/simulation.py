@@ -1,0 +1,212 @@
+"""The wiring of Basilisk's modules into one flight."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from Basilisk.architecture import bskLogging
+from Basilisk.simulation import spacecraft
+from Basilisk.utilities import SimulationBaseClass
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.environment.orbit import Orbit
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors import Magnetometer
+from mgeo_attitude.sensors.suite import Suite
+from scipy.spatial.transform import Rotation
+
+from mgeo_calibration.flight.basilisk.control import (
+    Guidance,
+    Reference,
+    control_loop,
+    reaction_wheels,
+)
+from mgeo_calibration.flight.basilisk.instruments import INSTRUMENTS, Sources, rate_gyro
+from mgeo_calibration.flight.basilisk.surroundings import (
+    Surroundings,
+    central_body,
+    field_coefficients,
+    field_model,
+    middle,
+    shadow_model,
+)
+from mgeo_calibration.flight.basilisk.vehicle import Vehicle
+
+#: Longest step of dynamics and control [s]; the scenario's step is cut into equal parts.
+LONGEST_STEP = 1.0
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """How a flight of n steps begins, and its true errors.
+
+    Attributes
+    ----------
+    start : array, shape (3, 3)
+        Attitude at the start, GCRS to body.
+    rate : array, shape (3,)
+        Body rate at the start [rad/s].
+    believed : array, shape (n_states,)
+        What the satellite believes of gyro and sensors; zero before a calibration.
+    errors : array, shape (n_states,)
+        Gyro and sensor states at the start.
+    bias : array, shape (n, 3)
+        Mean of the gyro's bias over each step [rad/s].
+    """
+
+    start: Floats
+    rate: Floats
+    believed: Floats
+    errors: Floats
+    bias: Floats
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What Basilisk logged at n + 1 samples.
+
+    Attributes
+    ----------
+    attitude : array, shape (n + 1, 3, 3)
+        GCRS to body.
+    position : array, shape (n + 1, 3)
+        GCRS [m].
+    field : array, shape (n + 1, 3)
+        GCRS [nT]; empty without a magnetometer.
+    gyro : array, shape (n, 3)
+        Mean of the reported rate over each step [rad/s].
+    sensors : tuple of arrays, shape (n + 1, k, 3)
+        As in `Readings`.
+    """
+
+    attitude: Floats
+    position: Floats
+    field: Floats
+    gyro: Floats
+    sensors: tuple[Floats, ...]
+
+
+def simulate(
+    scenario: Scenario,
+    motion: Motion,
+    drawn: Drawn,
+    vehicle: Vehicle,
+    environment: Environment,
+    generator: np.random.Generator,
+) -> Seen:
+    """Run Basilisk; see `fly`. Nothing but seeds of noise is taken from the generator."""
+    bskLogging.setDefaultLogLevel(bskLogging.BSK_ERROR)
+    suite, n = Suite(scenario.gyro, scenario.sensors), scenario.n_steps
+    parts = math.ceil(scenario.step / LONGEST_STEP)
+    h = scenario.step / parts
+    nanoseconds = round(h * 1e9)
+
+    def errors_of(owner: Any) -> dict[str, Floats]:
+        return {name: drawn.errors[i : i + 3] for name, i in suite.places(owner).items()}
+
+    def seed() -> int:
+        return int(generator.integers(1, 2**31 - 1))
+
+    surroundings = Surroundings(environment, scenario.epoch, parts * nanoseconds)
+    satellite = _satellite(scenario, drawn, vehicle, environment, surroundings)
+    effector, configuration = reaction_wheels(vehicle, satellite, drawn.rate)
+    modules: list[Any] = [surroundings, effector, satellite]
+    field = shadow = None
+    with tempfile.TemporaryDirectory() as folder:
+        if any(isinstance(sensor, Magnetometer) for sensor in suite.sensors):
+            coefficients = Path(folder, "igrf.COF")
+            coefficients.write_text(field_coefficients(middle(environment, scenario.epoch)))
+            modules.append(field := field_model(satellite, surroundings, coefficients))
+        if scenario.eclipse:
+            modules.append(shadow := shadow_model(satellite, surroundings))
+        sources = Sources(satellite, surroundings, field, shadow)
+        own = errors_of(suite.gyro)
+        imu = rate_gyro(suite.gyro, own, h, sources, seed())
+        instruments = [
+            INSTRUMENTS[type(sensor)](sensor, errors_of(sensor), sources, seed)
+            for sensor in suite.sensors
+        ]
+        bias = np.repeat(drawn.bias / (1.0 + own.get("scale_factor", 0.0)), parts, axis=0)
+        reference = Reference.of(motion, drawn.rate, scenario.step, parts)
+        corrected = _corrected(suite, drawn.believed)
+        guidance = Guidance(imu, reference, drawn.rate, corrected, bias, nanoseconds)
+        loop = control_loop(vehicle, guidance, effector, configuration)
+        modules += [imu, *(one for i in instruments for one in i.modules), guidance, *loop]
+        records = {"state": satellite.scStateOutMsg.recorder(), "gyro": imu.sensorOutMsg.recorder()}
+        if field is not None:
+            records["field"] = field.envOutMsgs[0].recorder()
+        for instrument in instruments:
+            records |= instrument.records
+        run = SimulationBaseClass.SimBaseClass()
+        run.SetProgressBar(False)
+        run.CreateNewProcess("flight").addTask(run.CreateNewTask("step", nanoseconds))
+        for priority, module in enumerate(reversed([*modules, *records.values()])):
+            run.AddModelToTask("step", module, priority)
+        run.InitializeSimulation()
+    run.ConfigureStopTime(n * parts * nanoseconds)
+    run.ExecuteSimulation()
+    state, turns = records["state"], records["gyro"].DRFramePlatform[1:].reshape(n, parts, 3)
+    return Seen(
+        Rotation.from_mrp(state.sigma_BN[::parts]).inv().as_matrix(),
+        state.r_BN_N[::parts],
+        1e9 * records["field"].magField_N[::parts] if field else np.zeros((0, 3)),
+        _composed(turns) / scenario.step,
+        tuple(_after_start(one.vectors(records)[::parts]) for one in instruments),
+    )
+
+
+def _corrected(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:
+    """Takes what is believed of the gyro out of a rate, shape (3,)."""
+    own = SimpleNamespace(**{name: states[None, i : i + 3] for name, i in
+                             suite.places(suite.gyro).items()})  # fmt: skip
+
+    def corrected(reported: Floats) -> Floats:
+        rate: Floats = suite.gyro.corrected(own, reported[None])[0]
+        return rate
+
+    return corrected if states.any() else lambda reported: reported
+
+
+def _satellite(
+    scenario: Scenario,
+    drawn: Drawn,
+    vehicle: Vehicle,
+    environment: Environment,
+    surroundings: Surroundings,
+) -> Any:
+    """A rigid body in its orbit, turning as it does at the start."""
+    satellite = spacecraft.Spacecraft()
+    satellite.ModelTag = "satellite"
+    satellite.hub.IHubPntBc_B = vehicle.wheels.matrix().tolist()
+    satellite.hub.sigma_BNInit = Rotation.from_matrix(drawn.start).inv().as_mrp().tolist()
+    satellite.hub.omega_BN_BInit = drawn.rate.tolist()
+    satellite.hub.r_CN_NInit = environment.position[0].tolist()
+    satellite.hub.v_CN_NInit = environment.velocity[0].tolist()
+    satellite.gravField.gravBodies = central_body(surroundings)
+    orbit = scenario.orbit
+    if not (isinstance(orbit, Orbit) and orbit.propagator == "two-body"):
+        satellite.transRefInMsg.subscribeTo(surroundings.place)
+    return satellite
+
+
+def _composed(turns: Floats) -> Floats:
+    """Rotation vectors of turns one after the other, shape (n, m, 3) to (n, 3)."""
+    whole = Rotation.from_rotvec(turns[:, 0])
+    for part in range(1, turns.shape[1]):
+        whole = whole * Rotation.from_rotvec(turns[:, part])
+    vectors: Floats = whole.as_rotvec()
+    return vectors
+
+
+def _after_start(vectors: Floats) -> Floats:
+    """Without the first sample, at which nothing is reported."""
+    vectors[0] = np.nan
+    return vectors

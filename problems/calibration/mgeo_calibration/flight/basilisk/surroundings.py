@@ -1,0 +1,128 @@
+"""Basilisk's orbit, field and shadow, fed with tables instead of downloads.
+
+Basilisk takes Sun and Earth from ephemerides and the field from a coefficient file, and fetches
+both from the network. Here they come from where our own environment has them.
+"""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from Basilisk.architecture import messaging, sysModel
+from Basilisk.simulation import eclipse, gravityEffector, magneticFieldWMM, spacecraft
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.environment.constants import EARTH_MU
+from mgeo_attitude.environment.sun import sun_position
+from mgeo_attitude.environment.time_frames import as_utc, gcrs_to_itrs, instants
+
+#: Reference radius of IGRF [m].
+FIELD_RADIUS = 6371200.0
+
+#: Basilisk's field model ends here; IGRF has a degree more, some 1 nT in a low orbit.
+FIELD_DEGREE = 12
+
+#: What Basilisk takes for an astronomical unit [m].
+BASILISK_AU = 149597870.693e3
+
+
+def field_coefficients(date: datetime) -> str:
+    """IGRF-14 on a date as a coefficient file of the World Magnetic Model, without drift."""
+    import ppigrf
+
+    g, h = ppigrf.ppigrf.read_shc()
+    at = np.datetime64(as_utc(date).replace(tzinfo=None))
+
+    def now(table: pd.DataFrame, n: int, m: int) -> float:
+        times = table.index.to_numpy().astype("datetime64[us]")
+        days = (times - at) / np.timedelta64(1, "D")
+        return float(np.interp(0.0, days, table[n, m].to_numpy(dtype=float)))
+
+    year = date.year + (date.timetuple().tm_yday - 1) / 365.25
+    lines = [f"    {year:.1f}            IGRF-14        {date:%m/%d/%Y}"]
+    for n in range(1, FIELD_DEGREE + 1):
+        for m in range(n + 1):
+            lines.append(f"{n:3d}{m:3d}{now(g, n, m):11.4f}{now(h, n, m):11.4f}{0:11.4f}{0:11.4f}")
+    return "\n".join([*lines, "9" * 48, "9" * 48, ""])
+
+
+class Surroundings(sysModel.SysModel):
+    """Sun, Earth and the satellite's place as messages, a row of the tables each step.
+
+    Attributes
+    ----------
+    earth, sun : message
+        From the Earth's center, GCRS.
+    unit_sun : message
+        The Sun one astronomical unit from the satellite: of a coarse Sun sensor's unit vector.
+    place : message
+        Position and velocity of the satellite.
+    """
+
+    def __init__(self, environment: Environment, epoch: datetime, nanoseconds: int) -> None:
+        super().__init__()
+        self.ModelTag = "surroundings"
+        at = instants(epoch, environment.times)
+        self._nanoseconds = nanoseconds
+        self._sun, self._to_itrs = sun_position(at), gcrs_to_itrs(at)
+        self._environment = environment
+        self.earth, self.sun, self.unit_sun = (messaging.SpicePlanetStateMsg() for _ in range(3))
+        self.place = messaging.TransRefMsg()
+
+    def Reset(self, nanoseconds: int) -> None:
+        self.UpdateState(nanoseconds)
+
+    def UpdateState(self, nanoseconds: int) -> None:
+        k = min(round(nanoseconds / self._nanoseconds), len(self._sun) - 1)
+        tables = self._environment
+        near = tables.position[k] + BASILISK_AU * tables.sun[k]
+        turning = {"computeOrient": 1, "J20002Pfix": self._to_itrs[k].tolist()}
+        self._write(self.earth, nanoseconds, PlanetName="earth", **turning)
+        self._write(self.sun, nanoseconds, PlanetName="sun", PositionVector=self._sun[k].tolist())
+        self._write(self.unit_sun, nanoseconds, PlanetName="sun", PositionVector=near.tolist())
+        place = messaging.TransRefMsgPayload()
+        place.r_RN_N, place.v_RN_N = tables.position[k].tolist(), tables.velocity[k].tolist()
+        self.place.write(place, nanoseconds, self.moduleID)
+
+    def _write(self, message: Any, nanoseconds: int, **values: Any) -> None:
+        payload = messaging.SpicePlanetStateMsgPayload()
+        for name, value in values.items():
+            setattr(payload, name, value)
+        message.write(payload, nanoseconds, self.moduleID)
+
+
+def central_body(surroundings: Surroundings) -> Any:
+    """The Earth as a point mass for `Spacecraft.gravField`."""
+    earth = gravityEffector.GravBodyData()
+    earth.planetName, earth.mu, earth.isCentralBody = "earth", EARTH_MU, True
+    earth.planetBodyInMsg.subscribeTo(surroundings.earth)
+    return spacecraft.GravBodyVector([earth])
+
+
+def field_model(satellite: Any, surroundings: Surroundings, coefficients: Path) -> Any:
+    """Basilisk's field with coefficients from a file, which must be there when it is reset."""
+    model = magneticFieldWMM.MagneticFieldWMM()
+    model.ModelTag, model.planetRadius = "field", FIELD_RADIUS
+    model.addSpacecraftToModel(satellite.scStateOutMsg)
+    model.planetPosInMsg.subscribeTo(surroundings.earth)
+    model.configureWMMFile(str(coefficients))
+    return model
+
+
+def shadow_model(satellite: Any, surroundings: Surroundings) -> Any:
+    """Basilisk's shadow of the Earth."""
+    model = eclipse.Eclipse()
+    model.ModelTag = "eclipse"
+    model.addSpacecraftToModel(satellite.scStateOutMsg)
+    model.addPlanetToModel(surroundings.earth)
+    model.sunInMsg.subscribeTo(surroundings.sun)
+    return model
+
+
+def middle(environment: Environment, epoch: datetime) -> datetime:
+    """Half time of a run: the date of the field in `Environment`, too."""
+    times = environment.times
+    return epoch + timedelta(seconds=0.5 * float(times[0] + times[-1]))

@@ -1,0 +1,154 @@
+"""The truth: what chance decides, true sensor errors, and what is reported."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.transition import transition
+from mgeo_attitude.filter.visibility import can_measure
+from mgeo_attitude.geometry.rotation import matrix, vector
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.sensors.readings import Readings, as_array
+from mgeo_attitude.sensors.suite import Suite
+from scipy.linalg import block_diag
+from scipy.signal import lfilter
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Numbers of a run of n steps.
+
+    Attributes
+    ----------
+    errors : array, shape (n_states,)
+        True attitude error, gyro and sensor states at the start. Those that are rotations are
+        vectors of `rotation.rotate`. The attitude is R(-θ) times the model's.
+    gyro_noise : array, shape (n, n_dynamic)
+        What noise adds in each step to the attitude error, the gyro's states and the sensors'
+        processes, at rest.
+    noise : array, shape (n + 1, n_sensors, 3)
+        Measurement noise of every sensor at every sample.
+    """
+
+    errors: Floats
+    gyro_noise: Floats
+    noise: Floats
+
+
+def draw(model: FilterModel, n_steps: int, generator: np.random.Generator) -> Draws:
+    """Draw a run of a scenario."""
+    suite = model.suite
+    (_, Q), k = at_rest(model), suite.n_kinematic
+    # a bias that does not drift has no Cholesky factor
+    variances, axes = np.linalg.eigh(Q[:k, :k])
+    root = block_diag(axes * np.sqrt(np.maximum(variances, 0.0)), np.sqrt(Q[k:, k:]))
+    sigma = np.array([sensor.noise() for sensor in suite.sensors])
+    chance = np.linalg.cholesky(model.initial_correlation) @ generator.standard_normal(
+        suite.n_states
+    )
+    return Draws(
+        with_errors(suite, model.initial_states, model.initial_sigma * chance),
+        np.einsum("kj,ij->ki", generator.standard_normal((n_steps, suite.n_dynamic)), root),
+        sigma * generator.standard_normal((n_steps + 1, *sigma.shape)),
+    )
+
+
+def with_errors(suite: Suite, states: Floats, errors: Floats) -> Floats:
+    """States of which some have been estimated, shape (n_states,), and the errors of these."""
+    true = states + errors
+    for first in suite.rotations[1:]:
+        block = slice(first, first + 3)
+        if states[block].any():
+            true[block] = vector(matrix(states[block]) @ matrix(errors[block]))
+    return true
+
+
+def at_rest(model: FilterModel) -> tuple[Floats, Floats]:
+    """Transition and process noise of one step without rotation, both (n_dynamic, n_dynamic).
+
+    Exact, the Markov process of equation (2) and its integral over the step together.
+    """
+    return transition(model.suite, (0.0, 0.0, 0.0), model.step)
+
+
+@dataclass(frozen=True)
+class Flight:
+    """What happened in a run of n steps.
+
+    Attributes
+    ----------
+    motion : Motion
+        What is flown, exactly, from another attitude than planned.
+    start : array, shape (3, 3)
+        By what the true attitude is off the planned one, in GCRS axes: it is
+        ``motion.attitude @ start``, for an error R(-θ) in body axes at the start.
+    errors : array, shape (n_states,)
+        True gyro and sensor states at the start; zero for the attitude.
+    gyro : array, shape (n + 1, n_dynamic - 3)
+        True states of the gyro, and of the sensors those that vary, at every sample.
+    readings : Readings
+    """
+
+    motion: Motion
+    start: Floats
+    errors: Floats
+    gyro: Floats
+    readings: Readings
+
+
+def fly_run(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
+    """Fly a plan with the errors that were drawn."""
+    suite, (F, _) = model.suite, at_rest(model)
+    start, errors = matrix(-draws.errors[:3] @ motion.attitude[0]), draws.errors.copy()
+    errors[:3] = 0.0
+    gyro = np.vstack([errors[3 : len(F)], draws.gyro_noise[:, 3:]])
+    for state, decay in zip(gyro.T, np.diag(F)[3:], strict=True):
+        state[:] = lfilter([1.0], [1.0, -decay], state)  # a Gauss-Markov process
+    x = {name: gyro[:-1, first - 3 : first] for name, first in suite.places(suite.gyro).items()}
+    # what bias and noise turn the attitude by in a step is reported as their mean over it
+    x["bias"] = -(np.diag(F[:3, 3:6]) * x["bias"] + draws.gyro_noise[:, :3]) / model.step
+    attitude = motion.attitude @ start
+    readings = Readings(
+        np.full(len(motion.rates), model.step),
+        suite.gyro.measured(SimpleNamespace(**x), motion.rates),
+        tuple(
+            _reported(model, index, attitude, motion.rates, errors, gyro, draws.noise[:, index])
+            for index in range(len(suite.sensors))
+        ),
+    )
+    return Flight(motion, start, errors, gyro, readings)
+
+
+def _reported(
+    model: FilterModel,
+    index: int,
+    attitude: Floats,
+    rates: Floats,
+    errors: Floats,
+    varying: Floats,
+    noise: Floats,
+) -> Floats:
+    """What a sensor reports at every sample but the first, NaN where it sees nothing."""
+    sensor = model.suite.sensors[index]
+    x = {
+        name: varying[:, first - 3 : first]
+        if first < model.suite.n_dynamic
+        else errors[first : first + 3]
+        for name, first in model.suite.places(sensor).items()
+    }
+
+    def to_body(vector: Floats) -> Floats:
+        turned: Floats = np.einsum("kij,kj->ki", attitude, np.broadcast_to(vector, noise.shape))
+        return turned
+
+    v = to_body(model.references[:, index])
+    columns = model.references[:, model.suite.gradient_rows(index)].swapaxes(0, 1)
+    gradient = [to_body(column) for column in columns]
+    report = sensor.measured(SimpleNamespace(to_body=to_body, gradient=gradient, **x), v)
+    seen = can_measure(model, index, attitude, rates)
+    seen[0] = False  # the start is what is believed
+    return np.where(seen[:, None, None], as_array(sensor.with_noise(report, noise)), np.nan)

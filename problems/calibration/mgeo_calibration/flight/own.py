@@ -1,0 +1,117 @@
+"""Telemetry out of the simulation."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.geometry.rotation import vector
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers.trajectory import Trajectory
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors.readings import to_channels
+
+from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run
+from mgeo_calibration.flight.truth import other_truth
+from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
+
+
+def fly(
+    scenario: Scenario,
+    plan: Any,
+    seed: int | np.random.Generator | None = None,
+    *,
+    truth: Scenario | None = None,
+    after: Truth | None = None,
+    environment: Environment | None = None,
+) -> Telemetry:
+    """Fly a plan once, to the end of the scenario, and send down what gyro and sensors report.
+
+    A scenario that asks for a slew back gets it, after the time at which the plan converges, or
+    until which a plan is held for late flights.
+
+    What happens is what `estimation.simulate` flies: true errors are drawn from the scenario, the
+    plan's rates are flown exactly, from an attitude that is not the planned one. As there, nothing
+    is reported at the start.
+
+    Parameters
+    ----------
+    plan : ManeuverPlan or array_like, shape (4 m,)
+        Or its design: rates [deg/s] and duration [s] of each maneuver.
+    seed : int or Generator, optional
+        None takes fresh entropy.
+    truth : Scenario, optional
+        What is true, if it is not the scenario; see `estimation.simulate`.
+    after : Truth, optional
+        Of a flight before: attitude and errors are not drawn, but those of its last sample.
+    environment : Environment, optional
+        Saves computing that of the scenario again.
+
+    Returns
+    -------
+    Telemetry
+        With its `truth`.
+
+    Raises
+    ------
+    ValueError
+        For a design that is no plan, or as `estimation.simulate`.
+    """
+    environment = environment or Environment.from_scenario(scenario)
+    planned = FilterModel.from_scenario(scenario, environment)
+    design = commanded(scenario, plan, planned)
+    model = planned if truth is None else other_truth(truth, scenario, environment)
+    n = model.n_steps
+    motion = Motion.of(planned, design, n)
+    draws = going_on(model, draw(model, n, np.random.default_rng(seed)), after)
+    return sent_down(model, fly_run(model, motion, draws))
+
+
+def going_on(model: FilterModel, draws: Draws, after: Truth | None) -> Draws:
+    """With the errors at the end of a flight before, if there was one."""
+    if after is None:
+        return draws
+    if after.states.shape[1] != model.suite.n_states:
+        raise ValueError(
+            f"after: truth of {after.states.shape[1]} states: expected the scenario's "
+            f"{model.suite.n_states}"
+        )
+    errors = after.states[-1].copy()
+    errors[:3] = -vector(after.attitude[-1] @ model.initial_attitude.T)
+    return dataclasses.replace(draws, errors=errors)
+
+
+def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
+    """The design of a plan, with the slew back that the scenario asks for."""
+    design = np.asarray(getattr(plan, "design", plan), dtype=float)
+    if not scenario.maneuvers.slew_back:
+        return design
+    held = getattr(plan, "held_until", 0.0)
+    t_end = float(evaluate(model, design).t_end[0])
+    return Trajectory(scenario, model, design, t_end, held).commanded
+
+
+def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
+    """The readings of a flight as telemetry, with their truth."""
+    suite, rates = model.suite, flight.readings.gyro
+    return Telemetry(
+        times=model.times,
+        gyro_deg_s=np.vstack([np.full(3, np.nan), np.degrees(rates)]),
+        sensors={
+            sensor.name: to_channels(sensor, vectors)
+            for sensor, vectors in zip(suite.sensors, flight.readings.sensors, strict=True)
+        },
+        truth=true_states(model, flight),
+    )
+
+
+def true_states(model: FilterModel, flight: Flight) -> Truth:
+    """Of a flight, at every sample."""
+    states = np.tile(flight.errors, (len(flight.gyro), 1))
+    states[:, 3 : model.suite.n_dynamic] = flight.gyro
+    return Truth(attitude=flight.motion.attitude @ flight.start, states=states)

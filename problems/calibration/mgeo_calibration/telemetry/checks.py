@@ -1,0 +1,91 @@
+"""What telemetry cannot be: stuck, saturated, of another time; one line says what is wrong."""
+
+from __future__ import annotations
+
+from datetime import timedelta
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment.constants import DAY, FIELD_MODEL_END, FIELD_MODEL_START
+from mgeo_attitude.scenario import Scenario
+
+from mgeo_calibration.telemetry.telemetry import Telemetry, channels
+
+#: Longest time without any sample [s]; what is longer is a clock that jumped.
+LONGEST_SILENCE = DAY
+
+_FEWEST = 10  # samples that say whether a channel is stuck
+_CLIPPED = 5  # samples in a row at the same extreme
+_QUANTIZED = 0.01  # share of equal neighbors from which they say nothing
+
+
+def check_telemetry(telemetry: Telemetry, scenario: Scenario) -> None:
+    """Refuse telemetry that nothing can be learned from.
+
+    Raises
+    ------
+    ValueError
+        For a gyro or sensors without samples, a time outside the field model or that jumps, a
+        channel that never changes, or a gyro that saturates: the same largest rate many times in a
+        row, in a channel whose neighbors otherwise differ.
+    """
+    times, gyro = telemetry.times, telemetry.gyro_deg_s
+    _check_times(times, scenario)
+    rates = gyro[np.isfinite(gyro[:, 0])]
+    if len(rates) < 2:
+        raise ValueError(f"gyro: {len(rates)} samples: expected 2 or more")
+    if not any(np.isfinite(rows).any() for rows in telemetry.sensors.values()):
+        raise ValueError(f"{', '.join(telemetry.sensors)}: expected a sample of one of them")
+    for name, rows in {"gyro": gyro, **telemetry.sensors}.items():
+        _check_changes(name, rows)
+    for axis, rate in zip("xyz", rates.T, strict=True):
+        same = np.diff(rate) == 0.0
+        extreme = same & (np.abs(rate[1:]) == np.abs(rate).max())
+        longest = _longest(extreme) + 1
+        if longest >= _CLIPPED and (same & ~extreme).sum() < _QUANTIZED * len(rate):
+            raise ValueError(
+                f"gyro_{axis} = {np.abs(rate).max():.6g} deg/s in {longest} samples one after the "
+                "other, and never beyond: the gyro saturates"
+            )
+
+
+def _check_times(times: Floats, scenario: Scenario) -> None:
+    start, end = (
+        (limit - scenario.epoch).total_seconds() for limit in (FIELD_MODEL_START, FIELD_MODEL_END)
+    )
+    silent = np.diff(times) > LONGEST_SILENCE
+    if silent.any():
+        k = int(np.argmax(silent))
+        raise ValueError(
+            f"time jumps from {times[k]:.6f} to {times[k + 1]:.6f} s: expected a sample at least "
+            f"every {LONGEST_SILENCE:g} s"
+        )
+    if not (start <= times[0] and times[-1] <= end):
+        at = times[0] if times[0] < start else times[-1]
+        try:
+            when = f" ({scenario.epoch + timedelta(seconds=float(at)):%Y-%m-%d})"
+        except OverflowError:
+            when = ""
+        raise ValueError(
+            f"time {at:.6f} s after the epoch{when}: expected one in the years of the field model "
+            f"IGRF-14, from {FIELD_MODEL_START:%Y-%m-%d} to {FIELD_MODEL_END:%Y-%m-%d}"
+        )
+
+
+def _check_changes(name: str, rows: Floats) -> None:
+    found = rows[np.isfinite(rows).all(axis=1)]
+    if len(found) < _FEWEST:
+        return
+    stuck = np.ptp(found, axis=0) == 0.0
+    if stuck.all() or (stuck.any() and rows.shape[1] == 3):
+        column = channels(name, rows.shape[1])[int(np.argmax(stuck))]
+        raise ValueError(
+            f"{column} is {float(found[0, np.argmax(stuck)])!r} in all {len(found)} samples: "
+            "expected a channel that changes"
+        )
+
+
+def _longest(true: np.ndarray) -> int:
+    """Length of the longest run of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], true, [False]]).astype(int)))
+    return int((edges[1::2] - edges[::2]).max(initial=0))

@@ -1,0 +1,94 @@
+"""The rate between a gyro's samples."""
+
+from __future__ import annotations
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import median_filter
+
+#: A gyro's sample stands for the time since the one before, unless that is this many times the
+#: usual time between two: then some are missing.
+MISSING = 1.5
+#: Times its scatter by which a sample that is no motion is off; samples that say how it scatters.
+_FAR, _NEAR = 10.0, 11
+_NORMAL = 1.4826  # 1-sigma of normal numbers over their median absolute deviation
+
+
+def covered(at: Floats) -> Floats:
+    """The time for which each of a gyro's samples stands [s], shape (m,).
+
+    Parameters
+    ----------
+    at : array, shape (m,)
+        Their times [s].
+    """
+    usual = float(np.median(np.diff(at)))
+    since = np.diff(at, prepend=at[0] - usual)
+    stands: Floats = np.where(since > MISSING * usual, usual, since)
+    return stands
+
+
+def turned(at: Floats, means: Floats) -> CubicSpline:
+    """Integral of a rate that is smooth, of its means over the times that samples stand for.
+
+    Where samples are missing the mean is taken half way between their neighbors. A spline's
+    derivatives at its knots are of fourth order in the time between samples.
+
+    Parameters
+    ----------
+    at : array, shape (m,)
+        [s]
+    means : array, shape (m, 3)
+        [rad/s]
+    """
+    begin = at - covered(at)
+    gap = np.flatnonzero(begin[1:] > at[:-1] + 1e-9 * np.diff(at)) + 1
+    knots = np.sort(np.concatenate([begin[:1], at, begin[gap]]))
+    j = np.searchsorted(at, knots[1:])
+    middle = np.isin(knots[1:], begin[gap])[:, None]
+    rates = np.where(middle, 0.5 * (means[j] + means[np.maximum(j - 1, 0)]), means[j])
+    angle = np.cumsum(rates * np.diff(knots)[:, None], axis=0)
+    return CubicSpline(knots, np.vstack([np.zeros(3), angle]))
+
+
+def means(at: Floats, rates: Floats) -> Floats:
+    """Mean rates over the times that samples stand for, of rates at the samples, shape (m, 3).
+
+    They are those of a spline through the samples: right to fourth order in the time between them.
+    That of the first is the sample itself.
+
+    Parameters
+    ----------
+    at : array, shape (m,)
+        [s]
+    rates : array, shape (m, 3)
+    """
+    if len(at) < 2:
+        return rates
+    angle, stands = CubicSpline(at, rates).antiderivative(), covered(at)
+    found: Floats = (angle(at) - angle(at - stands)) / stands[:, None]
+    found[0] = rates[0]
+    return found
+
+
+def spikes(rates: Floats, least: Floats) -> Floats:
+    """By how much samples stand apart from both their neighbors, zero of all others, shape (m, 3).
+
+    A rate that jumps stays there; one that is back after a sample is a fault, or a turn within one
+    sample that its neighbors do not show. What is wrong about one axis is doubtful about all.
+
+    Parameters
+    ----------
+    rates : array, shape (m, 3)
+    least : array, shape (3,)
+        What samples scatter by at least, 1-sigma.
+    """
+    found = np.zeros(rates.shape)
+    if len(rates) < _NEAR:
+        return found
+    off = rates[1:-1] - 0.5 * (rates[2:] + rates[:-2])
+    usual = np.maximum(_NORMAL * median_filter(np.abs(off), (_NEAR, 1)), np.sqrt(1.5) * least)
+    apart = (np.abs(off) > _FAR * usual) & (np.abs(off) > np.abs(rates[2:] - rates[:-2]))
+    found[1:-1] = np.where(apart.any(axis=1, keepdims=True), off, 0.0)
+    return found

@@ -1,0 +1,128 @@
+"""How telemetry of one's own is to be read: names of columns, units, mounting frames."""
+
+from __future__ import annotations
+
+import math
+import os
+import tomllib
+from dataclasses import dataclass
+
+import numpy as np
+from mgeo_attitude.fields import (
+    InvalidValue,
+    Validated,
+    from_table,
+    known_names,
+    positive,
+    quantity,
+)
+from scipy.spatial.transform import Rotation
+
+#: Factors to the unit of telemetry, by that unit.
+UNITS = {
+    "deg/s": {"deg/s": 1.0, "rad/s": math.degrees(1.0), "deg/h": 1.0 / 3600.0},
+    "nT": {"nT": 1.0, "uT": 1e3, "mG": 1e2, "G": 1e5, "T": 1e9},
+    "m": {"m": 1.0, "km": 1e3},
+    "-": {"-": 1.0},
+}
+
+#: How far a matrix or a quaternion may be from a rotation: what is given to five digits is taken.
+_ROUNDING = 1e-4
+
+Row = tuple[float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Channels(Validated):
+    """Where the numbers of a 3-vector or a quaternion stand and what they mean."""
+
+    columns: tuple[str, ...] | None = quantity(
+        None, doc="its columns, if they are not called NAME_x, NAME_y, NAME_z or NAME_q1 to NAME_q4"
+    )
+    unit: str | None = quantity(None, doc="unit of its columns, if it is not that of telemetry")
+    quaternion: tuple[float, float, float, float] | None = quantity(
+        None, doc="how it is mounted: rotation from sensor to body axes, scalar last"
+    )
+    dcm: tuple[Row, Row, Row] | None = quantity(
+        None, doc="the same as a matrix: vector in body axes = dcm x vector in sensor axes"
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.quaternion is not None and self.dcm is not None:
+            raise InvalidValue("dcm", self.dcm, "expected no quaternion beside it")
+        q, matrix = self.quaternion, self.dcm
+        if q is not None and abs(np.linalg.norm(q) - 1.0) > _ROUNDING:
+            raise InvalidValue("quaternion", q, "expected a quaternion of unit length")
+        if matrix is not None:
+            product = np.array(matrix) @ np.transpose(matrix)
+            if np.abs(product - np.eye(3)).max() > _ROUNDING or np.linalg.det(matrix) < 0.0:
+                raise InvalidValue("dcm", matrix, "expected a rotation matrix")
+
+    def to_body(self) -> Rotation:
+        """Rotation from sensor to body axes."""
+        if self.dcm is not None:
+            return Rotation.from_matrix(self.dcm)
+        return Rotation.from_quat(self.quaternion or (0.0, 0.0, 0.0, 1.0))
+
+    def factor(self, unit: str) -> float:
+        """From the unit of its columns to that of telemetry.
+
+        Raises
+        ------
+        InvalidValue
+            For a unit of another quantity.
+        """
+        given = unit if self.unit is None else self.unit
+        if given not in UNITS[unit]:
+            expected = f"unknown unit{known_names(given, UNITS[unit])}"
+            raise InvalidValue("unit", given, expected)
+        return UNITS[unit][given]
+
+
+@dataclass(frozen=True, kw_only=True)
+class GyroChannels(Channels):
+    """Those of the gyro."""
+
+    rate: str = quantity(
+        "mean",
+        choices=("mean", "instantaneous"),
+        doc="mean over the time since the sample before, or the rate at the sample",
+    )
+    range_deg_s: float | None = positive(None, unit="deg/s", doc="rate at which it saturates")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorChannels(Channels):
+    """Those of a sensor."""
+
+    name: str = quantity(doc="name of the sensor in the scenario")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TelemetryMapping(Validated):
+    """How a table of one's own becomes `Telemetry`; what is not said is as `Telemetry.frame`."""
+
+    time: str = quantity("time", doc="column of seconds since the epoch or ISO 8601 times, UTC")
+    gyro: GyroChannels = quantity(factory=GyroChannels, doc="the gyro")
+    sensors: tuple[SensorChannels, ...] = quantity((), doc="sensors, by the scenario's names")
+    position: Channels = quantity(factory=Channels, doc="the satellite's position, GCRS")
+
+    @staticmethod
+    def from_toml(path: str | os.PathLike[str]) -> TelemetryMapping:
+        """Read a TOML file.
+
+        Raises
+        ------
+        OSError
+            If it cannot be read.
+        ValueError
+            Naming the file and the key.
+        """
+        from mgeo.files.reading import read_text
+
+        text = read_text(path)
+        try:
+            return from_table(TelemetryMapping, tomllib.loads(text))
+        except (ValueError, RecursionError) as error:
+            raise ValueError(f"{path}: {error}") from None

@@ -1,0 +1,168 @@
+"""Telemetry: what a satellite sent down, in the units of its files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.files import write_text
+from mgeo_attitude.sensors.readings import from_channels
+from mgeo_attitude.sensors.suite import Suite
+from numpy.typing import ArrayLike
+
+from mgeo_calibration.telemetry.resolution import resolution
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Truth:
+    """What was true at each of n samples; only a simulation knows.
+
+    Attributes
+    ----------
+    attitude : array, shape (n, 3, 3)
+        GCRS to body.
+    states : array, shape (n, n_states)
+        States of gyro and sensors, in the filter's units, rotations as vectors of
+        `rotation.rotate`; zero for the attitude.
+    """
+
+    attitude: Floats
+    states: Floats
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Telemetry:
+    """Samples of gyro and sensors at n times; a row of NaN is where there was none.
+
+    Attributes
+    ----------
+    times : array, shape (n,)
+        Seconds since the scenario's epoch, increasing.
+    gyro_deg_s : array, shape (n, 3)
+        Mean of the rate that the gyro reports since its sample before, body axes.
+    sensors : mapping of str to array, shape (n, 3) or (n, 4)
+        By the sensor's name: vector (nT, or of unit length) or quaternion, see `Sensor.channels`.
+    position : array, shape (n, 3), optional
+        Satellite [m], GCRS, if it is not to follow from the scenario's orbit.
+    truth : Truth, optional
+        Beside what a simulation reports; it is no part of tables and files.
+    steps : mapping of str to array, shape (3,) or (4,)
+        In which ``gyro`` and sensors count, where that cannot be seen, as they were mounted
+        otherwise; see `step_of`.
+
+    Raises
+    ------
+    ValueError
+        For an array of another shape, an infinity, a vector that is NaN in part, or times that are
+        not finite or do not increase.
+    """
+
+    times: Floats
+    gyro_deg_s: Floats
+    sensors: Mapping[str, Floats] = field(default_factory=dict)
+    position: Floats | None = None
+    truth: Truth | None = None
+    steps: Mapping[str, Floats] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        times = np.array(self.times, dtype=float)
+        if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
+            raise ValueError("times: expected finite numbers in increasing order [s]")
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "gyro_deg_s", self._samples("gyro", self.gyro_deg_s, (3,)))
+        sensors = {name: self._samples(name, rows, (3, 4)) for name, rows in self.sensors.items()}
+        object.__setattr__(self, "sensors", sensors)
+        if self.position is not None:
+            object.__setattr__(self, "position", self._samples("position", self.position, (3,)))
+
+    def frame(self) -> pd.DataFrame:
+        """The table: ``time``, ``gyro_x``..., and the channels of every sensor."""
+        columns = {"time": self.times} | _columns("gyro", self.gyro_deg_s)
+        for name, rows in self.sensors.items():
+            columns |= _columns(name, rows)
+        if self.position is not None:
+            columns |= _columns("position", self.position)
+        return pd.DataFrame(columns)
+
+    def step_of(self, name: str) -> Floats:
+        """In which the channels of ``gyro`` or a sensor count, zero of any number."""
+        if name in self.steps:
+            return self.steps[name]
+        return resolution(self.gyro_deg_s if name == "gyro" else self.sensors[name])
+
+    def until(self, time: float) -> Telemetry:
+        """The samples until a time [s].
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        n = int(np.searchsorted(self.times, time, side="right"))
+        if not n:
+            raise ValueError(f"no sample until {time!r} s: the first is at {self.times[0]:.6f} s")
+        truth = self.truth
+        return Telemetry(
+            times=self.times[:n],
+            gyro_deg_s=self.gyro_deg_s[:n],
+            sensors={name: rows[:n] for name, rows in self.sensors.items()},
+            position=None if self.position is None else self.position[:n],
+            steps=self.steps,
+            truth=truth and Truth(attitude=truth.attitude[:n], states=truth.states[:n]),
+        )
+
+    def to_csv(self, path: Path | str) -> None:
+        """Write the table; floats by repr, so that it reads back exactly.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written.
+        """
+        write_text(Path(path), self.frame().to_csv(index=False, lineterminator="\n"))
+
+    def readings(self, suite: Suite) -> tuple[Floats, ...]:
+        """Of every sensor of a suite, shape (n, k, 3), in the filter's units, NaN where none.
+
+        Raises
+        ------
+        ValueError
+            For a sensor of the suite that is missing, or one that it does not know.
+        """
+        names = [sensor.name for sensor in suite.sensors]
+        if set(names) != set(self.sensors):
+            raise ValueError(f"telemetry of {list(self.sensors)}: expected that of {names}")
+        return tuple(from_channels(sensor, self.sensors[sensor.name]) for sensor in suite.sensors)
+
+    def _samples(self, name: str, values: ArrayLike, widths: tuple[int, ...]) -> Floats:
+        rows: Floats = np.array(values, dtype=float)
+        if rows.shape not in [(len(self.times), width) for width in widths]:
+            raise ValueError(
+                f"{name}: expected an array of shape ({len(self.times)}, {widths[0]}), not "
+                f"{rows.shape}"
+            )
+        missing = np.isnan(rows)
+        for wrong, what in (
+            (np.isinf(rows).any(axis=1), "expected finite numbers"),
+            (missing.any(axis=1) & ~missing.all(axis=1), "expected all of its numbers or none"),
+        ):
+            if wrong.any():
+                k = int(np.argmax(wrong))
+                raise ValueError(
+                    f"{name} at time {self.times[k]:.6f} s = {rows[k].tolist()}: {what}"
+                )
+        return rows
+
+
+def channels(name: str, width: int = 3) -> list[str]:
+    """Columns of a vector, or of a quaternion: ``mag_x``..., ``tracker_q1``..."""
+    return [f"{name}_{part}" for part in ("xyz" if width == 3 else ("q1", "q2", "q3", "q4"))]
+
+
+def _columns(name: str, rows: Floats) -> dict[str, Any]:
+    return dict(zip(channels(name, rows.shape[1]), rows.T, strict=True))

@@ -1,0 +1,129 @@
+"""Whether a plan achieves what its covariance promises: simulated flights, judged by chance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.view.observability import States
+from scipy.stats import chi2
+
+from mgeo.studies.statistics import holm
+from mgeo_calibration.estimation import simulate
+
+#: Probability of calling a plan and its filter wrong that are right, in all tests together.
+LEVEL = 0.01
+#: With which an error that is too large is to be found, to say how large that must be.
+POWER = 0.9
+
+PREDICTED, CLAIMED = "rms / predicted [-]", "rms / claimed [-]"
+_P = {PREDICTED: "p, predicted", CLAIMED: "p, claimed"}
+
+
+@dataclass(frozen=True, eq=False)
+class Verification:
+    """Errors of simulated flights at a plan's `t_end`, against its prediction and their filter.
+
+    It is one test at the `LEVEL`: that no state's error is larger than predicted, that none is
+    larger than the filter claims, and that the filter's covariance as a whole, with its
+    correlations, is not too small (NEES). Their p-values are chi-square's, corrected by Holm for
+    all of them together.
+
+    Attributes
+    ----------
+    n_runs : int
+    table : DataFrame
+        One row per state: ``unit``; ``predicted`` 1-sigma; ``rms`` error of the flights; its ratio
+        to that, and to what each flight's own filter claims (root mean square); ``within 3 sigma
+        [%]`` of the claim; and the two ratios' p-values, corrected.
+    nees : float
+        Mean normalized error squared per state, eᵀ P⁻¹ e / n_states; 1 for a consistent filter.
+    nees_p : float
+        Its p-value, corrected.
+    path_limits : DataFrame
+        How often each path limit was truly broken; see `MonteCarlo.broken_limits`.
+    """
+
+    n_runs: int
+    table: pd.DataFrame
+    nees: float
+    nees_p: float
+    path_limits: pd.DataFrame
+
+    @property
+    def worse(self) -> list[str]:
+        """States whose error is larger than predicted, beyond chance."""
+        return self._beyond(PREDICTED)
+
+    @property
+    def too_sure(self) -> list[str]:
+        """States whose error is larger than the filter claims, beyond chance."""
+        return self._beyond(CLAIMED)
+
+    @property
+    def achieved(self) -> bool:
+        """Whether no test fails."""
+        return not (self.worse or self.too_sure) and self.nees_p >= LEVEL
+
+    @property
+    def detectable(self) -> float:
+        """How many times too large an error must be for so many flights to show it with `POWER`."""
+        tests = 2 * len(self.table) + 1
+        smallest = chi2.isf(LEVEL / tests, self.n_runs) / chi2.isf(POWER, self.n_runs)
+        return float(np.sqrt(smallest))
+
+    def _beyond(self, ratio: str) -> list[str]:
+        p = self.table[_P[ratio]]
+        return [str(state) for state in p.index[p < LEVEL]]
+
+
+def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification:
+    """Fly a plan `n_runs` times, to its `t_end`, with other errors each time.
+
+    See `estimation.simulate`.
+
+    Raises
+    ------
+    ValueError
+        For fewer than two runs, or a seed below zero.
+    """
+    for name, value, least in (("n_runs", n_runs, 2), ("seed", seed, 0)):
+        if value < least:
+            raise ValueError(f"{name} = {value!r}: expected at least {least}")
+    flights = simulate(
+        plan.scenario,
+        plan.design,
+        n_runs,
+        seed,
+        environment=plan.problem.environment,
+        until=plan.t_end,
+    )
+    found, at = flights.table(), flights.sample()
+    states = States.of(plan.problem.model.suite)
+    predicted = found["ratio"].to_numpy()
+    claimed = np.sqrt(((flights.errors[:, at] / flights.sigma[:, at]) ** 2).mean(axis=0))
+    nees, m = float(flights.nees[:, at].mean() / len(states.names)), len(states.names)
+    p = holm(
+        np.concatenate(
+            [
+                chi2.sf(n_runs * np.concatenate([predicted, claimed]) ** 2, n_runs),
+                chi2.sf([n_runs * m * nees], n_runs * m),
+            ]
+        )
+    )
+    table = pd.DataFrame(
+        {
+            "unit": states.units,
+            "predicted": found["predicted"].to_numpy() * states.factors,
+            "rms": found["rms"].to_numpy() * states.factors,
+            PREDICTED: predicted,
+            CLAIMED: claimed,
+            "within 3 sigma [%]": 100.0 * found["within 3 sigma"].to_numpy(),
+            _P[PREDICTED]: p[:m],
+            _P[CLAIMED]: p[m:-1],
+        },
+        index=pd.Index(states.names, name="state"),
+    )
+    return Verification(n_runs, table, nees, float(p[-1]), flights.broken_limits())

@@ -1,0 +1,194 @@
+"""Flights of a simulation of its own: exact rotations of any motion, own errors and noise.
+
+It shares with `mgeo_attitude.fly` only what the Sun and the field are. The body turns while the
+gyro averages, the gyro and the sensors count in steps, clocks are late, readings are absurd.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+from mgeo_attitude import Environment, Scenario
+from mgeo_calibration import Telemetry
+from mgeo_calibration.telemetry.telemetry import Truth
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+#: Parts of a step in which the rate is a line.
+PARTS = 10
+_GAUSS = 0.5 + np.array([-1.0, 1.0]) * np.sqrt(3.0) / 6.0
+
+Rate = Callable[[np.ndarray], np.ndarray]
+
+
+def steady(plan) -> Rate:
+    """Constant rates [deg/s], each with its duration [s]; at rest after them."""
+    rows = np.reshape(plan, (-1, 4))
+    rates = np.radians(np.vstack([rows[:, :3], np.zeros(3)]))
+    return lambda t: rates[np.searchsorted(np.cumsum(rows[:, 3]), t, side="right")]
+
+
+def coning(deg_s, frequency, about=(0.3, -0.2, 0.5)) -> Rate:
+    """A rate [deg/s] that turns about z [rad/s], on top of a steady one."""
+
+    def rate(t):
+        turning = np.stack([np.cos(frequency * t), np.sin(frequency * t), 0.0 * t], axis=-1)
+        return np.radians(deg_s * turning + np.array(about))
+
+    return rate
+
+
+def tumble(inertia, start_deg_s, duration) -> Rate:
+    """Euler's equations without torque."""
+    J = np.asarray(inertia)
+    found = solve_ivp(
+        lambda _, w: np.cross(J * w, w) / J,
+        (-1.0, duration + 1.0),
+        np.radians(start_deg_s),
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-12,
+        dense_output=True,
+    )
+    return lambda t: found.sol(np.ravel(t)).T.reshape(*np.shape(t), 3)
+
+
+def turned(rate: Rate, times) -> tuple[np.ndarray, Rotation]:
+    """Integrals of the rate over the steps, and body-to-inertial rotations from the first time.
+
+    Magnus's series of fourth order, R' = R [w x], in parts of the steps.
+    """
+    h = np.diff(times)[:, None] / PARTS
+    angle, step = np.zeros((len(h), 3)), Rotation.identity(len(h))
+    for part in range(PARTS):
+        a, b = (rate(times[:-1] + (part + node) * h[:, 0]) for node in _GAUSS)
+        mean = 0.5 * h * (a + b)
+        angle += mean
+        step = step * Rotation.from_rotvec(mean + np.sqrt(3.0) / 12.0 * h**2 * np.cross(a, b))
+    R = np.concatenate([np.eye(3)[None], step.as_matrix()])
+    reach = 1
+    while reach < len(R):
+        R[reach:] = R[:-reach] @ R[reach:]
+        reach *= 2
+    return angle, Rotation.from_matrix(R)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Craft:
+    """What is true of a satellite, where it is not drawn from the scenario.
+
+    Attributes
+    ----------
+    gyro_bias_deg_s, sun_bias, mag_bias_nt : array, shape (3,)
+    sun_turn_deg, mag_turn_deg : array, shape (3,)
+        Rotation vectors of misalignments.
+    decay, walk : float
+        Of the gyro's bias [1/s, rad/s^1.5].
+    gyro_step_deg_s, mag_step_nt : float
+        In which they count; zero for any number.
+    unit_vectors : bool
+        Whether the Sun sensor normalizes.
+    instantaneous : bool
+        Whether the gyro reports the rate at the sample.
+    late : mapping of str to float
+        By how much sensors are late [s].
+    spikes : mapping of (str, int) to float or array
+        What is read in place of a sample of ``gyro`` or a sensor.
+    """
+
+    gyro_bias_deg_s: np.ndarray | None = None
+    sun_bias: np.ndarray | None = None
+    mag_bias_nt: np.ndarray | None = None
+    sun_turn_deg: np.ndarray | None = None
+    mag_turn_deg: np.ndarray | None = None
+    decay: float | None = None
+    walk: float | None = None
+    gyro_step_deg_s: float = 0.0
+    mag_step_nt: float = 0.0
+    unit_vectors: bool = False
+    instantaneous: bool = False
+    late: dict[str, float] = field(default_factory=dict)
+    spikes: dict[tuple[str, int], float] = field(default_factory=dict)
+
+
+@cache
+def surroundings(scenario: Scenario, n: int, step: float, late: float) -> Environment:
+    return Environment.at(scenario, np.arange(1, n + 1) * step - late)
+
+
+def fly(scenario: Scenario, rate: Rate, seed, craft=None, duration=3000.0, step=1.0) -> Telemetry:
+    """Telemetry of a satellite with a gyro, a Sun sensor and a magnetometer, with its truth."""
+    craft = craft or Craft()
+    rng, gyro = np.random.default_rng(seed), scenario.gyro
+    sun, mag = scenario.sensors
+    n = round(duration / step)
+    times = np.arange(n + 1) * step
+    angle, relative = turned(rate, times)
+    attitude = Rotation.random(rng=rng) * relative
+
+    def drawn(value, sigma):
+        chance = sigma * rng.standard_normal(3)
+        return chance if value is None else np.asarray(value, dtype=float)
+
+    bias = drawn(craft.gyro_bias_deg_s, gyro.initial_bias_deg_s)
+    decay = gyro.bias_decay if craft.decay is None else craft.decay
+    walk = gyro.rate_random_walk if craft.walk is None else craft.walk
+    kicks = walk * np.sqrt(step) * rng.standard_normal((n, 3))
+    biases = np.empty((n + 1, 3))
+    biases[0] = np.radians(bias)
+    for k in range(n):
+        biases[k + 1] = np.exp(-decay * step) * biases[k] + kicks[k]
+    density = np.radians(gyro.angle_random_walk_deg_per_sqrt_h) / 60.0
+    noise = density / np.sqrt(step) * rng.standard_normal((n, 3))
+    if craft.instantaneous:
+        rates = rate(times[1:]) + biases[1:] + noise
+    else:
+        rates = angle / step + 0.5 * (biases[1:] + biases[:-1]) + noise
+    rates = counted(np.degrees(rates), craft.gyro_step_deg_s)
+
+    readings, states = {}, np.zeros((n, 18))
+    states[:, 3:6] = biases[1:]
+    for number, (sensor, turn, b, unit) in enumerate(
+        (
+            (sun, craft.sun_turn_deg, craft.sun_bias, 1.0),
+            (mag, craft.mag_turn_deg, craft.mag_bias_nt, 50_000.0),
+        )
+    ):
+        mounted = Rotation.from_rotvec(drawn(turn, sensor.initial_misalignment_deg), degrees=True)
+        sigma = sensor.initial_bias if sensor is sun else sensor.initial_bias_nt
+        offset = drawn(b, sigma)
+        late = craft.late.get(sensor.name, 0.0)
+        around = surroundings(scenario, n, step, late)
+        vectors = np.array(around.sun if sensor is sun else around.field)
+        then = attitude[1:]
+        if late:
+            _, early = turned(lambda t, late=late: rate(t - late), times)
+            back = turned(rate, np.array([-late, 0.0]))[1][1].inv()
+            then = (attitude[0] * back * early)[1:]
+        y = mounted.apply(then.inv().apply(vectors)) + offset
+        y += unit * np.array(sensor.noise()) * rng.standard_normal((n, 3))
+        if sensor is sun:
+            y[~around.sunlit] = np.nan
+            if craft.unit_vectors:
+                y /= np.linalg.norm(y, axis=1)[:, None]
+        else:
+            y = counted(y, craft.mag_step_nt)
+        readings[sensor.name] = y
+        q = mounted.as_quat(canonical=True)
+        states[:, 6 + 6 * number : 9 + 6 * number] = 2.0 * q[:3] / q[3]
+        states[:, 9 + 6 * number : 12 + 6 * number] = offset / unit
+    readings["gyro"] = rates
+    for (name, k), value in craft.spikes.items():
+        readings[name][k] = value
+    return Telemetry(
+        times=times[1:],
+        gyro_deg_s=readings.pop("gyro"),
+        sensors=readings,
+        truth=Truth(attitude=attitude[1:].as_matrix().swapaxes(1, 2), states=states),
+    )
+
+
+def counted(values, step):
+    """Multiples of a step."""
+    return step * np.round(values / step) if step else values

@@ -1,0 +1,327 @@
+"""Plan again: a calibration is where the next scenario starts, and the next calibration goes on."""
+
+import dataclasses
+import json
+from datetime import timedelta
+
+import numpy as np
+import pandas as pd
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Environment, FilterModel, Scenario
+from mgeo_attitude.environment.orbit import Orbit
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.geometry.rotation import matrix, vector
+from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.scenario import Wheels
+from mgeo_calibration import calibrate, fly, simulate
+from mgeo_calibration.calibration import from_json, to_json
+from mgeo_calibration.estimation.belief import Belief
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
+
+from ...attitude.filter.suites import SUITES
+from .flights import PLAN, normalized, short
+
+SECOND = (-0.4, 0.2, 0.5, 300.0, 0.6, 0.5, -0.3, 300.0, 0.1, -0.6, -0.4, 300.0)
+
+
+@pytest.fixture(scope="module")
+def first():
+    """A calibration from the first maneuver and some of the second, and its flight."""
+    scenario = short(Scenario.cubesat_6u(), 900.0)
+    telemetry = fly(scenario, PLAN, 4)
+    return calibrate(scenario, telemetry), telemetry
+
+
+def test_the_scenario_starts_where_the_calibration_ends(first):
+    found, telemetry = first
+    after = found.scenario_after({"maneuvers": {"count": 2}, "duration": 600.0})
+    assert after.epoch == found.scenario.epoch + timedelta(seconds=900)
+    assert (after.maneuvers.count, after.duration) == (2, 600.0)
+    assert after.sensors == found.scenario.sensors
+    model = FilterModel.from_scenario(after)
+    off = Rotation.from_matrix(model.initial_attitude @ telemetry.truth.attitude[-1].T)
+    assert np.degrees(off.magnitude()) < 1.0
+    np.testing.assert_array_equal(model.initial_states, found.states)
+    np.testing.assert_allclose(model.initial_covariance, found.covariance, rtol=1e-12, atol=1e-30)
+    np.testing.assert_allclose(np.degrees(model.initial_rate), PLAN[4:7], atol=0.02)
+    whole = Environment.from_scenario(short(Scenario.cubesat_6u(), 1500.0))
+    rest = Environment.from_scenario(after)
+    np.testing.assert_allclose(rest.position, whole.position[900:], rtol=0, atol=1e-5)
+    np.testing.assert_allclose(rest.velocity, whole.velocity[900:], rtol=0, atol=1e-8)
+    assert np.abs(rest.field - whole.field[900:]).max() < 0.1  # nT: of another half time
+
+
+@pytest.mark.parametrize("propagator", ["two-body", "j2"])
+@pytest.mark.parametrize("eccentricity", [0.0, 0.001, 0.3])
+def test_elements_of_a_later_epoch_are_the_same_orbit(propagator, eccentricity):
+    orbit = Orbit(
+        propagator=propagator,
+        semi_major_axis=1.1e7,
+        eccentricity=eccentricity,
+        inclination_deg=50.0,
+        raan_deg=-200.0,
+        argument_of_perigee_deg=300.0,
+        true_anomaly_deg=170.0,
+    )
+    epoch, times = Scenario.paper().epoch, np.linspace(0.0, 2e4, 7)
+    for time in (0.0, 777.7, 123456.0):
+        later = orbit.later(time).propagate(epoch, times)
+        for one, other, least in zip(later, orbit.propagate(epoch, times + time), (1e-4, 1e-7),
+                                     strict=True):  # fmt: skip
+            np.testing.assert_allclose(one, other, rtol=0, atol=least)
+
+
+def test_a_leap_second_is_counted():
+    scenario = Scenario.from_dict(
+        {
+            "preset": "paper",
+            "epoch": "2016-12-31T23:50:00Z",
+            "duration": 900.0,
+            "convergence": {"window": 300.0},
+        }
+    )
+    found = calibrate(scenario, fly(scenario, PLAN, 1))
+    after = found.scenario_after()
+    assert after.epoch.isoformat() == "2017-01-01T00:04:59+00:00"
+
+
+def test_the_file_is_enough(first):
+    found, _ = first
+    text = to_json(found)
+    table = {"after": json.loads(text), "duration": 600.0}
+    after = found.scenario_after({"duration": 600.0})
+    assert Scenario.from_dict(table) == after
+    assert from_json(text).scenario_after({"duration": 600.0}) == after
+    assert AttitudeManeuverProblem.from_options(table).options() == after.to_dict()
+    assert AttitudeManeuverProblem(after).n_var == 12
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("time_s", "900", r"after\.time_s = '900': expected what a calibration's document has"),
+        ("time_s", -1.0, r"after\.time_s = -1\.0: expected a number in \[0, 1e\+09\] s"),
+        ("time_s", None, r"after\.time_s: missing"),
+        ("quaternion", [0.0, 0.0, 0.0, 2.0], r"after\.quaternion = .*of unit length, not 2"),
+        ("covariance", [[0.0] * 18] * 18, r"after\.covariance = .*positive definite"),
+        ("states", {}, r"after\.states = \[\]: expected gyro\.bias, sun\.misalignment"),
+        ("scenario", {"preset": "papers"}, r"after\.preset = 'papers'"),
+    ],
+)
+def test_a_document_that_is_no_calibration_s(first, key, value, message):
+    document = json.loads(to_json(first[0])) | {key: value}
+    if value is None:
+        del document[key]
+    with pytest.raises(InvalidValue, match=message):
+        Scenario.from_dict({"after": document})
+
+
+@pytest.mark.parametrize("key", ["epoch", "preset", "prior"])
+def test_what_follows_from_the_calibration_is_not_said_twice(first, key):
+    with pytest.raises(InvalidValue, match=f"{key} = 'x': expected no {key} beside a calibration"):
+        first[0].scenario_after({key: "x"})
+
+
+def test_a_rate_at_its_limit_is_not_above_it(first):
+    found, _ = first
+    noisy = dataclasses.replace(found, rate_deg_s=np.array([1.002, 0.5, 0.0]))
+    assert max(noisy.scenario_after().prior.rate_deg_s) == pytest.approx(1.0, rel=1e-12)
+    AttitudeManeuverProblem(noisy.scenario_after())
+    fast = dataclasses.replace(found, rate_deg_s=np.array([1.2, 0.5, 0.0]))
+    with pytest.raises(InvalidValue, match=r"prior\.rate_deg_s = \(1\.2, .*not 1\.2 about x"):
+        AttitudeManeuverProblem(fast.scenario_after())
+    wheels = Wheels(inertia=(0.2, 0.1, 0.1), max_momentum=0.2 * np.radians(0.5))
+    heavy = dataclasses.replace(found, scenario=dataclasses.replace(found.scenario, wheels=wheels),
+                                rate_deg_s=np.array([0.501, 0.0, 0.0]))  # fmt: skip
+    AttitudeManeuverProblem(heavy.scenario_after())
+
+
+def test_what_was_sent_before_is_read_once(first):
+    """Telemetry of both flights in one table gives what that of the second one alone gives."""
+    found, telemetry = first
+    after = found.scenario_after({"duration": 600.0})
+    second = fly(after, SECOND, 2, after=telemetry.truth)
+    np.testing.assert_allclose(second.truth.attitude[0], telemetry.truth.attitude[-1], atol=1e-12)
+    np.testing.assert_array_equal(second.truth.states[0], telemetry.truth.states[-1])
+    earlier = telemetry.frame()
+    earlier["time"] -= 900.0
+    both = pd.concat([earlier, second.frame()[1:]])
+    one, other = calibrate(after, second), calibrate(after, both)
+    np.testing.assert_array_equal(one.covariance, other.covariance)
+    np.testing.assert_array_equal(one.states, other.states)
+    with pytest.raises(ValueError, match=r"telemetry ends at 0\.000000 s after 2018-06-.*expected"):
+        calibrate(after, earlier)
+
+
+def test_two_calibrations_are_one_of_both_flights(first):
+    """A linear world would make them equal; here by less than a 1-sigma, with its covariance."""
+    found, telemetry = first
+    after = found.scenario_after({"duration": 600.0})
+    second = fly(after, SECOND, 2, after=telemetry.truth)
+    earlier, later = telemetry.frame(), second.frame()[1:]
+    later["time"] += 900.0
+    whole = calibrate(short(found.scenario, 1500.0), pd.concat([earlier, later]))
+    parts = calibrate(after, second)
+    spread = np.sqrt(np.diag(whole.covariance))
+    np.testing.assert_allclose(np.sqrt(np.diag(parts.covariance)), spread, rtol=0.01)
+    scale = np.outer(spread, spread)
+    np.testing.assert_allclose(parts.covariance / scale, whole.covariance / scale, atol=0.02)
+    off = (parts.states - whole.states)[3:] / spread[3:]
+    assert np.abs(off).max() < 0.1
+    turn = Rotation.from_quat(parts.quaternion).inv() * Rotation.from_quat(whole.quaternion)
+    assert np.abs(turn.as_rotvec() / spread[:3]).max() < 0.1
+
+
+@pytest.mark.parametrize("silence", [5.0, 400.0])
+def test_between_flights_the_satellite_may_be_silent(first, silence):
+    """Who turns meanwhile is anywhere then; constants go on, and the bias as it drifts."""
+    found, telemetry = first
+    after = found.scenario_after({"duration": 900.0})
+    second = fly(after, SECOND, 3, after=telemetry.truth)
+    rows = second.times > silence
+    gyro = np.where(rows[:, None], second.gyro_deg_s, np.nan)
+    sensors = {k: np.where(rows[:, None], v, np.nan) for k, v in second.sensors.items()}
+    later = calibrate(after, dataclasses.replace(second, gyro_deg_s=gyro, sensors=sensors))
+    nees, x = normalized(later, second)
+    low, high = chi2.ppf([1e-3, 1.0 - 1e-3], 18) / 18
+    assert low < nees < high
+    assert np.abs(x).max() < 4.0
+    prior = np.sqrt(np.diag(found.covariance))
+    assert (np.sqrt(np.diag(later.covariance))[6:] <= prior[6:] * (1.0 + 1e-9)).all()
+
+
+def test_a_belief_is_what_remains_of_the_truth(first):
+    """r and -J, by differences of scipy's rotations."""
+    belief = Belief.of(first[0].scenario_after())
+    rng, n = np.random.default_rng(1), 18
+    e = belief.sigma * rng.standard_normal(n)
+    states = belief.states.copy()
+    attitude = belief.attitude @ matrix(e[:3])
+    for first_state in range(3, n, 3):
+        block = slice(first_state, first_state + 3)
+        if first_state in belief.suite.rotations:
+            states[block] = vector(matrix(states[block]) @ matrix(e[block]))
+        else:
+            states[block] += e[block]
+    r, J = belief.residual(attitude, states)
+    P = belief.sigma[:, None] * belief.correlation * belief.sigma
+    assert r @ r == pytest.approx(e @ np.linalg.solve(P, e), rel=1e-9)
+    step = 1e-6 * belief.sigma
+    for j in range(n):
+        changed, turned = states.copy(), attitude
+        block = slice(3 * (j // 3), 3 * (j // 3) + 3)
+        d = np.zeros(3)
+        d[j % 3] = step[j]
+        if j < 3:
+            turned = attitude @ matrix(d)
+        elif block.start in belief.suite.rotations:
+            changed[block] = vector(matrix(states[block]) @ matrix(d))
+        else:
+            changed[block] += d
+        slope = (belief.residual(turned, changed)[0] - r) / step[j]
+        np.testing.assert_allclose(slope, -J[:, j], rtol=1e-5, atol=1e-5 * np.abs(J[:, j]).max())
+
+
+def test_of_another_sample_nothing_is_believed_of_what_varies():
+    suite = SUITES["varying errors"]
+    rng, n = np.random.default_rng(2), suite.n_states
+    root = np.eye(n) + 0.1 * rng.standard_normal((n, n))
+    P = root @ root.T
+    correlation = P / np.sqrt(np.outer(np.diag(P), np.diag(P)))
+    states, sigma = rng.standard_normal(n), 0.1 * suite.initial_sigma(1.0)
+    found = Belief(suite, np.eye(3), states, sigma, correlation).without_attitude()
+    kept = np.setdiff1d(np.arange(n), [*range(3), *range(suite.n_kinematic, suite.n_dynamic)])
+    assert found.attitude is None
+    np.testing.assert_array_equal(found.states[kept], states[kept])
+    np.testing.assert_array_equal(found.sigma[kept], sigma[kept])
+    block = np.ix_(kept, kept)
+    np.testing.assert_array_equal(found.correlation[block], correlation[block])
+    others = np.setdiff1d(np.arange(n), kept)
+    np.testing.assert_array_equal(found.correlation[others], np.eye(n)[others])
+    np.testing.assert_array_equal(found.sigma[others], suite.initial_sigma(1.0)[others])
+    assert not found.states[others].any()
+
+
+def test_the_simulation_draws_from_what_is_known(first):
+    """Errors at the start have the whole covariance, and NEES of the filter is 1 ever after."""
+    found, _ = first
+    after = found.scenario_after({"duration": 600.0})
+    result = simulate(after, SECOND, 200, 5)
+    start = result.errors[:, 0]
+    P = found.covariance
+    squares = np.einsum("ri,ri->r", start, np.linalg.solve(P, start.T).T)
+    low, high = chi2.ppf([1e-3, 1.0 - 1e-3], 18 * 200) / (18 * 200)
+    assert low < squares.mean() / 18 < high
+    assert low < result.nees[:, -1].mean() / 18 < high
+    ratio = result.table(600.0)["ratio"]
+    assert ratio.between(0.8, 1.2).all()
+
+
+def many(preset, flights):
+    """Flights, calibrations and second ones with and without what the first have found."""
+    scenario = short(getattr(Scenario, preset)(), 1200.0)
+    environment, with_it, without, errors = Environment.from_scenario(scenario), [], [], []
+    for seed in range(300, 300 + flights):
+        telemetry = fly(scenario, PLAN, seed, environment=environment)
+        found = calibrate(scenario, telemetry)
+        after = found.scenario_after({"duration": 900.0})
+        second = fly(after, SECOND, seed + 1000, after=telemetry.truth)
+        alone = dataclasses.replace(after, prior=None)
+        with_it.append(calibrate(after, second))
+        without.append(calibrate(alone, second))
+        errors.append([normalized(one, second) for one in (with_it[-1], without[-1])])
+    return with_it, without, errors
+
+
+@pytest.mark.parametrize(
+    ("preset", "flights"),
+    [
+        ("paper", 6),
+        ("cubesat_6u", 6),
+        pytest.param("cubesat_6u_full", 6, marks=pytest.mark.slow),
+    ],
+)
+def test_a_second_flight_goes_on_consistently_and_better(preset, flights):
+    """Better in all that is calibrated, and of that in half by a fifth where little is hidden."""
+    with_it, without, errors = many(preset, flights)
+    suite = with_it[0].suite
+    count = suite.n_states * flights
+    low, high = chi2.ppf([1e-3, 1.0 - 1e-3], count) / count
+    assert low < np.mean([one[0] for one, _ in errors]) < high
+    assert np.abs([one[1] for one, _ in errors]).max() < 4.2
+    better = [
+        np.sqrt(np.diag(one.covariance) / np.diag(other.covariance))[suite.calibrated]
+        for one, other in zip(with_it, without, strict=True)
+    ]
+    assert np.max(better) < 1.0
+    assert np.median(better) < (0.8 if preset != "cubesat_6u_full" else 0.95)
+    for one in with_it:
+        np.testing.assert_allclose(
+            np.diag(one.covariance)[suite.considered],
+            suite.initial_sigma(0.0)[suite.considered] ** 2,
+            rtol=1e-12,
+        )
+        assert not one.states[suite.considered].any()
+
+
+def test_the_figure_shows_what_is_new(first):
+    """Estimates less those of the calibration before, over its 1-sigmas."""
+    found, telemetry = first
+    after = found.scenario_after({"duration": 600.0})
+    again = calibrate(after, fly(after, SECOND, 2, after=telemetry.truth))
+    one, other = found.table(), again.table()
+    drawn = [point for trace in again.figures()["constants"].data for point in trace.y]
+    expected = (other["estimate"] - one["estimate"]) / one["sigma"]
+    np.testing.assert_allclose(drawn, expected, rtol=1e-9)
+    np.testing.assert_allclose(other["prior_sigma"], one["sigma"], rtol=1e-12)
+
+
+def test_a_plan_that_teaches_little_more_is_no_bad_plan(first):
+    """Of what was known before the first calibration little is left."""
+    after = first[0].scenario_after({"duration": 600.0})
+    plan = ManeuverPlan(after, SECOND)
+    assert plan.accuracy()["after / before [-]"].max() > 0.5
+    assert plan.uncalibrated() == []
+    still = ManeuverPlan(dataclasses.replace(after, prior=None), (0.0,) * 12)
+    assert any("of the initial 1-sigma is left" in line for line in still.uncalibrated())

@@ -1,0 +1,248 @@
+"""Tables, tests, uplink, files and figures of a calibration."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from mgeo_attitude import Environment, Scenario
+from mgeo_attitude.plan import ManeuverPlan
+from mgeo_calibration import calibrate
+from mgeo_calibration.calibration import from_json, read_json, to_json
+from mgeo_calibration.calibration.report import report_html
+from mgeo_calibration.calibration.sensor_tests import (
+    SIGNIFICANCE,
+    correlation_bound,
+    greatest_correlation,
+    nis_bounds,
+)
+from mgeo_calibration.estimation.residuals import Innovations
+from plotly.offline import get_plotlyjs
+from scipy.spatial.transform import Rotation
+
+from .flights import PLAN, flown, short
+
+
+def test_the_table_has_a_row_for_each_constant_and_axis(calibration, telemetry):
+    table = calibration.table()
+    assert list(table) == ["block", "axis", "unit", "estimate", "sigma", "prior_sigma"]
+    assert list(table["block"].unique()) == [
+        "gyro.bias",
+        "sun.misalignment",
+        "sun.bias",
+        "mag.misalignment",
+        "mag.bias",
+    ]
+    assert list(table["axis"]) == list("xyz") * 5
+    units = dict(zip(table["block"], table["unit"], strict=True))
+    assert units == {
+        "gyro.bias": "deg/s",
+        "sun.misalignment": "deg",
+        "sun.bias": "-",
+        "mag.misalignment": "deg",
+        "mag.bias": "nT",
+    }
+    prior = table.drop_duplicates("block").set_index("block")["prior_sigma"]
+    assert prior.round(12).to_dict() == {
+        "gyro.bias": 0.01,
+        "sun.misalignment": 1.0,
+        "sun.bias": 0.02,
+        "mag.misalignment": 1.0,
+        "mag.bias": 2000.0,
+    }
+    truth = telemetry.truth.states[-1]
+    true = {
+        "gyro.bias": np.degrees(truth[3:6]),
+        "sun.bias": truth[9:12],
+        "mag.bias": 5e4 * truth[15:18],
+        "mag.misalignment": Rotation.from_quat([*(0.5 * truth[12:15]), 1.0]).as_rotvec(True),
+    }
+    for block, expected in true.items():
+        rows = table[table["block"] == block]
+        assert (np.abs(rows["estimate"] - expected) < 4.0 * rows["sigma"]).all()
+        assert (rows["sigma"] < rows["prior_sigma"]).all()
+
+
+def test_what_is_sent_up_takes_the_errors_out(calibration, telemetry):
+    """Corrected readings are the true vectors in body axes, to noise and 1-sigmas."""
+    environment, up = Environment.from_scenario(calibration.scenario), calibration.uplink()
+    k = slice(1200, None)
+    for name, noise in (("sun", np.radians(2.0)), ("mag", 500.0)):
+        entry, raw = up[name], telemetry.sensors[name][k]
+        dcm = np.array(entry["dcm"])
+        np.testing.assert_allclose(
+            Rotation.from_quat(entry["quaternion"]).as_matrix().T, dcm, atol=1e-12
+        )
+        body = (raw - entry["bias"]) @ dcm
+        seen = environment.sun if name == "sun" else environment.field
+        true = np.einsum("kij,kj->ki", telemetry.truth.attitude[k], seen[k])
+        assert np.abs((body - true).mean(axis=0)).max() < 0.3 * noise
+        assert np.abs((raw - true).mean(axis=0)).max() > 0.3 * noise
+        assert (body - true).std() == pytest.approx(noise, rel=0.1)
+    rate = np.radians(up["gyro"]["bias"])
+    assert np.abs(rate - telemetry.truth.states[-1, 3:6]).max() < 1e-5
+    assert up["gyro"]["unit"] == "deg/s"
+
+
+def test_the_attitude_by_filter_and_smoother(calibration, telemetry):
+    frame = calibration.attitude
+    true = Rotation.from_matrix(telemetry.truth.attitude[1:])
+    for name in ("", "filtered_"):
+        q = frame[[f"{name}q{i}" for i in (1, 2, 3, 4)]].to_numpy()
+        sigma = frame[[f"{name}sigma_{axis}" for axis in "xyz"]].to_numpy()
+        off = (Rotation.from_quat(q).inv() * true.inv()).as_rotvec(True) / sigma
+        assert 0.4 < np.sqrt((off**2).mean()) < 2.0
+    smoothed, filtered = frame["sigma_x"], frame["filtered_sigma_x"]
+    assert (smoothed <= filtered * (1.0 + 1e-6)).all()
+    assert filtered[0] > 10.0 * smoothed[0]
+    assert filtered.iloc[-1] == pytest.approx(smoothed.iloc[-1], rel=1e-6)
+    np.testing.assert_allclose(
+        frame[["q1", "q2", "q3", "q4"]].iloc[-1].to_numpy(float), calibration.quaternion
+    )
+
+
+def test_innovations_support_it_or_say_why_not(scenario, telemetry, calibration):
+    assert calibration.supported
+    assert calibration.conclusion == "the innovations support it"
+    table = calibration.test_table()
+    assert (table["before"] > 1.05 * table["after"]).all()
+    np.testing.assert_allclose(table["after"], table["noise"], rtol=0.05)
+    quiet = dataclasses.replace(scenario.sensors[0], noise_deg=1.2)
+    optimist = dataclasses.replace(scenario, sensors=(quiet, *scenario.sensors[1:]))
+    wrong = calibrate(optimist, telemetry)
+    assert not wrong.supported
+    assert "sun scatters more than its noise (NIS " in wrong.conclusion
+    drift = telemetry.sensors["mag"] + 1000.0 * np.sin(telemetry.times / 20.0)[:, None]
+    sensors = {**telemetry.sensors, "mag": drift}
+    conclusion = calibrate(scenario, dataclasses.replace(telemetry, sensors=sensors)).conclusion
+    assert "innovations of mag are not white" in conclusion
+
+
+def test_bounds_of_tests_are_those_of_chance():
+    """Innovations of white noise fail as often as they may: 1 % over all tests."""
+    rng, failed, runs = np.random.default_rng(0), 0, 2000
+    for _ in range(runs):
+        white = Innovations(np.arange(300), rng.standard_normal((300, 3)))
+        low, high = nis_bounds(900, 2)
+        passes = low < white.nis.mean() / 3.0 < high
+        failed += not (passes and greatest_correlation(white) < correlation_bound(900, 2))
+    assert abs(failed / runs - SIGNIFICANCE) < 4.0 * np.sqrt(SIGNIFICANCE / runs)
+    w = np.random.default_rng(1).standard_normal((2000, 3))
+    w[1:] = 0.3 * w[:-1] + np.sqrt(1 - 0.09) * w[1:]
+    assert greatest_correlation(Innovations(np.arange(2000), w)) == pytest.approx(0.3, abs=0.04)
+
+
+def test_json_reads_back_exactly(calibration, tmp_path):
+    text = to_json(calibration)
+    (tmp_path / "c.json").write_text(text)
+    found = read_json(tmp_path / "c.json")
+    assert to_json(found) == text
+    assert found.scenario == calibration.scenario
+    np.testing.assert_array_equal(found.covariance, calibration.covariance)
+    np.testing.assert_array_equal(found.states, calibration.states)
+    pd.testing.assert_frame_equal(found.table(), calibration.table(), check_exact=True)
+    assert found.tests == calibration.tests
+    assert found.rejected == calibration.rejected
+    with pytest.raises(ValueError, match="no history of the attitude"):
+        found.attitude  # noqa: B018
+    assert list(found.figures()) == ["constants"]
+
+
+def edited(text, **changes):
+    table = json.loads(text)
+    for key, value in changes.items():
+        if value is None:
+            del table[key]
+        else:
+            table[key] = value
+    return json.dumps(table)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"format": "x"}, "format = 'x': expected 'mgeo-attitude-calibration'"),
+        ({"version": 1}, "version = 1: this package reads version 2"),
+        ({"version": True}, "version = True"),
+        ({"time_s": None}, "time_s is missing"),
+        ({"time_s": "1"}, "time_s = '1': expected a finite number"),
+        ({"more": 1}, "more = 1: expected format, version"),
+        (
+            {"quaternion": [1.0, 1.0, 0.0, 0.0]},
+            "quaternion = .*: expected four numbers of unit length",
+        ),
+        ({"quaternion": [1.0, 0.0, 0.0]}, "quaternion = .*: expected a list of 4"),
+        ({"states": {}}, r"states = \[\]: expected gyro.bias"),
+        ({"covariance": [[1.0]]}, "covariance = .*: expected 18 x 18 numbers"),
+        ({"covariance": [[0.0] * 18] * 18}, "symmetric positive definite"),
+        (
+            {"covariance": [["a"] * 18] * 18},
+            r"covariance\[0\]\[0\] = .a.: expected a finite number",
+        ),
+        ({"tests": [{}]}, r"tests\[0\].sensor is missing"),
+        ({"tests": [{"sensor": 1, "x": 2}]}, r"tests\[0\].x = 2: expected sensor"),
+        ({"rejected": [[1.0, "star", 30.0]]}, r"rejected\[0\] = .*expected a time, one of"),
+        ({"rejected": [[1.0]]}, r"rejected\[0\].sensor is missing"),
+        ({"conclusion": "good"}, "conclusion = 'good': expected .*follows from the estimate"),
+        ({"utc": "2018"}, "utc = '2018'"),
+        ({"scenario": {}}, "scenario.epoch: missing|scenario"),
+    ],
+)
+def test_files_that_are_no_calibrations(calibration, changes, message):
+    with pytest.raises((ValueError, TypeError), match=message):
+        from_json(edited(to_json(calibration), **changes))
+
+
+def test_a_changed_estimate_is_told_from_its_table(calibration):
+    table = json.loads(to_json(calibration))
+    table["states"]["mag.bias"][0] += 0.01
+    with pytest.raises(ValueError, match=r"table\[12\].estimate = .* follows from the estimate"):
+        from_json(json.dumps(table))
+
+
+def test_what_a_plan_promised(scenario, calibration):
+    plan = ManeuverPlan(scenario, PLAN)
+    found = calibration.compare(plan)
+    assert list(found) == ["unit", "predicted", "achieved", "achieved / predicted [-]"]
+    assert found.loc["mag bias x", "unit"] == "nT"
+    # the same information, but for what is believed of the attitude and the true path
+    assert found["achieved / predicted [-]"].between(0.6, 1.4).all()
+    other = dataclasses.replace(scenario, sensors=scenario.sensors[:1])
+    with pytest.raises(ValueError, match="the plan is for a satellite with the states"):
+        calibration.compare(ManeuverPlan(other, PLAN))
+
+
+def test_figures_and_report(scenario, telemetry, calibration):
+    figures = calibration.figures()
+    assert list(figures) == ["constants", "innovations", "attitude"]
+    drawn = [point for trace in figures["constants"].data for point in trace.y]
+    table = calibration.table()
+    np.testing.assert_allclose(drawn, table["estimate"] / table["prior_sigma"])
+    html = report_html(calibration, calibration.compare(ManeuverPlan(scenario, PLAN)))
+    assert html.count('class="plotly-graph-div"') == 3
+    assert "the innovations support it" in html
+    assert "What the plan promised" in html
+    ours = html.replace(get_plotlyjs(), "")  # which knows addresses, for maps
+    assert len(ours) < len(html)
+    for source in ("http://", "https://"):
+        assert f'src="{source}' not in ours
+    named = dataclasses.replace(scenario, name="<script>x</script>")
+    assert "<script>x" not in report_html(calibrate(named, telemetry))
+
+
+def test_a_full_gyro_has_rows_of_its_own():
+    gyro = dataclasses.replace(
+        Scenario.paper().gyro, initial_scale_factor=1e-3, initial_misalignment_deg=0.1
+    )
+    of = short(dataclasses.replace(Scenario.paper(), gyro=gyro), 1500.0)
+    found = calibrate(of, flown(of, 1))
+    table = found.table()
+    assert list(table["block"].unique())[:3] == [
+        "gyro.bias",
+        "gyro.scale_factor",
+        "gyro.misalignment",
+    ]
+    sent = {"bias", "unit", "scale_factor", "dcm", "quaternion", "correction"}
+    assert set(found.uplink()["gyro"]) == sent
+    assert to_json(from_json(to_json(found))) == to_json(found)

@@ -1,0 +1,98 @@
+"""Batches with states that are considered, against one update that leaves them alone."""
+
+import numpy as np
+import pytest
+from mgeo_attitude import Gyro, Magnetometer, Suite, SunSensor
+from mgeo_attitude.filter.reference import schmidt
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.considered import as_believed
+from mgeo_calibration.estimation.linearization import Partition
+from mgeo_calibration.estimation.smoother import (
+    last_covariance,
+    linear_solution,
+)
+
+from ...attitude.filter.suites import SUITES
+from .test_smoother import MEMS, dense, near, scenario
+
+CASES = {
+    "considered": SUITES["considered"],
+    "cubesat_6u_full": SUITES["cubesat_6u_full"],
+    "bias": Suite(
+        Gyro(considered=("bias",), bias_decay=1e-3),
+        (SunSensor(), Magnetometer(considered=("bias",))),
+    ),
+    "constant bias": Suite(
+        Gyro(considered=("bias",), bias_decay=1e-3), (SunSensor(), Magnetometer())
+    ),
+}
+
+
+def known_before(suite, at):
+    """What a calibration has left: errors that are correlated, about other estimates than zero."""
+    rng, n = np.random.default_rng(5), suite.n_states
+    root = np.eye(n) + 0.1 * rng.standard_normal((n, n))
+    P = root @ root.T
+    spread = np.sqrt(np.diag(P))
+    sigma = suite.initial_sigma(1.0)
+    states = 0.3 * sigma * rng.standard_normal(n)
+    for first in suite.rotations:
+        states[first : first + 3] = 0.0
+    return Belief(suite, at.attitude[0], states, sigma, P / np.outer(spread, spread))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_what_is_considered_is_noise_of_all_readings(name, monkeypatch):
+    """A Kalman update by all readings at once, whose gain is zero for what is considered."""
+    monkeypatch.setitem(SUITES, name, CASES[name])
+    changes = MEMS | ({"rate_random_walk": 0.0} if name == "constant bias" else {})
+    data, at = near(scenario(name, **changes), broken=False)
+    suite = data.suite
+    sigma, parts = suite.initial_sigma(1.0), Partition.of(suite)
+    at.states[:, suite.considered] = 0.0
+    belief = known_before(suite, at)
+    J, r = dense(data, sigma, at, parts)
+    r[: suite.n_states], of_start = belief.residual(at.attitude[0], at.states[0])
+    N, d = len(data.times), len(parts.driven)
+    J[: suite.n_states, :d] = of_start[:, parts.driven]
+    J[: suite.n_states, N * d :] = of_start[:, parts.constant]
+    state = np.concatenate([np.tile(parts.driven, N), parts.constant])
+    of = np.isin(state, suite.considered)
+    scale = sigma[state]
+    J, believed = J * scale, suite.n_states + (N - 1) * d  # rows of the prior and of dynamics
+    before, H, z = J[:believed], J[believed:], r[believed:]
+    Q, R = np.linalg.qr(before)
+    root = np.linalg.inv(R)
+    P, mean, HR = root @ root.T, root @ (Q.T @ r[:believed]), H @ root
+    gain = np.linalg.solve(HR @ HR.T + np.eye(len(z)), HR @ root.T).T
+    mean = mean + np.where(of, 0.0, gain @ (z - H @ mean))
+    P = schmidt(P, H, np.eye(len(z)), np.flatnonzero(of))
+    spread = np.sqrt(np.diag(P))
+
+    found = linear_solution(data, belief, at, parts)
+    estimated = np.concatenate([found.e.ravel(), found.e_c])[~of] / scale[~of]
+    np.testing.assert_allclose((estimated - mean[~of]) / spread[~of], 0.0, atol=1e-9)
+    whole = last_covariance(found)
+    states, last = as_believed(belief, found, np.ones(suite.n_states), whole)
+    index = np.empty(suite.n_states, dtype=int)
+    index[parts.driven] = (N - 1) * d + np.arange(d)
+    index[parts.constant] = N * d + np.arange(len(parts.constant))
+    grown = np.ones(suite.n_states)
+    grown[parts.constant] = found.steps.growth[-1]
+    unit = spread[index] * scale[index] * grown
+    expected = P[np.ix_(index, index)] / np.outer(spread[index], spread[index])
+    np.testing.assert_allclose(last / np.outer(unit, unit), expected, rtol=0, atol=1e-9)
+    c = suite.considered
+    left = grown[c] * (scale * mean)[index[c]]
+    np.testing.assert_allclose(states[c] / unit[c], left / unit[c], rtol=0, atol=1e-9)
+    assert (np.delete(states, c) == 1.0).all()
+
+
+def test_where_nothing_is_considered_nothing_changes():
+    data, at = near(scenario("paper"))
+    belief = Belief.initial(data.suite)
+    found = linear_solution(data, belief, at, Partition.of(data.suite))
+    P, x = np.eye(18), np.ones(18)
+    states, covariance = as_believed(belief, found, x, P)
+    assert states is x
+    assert covariance is P

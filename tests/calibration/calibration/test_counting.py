@@ -1,0 +1,95 @@
+"""Channels that count in steps."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_calibration import calibrate
+from mgeo_calibration.estimation.counting import angle_variance
+from mgeo_calibration.telemetry import TelemetryMapping, read_telemetry
+from mgeo_calibration.telemetry.mapping import GyroChannels
+from mgeo_calibration.telemetry.resolution import resolution
+
+from .flights import PLAN, normalized, short
+from .independent import Craft, coning, counted, fly, steady
+
+SCENARIO = short(Scenario.cubesat_6u(), 3000.0)
+MOTIONS = {"plan": steady(PLAN), "turning": coning(1.0, 0.1)}
+
+
+def test_the_step_of_a_channel():
+    """Of numbers with six digits, in few and many levels; none of numbers that hardly repeat."""
+    rng = np.random.default_rng(1)
+    noise = rng.normal(0.0, 0.03, (3000, 3))
+    steps = np.array([0.01, 0.0123, 0.0])
+    rows = noise.copy()
+    rows[:, :2] = steps[:2] * np.round(noise[:, :2] / steps[:2])
+    np.testing.assert_allclose(resolution(rows), steps, rtol=1e-6)
+    np.testing.assert_allclose(resolution(rows.round(6)), steps, atol=2e-6)
+    np.testing.assert_allclose(resolution(rows[:, :1].astype(np.float32)), steps[:1], rtol=1e-5)
+    assert resolution(noise).tolist() == [0.0] * 3
+    assert resolution(rows[:10]).tolist() == [0.0] * 3
+    rests = rows.copy()
+    rests[:, 1] = np.where(rng.random(3000) < 0.5, 0.0, 0.7)
+    assert resolution(rests)[1] == pytest.approx(0.01)  # as the finest of the others
+    rests[:, 1] = 0.0
+    assert resolution(rests)[1] == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.2, 0.3, 0.5, 2.0])
+def test_the_angle_of_rounded_rates_scatters_as_said(ratio):
+    """Of a rate that stays for ten minutes anywhere between two steps, by simulation."""
+    rng, n, step = np.random.default_rng(2), 600, 0.01
+    rate = rng.uniform(-0.5, 0.5, 400) * step
+    noise = rng.normal(0.0, ratio * step, (n, 400))
+    off = counted(rate + noise, step) - rate
+    said = angle_variance(counted(rate + noise, step)[:, :3], 1.0, np.full(3, step), ratio * step)
+    total = said.sum(axis=0).mean() + n * (ratio * step) ** 2
+    found = (off.sum(axis=0) ** 2).mean()
+    assert 0.7 * found < total < 2.0 * found
+
+
+def test_noise_much_larger_than_steps_is_left_alone():
+    rates = np.zeros((10, 3))
+    assert not angle_variance(rates, 1.0, np.full(3, 1e-3), 1e-2).any()
+
+
+def test_steps_are_those_of_the_columns():
+    """Whatever unit and mounting frame; of a turned frame as their variances add up."""
+    telemetry = fly(SCENARIO, MOTIONS["turning"], 1, Craft(gyro_step_deg_s=0.01), duration=300.0)
+    np.testing.assert_allclose(telemetry.step_of("gyro"), 0.01, rtol=1e-6)
+    frame = telemetry.frame()
+    for axis in "xyz":
+        frame[f"gyro_{axis}"] = np.radians(frame[f"gyro_{axis}"])
+    c = np.sqrt(0.5)
+    turned = GyroChannels(unit="rad/s", dcm=((c, -c, 0.0), (c, c, 0.0), (0.0, 0.0, 1.0)))
+    read = read_telemetry(pd.DataFrame(frame), SCENARIO, TelemetryMapping(gyro=turned))
+    np.testing.assert_allclose(read.step_of("gyro"), 0.01, rtol=1e-6)
+    assert read.until(100.0).step_of("gyro")[0] == read.step_of("gyro")[0]
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("step", [0.005, 0.01])
+def test_a_gyro_that_counts_is_calibrated_as_claimed(motion, step):
+    """Beside noise of 0.0025 deg/s; the bias was off by up to 9.6 sigma, and supported."""
+    telemetry = fly(SCENARIO, MOTIONS[motion], 3, Craft(gyro_step_deg_s=step))
+    found = calibrate(SCENARIO, telemetry)
+    nees, x = normalized(found, telemetry)
+    assert nees < 34.8 / 18.0  # chi-square of 18, 1 %
+    assert np.abs(x).max() < 4.0
+    assert found.notes == (f"gyro counts in steps of {step:g} deg/s, which are part of its noise",)
+
+
+def test_a_magnetometer_that_counts_is_supported():
+    """NIS was 1.8, and not supported."""
+    telemetry = fly(SCENARIO, MOTIONS["plan"], 1, Craft(mag_step_nt=300.0))
+    found = calibrate(SCENARIO, telemetry)
+    assert found.supported
+    assert found.test_table().loc["mag", "noise"] == pytest.approx(np.hypot(100.0, 300.0 / 12**0.5))
+
+
+def test_steps_that_noise_hides_are_not_told():
+    """Numbers with six digits, as files have them."""
+    telemetry = fly(SCENARIO, MOTIONS["plan"], 1, Craft(gyro_step_deg_s=1e-6, mag_step_nt=1.0))
+    assert telemetry.step_of("mag").min() == pytest.approx(1.0)
+    assert calibrate(SCENARIO, telemetry).notes == ()

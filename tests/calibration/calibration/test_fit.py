@@ -1,0 +1,195 @@
+"""From telemetry to estimates: any attitude, gaps, rates, outliers; and what is refused."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import Environment, Scenario
+from mgeo_calibration import calibrate
+from mgeo_calibration.estimation.batch import _steps, batch
+from mgeo_calibration.estimation.start import first_attitude
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
+
+from ...attitude.filter.suites import SUITES
+from .flights import (
+    error,
+    flown,
+    normalized,
+    short,
+    thinned,
+    with_holes,
+    with_outliers,
+)
+
+
+def test_steps_where_rates_are_missing():
+    """By hand: one sample each second, but those of 4 and 5 s; another row at 3.25 s."""
+    at = np.array([0.0, 1.0, 2.0, 3.0, 6.0, 7.0])
+    rates = np.column_stack([[0.0, 1.0, 1.0, 1.0, 3.0, 3.0]] * 3)
+    times = np.array([0.0, 1.0, 2.0, 3.0, 3.25, 6.0, 7.0, 7.5])
+    gyro, change, variance, breaks = _steps(times, at, rates, 1.0)
+    # from 3.25 to 6 s the sample of 6 s says 3 of the last second; before it half way, 2
+    np.testing.assert_allclose(gyro[:, 0], [1, 1, 1, 2, (1.75 * 2 + 1 * 3) / 2.75, 3, 3])
+    # a guess that is off by 1 for two seconds turns the attitude by 2: variance 4, in two parts
+    np.testing.assert_allclose(variance, [0, 0, 0, 0.25 * 2, 1.75 * 2, 0, 0])
+    assert not breaks.any()
+    assert not change[[3, 4, 6]].any()  # of a guess, and beyond the last sample
+    at[4:] += 20.0
+    times[5:] += 20.0
+    assert np.flatnonzero(_steps(times, at, rates, 1.0)[3]).tolist() == [3, 4]
+
+
+def test_a_first_attitude_whatever_it_is(scenario):
+    for seed in range(4):
+        telemetry = flown(scenario, seed)
+        data = batch(scenario, telemetry)
+        zero = np.zeros((len(data.times), data.suite.n_states))
+        attitude, where = first_attitude(data, zero)
+        k = where.start
+        row = int(np.searchsorted(telemetry.times, data.times[k]))
+        turn = Rotation.from_matrix(telemetry.truth.attitude[row] @ attitude[k])
+        # biases of 1.1 (Sun) and 2.5 deg (field), misalignments of 1 deg, 1-sigma per axis; an
+        # angle between the vectors of 60 deg and less
+        assert np.degrees(turn.magnitude()) < 15.0
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "two Sun sensors",
+        "star tracker",
+        "oblique star tracker",
+        "full gyro",
+        "random-walk bias",
+        "no Sun sensor",
+        "soft iron",
+        "varying errors",
+        "orbit error",
+        "considered",
+        "cubesat_6u_full",
+    ],
+)
+def test_any_suite(name):
+    suite = SUITES[name]
+    of = dataclasses.replace(Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors)
+    of = short(of, 6000.0 if name == "no Sun sensor" else 1500.0)
+    telemetry = flown(of, 7)
+    found = calibrate(of, telemetry)
+    nees, x = normalized(found, telemetry)
+    low, high = chi2.ppf([1e-3, 1.0 - 1e-3], len(x)) / len(x)
+    assert low < nees < high
+    assert np.abs(x).max() < 4.0
+
+
+def test_a_silent_gyro_parts_the_batch(scenario, telemetry):
+    gyro = telemetry.gyro_deg_s.copy()
+    gyro[(telemetry.times > 300.0) & (telemetry.times < 520.0)] = np.nan  # over a change of rates
+    found = calibrate(scenario, dataclasses.replace(telemetry, gyro_deg_s=gyro))
+    nees, x = normalized(found, telemetry)
+    assert nees < chi2.isf(1e-3, 18) / 18
+    assert np.abs(x).max() < 4.0
+    assert not ((found.history.times > 300.0) & (found.history.times < 520.0)).any()
+
+
+def test_outliers_are_found_and_listed(scenario, telemetry):
+    wrong, counts = with_outliers(telemetry, 0.01, np.random.default_rng(1))
+    found = calibrate(scenario, wrong)
+    clean = calibrate(scenario, telemetry)
+    assert found.supported
+    for test in found.tests:
+        # a turn by less than a few 1-sigmas of noise is none
+        assert 0.8 * counts[test.sensor] <= test.rejected <= counts[test.sensor] + 1
+    for time, sensor, square in found.rejected:
+        k = int(np.searchsorted(telemetry.times, time))
+        assert square > chi2.isf(1e-5, 3)
+        changed = (wrong.sensors[sensor][k] != telemetry.sensors[sensor][k]).all()
+        assert changed or (time, sensor) in [one[:2] for one in clean.rejected]
+    sigma = np.sqrt(np.diag(clean.covariance))
+    assert np.abs((error(found, telemetry) - error(clean, telemetry)) / sigma).max() < 1.0
+
+
+def test_rows_and_units_do_not_matter(scenario, telemetry, calibration):
+    """A shuffled table, and positions beside it, come to the same numbers."""
+    position = Environment.from_scenario(scenario).position
+    same = calibrate(scenario, telemetry.frame().sample(frac=1.0, random_state=0))
+    np.testing.assert_array_equal(same.covariance, calibration.covariance)
+    np.testing.assert_array_equal(same.states, calibration.states)
+    there = calibrate(scenario, dataclasses.replace(telemetry, position=position))
+    np.testing.assert_allclose(there.states, calibration.states, rtol=1e-9, atol=1e-12)
+
+
+def scaled(name, factor):
+    """A table in which the columns of a name are so many times as large."""
+    return lambda f: f.assign(**{c: factor * f[c] for c in f if c.startswith(name)})
+
+
+LOST = "beyond the chi-square gate|does not settle"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (scaled("mag", 1e-9), r"mag: .* 4.*e-05 \(median\), where .* nT .*: are they in T\?"),
+        (scaled("mag", 1e-3), r"mag: .* are they in uT\?"),
+        (scaled("sun", 57.3), r"sun: vectors of the length 56.9 .* what is their unit\?"),
+        (scaled("gyro", np.radians(1.0)), "gyro: .* in rad/s, not deg/s"),
+        (scaled("gyro", 3600.0), "gyro: .* in deg/h, not deg/s"),
+        (lambda f: scaled("sun", np.nan)(f)[:100], "no attitude follows"),
+        (scaled("mag_x", -1.0), LOST),
+        (scaled("gyro", -1.0), LOST),
+    ],
+)
+def test_what_is_refused(scenario, telemetry, change, message):
+    with pytest.raises(ValueError, match=message) as caught:
+        calibrate(scenario, change(telemetry.frame()))
+    assert "\n" not in str(caught.value)
+
+
+def test_telemetry_of_other_sensors_and_a_gate_that_is_none(scenario, telemetry):
+    other = dataclasses.replace(telemetry, sensors={"sun": telemetry.sensors["sun"]})
+    with pytest.raises(ValueError, match=r"telemetry of \['sun'\]: expected that of"):
+        calibrate(scenario, other)
+    with pytest.raises(ValueError, match=r"gate = 1\.0: expected a probability"):
+        calibrate(scenario, telemetry, gate=1.0)
+
+
+def spoiled(name):
+    """What flights are spoiled by."""
+    if name == "outliers and holes":
+        return lambda t, rng: with_outliers(with_holes(t, 0.2, rng), 0.01, rng)[0]
+    if name == "slow magnetometer":
+        return lambda t, rng: thinned(t, "mag", 20)
+    return lambda t, rng: t
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("preset", "name", "flights"),
+    [
+        ("paper", "", 10),
+        ("cubesat_6u", "", 10),
+        ("cubesat_6u_full", "", 6),
+        ("paper", "outliers and holes", 10),
+        ("paper", "slow magnetometer", 25),
+    ],
+)
+def test_many_flights_are_consistent(preset, name, flights):
+    """From any attitude: NEES within its 99 % bounds, rms over predicted 1-sigma near 1."""
+    of = getattr(Scenario, preset)()
+    of = short(of, 3000.0, step=0.25) if name == "slow magnetometer" else short(of, 3000.0)
+    environment, nees, x, supported = Environment.from_scenario(of), [], [], 0
+    for seed in range(100, 100 + flights):
+        telemetry = flown(of, seed, environment)
+        found = calibrate(of, spoiled(name)(telemetry, np.random.default_rng(seed)))
+        each = normalized(found, telemetry)
+        nees.append(each[0])
+        x.append(each[1])
+        supported += found.supported
+    count = np.size(x)
+    low, high = chi2.ppf([0.005, 0.995], count) / count
+    assert low < np.mean(nees) < high
+    assert 0.85 < np.sqrt(np.mean(np.square(x))) < 1.15
+    # of one state the rms of so many flights is known to 16 or 22 % (1-sigma)
+    assert np.abs(np.sqrt(np.mean(np.square(x), axis=0)) - 1.0).max() < 3.5 / np.sqrt(2 * flights)
+    assert supported >= 0.9 * flights

@@ -1,0 +1,59 @@
+"""Gyros that are off by more than the body turns."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_calibration import calibrate
+
+from .flights import PLAN, normalized, short
+from .independent import Craft, coning, fly, steady
+
+SCENARIO = short(Scenario.cubesat_6u(), 1500.0)
+MOTIONS = {"plan": steady(PLAN), "turning": coning(0.5, 0.05)}
+
+
+def believed(deg_s):
+    """With a gyro whose bias may be so large, 1-sigma."""
+    gyro = dataclasses.replace(SCENARIO.gyro, initial_bias_deg_s=deg_s)
+    return dataclasses.replace(SCENARIO, gyro=gyro)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize(
+    ("bias", "step"), [((0.5, 1.0, -0.5), 1.0), ((3.0, -3.0, 3.0), 1.0), ((2.0, 2.0, -2.0), 4.0)]
+)
+def test_a_large_bias_that_is_believed_possible_is_found(bias, step, motion):
+    """They were refused as rates in deg/h, or did not settle."""
+    scenario = believed(max(bias))
+    craft = Craft(gyro_bias_deg_s=bias)
+    telemetry = fly(scenario, MOTIONS[motion], 3, craft, duration=1500.0, step=step)
+    found = calibrate(scenario, telemetry)
+    nees, x = normalized(found, telemetry)
+    assert found.supported, found.conclusion
+    assert nees < 34.8 / 18.0  # chi-square of 18, 1 %
+    assert np.abs(x).max() < 4.0
+
+
+def test_a_large_bias_that_is_known_is_no_other_unit():
+    """After a calibration little is left of its 1-sigma; only the estimate says how large it is."""
+    scenario = believed(2.0)
+    craft = Craft(gyro_bias_deg_s=(2.0, -2.0, 2.0))
+    telemetry = fly(scenario, MOTIONS["plan"], 3, craft, duration=1500.0)
+    half = calibrate(scenario, telemetry.until(800.0))
+    after = half.scenario_after({"duration": 700.0})
+    rest = dataclasses.replace(telemetry, times=telemetry.times - half.time, truth=None)
+    again = calibrate(after, rest)
+    assert again.supported, again.conclusion
+
+
+@pytest.mark.parametrize(("deg_s", "factor"), [(2.0, 3600.0), (0.01, 1e3), (0.01, np.pi / 180.0)])
+def test_another_unit_is_named_whatever_the_bias(deg_s, factor):
+    """Unless the bias that is believed possible explains the same rates."""
+    scenario = believed(deg_s)
+    telemetry = fly(scenario, MOTIONS["plan"], 3, duration=1500.0)
+    wrong = dataclasses.replace(telemetry, gyro_deg_s=factor * telemetry.gyro_deg_s)
+    units = {3600.0: "deg/h", 1e3: "mdeg/s", np.pi / 180.0: "rad/s"}
+    with pytest.raises(ValueError, match=f"gyro: .* in {units[factor]}, not deg/s"):
+        calibrate(scenario, wrong)

@@ -1,0 +1,144 @@
+"""Estimates that contradict what was believed before."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_calibration import calibrate
+from mgeo_calibration.calibration import from_json, to_json
+from mgeo_calibration.calibration.prior_tests import ALL
+from mgeo_calibration.calibration.report import report_html
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.fit import settle
+from mgeo_calibration.estimation.linearization import Trajectory
+from mgeo_calibration.estimation.start import first_attitude
+from scipy.stats import chi2
+from typer.testing import CliRunner
+
+from mgeo.cli.app import app
+
+from .flights import PLAN, short
+from .independent import Craft, fly, steady
+
+SCENARIO = short(Scenario.cubesat_6u(), 1500.0)
+
+#: What is far from its prior, and by how many of its 1-sigmas.
+OFF = {
+    "mag.misalignment": ({"mag_turn_deg": [10.0, 0.0, 0.0]}, 10.0),
+    "mag.bias": ({"mag_bias_nt": [5000.0, 0.0, 0.0]}, 10.0),
+    "gyro.bias": ({"gyro_bias_deg_s": [0.03, 0.0, 0.0]}, 10.8),
+    "sun.misalignment": ({"sun_turn_deg": [0.0, 0.0, 90.0]}, 229.0),
+}
+
+
+def calibrated(seed=1, **craft):
+    return calibrate(SCENARIO, fly(SCENARIO, steady(PLAN), seed, Craft(**craft), duration=1500.0))
+
+
+@pytest.mark.parametrize("block", OFF)
+def test_a_block_far_from_its_prior_is_named(block):
+    """All of it was supported by the innovations, or another sensor was blamed first."""
+    craft, sigmas = OFF[block]
+    found = calibrated(**craft)
+    assert not found.supported
+    assert found.failures[0].startswith(f"{block} is ")
+    assert "prior" in found.conclusion.partition(" not support it")[0]
+    row = found.prior_table().loc[block]
+    assert row["sigmas"] == pytest.approx(sigmas, rel=0.1)
+    assert row["chi_square"] >= row["sigmas"] ** 2 * (1.0 - 1e-9)
+    assert row["p"] < 1e-6
+    assert found.prior_table().loc[ALL, "p"] < 1e-6
+    named = [words for words in found.failures if "prior 1-sigmas" in words]
+    assert len(named) < len(OFF)
+
+
+def test_a_prior_that_is_too_small_is_named_and_no_sensor_before_it():
+    """Half a degree a second where ten degrees an hour are believed."""
+    found = calibrated(gyro_bias_deg_s=[0.5, 0.0, 0.0])
+    assert found.failures[0].startswith("gyro.bias is 1")
+    assert found.conclusion.startswith("prior and innovations do not support it: gyro.bias is 1")
+
+
+def test_estimates_of_healthy_flights_are_what_was_believed():
+    """By a chi-square of no more than chance; where little is learned, of less."""
+    squares = []
+    for seed in range(5):
+        found = calibrated(seed)
+        assert found.supported, found.conclusion
+        squares.append(found.prior_table()["chi_square"])
+    mean = np.mean(squares, axis=0)
+    assert (mean[1:] < 3.0 + 4.0 * np.sqrt(6.0 / 5.0)).all()
+    assert 15.0 - 4.0 * np.sqrt(30.0 / 5.0) < mean[0] < 15.0 + 4.0 * np.sqrt(30.0 / 5.0)
+
+
+def test_a_second_calibration_is_held_against_the_first():
+    """Of the same satellite it is what was believed; of another magnetometer's bias it is not."""
+    first = SCENARIO
+    telemetry = fly(first, steady(PLAN), 3, duration=1500.0)
+    half = calibrate(first, telemetry.until(800.0))
+    after = half.scenario_after({"duration": 700.0})
+    rest = dataclasses.replace(telemetry, times=telemetry.times - half.time, truth=None)
+    again = calibrate(after, rest)
+    assert "attitude" in again.prior_table().index
+    assert again.supported, again.conclusion
+    moved = {**rest.sensors, "mag": rest.sensors["mag"] + np.array([0.0, 60.0, 0.0])}
+    other = calibrate(after, dataclasses.replace(rest, sensors=moved))
+    assert other.failures[0].startswith("mag.bias is ")
+
+
+def test_files_and_pages_say_it():
+    found = calibrated(mag_bias_nt=[5000.0, 0.0, 0.0])
+    again = from_json(to_json(found))
+    assert again.prior_tests == found.prior_tests
+    assert again.conclusion == found.conclusion
+    assert "mag.bias is " in report_html(found)
+    earlier = json.loads(to_json(calibrated()))
+    del earlier["prior_tests"], earlier["notes"]
+    assert from_json(json.dumps(earlier)).prior_tests == ()
+    earlier["prior_tests"] = [{"block": 1}]
+    with pytest.raises((ValueError, TypeError), match=r"prior_tests\[0\]\.block = 1"):
+        from_json(json.dumps(earlier))
+
+
+def test_what_is_not_supported_is_no_start_unless_one_says_so(tmp_path, monkeypatch):
+    """Neither in Python nor of a file; it was taken without a word."""
+    found = calibrated(mag_bias_nt=[5000.0, 0.0, 0.0])
+    with pytest.raises(ValueError, match=r"after\.conclusion = .*mag\.bias .*accept_unsupported"):
+        found.scenario_after({"duration": 700.0})
+    after = found.scenario_after({"duration": 700.0, "accept_unsupported": True})
+    assert after.prior is not None
+    monkeypatch.chdir(tmp_path)  # where there is no run yet
+    path = tmp_path / "calibration.json"
+    path.write_text(to_json(found))
+    solve = ["solve", "attitude", "--after", str(path), "--dry-run"]
+    refused = CliRunner().invoke(app, solve)
+    assert refused.exit_code == 2
+    assert "accept_unsupported = true goes on all the same" in " ".join(refused.output.split())
+    rest = tmp_path / "rest.toml"
+    rest.write_text("accept_unsupported = true\nduration = 700.0\n")
+    assert CliRunner().invoke(app, [*solve, "--scenario", str(rest)]).exit_code == 0
+    with pytest.raises(TypeError, match="accept_unsupported = 1: expected true or false"):
+        found.scenario_after({"accept_unsupported": 1})
+
+
+@pytest.mark.parametrize(("gate", "seed"), [(1e-5, 2), (0.1, 1)])
+def test_the_outliers_are_those_of_the_solution(gate, seed):
+    """Sensors four times as bad as believed: after ten rounds outliers still came and went."""
+    sun, mag = SCENARIO.sensors
+    optimist = dataclasses.replace(
+        SCENARIO,
+        sensors=(
+            dataclasses.replace(sun, noise_deg=0.25 * sun.noise_deg),
+            dataclasses.replace(mag, noise_nt=0.25 * mag.noise_nt),
+        ),
+    )
+    data = batch(optimist, fly(SCENARIO, steady(PLAN), seed, duration=120.0))
+    states = np.zeros((len(data.times), 18))
+    start = Trajectory(first_attitude(data, states)[0], states)
+    found = settle(data, Belief.of(optimist), start, gate)
+    sightings, used = found.solution.sightings, found.solution.used
+    np.testing.assert_array_equal(found.rejected, sightings.there & ~used)
+    assert not ((found.chi_squares > chi2.isf(gate, 3)) & ~found.rejected).any()

@@ -1,0 +1,416 @@
+"""The smoother against dense least squares, filterpy's smoother and scipy's optimizer."""
+
+import dataclasses
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from filterpy.kalman import KalmanFilter
+from mgeo_attitude import FilterModel, Scenario, Suite
+from mgeo_attitude.filter.discretization import discretize
+from mgeo_attitude.filter.reference import attitudes, reference_run, van_loan
+from mgeo_attitude.geometry.rotation import matrix
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_calibration.estimation.batch import Batch, batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.linearization import (
+    Partition,
+    Trajectory,
+    discretized,
+    sighting,
+    steps,
+)
+from mgeo_calibration.estimation.residuals import filtered, innovations, residuals
+from mgeo_calibration.estimation.smoother import (
+    covariances,
+    last_covariance,
+    linear_solution,
+    solve,
+    spread,
+)
+from scipy.linalg import qr
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from ...attitude.filter.suites import SUITES
+from .flights import flown, short
+
+STEPS = 40
+PLAN = (0.5, 0.3, -0.2, 15.0, -0.3, 0.6, 0.2, 15.0, 0.2, -0.4, 0.7, 600.0)
+
+
+#: A gyro whose noise is not so far below that of the sensors.
+MEMS = {"angle_random_walk_deg_per_sqrt_h": 1.0, "rate_random_walk": 1e-5}
+
+
+def scenario(name, **gyro):
+    suite = SUITES[name]
+    gyro = dataclasses.replace(suite.gyro, **gyro)
+    return short(
+        dataclasses.replace(Scenario.paper(), gyro=gyro, sensors=suite.sensors), float(STEPS)
+    )
+
+
+def near(of, seed=1, broken=True):
+    """A batch of irregular steps, with a break, and a trajectory near the truth."""
+    telemetry = flown(of, seed, plan=PLAN)
+    data = batch(of, telemetry)
+    keep = np.delete(np.arange(len(data.times)), [5, 6, 17, 30])
+    rates = np.stack([data.gyro[a:b].mean(axis=0) for a, b in pairwise(keep)])
+    breaks = np.zeros(len(keep) - 1, dtype=bool)
+    breaks[20] = broken
+    data = dataclasses.replace(
+        data,
+        times=data.times[keep],
+        gyro=rates,
+        change=np.zeros_like(rates),
+        added=np.linspace(0.0, 1e-10, len(breaks))[:, None] * [1.0, 1.0, 1.0],
+        breaks=breaks,
+        sensors=tuple(rows[keep] for rows in data.sensors),
+        vectors=data.vectors[keep],
+    )
+    k = np.searchsorted(telemetry.times, data.times)
+    truth, driven = telemetry.truth, Partition.of(data.suite).driven
+    states = 0.9 * truth.states[k]
+    for state in np.setdiff1d(np.arange(states.shape[1]), driven):
+        states[:, state] = states[0, state]
+        if 3 <= state < 6:
+            states[:, state] *= np.exp(-data.suite.gyro.bias_decay * (data.times - data.times[0]))
+    turn = matrix(np.array([0.01, -0.02, 0.015]))
+    return data, Trajectory(truth.attitude[k].swapaxes(1, 2) @ turn, states)
+
+
+def dense(data, sigma, at, parts):
+    """Rows of J and r of all residuals over their 1-sigmas, for e_0, e_1, ... and e_c."""
+    N, d, c = len(data.times), len(parts.driven), len(parts.constant)
+    move, rows, right = steps(data, at, parts), [], []
+
+    def row(m):
+        rows.append(np.zeros((m, N * d + c)))
+        return rows[-1]
+
+    r, J = Belief.initial(data.suite).residual(at.attitude[0], at.states[0])
+    now = row(len(r))
+    now[:, :d], now[:, N * d :] = J[:, parts.driven], J[:, parts.constant]
+    right.append(r)
+    for k in range(N - 1):
+        root = np.linalg.inv(np.linalg.cholesky(move.Q[k]))
+        now = row(d)
+        now[:, k * d : k * d + d], now[:, k * d + d : k * d + 2 * d] = -root @ move.F[k], root
+        now[:, N * d :] = -root @ move.G[k]
+        right.append(root @ move.defect[k])
+    for index in range(len(data.sensors)):
+        seen = sighting(data, index, at)
+        for k, z, H in zip(seen.samples, seen.z, seen.H, strict=True):
+            now = row(3)
+            for column, state in zip(H.T, seen.states, strict=True):
+                if state in parts.driven:
+                    now[:, k * d + np.flatnonzero(parts.driven == state)[0]] = column / seen.noise
+                else:
+                    j = np.flatnonzero(parts.constant == state)[0]
+                    now[:, N * d + j] = column / seen.noise * move.growth[k, j]
+            right.append(z / seen.noise)
+    return np.vstack(rows), np.concatenate(right)
+
+
+@pytest.mark.parametrize(
+    ("name", "gyro", "broken"),
+    [
+        *((name, MEMS, True) for name in SUITES),
+        *((name, {}, False) for name in SUITES),
+        *((name, {}, True) for name in SUITES),
+        ("paper", MEMS | {"rate_random_walk": 0.0}, True),
+        ("full gyro", MEMS | {"rate_random_walk": 0.0, "bias_decay": 1e-3}, True),
+        ("paper", {"angle_random_walk_deg_per_sqrt_h": 1e-3, "rate_random_walk": 1e-9}, False),
+    ],
+)
+def test_steps_and_covariances_are_those_of_dense_least_squares(name, gyro, broken):
+    data, at = near(scenario(name, **gyro), broken=broken)
+    sigma, parts = data.suite.initial_sigma(1.0), Partition.of(data.suite)
+    found = linear_solution(data, Belief.initial(data.suite), at, parts)
+    J, r = dense(data, sigma, at, parts)
+    N, d = found.e.shape
+    scale = np.concatenate([np.tile(sigma[parts.driven], N), sigma[parts.constant]])
+    # rows that weigh most first, as rows of 1 and of 1e7 demand
+    order = np.argsort(-np.abs(J * scale).max(axis=1))
+    Q, R, pivots = qr((J * scale)[order], mode="economic", pivoting=True)
+    inverse = np.empty_like(R)
+    inverse[pivots] = np.linalg.inv(R)
+    e = scale * (inverse @ (Q.T @ r[order]))
+    P = inverse @ inverse.T * scale * scale[:, None]
+    unit = np.sqrt(np.diag(P))
+    assert found.cost == pytest.approx(r @ r, rel=1e-12)
+    np.testing.assert_allclose((found.e.ravel() - e[: N * d]) / unit[: N * d], 0.0, atol=1e-10)
+    np.testing.assert_allclose((found.e_c - e[N * d :]) / unit[N * d :], 0.0, atol=1e-10)
+    both = np.outer(unit, unit)
+    P = P / both
+    own = found.constants_covariance / both[N * d :, N * d :]
+    np.testing.assert_allclose(own, P[N * d :, N * d :], rtol=0, atol=1e-10)
+    blocks, leading = covariances(found, spread(found, d)), spread(found)
+    measured = [sighting(data, index, at).states for index in range(len(data.sensors))]
+    n = int(np.flatnonzero(np.isin(parts.driven, np.concatenate(measured)))[-1]) + 1
+    np.testing.assert_allclose(covariances(found, leading), blocks[:, :n, :n], rtol=1e-9)
+    for k in range(N):
+        block = slice(k * d, k * d + d)
+        np.testing.assert_allclose(
+            blocks[k] / both[block, block], P[block, block], rtol=0, atol=1e-10
+        )
+    last = last_covariance(found)
+    index = np.empty(len(sigma), dtype=int)
+    index[parts.driven] = (N - 1) * d + np.arange(d)
+    index[parts.constant] = N * d + np.arange(len(parts.constant))
+    grown = np.ones(len(sigma))
+    grown[parts.constant] = found.steps.growth[-1]
+    expected = P[np.ix_(index, index)] * np.outer(grown, grown)
+    np.testing.assert_allclose(last / both[np.ix_(index, index)], expected, rtol=0, atol=1e-10)
+
+
+def test_a_reading_against_all_others_is_that_of_a_solution_without_it():
+    data, at = near(scenario("paper"))
+    sigma, parts = data.suite.initial_sigma(1.0), Partition.of(data.suite)
+    settled = solve(data, Belief.initial(data.suite), at, 30)
+    _, within = residuals(settled, spread(settled))
+    for index, k in ((0, 3), (1, 12), (0, 30)):
+        without = np.zeros(within.shape, dtype=bool)
+        without[index, k] = True
+        believed = Belief.initial(data.suite)
+        other = linear_solution(data, believed, settled.trajectory, parts, without)
+        seen = sighting(data, index, settled.trajectory)
+        row = int(np.flatnonzero(seen.samples == k)[0])
+        H = np.zeros((3, len(sigma)))
+        H[:, seen.states] = seen.H[row]
+        own, fixed = H[:, parts.driven], H[:, parts.constant] * other.steps.growth[k]
+        known = spread(other, len(parts.driven))
+        J = own @ known.slope[k]
+        J[:, len(parts.driven) :] += fixed
+        S = np.diag(seen.noise**2) + own @ known.given[k] @ own.T + J @ other.covariance @ J.T
+        r = seen.z[row] - own @ other.e[k] - fixed @ other.e_c
+        assert within[index, k] == pytest.approx(r @ np.linalg.solve(S, r), rel=1e-5)
+        left, outside = residuals(other, known)
+        np.testing.assert_allclose(left[index, k], r, rtol=1e-12)
+        assert outside[index, k] == pytest.approx(r @ np.linalg.solve(S, r), rel=1e-9)
+
+
+def linear_case(name):
+    """A batch at the planned attitude with the plan's rates, so that all defects are zero."""
+    of = scenario(name, **MEMS)
+    model = FilterModel.from_scenario(of)
+    plan = model.schedule(np.atleast_2d(PLAN))
+    rates, starts = plan.rates[0], plan.starts[0]
+    C = attitudes(rates, starts, STEPS, 1.0)
+    stretch = np.searchsorted(starts, np.arange(STEPS), side="right") - 1
+    rng = np.random.default_rng(4)
+    sensors = []
+    for index, sensor in enumerate(model.suite.sensors):
+        rows = np.einsum("kij,kj->ki", C, model.references[:, index])
+        rows = rows + np.array(sensor.noise()) * rng.standard_normal(rows.shape)
+        rows[rng.random(STEPS + 1) < 0.3] = np.nan
+        sensors.append(rows[:, None])
+    data = Batch(
+        suite=model.suite,
+        times=model.times,
+        gyro=rates[stretch],
+        change=np.zeros((STEPS, 3)),
+        added=np.zeros((STEPS, 3)),
+        breaks=np.zeros(STEPS, dtype=bool),
+        sensors=tuple(sensors),
+        noise=np.array([sensor.noise() for sensor in model.suite.sensors]),
+        vectors=model.references,
+    )
+    zero = np.zeros((STEPS + 1, model.suite.n_states))
+    return model, data, rates[stretch], C, Trajectory(C.swapaxes(1, 2), zero)
+
+
+@pytest.mark.parametrize("name", ["paper", "varying errors", "orbit error", "cubesat_6u_full"])
+def test_the_linear_case_is_filterpys_smoother(name):
+    model, data, rates, C, at = linear_case(name)
+    suite, n = model.suite, model.suite.n_states
+    sigma, parts = suite.initial_sigma(1.0), Partition.of(suite)
+    kf = KalmanFilter(dim_x=n, dim_z=6)
+    kf.x, kf.P = np.zeros(n), np.diag(sigma**2)
+    means, Ps, Fs, Qs = [], [], [], []
+    for k in range(STEPS + 1):
+        if k:
+            F, Q = van_loan(model, rates[k - 1])
+            Fs.append(F)
+            Qs.append(Q)
+            kf.predict(F=F, Q=Q)
+        H, R, z = [], [], []
+        for index, sensor in enumerate(suite.sensors):
+            y = data.sensors[index][k, 0]
+            if np.isfinite(y).all():
+                v = C[k] @ model.references[k, index]
+                gradient = model.references[k, suite.gradient_rows(index)] @ C[k].T
+                H.append(suite.measurement_matrix(sensor, v, C[k], gradient))
+                R.extend(np.square(sensor.noise()))
+                z.extend(y - v)
+        if H:
+            kf.update(np.array(z), R=np.diag(R), H=np.vstack(H))
+        means.append(kf.x.copy())
+        Ps.append(kf.P.copy())
+    means, Ps = np.array(means), np.array(Ps)
+    # filterpy takes F and Q of the step to a sample at that sample; the first has none
+    smoothed, P, _, _ = kf.rts_smoother(means, Ps, Fs=[Fs[0], *Fs], Qs=[Qs[0], *Qs])
+    found = linear_solution(data, Belief.initial(data.suite), at, parts)
+    both = covariances(found, spread(found, len(parts.driven)))
+    sigma = np.sqrt(np.einsum("kii->ki", P))
+    d = parts.driven
+    np.testing.assert_allclose((found.e - smoothed[:, d]) / sigma[:, d], 0.0, atol=1e-9)
+    c = parts.constant
+    np.testing.assert_allclose((found.e_c - smoothed[-1, c]) / sigma[-1, c], 0.0, atol=1e-9)
+    for k in range(STEPS + 1):
+        scale = np.outer(sigma[k, d], sigma[k, d])
+        own = both[k] / scale
+        np.testing.assert_allclose(own, P[k][np.ix_(d, d)] / scale, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["paper", "cubesat_6u"])
+def test_two_orbits_leave_the_covariance_of_the_reference_filter(name):
+    """Thousands of samples without noise: the last covariance is that of filterpy's filter."""
+    of = getattr(Scenario, name)()
+    of = short(of, 3000.0)
+    model = FilterModel.from_scenario(of)
+    motion = Motion.of(model, PLAN, model.n_steps)
+    seen = np.einsum("kij,ksj->ksi", motion.attitude, model.references)
+    seen[~model.available] = np.nan
+    seen[0] = np.nan
+    data = Batch(
+        suite=model.suite,
+        times=model.times,
+        gyro=motion.rates,
+        change=np.zeros_like(motion.rates),
+        added=np.zeros((model.n_steps, 3)),
+        breaks=np.zeros(model.n_steps, dtype=bool),
+        sensors=tuple(np.moveaxis(seen, 1, 0)[:, :, None]),
+        noise=np.array([sensor.noise() for sensor in model.suite.sensors]),
+        vectors=model.references,
+    )
+    sigma = model.suite.initial_sigma(1.0)
+    at = Trajectory(motion.attitude.swapaxes(1, 2), np.zeros((model.n_steps + 1, len(sigma))))
+    found = linear_solution(data, Belief.initial(model.suite), at, Partition.of(model.suite))
+    endless = dataclasses.replace(model, window_steps=model.n_steps + 1, initial_sigma=sigma)
+    history = reference_run(endless, PLAN)
+    P, spread = last_covariance(found), history.sigma[-1]
+    np.testing.assert_allclose(
+        P / np.outer(spread, spread),
+        history.covariance / np.outer(spread, spread),
+        rtol=0,
+        atol=2e-8,
+    )
+
+
+@pytest.mark.parametrize("name", ["paper", "full gyro", "varying errors", "cubesat_6u_full"])
+def test_filter_and_innovations_are_those_of_one_step_after_the_other(name):
+    """The filter of a known c with what c adds, against a Kalman filter of all states."""
+    data, at = near(scenario(name, **MEMS))
+    data = dataclasses.replace(data, breaks=np.zeros_like(data.breaks))
+    sigma, parts = data.suite.initial_sigma(1.0), Partition.of(data.suite)
+    found = linear_solution(data, Belief.initial(data.suite), at, parts)
+    move, (N, d) = found.steps, found.e.shape
+    past = filtered(found)
+    errors, P_driven = past.errors, past.covariances
+    for alone, with_all in zip(innovations(found), past.innovations, strict=True):
+        np.testing.assert_array_equal(alone.whitened, with_all.whitened)
+    r, J = Belief.initial(data.suite).residual(at.attitude[0], at.states[0])
+    J = J[:, [*parts.driven, *parts.constant]]
+    P = np.linalg.inv(J.T @ J)
+    x, q = P @ J.T @ r, len(sigma)
+    for k in range(N):
+        if k:
+            F, Q = np.eye(q), np.zeros((q, q))
+            F[:d, :d], F[:d, d:], Q[:d, :d] = move.F[k - 1], move.G[k - 1], move.Q[k - 1]
+            x = F @ x
+            x[:d] += move.defect[k - 1]
+            P = F @ P @ F.T + Q
+        for index, each in enumerate(past.innovations):
+            seen = sighting(data, index, at)
+            (row,) = np.flatnonzero(seen.samples == k)
+            H = np.zeros((3, q))
+            for column, state in zip(seen.H[row].T, seen.states, strict=True):
+                if state in parts.driven:
+                    H[:, np.flatnonzero(parts.driven == state)[0]] = column
+                else:
+                    place = np.flatnonzero(parts.constant == state)[0]
+                    H[:, d + place] = column * move.growth[k, place]
+            noise = np.diag(seen.noise**2)
+            L = np.linalg.cholesky(H @ P @ H.T + noise)
+            w = np.linalg.solve(L, seen.z[row] - H @ x)
+            np.testing.assert_allclose(each.whitened[row], w, rtol=0, atol=1e-8)
+            gain = P @ H.T @ np.linalg.inv(H @ P @ H.T + noise)
+            x = x + gain @ (seen.z[row] - H @ x)
+            P = (np.eye(q) - gain @ H) @ P
+        unit = np.sqrt(np.diag(P))
+        np.testing.assert_allclose((errors[k] - x[:d]) / unit[:d], 0.0, atol=1e-8)
+        scale = np.outer(unit, unit)
+        np.testing.assert_allclose(
+            P_driven[k] / scale[:d, :d], P[:d, :d] / scale[:d, :d], rtol=0, atol=1e-8
+        )
+    np.testing.assert_allclose((found.e_c - x[d:]) / unit[d:], 0.0, atol=1e-8)
+    smoothed = covariances(found, spread(found, d))
+    np.testing.assert_allclose(P_driven[-1], smoothed[-1], rtol=1e-6)
+
+
+def near_start(data, of):
+    from mgeo_calibration.estimation.start import first_attitude
+
+    zero = np.zeros((len(data.times), data.suite.n_states))
+    return Trajectory(first_attitude(data, zero)[0], zero)
+
+
+def test_the_optimum_is_that_of_scipys_optimizer():
+    """Residuals written once more with scipy's rotations, derivatives by differences."""
+    of = short(scenario("paper", bias_decay=0.0), 12.0)
+    data = batch(of, flown(of, 5, plan=PLAN))
+    suite, sigma, N = data.suite, data.suite.initial_sigma(1.0), len(data.times)
+    found = solve(data, Belief.initial(suite), near_start(data, of), 30)
+    start = found.estimate
+    _, Q = van_loan(FilterModel.from_scenario(of), np.zeros(3))
+    root = np.linalg.inv(np.linalg.cholesky(Q[:6, :6]))
+    at = Rotation.from_matrix(start.attitude)
+
+    def gibbs(rotation):
+        x, y, z, w = np.moveaxis(rotation.as_quat(), -1, 0)
+        return 2.0 * np.stack([x, y, z], axis=-1) / w[..., None]
+
+    def turned(g):
+        return Rotation.from_quat(np.concatenate([0.5 * g, np.ones((*g.shape[:-1], 1))], axis=-1))
+
+    def residuals(flat):
+        e, bias = flat[: 3 * N].reshape(N, 3), flat[3 * N : 6 * N].reshape(N, 3) * sigma[3]
+        constants = flat[6 * N :] * sigma[6:]
+        R = at * turned(e)
+        propagated = R[:-1] * Rotation.from_rotvec(data.gyro - bias[:-1])
+        defect = np.hstack([gibbs(R[1:].inv() * propagated), bias[:-1] - bias[1:]])
+        parts = [(defect @ root.T).ravel(), flat[3 * N : 3 * N + 3], flat[6 * N :]]
+        for index, sensor in enumerate(suite.sensors):
+            mu, b = constants[6 * index : 6 * index + 3], constants[6 * index + 3 : 6 * index + 6]
+            seen = turned(mu).apply(R.inv().apply(data.vectors[:, index])) + b
+            parts.append(((data.sensors[index][:, 0] - seen) / sensor.noise()).ravel())
+        return np.concatenate(parts)
+
+    x0 = np.concatenate(
+        [np.zeros(3 * N), start.states[:, 3:6].ravel() / sigma[3], start.states[0, 6:] / sigma[6:]]
+    )
+    best = least_squares(residuals, x0, jac="3-point", xtol=1e-15, ftol=1e-15, gtol=1e-12)
+    assert (residuals(x0) ** 2).sum() == pytest.approx(found.cost, rel=1e-6)
+    assert 2.0 * best.cost == pytest.approx(found.cost, rel=1e-6)
+    moved = best.x - x0
+    np.testing.assert_allclose(moved[: 3 * N], 0.0, atol=1e-6)
+    # what is left in units of what was believed; the 1-sigmas are 0.1 to 1 of these
+    np.testing.assert_allclose(moved[3 * N :], 0.0, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "name", ["paper", "random-walk bias", "full gyro", "varying errors", "cubesat_6u_full"]
+)
+def test_discretization_of_many_steps_is_that_of_each(name):
+    suite: Suite = SUITES[name]
+    rng = np.random.default_rng(0)
+    rates, durations = 0.3 * rng.standard_normal((7, 3)), rng.uniform(0.1, 40.0, 7)
+    rates[0] = 0.0
+    F, Q = discretized(suite, rates, durations)
+    for k in range(7):
+        one = discretize(suite.dynamics_matrix(rates[k]), suite.diffusion(), durations[k])
+        np.testing.assert_allclose(F[k], one[0], rtol=1e-11, atol=1e-12)
+        scale = np.sqrt(np.outer(np.diag(one[1]), np.diag(one[1]))) + 1e-300
+        np.testing.assert_allclose(Q[k] / scale, one[1] / scale, rtol=1e-10, atol=1e-11)

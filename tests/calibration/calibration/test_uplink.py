@@ -1,0 +1,42 @@
+"""Numbers to send up undo what gyro and sensors do to what they report."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from mgeo_attitude import Suite
+from mgeo_calibration.calibration.corrections import uplink
+
+from ...attitude.filter.suites import SUITES
+
+
+def reported(suite: Suite, owner, states, vector):
+    """Without noise, in the units of telemetry; what varies is zero."""
+    x = {state: states[i : i + 3] for state, i in suite.places(owner).items()}
+    x |= {"to_body": lambda v: v, "gradient": np.zeros((3, 3))}
+    return owner.measured(SimpleNamespace(**x), vector)
+
+
+@pytest.mark.parametrize("name", ["every constant", "full gyro", "cubesat_6u_full"])
+def test_what_is_sent_up_inverts_what_is_measured(name):
+    """Errors as large as a tenth; what varies or is considered has no part in it."""
+    suite, rng = SUITES[name], np.random.default_rng(3)
+    states = rng.uniform(-0.1, 0.1, suite.n_states)
+    varying = slice(suite.n_kinematic, suite.n_dynamic)
+    states[varying], vectors = 0.0, rng.standard_normal((5, 3))
+    sent = uplink(suite, states)
+    for owner in (suite.gyro, *suite.sensors):
+        entry = sent[getattr(owner, "name", "gyro")]
+        factor = {"deg/s": np.degrees(1.0), "nT": 5e4, "-": 1.0}[entry["unit"]]
+        report = factor * reported(suite, owner, states, vectors)
+        correction = np.array(entry.get("correction", np.transpose(entry.get("dcm", np.eye(3)))))
+        found = (report - entry["bias"]) @ correction.T / factor
+        np.testing.assert_allclose(found, vectors, rtol=0, atol=1e-14)
+
+
+def test_what_is_not_estimated_or_varies_is_not_sent_up():
+    suite = SUITES["considered"]
+    sent = uplink(suite, np.full(suite.n_states, 0.01))
+    assert set(sent["gyro"]) == {"bias", "unit"}
+    assert set(sent["sun"]) == {"bias", "unit", "dcm", "quaternion"}
+    assert set(sent["mag"]) == {"bias", "unit", "dcm", "quaternion"}

@@ -1,0 +1,157 @@
+"""``mgeo solve attitude --after`` and ``mgeo attitude fly --after``: from one plan to the next."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_attitude.plan import ManeuverPlan, read_front, write_plan
+from mgeo_calibration.calibration import read_json
+from typer.testing import CliRunner
+
+from mgeo.cli.app import app
+
+from ..calibration.flights import PLAN, short
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    """A folder in which a plan was flown for its first maneuver and calibrated."""
+    folder = tmp_path_factory.mktemp("first")
+    scenario = short(Scenario.cubesat_6u(), 1500.0)
+    write_plan(ManeuverPlan(scenario, PLAN), folder / "plan.json")
+    for line in (
+        "attitude fly plan.json --until 400 --out telemetry.csv --truth truth.json",
+        "attitude calibrate telemetry.csv --plan plan.json --out calibration",
+    ):
+        words = [str(folder / w) if (folder / w).suffix or w == "calibration" else w
+                 for w in line.split()]  # fmt: skip
+        done = CliRunner().invoke(app, words, prog_name="mgeo")
+        assert done.exit_code == 0, done.output + done.stderr
+    return folder
+
+
+def solve(*words, code=0):
+    done = CliRunner().invoke(app, ["solve", "attitude", *map(str, words)], prog_name="mgeo")
+    assert done.exit_code == code, done.output + done.stderr
+    return done
+
+
+def test_later_maneuvers_are_searched_anew_flown_and_calibrated(run, flown, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("rest.toml").write_text("duration = 1200.0\nmaneuvers.count = 2\n")
+    calibration = flown / "calibration" / "calibration.json"
+    solve(
+        "--after", calibration, "--scenario", "rest.toml", "--evaluations", 160, "--out", "r", "-q"
+    )
+    front, found = read_front("r"), read_json(calibration)
+    assert front.problem.n_var == 8
+    expected = found.scenario_after({"duration": 1200.0, "maneuvers": {"count": 2}})
+    assert front.problem.scenario == expected
+    assert found.time == 400.0
+    run("export", "r", "second.json", "--pick", "best")
+    run(
+        "fly", "second.json", "--after", flown / "truth.json", "--out", "2.csv", "--truth", "2.json"
+    )
+    before, after = (json.loads(p.read_text()) for p in (flown / "truth.json", Path("2.json")))
+    for block in ("sun.misalignment", "sun.bias", "mag.bias"):
+        assert before["states"][block] == after["states"][block]
+    text = run("calibrate", "2.csv", "--plan", "second.json", "--out", "c", "--json").stdout
+    document = json.loads(text)
+    assert document["supported"]
+    x = np.array(
+        [
+            (row["value"] - one["estimate"]) / one["sigma"]
+            for row, one in zip(after["table"], document["table"], strict=True)
+        ]
+    )
+    assert np.abs(x).max() < 4.2
+    sigma = [row["sigma"] for row in document["table"]]
+    assert (np.array(sigma)[3:] < found.table()["sigma"].to_numpy()[3:]).all()
+    assert {p.name for p in Path("c").iterdir()} >= {"calibration.json", "calibration.html"}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--scenario", "paper"), "preset = 'paper': expected no preset beside a calibration"),
+        (("--scenario", "other.toml"), "prior.states = '5 rows': expected 3 rows, of gyro.bias"),
+    ],
+)
+def test_what_does_not_go_on_from_it_is_one_line(flown, tmp_path, monkeypatch, words, message):
+    monkeypatch.chdir(tmp_path)
+    Path("other.toml").write_text('[[sensors]]\nkind = "magnetometer"\nname = "mag"\n')
+    calibration = flown / "calibration" / "calibration.json"
+    error = solve("--after", calibration, *words, code=2).stderr
+    assert error.count("\n") == 1
+    assert message in error
+    assert not Path("runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{", "c.json: "),
+        ("[]", "after = []: expected a calibration's document"),
+        ("{}", "after.scenario: missing; expected a calibration's document"),
+    ],
+)
+def test_a_file_that_is_no_calibration_is_one_line(tmp_path, monkeypatch, text, message):
+    monkeypatch.chdir(tmp_path)
+    Path("c.json").write_text(text)
+    error = solve("--after", "c.json", code=2).stderr
+    assert error.startswith("Error: ")
+    assert error.count("\n") == 1
+    assert message in error
+
+
+def test_a_problem_that_cannot_go_on_says_so(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("c.json").write_text("{}")
+    words = ["solve", "coco:bbob-biobj/f1/d2/i1", "--after", "c.json"]
+    done = CliRunner().invoke(app, words, prog_name="mgeo")
+    assert done.exit_code == 2
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"format": "x"}, "truth.json: format = 'x': expected 'mgeo-attitude-truth'"),
+        (
+            {"time_s": 300.0},
+            "truth.json: time_s = 300.0: expected the epoch of the plan, 400.000000",
+        ),
+        ({"quaternion": [0.0, 0.0, 2.0, 0.0]}, "truth.json: quaternion = "),
+        ({"states": {}}, "truth.json: states = []: expected gyro.bias"),
+        ({"scenario": None}, "truth.json: scenario = None"),
+    ],
+)
+def test_a_truth_of_another_flight_is_one_line(run, flown, tmp_path, monkeypatch, change, message):
+    monkeypatch.chdir(tmp_path)
+    document = json.loads((flown / "truth.json").read_text()) | change
+    Path("truth.json").write_text(json.dumps(document))
+    found = read_json(flown / "calibration" / "calibration.json")
+    plan = ManeuverPlan(found.scenario_after({"duration": 600.0}), PLAN)
+    write_plan(plan, "second.json")
+    error = run("fly", "second.json", "--after", "truth.json", code=2).stderr
+    assert error.count("\n") == 1
+    assert message in error
+    assert not Path("telemetry.csv").exists()
+
+
+def test_no_sample_is_one_line(run, flown, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    error = run("fly", flown / "plan.json", "--until", "-1", code=2).stderr
+    assert error == "Error: no sample until -1.0 s: the first is at 0.000000 s\n"
+
+
+def test_a_scenario_with_stages_of_flights_is_told_who_searches_by_them(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    few = 'preset = "paper"\nduration = 1000.0\nflight = { count = 3, grow = [0] }\n'
+    Path("few.toml").write_text(few)
+    words = ["--scenario", "few.toml", "--evaluations", 24, "-q", "--out"]
+    note = "Note: the problem can be judged by stages, which mgeo-staged does and mgeo-directed"
+    assert note in solve(*words, "a").stderr
+    assert "stages" not in solve("--algorithm", "mgeo-staged", *words, "b").stderr

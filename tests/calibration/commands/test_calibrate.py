@@ -1,0 +1,141 @@
+"""``mgeo attitude calibrate``: what is printed, written and refused."""
+
+import dataclasses
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_attitude.plan import ManeuverPlan, write_plan
+from mgeo_calibration import calibrate
+from mgeo_calibration.calibration import read_json
+from mgeo_calibration.commands.calibrate import FILES
+
+from ...attitude.commands.test_show import table
+from ..calibration.flights import PLAN, flown, short
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory):
+    """A folder with a plan, its scenario, and telemetry of its flight."""
+    folder = tmp_path_factory.mktemp("flight")
+    scenario = short(Scenario.paper(), 900.0)
+    scenario.save(folder / "mine.toml")
+    write_plan(ManeuverPlan(scenario, PLAN), folder / "plan.json")
+    telemetry = flown(scenario, 3)
+    telemetry.to_csv(folder / "telemetry.csv")
+    return folder, scenario, telemetry
+
+
+def test_the_table_and_the_conclusion(run, flight):
+    folder, scenario, telemetry = flight
+    found = calibrate(scenario, telemetry)
+    assert found.supported
+    text = run("calibrate", folder / "telemetry.csv", "--scenario", folder / "mine.toml").stdout
+    row = found.table().iloc[-1]
+    assert re.search(rf"mag.bias +z +nT +{row['estimate']:.4g} +{row['sigma']:.4g} +2000\n", text)
+    assert table(text, "Innovations")["rejected"] == [str(t.rejected) for t in found.tests]
+    assert text.splitlines()[-1] == "the innovations support it"
+    assert "promised" not in text
+
+
+def test_files_and_what_a_plan_promised(run, flight, tmp_path):
+    folder, scenario, telemetry = flight
+    out = tmp_path / "new" / "calibration"
+    arguments = (
+        "calibrate",
+        folder / "telemetry.csv",
+        "--plan",
+        folder / "plan.json",
+        "--out",
+        out,
+    )
+    text = run(*arguments).stdout
+    found = calibrate(scenario, telemetry)
+    promised = found.compare(ManeuverPlan(scenario, PLAN))
+    printed = table(text, "1-sigma that the plan promised, and achieved: plan.json")
+    assert printed["mag bias x"][1:3] == [
+        f"{promised.loc['mag bias x', name]:.4g}" for name in ("predicted", "achieved")
+    ]
+    assert sorted(path.name for path in out.iterdir()) == sorted(FILES)
+    np.testing.assert_array_equal(read_json(out / "calibration.json").states, found.states)
+    written = pd.read_csv(out / "calibration.csv", dtype=str)
+    np.testing.assert_array_equal(written["estimate"].astype(float), found.table()["estimate"])
+    attitude = pd.read_csv(out / "attitude.csv", dtype=str)
+    np.testing.assert_array_equal(attitude["q1"].astype(float), found.attitude["q1"])
+    assert "What the plan promised" in (out / "calibration.html").read_text()
+    assert "exists" in run(*arguments, code=2).stderr
+    run(*arguments, "--overwrite", "--quiet")
+
+
+def test_the_plan_may_be_a_solution_of_a_run(run, folder, front, tmp_path):
+    """Picked as in the other commands, and named."""
+    picked = ("--solution", front.row("best"))
+    run("fly", folder, *picked, "--seed", 3, "--out", tmp_path / "t.csv", "-q")
+    text = run("calibrate", tmp_path / "t.csv", "--plan", folder, *picked).stdout
+    found = calibrate(front.problem.scenario, tmp_path / "t.csv")
+    promised = found.compare(front.plan("best"))
+    title = f"1-sigma that the plan promised, and achieved: solution {picked[1]} of {len(front.X)}"
+    printed = table(text, title)
+    assert printed["mag bias x"][1] == f"{promised.loc['mag bias x', 'predicted']:.4g}"
+
+
+def test_one_document_for_scripts(run, flight):
+    folder, _, _ = flight
+    found = json.loads(
+        run("calibrate", folder / "telemetry.csv", "--plan", folder / "plan.json", "--json").stdout
+    )
+    page = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    (row,) = re.findall(r"^\| `attitude calibrate` \| (.*) \|$", page, re.MULTILINE)
+    assert list(found) == re.findall(r"`(\w+)`", row)
+    assert found["supported"] is True
+    assert len(found["promised"]) == 18
+
+
+def test_a_calibration_that_is_not_supported_has_another_exit_code(run, flight, tmp_path):
+    folder, scenario, _ = flight
+    quiet = dataclasses.replace(scenario.sensors[1], noise_nt=350.0)
+    dataclasses.replace(scenario, sensors=(scenario.sensors[0], quiet)).save(tmp_path / "q.toml")
+    done = run("calibrate", folder / "telemetry.csv", "--scenario", tmp_path / "q.toml", code=3)
+    last = done.stdout.splitlines()[-1]
+    assert last.startswith("the innovations do not support it: mag scatters more than its noise")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "--scenario FILE.toml|PRESET: expected it, or --plan"),
+        (("--scenario", "none.toml"), "there is no scenario file none.toml"),
+        (("--scenario", "paper", "--mapping", "none.toml"), "none.toml"),
+        (("--scenario", "paper", "--out", "mine.toml"), "mine.toml is no folder"),
+        (("--scenario", "cubesat_6u", "--plan", "mine.toml"), "mine.toml"),
+        (("--scenario", "paper", "--pick", "best"), "--pick: expected with --plan RUN"),
+        (("--plan", "plan.json", "--solution", "2"), "plan.json is one plan: --solution is for"),
+    ],
+)
+def test_bad_arguments(run, flight, monkeypatch, arguments, message):
+    monkeypatch.chdir(flight[0])
+    done = run("calibrate", "telemetry.csv", *arguments, code=2)
+    assert done.stdout == ""
+    assert done.stderr.startswith("Error: ")
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_bad_telemetry_leaves_nothing(run, flight, tmp_path):
+    folder, _, _ = flight
+    text = (folder / "telemetry.csv").read_text()
+    (tmp_path / "t.csv").write_text(text.replace("mag_x", "\x1b[2Jmag_x", 1))
+    done = run(
+        "calibrate", tmp_path / "t.csv", "--scenario", "paper", "--out", tmp_path / "o", code=2
+    )
+    assert re.fullmatch(r"Error: .*t\.csv: missing columns mag_x: there are .*\n", done.stderr)
+    assert "\x1b" not in done.stderr
+    assert not (tmp_path / "o").exists()
+    run("calibrate", tmp_path / "none.csv", "--scenario", "paper", code=2)
+    run("calibrate", tmp_path, "--scenario", "paper", code=2)

@@ -1,0 +1,112 @@
+"""``mgeo attitude fly``: telemetry and truth as files, from both simulators."""
+
+import dataclasses
+import importlib.util
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_attitude.plan import ManeuverPlan, read_json, write_plan
+from mgeo_attitude.scenario import Convergence
+from mgeo_calibration.calibration import calibrate
+from mgeo_calibration.flight import fly
+from mgeo_calibration.telemetry import read_telemetry
+
+BASILISK = pytest.mark.skipif(
+    importlib.util.find_spec("Basilisk") is None,
+    reason='flights by Basilisk: pip install "./problems/attitude[basilisk]"',
+)
+
+
+@pytest.fixture(scope="module")
+def plan(tmp_path_factory):
+    """A plan and its file."""
+    scenario = dataclasses.replace(
+        Scenario.paper(), duration=600.0, convergence=Convergence(window=300.0)
+    )
+    found = ManeuverPlan(
+        scenario, (0.5, 0.3, -0.2, 150.0, -0.3, 0.6, 0.2, 150.0, 0.2, -0.4, 0.7, 9)
+    )
+    path = tmp_path_factory.mktemp("plans") / "plan.json"
+    write_plan(found, path)
+    return found, path
+
+
+def test_telemetry_is_what_python_gets_and_truth_has_the_calibration_s_names(run, plan, tmp_path):
+    found, path = plan
+    out, truth = tmp_path / "telemetry.csv", tmp_path / "truth.json"
+    text = run("fly", path, "--seed", 3, "--out", out, "--truth", truth).stdout
+    assert "601 samples to 600 s of gyro, sun, mag, flown by own" in text
+    expected = fly(found.scenario, found, 3)
+    read = read_telemetry(out, found.scenario)
+    np.testing.assert_array_equal(read.gyro_deg_s, expected.gyro_deg_s[-len(read.times) :])
+    document = json.loads(truth.read_text())
+    assert document["states"]["mag.bias"] == expected.truth.states[-1, 15:18].tolist()
+    calibration = calibrate(found.scenario, read)
+    table, rows = calibration.table(), document["table"]
+    for key in ("block", "axis", "unit"):
+        assert [row[key] for row in rows] == table[key].tolist()
+    errors = np.array([row["value"] for row in rows]) - table["estimate"]
+    assert (np.abs(errors) < 4.5 * table["sigma"]).all()
+    assert abs(np.dot(document["quaternion"], calibration.quaternion)) > 0.999
+
+
+def test_the_plan_that_is_flown_is_told(run, folder, front, violating, tmp_path):
+    """Which solution, what it hardly calibrates, and what it breaks."""
+    out = ("--out", tmp_path / "telemetry.csv", "--overwrite")
+    row = front.row("fastest")
+    lines = run("fly", folder, "--pick", "fastest", *out).stdout.splitlines()
+    told = f"solution {row} of {len(front.X)}, fastest: {front.plan('fastest').answer}"
+    assert lines[0] == told
+    assert lines[1].startswith("Note: this plan hardly calibrates ")
+    numbered = run("fly", folder, "--solution", row, *out).stdout.splitlines()
+    assert numbered[1:] == lines[1:]
+    (broken,) = read_json(violating).violations()
+    assert f"Note: it breaks a limit: {broken}" in run("fly", violating, *out).stdout.splitlines()
+
+
+@BASILISK
+@pytest.mark.basilisk
+def test_basilisk_flies_it_with_the_same_errors(run, plan, tmp_path):
+    documents = []
+    for simulator in ("own", "basilisk"):
+        out = tmp_path / f"{simulator}.csv"
+        arguments = ("fly", plan[1], "--simulator", simulator, "--seed", 3, "--out", out, "--json")
+        documents.append(json.loads(run(*arguments).stdout)["truth"])
+    own, other = documents
+    assert own["states"] == other["states"]
+    assert own["quaternion"] != other["quaternion"]
+    assert (own["simulator"], other["simulator"]) == ("own", "basilisk")
+    columns = Path(tmp_path / "own.csv").read_text().partition("\n")[0]
+    assert Path(tmp_path / "basilisk.csv").read_text().startswith(columns)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (("--simulator", "simulink"), "--simulator simulink: expected one of own, basilisk"),
+        (("--vehicle", "paper"), "--vehicle: the own simulation has none"),
+        (("--out", "telemetry.txt"), "telemetry.txt: expected a name that ends in .csv"),
+        (("--truth", "truth.csv"), "truth.csv: expected a name that ends in .json"),
+        (("--simulator", "basilisk", "--vehicle", "tug"), "unknown vehicle"),
+    ],
+)
+def test_bad_input_is_one_line_and_nothing_is_written(
+    run, plan, tmp_path, monkeypatch, arguments, expected
+):
+    monkeypatch.chdir(tmp_path)
+    error = run("fly", plan[1], *arguments, code=2).stderr
+    assert error.startswith("Error: ")
+    assert error.count("\n") == 1
+    assert expected in error
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_basilisk_one_line_says_how_to_install_it(run, plan, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    error = run("fly", plan[1], "--simulator", "basilisk", code=2).stderr
+    assert error == ("Error: a flight by Basilisk needs the package bsk: pip install bsk\n")
+    assert not list(tmp_path.iterdir())

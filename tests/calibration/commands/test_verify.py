@@ -1,0 +1,173 @@
+"""``mgeo attitude verify``: what is printed, and the exit code that scripts go by."""
+
+import dataclasses
+import json
+import re
+import shutil
+
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.commands.files import Picked
+from mgeo_attitude.plan import ManeuverPlan, read_json, write_plan
+from mgeo_attitude.scenario import PathLimit
+from mgeo_attitude.scenario.validity import OutsideValidity
+from mgeo_calibration.commands.verify import verification_document
+from mgeo_calibration.verification.verification import verify
+
+from mgeo.report.build import report_html
+
+
+def test_a_plan_of_a_run(run, folder, front):
+    found = verify(front.plan("best"), n_runs=10, seed=2)
+    arguments = ("verify", folder, "--pick", "best", "--runs", "10", "--seed", "2")
+    text = run(*arguments, code=0 if found.achieved else 3).stdout
+    assert text.startswith(f"solution {front.row('best')} of {len(front.X)}, best: ")
+    assert front.plan("best").answer in text.splitlines()[0]
+    assert f"NEES per state {found.nees:.3f}" in text
+    assert f"{found.table.loc['gyro bias y', 'rms']:.4g}" in text
+    assert "10 simulated flights" in text
+
+
+def test_initial_errors_too_large_for_a_linear_covariance_are_a_note(run, tmp_path):
+    scenario = Scenario.from_dict(
+        {
+            "preset": "cubesat_6u",
+            "duration": 900.0,
+            "step": 4.0,
+            "gyro": {"initial_bias_deg_s": 0.02},
+        }
+    )
+    plan = ManeuverPlan(
+        scenario, (0.5, 0.3, -0.2, 60.0, -0.3, 0.6, 0.2, 60.0, 0.2, -0.5, 0.4, 60.0)
+    )
+    write_plan(plan, tmp_path / "plan.json")
+    with pytest.warns(OutsideValidity):
+        code = 0 if verify(plan, n_runs=2).achieved else 3
+    found = run("verify", tmp_path / "plan.json", "--runs", "2", code=code)
+    assert found.stderr.startswith("Note: gyro.initial_bias_deg_s = 0.02: the linear covariance")
+    assert found.stderr.count("\n") == 1
+
+
+def test_a_full_disk_is_told_before_the_flights_or_costs_the_file_alone(
+    run, folder, tmp_path, monkeypatch
+):
+    def full(*arguments):
+        raise OSError(28, "No space left on device", str(arguments[0]))
+
+    arguments = ("verify", folder, "--runs", "2", "--out", tmp_path / "found.json")
+    with monkeypatch.context() as changed:
+        changed.setattr("mgeo.files.atomic.write_file", full)
+        done = run(*arguments, code=2)
+    assert "2 simulated flights" in done.stdout
+    assert done.stderr.endswith(f"No space left on device: '{tmp_path / 'found.json'}'\n")
+    monkeypatch.setattr("mgeo_attitude.commands.files.check_writable", full)
+    done = run(*arguments, code=2)
+    assert (done.stdout, done.stderr.count("\n")) == ("", 1)
+    assert done.stderr.endswith(f"No space left on device: '{tmp_path}'\n")
+
+
+@pytest.mark.slow
+def test_the_result_as_a_file_is_what_reports_show(run, folder, front, tmp_path):
+    found = verify(front.plan("best"), n_runs=3, seed=2)
+    file = tmp_path / "verification-best.json"
+    arguments = ("verify", folder, "--pick", "best", "--runs", "3", "--seed", "2", "--out", file)
+    run(*arguments, code=0 if found.achieved else 3)
+    printed = run(*arguments[:-2], "--json", code=0 if found.achieved else 3).stdout
+    assert json.loads(printed) == json.loads(file.read_text())
+    quiet = run(*arguments[:-2], "--quiet", code=0 if found.achieved else 3)
+    assert quiet.stdout + quiet.stderr == ""
+    run_too = shutil.copytree(folder, tmp_path / "run")
+    shutil.copy(file, run_too)
+    html = report_html(run_too).partition("<h2>Monte Carlo</h2>")[2].partition("</section>")[0]
+    assert f"(verification-best.json, solution {front.row('best')})" in html
+    assert f"NEES per state {found.nees:.3f}" in html
+    assert html.count("<tr>") == 1 + len(found.table)
+    assert f"<td>{found.table.loc['gyro bias y', 'rms']:.5g}</td>" in html
+    assert "exists" in run(*arguments, code=2).stderr
+
+
+def test_the_result_says_what_it_is_about(front):
+    """Other objectives do not change what is flown; they are the run's all the same."""
+    problem = AttitudeManeuverProblem(front.problem.scenario, objectives=("trace", "angle"))
+    plan = ManeuverPlan.from_design(problem, front.X[0])
+    document = verification_document(Picked(plan, "plan", 0), verify(plan, n_runs=2), seed=1)
+    assert (document["problem"], document["options"]) == ("attitude", problem.options())
+    assert document["design"] == front.X[0].tolist()
+
+
+@pytest.fixture(scope="module")
+def flown(front):
+    return verify(front.plan("fastest"), n_runs=2)
+
+
+@pytest.mark.parametrize(
+    ("p", "nees_p", "code", "conclusion"),
+    [
+        (1.0, 1.0, 0, "achieved: no error is larger than promised"),
+        (1.0, 0.0, 3, "not achieved: the filter is too sure by 1.41 over all states together"),
+        (
+            0.0,
+            1.0,
+            3,
+            r"not achieved: attitude \(x, y, z\) .* times the promise, the filter is too",
+        ),
+    ],
+)
+def test_conclusions(run, folder, flown, monkeypatch, p, nees_p, code, conclusion):
+    table = flown.table.assign(**{"p, predicted": p, "p, claimed": p})
+    made = dataclasses.replace(flown, table=table, nees=2.0, nees_p=nees_p)
+    monkeypatch.setattr("mgeo_calibration.verification.verification.verify", lambda *_: made)
+    text = run("verify", folder, "--pick", "fastest", code=code).stdout
+    assert re.match(conclusion, text.splitlines()[1])
+    assert ("what to try" in text) == (code == 3)
+    rows = [line for line in text.splitlines() if line.startswith(("attitude", "sun", "mag"))]
+    assert len(rows) == len(made.table) - 3
+    assert max(map(len, rows)) <= 80
+
+
+def test_bad_input_has_another_exit_code(run, folder, tmp_path):
+    assert "holds no run" in run("verify", tmp_path, code=2).stderr
+    run("verify", folder, "--runs", "1", code=2)
+
+
+def test_a_broken_path_limit_is_told(run, tmp_path):
+    """In words, as a table, and in the file that reports show."""
+    scenario = dataclasses.replace(
+        Scenario.paper(),
+        duration=400.0,
+        step=2.0,
+        path_limits=(PathLimit(name="camera", boresight=(1.0, -1.0, 0.0), half_angle_deg=60.0),),
+    )
+    problem = AttitudeManeuverProblem(scenario)
+    turning = [1.0, 0.0, 0.0, 30.0, 0.0, 1.0, 0.0, 30.0, 0.0, 0.0, 1.0, 30.0]
+    plan = ManeuverPlan.from_design(problem, turning)
+    write_plan(plan, tmp_path / "plan.json")
+    found = verify(plan, n_runs=4, seed=2)
+    (steered, _, open_loop, _) = found.path_limits.loc["Sun off camera"]
+    assert steered == open_loop == 100.0  # it turns through the Sun
+    arguments = ("verify", tmp_path / "plan.json", "--runs", "4", "--seed", "2")
+    text = run(*arguments, code=3).stdout
+    assert "path limits broken" in text
+    document = json.loads(run(*arguments, "--json", code=3).stdout)
+    assert "Sun off camera broken in 100 % of flights" in document["conclusion"]
+    (row,) = document["path_limits"]
+    assert row["path limit"] == "Sun off camera"
+    assert row["steered: flights [%]"] == 100.0
+    assert 0.0 < row["open loop: time [%]"] < 100.0
+
+
+def test_a_plan_that_breaks_a_limit_does_not_hold_whatever_it_achieves(run, violating, monkeypatch):
+    plan = read_json(violating)
+    made = verify(plan, n_runs=2)
+    table = made.table.assign(**{"p, predicted": 1.0, "p, claimed": 1.0})
+    made = dataclasses.replace(made, table=table, nees_p=1.0)
+    assert made.achieved
+    monkeypatch.setattr("mgeo_calibration.verification.verification.verify", lambda *_: made)
+    (broken,) = plan.violations()
+    lines = run("verify", violating, code=3).stdout.splitlines()
+    assert lines[1] == f"breaks a limit: {broken}"
+    assert lines[2].startswith("achieved: ")
+    document = json.loads(run("verify", violating, "--json", code=3).stdout)
+    assert document["achieved"] is True
+    assert document["violations"] == [broken]
+    assert document["conclusion"].startswith(f"breaks a limit: {broken}; achieved: ")

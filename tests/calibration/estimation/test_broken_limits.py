@@ -1,0 +1,105 @@
+"""How often path limits truly are broken, steered by the estimate and open loop."""
+
+import dataclasses
+from math import erfc, sqrt
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.scenario import Convergence, PathLimit
+from mgeo_calibration import simulate
+
+from ...attitude.geometry.test_rotation import as_scipy
+from ..flight.runs import estimated, none
+
+STEPS = 300
+#: Rates [deg/s] that turn a satellite with GCRS axes through some 100 deg.
+PLAN = np.array([0.3, -0.1, 0.2, 80.3, -0.1, 0.3, 0.1, 60.0, 0.2, 0.1, -0.3, 160.0])
+
+
+def scenario(*path_limits):
+    return dataclasses.replace(
+        Scenario.cubesat_6u(),
+        duration=float(STEPS),
+        eclipse=False,
+        convergence=Convergence(window=float(STEPS)),
+        path_limits=path_limits,
+    )
+
+
+def toward_sun(off_deg, half_angle_deg, **margin):
+    """A cone whose axis is so far from the Sun at the start, where body axes are those of GCRS."""
+    sun = AttitudeManeuverProblem(scenario()).environment.sun[0]
+    across = np.cross(sun, [0.0, 0.0, 1.0])
+    off = np.radians(off_deg)
+    axis = np.cos(off) * sun + np.sin(off) * across / np.linalg.norm(across)
+    return PathLimit(boresight=tuple(axis), half_angle_deg=half_angle_deg, **margin)
+
+
+def test_counts_are_those_of_the_errors():
+    """Blind sensors, so that errors before and after a measurement are the same."""
+    cones = tuple(toward_sun(off, half) for off, half in ((12.0, 10.0), (40.0, 35.0), (5.0, 30.0)))
+    cones += (toward_sun(12.0, 31.0, sense="keep-in"),)
+    cones += (PathLimit(reference="earth", boresight=(1.0, 0.3, 0.0), half_angle_deg=10.0),)
+    model = FilterModel.from_scenario(scenario(*cones))
+    blind = dataclasses.replace(model, available=np.zeros_like(model.available))
+    draws = none(blind, STEPS)
+    draws.errors[:6] = [0.1, -0.15, 0.05, 1e-3, -5e-4, 8e-4]  # attitude and gyro bias
+    record = estimated(blind, PLAN, np.arange(STEPS + 1), draws, n_watched=200)
+
+    plan = Motion.of(blind, PLAN, STEPS).attitude[:200]
+    errors = np.array([as_scipy(-e[:3]).as_matrix() for e in record.errors[0, :200]])
+    start = as_scipy(-draws.errors[:3]).as_matrix()
+    environment = AttitudeManeuverProblem(scenario()).environment
+    position = environment.position[:200]
+    distance = np.linalg.norm(position, axis=1)
+    limb = np.degrees(np.arcsin(6378136.3 / distance))
+    for shares, attitude in zip(record.broken[0], (errors @ plan, plan @ start), strict=True):
+        sun, nadir = (
+            np.einsum("kij,kj->ki", attitude, vectors)
+            for vectors in (environment.sun[:200], -position / distance[:, None])
+        )
+        angles = [np.degrees(np.arccos(sun @ cone.cone().axis)) for cone in cones[:4]]
+        angles.append(np.degrees(np.arccos(nadir @ cones[4].cone().axis)) - limb)
+        inside = [angle < cone.half_angle_deg for angle, cone in zip(angles, cones, strict=True)]
+        expected = [~k if cone.keep_in else k for k, cone in zip(inside, cones, strict=True)]
+        assert (200 * shares).tolist() == pytest.approx(np.sum(expected, axis=1), abs=1e-9)
+    assert (record.broken[0, 0] != record.broken[0, 1]).any()
+    assert (record.broken > 0).any(axis=(0, 1)).sum() >= 4
+    assert (record.broken < 1).all(axis=(0, 1)).sum() >= 4
+
+
+def test_nothing_is_broken_in_the_dark():
+    cones = toward_sun(0.0, 80.0), toward_sun(180.0, 80.0, sense="keep-in")
+    day = FilterModel.from_scenario(scenario(*cones))
+    dark = dataclasses.replace(day, directions=np.zeros_like(day.directions))
+    for model, share in ((day, 1), (dark, 0)):
+        record = estimated(model, PLAN, np.arange(STEPS + 1), none(model, STEPS), n_watched=20)
+        assert (record.broken == share).all()
+
+
+def test_what_passes_a_cone_by_a_degree_is_inside_it_unless_it_keeps_the_margin():
+    """10 deg of initial attitude: flights start inside when an error of a degree says so."""
+    bare = toward_sun(21.0, 20.0, attitude_sigmas=0.0)
+    wide = toward_sun(51.0, 20.0)
+    away = np.zeros(12)
+    margin = scenario(bare, dataclasses.replace(bare, attitude_sigmas=3.0))
+    message = r"path_limits\[1\]\.half_angle_deg = 20\.0: expected another attitude .* 21 deg"
+    with pytest.raises(InvalidValue, match=message):
+        AttitudeManeuverProblem(margin)
+    kept = AttitudeManeuverProblem(scenario(bare, wide)).evaluate(away, return_values_of=["G"])
+    assert (kept < 0.0).all()
+    n = 400
+    table = simulate(scenario(bare, wide), away, n_runs=n, seed=2).broken_limits()
+    beyond = [100.0 * 0.5 * erfc(k / sqrt(2.0)) for k in (0.1, 3.1)]
+    for way in ("steered", "open loop"):
+        flights = table[f"{way}: flights [%]"].to_numpy()
+        chance = 3.0 * np.sqrt(np.multiply(beyond, np.subtract(100.0, beyond)) / n)
+        assert abs(flights[0] - beyond[0]) < chance[0] + 5.0  # the error across adds a little
+        assert flights[1] <= beyond[1] + chance[1]
+    # what is steered leaves the cone when its filter has seen the Sun, the other one never does
+    time = table.loc[:, [f"{way}: time [%]" for way in ("steered", "open loop")]].to_numpy()
+    assert time[0, 0] < 0.2 * time[0, 1]
+    assert time[0, 1] == pytest.approx(table["open loop: flights [%]"].iloc[0], rel=0.05)

@@ -1,0 +1,101 @@
+"""Conclusions on made-up results: numbers drawn from the law they are tested against."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_calibration import MonteCarlo, consistency
+from scipy.stats import chi2
+
+N, M = 200, 40
+
+
+@pytest.fixture(scope="module")
+def result():
+    """Errors that are what the filter claims, constant in time as those of a calibration are."""
+    rng = np.random.default_rng(4)
+    errors = np.repeat(rng.standard_normal((N, 1, 6)), M, axis=1)
+    return MonteCarlo(
+        blocks=("attitude", "gyro.bias"),
+        sensors=("sun", "blind"),
+        design=np.zeros(4),
+        t_end=20.0,
+        times=np.arange(M, dtype=float),
+        predicted=np.ones((M, 6)),
+        errors=errors,
+        sigma=np.ones((N, M, 6)),
+        nees=(errors**2).sum(axis=2),
+        nis=np.stack([rng.chisquare(30, (N, M)), np.zeros((N, M))], axis=2),
+        updates=np.stack([np.full((N, M), 10), np.zeros((N, M), dtype=int)], axis=2),
+        path_limits=(),
+        broken=np.zeros((N, 2, 0)),
+    )
+
+
+def test_true_claims_pass(result):
+    report = consistency(result)
+    assert report.passed, report.table()
+    assert list(report.table().index) == [
+        "nees",
+        "nis sun",
+        "beyond 3 sigma",
+        "smallest rms / predicted",
+        "largest rms / predicted",
+    ]
+
+
+def test_bounds_are_those_of_chi_square(result):
+    """99 % of sums over N runs of 6 squares, by the normal limit of Wilson and Hilferty."""
+    bounds = consistency(result)["nees"]
+    dof, z = 6 * N, 2.5758293035489004
+    expected = [(1 - 2 / (9 * dof) + sign * z * np.sqrt(2 / (9 * dof))) ** 3 for sign in (-1, 1)]
+    np.testing.assert_allclose([bounds.low, bounds.high], expected, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("criterion", "changes"),
+    [
+        ("nees", {"nees": 1.2}),
+        ("nees", {"nees": 0.8}),
+        ("nis sun", {"nis": 1.03}),
+        ("beyond 3 sigma", {"sigma": 0.6}),
+        ("largest rms / predicted", {"errors": 1.2}),
+        ("smallest rms / predicted", {"errors": 0.8}),
+        ("nees", {"nees": np.nan}),
+    ],
+)
+def test_false_claims_do_not(result, criterion, changes):
+    wrong = {name: factor * getattr(result, name) for name, factor in changes.items()}
+    report = consistency(dataclasses.replace(result, **wrong))
+    assert not report[criterion].passed
+    assert not report.passed
+
+
+def test_a_true_claim_is_refused_as_rarely_as_said():
+    """100 sets of runs at 90 % confidence: about ten refusals."""
+    rng = np.random.default_rng(9)
+    low, high = (chi2.ppf(p, 6 * N) / (6 * N) for p in (0.05, 0.95))
+    means = rng.chisquare(6, (100, N)).mean(axis=1) / 6
+    refused = ((means < low) | (means > high)).sum()
+    assert 2 <= refused <= 20
+
+
+def test_tables(result):
+    table = result.table(5.0)
+    assert list(table.index[:2]) == ["attitude.x", "attitude.y"]
+    np.testing.assert_allclose(table["rms"], np.sqrt((result.errors[:, 5] ** 2).mean(axis=0)))
+    np.testing.assert_allclose(table["ratio"], table["rms"])
+    assert (table["within 3 sigma"] > 0.98).all()
+    history = result.history()
+    assert history["nees"].iloc[0] == pytest.approx(result.nees[:, 0].mean() / 6)
+    assert history["nis sun"].mean() == pytest.approx(1.0, abs=0.01)
+    assert history["nis blind"].isna().all()
+
+
+def test_bad_arguments_are_named(result):
+    with pytest.raises(ValueError, match=r"since = 50\.0: expected at most 39\.0 s"):
+        consistency(result, since=50.0)
+    with pytest.raises(ValueError, match="confidence = 99"):
+        consistency(result, confidence=99)
+    with pytest.raises(KeyError):
+        consistency(result)["nothing"]

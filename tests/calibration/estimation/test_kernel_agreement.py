@@ -1,0 +1,65 @@
+"""Without errors the simulation's filter is the kernel's: two codes for one covariance."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import FilterModel, Scenario, evaluate
+from mgeo_attitude.maneuvers.slew import SlewLimits
+from mgeo_attitude.scenario import Convergence
+from mgeo_calibration import Estimator
+from mgeo_calibration.flight import draw
+
+from ...attitude.filter.suites import SUITES
+from ..flight.runs import estimated, none
+
+PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
+STEPS = 160  # of 1 s: until the third maneuver has begun
+
+
+@pytest.fixture(
+    scope="module", params=["cubesat_6u", "every constant", "orbit error", "considered"]
+)
+def model(request):
+    scenario = dataclasses.replace(
+        Scenario.cubesat_6u(), duration=STEPS, convergence=Convergence(window=STEPS)
+    )
+    if request.param in SUITES:
+        suite = SUITES[request.param]
+        scenario = dataclasses.replace(scenario, gyro=suite.gyro, sensors=suite.sensors)
+    return FilterModel.from_scenario(scenario)
+
+
+@pytest.mark.parametrize("estimator", [Estimator.plain(), Estimator(second_order=False)])
+def test_variances_of_a_run_without_errors_are_the_kernels(model, estimator):
+    record = estimated(model, PLAN, np.arange(STEPS + 1), none(model, STEPS), estimator)
+    kernel = evaluate(model, PLAN, history=True).variances[0]
+    np.testing.assert_allclose(record.sigma[0] ** 2, kernel, rtol=1e-9)
+    np.testing.assert_allclose(record.errors, 0.0, atol=1e-12)
+
+
+def test_the_simulation_flies_ramps_shorter_than_a_step_as_the_kernel_does(model):
+    ramped = dataclasses.replace(model, slew_limits=SlewLimits(np.radians(1.7), np.inf, np.eye(3)))
+    record = estimated(ramped, PLAN, np.arange(STEPS + 1), none(ramped, STEPS), Estimator.plain())
+    kernel = evaluate(ramped, PLAN, history=True).variances[0]
+    np.testing.assert_allclose(record.sigma[0] ** 2, kernel, rtol=1e-9)
+    assert not np.allclose(record.sigma[0] ** 2, evaluate(model, PLAN, history=True).variances[0])
+
+
+def test_tiny_errors_are_the_linear_filters(model):
+    """A ten-millionth of every error and noise leaves the covariance as it is."""
+    drawn = draw(model, STEPS, np.random.default_rng(1))
+    tiny = dataclasses.replace(
+        drawn,
+        errors=1e-7 * drawn.errors,
+        gyro_noise=1e-7 * drawn.gyro_noise,
+        noise=1e-7 * drawn.noise,
+    )
+    small = estimated(model, PLAN, np.arange(STEPS + 1), tiny, Estimator.plain())
+    kernel = evaluate(model, PLAN, history=True).variances[0]
+    np.testing.assert_allclose(small.sigma[0] ** 2, kernel, rtol=1e-6)
+    # all that is left of the remedies at this size is the rule of adding rotations
+    best = estimated(
+        model, PLAN, np.arange(STEPS + 1), tiny, Estimator(second_order=False, iterations=3)
+    )
+    np.testing.assert_allclose(best.errors, small.errors, rtol=0, atol=1e-11)

@@ -1,0 +1,93 @@
+"""Quaternions in another order are named, where a sensor that is right was blamed."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_attitude.sensors import StarTracker
+from mgeo_calibration import fly
+from mgeo_calibration.calibration import calibrate
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.orders import ORDERS, check_orders
+from scipy.spatial.transform import Rotation
+
+DESIGN = (0.3, -0.2, 0.1, 200.0, -0.2, 0.3, 0.2, 200.0, 0.1, 0.2, -0.3, 200.0)
+#: What somebody sends who means these.
+SENT = {
+    "scalar first": lambda q: q[:, [3, 0, 1, 2]],
+    "from the body to GCRF": lambda q: q * [-1.0, -1.0, -1.0, 1.0],
+    "scalar first, from the body to GCRF": lambda q: (q * [-1.0, -1.0, -1.0, 1.0])[:, [3, 0, 1, 2]],
+}
+
+
+def sent(scenario, seed=1):
+    return fly(scenario, DESIGN, seed)
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    cubesat = Scenario.cubesat_6u()
+    return dataclasses.replace(
+        cubesat,
+        duration=900.0,
+        sensors=(*cubesat.sensors, StarTracker(initial_misalignment_deg=1.0)),
+    )
+
+
+def reordered(telemetry, order):
+    sensors = dict(telemetry.sensors)
+    sensors["tracker"] = SENT[order](sensors["tracker"])
+    return dataclasses.replace(telemetry, sensors=sensors)
+
+
+@pytest.mark.parametrize("order", [words for words, *_ in ORDERS])
+def test_another_order_is_named_and_not_the_sun_sensor(scenario, order):
+    message = rf"^tracker: its quaternions agree .* as {order}: expected scalar last, from GCRF"
+    with pytest.raises(ValueError, match=message):
+        calibrate(scenario, reordered(sent(scenario), order))
+
+
+@pytest.mark.parametrize("order", [words for words, *_ in ORDERS])
+def test_beside_a_gyro_alone_the_turns_tell(scenario, order):
+    alone = dataclasses.replace(scenario, sensors=scenario.sensors[-1:])
+    data = batch(alone, reordered(sent(alone), order))
+    with pytest.raises(ValueError, match=f"read as {order}: "):
+        check_orders(
+            data, slice(180, 210), Belief.of(alone)
+        )  # two maneuvers: one axis tells not all
+
+
+def test_the_right_order_is_taken(scenario):
+    for seed in range(1, 6):
+        data = batch(scenario, sent(scenario, seed))
+        for first in range(0, 800, 100):
+            check_orders(data, slice(first, first + 30), Belief.of(scenario))
+    still = np.zeros(12)
+    still[3::4] = 200.0
+    rest = fly(scenario, still, 1)
+    check_orders(batch(scenario, rest), slice(0, 30), Belief.of(scenario))
+
+
+def test_a_large_bias_of_the_gyro_is_no_other_order(scenario):
+    large = dataclasses.replace(
+        scenario, gyro=dataclasses.replace(scenario.gyro, initial_bias_deg_s=1.0)
+    )
+    telemetry = sent(large)
+    assert calibrate(large, telemetry).supported
+    with pytest.raises(ValueError, match="read as scalar first: "):
+        calibrate(large, reordered(telemetry, "scalar first"))
+
+
+def test_where_no_order_fits_quaternions_are_asked_about(scenario):
+    """Of a tracker that is turned against the body; the Sun sensor is right."""
+    telemetry = sent(scenario)
+    mounted = Rotation.from_euler("xyz", [40.0, -70.0, 20.0], degrees=True)
+    q = telemetry.sensors["tracker"].copy()
+    there = np.isfinite(q[:, 0])
+    q[there] = (mounted * Rotation.from_quat(q[there])).as_quat()
+    turned = dataclasses.replace(telemetry, sensors={**telemetry.sensors, "tracker": q})
+    asked = r"mounting frame.*\? Are quaternions of tracker scalar last, from GCRF to"
+    with pytest.raises(ValueError, match=asked):
+        calibrate(scenario, reordered(turned, "from the body to GCRF"))

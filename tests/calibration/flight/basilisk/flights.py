@@ -1,0 +1,36 @@
+"""Flights by Basilisk for tests, which are skipped where it is not installed."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude.scenario import Convergence, Scenario
+
+pytest.importorskip(
+    "Basilisk", reason='flights by Basilisk: pip install "./problems/attitude[basilisk]"'
+)
+
+from mgeo_calibration.flight.basilisk.simulation import Drawn, simulate
+
+#: Three maneuvers, the second of them cut short by rounding up to a step.
+PLAN = np.array([0.5, 0.3, -0.2, 200.3, -0.3, 0.6, 0.2, 250.0, 0.2, -0.4, 0.7, 300.0])
+
+
+def short(scenario: Scenario, duration: float, **changes) -> Scenario:
+    """A scenario that ends early."""
+    window = Convergence(window=duration)
+    return dataclasses.replace(scenario, duration=duration, convergence=window, **changes)
+
+
+def errorless(model) -> Drawn:
+    """No error at all, of a run of a model."""
+    zero, bias = np.zeros(model.suite.n_states), np.zeros((model.n_steps, 3))
+    return Drawn(model.initial_attitude, model.initial_rate, zero, zero.copy(), bias)
+
+
+def seen(scenario, motion, drawn, vehicle, environment, seed=1):
+    """What Basilisk logs."""
+    generator = np.random.default_rng(seed)
+    return simulate(scenario, motion, drawn, vehicle, environment, generator)

@@ -1,0 +1,201 @@
+"""Basilisk's sensors: which way mounts turn, biases, and noise against what is declared."""
+
+import dataclasses
+from itertools import combinations
+
+import numpy as np
+import pytest
+from mgeo_attitude import FilterModel, Gyro, Magnetometer, Scenario, StarTracker, SunSensor
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.sensors.vector_sensors import FIELD_UNIT_NT
+from mgeo_calibration.flight.basilisk import Vehicle, fly
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
+
+from .flights import PLAN, errorless, seen, short
+
+pytestmark = pytest.mark.basilisk
+
+QUIET = (
+    SunSensor(noise_deg=1e-9),
+    Magnetometer(noise_nt=1e-6),
+    StarTracker(noise_arcsec=1e-6, roll_noise_arcsec=1e-6),
+)
+
+
+@pytest.fixture(scope="module")
+def quiet():
+    """Silent sensors on a satellite at rest: scenario, environment, model."""
+    gyro = Gyro(
+        angle_random_walk_deg_per_sqrt_h=1e-9,
+        rate_random_walk=0.0,
+        bias_decay=0.0,
+        initial_scale_factor=0.01,
+        initial_misalignment_deg=1.0,
+    )
+    scenario = short(Scenario.paper(), 20.0, sensors=QUIET, gyro=gyro)
+    environment = Environment.from_scenario(scenario)
+    return scenario, environment, FilterModel.from_scenario(scenario, environment)
+
+
+def reported(quiet, plan=(0.0,) * 12, start=None, **errors):
+    """What Basilisk logs with given states, the others zero."""
+    scenario, environment, model = quiet
+    drawn = errorless(model)
+    for block, value in errors.items():
+        first = 3 * model.suite.blocks.index(block.replace("__", "."))
+        drawn.errors[first : first + 3] = value
+    if start is not None:
+        drawn = dataclasses.replace(drawn, start=start)
+    bias = np.tile(drawn.errors[3:6], (model.n_steps, 1))
+    drawn = dataclasses.replace(drawn, bias=bias)
+    motion = Motion.of(model, plan, model.n_steps)
+    return seen(scenario, motion, drawn, Vehicle.amazonia(), environment)
+
+
+#: The vector of a rotation by 90° about z, and what that makes of x, y and z.
+QUARTER = [0.0, 0.0, 2.0]
+TURNED = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+def test_a_sun_sensor_turned_by_a_quarter_reports_the_sun_turned(quiet):
+    found = reported(quiet, sun__misalignment=QUARTER).sensors[0][1:, 0]
+    np.testing.assert_allclose(found, quiet[1].sun[1:] @ TURNED.T, rtol=0, atol=2e-10)
+    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1.0, rtol=0, atol=2e-10)
+
+
+def test_a_magnetometer_turned_by_a_quarter_reports_the_field_turned(quiet):
+    found = reported(quiet, mag__misalignment=QUARTER)
+    expected = found.field[1:] @ TURNED.T
+    np.testing.assert_allclose(FIELD_UNIT_NT * found.sensors[1][1:, 0], expected, atol=1e-4)
+
+
+def test_a_tracker_turned_by_a_quarter_reports_the_axes_of_gcrs_turned(quiet):
+    found = reported(quiet, tracker__misalignment=QUARTER).sensors[2][1:]
+    for axis in range(3):
+        expected = np.tile(TURNED[:, axis], (len(found), 1))
+        np.testing.assert_allclose(found[:, axis], expected, rtol=0, atol=1e-10)
+
+
+def test_a_start_turned_by_a_quarter_turns_what_all_report(quiet):
+    found = reported(quiet, start=TURNED)
+    np.testing.assert_allclose(found.sensors[0][1:, 0], quiet[1].sun[1:] @ TURNED.T, atol=2e-10)
+    field = found.field[1:] @ TURNED.T
+    np.testing.assert_allclose(FIELD_UNIT_NT * found.sensors[1][1:, 0], field, atol=1e-4)
+    np.testing.assert_allclose(found.sensors[2][1:, 1], np.tile(TURNED[:, 1], (20, 1)), atol=1e-10)
+    np.testing.assert_allclose(found.attitude, np.tile(TURNED, (21, 1, 1)), atol=1e-10)
+
+
+def test_biases_are_added_after_the_mount(quiet):
+    sun, mag = [0.03, -0.02, 0.01], np.array([2000.0, -1000.0, 500.0])
+    found = reported(
+        quiet,
+        sun__misalignment=QUARTER,
+        sun__bias=sun,
+        mag__misalignment=QUARTER,
+        mag__bias=mag / FIELD_UNIT_NT,
+    )
+    expected = quiet[1].sun[1:] @ TURNED.T + sun
+    np.testing.assert_allclose(found.sensors[0][1:, 0], expected, rtol=0, atol=2e-10)
+    expected = found.field[1:] @ TURNED.T + mag
+    np.testing.assert_allclose(FIELD_UNIT_NT * found.sensors[1][1:, 0], expected, atol=1e-4)
+
+
+def test_a_gyro_reports_rates_turned_scaled_and_biased(quiet):
+    """A turn about x, seen by a gyro turned by 2 arctan(.1) about z, scaled along its own axes."""
+    scale, bias = np.array([0.03, -0.02, 0.01]), np.array([2e-4, -1e-4, 3e-4])
+    plan = np.tile([0.5, 0.0, 0.0, 100.0], 3)
+    found = reported(
+        quiet, plan, gyro__misalignment=[0, 0, 0.2], gyro__scale_factor=scale, gyro__bias=bias
+    )
+    C = found.attitude
+    turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
+    angle = 2.0 * np.arctan(0.1)
+    axis = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0]])
+    expected = (1.0 + scale) * (turns @ np.vstack([axis, [0, 0, 1]]).T) + bias
+    assert turns[-1, 0] > np.radians(0.3)
+    np.testing.assert_allclose(found.gyro, expected, rtol=0, atol=1e-10)
+
+
+#: Large enough that a bias that comes a step late shows beside the gyro's noise.
+WALK = 5e-6
+
+
+@pytest.fixture(scope="module")
+def loud():
+    """Residuals of every channel of a flight of two orbits, over their declared 1-sigma."""
+    sensors = (
+        SunSensor(noise_deg=1.5),
+        Magnetometer(noise_nt=300.0),
+        StarTracker(noise_arcsec=10.0, roll_noise_arcsec=60.0, initial_misalignment_deg=20.0),
+    )
+    gyro = dataclasses.replace(
+        Scenario.paper().gyro, rate_random_walk=WALK, angle_random_walk_deg_per_sqrt_h=0.05
+    )
+    scenario = dataclasses.replace(Scenario.paper(), sensors=sensors, gyro=gyro)
+    environment = Environment.from_scenario(scenario)
+    telemetry = fly(scenario, PLAN, 7, environment=environment)
+    C, states = telemetry.truth.attitude, telemetry.truth.states
+    model = FilterModel.from_scenario(scenario, environment)
+
+    def state(block):
+        first = 3 * model.suite.blocks.index(block)
+        return states[:, first : first + 3]
+
+    def mount(name):
+        g = state(f"{name}.misalignment")[0]
+        return Rotation.from_rotvec(
+            2.0 * np.arctan(np.linalg.norm(g) / 2.0) * g / np.linalg.norm(g)
+        )
+
+    found = {}
+    turns = Rotation.from_matrix(C[:-1] @ C[1:].transpose(0, 2, 1)).as_rotvec()
+    bias = state("gyro.bias")
+    walk = np.radians(0.05) / 60.0
+    found["gyro"] = (
+        np.radians(telemetry.gyro_deg_s[1:]) - turns - 0.5 * (bias[:-1] + bias[1:])
+    ) / np.sqrt(walk**2 + WALK**2 / 12.0)
+    in_body = np.einsum("kij,kj->ki", C, environment.sun)
+    found["sun"] = (telemetry.sensors["sun"] - mount("sun").apply(in_body) - state("sun.bias"))[
+        1:
+    ] / np.radians(1.5)
+    in_body = np.einsum("kij,kj->ki", C, environment.field)
+    bias = FIELD_UNIT_NT * state("mag.bias")
+    found["mag"] = (telemetry.sensors["mag"] - mount("mag").apply(in_body) - bias)[1:] / 300.0
+    exact = mount("tracker") * Rotation.from_matrix(C[1:])
+    q = Rotation.from_quat(telemetry.sensors["tracker"][1:])
+    turn = (exact * q).as_rotvec()  # the quaternion is that of GCRS to the tracker, as frames turn
+    found["tracker"] = turn / np.radians([10.0 / 3600.0, 10.0 / 3600.0, 60.0 / 3600.0])
+    # what the filter believes of the gyro's bias from one step to the next
+    found["drift"] = np.diff(state("gyro.bias"), axis=0) / WALK
+    return found
+
+
+CHANNELS = ("gyro", "sun", "mag", "tracker", "drift")
+
+
+@pytest.mark.parametrize("channel", CHANNELS)
+def test_noise_is_white_and_as_loud_as_declared(loud, channel):
+    """Variance, mean and correlation from sample to sample of 12,000 normal numbers, each within
+    what happens in all but one of 100,000 cases."""
+    r = loud[channel]
+    n = len(r)
+    assert n > 11_900
+    low, high = chi2.ppf([5e-6, 1 - 5e-6], n) / n
+    assert (low < (r**2).mean(axis=0)).all()
+    assert ((r**2).mean(axis=0) < high).all()
+    assert np.abs(r.mean(axis=0)).max() < 4.42 / np.sqrt(n) + _modeled(channel)
+    assert np.abs((r[1:] * r[:-1]).mean(axis=0)).max() < 4.42 / np.sqrt(n)
+
+
+def _modeled(channel):
+    """Fields of degree 13 do not average out: 1.2 nT of 300."""
+    return 1.2 / 300.0 if channel == "mag" else 0.0
+
+
+def test_noise_of_no_two_channels_is_the_same(loud):
+    columns = np.hstack([loud[channel] for channel in CHANNELS])
+    n = len(columns)
+    for i, j in combinations(range(columns.shape[1]), 2):
+        assert abs((columns[:, i] * columns[:, j]).mean()) < 5.0 / np.sqrt(n)

@@ -1,0 +1,142 @@
+"""Flights by Basilisk from another attitude than GCRS's axes, and with a rate."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mgeo_attitude import FilterModel, Scenario
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.scenario import Wheels
+from mgeo_calibration import calibrate
+from mgeo_calibration.flight import fly as fly_exactly
+from mgeo_calibration.flight.basilisk import Vehicle, fly
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
+
+from ...calibration.flights import normalized
+from .flights import PLAN, errorless, seen
+
+pytestmark = pytest.mark.basilisk
+
+ISS = Path(__file__).parents[3] / "attitude" / "reference" / "iss-2008-09-20.oem"
+
+
+def starting(initial, duration=600.0, **changes):
+    """A cubesat that starts so, with a gyro that hears no noise."""
+    table = {
+        "preset": "cubesat_6u",
+        "duration": duration,
+        "initial": initial,
+        "convergence": {"window": 300.0},
+        "gyro": {"angle_random_walk_deg_per_sqrt_h": 1e-9},
+    }
+    return Scenario.from_dict(table | changes)
+
+
+def flown(scenario, design, vehicle=None):
+    """The planned motion, and what Basilisk logs of a flight without errors."""
+    environment = Environment.from_scenario(scenario)
+    model = FilterModel.from_scenario(scenario, environment)
+    vehicle = vehicle or Vehicle.of(scenario)
+    limits = vehicle.slew_limits(model.initial_rate)
+    ramped = dataclasses.replace(model, slew_limits=limits)
+    motion = Motion.of(ramped, design, model.n_steps)
+    return environment, motion, seen(scenario, motion, errorless(model), vehicle, environment)
+
+
+def rates_of(attitude):
+    """Mean body rate of every step of 1 s."""
+    return Rotation.from_matrix(attitude[:-1] @ attitude[1:].transpose(0, 2, 1)).as_rotvec()
+
+
+def test_who_starts_nadir_and_turns_as_the_orbit_stays_nadir():
+    """The plan holds the orbital rate: no ramp, no transient, and z looks down ever after."""
+    scenario = starting({"pointing": "nadir"})
+    model = FilterModel.from_scenario(scenario)
+    design = np.tile([*np.degrees(model.initial_rate), 200.0], 3)
+    environment, _, found = flown(scenario, design)
+    down = -environment.position / np.linalg.norm(environment.position, axis=1)[:, None]
+    off = np.arccos(np.clip(np.einsum("ki,ki->k", found.attitude[:, 2], down), -1.0, 1.0))
+    assert np.degrees(off.max()) < 0.03  # the orbit is not quite a circle
+    assert np.degrees(np.abs(model.initial_rate).max()) > 0.05
+    np.testing.assert_allclose(rates_of(found.attitude), np.tile(model.initial_rate, (600, 1)),
+                               rtol=0, atol=np.radians(1e-4))  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "initial",
+    [
+        {"pointing": "nadir", "axis": [0.0, 0.6, 0.8], "clock_deg": 40.0},
+        {"quaternion": [0.5, -0.1, 0.7, 0.5], "rate_deg_s": [0.4, -0.7, 0.3]},
+        {"quaternion": [1.0, 0.0, 0.0, 0.0]},  # of two opposite sets of parameters, length 1
+    ],
+)
+def test_a_plan_is_followed_from_any_start(initial):
+    _, motion, found = flown(starting(initial, 900.0), PLAN)
+    off = Rotation.from_matrix(found.attitude @ motion.attitude.transpose(0, 2, 1)).magnitude()
+    assert np.degrees(off.max()) < 1.0  # a second's ramp is too fast for the controller
+    assert np.abs(found.attitude[0] - np.eye(3)).max() > 0.5
+    assert np.degrees(off[[0, 190, -1]]).max() < 1e-6
+
+
+def test_wheels_hold_the_momentum_of_a_satellite_that_turns_already():
+    """From 0.9 to -0.9 deg/s: wheels that started at rest would need twice what they can hold."""
+    wheels = Wheels(
+        inertia=(3.0, 2.0, 1.0),
+        axes=((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)),
+        max_torque=2e-3,
+        max_momentum=3.0 * 0.9 * 0.0175 * 1.2,
+    )
+    vehicle = Vehicle(wheels=wheels)
+    scenario = starting({"rate_deg_s": [0.9, 0.0, 0.0]})
+    design = np.tile([-0.9, 0.0, 0.0, 200.0], 3)
+    _, motion, found = flown(scenario, design, vehicle)
+    rates = np.degrees(rates_of(found.attitude))
+    assert rates[0, 0] == pytest.approx(0.9, abs=0.03)
+    np.testing.assert_allclose(rates[-50:], np.tile([-0.9, 0.0, 0.0], (50, 1)), atol=1e-3)
+    off = Rotation.from_matrix(found.attitude @ motion.attitude.transpose(0, 2, 1)).magnitude()
+    assert np.degrees(off[-1]) < 0.05
+
+
+def test_both_simulators_start_in_the_same_attitude():
+    scenario = starting({"pointing": "nadir"}, 300.0)
+    one, other = fly(scenario, PLAN, 5), fly_exactly(scenario, PLAN, 5)
+    np.testing.assert_allclose(one.truth.attitude[0], other.truth.attitude[0], atol=1e-14)
+    np.testing.assert_array_equal(one.truth.states, other.truth.states)
+
+
+def test_an_ephemeris_is_flown_position_by_position():
+    base = Scenario.from_dict(
+        {
+            "preset": "cubesat_6u",
+            "epoch": "2008-09-20T12:26:00Z",
+            "duration": 600.0,
+            "convergence": {"window": 300.0},
+            "orbit": {"propagator": "ephemeris-file", "file": str(ISS)},
+            "initial": {"pointing": "nadir"},
+        }
+    )
+    environment, _, found = flown(base, PLAN)
+    np.testing.assert_allclose(found.position, environment.position, rtol=0, atol=1e-6)
+    assert np.abs(found.field - environment.field).max() < 10.0
+
+
+def test_a_second_flight_is_that_of_the_same_satellite():
+    """Attitude, rate and errors at its start are those at the end of the first, and it turns on at
+    the rate that it has, by a gyro whose bias of 6e-5 rad/s is known by now."""
+    scenario = starting({"pointing": "nadir"}, 900.0)
+    first = fly(scenario, PLAN, 5)
+    found = calibrate(scenario, first)
+    after = found.scenario_after({"duration": 600.0})
+    design = [*after.prior.rate_deg_s, 50.0, *PLAN[:8]]  # turns on first
+    second = fly(after, design, 6, after=first.truth)
+    np.testing.assert_allclose(second.truth.attitude[0], first.truth.attitude[-1], atol=1e-12)
+    np.testing.assert_array_equal(second.truth.states[0], first.truth.states[-1])
+    before, rates = (rates_of(one.truth.attitude) for one in (first, second))
+    np.testing.assert_allclose(rates[:49], np.tile(before[-1], (49, 1)), atol=2e-5)
+    nees, x = normalized(calibrate(after, second), second)
+    low, high = chi2.ppf([1e-3, 1.0 - 1e-3], 18) / 18
+    assert low < nees < high
+    assert np.abs(x).max() < 4.0

@@ -1,0 +1,117 @@
+"""What flies: sizes that are known, and what is refused; nothing here needs Basilisk."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import Gyro, Magnetometer, Scenario, Suite, SunSensor
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.scenario import Wheels
+from mgeo_calibration.flight.basilisk import Vehicle, fly
+from mgeo_calibration.flight.basilisk.fly import check_suite
+
+WHEELS = Wheels(inertia=(3.0, 2.0, 1.0), max_torque=0.1, max_momentum=0.5)
+PYRAMID = ((1, 1, 1), (-1, 1, 1), (-1, -1, 1), (1, -1, 1))
+
+
+def along(*axes, **changes):
+    return Vehicle(wheels=dataclasses.replace(WHEELS, axes=axes, **changes))
+
+
+def test_three_wheels_along_the_axes_turn_it_as_fast_as_the_scenario_s():
+    limits = along((2, 0, 0), (0, 5, 0), (0, 0, 1)).slew_limits(np.array([0.1, 0.2, 0.3]))
+    assert limits.max_torque == pytest.approx(0.1, rel=1e-15)
+    np.testing.assert_array_equal(limits.inertia, np.diag([3.0, 2.0, 1.0]))
+    assert limits.initial_rate.tolist() == [0.1, 0.2, 0.3]
+
+
+def test_a_pyramid_of_wheels_gives_about_all_axes_at_once_what_its_worst_wheel_can():
+    """Axes (±1, ±1, 1)/√3: of a torque (t, t, t) the one along it takes t (1 + 1 + 1) √3 / 4."""
+    limits = along(*PYRAMID).slew_limits(np.zeros(3))
+    assert limits.max_torque == pytest.approx(0.1 * 4.0 / (3.0 * np.sqrt(3.0)), rel=1e-12)
+
+
+def test_without_limit_of_torque_rates_change_at_once():
+    assert Vehicle(wheels=Wheels(inertia=(1.0, 1.0, 1.0))).slew_limits(np.zeros(3)) is None
+
+
+@pytest.mark.parametrize("vehicle", [Vehicle.amazonia(), Vehicle.cubesat_6u()])
+def test_known_vehicles_can_turn_at_a_degree_a_second_about_all_axes(vehicle):
+    momentum = vehicle.wheels.matrix() @ np.radians([1.0, 1.0, 1.0])
+    shares = np.linalg.pinv(vehicle.wheels.spin_axes().T) @ momentum
+    assert np.abs(shares).max() < 0.7 * vehicle.wheels.max_momentum
+
+
+def test_a_cubesat_is_a_box_of_even_density():
+    a, b, c = 0.1, 0.2263, 0.366
+    box = np.array([b * b + c * c, a * a + c * c, a * a + b * b])
+    np.testing.assert_allclose(Vehicle.cubesat_6u().wheels.inertia, box, atol=6e-4)  # 12 kg / 12
+
+
+def test_the_vehicle_is_the_scenario_s_wheels_or_a_known_one():
+    paper = Scenario.paper()
+    assert Vehicle.of(paper) == Vehicle.amazonia()
+    assert Vehicle.of(dataclasses.replace(paper, wheels=WHEELS)) == Vehicle(wheels=WHEELS)
+    assert Vehicle.of(paper, "cubesat_6u") == Vehicle.cubesat_6u()
+    assert Vehicle.of(Scenario.cubesat_6u_full()) == Vehicle.cubesat_6u()
+    with pytest.raises(InvalidValue, match=r"vehicle = 'shuttle'.*cubesat_6u"):
+        Vehicle.of(paper, "shuttle")
+    with pytest.raises(InvalidValue, match=r"wheels = None: expected wheels.*paper, cubesat_6u"):
+        Vehicle.of(dataclasses.replace(paper, name="mine"))
+
+
+def test_wheels_that_share_otherwise_than_basilisk_s_are_refused():
+    with pytest.raises(InvalidValue, match=r"wheels.allocation = 'minimax': .* 'pseudo-inverse'"):
+        along(*PYRAMID, allocation="minimax")
+
+
+def test_wheels_spin_at_the_start_so_that_nothing_does_as_a_whole_unless_they_say_how():
+    rate = np.array([0.01, -0.02, 0.03])
+    vehicle = along(*PYRAMID)
+    total = vehicle.wheels.spin_axes().T @ vehicle.momentum(rate) + [0.03, -0.04, 0.03]
+    np.testing.assert_allclose(total, 0.0, atol=1e-16)
+    given = (0.1, 0.0, -0.2, 0.3)
+    assert along(*PYRAMID, initial_momentum=given, ramp_share=0.5).momentum(rate).tolist() == [
+        *given
+    ]
+
+
+class Horizon(Magnetometer):
+    kind = "horizon-sensor"
+
+
+def test_what_basilisk_has_not_is_named(monkeypatch):
+    gyro = Gyro(initial_scale_factor=1e-3, initial_misalignment_deg=0.1)
+    check_suite(Suite(gyro, (Magnetometer(),)))
+    with pytest.raises(InvalidValue, match=r"sensors\[1\].kind = 'horizon-sensor'.*magnetometer"):
+        check_suite(Suite(Gyro(), (Magnetometer(), Horizon(name="earth"))))
+    monkeypatch.setattr(Magnetometer, "states", lambda self: {"bias": 1.0, "soft_iron": 0.1})
+    with pytest.raises(InvalidValue, match=r"sensors\[0\].soft_iron = 'mag': .*bias and mis"):
+        check_suite(Suite(Gyro(), (Magnetometer(),)))
+
+
+@pytest.mark.parametrize(
+    ("suite", "message"),
+    [
+        (Suite(Gyro(), (SunSensor(albedo=0.1),)), r"sensors\[0\].albedo = 'sun': .*sun-sensor has"),
+        (
+            Suite(Gyro(), (SunSensor(), Magnetometer(initial_scale_factor=0.1))),
+            r"sensors\[1\].scale_factor = 'mag': Basilisk's magnetometer has bias and misalignment",
+        ),
+        (Suite(Gyro(), (Magnetometer(field_error_nt=1.0),)), r"sensors\[0\].field_error = 'mag'"),
+        (Suite(Gyro(), (Magnetometer(orbit_error_m=1.0),)), r"sensors\[0\].orbit_error = 'mag'"),
+        (
+            Suite(Gyro(initial_nonorthogonality_deg=0.1), ()),
+            r"gyro.nonorthogonality = 0.0017\d*: Basilisk's gyro has",
+        ),
+    ],
+)
+def test_errors_that_basilisk_has_not_are_refused_by_name(suite, message):
+    with pytest.raises(InvalidValue, match=message):
+        check_suite(suite)
+
+
+def test_where_basilisk_is_missing_one_line_says_how_to_install_it(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(ImportError, match=r"pip install bsk$"):
+        fly(Scenario.paper(), [0.0, 0.0, 0.0, 1.0])

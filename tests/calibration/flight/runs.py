@@ -1,0 +1,28 @@
+"""Single runs for tests: without errors, and with given ones."""
+
+import numpy as np
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_calibration import Estimator
+from mgeo_calibration.estimation.simulate import record
+from mgeo_calibration.flight import Draws, fly_run
+
+
+def none(model, n_steps):
+    """A run without any error or noise."""
+    suite = model.suite
+    return Draws(
+        np.zeros(suite.n_states),
+        np.zeros((n_steps, suite.n_dynamic)),
+        np.zeros((n_steps + 1, len(suite.sensors), 3)),
+    )
+
+
+def flown(model, design, draws):
+    """What happens."""
+    return fly_run(model, Motion.of(model, design, len(draws.gyro_noise)), draws)
+
+
+def estimated(model, design, samples, draws, estimator=None, truth=None, n_watched=0):
+    """What is recorded of the run at some samples."""
+    flight = flown(truth or model, design, draws)
+    return record(model, [flight], estimator or Estimator(), samples, truth, n_watched)

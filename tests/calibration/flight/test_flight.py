@@ -1,0 +1,309 @@
+"""The simulated truth against scipy and closed forms."""
+
+import dataclasses
+from dataclasses import dataclass
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from mgeo_attitude import FilterModel, Gyro, Magnetometer, Scenario, SunSensor
+from mgeo_attitude.scenario import Convergence, InitialConditions
+from mgeo_calibration.flight import draw
+from mgeo_calibration.flight.flight import at_rest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
+
+from ...attitude.filter.suites import SUITES
+from ...attitude.filter.test_suite import symmetric
+from ...attitude.geometry.test_rotation import as_scipy
+from .runs import estimated, flown, none
+
+PLAN = np.array([0.5, -0.3, 0.8, 80.3, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0])
+DURATION = 200
+
+
+def short(scenario, **changes):
+    return dataclasses.replace(
+        scenario,
+        duration=float(DURATION),
+        convergence=Convergence(window=float(DURATION)),
+        **changes,
+    )
+
+
+@pytest.fixture(scope="module")
+def model():
+    return FilterModel.from_scenario(short(Scenario.paper()))
+
+
+def body_rates(t):
+    """The plan by hand: the second maneuver starts at the first step after 80.3 s, the third
+    after 140.3 s."""
+    return np.radians(PLAN[0:3] if t < 81 else PLAN[4:7] if t < 141 else PLAN[8:11])
+
+
+def attitude(rates, start, t):
+    """C at t by integrating C' = -[ω×] C numerically."""
+
+    def derivative(at, flat):
+        x, y, z = rates(at)
+        return (-np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ flat.reshape(3, 3)).ravel()
+
+    C, legs = start.ravel(), [0, 81, 141, t]
+    for begin, end in pairwise(legs):
+        inside = (begin + 1e-9, end - 1e-9)  # the rates jump at the ends
+        C = solve_ivp(derivative, inside, C, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    return C.reshape(3, 3)
+
+
+def test_attitudes_of_truth_and_dead_reckoning_are_integrated_kinematics(model):
+    """Blind sensors: the estimate is the gyro's attitude, off by a constant bias."""
+    suite = dataclasses.replace(
+        model.suite, gyro=dataclasses.replace(model.suite.gyro, bias_decay=0.0)
+    )
+    blind = dataclasses.replace(model, suite=suite, available=np.zeros_like(model.available))
+    theta, bias = np.array([0.3, -0.2, 0.1]), np.array([2e-3, -1e-3, 3e-3])
+    draws = none(blind, DURATION)
+    draws.errors[:3], draws.errors[3:6] = theta, bias
+    record = estimated(blind, PLAN, np.array([0, DURATION]), draws)
+
+    np.testing.assert_allclose(record.errors[0, 0, :6], [*theta, *bias], rtol=1e-14)
+    truth = attitude(body_rates, as_scipy(-theta).as_matrix(), DURATION)
+    estimate = attitude(lambda t: body_rates(t) + bias, np.eye(3), DURATION)
+    quaternion = Rotation.from_matrix(estimate @ truth.T).as_quat()
+    expected = 2.0 * quaternion[:3] / quaternion[3]
+    np.testing.assert_allclose(record.errors[0, 1, :3], expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(record.errors[0, 1, 3:6], bias, rtol=1e-13)
+    assert not record.updates.any()
+
+
+def test_a_bias_decays_as_it_does_in_truth_whatever_the_estimator_believes(model):
+    """Blind sensors again: each step turns the estimate by the mean of the true bias over it."""
+    steady, decaying = (
+        dataclasses.replace(
+            model,
+            suite=dataclasses.replace(
+                model.suite, gyro=dataclasses.replace(model.suite.gyro, bias_decay=decay)
+            ),
+            available=np.zeros_like(model.available),
+        )
+        for decay in (0.0, 0.1)
+    )
+    bias, draws = np.array([2e-3, -1e-3, 3e-3]), none(steady, DURATION)
+    draws.errors[3:6] = bias
+    record = estimated(steady, PLAN, np.array([0, DURATION]), draws, truth=decaying)
+
+    np.testing.assert_allclose(record.errors[0, 1, 3:6], np.exp(-0.1 * DURATION) * bias, rtol=1e-11)
+    times = np.arange(DURATION + 1)
+    mean = -np.diff(np.exp(-0.1 * times)) / 0.1
+    truth = estimate = Rotation.identity()
+    for t, share in zip(times[:-1], mean, strict=True):
+        truth = Rotation.from_rotvec(-body_rates(t)) * truth
+        estimate = Rotation.from_rotvec(-(body_rates(t) + share * bias)) * estimate
+    quaternion = (estimate * truth.inv()).as_quat()
+    expected = 2.0 * quaternion[:3] / quaternion[3]
+    np.testing.assert_allclose(record.errors[0, 1, :3], expected, rtol=0, atol=1e-12)
+
+
+def test_gyro_noise_is_the_markov_process_of_equation_2():
+    """Bias and its integral over a step: an independent quadrature of their joint covariance."""
+    gyro = dataclasses.replace(
+        Scenario.paper().gyro, bias_decay=0.3, rate_random_walk=0.02, initial_bias_deg_s=1.0
+    )
+    model = FilterModel.from_scenario(short(Scenario.paper(), gyro=gyro, step=0.5))
+    F, Q = at_rest(model)
+    A = np.array([[0.0, -1.0], [0.0, -0.3]])
+    D = np.diag([(np.radians(gyro.angle_random_walk_deg_per_sqrt_h) / 60.0) ** 2, 0.02**2])
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    expected = sum(
+        0.25 * w * expm(A * s) @ D @ expm(A * s).T
+        for s, w in zip(0.25 * (nodes + 1.0), weights, strict=True)
+    )
+    for axis in range(3):
+        pair = [axis, 3 + axis]
+        np.testing.assert_allclose(F[np.ix_(pair, pair)], expm(A * 0.5), rtol=1e-12)
+        np.testing.assert_allclose(Q[np.ix_(pair, pair)], expected, rtol=1e-12)
+
+    drawn = draw(model, 40_000, np.random.default_rng(3)).gyro_noise
+    sample = drawn.T @ drawn / len(drawn)
+    scale = np.sqrt(np.outer(np.diag(Q), np.diag(Q)))
+    # the standard deviation of an entry is at most sqrt(2 / 40000) of its scale: 0.7 %
+    assert np.abs((sample - Q) / scale).max() < 4.5 * np.sqrt(2.0 / 40_000)
+
+
+def test_errors_of_sensors_are_ornstein_uhlenbeck_processes():
+    """Stationary, with the autocovariance σ² exp(-t / τ) of the closed form, and independent."""
+    sensors = (
+        SunSensor(albedo=0.05, albedo_correlation_time=15.0),
+        Magnetometer(field_error_nt=80),
+    )
+    model = FilterModel.from_scenario(short(Scenario.paper(), sensors=sensors, step=2.0))
+    F, Q = at_rest(model)
+    expected = np.repeat([np.exp(-2.0 / 15.0), np.exp(-2.0 / 300.0)], 3)
+    np.testing.assert_allclose(np.diag(F)[6:], expected, rtol=1e-13)
+    variances = np.repeat([0.05**2, (80.0 / 50_000.0) ** 2], 3)
+    np.testing.assert_allclose(np.diag(Q)[6:], variances * (1.0 - expected**2), rtol=1e-12)
+
+    n, runs = DURATION // 2, 600
+    flights = [
+        flown(model, PLAN, draw(model, n, generator)).gyro[:, 3:6]
+        for generator in np.random.default_rng(6).spawn(runs)
+    ]
+    samples = np.moveaxis(np.array(flights), 1, 0).reshape(n + 1, -1)  # of 1800 processes
+    covariance = samples @ samples.T / samples.shape[1]
+    lag = 2.0 * np.abs(np.subtract.outer(np.arange(n + 1), np.arange(n + 1)))
+    # an entry's standard deviation is at most sqrt(2 / 1800) of the variance: 3.3 %
+    error = covariance / 0.05**2 - np.exp(-lag / 15.0)
+    assert np.abs(error).max() < 5.0 * np.sqrt(2.0 / samples.shape[1])
+
+
+def test_what_light_from_the_earth_does_turns_with_the_sky_not_with_the_body(model):
+    """And what the field is beside its model: at two attitudes the same vector in GCRS."""
+    sensors = (
+        SunSensor(albedo=0.05),
+        Magnetometer(field_error_nt=100.0, orbit_error_m=1000.0),
+    )
+    seen = FilterModel.from_scenario(short(Scenario.paper(), sensors=sensors))
+    usual, other = none(seen, DURATION), none(seen, DURATION)
+    albedo, field, orbit = np.random.default_rng(8).standard_normal((3, 3))
+    other.errors[6:15] = np.concatenate([albedo, field, orbit])
+    clean, dirty = flown(seen, PLAN, usual), flown(seen, PLAN, other)
+    C, k = clean.motion.attitude, np.arange(1, DURATION + 1)
+    for index, added in (
+        (0, np.exp(-k / 600.0)[:, None] * albedo),
+        (
+            1,
+            np.exp(-k / 300.0)[:, None] * field
+            + np.exp(-k / 20_000.0)[:, None]
+            * np.einsum("kji,j->ki", seen.references[1:, 2:5], orbit),
+        ),
+    ):
+        difference = dirty.readings.sensors[index] - clean.readings.sensors[index]
+        expected = np.einsum("kij,kj->ki", C[1:], added)
+        np.testing.assert_allclose(difference[1:, 0], expected, rtol=0, atol=1e-12)
+
+
+def test_a_bias_that_does_not_drift_stays(model):
+    suite = dataclasses.replace(
+        model.suite, gyro=dataclasses.replace(model.suite.gyro, rate_random_walk=0.0)
+    )
+    steady = dataclasses.replace(model, suite=suite)
+    noise = draw(steady, 50, np.random.default_rng(0)).gyro_noise
+    assert not noise[:, 3:].any()
+    assert noise[:, :3].std() == pytest.approx(np.sqrt(at_rest(steady)[1][0, 0]), rel=0.3)
+
+
+def test_sensors_measure_where_they_see(model):
+    available = model.available.copy()
+    available[50:80, 0] = False
+    narrow = dataclasses.replace(
+        model.suite.sensors[0], boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0
+    )
+    suite = dataclasses.replace(model.suite, sensors=(narrow, model.suite.sensors[1]))
+    seen = dataclasses.replace(model, suite=suite, available=available)
+    draws = none(seen, DURATION)
+    draws.errors[:3] = theta = np.array([0.5, 0.8, -0.3])
+    record = estimated(seen, PLAN, np.arange(DURATION + 1), draws)
+    expected = []
+    for k in range(1, DURATION + 1):
+        legs = [(PLAN[0:3], min(k, 81)), (PLAN[4:7], min(k, 141) - 81), (PLAN[8:11], k - 141)]
+        C = as_scipy(-theta)
+        for rate, seconds in legs:
+            C = Rotation.from_rotvec(-np.radians(rate) * max(seconds, 0)) * C
+        inside = C.apply(seen.references[k, 0])[0] >= np.cos(np.radians(60.0))
+        expected.append(inside and available[k, 0])
+    assert 0 < sum(expected) < 170
+    np.testing.assert_array_equal(record.updates[0, 1:, 0], expected)
+    np.testing.assert_array_equal(record.updates[0, 1:, 1], 1)
+
+
+@dataclass(frozen=True)
+class Squinting(SunSensor):
+    """A Sun sensor that sees everything at twice the distance from its x axis."""
+
+    def measured(self, x, v):
+        return super().measured(x, v) * np.array([1.0, 2.0, 2.0])
+
+
+@dataclass(frozen=True)
+class Doubling(Gyro):
+    """A gyro that reports twice the rate."""
+
+    def measured(self, x, omega):
+        return super().measured(x, 2.0 * omega)
+
+
+def test_the_truth_reports(model):
+    sensors = (Squinting(), *model.suite.sensors[1:])
+    suite = dataclasses.replace(model.suite, gyro=Doubling(), sensors=sensors)
+    draws = none(model, DURATION)
+    usual = flown(model, PLAN, draws).readings
+    other = flown(dataclasses.replace(model, suite=suite), PLAN, draws).readings
+    np.testing.assert_allclose(other.gyro, 2.0 * usual.gyro)
+    np.testing.assert_allclose(other.sensors[0], usual.sensors[0] * [1.0, 2.0, 2.0])
+    np.testing.assert_array_equal(other.sensors[1], usual.sensors[1])
+
+
+@pytest.mark.parametrize("pointing", ["inertial", "nadir"])
+def test_readings_are_those_of_rotated_vectors(pointing):
+    """Every sample of two runs with errors and noise, by scipy's rotations."""
+    initial = InitialConditions(pointing=pointing)
+    model = FilterModel.from_scenario(short(Scenario.paper(), initial=initial))
+    begun = model.initial_attitude
+    assert (begun == np.eye(3)).all() == (pointing == "inertial")
+    plan = [attitude(body_rates, np.eye(3), t) for t in (1, 100, DURATION)]
+    for generator in np.random.default_rng(5).spawn(2):
+        draws = draw(model, DURATION, generator)
+        flight, x = flown(model, PLAN, draws), draws.errors
+        for k, planned in zip((1, 100, DURATION), plan, strict=True):
+            C = planned @ as_scipy(-x[:3]).as_matrix() @ begun
+            found = flight.motion.attitude[k] @ flight.start
+            np.testing.assert_allclose(found, C, rtol=0, atol=1e-9)
+            for index, first in ((0, 6), (1, 12)):
+                seen = as_scipy(x[first : first + 3]).apply(C @ model.references[k, index])
+                seen += x[first + 3 : first + 6] + draws.noise[k, index]
+                found = flight.readings.sensors[index][k, 0]
+                np.testing.assert_allclose(found, seen, rtol=0, atol=1e-9)
+        assert np.isnan(flight.readings.sensors[0][0]).all()  # the start is what is believed
+
+
+def test_a_field_is_distorted_by_a_symmetric_matrix_and_turned():
+    magnetometer, rng = SUITES["soft iron"].sensors[1], np.random.default_rng(4)
+    bias, k, psi, eta = 0.2 * rng.standard_normal((4, 3))
+    field = rng.standard_normal(3)
+    x = SimpleNamespace(bias=bias, scale_factor=k, misalignment=psi, nonorthogonality=eta)
+    distorted = (np.eye(3) + np.diag(k) + symmetric(eta)) @ field
+    expected = as_scipy(psi).apply(distorted) + bias
+    np.testing.assert_allclose(magnetometer.measured(x, field), expected, rtol=0, atol=1e-15)
+
+
+def test_the_error_of_a_start_elsewhere_is_in_body_axes():
+    """What the estimator is off by at first are the errors that were drawn, body axis by axis."""
+    initial = InitialConditions(pointing="sun", axis=(0.0, 0.6, 0.8))
+    model = FilterModel.from_scenario(short(Scenario.paper(), initial=initial))
+    draws = none(model, DURATION)
+    draws.errors[:] = x = np.random.default_rng(1).normal(0.0, 0.05, model.suite.n_states)
+    record = estimated(model, PLAN, np.array([0, DURATION]), draws)
+    np.testing.assert_allclose(record.errors[0, 0], x, rtol=0, atol=1e-14)
+
+
+def test_gyro_is_corrected_by_what_it_measures():
+    rng = np.random.default_rng(2)
+    bias, k, mu, eta = 0.1 * rng.standard_normal((4, 5, 3))
+    omega = rng.standard_normal((5, 3))
+    x = SimpleNamespace(bias=bias, scale_factor=k, misalignment=mu, nonorthogonality=eta)
+    for name, of in (
+        ("full gyro", [1, 1, 0]),
+        ("soft iron", [0, 0, 1]),
+        ("every constant", [1] * 3),
+    ):
+        gyro = SUITES[name].gyro
+        reported = gyro.measured(x, omega)
+        for i in range(5):
+            stretched = (np.eye(3) + of[0] * np.diag(k[i]) + of[2] * symmetric(eta[i])) @ omega[i]
+            turned = as_scipy(mu[i]).apply(stretched) if of[1] else stretched
+            np.testing.assert_allclose(reported[i], turned + bias[i], rtol=1e-13)
+        np.testing.assert_allclose(gyro.corrected(x, reported), omega, rtol=1e-12)
+    assert Gyro.rotations == ("misalignment",)

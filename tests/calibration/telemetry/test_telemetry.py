@@ -1,0 +1,370 @@
+"""Telemetry as tables: what is written reads back, what is wrong is said."""
+
+import dataclasses
+import importlib.util
+from datetime import timedelta
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+from mgeo_attitude import Environment, FilterModel, Scenario, StarTracker
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.geometry.quaternion import quaternions
+from mgeo_calibration import Telemetry, TelemetryMapping, fly, read_telemetry
+from mgeo_calibration.telemetry.mapping import Channels, GyroChannels, SensorChannels
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
+
+from ...attitude.filter.suites import SUITES
+from ..calibration.flights import PLAN, short
+
+PAPER = short(Scenario.paper(), 300.0)
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    """The paper's, with a star tracker, too."""
+    return dataclasses.replace(PAPER, sensors=(*PAPER.sensors, StarTracker()))
+
+
+@pytest.fixture(scope="module")
+def telemetry(scenario):
+    return fly(scenario, PLAN, 1)
+
+
+@pytest.fixture(scope="module")
+def frame(telemetry):
+    return telemetry.frame()
+
+
+def same(one, other):
+    pd.testing.assert_frame_equal(one.frame(), other.frame(), check_exact=True)
+
+
+def test_a_flight_reports_its_truth(scenario, telemetry):
+    """By scipy's rotations: what each sensor would see of the truth, to its noise."""
+    truth, k = telemetry.truth, slice(1, None)
+    true = Rotation.from_matrix(truth.attitude[k])
+    tracker = Rotation.from_quat(telemetry.sensors["tracker"][k])
+    x = truth.states[0]
+    mu = Rotation.from_quat([*(0.5 * x[18:21]), 1.0])
+    # from GCRF to the tracker: the axes turn the other way than coordinates
+    error = (mu * true) * tracker
+    noise = np.radians(np.array([10.0, 10.0, 60.0]) / 3600.0)
+    assert error.magnitude().max() < 5.0 * np.linalg.norm(noise)
+    planned = np.radians(PLAN[:3])
+    rates = np.radians(telemetry.gyro_deg_s[1:])
+    np.testing.assert_allclose(
+        rates - truth.states[:-1, 3:6], np.tile(planned, (300, 1)), atol=2e-5
+    )
+    step = Rotation.from_matrix(truth.attitude[1:] @ truth.attitude[:-1].swapaxes(1, 2))
+    np.testing.assert_allclose(-step.as_rotvec(), np.tile(planned, (300, 1)), atol=1e-12)
+    assert np.isnan(telemetry.gyro_deg_s[0]).all()
+    same(fly(scenario, PLAN, 1), telemetry)
+
+
+def test_a_tracker_reports_the_body_s_attitude_with_noise_about_its_boresight():
+    """Whichever way it looks; and only where it sees stars, along the true path."""
+    tracker = StarTracker(
+        boresight=(1.0, -2.0, 0.5),
+        initial_misalignment_deg=1e-6,
+        roll_noise_arcsec=600.0,
+        max_rate_deg_s=0.6,
+        earth_exclusion_deg=10.0,
+    )
+    of = short(Scenario.paper(), 1500.0, sensors=(tracker,))
+    design = (0.5, 0.1, -0.2, 400.0, -0.5, 0.6, 0.2, 500.0, 0.2, -0.4, 0.3, 600.0)
+    sent = fly(of, design, 3)
+    there = np.isfinite(sent.sensors["tracker"][:, 0])
+    true = Rotation.from_matrix(sent.truth.attitude[there])
+    noise = (true * Rotation.from_quat(sent.sensors["tracker"][there])).as_rotvec(degrees=True)
+    axis = np.array([1.0, -2.0, 0.5]) / np.sqrt(5.25)
+    about = 3600.0 * noise @ axis
+    rest = 3600.0 * (noise - np.outer(noise @ axis, axis))
+    n = int(there.sum())
+    assert np.std(about) == pytest.approx(600.0, rel=5.0 / np.sqrt(2 * n))
+    assert np.sqrt((rest**2).sum(axis=1).mean() / 2.0) == pytest.approx(
+        10.0, rel=5.0 / np.sqrt(4 * n)
+    )
+    around = Environment.from_scenario(of)
+    distance = np.linalg.norm(around.position, axis=1)
+    down = np.einsum("kij,kj->ki", sent.truth.attitude, -around.position) @ axis / distance
+    limb = np.degrees(np.arccos(down) - np.arcsin(6378136.3 / distance))
+    slow = (np.arange(1501) <= 400) | (np.arange(1501) > 900)
+    expected = slow & (limb > 10.0)
+    expected[0] = False
+    np.testing.assert_array_equal(there, expected)
+    assert 200 < n < 1000
+
+
+@pytest.mark.parametrize("name", ["every constant", "orbit error", "considered"])
+def test_truth_with_errors_that_vary_explains_what_is_reported(name):
+    """What is left of reports, once the truth is taken out, is noise as loud as declared."""
+    suite = SUITES[name]
+    of = dataclasses.replace(short(Scenario.paper(), 2000.0), sensors=suite.sensors)
+    of = dataclasses.replace(of, gyro=suite.gyro)
+    telemetry, model = fly(of, PLAN, 2), FilterModel.from_scenario(of)
+    truth = telemetry.truth
+
+    def to_body(vector):
+        return np.einsum("kij,kj->ki", truth.attitude, np.broadcast_to(vector, (2001, 3)))
+
+    for index, sensor in enumerate(suite.sensors):
+        x = {state: truth.states[:, i : i + 3] for state, i in suite.places(sensor).items()}
+        rows = model.references[:, suite.gradient_rows(index)].swapaxes(0, 1)
+        x |= {"to_body": to_body, "gradient": [*map(to_body, rows)]}
+        expected = sensor.measured(SimpleNamespace(**x), to_body(model.references[:, index]))
+        reported = telemetry.sensors[sensor.name] / sensor.channel_unit.factor
+        left = (reported - expected)[np.isfinite(reported).all(axis=1)] / sensor.noise()
+        low, high = chi2.ppf([1e-4, 1.0 - 1e-4], left.size) / left.size
+        assert low < (left**2).mean() < high
+        assert abs((left[1:] * left[:-1]).mean()) < 4.0 / np.sqrt(left.size)
+
+
+def test_between_samples_of_a_sensor_there_is_nothing():
+    """The Sun every 4 s, the field every 6 s, nothing at the start; a table leaves them empty."""
+    sun, mag = PAPER.sensors
+    sensors = (
+        dataclasses.replace(sun, sample_interval=4.0),
+        dataclasses.replace(mag, sample_interval=6.0),
+    )
+    of = dataclasses.replace(PAPER, sensors=sensors, step=2.0)
+    telemetry = fly(of, PLAN, 1)
+    for name, every in (("sun", 4.0), ("mag", 6.0)):
+        seen = telemetry.times[np.isfinite(telemetry.sensors[name][:, 0])]
+        np.testing.assert_array_equal(seen, np.arange(every, 301.0, every))
+        assert telemetry.frame()[f"{name}_x"].isna().sum() == 151 - len(seen)
+    same(read_telemetry(telemetry.frame(), of), telemetry)
+
+
+def test_quaternions_are_those_of_plans(telemetry):
+    exact = quaternions(telemetry.truth.attitude)[1:]
+    angle = (
+        Rotation.from_quat(exact).inv() * Rotation.from_quat(telemetry.sensors["tracker"][1:])
+    ).magnitude()
+    assert np.degrees(angle).max() < 1.5  # the tracker's misalignment, 0.2 deg per axis
+
+
+def test_csv_reads_back_exactly(scenario, telemetry, tmp_path):
+    telemetry.to_csv(tmp_path / "t.csv")
+    same(read_telemetry(tmp_path / "t.csv", scenario), telemetry)
+    same(read_telemetry(str(tmp_path / "t.csv"), scenario), telemetry)
+    same(read_telemetry(telemetry.frame(), scenario), telemetry)
+
+
+def test_parquet_reads_back_or_says_what_it_needs(scenario, frame, telemetry, tmp_path):
+    path = tmp_path / "t.parquet"
+    if importlib.util.find_spec("pyarrow"):
+        frame.to_parquet(path)
+        same(read_telemetry(path, scenario), telemetry)
+        return
+    path.write_bytes(b"PAR1")
+    with pytest.raises(ImportError, match="Parquet needs pyarrow: pip install pyarrow"):
+        read_telemetry(path, scenario)
+
+
+def test_rows_of_any_order_that_repeat_or_hold_one_sensor_each(scenario, frame, telemetry):
+    parts = [
+        frame[["time", *(c for c in frame if c.startswith(name))]]
+        for name in ("gyro", "sun", "mag", "tracker")
+    ]
+    mixed = pd.concat([*parts, frame[40:90]]).sample(frac=1.0, random_state=3)
+    same(read_telemetry(mixed, scenario), telemetry)
+
+
+@pytest.mark.parametrize("offset", ["Z", "+00:00", ""])
+def test_times_of_iso_8601(scenario, frame, telemetry, offset, tmp_path):
+    at = [scenario.epoch + timedelta(seconds=t) for t in frame["time"]]
+    texts = [t.replace(tzinfo=None).isoformat() + offset for t in at]
+    frame.assign(time=texts).to_csv(tmp_path / "t.csv", index=False)
+    same(read_telemetry(tmp_path / "t.csv", scenario), telemetry)
+    same(read_telemetry(frame.assign(time=pd.to_datetime(at)), scenario), telemetry)
+
+
+def test_seconds_count_leap_seconds(frame):
+    """One was added at the end of 2016."""
+    of = dataclasses.replace(PAPER, epoch=Scenario.paper().epoch.replace(2016, 12, 31, 23, 59, 0))
+    own = frame[[c for c in frame if not c.startswith("tracker")]].iloc[:2]
+    own = own.assign(time=["2016-12-31T23:59:30Z", "2017-01-01T00:00:30Z"])
+    own[["gyro_x", "gyro_y", "gyro_z"]] = [[0.1, 0.2, 0.3], [0.2, 0.1, 0.4]]
+    own[["sun_x", "sun_y", "sun_z"]] = [[1.0, 0.0, 0.1], [1.0, 0.2, 0.3]]
+    np.testing.assert_array_equal(read_telemetry(own, of).times, [30.0, 91.0])
+
+
+def test_a_mapping_of_names_units_and_mounting_frames(scenario, telemetry, tmp_path):
+    """A table in another satellite's manner comes out as it should."""
+    mounted = Rotation.from_euler("xyz", [30.0, -50.0, 120.0], degrees=True)  # sensor to body
+    t, there = telemetry, slice(1, None)
+    to_sensor = mounted.inv().apply
+    table = {"UTC": t.times}
+    table |= dict(zip(("p", "q", "r"), np.radians(to_sensor(t.gyro_deg_s)).T, strict=True))
+    table |= dict(zip(("b1", "b2", "b3"), to_sensor(t.sensors["mag"]).T * 1e-9, strict=True))
+    table |= dict(zip(("sun_x", "sun_y", "sun_z"), t.sensors["sun"].T, strict=True))
+    q = np.full((301, 4), np.nan)
+    # from GCRF to body, then on to the mounted tracker's axes
+    q[there] = (Rotation.from_quat(t.sensors["tracker"][there]) * mounted).as_quat()
+    table |= dict(zip(("s1", "s2", "s3", "s4"), q.T, strict=True))
+    table |= {"temperature_K": np.full(301, 293.0)}
+    dcm = mounted.as_matrix().tolist()
+    path = tmp_path / "columns.toml"
+    path.write_text(
+        f"""
+time = "UTC"
+[gyro]
+columns = ["p", "q", "r"]
+unit = "rad/s"
+quaternion = {mounted.as_quat().tolist()}
+[[sensors]]
+name = "mag"
+columns = ["b1", "b2", "b3"]
+unit = "T"
+dcm = {dcm}
+[[sensors]]
+name = "tracker"
+columns = ["s1", "s2", "s3", "s4"]
+dcm = {dcm}
+"""
+    )
+    found = read_telemetry(pd.DataFrame(table), scenario, TelemetryMapping.from_toml(path))
+    np.testing.assert_allclose(found.gyro_deg_s[there], t.gyro_deg_s[there], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(found.sensors["mag"][there], t.sensors["mag"][there], rtol=1e-12)
+    turn = Rotation.from_quat(found.sensors["tracker"][there]).inv() * Rotation.from_quat(
+        t.sensors["tracker"][there]
+    )
+    assert turn.magnitude().max() < 1e-14
+
+
+def test_rates_at_the_samples_become_means(frame):
+    """Of a rate that is a parabola those of its integral, whatever the times between samples."""
+    own = frame[[c for c in frame if not c.startswith("tracker")]]
+    own = own.drop(index=[50, 51, 120]).reset_index(drop=True)
+    t = own["time"].to_numpy() / 300.0
+    own = own.assign(gyro_x=t, gyro_y=0.5 * t**2, gyro_z=0.1 - t)
+    mapping = TelemetryMapping(gyro=GyroChannels(rate="instantaneous"))
+    found = read_telemetry(own, PAPER, mapping).gyro_deg_s
+    start, end = t[1:] - 1.0 / 300.0, t[1:]
+    expected = [0.5 * (start + end), (end**3 - start**3) / 6.0 * 300.0, 0.1 - 0.5 * (start + end)]
+    np.testing.assert_allclose(found[1:], np.transpose(expected), rtol=0, atol=1e-12)
+
+
+def test_a_position_of_ones_own_and_what_is_not_asked_for(frame):
+    own = frame[[c for c in frame if not c.startswith("tracker")]].copy()
+    position = np.random.default_rng(0).normal(0.0, 7e6, (301, 3))
+    own[["position_x", "position_y", "position_z"]] = position
+    own["mode"] = "nominal"
+    found = read_telemetry(own, PAPER)
+    np.testing.assert_array_equal(found.position, position)
+    km = TelemetryMapping(
+        position=Channels(columns=("position_x", "position_y", "position_z"), unit="km")
+    )
+    np.testing.assert_allclose(read_telemetry(own, PAPER, km).position, 1e3 * position)
+
+
+def test_three_zeros_are_no_vector(frame):
+    own = frame[[c for c in frame if not c.startswith("tracker")]].copy()
+    own.loc[50:80, ["sun_x", "sun_y", "sun_z"]] = 0.0
+    found = read_telemetry(own, PAPER).sensors["sun"]
+    assert np.isnan(found[50:81]).all()
+    assert np.isfinite(found[81:]).all()
+
+
+def spoiled(frame, **columns):
+    own = frame[[c for c in frame if not c.startswith("tracker")]].copy()
+    for name, (rows, value) in columns.items():
+        if isinstance(value, str):
+            own[name] = own[name].astype(object)
+        own.loc[rows, name] = value
+    return own
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda f: f.drop(columns=["mag_y", "mag_z"]), "missing columns mag_y, mag_z: there are "),
+        (lambda f: f.rename(columns={"time": "t"}), "missing columns time: "),
+        (lambda f: f.assign(star_x=1.0), "'star_x': the scenario has no sensor of this name"),
+        (lambda f: f[:0], "there are no rows"),
+        (lambda f: spoiled(f, mag_x=(7, "abc")), "row 8, mag_x = 'abc': expected a number"),
+        (lambda f: spoiled(f, mag_x=(7, np.inf)), "row 8, mag_x = .*inf.*: expected a number"),
+        (lambda f: spoiled(f, mag_x=(7, "1_0")), "row 8, mag_x = '1_0': expected a number"),
+        (lambda f: spoiled(f, gyro_y=(7, np.nan)), r"gyro at time 7.000000 s .*all of its numbers"),
+        (lambda f: f.assign(gyro_x=np.nan, gyro_y=np.nan, gyro_z=np.nan), "gyro: 0 samples"),
+        (lambda f: spoiled(f, time=(7, np.nan)), "row 8, time = nan: expected seconds"),
+        (lambda f: spoiled(f, time=(7, "noon")), "row 8, time = 'noon': expected"),
+        (lambda f: f.assign(time=["x"] * 301), "row 1, time = 'x': expected seconds since"),
+        (lambda f: spoiled(f, time=(slice(200, 300), 5e5)), "occurs with gyro_x ="),
+        (lambda f: f.assign(time=f["time"] + 1e6 * (f["time"] > 200)), "time jumps from 200.0"),
+        (lambda f: f.assign(time=f["time"] + 1e9), "in the years of the field model IGRF-14"),
+        (lambda f: f.assign(time=f["time"] - 1e11), "in the years of the field model IGRF-14"),
+        (lambda f: f.assign(mag_z=f["mag_z"] * 0.0 + 5.0), "mag_z is 5.0 in all 300 samples"),
+        (lambda f: f.assign(gyro_z=f["gyro_z"] * 0.0 + 0.1), "gyro_z is 0.1 in all 300 "),
+        (
+            lambda f: f.assign(gyro_x=f["gyro_x"].clip(upper=float(f["gyro_x"].median()))),
+            "gyro_x = .* one after the other, and never beyond: the gyro saturates",
+        ),
+        (
+            lambda f: f.assign(**{c: np.nan for c in f if c[:3] in ("sun", "mag")}),
+            "sun, mag: expected a sample of one of them",
+        ),
+    ],
+)
+def test_what_is_wrong_is_said(frame, change, message, tmp_path):
+    own = frame[[c for c in frame if not c.startswith("tracker")]]
+    wrong = change(own)
+    with pytest.raises(ValueError, match=message):
+        read_telemetry(wrong, PAPER)
+    wrong.to_csv(tmp_path / "t.csv", index=False)
+    with pytest.raises(ValueError, match=r"t\.csv: ") as caught:
+        read_telemetry(tmp_path / "t.csv", PAPER)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_wrong_with_files_and_mappings(frame, tmp_path):
+    path = tmp_path / "t.csv"
+    for content, message in (
+        (b"", "no CSV"),
+        (b"time,gyro_x\n1\n", "row 1 has 1 values: expected 2"),
+        (b"time,time\n1,2\n", "missing columns|twice"),
+        (b"\xff\xfe\x00", "codec can't decode"),
+        (b'time\n"1', "no CSV"),
+    ):
+        path.write_bytes(content)
+        with pytest.raises(ValueError, match=message):
+            read_telemetry(path, PAPER)
+    with pytest.raises(ValueError, match="is a folder"):
+        read_telemetry(tmp_path, PAPER)
+    with pytest.raises(FileNotFoundError):
+        read_telemetry(tmp_path / "none.csv", PAPER)
+    own = frame[[c for c in frame if not c.startswith("tracker")]]
+    for mapping, message in (
+        ({"sensors": (SensorChannels(name="star"),)}, "unknown sensor.*known: 'sun', 'mag'"),
+        ({"sensors": (SensorChannels(name="mag", unit="V"),)}, "mag.unit = 'V': unknown unit"),
+        ({"gyro": GyroChannels(columns=("a", "b"))}, "columns of gyro = .*: expected 3 names"),
+        ({"gyro": GyroChannels(range_deg_s=0.45)}, "saturates at range_deg_s = 0.45"),
+        ({"gyro": GyroChannels(columns=("sun_x", "sun_y", "sun_z"))}, "asked for, twice"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            read_telemetry(own, PAPER, TelemetryMapping(**mapping))
+    for wrong, message in (
+        ({"quaternion": (1.0, 1.0, 0.0, 0.0)}, "unit length"),
+        ({"dcm": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))}, "a rotation matrix"),
+    ):
+        with pytest.raises(InvalidValue, match=message):
+            Channels(**wrong)
+    toml = tmp_path / "m.toml"
+    toml.write_text("[gyro]\nunits = 'rad/s'\n")
+    with pytest.raises(ValueError, match=r"m.toml: gyro.units: unknown key, did you mean 'unit'"):
+        TelemetryMapping.from_toml(toml)
+
+
+def test_arrays_that_are_no_telemetry():
+    for wrong, message in (
+        ({"times": [0.0, 0.0]}, "increasing order"),
+        ({"gyro_deg_s": [[1.0, 2.0]]}, r"gyro: expected an array of shape \(2, 3\)"),
+        ({"sensors": {"mag": [[1.0, np.nan, 2.0], [1.0, 2.0, 3.0]]}}, "all of its numbers or none"),
+        ({"sensors": {"mag": [[np.inf, 1.0, 2.0], [1.0, 2.0, 3.0]]}}, "finite"),
+    ):
+        good = {"times": [0.0, 1.0], "gyro_deg_s": np.zeros((2, 3))}
+        with pytest.raises(ValueError, match=message):
+            Telemetry(**good | wrong)

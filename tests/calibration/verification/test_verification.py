@@ -1,0 +1,125 @@
+"""The conclusion on simulated flights: by hand, and of a real plan."""
+
+import dataclasses
+
+import numpy as np
+import pandas as pd
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.plan import ManeuverPlan
+from mgeo_calibration.estimation import simulate
+from mgeo_calibration.verification import verification
+from mgeo_calibration.verification.remedies import conclusion, findings, remedies
+from mgeo_calibration.verification.verification import Verification, verify
+from scipy.stats import chi2
+
+
+def judged(predicted=1.0, claimed=1.0, p=(1.0, 1.0), nees_p=1.0, n=200):
+    names = ["attitude x", "sun bias y"]
+    columns = ("rms / predicted [-]", "rms / claimed [-]", "p, predicted", "p, claimed")
+    rows = [[0.5, 0.5, 1.0, 1.0], [predicted, claimed, *p]]
+    return Verification(n, pd.DataFrame(rows, names, columns), 1.2, nees_p, pd.DataFrame())
+
+
+def test_conclusions():
+    """One state that fails is enough, in either way, and so are correlations."""
+    assert conclusion(judged(1.1)) == (
+        "achieved: no error is larger than promised, the largest 1.10 times (sun bias y), and none "
+        "than the filter claims (200 flights, one test at 1%)"
+    )
+    known, unknown = judged(1.3, 1.0, (0.001, 1.0)), judged(1.3, 1.25, (0.001, 0.002))
+    assert not known.achieved
+    assert not unknown.achieved
+    assert (known.worse, known.too_sure) == (["sun bias y"], [])
+    assert findings(known) == ["sun bias (y) 1.30 times the promise, the filter knows it"]
+    assert findings(unknown) == [
+        "sun bias (y) 1.30 times the promise, the filter is too sure by 1.25"
+    ]
+    assert findings(judged(nees_p=0.001)) == [
+        "the filter is too sure by 1.10 over all states together"
+    ]
+
+
+def test_what_flights_can_show():
+    """By simulation: of errors as much too large, nine of ten tests at the corrected level."""
+    found = judged(n=50)
+    z = np.random.default_rng(5).standard_normal((20_000, 50))
+    p = chi2.sf((found.detectable * z**2 * found.detectable).sum(axis=1), 50)
+    assert (p < 0.01 / 5).mean() == pytest.approx(0.9, abs=0.01)
+    assert judged(n=200).detectable < found.detectable
+
+
+def test_remedies_begin_with_what_is_known_at_the_start(short_plan):
+    assert remedies(short_plan, judged()) == []
+    first, *_ = remedies(short_plan, judged(nees_p=0.0))
+    assert first.startswith("know more at the start, such as the attitude (initial.attitude_deg, 5")
+    unsure = dataclasses.replace(
+        short_plan.scenario,
+        initial=dataclasses.replace(short_plan.scenario.initial, attitude_deg=30),
+    )
+    first, *_ = remedies(ManeuverPlan(unsure, short_plan.design), judged(nees_p=0.0))
+    assert "initial.attitude_deg = 30: the linear covariance was found true up to 20" in first
+
+
+@pytest.fixture(scope="module")
+def short_plan():
+    scenario = dataclasses.replace(Scenario.paper(), duration=600.0)
+    problem = AttitudeManeuverProblem(scenario)
+    third = 150.0
+    return ManeuverPlan.from_design(problem, [1.0, 0, 0, third, 0, 1.0, 0, third, 0, 0, 1.0, third])
+
+
+@pytest.mark.slow
+def test_a_real_plan(short_plan):
+    found = verify(short_plan, n_runs=20, seed=3)
+    same = simulate(short_plan.scenario, short_plan.design, 20, 3)
+    at = same.sample()
+    rms = np.sqrt((same.errors[:, at] ** 2).mean(axis=0))
+    assert found.table.loc["mag bias z", "rms"] == pytest.approx(50e3 * rms[17], rel=1e-12)
+    assert found.table.loc["attitude y", "rms"] == pytest.approx(np.degrees(rms[1]), rel=1e-12)
+    np.testing.assert_allclose(found.table["predicted"], short_plan.accuracy()["after"], rtol=1e-6)
+    assert found.nees == pytest.approx(same.nees[:, at].mean() / 18.0)
+    claimed = (same.errors[:, at] / same.sigma[:, at]) ** 2
+    ratio = found.table.loc["gyro bias x", "rms / claimed [-]"]
+    assert ratio == pytest.approx(np.sqrt(claimed[:, 3].mean()))
+    assert found.achieved  # a fifth of the flights of the default, with errors as small
+
+
+def test_ending_at_t_end_changes_nothing(short_plan):
+    design, soon = (
+        short_plan.design,
+        dataclasses.replace(short_plan.scenario.convergence, window=50.0, relative_decrease=0.9),
+    )
+    scenario = dataclasses.replace(short_plan.scenario, convergence=soon)
+    whole, part = (simulate(scenario, design, 3, 2, until=until) for until in (None, 0.0))
+    assert part.times[-1] == part.t_end < whole.times[-1]
+    k = len(part.times)
+    for name in ("errors", "sigma", "nees"):
+        np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[:, :k])
+    np.testing.assert_array_equal(part.broken, whole.broken)
+
+
+@pytest.mark.slow
+def test_a_filter_that_is_promised_too_much_is_caught(short_plan, monkeypatch):
+    """Truth with three times the Sun sensor's noise and bias."""
+    sun, *others = short_plan.scenario.sensors
+    worse = dataclasses.replace(sun, noise_deg=6.0, initial_bias=0.06)
+    truth = dataclasses.replace(short_plan.scenario, sensors=(worse, *others))
+    monkeypatch.setattr(
+        verification,
+        "simulate",
+        lambda *arguments, **keywords: simulate(*arguments, truth=truth, **keywords),
+    )
+    found = verify(short_plan, n_runs=20)
+    assert not found.achieved
+    assert any(state.startswith("sun bias") for state in found.worse)
+    assert any(line.startswith("sun bias") for line in findings(found))
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [({"n_runs": 1}, "n_runs = 1: expected at least 2"), ({"seed": -1}, "seed = -1")],
+)
+def test_bad_arguments_are_named(short_plan, keywords, message):
+    with pytest.raises(ValueError, match=message):
+        verify(short_plan, **keywords)
