@@ -12,8 +12,8 @@ if TYPE_CHECKING:
         MGEOStaged,
         MGEOVar,
     )
+    from mgeo.algorithms.archive import ParetoArchive
     from mgeo.evaluation.evaluator import EvaluationError, TolerantEvaluator
-    from mgeo.pareto.archive import ParetoArchive
     from mgeo.persistence.checkpoint import Checkpoint, resume
     from mgeo.persistence.recorder import Recorder, read_record
     from mgeo.studies import compare
@@ -47,7 +47,7 @@ _HOMES = {
         "MGEOStaged",
         "MGEOVar",
     ),
-    "mgeo.pareto.archive": ("ParetoArchive",),
+    "mgeo.algorithms.archive": ("ParetoArchive",),
     "mgeo.persistence.checkpoint": ("Checkpoint", "resume"),
     "mgeo.evaluation.evaluator": ("EvaluationError", "TolerantEvaluator"),
     "mgeo.persistence.recorder": ("Recorder", "read_record"),

@@ -18,13 +18,12 @@ OF_MGEO = {
     "files": set(),
     "evaluation": set(),
     "benchmarks": set(),
+    "algorithms": {"evaluation", "files"},
     "plugins": {"benchmarks", "evaluation"},
     "persistence": {"algorithms", "evaluation", "files", "plugins"},
-    "runs": {
-        *("algorithms", "benchmarks", "evaluation", "files", "pareto", "persistence", "plugins")
-    },
+    "runs": {"algorithms", "benchmarks", "evaluation", "files", "persistence", "plugins"},
     "terminal": set(),
-    "report": {"figures", "files", "pareto", "persistence", "plugins", "runs"},
+    "report": {"algorithms", "figures", "files", "persistence", "plugins", "runs"},
 }
 OF_ATTITUDE = {
     "fields": set(),

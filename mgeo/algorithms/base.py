@@ -14,6 +14,7 @@ from pymoo.problems.dyn import DynamicProblem
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo._validation import refuse_unknown, validate_integer
+from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.coding import BitCode, RealCode
 from mgeo.algorithms.constructors import call, keywords, named, values
 from mgeo.algorithms.display import ArchiveOutput
@@ -21,7 +22,6 @@ from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.variables import Variables, given_starts
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import individuals, values_of
-from mgeo.pareto.archive import ParetoArchive
 
 EXECUTIONS = 5000  # generations of all walkers together, unless a termination is given
 MOST_WALKERS = 100_000  # each has its own random stream, of some kilobytes

@@ -17,6 +17,7 @@ from mgeo._validation import (
     validate_number,
     validate_pair,
 )
+from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.bounds import BOUNDS
 from mgeo.algorithms.coding import RealCode
@@ -32,7 +33,6 @@ from mgeo.algorithms.weights import (
     weight_vectors,
 )
 from mgeo.algorithms.whole import whole_steps
-from mgeo.pareto.archive import ParetoArchive
 
 _PROGRESS = 0.1  # over the points of the front: the share of its extent that is progress
 

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
+from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.evaluation.individuals import as_numbers
 from mgeo.files.reading import entry
-from mgeo.pareto.archive import ParetoArchive
 
 Arrays = Mapping[str, NDArray[Any]]
 

@@ -6,7 +6,7 @@ from typing import Any, Self
 import numpy as np
 
 from mgeo._typing import FloatArray, IntArray
-from mgeo.pareto.archive import ParetoArchive
+from mgeo.algorithms.archive import ParetoArchive
 
 
 @dataclass(kw_only=True, eq=False, slots=True)

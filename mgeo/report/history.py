@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
-from mgeo.pareto.dominance import nondominated
+from mgeo.algorithms.dominance import nondominated
 from mgeo.persistence.recorder import read_record
 from mgeo.runs.hypervolume import HypervolumeMeter
 from mgeo.runs.limits import TOLERANCE

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mgeo._typing import FloatArray
+from mgeo.algorithms.dominance import nondominated
 from mgeo.evaluation.individuals import as_numbers, succeeded
-from mgeo.pareto.dominance import nondominated
 from mgeo.runs.limits import excess
 
 if TYPE_CHECKING:

@@ -17,11 +17,11 @@ from pymoo.core.problem import Problem
 
 from mgeo._foreign import foreign
 from mgeo._text import one_line
+from mgeo.algorithms.archive import ParetoArchive
+from mgeo.algorithms.dominance import not_weakly_dominated
 from mgeo.algorithms.staged import MGEOStaged, is_rough
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import succeeded
-from mgeo.pareto.archive import ParetoArchive
-from mgeo.pareto.dominance import not_weakly_dominated
 from mgeo.runs.solve import IDLE_STEPS, set_up
 from mgeo.studies.randomness import global_state
 from mgeo.studies.record import Record

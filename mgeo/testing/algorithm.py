@@ -12,8 +12,8 @@ from pymoo.optimize import minimize
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.dominance import nondominated
 from mgeo.algorithms.state import capture, restore
-from mgeo.pareto.dominance import nondominated
 from mgeo.testing.failure import no_error, require, require_equal
 from mgeo.testing.samples import Bowls
 

@@ -11,9 +11,9 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.coding import RealCode
+from mgeo.algorithms.dominance import nondominated
 from mgeo.algorithms.variables import KINDS, Variables, designs_of
 from mgeo.evaluation.individuals import as_numbers
-from mgeo.pareto.dominance import nondominated
 from mgeo.plugins import protocol
 from mgeo.testing.failure import no_error, require, require_equal
 

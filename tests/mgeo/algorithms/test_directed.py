@@ -15,6 +15,7 @@ from scipy.stats import kstest
 
 from mgeo import MGEODirected
 from mgeo.algorithms import directed
+from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.steps import Attraction, joint_steps, momentum_steps
 from mgeo.algorithms.weights import (
     distance,
@@ -23,7 +24,6 @@ from mgeo.algorithms.weights import (
     random_weights,
     weight_vectors,
 )
-from mgeo.pareto.archive import ParetoArchive
 from mgeo.testing import check_algorithm
 
 from .problems import Fixed, Rosenbrock

@@ -8,8 +8,8 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
 
 from mgeo import MGEOReal
+from mgeo.algorithms.dominance import nondominated
 from mgeo.files.reading import FileError
-from mgeo.pareto.dominance import nondominated
 from mgeo.runs.dead_end import dead_end
 from mgeo.runs.folder import Run, read_run, write_run
 from mgeo.runs.limits import TOLERANCE

@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 from pymoo.core.population import Population
 
 from mgeo._typing import BoolArray, FloatArray
-from mgeo.pareto.dominance import nondominated, not_weakly_dominated, weakly_dominated_rows
-from mgeo.pareto.truncation import truncate
+from mgeo.algorithms.dominance import nondominated, not_weakly_dominated, weakly_dominated_rows
+from mgeo.algorithms.truncation import truncate
 
 
 class ParetoArchive:
@@ -18,8 +18,8 @@ class ParetoArchive:
       nondominated among them, if several share it); from then on feasible points only.
     - Points stand in ascending order of the first objective, and where that is equal (possible
       with three objectives or more) in the order in which they were found.
-    - With `max_size`, each batch is followed by `mgeo.pareto.truncation.truncate`. The first and
-      last point of each objective stay; what was removed may return, so the set is no longer exact.
+    - With `max_size`, each batch is followed by `truncate`. The first and last point of each
+      objective stay; what was removed may return, so the set is no longer exact.
 
     Parameters
     ----------

@@ -1,5 +1,0 @@
-"""Sets of nondominated points.
-
-`dominance` compares points, `archive` keeps the nondominated ones, `truncation` removes the most
-crowded.
-"""
