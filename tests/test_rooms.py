@@ -18,7 +18,7 @@ OF_MGEO = {
     "files": set(),
     "evaluation": set(),
     "benchmarks": set(),
-    "algorithms": {"evaluation", "files"},
+    "algorithms": {"evaluation"},
     "plugins": {"benchmarks", "evaluation"},
     "persistence": {"algorithms", "evaluation", "files", "plugins"},
     "runs": {"algorithms", "benchmarks", "evaluation", "files", "persistence", "plugins"},
@@ -47,7 +47,7 @@ OF_CALIBRATION = {
 }
 #: What stands beside the rooms, and any of them may import.
 SINGLE = {
-    *("_foreign", "_text", "_typing", "_validation"),
+    *("_foreign", "_text", "_typing", "validation"),
     "files",
 }
 

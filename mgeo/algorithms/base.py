@@ -13,7 +13,6 @@ from pymoo.core.sampling import Sampling
 from pymoo.problems.dyn import DynamicProblem
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
-from mgeo._validation import refuse_unknown, validate_integer
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.coding import BitCode, RealCode
 from mgeo.algorithms.constructors import call, keywords, named, values
@@ -22,6 +21,7 @@ from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.variables import Variables, given_starts
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import individuals, values_of
+from mgeo.validation import refuse_unknown, validate_integer
 
 EXECUTIONS = 5000  # generations of all walkers together, unless a termination is given
 MOST_WALKERS = 100_000  # each has its own random stream, of some kilobytes

@@ -9,14 +9,6 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
-from mgeo._validation import (
-    validate_ascending,
-    validate_choice,
-    validate_fraction,
-    validate_integer,
-    validate_number,
-    validate_pair,
-)
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.bounds import BOUNDS
@@ -33,6 +25,14 @@ from mgeo.algorithms.weights import (
     weight_vectors,
 )
 from mgeo.algorithms.whole import whole_steps
+from mgeo.validation import (
+    validate_ascending,
+    validate_choice,
+    validate_fraction,
+    validate_integer,
+    validate_number,
+    validate_pair,
+)
 
 _PROGRESS = 0.1  # over the points of the front: the share of its extent that is progress
 

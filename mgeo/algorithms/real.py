@@ -9,13 +9,13 @@ from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray, IntArray
-from mgeo._validation import validate_choice, validate_each, validate_integer, validate_number
 from mgeo.algorithms.bounds import BOUNDS
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.constructors import takes_n_runs
 from mgeo.algorithms.steps import SCALES, perturb
 from mgeo.algorithms.variables import Variables
 from mgeo.algorithms.walkers import IndependentWalkers
+from mgeo.validation import validate_choice, validate_each, validate_integer, validate_number
 
 SCHEDULES = ("factorial", "geometric")
 

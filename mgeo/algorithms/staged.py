@@ -9,10 +9,10 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
 
 from mgeo._typing import FloatArray
-from mgeo._validation import validate_fraction, validate_list
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.directed import DirectedState, MGEODirected
 from mgeo.evaluation.individuals import individuals
+from mgeo.validation import validate_fraction, validate_list
 
 
 @dataclass(kw_only=True, eq=False, slots=True)

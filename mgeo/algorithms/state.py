@@ -23,7 +23,6 @@ from pymoo.termination.max_gen import MaximumGenerationTermination
 from pymoo.termination.max_time import TimeBasedTermination
 from pymoo.util.misc import termination_from_tuple
 
-from mgeo._validation import validate_integer
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.packing import (
     pack,
@@ -34,7 +33,7 @@ from mgeo.algorithms.packing import (
     unpack_stream,
 )
 from mgeo.evaluation.evaluator import TolerantEvaluator
-from mgeo.files.reading import entry, errors_of
+from mgeo.validation import entry, errors_of, validate_integer
 
 _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {
     "n_gen": (MaximumGenerationTermination, "n_max_gen"),

@@ -8,9 +8,9 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
-from mgeo._validation import validate_choice, validate_integer, validate_number
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.selection import RULES, START_TAU, best, better, fitness, next_tau, pick, rank
+from mgeo.validation import validate_choice, validate_integer, validate_number
 
 RESTARTS = ("never", "random", "archive")
 

@@ -116,8 +116,8 @@ def _told(error: BaseException, ctx: Any) -> tuple[str, ExitCode]:
     if isinstance(error, KeyboardInterrupt):
         return "interrupted", of_interrupt(error)
     from mgeo.evaluation.evaluator import EvaluationError
-    from mgeo.files.reading import FileError
     from mgeo.plugins.discovery import PluginError
+    from mgeo.validation import FileError
 
     if isinstance(error, PluginError | EvaluationError | FileError):
         return _one_line(error), ExitCode.BAD_INPUT

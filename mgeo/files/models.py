@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from mgeo._validation import did_you_mean
+from mgeo.validation import did_you_mean
 
 _EXPECTED = {  # by pydantic's type of an error
     "string_type": "a string",

@@ -8,15 +8,14 @@ import math
 import os
 import re
 import stat
-import sys
 import tomllib
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, get_args, get_origin
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from mgeo.validation import FileError, errors_of
 
 #: Far more than any file of ours holds, and less than memory does.
 MOST_BYTES = 2**30
@@ -24,30 +23,7 @@ MOST_BYTES = 2**30
 # without waiting for somebody who writes into a pipe; of Windows, every byte as it stands
 _READ = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
-_EXPECTED: Mapping[Any, str] = {
-    str: "a string",
-    int: "an integer",
-    float: "a finite number",
-    bool: "true or false",
-    dict: "a table",
-    list: "a list",
-}
-
-
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
-
-
-class FileError(ValueError):
-    """A file that does not hold what it should; the message says which, what and where."""
-
-
-@contextmanager
-def errors_of(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Make a `FileError` of any ValueError or TypeError: with the file's name before it."""
-    try:
-        yield
-    except (ValueError, TypeError) as error:
-        raise FileError(f"{os.fspath(path)}: {error}") from error
 
 
 def read_file(path: str | os.PathLike[str], most: int = MOST_BYTES) -> bytes:
@@ -145,33 +121,6 @@ def parse_toml(text: str) -> dict[str, Any]:
         raise ValueError(f"no valid TOML: {error}") from None
 
 
-def entry(table: Any, key: str, kind: Any, where: str = "") -> Any:
-    """An entry of a table that was read, which is of the kind expected.
-
-    Parameters
-    ----------
-    kind
-        str, int, float (finite; also an int), bool, list, dict, or of these ``list[str]``,
-        ``dict[str, int]``, and so on.
-    where
-        What the table is called in messages, such as ``"hypervolume."``.
-
-    Raises
-    ------
-    ValueError
-        If it is missing.
-    TypeError
-        If it is of another kind.
-    """
-    if not isinstance(table, Mapping):
-        raise TypeError(f"{where.rstrip('.') or 'the content'} = {table!r:.80}: expected a table")
-    if key not in table:
-        raise ValueError(f"{where}{key} is missing: expected {_expected(kind)}")
-    if not _is(table[key], kind):
-        raise TypeError(f"{where}{key} = {table[key]!r:.80}: expected {_expected(kind)}")
-    return table[key]
-
-
 def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
     """The arrays of numbers in an .npz archive; nothing is unpickled.
 
@@ -193,21 +142,3 @@ def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
         if not isinstance(array, np.ndarray) or array.dtype.kind not in "biuf":
             raise ValueError(f"no archive of arrays: {name!r} is no array of numbers")
     return arrays
-
-
-def _is(value: Any, kind: Any) -> bool:
-    base = get_origin(kind) or kind
-    if base is float:
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        return number and abs(value) <= sys.float_info.max
-    if not isinstance(value, base) or (base is int and isinstance(value, bool)):
-        return False
-    entries = value.values() if base is dict else value if base is list else ()
-    return all(_is(each, get_args(kind)[-1]) for each in entries) if get_args(kind) else True
-
-
-def _expected(kind: Any) -> str:
-    base = get_origin(kind)
-    if base is None:
-        return _EXPECTED[kind]
-    return f"{_EXPECTED[base]}, each entry {_expected(get_args(kind)[-1])}"

@@ -9,7 +9,8 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mgeo.files.reading import errors_of, read_text
+from mgeo.files.reading import read_text
+from mgeo.validation import errors_of
 
 if TYPE_CHECKING:
     import pandas as pd

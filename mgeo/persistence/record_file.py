@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mgeo.files.atomic import remove_leftovers, write_file
-from mgeo.files.reading import FileError, entry, errors_of, parse_json
+from mgeo.files.reading import parse_json
+from mgeo.validation import FileError, entry, errors_of
 
 NAME = "record.sqlite"
 FORMAT = 3

@@ -13,11 +13,10 @@ from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from mgeo._validation import validate_integer, validate_number
 from mgeo.evaluation.individuals import as_numbers, succeeded
-from mgeo.files.reading import FileError
 from mgeo.persistence import record_file
 from mgeo.plugins.protocol import column_names
+from mgeo.validation import FileError, validate_integer, validate_number
 
 if TYPE_CHECKING:
     import pandas as pd

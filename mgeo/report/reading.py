@@ -7,10 +7,10 @@ from pathlib import Path
 
 from pymoo.core.problem import Problem
 
-from mgeo.files.reading import errors_of
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.folder import RUN_FILE, Run, read_run
 from mgeo.runs.representative import RepresentativeSolution, representative_solutions
+from mgeo.validation import errors_of
 
 _MOST_NEAR = 5  # cards of what comes nearest
 

@@ -13,7 +13,6 @@ from typing import Any
 
 import plotly.graph_objects as go
 
-from mgeo._validation import did_you_mean
 from mgeo.figures.motion import motion_of
 from mgeo.figures.paper import for_paper
 from mgeo.figures.style import CLICK, HOVER
@@ -21,6 +20,7 @@ from mgeo.plugins import protocol
 from mgeo.report.history import recorded_history
 from mgeo.report.reading import read_subject
 from mgeo.report.solutions import front_picture
+from mgeo.validation import did_you_mean
 
 #: Width and height [px] of figures that have no size of their own.
 _SIZE = (900, 560)

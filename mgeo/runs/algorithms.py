@@ -8,11 +8,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from mgeo._foreign import foreign
-from mgeo._validation import did_you_mean, validate_integer
 from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
 from mgeo.plugins import discovery
 from mgeo.plugins.algorithms import load_algorithm
+from mgeo.validation import did_you_mean, validate_integer
 
 if TYPE_CHECKING:
     import numpy as np

@@ -21,13 +21,14 @@ from mgeo.benchmarks.collections import distributions, is_benchmark
 from mgeo.files.atomic import write_files
 from mgeo.files.lock import LOCK_FILE
 from mgeo.files.models import checked
-from mgeo.files.reading import entry, errors_of, read_json
+from mgeo.files.reading import read_json
 from mgeo.files.tables import read_numbers, to_csv
 from mgeo.plugins.discovery import find_plugin
 from mgeo.runs.configuration import RunConfiguration
 from mgeo.runs.nearest import Nearest
 from mgeo.runs.persistence import CHECKPOINT_FILE
 from mgeo.runs.solve import Outcome
+from mgeo.validation import entry, errors_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,7 +10,7 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
 
 from mgeo._typing import FloatArray
-from mgeo._validation import validate_integer, validate_number
+from mgeo.validation import validate_integer, validate_number
 
 _PENALTY = 1e-6  # of the squared distance from the box, in its units (Igel, Hansen & Roth 2007)
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from mgeo.files.reading import errors_of, parse_json, parse_toml, read_text
+from mgeo.files.reading import parse_json, parse_toml, read_text
 from mgeo.plugins.discovery import read_files
+from mgeo.validation import errors_of
 
 #: Largest result to go on from [bytes].
 MOST_BYTES = 50_000_000

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from mgeo.files.reading import entry, read_json
+from mgeo.files.reading import read_json
+from mgeo.validation import entry
 
 VERIFICATION_FILES = "verification*.json"
 

@@ -9,9 +9,10 @@ from typing import Any
 
 from mgeo.files.atomic import write_files
 from mgeo.files.lock import lock
-from mgeo.files.reading import entry, errors_of, read_json
+from mgeo.files.reading import read_json
 from mgeo.plugins.identity import difference
 from mgeo.studies.file import Study
+from mgeo.validation import entry, errors_of
 
 OWNER = "study.json"  # problems and algorithms of the study that a folder belongs to
 TEXT = "study.toml"

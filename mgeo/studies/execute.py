@@ -13,7 +13,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from mgeo._validation import validate_integer
 from mgeo.runs.operators import fitted
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.dispatch import Key, Result, run_all
@@ -24,6 +23,7 @@ from mgeo.studies.record import Record
 from mgeo.studies.results import FailedRunsWarning, failures
 from mgeo.studies.run import Failure, Task
 from mgeo.studies.space import NothingToCompareError, indicator_space
+from mgeo.validation import validate_integer
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm

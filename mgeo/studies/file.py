@@ -11,10 +11,9 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mgeo._validation import validate_integer
 from mgeo.benchmarks.collections import expanded, short_name
 from mgeo.files.models import checked
-from mgeo.files.reading import errors_of, parse_toml, read_text
+from mgeo.files.reading import parse_toml, read_text
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.runs.scenario import read_scenario
@@ -22,6 +21,7 @@ from mgeo.studies.execute import MOST
 from mgeo.studies.labels import distinct, filled
 from mgeo.studies.pooled import KEYS
 from mgeo.studies.schema import AlgorithmTable, ProblemTable, PublishedTable, StudyTable
+from mgeo.validation import errors_of, validate_integer
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm

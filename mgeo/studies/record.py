@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from mgeo._typing import FloatArray
 from mgeo.algorithms.dominance import nondominated
 from mgeo.files.atomic import write_file
-from mgeo.files.reading import entry, from_npz, parse_json, read_file
+from mgeo.files.reading import from_npz, parse_json, read_file
+from mgeo.validation import entry
 
 _ARRAYS = {  # kinds of entries, and dimensions
     "numbers": ("iu", 1),

@@ -8,10 +8,10 @@ from typing import Annotated, Any, TypeVar
 from pydantic import ConfigDict, Field, PlainValidator
 from pydantic_core import PydanticCustomError
 
-from mgeo._validation import validate_integer
 from mgeo.files.models import Table
 from mgeo.runs.algorithms import ALGORITHMS
 from mgeo.studies.execute import GRID_POINTS, MOST, seed_numbers
+from mgeo.validation import validate_integer
 
 
 def _listed(value: Any) -> list[str]:

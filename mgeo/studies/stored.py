@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 import pandas as pd
 
-from mgeo._validation import validate_integer
-from mgeo.files.reading import entry, errors_of, read_json
+from mgeo.files.reading import read_json
 from mgeo.files.tables import read_texts, to_csv
 from mgeo.plugins import protocol
 from mgeo.plugins.protocol import column_names
@@ -19,6 +18,7 @@ from mgeo.studies.file import ProblemConfiguration
 from mgeo.studies.indicators import applicable
 from mgeo.studies.record import Record
 from mgeo.studies.space import OBJECTIVE_SPACE, POINTS, IndicatorSpace, Origin
+from mgeo.validation import entry, errors_of, validate_integer
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem

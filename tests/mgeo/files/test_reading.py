@@ -1,6 +1,7 @@
 import pytest
 
-from mgeo.files.reading import FileError, read_json, read_text
+from mgeo.files.reading import read_json, read_text
+from mgeo.validation import FileError
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999", "-1e999"])

@@ -18,9 +18,9 @@ from pymoo.termination.default import DefaultMultiObjectiveTermination
 import mgeo.algorithms
 from mgeo import Checkpoint, MGEOReal, Recorder, TolerantEvaluator, read_record, resume
 from mgeo.evaluation.evaluator import EvaluationError
-from mgeo.files.reading import FileError
 from mgeo.persistence import checkpoint as checkpoint_module
 from mgeo.persistence.checkpoint import read_notes
+from mgeo.validation import FileError
 
 PROBLEM = ZDT1(n_var=4)
 NAMES = [name for name in mgeo.algorithms.__all__ if name.startswith("MGEO")]

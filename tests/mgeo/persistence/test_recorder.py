@@ -25,8 +25,8 @@ from mgeo import (
     TolerantEvaluator,
     read_record,
 )
-from mgeo.files.reading import FileError
 from mgeo.persistence import record_file
+from mgeo.validation import FileError
 
 PROBLEM = ZDT1(n_var=3)
 

@@ -9,13 +9,13 @@ from pymoo.core.problem import Problem
 
 from mgeo import MGEOReal
 from mgeo.algorithms.dominance import nondominated
-from mgeo.files.reading import FileError
 from mgeo.runs.dead_end import dead_end
 from mgeo.runs.folder import Run, read_run, write_run
 from mgeo.runs.limits import TOLERANCE
 from mgeo.runs.nearest import MOST
 from mgeo.runs.prepare import prepare
 from mgeo.runs.solve import solve
+from mgeo.validation import FileError
 
 from .test_limits import Told
 
