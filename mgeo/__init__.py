@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     )
     from mgeo.algorithms.archive import ParetoArchive
     from mgeo.evaluation.evaluator import EvaluationError, TolerantEvaluator
-    from mgeo.persistence.checkpoint import Checkpoint, resume
-    from mgeo.persistence.recorder import Recorder, read_record
+    from mgeo.store.checkpoint import Checkpoint, resume
+    from mgeo.store.recorder import Recorder, read_record
     from mgeo.studies import compare
 
 __version__: str
@@ -48,9 +48,9 @@ _HOMES = {
         "MGEOVar",
     ),
     "mgeo.algorithms.archive": ("ParetoArchive",),
-    "mgeo.persistence.checkpoint": ("Checkpoint", "resume"),
+    "mgeo.store.checkpoint": ("Checkpoint", "resume"),
     "mgeo.evaluation.evaluator": ("EvaluationError", "TolerantEvaluator"),
-    "mgeo.persistence.recorder": ("Recorder", "read_record"),
+    "mgeo.store.recorder": ("Recorder", "read_record"),
     "mgeo.studies": ("compare",),
 }
 

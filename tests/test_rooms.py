@@ -15,15 +15,14 @@ SUITE = ROOT / "problems" / "suite" / "mgeo_suite"
 
 #: Rooms that each may import, also for type checks only and within functions.
 OF_MGEO = {
-    "files": set(),
     "evaluation": set(),
     "benchmarks": set(),
     "algorithms": {"evaluation"},
     "plugins": {"benchmarks", "evaluation"},
-    "persistence": {"algorithms", "evaluation", "files", "plugins"},
-    "runs": {"algorithms", "benchmarks", "evaluation", "files", "persistence", "plugins"},
+    "store": {"algorithms", "evaluation", "plugins"},
+    "runs": {"algorithms", "benchmarks", "evaluation", "plugins", "store"},
     "terminal": set(),
-    "report": {"algorithms", "figures", "files", "persistence", "plugins", "runs"},
+    "report": {"algorithms", "figures", "plugins", "runs", "store"},
 }
 OF_ATTITUDE = {
     "fields": set(),

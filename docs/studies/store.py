@@ -19,7 +19,7 @@ from pathlib import Path
 import pandas as pd
 
 from mgeo.algorithms.truncation import truncate
-from mgeo.files.atomic import write_files
+from mgeo.store.atomic import write_files
 from mgeo.studies import Comparison, read_comparison
 from mgeo.studies.stored import FRONTS, PROVENANCE, RUNS, TABLE
 from mgeo.studies.study import RANKS, TARGETS, VALUES

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from mgeo.cli.errors import bad_input
 from mgeo.cli.output import Output
-from mgeo.files.atomic import check_writable, write_file, write_files
 from mgeo.report import StaticExportError, report_html, static_figures
+from mgeo.store.atomic import check_writable, write_file, write_files
 
 REPORT_FILE = "report.html"
 FIGURES_FOLDER = "figures"

@@ -15,8 +15,6 @@ from mgeo.cli.results import Findings, document, print_impossible, print_results
 from mgeo.cli.signals import stop_requests
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures import MOST_OBJECTIVES, MOST_TEXTS, front_figure, page
-from mgeo.files.atomic import check_writable, write_file
-from mgeo.files.lock import lock
 from mgeo.plugins import protocol
 from mgeo.runs.folder import (
     FIGURE_FILE,
@@ -29,6 +27,8 @@ from mgeo.runs.persistence import RunPersistence
 from mgeo.runs.prepare import PreparedRun
 from mgeo.runs.resume import resume_run
 from mgeo.runs.solve import Outcome
+from mgeo.store.atomic import check_writable, write_file
+from mgeo.store.lock import lock
 from mgeo.terminal import console
 
 _GO_ON = "To go on once that is put right: mgeo resume {}"

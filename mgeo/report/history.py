@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
 from mgeo.algorithms.dominance import nondominated
-from mgeo.persistence.recorder import read_record
 from mgeo.runs.hypervolume import HypervolumeMeter
 from mgeo.runs.limits import TOLERANCE
 from mgeo.runs.persistence import RECORD_FOLDER
 from mgeo.runs.solve import Outcome
+from mgeo.store.recorder import read_record
 
 _SAMPLES = 60
 

@@ -16,11 +16,11 @@ from typing import Any
 
 from pymoo.core.problem import Problem
 
-from mgeo.files.reading import read_json
 from mgeo.plugins import protocol
 from mgeo.plugins.identity import difference
 from mgeo.runs.folder import Run
 from mgeo.runs.verification import ABOUT, VERIFICATION_FILES, check_form
+from mgeo.store.reading import read_json
 from mgeo.validation import errors_of
 
 _LONGEST = 200  # characters of a difference, which may quote a whole list

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field
 
-from mgeo.files.models import Table
+from mgeo.store.models import Table
 
 
 class RunConfiguration(Table):

@@ -18,16 +18,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mgeo.benchmarks.collections import distributions, is_benchmark
-from mgeo.files.atomic import write_files
-from mgeo.files.lock import LOCK_FILE
-from mgeo.files.models import checked
-from mgeo.files.reading import read_json
-from mgeo.files.tables import read_numbers, to_csv
 from mgeo.plugins.discovery import find_plugin
 from mgeo.runs.configuration import RunConfiguration
 from mgeo.runs.nearest import Nearest
 from mgeo.runs.persistence import CHECKPOINT_FILE
 from mgeo.runs.solve import Outcome
+from mgeo.store.atomic import write_files
+from mgeo.store.lock import LOCK_FILE
+from mgeo.store.models import checked
+from mgeo.store.reading import read_json
+from mgeo.store.tables import read_numbers, to_csv
 from mgeo.validation import entry, errors_of
 
 if TYPE_CHECKING:

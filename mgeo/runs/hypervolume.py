@@ -10,8 +10,8 @@ from pydantic import Strict
 from pymoo.indicators.hv import HV
 
 from mgeo.evaluation.individuals import succeeded
-from mgeo.files.models import Table
 from mgeo.plugins.protocol import indicator_space
+from mgeo.store.models import Table
 
 if TYPE_CHECKING:
     from pymoo.core.population import Population

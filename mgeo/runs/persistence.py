@@ -13,12 +13,12 @@ from pymoo.core.callback import CallbackCollection
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.staged import MGEOStaged
-from mgeo.files.models import Table
-from mgeo.persistence import record_file
-from mgeo.persistence.checkpoint import Checkpoint
-from mgeo.persistence.recorder import Recorder
 from mgeo.runs.configuration import RunConfiguration
 from mgeo.runs.verification import remove_verifications
+from mgeo.store import record_file
+from mgeo.store.checkpoint import Checkpoint
+from mgeo.store.models import Table
+from mgeo.store.recorder import Recorder
 
 CHECKPOINT_FILE, RECORD_FOLDER = "run.checkpoint", "evaluations"
 

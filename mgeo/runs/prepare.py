@@ -10,7 +10,6 @@ from typing import Any
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
-from mgeo.files.models import checked
 from mgeo.plugins import protocol
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import (
@@ -22,6 +21,7 @@ from mgeo.runs.algorithms import (
 from mgeo.runs.configuration import RunConfiguration
 from mgeo.runs.persistence import Notes, RunPersistence
 from mgeo.runs.solve import Outcome, State, follow, set_up
+from mgeo.store.models import checked
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from mgeo.files.reading import parse_json, parse_toml, read_text
 from mgeo.plugins.discovery import read_files
+from mgeo.store.reading import parse_json, parse_toml, read_text
 from mgeo.validation import errors_of
 
 #: Largest result to go on from [bytes].

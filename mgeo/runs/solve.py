@@ -15,13 +15,13 @@ from mgeo._typing import FloatArray
 from mgeo.algorithms.staged import MGEOStaged, is_rough
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import as_numbers, succeeded
-from mgeo.files.models import Table
 from mgeo.plugins.protocol import column_names, constraint_names
 from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
 from mgeo.runs.nearest import Nearest, NearestMeter
 from mgeo.runs.operators import fitted
 from mgeo.runs.persistence import Notes, RunPersistence
 from mgeo.runs.pymoo_algorithms import seed_archives
+from mgeo.store.models import Table
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from mgeo.files.reading import read_json
+from mgeo.store.reading import read_json
 from mgeo.validation import entry
 
 VERIFICATION_FILES = "verification*.json"

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mgeo.files.atomic import write_files
-from mgeo.files.lock import lock
-from mgeo.files.reading import read_json
 from mgeo.plugins.identity import difference
+from mgeo.store.atomic import write_files
+from mgeo.store.lock import lock
+from mgeo.store.reading import read_json
 from mgeo.studies.file import Study
 from mgeo.validation import entry, errors_of
 

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mgeo.benchmarks.collections import expanded, short_name
-from mgeo.files.models import checked
-from mgeo.files.reading import parse_toml, read_text
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.runs.scenario import read_scenario
+from mgeo.store.models import checked
+from mgeo.store.reading import parse_toml, read_text
 from mgeo.studies.execute import MOST
 from mgeo.studies.labels import distinct, filled
 from mgeo.studies.pooled import KEYS

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.dominance import nondominated
-from mgeo.files.atomic import write_file
-from mgeo.files.reading import from_npz, parse_json, read_file
+from mgeo.store.atomic import write_file
+from mgeo.store.reading import from_npz, parse_json, read_file
 from mgeo.validation import entry
 
 _ARRAYS = {  # kinds of entries, and dimensions

@@ -8,8 +8,8 @@ from typing import Annotated, Any, TypeVar
 from pydantic import ConfigDict, Field, PlainValidator
 from pydantic_core import PydanticCustomError
 
-from mgeo.files.models import Table
 from mgeo.runs.algorithms import ALGORITHMS
+from mgeo.store.models import Table
 from mgeo.studies.execute import GRID_POINTS, MOST, seed_numbers
 from mgeo.validation import validate_integer
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 import pandas as pd
 
-from mgeo.files.reading import read_json
-from mgeo.files.tables import read_texts, to_csv
 from mgeo.plugins import protocol
 from mgeo.plugins.protocol import column_names
+from mgeo.store.reading import read_json
+from mgeo.store.tables import read_texts, to_csv
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import ProblemConfiguration
 from mgeo.studies.indicators import applicable

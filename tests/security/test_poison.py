@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from mgeo import read_record
 from mgeo.cli.app import app
-from mgeo.persistence import record_file
+from mgeo.store import record_file
 from mgeo.studies.record import Record
 
 

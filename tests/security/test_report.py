@@ -6,8 +6,8 @@ from html.parser import HTMLParser
 import pandas as pd
 import pytest
 
-from mgeo.persistence import record_file
 from mgeo.report import report_html
+from mgeo.store import record_file
 
 from ..mgeo.conftest import stand_in  # noqa: F401 (fixtures)
 from ..mgeo.report.conftest import browser, solved  # noqa: F401

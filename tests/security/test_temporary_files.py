@@ -6,10 +6,10 @@ import re
 import mgeo_attitude.files
 import pytest
 
-import mgeo.files.atomic
+import mgeo.store.atomic
 
 WRITERS = [
-    (mgeo.files.atomic, lambda path: mgeo.files.atomic.write_file(path, b"new")),
+    (mgeo.store.atomic, lambda path: mgeo.store.atomic.write_file(path, b"new")),
     (mgeo_attitude.files, lambda path: mgeo_attitude.files.write_text(path, "new")),
 ]
 

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, as by `mgeo.files.atomic`.
+"""Files that are written whole or not at all, as by `mgeo.store.atomic`.
 
 A problem does without mgeo.
 """

@@ -24,7 +24,7 @@ from mgeo_attitude.fields import (
 )
 from mgeo_attitude.fields.quantity import declared
 
-from mgeo.files.reading import read_text
+from mgeo.store.reading import read_text
 from mgeo.validation import FileError
 from mgeo_suite.heads import FACES, SunHead
 

@@ -25,7 +25,7 @@ def full(monkeypatch):
                 raise OSError(28, "No space left on device")
             fsync(descriptor)
 
-        monkeypatch.setattr("mgeo.files.atomic.os.fsync", full_for)
+        monkeypatch.setattr("mgeo.store.atomic.os.fsync", full_for)
 
     return make
 
@@ -80,7 +80,7 @@ def test_without_room_for_the_front_the_checkpoint_is_what_can_be_had(mgeo, full
     document = json.loads(done.stdout)
     assert document["files"] == ["run.checkpoint"]
     assert document["answer"]["label"] == "knee"
-    monkeypatch.setattr("mgeo.files.atomic.os.fsync", lambda descriptor: None)
+    monkeypatch.setattr("mgeo.store.atomic.os.fsync", lambda descriptor: None)
     assert mgeo("resume", "a").exit_code == 0
     assert len(read_run("a").outcome.F) == document["solutions"]
 

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from mgeo import read_record
-from mgeo.files.atomic import write_file
-from mgeo.files.lock import lock
-from mgeo.persistence.checkpoint import read_notes
 from mgeo.runs.folder import read_run
 from mgeo.runs.persistence import CHECKPOINT_FILE
+from mgeo.store.atomic import write_file
+from mgeo.store.checkpoint import read_notes
+from mgeo.store.lock import lock
 
 SHORT = ["--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
 
@@ -67,7 +67,7 @@ def test_a_problem_without_an_indicator_space_keeps_the_range_seen(mgeo):
 
 def test_a_change_of_versions_is_one_line(mgeo, monkeypatch):
     solve(mgeo, "a", 160)
-    monkeypatch.setattr("mgeo.persistence.checkpoint.version", lambda name: "9.9")
+    monkeypatch.setattr("mgeo.store.checkpoint.version", lambda name: "9.9")
     done = mgeo("resume", "a", "-q")
     assert (done.exit_code, done.stdout) == (0, "")
     assert re.fullmatch(r"Note: a/run.checkpoint was written with another version.*\n", done.stderr)
@@ -185,15 +185,15 @@ def test_a_disk_without_room_is_told_and_costs_no_more_than_the_checkpoints(mgeo
     def nearly_full(path, content):
         (write_file if not path.exists() else full)(path, content)
 
-    monkeypatch.setattr("mgeo.persistence.checkpoint.write_file", nearly_full)
+    monkeypatch.setattr("mgeo.store.checkpoint.write_file", nearly_full)
     done = mgeo("solve", "cantilever", *SHORT, "--evaluations", 80, "--out", "a")
     assert done.exit_code == 0, done.output
     assert done.stdout.splitlines()[-1] == "no checkpoint: [Errno 28] No space left on device"
     assert "no checkpoint: [Errno 28]" in done.stderr
     found = {path.name for path in Path("a").iterdir()}
     assert found == {"front.csv", "front.html", "run.json", "run.checkpoint"}
-    monkeypatch.setattr("mgeo.persistence.checkpoint.write_file", write_file)
-    monkeypatch.setattr("mgeo.persistence.record_file.append", lambda *arguments: full(None, None))
+    monkeypatch.setattr("mgeo.store.checkpoint.write_file", write_file)
+    monkeypatch.setattr("mgeo.store.record_file.append", lambda *arguments: full(None, None))
     done = mgeo("solve", "cantilever", *SHORT, "--evaluations", 80, "--out", "b", "--record")
     assert (done.exit_code, done.stderr.splitlines()[-1]) == (
         2, "Error: [Errno 28] No space left on device",

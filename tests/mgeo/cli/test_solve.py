@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from mgeo.cli.options import parse_numbers
-from mgeo.files.lock import lock
 from mgeo.runs.algorithms import DEFAULT, ROBUST
 from mgeo.runs.folder import read_run
 from mgeo.runs.prepare import PreparedRun, prepare
 from mgeo.runs.representative import default_solution
+from mgeo.store.lock import lock
 
 SHORT = ["--evaluations", "400", "--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]
 REAL = ["--algorithm", "mgeo-real"]

@@ -3,10 +3,10 @@ import json
 import numpy as np
 import pytest
 
-from mgeo.files.models import checked
 from mgeo.runs.algorithms import DEFAULT, complete_parameters
 from mgeo.runs.configuration import RunConfiguration
 from mgeo.runs.prepare import PreparedRun, prepare
+from mgeo.store.models import checked
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 

@@ -111,7 +111,7 @@ def export(
 
     A plan that violates a constraint of its scenario is refused, unless told otherwise.
     """
-    from mgeo.files.atomic import write_file
+    from mgeo.store.atomic import write_file
     from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
     from mgeo_attitude.plan.files import SUFFIXES, plan_text
 

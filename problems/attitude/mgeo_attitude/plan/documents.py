@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from mgeo.files.reading import parse_json, read_text
+from mgeo.store.reading import parse_json, read_text
 from mgeo.validation import entry, errors_of
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import Scenario

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mgeo.files.atomic import write_file
+from mgeo.store.atomic import write_file
 from mgeo.validation import entry
 from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.documents import Form, read_document, written

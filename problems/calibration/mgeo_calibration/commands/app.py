@@ -65,7 +65,7 @@ def verify(
     from mgeo_attitude.commands.files import check_targets, load_plan
     from mgeo_attitude.scenario.validity import OutsideValidity
 
-    from mgeo.files.atomic import write_file
+    from mgeo.store.atomic import write_file
     from mgeo_calibration.commands.verify import print_verification, verification_document
     from mgeo_calibration.verification import verification
 

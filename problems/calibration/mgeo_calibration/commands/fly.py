@@ -17,7 +17,7 @@ from mgeo_attitude.sensors.suite import Suite
 from scipy.spatial.transform import Rotation
 
 from mgeo.cli.output import Output
-from mgeo.files.atomic import write_file
+from mgeo.store.atomic import write_file
 from mgeo.terminal import plain
 from mgeo.validation import entry
 from mgeo_calibration.calibration.calibration import in_units, telemetry_units

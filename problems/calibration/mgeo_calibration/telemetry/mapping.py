@@ -119,7 +119,7 @@ class TelemetryMapping(Validated):
         ValueError
             Naming the file and the key.
         """
-        from mgeo.files.reading import read_text
+        from mgeo.store.reading import read_text
 
         text = read_text(path)
         try:

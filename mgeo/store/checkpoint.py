@@ -26,10 +26,10 @@ from mgeo import algorithms
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.state import SavedState, capture, full_name, restore
 from mgeo.evaluation.reevaluation import changed_value
-from mgeo.files.atomic import remove_leftovers, to_npz, write_file
-from mgeo.files.reading import from_npz, parse_json, read_file
-from mgeo.persistence.recorder import Recorder
 from mgeo.plugins.identity import difference, identity
+from mgeo.store.atomic import remove_leftovers, to_npz, write_file
+from mgeo.store.reading import from_npz, parse_json, read_file
+from mgeo.store.recorder import Recorder
 from mgeo.validation import entry, errors_of, validate_integer, validate_number
 
 FORMAT = 3

@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from mgeo.files.atomic import check_writable, write_file, write_files
+from mgeo.store.atomic import check_writable, write_file, write_files
 from tests.disk import room
 
 LIMIT = 1 << 20
@@ -60,7 +60,7 @@ def test_an_interrupt_leaves_no_temporary_file(tmp_path, monkeypatch):
     def interrupt(source, target):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("mgeo.files.atomic.os.replace", interrupt)
+    monkeypatch.setattr("mgeo.store.atomic.os.replace", interrupt)
     with pytest.raises(KeyboardInterrupt):
         write_file(tmp_path / "a", b"content")
     assert list(tmp_path.iterdir()) == []

@@ -25,7 +25,7 @@ from mgeo import (
     TolerantEvaluator,
     read_record,
 )
-from mgeo.persistence import record_file
+from mgeo.store import record_file
 from mgeo.validation import FileError
 
 PROBLEM = ZDT1(n_var=3)
@@ -67,7 +67,7 @@ def test_every_evaluation_is_there_in_order(algorithm, problem, chunk_rows, tmp_
 
 def test_rows_are_written_when_they_are_many_or_the_time_has_come(tmp_path, monkeypatch):
     now = [0.0]
-    monkeypatch.setattr("mgeo.persistence.recorder.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("mgeo.store.recorder.time.monotonic", lambda: now[0])
     lengths = []
 
     def watch(algorithm):
@@ -380,7 +380,7 @@ def test_an_empty_record_has_its_columns(tmp_path):
     recorder.flush()  # nothing yet
     assert not any(tmp_path.iterdir())
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("mgeo.persistence.record_file.append", stop)
+        patch.setattr("mgeo.store.record_file.append", stop)
         with pytest.raises(Stop):
             solve(callback=recorder)
     assert list(read_record(tmp_path)) == ["generation", "x1", "x2", "x3", "f1", "f2", "failed"]

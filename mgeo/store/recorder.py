@@ -14,8 +14,8 @@ from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
 from mgeo.evaluation.individuals import as_numbers, succeeded
-from mgeo.persistence import record_file
 from mgeo.plugins.protocol import column_names
+from mgeo.store import record_file
 from mgeo.validation import FileError, validate_integer, validate_number
 
 if TYPE_CHECKING:

@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo.files.atomic import remove_leftovers, write_file
-from mgeo.files.reading import parse_json
+from mgeo.store.atomic import remove_leftovers, write_file
+from mgeo.store.reading import parse_json
 from mgeo.validation import FileError, entry, errors_of
 
 NAME = "record.sqlite"

@@ -18,8 +18,8 @@ from pymoo.termination.default import DefaultMultiObjectiveTermination
 import mgeo.algorithms
 from mgeo import Checkpoint, MGEOReal, Recorder, TolerantEvaluator, read_record, resume
 from mgeo.evaluation.evaluator import EvaluationError
-from mgeo.persistence import checkpoint as checkpoint_module
-from mgeo.persistence.checkpoint import read_notes
+from mgeo.store import checkpoint as checkpoint_module
+from mgeo.store.checkpoint import read_notes
 from mgeo.validation import FileError
 
 PROBLEM = ZDT1(n_var=4)
@@ -151,10 +151,10 @@ def test_settings_of_an_evaluator_that_are_none(checkpoint, key, value, message,
 def test_checkpoints_come_when_they_are_due(tmp_path, monkeypatch):
     path = tmp_path / "run.checkpoint"
     clock = itertools.count()  # every look at it takes a second
-    monkeypatch.setattr("mgeo.persistence.checkpoint.time.monotonic", lambda: float(next(clock)))
+    monkeypatch.setattr("mgeo.store.checkpoint.time.monotonic", lambda: float(next(clock)))
     written = []
     monkeypatch.setattr(
-        "mgeo.persistence.checkpoint.write_file", lambda path, content: written.append(len(content))
+        "mgeo.store.checkpoint.write_file", lambda path, content: written.append(len(content))
     )
     solve(n_gen=20, callback=Checkpoint(path, every_seconds=None, every_generations=6))
     assert len(written) == 5  # 1, 7, 13, 19 and the last
@@ -177,14 +177,14 @@ def test_one_object_may_keep_several_runs(tmp_path):
 def test_what_cannot_be_written_leaves_the_one_before_and_the_run_goes_on(tmp_path, monkeypatch):
     path = tmp_path / "run.checkpoint"
     callback = Checkpoint(path, every_generations=1)
-    fsync, calls = mgeo.files.atomic.os.fsync, itertools.count()
+    fsync, calls = mgeo.store.atomic.os.fsync, itertools.count()
 
     def full(descriptor):
         if 9 < next(calls) < 15:
             raise OSError(errno.ENOSPC, "No space left on device")
         fsync(descriptor)
 
-    monkeypatch.setattr("mgeo.files.atomic.os.fsync", full)
+    monkeypatch.setattr("mgeo.store.atomic.os.fsync", full)
     kept = []
 
     def watch(algorithm):
@@ -245,7 +245,7 @@ def test_another_version_is_named(checkpoint, tmp_path):
 
 
 def test_a_change_of_versions_is_told(checkpoint, monkeypatch):
-    monkeypatch.setattr("mgeo.persistence.checkpoint.version", lambda name: "9.9")
+    monkeypatch.setattr("mgeo.store.checkpoint.version", lambda name: "9.9")
     with pytest.warns(RuntimeWarning, match=r"another version \(mgeo = '9.9', expected '\d"):
         assert resume(checkpoint, PROBLEM).n_generations == 4
 

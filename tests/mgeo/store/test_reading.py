@@ -1,6 +1,6 @@
 import pytest
 
-from mgeo.files.reading import read_json, read_text
+from mgeo.store.reading import read_json, read_text
 from mgeo.validation import FileError
 
 

@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mgeo.files.reading import read_text
+from mgeo.store.reading import read_text
 from mgeo.validation import errors_of
 
 if TYPE_CHECKING:
