@@ -18,7 +18,7 @@ OF_MGEO = {
     "evaluation": set(),
     "benchmarks": set(),
     "algorithms": {"evaluation"},
-    "plugins": {"benchmarks", "evaluation"},
+    "plugins": {"algorithms", "benchmarks", "evaluation", "figures"},
     "store": {"algorithms", "evaluation", "plugins"},
     "runs": {"algorithms", "benchmarks", "evaluation", "plugins", "store"},
     "terminal": set(),

@@ -1,7 +1,5 @@
 """Checks that any plugin can run on itself: they need nothing but what `mgeo` needs."""
 
-from mgeo.testing.algorithm import check_algorithm
-from mgeo.testing.failure import CheckError
-from mgeo.testing.problem import check_problem
+from mgeo.plugins.checks import CheckError, check_algorithm, check_problem
 
 __all__ = ["CheckError", "check_algorithm", "check_problem"]

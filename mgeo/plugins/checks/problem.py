@@ -15,7 +15,7 @@ from mgeo.algorithms.dominance import nondominated
 from mgeo.algorithms.variables import KINDS, Variables, designs_of
 from mgeo.evaluation.individuals import as_numbers
 from mgeo.plugins import protocol
-from mgeo.testing.failure import no_error, require, require_equal
+from mgeo.plugins.checks.failure import no_error, require, require_equal
 
 
 def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: float = 1e-12) -> None:

@@ -14,8 +14,8 @@ from pymoo.problems.many import DTLZ2
 from pymoo.problems.multi import BNH, OSY, ZDT1
 
 from mgeo import MGEOReal
+from mgeo.plugins.checks.samples import Bowls
 from mgeo.testing import CheckError, check_algorithm, check_problem
-from mgeo.testing.samples import Bowls
 
 
 class Good(Problem):

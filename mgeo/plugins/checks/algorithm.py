@@ -14,8 +14,8 @@ from mgeo._typing import FloatArray
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.dominance import nondominated
 from mgeo.algorithms.state import capture, restore
-from mgeo.testing.failure import no_error, require, require_equal
-from mgeo.testing.samples import Bowls
+from mgeo.plugins.checks.failure import no_error, require, require_equal
+from mgeo.plugins.checks.samples import Bowls
 
 
 def check_algorithm(
