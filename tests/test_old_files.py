@@ -5,9 +5,10 @@ import shutil
 from pathlib import Path
 
 import pytest
-from mgeo_attitude import Scenario, read_telemetry
-from mgeo_attitude.calibration.files import read_json as read_calibration
+from mgeo_attitude import Scenario
 from mgeo_attitude.plan import read_json as read_plan
+from mgeo_calibration import read_telemetry
+from mgeo_calibration.calibration import read_json as read_calibration
 from typer.testing import CliRunner
 
 from mgeo import read_record

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
     from mgeo_calibration.verification import Verification, verify
 
-__version__ = "0.1.0"
+__version__: str
 
 __all__ = [
     "Calibration",
@@ -55,6 +55,8 @@ _HOMES = {
 
 def __getattr__(name: str) -> Any:
     # filters and statistics take seconds to import
+    if name == "__version__":
+        return import_module("importlib.metadata").version("mgeo-calibration")
     for home, names in _HOMES.items():
         if name in names:
             return getattr(import_module(home), name)
