@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 from mgeo.cli.errors import ExitCode
-from mgeo.runs.folder import read_run
+from mgeo.store.run_folder import read_run
 
 PAGE = (Path(__file__).parents[1] / "docs" / "command-line.md").read_text(encoding="utf-8")
 STUDY = """

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from mgeo import read_record
 from mgeo.cli.app import app
-from mgeo.runs.folder import read_run
+from mgeo.store.run_folder import read_run
 
 PAGE = (Path(__file__).parents[1] / "docs" / "runs.md").read_text(encoding="utf-8")
 

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from mgeo import read_record
 from mgeo.cli.app import app
-from mgeo.runs.folder import read_run
+from mgeo.store.run_folder import read_run
 from mgeo.studies import read_comparison, read_study
 
 OLD = Path(__file__).parent / "old"

@@ -19,7 +19,7 @@ OF_MGEO = {
     "benchmarks": set(),
     "algorithms": {"evaluation"},
     "plugins": {"algorithms", "benchmarks", "evaluation", "figures"},
-    "store": {"algorithms", "evaluation", "plugins"},
+    "store": {"algorithms", "benchmarks", "evaluation", "plugins"},
     "runs": {"algorithms", "benchmarks", "evaluation", "plugins", "store"},
     "terminal": set(),
     "report": {"algorithms", "figures", "plugins", "runs", "store"},

@@ -173,10 +173,10 @@ def solve(
     from mgeo.cli.dry_run import describe_run
     from mgeo.cli.solve import run_to_folder
     from mgeo.runs.algorithms import ROBUST, default_algorithm
-    from mgeo.runs.folder import check_folder
-    from mgeo.runs.persistence import RunPersistence
     from mgeo.runs.prepare import prepare
     from mgeo.runs.scenario import read_scenario
+    from mgeo.store.run_folder import check_folder
+    from mgeo.store.run_persistence import RunPersistence
 
     algorithm = algorithm or default_algorithm(robust)
     # of a collection, coco:bbob/f1/d10/i1, and of a class, module:Class

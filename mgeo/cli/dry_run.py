@@ -12,9 +12,9 @@ from mgeo.cli.progress import clock, run_title
 from mgeo.figures import MOST_OBJECTIVES
 from mgeo.plugins.protocol import impossible, notes, problem_size
 from mgeo.runs.estimate import estimate
-from mgeo.runs.folder import FIGURE_FILE, FRONT_FILE, RUN_FILE
-from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
 from mgeo.runs.prepare import PreparedRun
+from mgeo.store.run_folder import CHECKPOINT_FILE, FIGURE_FILE, FRONT_FILE, RECORD_FOLDER, RUN_FILE
+from mgeo.store.run_persistence import RunPersistence
 from mgeo.terminal import pairs
 
 if TYPE_CHECKING:  # every run imports this module, and statistics take most of a second

@@ -12,9 +12,9 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 
 from mgeo.cli.signals import StopRequest
-from mgeo.runs.configuration import RunConfiguration
-from mgeo.runs.persistence import RunPersistence
 from mgeo.runs.solve import State
+from mgeo.store.run import RunConfiguration
+from mgeo.store.run_persistence import RunPersistence
 from mgeo.terminal import pairs, plain
 
 _MAX_SHARE = 0.02  # of the time of a run may go into computing what is shown

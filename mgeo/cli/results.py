@@ -14,18 +14,19 @@ from mgeo.cli.progress import clock
 from mgeo.plugins import protocol
 from mgeo.runs.answer import Answer, answer
 from mgeo.runs.dead_end import DeadEnd, dead_end
-from mgeo.runs.folder import (
+from mgeo.runs.representative import representative_solutions
+from mgeo.store.run import Outcome, Run
+from mgeo.store.run_folder import (
+    CHECKPOINT_FILE,
     FIGURE_FILE,
     FRONT_FILE,
     NEAREST_FILE,
+    RECORD_FOLDER,
     RUN_FILE,
-    Run,
     front_table,
     run_document,
 )
-from mgeo.runs.persistence import CHECKPOINT_FILE, RECORD_FOLDER, RunPersistence
-from mgeo.runs.representative import representative_solutions
-from mgeo.runs.solve import Outcome
+from mgeo.store.run_persistence import RunPersistence
 from mgeo.terminal import Columns, console, plain, table
 
 _CAUSES = 3  # of failed evaluations are shown

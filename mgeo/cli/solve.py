@@ -16,19 +16,14 @@ from mgeo.cli.signals import stop_requests
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.figures import MOST_OBJECTIVES, MOST_TEXTS, front_figure, page
 from mgeo.plugins import protocol
-from mgeo.runs.folder import (
-    FIGURE_FILE,
-    Run,
-    check_folder,
-    installed_versions,
-    write_run,
-)
-from mgeo.runs.persistence import RunPersistence
 from mgeo.runs.prepare import PreparedRun
 from mgeo.runs.resume import resume_run
-from mgeo.runs.solve import Outcome
 from mgeo.store.atomic import check_writable, write_file
 from mgeo.store.lock import lock
+from mgeo.store.provenance import installed_versions
+from mgeo.store.run import Outcome, Run
+from mgeo.store.run_folder import FIGURE_FILE, check_folder, write_run
+from mgeo.store.run_persistence import RunPersistence
 from mgeo.terminal import console
 
 _GO_ON = "To go on once that is put right: mgeo resume {}"

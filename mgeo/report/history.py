@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
 from mgeo.algorithms.dominance import nondominated
-from mgeo.runs.hypervolume import HypervolumeMeter
 from mgeo.runs.limits import TOLERANCE
-from mgeo.runs.persistence import RECORD_FOLDER
-from mgeo.runs.solve import Outcome
+from mgeo.runs.meters import HypervolumeMeter
 from mgeo.store.recorder import read_record
+from mgeo.store.run import Outcome
+from mgeo.store.run_folder import RECORD_FOLDER
 
 _SAMPLES = 60
 

@@ -8,8 +8,9 @@ from pathlib import Path
 from pymoo.core.problem import Problem
 
 from mgeo.plugins.discovery import load_problem
-from mgeo.runs.folder import RUN_FILE, Run, read_run
 from mgeo.runs.representative import RepresentativeSolution, representative_solutions
+from mgeo.store.run import Run
+from mgeo.store.run_folder import RUN_FILE, read_run
 from mgeo.validation import errors_of
 
 _MOST_NEAR = 5  # cards of what comes nearest

@@ -17,10 +17,10 @@ from typing import Any
 from pymoo.core.problem import Problem
 
 from mgeo.plugins import protocol
-from mgeo.plugins.identity import difference
-from mgeo.runs.folder import Run
-from mgeo.runs.verification import ABOUT, VERIFICATION_FILES, check_form
+from mgeo.store.provenance import difference
 from mgeo.store.reading import read_json
+from mgeo.store.run import Run
+from mgeo.store.run_folder import ABOUT, VERIFICATION_FILES, check_verification
 from mgeo.validation import errors_of
 
 _LONGEST = 200  # characters of a difference, which may quote a whole list
@@ -48,7 +48,7 @@ def verifications(
     for path in sorted(folder.glob(VERIFICATION_FILES)):
         found = read_json(path)
         with errors_of(path):
-            check_form(found)
+            check_verification(found)
         missing = [key for key in ABOUT if key not in found]
         why_ignored = ""
         if missing:

@@ -12,7 +12,7 @@ from mgeo.runs.representative import default_solution
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
-    from mgeo.runs.solve import Outcome
+    from mgeo.store.run import Outcome
 
 
 @dataclass(frozen=True)

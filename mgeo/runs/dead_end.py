@@ -12,7 +12,7 @@ from mgeo.runs.limits import Limit, constraints, limits
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
-    from mgeo.runs.nearest import Nearest
+    from mgeo.store.run import Nearest
 
 _MOST_WAYS = 3  # are told
 

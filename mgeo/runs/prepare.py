@@ -18,10 +18,10 @@ from mgeo.runs.algorithms import (
     default_algorithm,
     default_evaluations,
 )
-from mgeo.runs.configuration import RunConfiguration
-from mgeo.runs.persistence import Notes, RunPersistence
-from mgeo.runs.solve import Outcome, State, follow, set_up
+from mgeo.runs.solve import State, follow, set_up
 from mgeo.store.models import checked
+from mgeo.store.run import Notes, Outcome, RunConfiguration
+from mgeo.store.run_persistence import RunPersistence
 
 
 @dataclass(frozen=True, eq=False)

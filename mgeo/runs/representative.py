@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mgeo.plugins.protocol import indicator_space
-from mgeo.runs.hypervolume import scaled
+from mgeo.runs.meters import scaled
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem

@@ -8,11 +8,11 @@ from pathlib import Path
 from mgeo.algorithms.state import end_at
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import build_algorithm, keeps_checkpoints
-from mgeo.runs.folder import RUN_FILE, read_run
-from mgeo.runs.persistence import CHECKPOINT_FILE, Notes
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store.checkpoint import read_notes, resume
 from mgeo.store.models import checked
+from mgeo.store.run import Notes
+from mgeo.store.run_folder import CHECKPOINT_FILE, RUN_FILE, read_run
 from mgeo.validation import errors_of
 
 

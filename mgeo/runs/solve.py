@@ -6,22 +6,20 @@ import copy
 import time
 from collections.abc import Callable
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pydantic import ConfigDict, Field, Strict
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.staged import MGEOStaged, is_rough
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import column_names, constraint_names
-from mgeo.runs.hypervolume import Hypervolume, HypervolumeMeter
-from mgeo.runs.nearest import Nearest, NearestMeter
+from mgeo.runs.meters import HypervolumeMeter, NearestMeter
 from mgeo.runs.operators import fitted
-from mgeo.runs.persistence import Notes, RunPersistence
 from mgeo.runs.pymoo_algorithms import seed_archives
-from mgeo.store.models import Table
+from mgeo.store.run import Hypervolume, Nearest, Notes, Outcome
+from mgeo.store.run_persistence import RunPersistence
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -29,34 +27,6 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 IDLE_STEPS = 100  # without an evaluation, after which an algorithm has no new candidate
-
-Names = Annotated[tuple[str, ...], Strict(False)]  # of JSON, it is a list
-
-
-class Outcome(Table):
-    """What a run found: its front, ordered by the first objective, and how it went.
-
-    ``X`` is (n, n_var) and ``F`` is (n, n_obj), both in the problem's own units; n = 0 if no
-    feasible solution was found. ``nearest`` is then what came nearest to the ``constraints``.
-    ``started`` is UTC, ``wall_time_s`` in seconds. ``failures`` tells how many of the evaluations
-    failed why, ``rough`` how many of the first gave no more than estimates (see `mgeo.MGEOStaged`).
-    """
-
-    model_config = ConfigDict(extra="ignore", arbitrary_types_allowed=True)
-
-    status: Literal["finished", "interrupted"]
-    evaluations: int
-    failures: dict[str, int] = Field(default_factory=dict)
-    rough: int = 0
-    hypervolume: Hypervolume | None
-    variables: Names
-    objectives: Names
-    constraints: Names = ()
-    started: Annotated[datetime, Strict(False)]
-    wall_time_s: float
-    X: FloatArray = Field(default_factory=lambda: np.empty((0, 0)), exclude=True)
-    F: FloatArray = Field(default_factory=lambda: np.empty((0, 0)), exclude=True)
-    nearest: Nearest = Field(default_factory=Nearest.none, exclude=True)
 
 
 class State:

@@ -13,7 +13,6 @@ import math
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +25,8 @@ from mgeo import algorithms
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.state import SavedState, capture, full_name, restore
 from mgeo.evaluation.reevaluation import changed_value
-from mgeo.plugins.identity import difference, identity
 from mgeo.store.atomic import remove_leftovers, to_npz, write_file
+from mgeo.store.provenance import difference, identity, versions
 from mgeo.store.reading import from_npz, parse_json, read_file
 from mgeo.store.recorder import Recorder
 from mgeo.validation import entry, errors_of, validate_integer, validate_number
@@ -180,7 +179,7 @@ def resume(
     state, data = _read(path)
     if found := difference(data["problem"], identity(problem)):
         raise ValueError(f"{path} belongs to another problem: {found}")
-    if changed := difference(data["versions"], _versions()):
+    if changed := difference(data["versions"], versions()):
         warnings.warn(
             f"{path} was written with another version ({changed}); the run goes on, but perhaps "
             "not exactly as it would have",
@@ -225,7 +224,7 @@ def _of_mgeo(state: SavedState) -> ExtremalOptimization:
 def _content(algorithm: ExtremalOptimization, notes: Mapping[str, Any]) -> bytes:
     state = capture(algorithm)
     data = {
-        "versions": _versions(),
+        "versions": versions(),
         "problem": identity(algorithm.problem),
         "notes": dict(notes),
         "state": dict(state.data),
@@ -257,10 +256,6 @@ def _read(path: Path | str) -> tuple[SavedState, dict[str, Any]]:
             entry(data, key, dict)
         entry(data, "versions", dict[str, str])
         return SavedState(arrays, data.pop("state"), path), data
-
-
-def _versions() -> dict[str, str]:
-    return {name: version(name) for name in ("mgeo", "pymoo", "numpy")}
 
 
 def _recorders(callback: Any) -> Iterator[Recorder]:

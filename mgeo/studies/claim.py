@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mgeo.plugins.identity import difference
 from mgeo.store.atomic import write_files
 from mgeo.store.lock import lock
+from mgeo.store.provenance import difference
 from mgeo.store.reading import read_json
 from mgeo.studies.file import Study
 from mgeo.validation import entry, errors_of

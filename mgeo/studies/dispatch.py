@@ -9,12 +9,12 @@ from concurrent.futures.process import BrokenProcessPool
 import joblib
 from joblib.parallel import get_active_backend
 
+from mgeo.store.study_run import StudyRun
 from mgeo.studies.cluster import prepare_workers
-from mgeo.studies.record import Record
 from mgeo.studies.run import Failure, Task, run
 
 Key = tuple[str, int]
-Result = Record | Failure
+Result = StudyRun | Failure
 
 
 def run_all(tasks: Mapping[Key, Task], n_jobs: int | None) -> Iterator[tuple[Key, Result]]:

@@ -14,12 +14,12 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from mgeo.runs.operators import fitted
+from mgeo.store.study_run import StudyRun
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.dispatch import Key, Result, run_all
 from mgeo.studies.folder import run_files
 from mgeo.studies.indicators import trace
 from mgeo.studies.progress import progress as progress_display
-from mgeo.studies.record import Record
 from mgeo.studies.results import FailedRunsWarning, failures
 from mgeo.studies.run import Failure, Task
 from mgeo.studies.space import NothingToCompareError, indicator_space
@@ -99,7 +99,7 @@ def compare(
     tasks = {(name, s): Task(problem, ready[name], n_eval, s) for name, s in keys}
     title = title or type(problem).__name__
     results = _found_or_made(title, tasks, folder, n_jobs, progress)
-    records = {key: r for key in keys if isinstance(r := results[key], Record)}
+    records = {key: r for key in keys if isinstance(r := results[key], StudyRun)}
     if not records:
         first = next(r.error for r in results.values() if isinstance(r, Failure))
         raise NothingToCompareError(f"all {len(keys)} runs failed, one of them with {first}")
@@ -132,12 +132,12 @@ def _found_or_made(
     results: dict[Key, Result] = {}
     for key, path in files.items():
         with suppress(FileNotFoundError):
-            results[key] = Record.read(path)
+            results[key] = StudyRun.read(path)
     missing = {key: task for key, task in tasks.items() if key not in results}
     with progress_display(title, len(tasks), len(results), shown) as done:
         for key, result in run_all(missing, n_jobs):
             # kept by this process, as soon as it is there: workers need not share a file system
-            if isinstance(result, Record) and key in files:
+            if isinstance(result, StudyRun) and key in files:
                 result.write(files[key])
             results[key] = result
             done(*key, result.error if isinstance(result, Failure) else "")

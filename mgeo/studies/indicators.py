@@ -12,12 +12,12 @@ from pymoo.indicators.hv import HV
 
 from mgeo._typing import FloatArray
 from mgeo.plugins.protocol import front_summary
-from mgeo.runs.hypervolume import MAX_OBJECTIVES
+from mgeo.runs.meters import MAX_OBJECTIVES
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
-    from mgeo.studies.record import Record
+    from mgeo.store.study_run import StudyRun
     from mgeo.studies.space import IndicatorSpace
 
 
@@ -80,7 +80,7 @@ def applicable(n_obj: int) -> list[Indicator]:
 
 
 def trace(
-    problem: Problem, record: Record, grid: Sequence[int], space: IndicatorSpace
+    problem: Problem, record: StudyRun, grid: Sequence[int], space: IndicatorSpace
 ) -> list[dict[str, Any]]:
     """One row per number of evaluations in `grid`.
 

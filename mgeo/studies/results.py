@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
     from mgeo._typing import FloatArray
-    from mgeo.studies.record import Record
+    from mgeo.store.study_run import StudyRun
     from mgeo.studies.space import IndicatorSpace
 
 
@@ -43,7 +43,7 @@ class Results:
     n_eval: int
     table: pd.DataFrame
     runs: pd.DataFrame
-    records: Mapping[tuple[str, int], Record]
+    records: Mapping[tuple[str, int], StudyRun]
     space: IndicatorSpace
 
     @property

@@ -23,8 +23,8 @@ from mgeo.algorithms.staged import MGEOStaged, is_rough
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import succeeded
 from mgeo.runs.solve import IDLE_STEPS, set_up
+from mgeo.store.study_run import StudyRun
 from mgeo.studies.randomness import global_state
-from mgeo.studies.record import Record
 from mgeo.studies.versions import made_with
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ class Failure:
     error: str
 
 
-def run(task: Task) -> Record | Failure:
+def run(task: Task) -> StudyRun | Failure:
     """Make it; what it raises is returned, so that other runs go on."""
     try:
         with foreign():
@@ -66,7 +66,7 @@ def told(error: Exception) -> str:
     return f"{type(error).__name__}: {one_line(str(error))}"
 
 
-def record(task: Task) -> Record:
+def record(task: Task) -> StudyRun:
     """Run a copy of the algorithm for `n_eval` evaluations, and the rest of that generation.
 
     The algorithm draws from its own generator, seeded by `Task.seed`. For those that (also) draw
@@ -158,10 +158,10 @@ class EvaluationLog:
         self._F.append(F[kept])
         self._X.append(np.array(population[kept].get("X")))
 
-    def record(self, wall_time: float) -> Record:
+    def record(self, wall_time: float) -> StudyRun:
         """All of it; `wall_time` in seconds goes with it."""
         rows = np.array(self._archive.individuals, dtype=np.int64)
-        return Record(
+        return StudyRun(
             numbers=np.concatenate([np.empty(0, dtype=np.int64), *self._numbers]),
             F=np.concatenate(self._F),
             front=rows,

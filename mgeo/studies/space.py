@@ -13,7 +13,7 @@ from mgeo._typing import FloatArray
 from mgeo.algorithms.dominance import nondominated
 from mgeo.algorithms.truncation import truncate
 from mgeo.plugins import protocol
-from mgeo.runs.hypervolume import scaled
+from mgeo.runs.meters import scaled
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem

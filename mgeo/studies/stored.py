@@ -12,11 +12,11 @@ import pandas as pd
 from mgeo.plugins import protocol
 from mgeo.plugins.protocol import column_names
 from mgeo.store.reading import read_json
+from mgeo.store.study_run import StudyRun
 from mgeo.store.tables import read_texts, to_csv
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import ProblemConfiguration
 from mgeo.studies.indicators import applicable
-from mgeo.studies.record import Record
 from mgeo.studies.space import OBJECTIVE_SPACE, POINTS, IndicatorSpace, Origin
 from mgeo.validation import entry, errors_of, validate_integer
 
@@ -136,10 +136,10 @@ def _typed(column: pd.Series[str]) -> pd.Series[Any]:
     return column
 
 
-def _record(run: Mapping[Any, Any], fronts: pd.DataFrame, n_eval: int) -> Record:
+def _record(run: Mapping[Any, Any], fronts: pd.DataFrame, n_eval: int) -> StudyRun:
     own = (fronts["algorithm"] == run["algorithm"]) & (fronts["seed"] == run["seed"])
     F = fronts[own].drop(columns=["algorithm", "seed"]).to_numpy(float)
-    return Record(
+    return StudyRun(
         numbers=np.full(len(F), n_eval),
         F=F,
         front=np.arange(len(F)),

@@ -12,7 +12,7 @@ from plotly.offline import get_plotlyjs
 from mgeo.report import report_html
 from mgeo.report.encode import script_json
 from mgeo.report.solutions import plans_json
-from mgeo.runs.folder import write_run
+from mgeo.store.run_folder import write_run
 
 from ..devtools import opened
 from .small_run import small_run

@@ -19,7 +19,7 @@ from mgeo_attitude.view.observability import baselines
 
 from mgeo.runs.algorithms import DEFAULT
 from mgeo.runs.prepare import prepare
-from mgeo.runs.solve import Outcome
+from mgeo.store.run import Outcome
 
 from .table import with_tables
 

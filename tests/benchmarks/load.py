@@ -29,10 +29,10 @@ from pymoo.problems.multi import ZDT1
 
 import mgeo
 from mgeo import Checkpoint, MGEOReal
-from mgeo.runs.configuration import RunConfiguration
-from mgeo.runs.persistence import RunPersistence
 from mgeo.runs.solve import State, solve
 from mgeo.store.atomic import write_files
+from mgeo.store.run import RunConfiguration
+from mgeo.store.run_persistence import RunPersistence
 
 from .table import markdown, processor, with_tables
 

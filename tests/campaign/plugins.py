@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 from mgeo.plugins.discovery import PROBLEMS
-from mgeo.runs.folder import read_run
+from mgeo.store.run_folder import read_run
 
 from . import faulty
 from .harness import Attempt, Box, kind

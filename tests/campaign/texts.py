@@ -15,8 +15,8 @@ from mgeo_attitude.plan import read_json
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.prepare import prepare
 from mgeo.runs.scenario import read_scenario
+from mgeo.store.study_run import StudyRun
 from mgeo.studies import read_comparison, read_study
-from mgeo.studies.record import Record
 
 from .harness import Attempt, Box, kind
 from .mutations import spoiled_arrays, spoiled_bytes, spoiled_table, spoiled_tree
@@ -140,7 +140,7 @@ def study_record_read(box: Box) -> Attempt:
         assert np.isfinite(record.F).all()
         assert len(list(record.fronts([1, 8, 24]))) == 3
 
-    return Attempt(lambda: Record.read(path), (path.name,), sound=sound)
+    return Attempt(lambda: StudyRun.read(path), (path.name,), sound=sound)
 
 
 @kind(weight=0.3)

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
-from mgeo.runs.folder import read_run
+from mgeo.store.run_folder import read_run
 from mgeo.studies import read_study
 
 PAGE = (Path(__file__).parents[2] / "docs" / "your-algorithm.md").read_text(encoding="utf-8")

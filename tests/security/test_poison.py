@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from mgeo import read_record
 from mgeo.cli.app import app
 from mgeo.store import record_file
-from mgeo.studies.record import Record
+from mgeo.store.study_run import StudyRun
 
 
 class Poison:
@@ -101,7 +101,7 @@ def test_a_poisoned_run_of_a_study_runs_nothing(tmp_path, poison):
         path = tmp_path / "a.npz"
         path.write_bytes(content)
         with pytest.raises(ValueError, match=r"a\.npz: not the record of a run"):
-            Record.read(path)
+            StudyRun.read(path)
     assert not marker.exists()
 
 

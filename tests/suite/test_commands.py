@@ -11,7 +11,7 @@ from mgeo_suite.describe import conclusions
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
-from mgeo.runs.folder import read_run
+from mgeo.store.run_folder import read_run
 
 
 @pytest.fixture(scope="module")

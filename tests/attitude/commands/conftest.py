@@ -10,7 +10,7 @@ from mgeo_attitude.scenario import Wheels
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
-from mgeo.runs.folder import write_run
+from mgeo.store.run_folder import write_run
 
 from ..small_run import small_run
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from mgeo.cli.app import app
 from mgeo.runs.dead_end import dead_end
-from mgeo.runs.nearest import Nearest
+from mgeo.store.run import Nearest
 
 SHORT = {"preset": "cubesat_6u", "duration": 2400.0, "step": 4.0}
 

@@ -9,8 +9,8 @@ from rich.console import Console
 
 from mgeo.cli.progress import Progress, clock
 from mgeo.cli.signals import StopRequest
-from mgeo.runs.hypervolume import Hypervolume
 from mgeo.runs.solve import solve
+from mgeo.store.run import Hypervolume
 
 #: Hypervolumes that compare with those of other runs, and that do not.
 COMPARABLE, OWN = (Hypervolume(value=0.81234, space=space) for space in ("problem", "seen"))

@@ -13,11 +13,10 @@ import numpy as np
 import pytest
 
 from mgeo import read_record
-from mgeo.runs.folder import read_run
-from mgeo.runs.persistence import CHECKPOINT_FILE
 from mgeo.store.atomic import write_file
 from mgeo.store.checkpoint import read_notes
 from mgeo.store.lock import lock
+from mgeo.store.run_folder import CHECKPOINT_FILE, read_run
 
 SHORT = ["--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]  # 8 evaluations a generation
 
@@ -67,7 +66,7 @@ def test_a_problem_without_an_indicator_space_keeps_the_range_seen(mgeo):
 
 def test_a_change_of_versions_is_one_line(mgeo, monkeypatch):
     solve(mgeo, "a", 160)
-    monkeypatch.setattr("mgeo.store.checkpoint.version", lambda name: "9.9")
+    monkeypatch.setattr("mgeo.store.provenance.version", lambda name: "9.9")
     done = mgeo("resume", "a", "-q")
     assert (done.exit_code, done.stdout) == (0, "")
     assert re.fullmatch(r"Note: a/run.checkpoint was written with another version.*\n", done.stderr)

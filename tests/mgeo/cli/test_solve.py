@@ -8,10 +8,10 @@ import pytest
 
 from mgeo.cli.options import parse_numbers
 from mgeo.runs.algorithms import DEFAULT, ROBUST
-from mgeo.runs.folder import read_run
 from mgeo.runs.prepare import PreparedRun, prepare
 from mgeo.runs.representative import default_solution
 from mgeo.store.lock import lock
+from mgeo.store.run_folder import read_run
 
 SHORT = ["--evaluations", "400", "--algorithm", "mgeo-real", "--runs", "4", "--sigma", "0.05"]
 REAL = ["--algorithm", "mgeo-real"]

@@ -17,8 +17,8 @@ from mgeo.report import report_html
 from mgeo.report.history import hypervolume_history
 from mgeo.report.solutions import planned_rows
 from mgeo.runs.answer import answer
-from mgeo.runs.folder import read_run
 from mgeo.runs.representative import RepresentativeSolution
+from mgeo.store.run_folder import read_run
 
 EVIL = "</script><script>alert('x')</script><img src=x onerror=alert(1)>"
 
@@ -294,7 +294,7 @@ def test_flights_of_the_front_before_are_not_shown(solved):
 def test_a_large_front_has_every_solution_and_few_details(solved):
     import dataclasses
 
-    from mgeo.runs.folder import write_run
+    from mgeo.store.run_folder import write_run
 
     folder = solved()
     run = read_run(folder)

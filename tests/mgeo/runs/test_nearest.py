@@ -10,11 +10,12 @@ from pymoo.core.problem import Problem
 from mgeo import MGEOReal
 from mgeo.algorithms.dominance import nondominated
 from mgeo.runs.dead_end import dead_end
-from mgeo.runs.folder import Run, read_run, write_run
 from mgeo.runs.limits import TOLERANCE
-from mgeo.runs.nearest import MOST
+from mgeo.runs.meters import MOST
 from mgeo.runs.prepare import prepare
 from mgeo.runs.solve import solve
+from mgeo.store.run import Run
+from mgeo.store.run_folder import read_run, write_run
 from mgeo.validation import FileError
 
 from .test_limits import Told

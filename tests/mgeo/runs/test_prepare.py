@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from mgeo.runs.algorithms import DEFAULT, complete_parameters
-from mgeo.runs.configuration import RunConfiguration
 from mgeo.runs.prepare import PreparedRun, prepare
 from mgeo.store.models import checked
+from mgeo.store.run import RunConfiguration
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 

@@ -5,9 +5,9 @@ import pytest
 from mgeo import read_record
 from mgeo.plugins.discovery import load_problem
 from mgeo.report.history import hypervolume_history
-from mgeo.runs.persistence import RunPersistence
 from mgeo.runs.prepare import PreparedRun, prepare
 from mgeo.runs.resume import resume_run
+from mgeo.store.run_persistence import RunPersistence
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 

@@ -245,7 +245,7 @@ def test_another_version_is_named(checkpoint, tmp_path):
 
 
 def test_a_change_of_versions_is_told(checkpoint, monkeypatch):
-    monkeypatch.setattr("mgeo.store.checkpoint.version", lambda name: "9.9")
+    monkeypatch.setattr("mgeo.store.provenance.version", lambda name: "9.9")
     with pytest.warns(RuntimeWarning, match=r"another version \(mgeo = '9.9', expected '\d"):
         assert resume(checkpoint, PROBLEM).n_generations == 4
 

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 from pymoo.problems.multi import ZDT1
 
+from mgeo.store.study_run import StudyRun
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.record import Record
 from mgeo.studies.space import indicator_space
 
 VALUES = {"A_1": [0.5, 0.6, 0.7], "B": [0.1, 0.2, 0.3], "C": [0.5, 0.65, 0.2]}
@@ -19,7 +19,7 @@ FRONTS = {
 def record(F):
     points = np.array(F)
     rows = np.arange(len(points))
-    return Record(rows + 1, points, rows, np.empty((len(points), 0)), 100, 100, 0, 1.0)
+    return StudyRun(rows + 1, points, rows, np.empty((len(points), 0)), 100, 100, 0, 1.0)
 
 
 def comparison(problem=None):

@@ -7,8 +7,8 @@ from pymoo.core.problem import Problem
 from pymoo.problems.multi import ZDT1
 from scipy.spatial.distance import cdist
 
+from mgeo.store.study_run import StudyRun
 from mgeo.studies.indicators import INDICATORS, applicable, trace
-from mgeo.studies.record import Record
 from mgeo.studies.space import REFERENCE_SIZE, NothingToCompareError, indicator_space
 
 HV, IGD, EPS = INDICATORS
@@ -147,7 +147,7 @@ def test_larger_is_better_after_turning():
 
 def test_the_trace_follows_the_front():
     F = np.array([[50.0, 1.0], [1.0, 50.0], [1.0, 1.0]])
-    record = Record(np.array([2, 3, 9]), F, np.array([2]), np.ones((1, 1)), 10, 10, 0, 0.0)
+    record = StudyRun(np.array([2, 3, 9]), F, np.array([2]), np.ones((1, 1)), 10, 10, 0, 0.0)
     space = indicator_space(Scaled(), [F])
     rows = trace(Scaled(), record, [1, 2, 8, 9, 10], space)
     assert [row["evaluations"] for row in rows] == [1, 2, 8, 9, 10]

@@ -8,7 +8,7 @@ from pymoo.core.population import Population
 from pymoo.problems.multi import ZDT1
 
 from mgeo.runs.solve import set_up
-from mgeo.studies.record import Record
+from mgeo.store.study_run import StudyRun
 from mgeo.studies.run import EvaluationLog, WatchedEvaluator
 
 from ..naive import nondominated_rows
@@ -83,7 +83,7 @@ def test_a_record_survives_its_file(tmp_path):
     record = watched([np.array([[1.0, 2.0], [np.pi, 0.1]])], [np.array([True, True])], 2)
     one, other = tmp_path / "one.npz", tmp_path / "other.npz"
     record.write(one)
-    again = Record.read(one)
+    again = StudyRun.read(one)
     for name, value in vars(record).items():
         assert np.array_equal(getattr(again, name), value), name
         assert type(getattr(again, name)) is type(value)
@@ -94,14 +94,14 @@ def test_a_record_survives_its_file(tmp_path):
 def test_a_record_without_a_point_survives_too(tmp_path):
     record = watched([np.array([[1.0, 2.0]])], [np.array([False])], 1)
     record.write(tmp_path / "run.npz")
-    assert Record.read(tmp_path / "run.npz").front_F.shape == (0, 2)
+    assert StudyRun.read(tmp_path / "run.npz").front_F.shape == (0, 2)
 
 
 def pickled():
     import io
 
     buffer = io.BytesIO()
-    values = dict.fromkeys(Record.__dataclass_fields__, np.array([{}], dtype=object))
+    values = dict.fromkeys(StudyRun.__dataclass_fields__, np.array([{}], dtype=object))
     np.savez(buffer, **values)
     return buffer.getvalue()
 
@@ -110,7 +110,7 @@ def pickled():
 def test_other_bytes_are_refused_and_nothing_is_unpickled(content, tmp_path):
     (tmp_path / "run.npz").write_bytes(content)
     with pytest.raises(ValueError, match="not the record of a run"):
-        Record.read(tmp_path / "run.npz")
+        StudyRun.read(tmp_path / "run.npz")
 
 
 def test_damaged_bytes_are_refused(tmp_path):
@@ -118,4 +118,4 @@ def test_damaged_bytes_are_refused(tmp_path):
     watched([np.array([[1.0, 2.0]])], [np.array([True])], 1).write(path)
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     with pytest.raises(ValueError, match="not the record of a run"):
-        Record.read(path)
+        StudyRun.read(path)

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mgeo.runs.folder import FRONT_FILE, NEAREST_FILE, RUN_FILE
 from mgeo.runs.limits import nearest_kept
 from mgeo.store.atomic import check_writable
+from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE
 from mgeo_attitude.plan import ManeuverPlan, read_front, read_json
 from mgeo_attitude.plan.run_folder import CHOICES, Front
 from mgeo_attitude.view.answers import span, within

@@ -70,7 +70,7 @@ def conclude(
     import numpy as np
 
     from mgeo.plugins.discovery import load_problem
-    from mgeo.runs.folder import read_run
+    from mgeo.store.run_folder import read_run
     from mgeo_suite.describe import conclusions
     from mgeo_suite.problem import SensorSuiteProblem
 

@@ -33,7 +33,7 @@ _ARRAYS = {  # kinds of entries, and dimensions
 
 
 @dataclass(frozen=True, eq=False)
-class Record:
+class StudyRun:
     """One finished run.
 
     Attributes
@@ -86,7 +86,7 @@ class Record:
         write_file(path, buffer.getvalue())
 
     @classmethod
-    def read(cls, path: Path) -> Record:
+    def read(cls, path: Path) -> StudyRun:
         """What `write` wrote; nothing is unpickled.
 
         Raises

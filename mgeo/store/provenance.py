@@ -1,16 +1,20 @@
-"""Which problem is meant, as plain data, so that files of one are not taken for another's."""
+"""Where a file is from: which problem is meant, and what it was made with, as plain data."""
 
 from __future__ import annotations
 
 import json
+import platform
 from collections.abc import Mapping
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 from pymoo.core.problem import Problem
 
+from mgeo.benchmarks.collections import distributions, is_benchmark
 from mgeo.evaluation.individuals import options_of
 from mgeo.plugins import protocol
+from mgeo.plugins.discovery import find_plugin
 
 
 def identity(problem: Problem) -> dict[str, Any]:
@@ -46,3 +50,18 @@ def difference(expected: Any, found: Any, name: str = "") -> str:
                 return text
         return ""
     return "" if expected == found else f"{name} = {found!r}, expected {expected!r}"
+
+
+def versions(*more: str) -> dict[str, str]:
+    """Versions here of what every run depends on, and of more distributions."""
+    return {name: version(name) for name in ("mgeo", "pymoo", "numpy", *more)}
+
+
+def installed_versions(problem: str) -> dict[str, str]:
+    """Versions of what a run of this problem depends on."""
+    if is_benchmark(problem):
+        own = {name: version(name) for name in distributions(problem)}
+    else:
+        plugin = find_plugin(problem)
+        own = {plugin.distribution: plugin.version}
+    return {"python": platform.python_version(), **versions(), **own}

@@ -3,41 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import Field, Strict
 from pymoo.core.algorithm import Algorithm, LoopwiseAlgorithm
 from pymoo.core.callback import CallbackCollection
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.staged import MGEOStaged
-from mgeo.runs.configuration import RunConfiguration
-from mgeo.runs.verification import remove_verifications
 from mgeo.store import record_file
 from mgeo.store.checkpoint import Checkpoint
-from mgeo.store.models import Table
 from mgeo.store.recorder import Recorder
-
-CHECKPOINT_FILE, RECORD_FOLDER = "run.checkpoint", "evaluations"
-
-
-class Notes(Table):
-    """What a checkpoint of a run says besides the state of the algorithm.
-
-    ``record`` tells whether every evaluation is recorded, ``seen`` the least and the greatest
-    values of the objectives so far; it is empty before there are any. ``nearest`` holds rows of
-    `NearestMeter`, while nothing has kept all constraints. ``rough`` is that of `Outcome`.
-    """
-
-    configuration: RunConfiguration
-    record: bool
-    started: Annotated[datetime, Strict(False)]
-    wall_time_s: float
-    seen: list[list[float]]
-    nearest: list[list[float]] = Field(default_factory=list)
-    rough: int = Field(default=0, ge=0)
+from mgeo.store.run import RunConfiguration
+from mgeo.store.run_folder import CHECKPOINT_FILE, RECORD_FOLDER, remove_verifications
 
 
 class RunPersistence:

@@ -8,25 +8,16 @@ went; it is written last, so a folder that has it is complete.
 from __future__ import annotations
 
 import json
-import platform
-from collections.abc import Mapping
-from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mgeo.benchmarks.collections import distributions, is_benchmark
-from mgeo.plugins.discovery import find_plugin
-from mgeo.runs.configuration import RunConfiguration
-from mgeo.runs.nearest import Nearest
-from mgeo.runs.persistence import CHECKPOINT_FILE
-from mgeo.runs.solve import Outcome
 from mgeo.store.atomic import write_files
 from mgeo.store.lock import LOCK_FILE
 from mgeo.store.models import checked
 from mgeo.store.reading import read_json
+from mgeo.store.run import Nearest, Outcome, Run, RunConfiguration
 from mgeo.store.tables import read_numbers, to_csv
 from mgeo.validation import entry, errors_of
 
@@ -36,17 +27,13 @@ if TYPE_CHECKING:
 FORMAT = 2
 _ARRAYS = ("X", "F", "nearest")  # in files of their own
 RUN_FILE, FRONT_FILE, FIGURE_FILE = "run.json", "front.csv", "front.html"
+CHECKPOINT_FILE, RECORD_FOLDER = "run.checkpoint", "evaluations"
 #: What comes nearest to the constraints, of a run that found nothing that keeps them.
 NEAREST_FILE = "nearest.csv"
-
-
-@dataclass(frozen=True, eq=False)
-class Run:
-    """A finished or interrupted run: how to make it again, what it found, what it ran with."""
-
-    configuration: RunConfiguration
-    outcome: Outcome
-    versions: Mapping[str, str]
+#: In which a problem's own tools prove a solution of the front, see `mgeo.report.verification`.
+VERIFICATION_FILES = "verification*.json"
+#: Keys by which such a file says what it is about.
+ABOUT = ("problem", "options", "design")
 
 
 def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
@@ -176,20 +163,6 @@ def _nearest_columns(outcome: Outcome) -> list[str]:
     return [*outcome.variables, *outcome.objectives, *violations]
 
 
-def installed_versions(problem: str) -> dict[str, str]:
-    """Versions of what a run of this problem depends on."""
-    if is_benchmark(problem):
-        own = {name: version(name) for name in distributions(problem)}
-    else:
-        plugin = find_plugin(problem)
-        own = {plugin.distribution: plugin.version}
-    return {
-        "python": platform.python_version(),
-        **{name: version(name) for name in ("mgeo", "pymoo", "numpy")},
-        **own,
-    }
-
-
 def run_document(run: Run) -> dict[str, Any]:
     """What ``run.json`` says of a run, as JSON values."""
     return {
@@ -200,3 +173,32 @@ def run_document(run: Run) -> dict[str, Any]:
         **run.outcome.model_dump(mode="json"),
         "versions": dict(run.versions),
     }
+
+
+def check_verification(found: Any) -> None:
+    """Refuse what is not the content of a verification, see `mgeo.report.verification`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Naming the key.
+    """
+    for key in ("title", "conclusion"):
+        entry(found, key, str)
+    n = len(entry(found, "columns", list[str]))
+    for i, row in enumerate(entry(found, "rows", list)):
+        kept = isinstance(row, list) and len(row) == n
+        if not (kept and all(isinstance(cell, str | int | float) for cell in row)):
+            raise ValueError(f"rows[{i}] = {row!r:.80}: expected {n} numbers or strings")
+
+
+def remove_verifications(folder: Path) -> None:
+    """Remove those of the run before; a file of such a name that is none is somebody's own."""
+    for path in folder.glob(VERIFICATION_FILES):
+        try:
+            found = read_json(path)
+            check_verification(found)
+        except (OSError, ValueError, TypeError):
+            continue
+        if set(ABOUT) <= found.keys():
+            path.unlink(missing_ok=True)
