@@ -1,6 +1,7 @@
 """Where kernels are kept, and what happens when they cannot be."""
 
 import os
+import re
 import stat
 import subprocess
 import sys
@@ -91,6 +92,7 @@ def test_two_processes_that_start_at_once_compile_and_a_third_has_no_need_to(tmp
 def test_threads_that_start_at_once_do_not_trip_whether_the_kernel_is_there_or_not(tmp_path):
     cold = run(tmp_path / "cache", THREADS)
     assert cold.stderr.count("compiling") == 2  # kernel and driver, each once
+    assert len(re.findall(rf"^compiled in \d+\.\d s, kept in {tmp_path}", cold.stderr, re.M)) == 2
     assert run(tmp_path / "cache", THREADS).stderr == ""
 
 

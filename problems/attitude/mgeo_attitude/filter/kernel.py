@@ -15,6 +15,7 @@ import os
 import stat
 import sys
 import threading
+import time
 import warnings
 from collections.abc import Iterable
 from functools import cache
@@ -98,11 +99,15 @@ def load_module(kind: str, source: str, ingredients: Iterable[ModuleType]) -> Mo
 def _load(kind: str, name: str, source: str) -> None:
     folder = Path(os.environ.get("MGEO_CACHE_DIR") or platformdirs.user_cache_dir("mgeo"))
     message = f"compiling the {kind} of the filter, once per machine (some seconds)"
+    begun = time.perf_counter()
     try:
         path = _stored(folder / f"{kind}s", name, source)
-        if not any(path.parent.glob(f"__pycache__/{name}.*.nbi")):
+        kept = any(path.parent.glob(f"__pycache__/{name}.*.nbi"))
+        if not kept:
             _log.warning(message)
         _execute(name, str(path), source)
+        if not kept:
+            _log.warning(f"compiled in {time.perf_counter() - begun:.1f} s, kept in {folder}")
         return
     except OSError as error:
         warnings.warn(
@@ -112,6 +117,7 @@ def _load(kind: str, name: str, source: str) -> None:
         )
     _log.warning(message)
     _execute(name, name, source.replace("cache=True", "cache=False"))
+    _log.warning(f"compiled in {time.perf_counter() - begun:.1f} s")
 
 
 def _execute(name: str, filename: str, source: str) -> None:
