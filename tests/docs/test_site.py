@@ -5,20 +5,17 @@ import os
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
-import mgeo_attitude
 import nbformat
 import pytest
 from sphinx.util.inventory import InventoryFile
 
-import mgeo
-import mgeo.report
-import mgeo.studies
-import mgeo.testing
 from mgeo.studies import read_study
 
 from ..browser import find_browser
+from ..test_api import TABLE
 from ..test_notebooks import FIGURES, NOTEBOOKS
 
 ROOT = Path(__file__).parents[2]
@@ -219,7 +216,7 @@ def test_the_reference_has_every_public_name(site):
         inventory = InventoryFile.load(file, "", lambda base, target: target)
     documented = {name for domain, names in inventory.items() if domain.startswith("py:")
                   for name in names}  # fmt: skip
-    for module in (mgeo, mgeo.report, mgeo.studies, mgeo.testing, mgeo_attitude):
+    for module in map(import_module, TABLE):
         public = {name for name in module.__all__ if not name.startswith("__")}
         missing = {
             name

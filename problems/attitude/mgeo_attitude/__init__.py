@@ -78,7 +78,9 @@ def __getattr__(name: str) -> Any:
 
 def _moved(name: str) -> Any:
     warnings.warn(
-        f"mgeo_attitude.{name} is mgeo_calibration.{name} now", DeprecationWarning, stacklevel=3
+        f"mgeo_attitude.{name} is mgeo_calibration.{name} now; gone in 0.4",
+        DeprecationWarning,
+        stacklevel=3,
     )
     try:
         return getattr(import_module("mgeo_calibration"), name)

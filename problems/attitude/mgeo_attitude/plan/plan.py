@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -10,6 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import deprecated
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound import NoLimit
@@ -117,14 +117,12 @@ class ManeuverPlan(Validated):
         return float(attitude_sigma_deg(self.history.covariance))
 
     @property
+    @deprecated(
+        "attitude_accuracy_deg is about the worst of all axes, not of the body's as "
+        "required_sigma is: use attitude_sigma_deg; gone in 0.4"
+    )
     def attitude_accuracy_deg(self) -> float:
         """Use `attitude_sigma_deg`; this is about the worst of all axes, whatever the body's."""
-        warnings.warn(
-            "attitude_accuracy_deg is about the worst of all axes, not of the body's as "
-            "required_sigma is: use attitude_sigma_deg",
-            DeprecationWarning,
-            stacklevel=2,
-        )
         return float(attitude_accuracy_deg(self.history.covariance))
 
     @property

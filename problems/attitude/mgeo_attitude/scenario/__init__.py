@@ -48,6 +48,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """`OrbitFile` by its name when it read ephemerides only."""
     if name == "EphemerisFile":
-        warnings.warn("EphemerisFile is now called OrbitFile", DeprecationWarning, stacklevel=2)
+        warnings.warn(
+            "EphemerisFile is now called OrbitFile; gone in 0.4", DeprecationWarning, stacklevel=2
+        )
         return OrbitFile
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
