@@ -79,6 +79,25 @@ def ranks_and_shares(
     return averages, shares.loc[averages.index]
 
 
+def functions_ahead(name: str, rivals: Sequence[str], budgets: Sequence[int]) -> Markdown:
+    """Against each rival after each budget: on how many functions the control is ahead on most of
+    their problems, and on which it is behind on most, the worst first."""
+    values = pd.read_csv(HERE / "data" / name / "values.csv")
+    control = read_study(HERE / f"{name}.toml").control
+    rows = {}
+    for rival in rivals:
+        for evaluations in budgets:
+            now = values[values["evaluations"] == evaluations]
+            ahead = (now[control] > now[rival]) + 0.5 * (now[control] == now[rival])
+            shares = ahead.groupby(now["function"].str.split().str[-1]).mean().sort_values()
+            behind = ", ".join(shares.index[shares < 0.5])
+            rows[f"{rival}: {evaluations:,}"] = {
+                "ahead": f"{(shares > 0.5).sum()} of {len(shares)}",
+                "behind": behind or "none",
+            }
+    return table(pd.DataFrame(rows).T.rename_axis("rival: evaluations per variable"))
+
+
 def table(values: pd.DataFrame) -> Markdown:
     """A table as the page's own, with no break within mean ± standard deviation."""
     return Markdown(markdown(values).replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"))

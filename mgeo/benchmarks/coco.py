@@ -57,6 +57,11 @@ class CocoProblem(Problem):
             vtype=float,
         )
 
+    @property
+    def instance_of(self) -> str:
+        """The function, of which instances and dimensions are not independent of each other."""
+        return f"{self.suite} f{self.function}"
+
     def name(self) -> str:
         """As COCO's own, without its index."""
         return f"{self.suite} f{self.function} d{self.n_var} i{self.instance}"

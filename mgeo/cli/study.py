@@ -25,7 +25,8 @@ def show(study: Study, comparisons: dict[str, Comparison], folder: Path, output:
     """Show what was found; the exit code tells if runs failed."""
     for label, comparison in comparisons.items():
         table = comparison.overview()
-        output.print(plain(f"\n{label}", style="bold"), table.to_string(), *conclusions(comparison))
+        said = conclusions(comparison, study.control)
+        output.print(plain(f"\n{label}", style="bold"), table.to_string(), *said)
     output.print(f"\nwritten: {folder / REPORT}")
     output.result(
         {
@@ -35,7 +36,9 @@ def show(study: Study, comparisons: dict[str, Comparison], folder: Path, output:
             "evaluations": study.evaluations,
             "per_variable": study.per_variable,
             "seeds": list(study.seeds),
-            "problems": {label: _document(each) for label, each in comparisons.items()},
+            "problems": {
+                label: _document(each, study.control) for label, each in comparisons.items()
+            },
         }
     )
     failed = sum(_count(comparison, "failed") for comparison in comparisons.values())
@@ -75,7 +78,7 @@ def workers(jobs: int, cluster: str | None) -> Iterator[int | None]:
         yield None
 
 
-def _document(comparison: Comparison) -> dict[str, Any]:
+def _document(comparison: Comparison, control: str | None) -> dict[str, Any]:
     summary = comparison.summary()
     names = [name for name in dict.fromkeys(summary.columns.get_level_values(0)) if name != "runs"]
     return {
@@ -89,7 +92,7 @@ def _document(comparison: Comparison) -> dict[str, Any]:
             }
             for label in comparison.algorithms
         },
-        "conclusions": conclusions(comparison),
+        "conclusions": conclusions(comparison, control),
     }
 
 

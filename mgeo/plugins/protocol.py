@@ -138,6 +138,16 @@ def fingerprint(thing: Any) -> str:
     return given
 
 
+def instance_of(problem: Problem) -> str:
+    """Its ``instance_of``, the function of which it is one instance or size; empty for none."""
+    given = getattr(problem, "instance_of", "")
+    if not isinstance(given, str):
+        raise PluginError(
+            f"instance_of of problem {type(problem).__name__} = {given!r:.80}: expected a text"
+        )
+    return given
+
+
 def describe(problem: Problem, X: NDArray[Any]) -> pd.DataFrame | None:
     """Its ``describe(X)``, one row for each of X; None if it has none."""
     import pandas as pd

@@ -13,10 +13,15 @@ if TYPE_CHECKING:
     from mgeo.studies.schema import PublishedTable
 
 
-def conclusions(comparison: Comparison) -> list[str]:
+def conclusions(comparison: Comparison, control: str | None = None) -> list[str]:
     """Which algorithm ranks first by the first indicator, from which others it differs
     significantly and in what direction, and whether the other indicators and the number of points
     on a front agree.
+
+    Parameters
+    ----------
+    control : the algorithm named before the results were seen, if any: p values of its pairs are
+        corrected for its rivals alone, all others for all pairs; see `against`.
     """
     order = comparison.order()
     if len(order) < 2:
@@ -35,8 +40,9 @@ def conclusions(comparison: Comparison) -> list[str]:
             f"The best mean is that of {highest}, {values[highest]}; ranks say how often a run is "
             "better, means also by how much."
         )
-    sentences.append(_differences(against(comparison, first)))
-    sentences += _other_indicators(comparison, first)
+    named = first == control
+    sentences.append(_differences(against(comparison, first, control=named), named))
+    sentences += _other_indicators(comparison, first, control)
     if comparison.problem.n_obj > 1:
         sentences.append(_points(comparison, order))
     return sentences
@@ -82,7 +88,7 @@ def control_table(comparison: Comparison, control: str) -> pd.DataFrame:
     return pd.DataFrame(columns).loc[rivals].rename_axis(f"{control} against")
 
 
-def _differences(rivals: pd.DataFrame) -> str:
+def _differences(rivals: pd.DataFrame, named: bool) -> str:
     differs, behind = rivals["p_holm"] < LEVEL, rivals["A"] > 0.5
     alike, worse, better = rivals[~differs], rivals[differs & behind], rivals[differs & ~behind]
     parts = []
@@ -97,7 +103,8 @@ def _differences(rivals: pd.DataFrame) -> str:
     text = "; ".join(parts)
     return (
         f"{text[0].upper()}{text[1:]}. A is the probability that a run of it beats one of the "
-        f"other; Mann-Whitney test with Holm's correction, {100 * LEVEL:g} %."
+        f"other; Mann-Whitney test with Holm's correction for {'its' if named else 'all'} "
+        f"{'rivals' if named else 'pairs'}, {100 * LEVEL:g} %."
     )
 
 
@@ -112,7 +119,7 @@ def _range(values: pd.Series[float]) -> str:
     return f"A = {low}" if low == high else f"A from {low} to {high}"
 
 
-def _other_indicators(comparison: Comparison, best: str) -> list[str]:
+def _other_indicators(comparison: Comparison, best: str, control: str | None) -> list[str]:
     sentences = []
     overview = comparison.overview()
     for indicator in comparison.indicators[1:]:
@@ -122,7 +129,10 @@ def _other_indicators(comparison: Comparison, best: str) -> list[str]:
             sentences.append(f"By {indicator.title}, {best} ranks first, too.")
             continue
         values = overview[indicator.title]
-        effect, p = against(comparison, first, indicator.name).loc[best].to_numpy(float)
+        one, other = (best, first) if best == control else (first, best)
+        rivals = against(comparison, one, indicator.name, control=one == control)
+        effect, p = rivals.loc[other].to_numpy(float)
+        effect = effect if one == first else 1.0 - effect
         better, share = (first, effect) if effect > 0.5 else (best, 1.0 - effect)
         found = "these two are not significantly different"
         if p < LEVEL:

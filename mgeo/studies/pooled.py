@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 from scipy import stats
 
-from mgeo.studies.statistics import Friedman, friedman, holm
+from mgeo.plugins.protocol import instance_of
+from mgeo.studies.statistics import Friedman, friedman, holm, ranks_of_blocks
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from mgeo._typing import FloatArray
     from mgeo.studies.results import Results
 
-KEYS = ("problem", "variables", "evaluations")
+KEYS = ("problem", "function", "variables", "evaluations")
 
 
 def problem_values(results: Mapping[str, Results], per_variable: bool = False) -> pd.DataFrame:
@@ -34,8 +37,9 @@ def problem_values(results: Mapping[str, Results], per_variable: bool = False) -
 
     Returns
     -------
-    A row per ``problem``, with its number of ``variables``, and ``evaluations``; a column per
-    algorithm. Tables of several studies can be concatenated.
+    A row per ``problem``, with the ``function`` that it is an instance of (its own label for a
+    problem that does not say, see ``docs/plugins.md``), its number of ``variables``, and
+    ``evaluations``; a column per algorithm. Tables of several studies can be concatenated.
     """
     rows = [row for label, each in results.items() for row in _values(label, each, per_variable)]
     return pd.DataFrame(rows)
@@ -43,6 +47,11 @@ def problem_values(results: Mapping[str, Results], per_variable: bool = False) -
 
 def ranks_over_problems(values: pd.DataFrame, control: str | None = None) -> pd.DataFrame:
     """Average ranks over problems after each number of evaluations that all of them have.
+
+    Instances and sizes of one function are no independent problems. So each function counts once:
+    ranks are averaged over its problems first, then over functions; and the two algorithms of a
+    test are compared by the signed ranks of their differences on all problems, averaged over those
+    of a function. Where each function has one problem, that is the usual test.
 
     Parameters
     ----------
@@ -56,8 +65,10 @@ def ranks_over_problems(values: pd.DataFrame, control: str | None = None) -> pd.
     A row per number of ``variables`` (0 for all problems together), ``evaluations`` and
     ``algorithm``, the best first, with the number of ``problems``, the ``average_rank`` (1 is the
     best), ``behind``, the share of problems on which the control, or the best, is better than it
-    (ties count half), and ``p_holm`` of Wilcoxon's signed-rank test (1945) of the two over
-    problems, corrected for all of the row's rivals. Demsar (2006) recommends test and ranks.
+    (ties count half), ``functions``, their number, ``functions_behind``, on how many the control
+    is better on most of their problems (ties count half), and ``p_holm`` of Wilcoxon's signed-rank
+    test (1945) of the two over functions, corrected for all of the row's rivals. Demsar (2006)
+    recommends test and ranks.
     """
     table = values.dropna(axis="columns")
     columns = [name for name in table.columns if name not in KEYS]
@@ -67,16 +78,16 @@ def ranks_over_problems(values: pd.DataFrame, control: str | None = None) -> pd.
         of_size = table if variables == 0 else table[table["variables"] == variables]
         counts = of_size["evaluations"].value_counts()
         for evaluations in sorted(counts.index[counts == counts.max()]):
-            each = of_size.loc[of_size["evaluations"] == evaluations, columns]
+            now = of_size[of_size["evaluations"] == evaluations]
             standing = {"variables": variables, "evaluations": evaluations}
-            rows += [standing | row for row in _ranked(each, control)]
+            rows += [standing | row for row in _ranked(now[columns], now["function"], control)]
     return pd.DataFrame(rows)
 
 
 def friedman_over_problems(values: pd.DataFrame) -> Friedman | None:
-    """Friedman's test with problems as blocks, by their values after most evaluations.
+    """Friedman's test with functions as blocks, by their values after most evaluations.
 
-    None for fewer than two problems or algorithms.
+    None for fewer than two functions or algorithms.
 
     Parameters
     ----------
@@ -84,9 +95,9 @@ def friedman_over_problems(values: pd.DataFrame) -> Friedman | None:
     """
     last = values.loc[values.groupby("problem", sort=False)["evaluations"].idxmax()]
     table = last.drop(columns=list(KEYS)).dropna(axis="columns")
-    if min(table.shape) < 2:
+    if min(last["function"].nunique(), table.shape[1]) < 2:
         return None
-    return friedman(table.to_numpy(float), list(table.columns))
+    return friedman(table.to_numpy(float), list(table.columns), last["function"].tolist())
 
 
 def _values(label: str, each: Results, per_variable: bool) -> list[dict[Hashable, object]]:
@@ -95,43 +106,52 @@ def _values(label: str, each: Results, per_variable: bool) -> list[dict[Hashable
     value = first.better(table[first.name].to_numpy(float))
     if first.name == "hypervolume":
         value = np.where(value > 0, value, -table["epsilon"].to_numpy(float))
-    n_var = each.problem.n_var
+    n_var, function = each.problem.n_var, instance_of(each.problem) or label
     medians = (
         table.assign(value=value).groupby(["evaluations", "algorithm"])["value"].median().unstack()
     )
     counts = medians.index.to_numpy(float) / (n_var if per_variable else 1)
     known = medians.reindex(columns=list(each.algorithms), fill_value=-np.inf).to_dict("records")
     return [
-        dict(zip(KEYS, (label, n_var, count), strict=True)) | row
+        dict(zip(KEYS, (label, function, n_var, count), strict=True)) | row
         for count, row in zip(counts, known, strict=True)
     ]
 
 
-def _ranked(values: pd.DataFrame, control: str | None) -> list[dict[str, object]]:
+def _ranked(
+    values: pd.DataFrame, functions: pd.Series[str], control: str | None
+) -> list[dict[str, object]]:
     """Algorithms of (problems, algorithms) values, larger being better, the best first."""
-    table = values.to_numpy(float)
-    ranks = stats.rankdata(-table, axis=1).mean(axis=0)
+    table, blocks = values.to_numpy(float), functions.to_numpy()
+    ranks = ranks_of_blocks(table, blocks).mean(axis=0)
     order = np.argsort(ranks, kind="stable")
-    one = values.columns.get_loc(control) if control in values.columns else order[0]
-    own, rivals = table[:, one], order[order != one]
-    behind, p = np.full((2, len(order)), np.nan)
-    behind[rivals] = [np.mean((own > table[:, i]) + 0.5 * (own == table[:, i])) for i in rivals]
-    p[rivals] = holm([_signed_ranks(own, table[:, i]) for i in rivals])
+    names = list(values.columns)
+    one = names.index(control) if control in names else int(order[0])
+    own = table[:, one]
+    ahead = (own[:, None] > table) + 0.5 * (own[:, None] == table)
+    of_functions = pd.DataFrame(ahead).groupby(blocks).mean().to_numpy()
+    most = ((of_functions > 0.5) + 0.5 * (of_functions == 0.5)).sum(axis=0)
+    rivals, p = order[order != one], np.full(len(order), np.nan)
+    p[rivals] = holm([_signed_ranks(own, table[:, i], blocks) for i in rivals])
     return [
         {
-            "algorithm": values.columns[i],
+            "algorithm": names[i],
             "problems": len(table),
             "average_rank": ranks[i],
-            "behind": behind[i],
+            "behind": np.nan if i == one else ahead[:, i].mean(),
+            "functions": len(of_functions),
+            "functions_behind": np.nan if i == one else most[i],
             "p_holm": p[i],
         }
         for i in order
     ]
 
 
-def _signed_ranks(a: FloatArray, b: FloatArray) -> float:
-    """Two-sided p of Wilcoxon's test that paired values are equally often larger."""
+def _signed_ranks(a: FloatArray, b: FloatArray, blocks: NDArray[Any]) -> float:
+    """Two-sided p of Wilcoxon's test that paired values are equally often larger, over blocks."""
     differ = a != b
-    if not differ.any():
-        return 1.0
-    return float(stats.wilcoxon(a[differ] - b[differ]).pvalue)
+    differences = a[differ] - b[differ]
+    signed = np.sign(differences) * stats.rankdata(np.abs(differences))
+    means = pd.Series(signed).groupby(blocks[differ]).mean()
+    means = means[means != 0.0]
+    return float(stats.wilcoxon(means).pvalue) if len(means) else 1.0

@@ -35,7 +35,7 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
         study=study,
         label=label,
         comparison=comparison,
-        conclusions=" ".join(conclusions(comparison)),
+        conclusions=" ".join(conclusions(comparison, study.control)),
         published=published,
         against=against,
         failed=runs[runs["status"] == "failed"].to_dict("records"),
@@ -102,7 +102,10 @@ def average_ranks(standings: pd.DataFrame, per_variable: bool) -> pd.DataFrame:
     each = " each" if per_variable else ""
     sizes = standings["variables"].map(lambda n: f"{n} variables" if n else "all")
     budgets = standings["evaluations"].map("{:,.4g}".format) + each
-    blocks = standings["problems"].map(" ({} problems)".format)
+    blocks = [
+        f" ({problems} problems{'' if functions == problems else f' of {functions} functions'})"
+        for problems, functions in zip(standings["problems"], standings["functions"], strict=True)
+    ]
     stars = (standings["p_holm"] >= LEVEL).map({True: "*", False: ""})
     shown = standings.assign(
         row=sizes + ", " + budgets + blocks,

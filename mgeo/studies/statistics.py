@@ -40,19 +40,21 @@ class Friedman:
     """Friedman's test over problems, with ranks; 1 is the best.
 
     Values of a block must belong together: those of one problem do, those of one seed do not,
-    because every run is independent of every other.
+    because every run is independent of every other. Problems that belong together, as instances
+    of one function do, are one block.
 
     Attributes
     ----------
     statistic, p : chi-square with k - 1 degrees of freedom, corrected for ties.
     ranks : average rank of each algorithm, best first.
-    blocks : number of problems.
+    problems, blocks : how many.
     critical_difference : of average ranks, at 5 %: Nemenyi's test for all pairs (Demsar 2006).
     """
 
     statistic: float
     p: float
     ranks: pd.Series[float]
+    problems: int
     blocks: int
     critical_difference: float
 
@@ -128,30 +130,45 @@ def kruskal_wallis(samples: Mapping[str, Sequence[float] | FloatArray]) -> Krusk
     return KruskalWallis(float(found.statistic), float(found.pvalue), ranks)
 
 
-def friedman(values: ArrayLike, names: Sequence[str]) -> Friedman:
+def ranks_of_blocks(values: ArrayLike, blocks: ArrayLike) -> FloatArray:
+    """Ranks of values (problems, algorithms) on each problem, the largest 1, averaged over those
+    of a block: (blocks, algorithms)."""
+    ranks = pd.DataFrame(stats.rankdata(-np.asarray(values, dtype=float), axis=1))
+    return ranks.groupby(np.asarray(blocks)).mean().to_numpy()
+
+
+def friedman(
+    values: ArrayLike, names: Sequence[str], blocks: Sequence[str] | None = None
+) -> Friedman:
     """Friedman's test of values (problems, algorithms), larger ones being better.
+
+    Parameters
+    ----------
+    blocks : of each problem, the name of its block, over which ranks are averaged; None if each
+        is one. Means vary less than ranks, so that the critical difference is on the safe side.
 
     Raises
     ------
     ValueError
-        For fewer than two algorithms or two problems.
+        For fewer than two algorithms or two blocks.
     """
     table = np.asarray(values, dtype=float)
-    if table.ndim != 2 or table.shape[1] != len(names) or min(table.shape) < 2:
+    of = np.arange(len(table)) if blocks is None else np.asarray(blocks)
+    if table.ndim != 2 or table.shape[1] != len(names) or min(len(set(of)), len(names)) < 2:
         raise ValueError(
             f"values of shape {table.shape} for {len(names)} algorithms: expected (problems, "
-            "algorithms), two or more of each"
+            "algorithms), two or more of each, and two blocks or more"
         )
-    n, k = table.shape
-    ranks = stats.rankdata(-table, axis=1)
+    ranks = ranks_of_blocks(table, of)
+    n, k = ranks.shape
     mean = pd.Series(ranks.mean(axis=0), index=list(names), name="average rank")
-    # scipy's wants three algorithms or more. The sum of squares of all ranks is smaller where
-    # there are ties, which is the correction.
+    # scipy's wants three algorithms or more, and ranks. The sum of squares of all ranks is smaller
+    # where there are ties or means, which is the correction.
     spread = np.sum((ranks - (k + 1) / 2) ** 2) / (n * (k - 1))
     statistic = float(n * np.sum((mean - (k + 1) / 2) ** 2) / spread) if spread > 0 else 0.0
     p = float(stats.chi2.sf(statistic, k - 1))
     ordered = mean.sort_values(kind="stable")
-    return Friedman(statistic, p, ordered, n, critical_difference(k, n))
+    return Friedman(statistic, p, ordered, len(table), n, critical_difference(k, n))
 
 
 def critical_difference(k: int, blocks: int, alpha: float = LEVEL) -> float:

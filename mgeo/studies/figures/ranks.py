@@ -22,6 +22,9 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
     """
     names, ranks = list(ranked.ranks.index), ranked.ranks.to_numpy(float)
     style = looks(algorithms)
+    over = f"{ranked.problems} problems"
+    if ranked.blocks < ranked.problems:
+        over += f" of {ranked.blocks} functions"
     groups = alike(list(ranks), ranked.critical_difference)
     figure = go.Figure()
     for row, (low, high) in enumerate(groups):
@@ -42,8 +45,7 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
             mode="lines+markers",
             line={"width": 1, "color": look.faint(0.5)},
             marker={"size": [0, 12], "color": look.color, "symbol": look.symbol, "opacity": 1},
-            hovertext=f"<b>{literal(name)}</b><br>average rank {rank:.3f} over {ranked.blocks} "
-            "problems",
+            hovertext=f"<b>{literal(name)}</b><br>average rank {rank:.3f} over {over}",
             hoverinfo="text",
         )
     k = len(names)
@@ -58,7 +60,7 @@ def ranks_figure(ranked: Friedman, algorithms: tuple[str, ...]) -> go.Figure:
     )
     return finished(
         figure,
-        f"Average ranks over {ranked.blocks} problems",
+        f"Average ranks over {over}",
         f"bars join what differs by less than the critical difference of "
         f"{ranked.critical_difference:.2f} (Nemenyi, 5 %); Friedman's test: p = {ranked.p:.2g}",
     ).update_layout(showlegend=False, height=row_height(k + len(groups)))

@@ -35,6 +35,7 @@ def test_values_are_those_of_coco(function, dimension, instance):
     assert np.array_equal(ours.xl, theirs.lower_bounds)
     assert np.array_equal(ours.xu, theirs.upper_bounds)
     assert ours.name() == f"bbob-biobj f{function} d{dimension} i{instance}"
+    assert ours.instance_of == f"bbob-biobj f{function}"
 
 
 def test_the_first_function_is_two_spheres():

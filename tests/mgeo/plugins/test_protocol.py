@@ -30,6 +30,13 @@ def test_a_name_for_a_variable_and_an_objective_is_refused():
         column_names(problem(var_names=["a", "b"], obj_names=["c", "a"]))
 
 
+def test_a_problem_may_be_an_instance_of_a_function():
+    assert protocol.instance_of(problem()) == ""
+    assert protocol.instance_of(problem(instance_of="f12")) == "f12"
+    with pytest.raises(ValueError, match="instance_of of problem Problem = 12: expected a text"):
+        protocol.instance_of(problem(instance_of=12))
+
+
 def test_a_robust_problem_can_be_built_again():
     other = problem(options=dict)
     assert protocol.robust(problem(robust=lambda: other)) is other

@@ -18,7 +18,7 @@ def pooled(given, per_variable=False, control=None):
     return ranks_over_problems(problem_values(given, per_variable), control)
 
 
-def results(values, n_var=4, epsilon=None):
+def results(values, n_var=4, epsilon=None, instance_of=""):
     """Of {(algorithm, seed): hypervolumes after 40, 80, ... evaluations}."""
     rows = [
         {
@@ -34,7 +34,7 @@ def results(values, n_var=4, epsilon=None):
     return SimpleNamespace(
         table=pd.DataFrame(rows),
         algorithms=NAMES,
-        problem=SimpleNamespace(n_var=n_var),
+        problem=SimpleNamespace(n_var=n_var, instance_of=instance_of),
         indicator=lambda: INDICATORS[0],
     )
 
@@ -91,9 +91,8 @@ def test_a_control_that_is_left_out_leaves_the_best():
 def test_a_control_is_tested_against_each_other_one(control):
     given = many(np.random.default_rng(4), 8)
     best, found = pooled(given), pooled(given, control=control)
-    pd.testing.assert_frame_equal(
-        found.drop(columns=["behind", "p_holm"]), best.drop(columns=["behind", "p_holm"])
-    )
+    tested = ["behind", "functions_behind", "p_holm"]
+    pd.testing.assert_frame_equal(found.drop(columns=tested), best.drop(columns=tested))
     for evaluations, group in found.groupby("evaluations"):
         rows = group.set_index("algorithm")
         assert rows.index[rows["p_holm"].isna()].tolist() == [control]
@@ -108,6 +107,61 @@ def test_a_control_is_tested_against_each_other_one(control):
         for name in rivals:
             share = (medians[control] > medians[name]).mean()
             assert rows.loc[name, "behind"] == pytest.approx(share)
+            assert rows.loc[name, "functions_behind"] == share * rows.loc[name, "functions"]
+
+
+def copied(given, times):
+    """Every problem so many times, as instances of one function."""
+    return {
+        f"{label} i{i}": SimpleNamespace(
+            **vars(each) | {"problem": SimpleNamespace(n_var=4, instance_of=label)}
+        )
+        for label, each in given.items()
+        for i in range(times)
+    }
+
+
+def test_instances_of_a_function_do_not_count_twice():
+    given = many(np.random.default_rng(6), 9)
+    once, often = pooled(given), pooled(copied(given, 5))
+    assert (often["problems"] == 45).all()
+    pd.testing.assert_frame_equal(often.drop(columns="problems"), once.drop(columns="problems"))
+    whole, more = (friedman_over_problems(problem_values(g)) for g in (given, copied(given, 5)))
+    assert (more.statistic, more.blocks) == (pytest.approx(whole.statistic), 9)
+    assert (more.problems, more.critical_difference) == (45, whole.critical_difference)
+    pd.testing.assert_series_equal(more.ranks, whole.ranks)
+
+
+def test_signed_ranks_are_averaged_over_the_instances_of_a_function():
+    # |differences| 1 to 8: signed ranks (-1, 2), (3, 4), (5, -6), (7, 8); their means are below
+    differences = {"p": (-1, 2), "q": (3, 4), "r": (5, -6), "s": (7, 8)}
+    given = {
+        f"{function} i{i}": results(
+            {("one", 1): [0.5 + d / 100], ("two", 1): [0.5], ("three", 1): [0.1]},
+            instance_of=function,
+        )
+        for function, each in differences.items()
+        for i, d in enumerate(each)
+    }
+    found = pooled(given, control="one").set_index("algorithm")
+    p = {"two": stats.wilcoxon([0.5, 3.5, -0.5, 7.5]).pvalue, "three": 2 / 2**4}
+    assert found.loc["two", "p_holm"] == pytest.approx(max(p["two"], 2 * p["three"]))
+    assert found.loc["three", "p_holm"] == pytest.approx(2 * p["three"])
+    assert found.loc["two", ["behind", "functions_behind"]].tolist() == [6 / 8, 2 + 2 * 0.5]
+    assert found.loc["one", "average_rank"] == pytest.approx(1 + 2 / 8)
+    assert (found["functions"] == 4).all()
+
+
+def test_functions_count_once_however_many_instances_they_have():
+    rng = np.random.default_rng(7)
+    one, other = many(rng, 1), many(rng, 1)
+    values = [problem_values(copied(each, n)) for each, n in ((one, 1), (other, 4))]
+    values[1]["function"] = "other"
+    alone = [ranks_over_problems(each).set_index("algorithm") for each in values]
+    at = [each[each["evaluations"] == 80]["average_rank"] for each in alone]
+    both = ranks_over_problems(pd.concat(values)).query("evaluations == 80")
+    expected = (at[0] + at[1]) / 2
+    assert both.set_index("algorithm")["average_rank"].to_dict() == expected.to_dict()
 
 
 def test_fronts_without_a_hypervolume_are_ranked_by_epsilon():

@@ -140,6 +140,20 @@ def test_friedman_of_two_algorithms_is_the_sign_test_by_chi_square():
     assert found.statistic == pytest.approx((9 - 1) ** 2 / 10)
 
 
+def test_friedman_over_blocks_averages_the_ranks_of_each():
+    # ranks 1 2 3 and 2 1 3 of the first block: 1.5 1.5 3; of the second 1 2 3
+    values, blocks = [[9, 5, 1], [5, 9, 1], [9, 5, 1]], ["x", "x", "y"]
+    found = friedman(values, ["p", "q", "r"], blocks)
+    assert found.ranks.to_dict() == pytest.approx({"p": 1.25, "q": 1.75, "r": 3.0})
+    assert (found.problems, found.blocks) == (3, 2)
+    assert found.critical_difference == critical_difference(3, 2)
+    # the quadratic form of the sums about their mean, by the variance within blocks
+    spread = (0.25 + 0.25 + 1 + 1 + 0 + 1) / (2 * 2)
+    assert found.statistic == pytest.approx(2 * (0.75**2 + 0.25**2 + 1) / spread)
+    with pytest.raises(ValueError, match="two blocks or more"):
+        friedman(values, ["p", "q", "r"], ["x", "x", "x"])
+
+
 @pytest.mark.parametrize("shape", [(1, 3), (3, 1), (3, 2)])
 def test_too_little_for_friedman_is_refused(shape):
     with pytest.raises(ValueError, match="two or more of each"):

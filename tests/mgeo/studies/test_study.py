@@ -196,7 +196,7 @@ def test_the_conclusions_name_the_best_its_rivals_and_what_points_say():
         "By hypervolume, A_1 ranks first: 0.60 ± 0.10, then C: 0.45 ± 0.23.",
         "It is not significantly different from any other (A from 0.72 to 1.00). A is the "
         "probability that a run of it beats one of the other; Mann-Whitney test with Holm's "
-        "correction, 5 %.",
+        "correction for all pairs, 5 %.",
         "By IGD+, A_1 ranks first, too.",
         "By additive epsilon, A_1 ranks first, too.",
         "The most points are on the fronts of B: 99 on average. By hypervolume it is number 3 of "
@@ -265,6 +265,28 @@ def final(values, points=9):
     ]
     table = pd.DataFrame(rows)
     return Comparison(**{**vars(comparison()), "table": table, "algorithms": tuple(values)})
+
+
+def test_the_conclusions_correct_for_the_rivals_of_a_control_alone():
+    # of A and B p = 60 / 3432, the least of three pairs: twice is below 5 %, three times is not
+    steps = np.arange(7) / 100
+    made = final({"A": 0.535 + steps, "B": 0.5 + steps, "C": 0.5175 + steps})
+    p = made.tests().pairs.set_index(["a", "b"])["p"]
+    assert p["A", "B"] == pytest.approx(60 / 3432)
+    assert "It is not significantly different from any other" in conclusions(made)[1]
+    found = conclusions(made, "A")
+    assert found[1].startswith(
+        "It is not significantly different from C (A = 0.69); it is significantly better than all "
+        "others (A = 0.88). "
+    )
+    assert "correction for its rivals, 5 %" in found[1]
+    assert conclusions(made, "B") == conclusions(made)  # the first was not named before
+    # by another indicator, B is ahead of the control
+    swapped = made.table["algorithm"].replace({"A": "B", "B": "A"})
+    turned = made.table.assign(algorithm=swapped).sort_values(["algorithm", "seed"])
+    made.table["igd_plus"] = turned["igd_plus"].to_numpy()
+    assert conclusions(made)[2].endswith("these two are not significantly different.")
+    assert conclusions(made, "A")[2].endswith("B is significantly better (A = 0.88).")
 
 
 def test_a_front_in_one_run_of_ten_is_not_the_best():
