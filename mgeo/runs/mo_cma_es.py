@@ -6,16 +6,16 @@ from typing import Any
 
 import numpy as np
 from moocore import hv_contributions
-from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
 
 from mgeo._typing import FloatArray
+from mgeo.runs.unit_box import UnitBox
 from mgeo.validation import validate_integer, validate_number
 
 _PENALTY = 1e-6  # of the squared distance from the box, in its units (Igel, Hansen & Roth 2007)
 
 
-class MOCMAES(Algorithm):
+class MOCMAES(UnitBox):
     """Multiobjective covariance matrix adaptation, mu parents of an offspring each.
 
     Of Igel, Hansen & Roth (2007), with the step size adaptation of Voss, Hansen & Igel (2010), as
@@ -33,8 +33,11 @@ class MOCMAES(Algorithm):
 
     Raises
     ------
-    ValueError : if DEAP is not installed, or a parameter is out of range.
+    ValueError : if DEAP is not installed, or a parameter is out of range; when it is set up, as of
+        `UnitBox`.
     """
+
+    title = "MO-CMA-ES"
 
     def __init__(self, pop_size: int = 100, sigma: float = 0.05, **options: Any) -> None:
         try:
@@ -47,17 +50,9 @@ class MOCMAES(Algorithm):
         self.pop_size = validate_integer("pop_size", pop_size, low=4)
         self.sigma = validate_number("sigma", sigma, above=0)
 
-    def _setup(self, problem: Any, **options: Any) -> None:
-        if problem.has_constraints():
-            raise ValueError("MO-CMA-ES does not treat constraints, which this problem has")
-        if problem.xl is None or problem.xu is None:
-            raise ValueError("MO-CMA-ES needs bounds, to scale variables to")
-
     def _initialize_infill(self) -> Population:
-        self._offspring = list(
-            map(_Point, self.random_state.random((self.pop_size, len(self._xl))))
-        )
-        return self._asked()
+        self._offspring = list(map(_Point, self.drawn(self.pop_size)))
+        return self.scaled(self._offspring)
 
     def _initialize_advance(self, infills: Any = None, **options: Any) -> None:
         from deap.cma import StrategyMultiObjective
@@ -71,27 +66,18 @@ class MOCMAES(Algorithm):
     def _infill(self) -> Population:
         strategy, self._offspring = self._strategy, []
         # as its generate(), with numbers of this algorithm's own generator
-        normal = self.random_state.standard_normal((self.pop_size, len(self._xl)))
+        normal = self.random_state.standard_normal((self.pop_size, self.problem.n_var))
         for i, parent in enumerate(strategy.parents):
             parent._ps = "p", i
             step = strategy.sigmas[i] * strategy.A[i] @ normal[i]
             self._offspring.append(_Point(np.array(parent) + step))
             self._offspring[-1]._ps = "o", i
-        return self._asked()
+        return self.scaled(self._offspring)
 
     def _advance(self, infills: Any = None, **options: Any) -> None:
         self._told(infills)
         self._strategy.update(self._offspring)
         self.pop = Population.create(*(point.individual for point in self._strategy.parents))
-
-    @property
-    def _xl(self) -> FloatArray:
-        return np.asarray(self.problem.xl, dtype=float)
-
-    def _asked(self) -> Population:
-        xl, xu = self._xl, np.asarray(self.problem.xu, dtype=float)
-        unit = np.clip(np.array(self._offspring), 0.0, 1.0)
-        return Population.new(X=np.clip(xl + (xu - xl) * unit, xl, xu))
 
     def _told(self, infills: Any) -> None:
         points = np.array(self._offspring)

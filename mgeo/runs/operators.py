@@ -42,7 +42,7 @@ from pymoo.operators.selection.tournament import TournamentSelection, compare
 
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.variables import KINDS, Variables, kind_of_type
-from mgeo.runs.mo_cma_es import MOCMAES
+from mgeo.runs.unit_box import UnitBox
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
@@ -115,7 +115,7 @@ def fitted(algorithm: Algorithm, problem: Problem, name: str = "") -> Algorithm:
 
     Raises
     ------
-    ValueError : if it is one of pymoo's, or `MOCMAES`, without operators for such variables.
+    ValueError : if it is one of pymoo's, or a `UnitBox`, without operators for such variables.
     """
     if isinstance(algorithm, ExtremalOptimization):
         return algorithm
@@ -206,7 +206,7 @@ def _sampling(sampling: Any, problem: Problem, kind: str) -> Any:
 
 def _takes_reals_alone(algorithm: Algorithm, mating: Any) -> bool:
     """Whether it is pymoo's (or another that we know), and nothing in it makes other designs."""
-    if isinstance(algorithm, MOCMAES):
+    if isinstance(algorithm, UnitBox):
         return True
     makers = (cls for cls in type(algorithm).__mro__ if vars(cls).keys() & {"_infill", "_next"})
     maker = algorithm if mating is None else mating

@@ -172,7 +172,7 @@ def test_a_front_in_numbers_is_that_of_the_designs(name):
     assert told == (-G[:, 0]).tolist()
 
 
-@pytest.mark.parametrize("name", ["gde3", "moead", "cmopso", "ctaea", "mo-cma-es"])
+@pytest.mark.parametrize("name", ["gde3", "moead", "cmopso", "ctaea", "mo-cma-es", "como-cma-es"])
 def test_what_takes_arrays_alone_is_refused(name):
     with pytest.raises(ValueError, match=f"algorithm '{name}' .*one by one: expected .* NSGA2"):
         build_algorithm(name, {"population": 20}, Free())
@@ -192,7 +192,16 @@ class Levels(Problem):
         out["F"] = np.column_stack([X[:, 0] + rest, np.square(self.xu[0] - X[:, 0]) + rest])
 
 
-REAL_ONLY = ("mgeo-real", "mgeo-real2", "gde3", "nsde", "mopso-cd", "cmopso", "mo-cma-es")
+REAL_ONLY = (
+    "mgeo-real",
+    "mgeo-real2",
+    "gde3",
+    "nsde",
+    "mopso-cd",
+    "cmopso",
+    "mo-cma-es",
+    "como-cma-es",
+)
 
 
 @pytest.mark.parametrize("vtype", [int, bool])
@@ -245,7 +254,9 @@ class Entropy:
         raise AssertionError(f"{name} drawn from the entropy of the operating system")
 
 
-@pytest.mark.parametrize("name", [n for n in EACH if n not in ("moead", "mo-cma-es")])
+@pytest.mark.parametrize(
+    "name", [n for n in EACH if n not in ("moead", "mo-cma-es", "como-cma-es")]
+)
 def test_ties_are_drawn_by_the_seed(name, monkeypatch):
     fresh = np.random.default_rng
 
