@@ -1,4 +1,4 @@
-"""Calls of code of others, which may want to end the program."""
+"""Code of others, which may want to end the program, and its messages."""
 
 import signal
 import traceback
@@ -40,3 +40,11 @@ def _of_a_signal(trace: TracebackType | None) -> bool:
     handlers = (signal.getsignal(number) for number in signal.valid_signals())
     codes = {code for handler in handlers if (code := getattr(handler, "__code__", None))}
     return any(frame.f_code in codes for frame, _ in traceback.walk_tb(trace))
+
+
+def one_line(text: str) -> str:
+    """The lines of a text, without blanks at their ends, on one line.
+
+    Blanks within a line stay: a value that a message quotes may be told by its columns.
+    """
+    return " ".join(filter(None, map(str.strip, text.splitlines())))

@@ -21,7 +21,6 @@ OF_MGEO = {
     "plugins": {"algorithms", "benchmarks", "evaluation", "figures"},
     "store": {"algorithms", "benchmarks", "evaluation", "plugins"},
     "runs": {"algorithms", "benchmarks", "evaluation", "plugins", "store"},
-    "terminal": set(),
     "report": {"algorithms", "figures", "plugins", "runs", "store"},
 }
 OF_ATTITUDE = {
@@ -46,7 +45,7 @@ OF_CALIBRATION = {
 }
 #: What stands beside the rooms, and any of them may import.
 SINGLE = {
-    *("_foreign", "_text", "_typing", "validation"),
+    *("_foreign", "_typing", "terminal", "validation"),
     "files",
 }
 

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from mgeo.algorithms.truncation import truncate
+from mgeo.algorithms.archive import truncate
 from mgeo.store.atomic import write_files
 from mgeo.studies import Comparison, read_comparison
 from mgeo.studies.stored import FRONTS, PROVENANCE, RUNS, TABLE

@@ -15,7 +15,13 @@ from mgeo.algorithms.bounds import BOUNDS
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.selection import pick, rank
-from mgeo.algorithms.steps import Attraction, joint_steps, momentum_steps, within_a_step
+from mgeo.algorithms.steps import (
+    Attraction,
+    joint_steps,
+    momentum_steps,
+    whole_steps,
+    within_a_step,
+)
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.algorithms.weights import (
     distance,
@@ -24,7 +30,6 @@ from mgeo.algorithms.weights import (
     random_weights,
     weight_vectors,
 )
-from mgeo.algorithms.whole import whole_steps
 from mgeo.validation import (
     validate_ascending,
     validate_choice,
@@ -84,7 +89,7 @@ class MGEODirected(ExtremalOptimization):
       extreme weights go only towards points within a step: what is farther may be near another
       local optimum.
     - Of integers and bits steps are rounded; a choice that would move takes the option of a donor,
-      or any other one (`mgeo.algorithms.whole`).
+      or any other one (`mgeo.algorithms.steps`).
     - A walker now and then returns to its incumbent, its own best point, and more rarely migrates
       to the archived point that is nearest along its weight vector.
     - A walker without progress restarts: at a random point if its weights are extreme, where local

@@ -173,8 +173,7 @@ def solve(
     from mgeo.cli.dry_run import describe_run
     from mgeo.cli.solve import run_to_folder
     from mgeo.runs.algorithms import ROBUST, default_algorithm
-    from mgeo.runs.prepare import prepare
-    from mgeo.runs.scenario import read_scenario
+    from mgeo.runs.prepare import prepare, read_scenario
     from mgeo.store.run_folder import check_folder
     from mgeo.store.run_persistence import RunPersistence
 

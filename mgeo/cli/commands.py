@@ -9,7 +9,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from mgeo._foreign import foreign
 from mgeo.cli.errors import ended
-from mgeo.cli.stdout import reserved
+from mgeo.cli.output import reserved
 from mgeo.plugins.discovery import COMMANDS, Plugin, PluginError, find_plugin, installed_plugins
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import typer
 
-from mgeo._text import one_line
+from mgeo._foreign import one_line
 from mgeo.cli.signals import Terminated, terminable
 from mgeo.terminal import printable, write_anything
 

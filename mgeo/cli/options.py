@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from mgeo.cli.errors import remember_debug
-from mgeo.cli.stdout import reserve
+from mgeo.cli.output import reserve
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
 Json = Annotated[

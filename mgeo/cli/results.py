@@ -12,9 +12,8 @@ from rich.text import Text
 from mgeo.cli.output import Output
 from mgeo.cli.progress import clock
 from mgeo.plugins import protocol
-from mgeo.runs.answer import Answer, answer
-from mgeo.runs.dead_end import DeadEnd, dead_end
-from mgeo.runs.representative import representative_solutions
+from mgeo.runs.answer import Answer, answer, representative_solutions
+from mgeo.runs.limits import DeadEnd, dead_end
 from mgeo.store.run import Outcome, Run
 from mgeo.store.run_folder import (
     CHECKPOINT_FILE,

@@ -1,7 +1,8 @@
-"""Evaluations that may fail: they cost the candidates concerned, and the run goes on."""
+"""Evaluations that may fail, at the cost of the candidates concerned, or be made again."""
 
 from __future__ import annotations
 
+import copy
 import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 _CAUSES = 20  # different ones that are counted
 _OTHERS = "other causes"
 _UNKNOWN = 1e30  # stands for the worst objective while no candidate has succeeded
+
+_POINTS = 3
+_ROUNDING = 1e-9  # of a column's largest value: other versions and other batches round differently
 
 
 class EvaluationError(RuntimeError):
@@ -194,3 +198,40 @@ class TolerantEvaluator(Evaluator):
         low, high = self._seen[name]
         worse = high + np.where(high > low, high - low, np.maximum(1.0, np.abs(high)))
         values[failed] = worse if name == "F" else np.maximum(worse, 1.0)
+
+
+def changed_value(problem: Problem, known: Population, options: Mapping[str, Any]) -> str:
+    """The first value that is another one now, in words; empty if there is none.
+
+    A few points are evaluated again by the problem itself: no evaluator counts them, and the
+    problem's callback does not see them.
+
+    Parameters
+    ----------
+    problem : a pymoo problem that gives the same values for the same point.
+    known : evaluated individuals; the first, the last and the one in the middle are looked at.
+    options : further keywords for `Problem.evaluate`.
+    """
+    rows = np.unique(np.linspace(0, len(known) - 1, min(_POINTS, len(known))).round().astype(int))
+    if not len(rows):
+        return ""
+    if problem.callback is not None:
+        problem = copy.copy(problem)
+        problem.callback = None
+    points = known[rows]
+    values, failures = attempt(problem, values_of(points, "X"), ["F", "G", "H"], options)
+    for name in ("F", "G", "H"):
+        kept = values_of(known, name).astype(float).reshape(len(known), -1)
+        expected, found = kept[rows], values[name].reshape(len(rows), -1)
+        tolerance = _ROUNDING * np.abs(kept).max(axis=0, initial=0.0)
+        with np.errstate(invalid="ignore"):  # infinite constraints
+            same = (found == expected) | (np.abs(found - expected) <= tolerance)
+        for row, column in np.argwhere(~same):
+            why = f" ({failures[row].cause})" if row in failures else ""
+            x = points[row].X
+            x = x.tolist() if isinstance(x, np.ndarray) else x
+            return (
+                f"at x = {x!r:.200} {name}[{column}] = {found[row, column]}{why}, "
+                f"expected {expected[row, column]}"
+            )
+    return ""

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem, default_shape
 
-from mgeo._foreign import foreign
-from mgeo._text import one_line
+from mgeo._foreign import foreign, one_line
 
 Values = dict[str, NDArray[Any]]
 _LONGEST = 200  # characters of a cause

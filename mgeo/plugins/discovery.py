@@ -37,6 +37,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -57,6 +58,8 @@ PROBLEMS = "mgeo.problems"
 ALGORITHMS = "mgeo.algorithms"
 COMMANDS = "mgeo.commands"
 PRESETS = "mgeo.presets"
+
+_MODULE_AND_CLASS = re.compile(r"\w+(\.\w+)*:\w+(\.\w+)*")
 
 
 class PluginError(ValueError):
@@ -322,3 +325,22 @@ def _constructor_keywords(cls: type) -> set[str]:
     parameters = [p for init in own for p in inspect.signature(init).parameters.values()]
     variadic = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
     return {p.name for p in parameters if p.kind not in variadic} - {"self"}
+
+
+def load_algorithm(name: str) -> Any:
+    """The class of an installed algorithm, or that of ``module:Class``.
+
+    A module is looked for in the current folder, too, after all other places.
+
+    Raises
+    ------
+    PluginError
+        If there is not exactly one, or it does not load.
+    """
+    if ":" not in name:
+        return find_plugin(name, ALGORITHMS).load()
+    if not _MODULE_AND_CLASS.fullmatch(name):
+        raise PluginError(f"algorithm {name!r}: expected module:Class")
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())
+    return Plugin.of(EntryPoint(name, name, ALGORITHMS)).load()

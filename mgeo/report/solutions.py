@@ -15,8 +15,8 @@ from mgeo.figures import MOST_OBJECTIVES, MOST_TEXTS, front_figure
 from mgeo.figures.motion import check_motion
 from mgeo.plugins import protocol
 from mgeo.report.encode import Json, figure_json, shared
+from mgeo.runs.answer import RepresentativeSolution, default_solution
 from mgeo.runs.limits import limits
-from mgeo.runs.representative import RepresentativeSolution, default_solution
 from mgeo.store.run import Outcome, Run
 from mgeo.store.run_folder import front_table
 

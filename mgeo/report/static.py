@@ -14,11 +14,10 @@ from typing import Any
 import plotly.graph_objects as go
 
 from mgeo.figures.motion import motion_of
-from mgeo.figures.paper import for_paper
-from mgeo.figures.style import CLICK, HOVER
+from mgeo.figures.style import CLICK, HOVER, for_paper
 from mgeo.plugins import protocol
+from mgeo.report.build import read_subject
 from mgeo.report.history import recorded_history
-from mgeo.report.reading import read_subject
 from mgeo.report.solutions import front_picture
 from mgeo.validation import did_you_mean
 

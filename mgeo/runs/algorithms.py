@@ -11,7 +11,7 @@ from mgeo._foreign import foreign
 from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
 from mgeo.plugins import discovery
-from mgeo.plugins.algorithms import load_algorithm
+from mgeo.plugins.discovery import load_algorithm
 from mgeo.validation import did_you_mean, validate_integer
 
 if TYPE_CHECKING:

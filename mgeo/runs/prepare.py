@@ -1,17 +1,18 @@
-"""Runs that are ready to be solved, new or from a configuration."""
+"""Runs that are ready to be solved: from names and scenarios as users give them, or made again."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
 from mgeo.plugins import protocol
-from mgeo.plugins.discovery import load_problem
+from mgeo.plugins.discovery import load_problem, read_files
 from mgeo.runs.algorithms import (
     build_algorithm,
     complete_parameters,
@@ -20,8 +21,13 @@ from mgeo.runs.algorithms import (
 )
 from mgeo.runs.solve import State, follow, set_up
 from mgeo.store.models import checked
+from mgeo.store.reading import parse_json, parse_toml, read_text
 from mgeo.store.run import Notes, Outcome, RunConfiguration
 from mgeo.store.run_persistence import RunPersistence
+from mgeo.validation import errors_of
+
+#: Largest result to go on from [bytes].
+MOST_BYTES = 50_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,3 +118,36 @@ def prepare(
     run = PreparedRun(checked(RunConfiguration, data), built, optimizer)
     run._set_up()
     return run
+
+
+def read_scenario(
+    problem: str, text: str | None, folder: Path | str = "", after: Path | None = None
+) -> dict[str, Any]:
+    """Options of a problem from what was given: nothing, ``FILE.toml`` or a preset's name.
+
+    A file's name is relative to `folder`; what it names itself is relative to its own folder, and
+    is read by the problem. What the JSON file `after` holds becomes the option of this name.
+
+    Raises
+    ------
+    OSError
+        If it looks like a file and there is none, or `after` cannot be read.
+    ValueError
+        If the file is no valid TOML, or of a file that it names; or `after` is no JSON.
+    """
+    more: dict[str, Any] = {}
+    if after is not None:
+        content = read_text(after, MOST_BYTES)
+        with errors_of(after):
+            more = {"after": parse_json(content)}
+    if text is None:
+        return more
+    path = Path(text)
+    if path.suffix != ".toml" and len(path.parts) == 1:
+        return {"preset": text, **more}
+    path = Path(folder) / path
+    if not path.is_file():
+        raise FileNotFoundError(f"there is no scenario file {path}")
+    text = read_text(path)
+    with errors_of(path):
+        return read_files(problem, parse_toml(text) | more, path.parent)

@@ -24,7 +24,7 @@ from pymoo.core.problem import Problem
 from mgeo import algorithms
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.state import SavedState, capture, full_name, restore
-from mgeo.evaluation.reevaluation import changed_value
+from mgeo.evaluation.evaluator import changed_value
 from mgeo.store.atomic import remove_leftovers, to_npz, write_file
 from mgeo.store.provenance import difference, identity, versions
 from mgeo.store.reading import from_npz, parse_json, read_file

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import joblib
 
 from mgeo.runs.estimate import estimate
-from mgeo.studies.claim import check
+from mgeo.studies.execute import run_files
 from mgeo.studies.file import Study
-from mgeo.studies.folder import run_files
 from mgeo.studies.run import Task, told
+from mgeo.studies.stored import check
 from mgeo.studies.study import RECORDS, build
 
 if TYPE_CHECKING:

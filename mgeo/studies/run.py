@@ -5,8 +5,10 @@ That is the same for every pymoo algorithm, whatever it keeps or returns itself.
 
 from __future__ import annotations
 
+import random
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +17,7 @@ from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from mgeo._foreign import foreign
-from mgeo._text import one_line
+from mgeo._foreign import foreign, one_line
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.dominance import not_weakly_dominated
 from mgeo.algorithms.staged import MGEOStaged, is_rough
@@ -24,7 +25,6 @@ from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import succeeded
 from mgeo.runs.solve import IDLE_STEPS, set_up
 from mgeo.store.study_run import StudyRun
-from mgeo.studies.randomness import global_state
 from mgeo.studies.versions import made_with
 
 if TYPE_CHECKING:
@@ -191,3 +191,16 @@ def _numeric(X: list[Any], rows: Any) -> Any:
     if not X or X[0].ndim != 2 or X[0].dtype == object:
         return np.empty((len(rows), 0))
     return np.concatenate(X)[rows].astype(float)
+
+
+@contextmanager
+def global_state(seed: int) -> Iterator[None]:
+    """Seed both, and put them back as they were."""
+    numpy_state, python_state = np.random.get_state(), random.getstate()  # noqa: NPY002
+    np.random.seed(seed % 2**32)  # noqa: NPY002
+    random.seed(seed)
+    try:
+        yield
+    finally:
+        np.random.set_state(numpy_state)  # noqa: NPY002
+        random.setstate(python_state)

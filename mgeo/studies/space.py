@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo._typing import FloatArray
+from mgeo.algorithms.archive import truncate
 from mgeo.algorithms.dominance import nondominated
-from mgeo.algorithms.truncation import truncate
 from mgeo.plugins import protocol
 from mgeo.runs.meters import scaled
 

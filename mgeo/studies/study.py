@@ -12,8 +12,7 @@ from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import LIBRARY
 from mgeo.store.atomic import check_writable, write_files
-from mgeo.studies.claim import check, claim
-from mgeo.studies.comparison import Comparison
+from mgeo.studies.comparison import Comparison, markdown
 from mgeo.studies.execute import compare
 from mgeo.studies.file import ProblemConfiguration, Study
 from mgeo.studies.labels import folder_name
@@ -21,8 +20,7 @@ from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_ov
 from mgeo.studies.report import by_problem, problem_page, study_page
 from mgeo.studies.results import failures
 from mgeo.studies.space import NothingToCompareError
-from mgeo.studies.stored import PROVENANCE, stored_tables
-from mgeo.studies.tables import markdown
+from mgeo.studies.stored import PROVENANCE, check, claim, stored_tables
 from mgeo.studies.targets import targets_reached
 from mgeo.studies.versions import distinct
 
@@ -49,7 +47,7 @@ def run_study(
     folders ``report.html``, ``summary.md``, ``summary.csv``, ``values.csv`` and ``ranks.csv`` (see
     `mgeo.studies.pooled`), ``targets.csv`` (`mgeo.studies.targets`) and the plotting library, which
     all pages share. A study that was interrupted goes on with the runs that are missing. With its
-    first tables the folder belongs to this study, which may grow: see `mgeo.studies.claim`.
+    first tables the folder belongs to this study, which may grow: see `mgeo.studies.stored.claim`.
 
     Returns
     -------

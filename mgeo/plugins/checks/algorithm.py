@@ -1,12 +1,15 @@
-"""What any pymoo algorithm must do to be used in studies."""
+"""What any pymoo algorithm must do to be used in studies, on small problems."""
+
+from __future__ import annotations
 
 import copy
 import pickle
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from pymoo.core.algorithm import Algorithm
+from pymoo.core.problem import Problem
 from pymoo.core.result import Result
 from pymoo.optimize import minimize
 
@@ -15,7 +18,8 @@ from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.dominance import nondominated
 from mgeo.algorithms.state import capture, restore
 from mgeo.plugins.checks.failure import no_error, require, require_equal
-from mgeo.plugins.checks.samples import Bowls
+
+Constraint = Literal["none", "half", "impossible"]
 
 
 def check_algorithm(
@@ -171,3 +175,30 @@ def _check_constraints(trial: _Trial) -> None:
     require(none.X is None, f"no point is feasible: expected res.X None, got {none.X}")
     least, _ = impossible.run(return_least_infeasible=True)
     require(least.X is not None, "return_least_infeasible: expected a point")
+
+
+class Bowls(Problem):
+    """Squared distances to n_obj centers within [-2, 2]^n_var; they conflict.
+
+    Parameters
+    ----------
+    n_var, n_obj : numbers of variables and objectives.
+    constraint : "half" the points are feasible (x_1 >= 0), or none is ("impossible").
+    """
+
+    def __init__(self, n_var: int = 4, n_obj: int = 2, constraint: Constraint = "none") -> None:
+        super().__init__(
+            n_var=n_var, n_obj=n_obj, n_ieq_constr=int(constraint != "none"), xl=-2.0, xu=2.0
+        )
+        self.constraint = constraint
+        self.seen: list[FloatArray] = []
+        self.centers = np.zeros((n_obj, n_var))
+        self.centers[np.arange(n_obj), np.arange(n_obj) % n_var] = np.linspace(-1.0, 1.0, n_obj)
+
+    def _evaluate(self, X: FloatArray, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        self.seen.append(X.copy())
+        out["F"] = np.sum((X[:, None, :] - self.centers) ** 2, axis=2)
+        if self.constraint == "half":
+            out["G"] = -X[:, :1]
+        elif self.constraint == "impossible":
+            out["G"] = 3.0 + X[:, :1]

@@ -4,8 +4,7 @@ from mgeo.studies.figures.attainment import attainment_figure, difference_figure
 from mgeo.studies.figures.comparison import comparison_figures
 from mgeo.studies.figures.fronts import each_figure, fronts_figure
 from mgeo.studies.figures.indicators import anytime_figure, boxes_figure
-from mgeo.studies.figures.ranks import ranks_figure
-from mgeo.studies.figures.targets import targets_figure
+from mgeo.studies.figures.ranks import ranks_figure, targets_figure
 
 __all__ = [
     "anytime_figure",

@@ -22,7 +22,7 @@ from mgeo.plugins import protocol
 from mgeo.studies.fingerprint.content import attributes, digest
 from mgeo.studies.fingerprint.modules import UncertainError
 from mgeo.studies.fingerprint.probe import probe_points, probed
-from mgeo.studies.randomness import global_state
+from mgeo.studies.run import global_state
 
 __all__ = ["UncertainError", "fingerprint"]
 

@@ -10,7 +10,7 @@ from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.plan import read_front
 from mgeo_attitude.view.describe import nondominated
 
-from mgeo.runs.representative import representative_solutions
+from mgeo.runs.answer import representative_solutions
 from mgeo.store.run_folder import write_run
 
 from ..small_run import small_run

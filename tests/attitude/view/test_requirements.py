@@ -11,7 +11,7 @@ from mgeo_attitude.scenario import Convergence
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
-from mgeo.runs.dead_end import dead_end
+from mgeo.runs.limits import dead_end
 from mgeo.store.run import Nearest
 
 SHORT = {"preset": "cubesat_6u", "duration": 2400.0, "step": 4.0}

@@ -12,8 +12,8 @@ from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
 from scipy.spatial.distance import cdist
 
 from mgeo import ParetoArchive
+from mgeo.algorithms.archive import truncate
 from mgeo.algorithms.dominance import nondominated, not_weakly_dominated, weakly_dominated_rows
-from mgeo.algorithms.truncation import truncate
 
 from .. import naive
 
@@ -181,7 +181,7 @@ def test_truncation_agrees_with_distances_computed_afresh(n_obj, monkeypatch):
     assert len(F) > 80
     gone = naive_removals(F, 2 * n_obj)
     for neighbors in (3, 8, 1000):
-        monkeypatch.setattr("mgeo.algorithms.truncation._NEIGHBORS", neighbors)
+        monkeypatch.setattr("mgeo.algorithms.archive._NEIGHBORS", neighbors)
         for size in (2 * n_obj, len(F) // 2, len(F) - 1):
             kept = np.delete(np.arange(len(F)), gone[: len(F) - size])
             assert np.flatnonzero(truncate(F, size)).tolist() == kept.tolist()

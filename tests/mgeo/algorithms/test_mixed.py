@@ -15,8 +15,8 @@ from pymoo.optimize import minimize
 
 from mgeo import MGEOCanonical, MGEODirected, MGEOVar
 from mgeo.algorithms.state import SavedState, capture, restore
+from mgeo.algorithms.steps import whole_steps
 from mgeo.algorithms.variables import KINDS, Variables
-from mgeo.algorithms.whole import whole_steps
 from mgeo.testing import check_problem
 
 from .. import naive

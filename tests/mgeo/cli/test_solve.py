@@ -8,8 +8,8 @@ import pytest
 
 from mgeo.cli.options import parse_numbers
 from mgeo.runs.algorithms import DEFAULT, ROBUST
+from mgeo.runs.answer import default_solution
 from mgeo.runs.prepare import PreparedRun, prepare
-from mgeo.runs.representative import default_solution
 from mgeo.store.lock import lock
 from mgeo.store.run_folder import read_run
 

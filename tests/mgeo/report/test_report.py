@@ -16,8 +16,7 @@ from mgeo.cli.app import app
 from mgeo.report import report_html
 from mgeo.report.history import hypervolume_history
 from mgeo.report.solutions import planned_rows
-from mgeo.runs.answer import answer
-from mgeo.runs.representative import RepresentativeSolution
+from mgeo.runs.answer import RepresentativeSolution, answer
 from mgeo.store.run_folder import read_run
 
 EVIL = "</script><script>alert('x')</script><img src=x onerror=alert(1)>"

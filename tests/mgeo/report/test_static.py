@@ -14,8 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
-from mgeo.figures.paper import for_paper
-from mgeo.figures.style import COLORS, HOVER, finished, symbol
+from mgeo.figures.style import COLORS, HOVER, finished, for_paper, symbol
 from mgeo.report import static
 
 from ...browser import find_browser

@@ -9,8 +9,7 @@ from pymoo.core.problem import Problem
 
 from mgeo import MGEOReal
 from mgeo.algorithms.dominance import nondominated
-from mgeo.runs.dead_end import dead_end
-from mgeo.runs.limits import TOLERANCE
+from mgeo.runs.limits import TOLERANCE, dead_end
 from mgeo.runs.meters import MOST
 from mgeo.runs.prepare import prepare
 from mgeo.runs.solve import solve

@@ -6,9 +6,9 @@ import pytest
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
-from mgeo.studies.claim import check, claim
 from mgeo.studies.file import parse_study
 from mgeo.studies.run import Failure, record
+from mgeo.studies.stored import check, claim
 from mgeo.studies.study import run_study
 
 STUDY = """

@@ -2,8 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mgeo.studies.comparison import Comparison
-from mgeo.studies.tables import latex, markdown
+from mgeo.studies.comparison import Comparison, latex, markdown
 
 from .samples import VALUES
 from .samples import comparison as made_by_hand

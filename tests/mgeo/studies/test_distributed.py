@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from mgeo import MGEOReal, compare
 from mgeo.cli.app import app
-from mgeo.studies.cluster import WorkerError
+from mgeo.studies.dispatch import WorkerError
 
 distributed = pytest.importorskip(
     "distributed", reason="needs the extra: pip install 'mgeo[distributed]'"

@@ -13,7 +13,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from mgeo.runs.representative import default_solution
+from mgeo.runs.answer import default_solution
 from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
 from mgeo.validation import errors_of
 from mgeo_attitude._typing import Floats, Ints

@@ -9,7 +9,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.view.describe import nondominated
 
-from mgeo.runs.representative import default_solution
+from mgeo.runs.answer import default_solution
 
 
 @pytest.mark.parametrize("n", [1, 7, pytest.param(300, marks=pytest.mark.slow)])

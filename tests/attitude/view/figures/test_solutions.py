@@ -7,7 +7,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem
 from mgeo_attitude.view.figures.solutions import Solutions
 
-from mgeo.runs.representative import knee
+from mgeo.runs.answer import knee
 
 
 def made_up(F):

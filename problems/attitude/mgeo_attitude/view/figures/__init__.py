@@ -9,7 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
-from mgeo.runs.representative import knee
+from mgeo.runs.answer import knee
 from mgeo_attitude.criteria.objectives import indicators
 from mgeo_attitude.scenario.objective_names import PAPER
 from mgeo_attitude.view import at_best
