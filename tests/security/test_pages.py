@@ -3,7 +3,6 @@
 import dataclasses
 import json
 
-import pytest
 from mgeo_attitude.plan import read_json, write_plan
 from mgeo_calibration.calibration import read_json as read_calibration
 from mgeo_calibration.calibration.report import report_html
