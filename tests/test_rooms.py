@@ -15,13 +15,14 @@ SUITE = ROOT / "problems" / "suite" / "mgeo_suite"
 
 #: Rooms that each may import, also for type checks only and within functions.
 OF_MGEO = {
-    "evaluation": set(),
+    "validation": set(),
     "benchmarks": set(),
-    "algorithms": {"evaluation"},
-    "plugins": {"algorithms", "benchmarks", "evaluation", "figures"},
-    "store": {"algorithms", "benchmarks", "evaluation", "plugins"},
-    "runs": {"algorithms", "benchmarks", "evaluation", "plugins", "store"},
-    "report": {"algorithms", "figures", "plugins", "runs", "store"},
+    "evaluation": {"validation"},
+    "algorithms": {"evaluation", "validation"},
+    "plugins": {"algorithms", "benchmarks", "evaluation", "figures", "validation"},
+    "store": {"algorithms", "benchmarks", "evaluation", "plugins", "validation"},
+    "runs": {"algorithms", "benchmarks", "evaluation", "plugins", "store", "validation"},
+    "report": {"algorithms", "figures", "plugins", "runs", "store", "validation"},
 }
 OF_ATTITUDE = {
     "fields": set(),
@@ -45,7 +46,7 @@ OF_CALIBRATION = {
 }
 #: What stands beside the rooms, and any of them may import.
 SINGLE = {
-    *("_foreign", "_typing", "terminal", "validation"),
+    *("_foreign", "_typing", "terminal"),
     "files",
 }
 

@@ -21,7 +21,7 @@ from mgeo.algorithms.run_state import RunState
 from mgeo.algorithms.variables import Variables, given_starts
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import individuals, values_of
-from mgeo.validation import refuse_unknown, validate_integer
+from mgeo.validation.arguments import refuse_unknown, validate_integer
 
 EXECUTIONS = 5000  # generations of all walkers together, unless a termination is given
 MOST_WALKERS = 100_000  # each has its own random stream, of some kilobytes

@@ -12,7 +12,7 @@ from mgeo.algorithms.coding import MOST_BITS, BitCode
 from mgeo.algorithms.constructors import takes_n_runs
 from mgeo.algorithms.variables import KINDS, Variables
 from mgeo.algorithms.walkers import IndependentWalkers
-from mgeo.validation import validate_choice, validate_each, validate_integer
+from mgeo.validation.arguments import validate_choice, validate_each, validate_integer
 
 CODINGS = ("plain", "gray")
 

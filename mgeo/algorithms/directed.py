@@ -30,7 +30,7 @@ from mgeo.algorithms.weights import (
     random_weights,
     weight_vectors,
 )
-from mgeo.validation import (
+from mgeo.validation.arguments import (
     validate_ascending,
     validate_choice,
     validate_fraction,

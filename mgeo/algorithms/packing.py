@@ -11,7 +11,7 @@ from pymoo.core.problem import Problem
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.evaluation.individuals import as_numbers
-from mgeo.validation import entry
+from mgeo.validation.tables import entry
 
 Arrays = Mapping[str, NDArray[Any]]
 

@@ -15,7 +15,12 @@ from mgeo.algorithms.constructors import takes_n_runs
 from mgeo.algorithms.steps import SCALES, perturb
 from mgeo.algorithms.variables import Variables
 from mgeo.algorithms.walkers import IndependentWalkers
-from mgeo.validation import validate_choice, validate_each, validate_integer, validate_number
+from mgeo.validation.arguments import (
+    validate_choice,
+    validate_each,
+    validate_integer,
+    validate_number,
+)
 
 SCHEDULES = ("factorial", "geometric")
 

@@ -12,7 +12,7 @@ from mgeo._typing import FloatArray
 from mgeo.algorithms.archive import ParetoArchive
 from mgeo.algorithms.directed import DirectedState, MGEODirected
 from mgeo.evaluation.individuals import individuals
-from mgeo.validation import validate_fraction, validate_list
+from mgeo.validation.arguments import validate_fraction, validate_list
 
 
 @dataclass(kw_only=True, eq=False, slots=True)

@@ -33,7 +33,8 @@ from mgeo.algorithms.packing import (
     unpack_stream,
 )
 from mgeo.evaluation.evaluator import TolerantEvaluator
-from mgeo.validation import entry, errors_of, validate_integer
+from mgeo.validation.arguments import validate_integer
+from mgeo.validation.tables import entry, errors_of
 
 _BUDGETS: Mapping[str, tuple[type[Termination], str]] = {
     "n_gen": (MaximumGenerationTermination, "n_max_gen"),

@@ -10,7 +10,7 @@ from pymoo.core.problem import Problem
 from mgeo._typing import BoolArray, FloatArray, IntArray
 from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.selection import RULES, START_TAU, best, better, fitness, next_tau, pick, rank
-from mgeo.validation import validate_choice, validate_integer, validate_number
+from mgeo.validation.arguments import validate_choice, validate_integer, validate_number
 
 RESTARTS = ("never", "random", "archive")
 

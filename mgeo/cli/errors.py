@@ -117,7 +117,7 @@ def _told(error: BaseException, ctx: Any) -> tuple[str, ExitCode]:
         return "interrupted", of_interrupt(error)
     from mgeo.evaluation.evaluator import EvaluationError
     from mgeo.plugins.discovery import PluginError
-    from mgeo.validation import FileError
+    from mgeo.validation.tables import FileError
 
     if isinstance(error, PluginError | EvaluationError | FileError):
         return _one_line(error), ExitCode.BAD_INPUT

@@ -13,7 +13,7 @@ from pymoo.core.evaluator import Evaluator
 from mgeo._typing import BoolArray, FloatArray
 from mgeo.evaluation.failures import Failure, attempt
 from mgeo.evaluation.individuals import own, values_of
-from mgeo.validation import validate_integer
+from mgeo.validation.arguments import validate_integer
 
 if TYPE_CHECKING:
     from pymoo.core.population import Population

@@ -313,7 +313,7 @@ def _alternatives(name: str, noun: str, plugins: Iterable[Plugin]) -> str:
     names = sorted({plugin.name for plugin in plugins})
     if not names:
         return f": no {noun} is installed (the first to try: pip install mgeo-attitude)"
-    from mgeo.validation import did_you_mean
+    from mgeo.validation.arguments import did_you_mean
 
     return f": installed are {', '.join(names)}{did_you_mean(name, names)}"
 

@@ -22,7 +22,7 @@ from mgeo.runs.answer import RepresentativeSolution, answer, representative_solu
 from mgeo.runs.limits import dead_end
 from mgeo.store.run import Run
 from mgeo.store.run_folder import RUN_FILE, read_run
-from mgeo.validation import errors_of
+from mgeo.validation.tables import errors_of
 
 _MOST_NEAR = 5  # cards of what comes nearest
 

@@ -19,7 +19,7 @@ from mgeo.plugins import protocol
 from mgeo.report.build import read_subject
 from mgeo.report.history import recorded_history
 from mgeo.report.solutions import front_picture
-from mgeo.validation import did_you_mean
+from mgeo.validation.arguments import did_you_mean
 
 #: Width and height [px] of figures that have no size of their own.
 _SIZE = (900, 560)

@@ -21,7 +21,7 @@ from mgeo.store.provenance import difference
 from mgeo.store.reading import read_json
 from mgeo.store.run import Run
 from mgeo.store.run_folder import ABOUT, VERIFICATION_FILES, check_verification
-from mgeo.validation import errors_of
+from mgeo.validation.tables import errors_of
 
 _LONGEST = 200  # characters of a difference, which may quote a whole list
 

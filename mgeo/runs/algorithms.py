@@ -12,7 +12,7 @@ from mgeo.algorithms import constructors
 from mgeo.algorithms.base import EXECUTIONS, ExtremalOptimization
 from mgeo.plugins import discovery
 from mgeo.plugins.discovery import load_algorithm
-from mgeo.validation import did_you_mean, validate_integer
+from mgeo.validation.arguments import did_you_mean, validate_integer
 
 if TYPE_CHECKING:
     import numpy as np

@@ -9,7 +9,7 @@ from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 
 from mgeo.runs.unit_box import UnitBox
-from mgeo.validation import validate_integer, validate_number
+from mgeo.validation.arguments import validate_integer, validate_number
 
 _TOLERANCE = 1e-6  # of the bounds' width, where a kernel stops; theirs is 1e-4 of variables near 1
 

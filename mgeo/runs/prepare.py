@@ -20,11 +20,10 @@ from mgeo.runs.algorithms import (
     default_evaluations,
 )
 from mgeo.runs.solve import State, follow, set_up
-from mgeo.store.models import checked
 from mgeo.store.reading import parse_json, parse_toml, read_text
 from mgeo.store.run import Notes, Outcome, RunConfiguration
 from mgeo.store.run_persistence import RunPersistence
-from mgeo.validation import errors_of
+from mgeo.validation.tables import checked, errors_of
 
 #: Largest result to go on from [bytes].
 MOST_BYTES = 50_000_000

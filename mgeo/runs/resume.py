@@ -10,10 +10,9 @@ from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import build_algorithm, keeps_checkpoints
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store.checkpoint import read_notes, resume
-from mgeo.store.models import checked
 from mgeo.store.run import Notes
 from mgeo.store.run_folder import CHECKPOINT_FILE, RUN_FILE, read_run
-from mgeo.validation import errors_of
+from mgeo.validation.tables import checked, errors_of
 
 
 def resume_run(

@@ -29,7 +29,8 @@ from mgeo.store.atomic import remove_leftovers, to_npz, write_file
 from mgeo.store.provenance import difference, identity, versions
 from mgeo.store.reading import from_npz, parse_json, read_file
 from mgeo.store.recorder import Recorder
-from mgeo.validation import entry, errors_of, validate_integer, validate_number
+from mgeo.validation.arguments import validate_integer, validate_number
+from mgeo.validation.tables import entry, errors_of
 
 FORMAT = 3
 _MAGIC = b"mgeo checkpoint"

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mgeo.validation import FileError, errors_of
+from mgeo.validation.tables import FileError, errors_of
 
 #: Far more than any file of ours holds, and less than memory does.
 MOST_BYTES = 2**30

@@ -16,7 +16,8 @@ from pymoo.core.problem import Problem
 from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import column_names
 from mgeo.store import record_file
-from mgeo.validation import FileError, validate_integer, validate_number
+from mgeo.validation.arguments import validate_integer, validate_number
+from mgeo.validation.tables import FileError
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import ConfigDict, Field, Strict
 
 from mgeo._typing import FloatArray
-from mgeo.store.models import Table
+from mgeo.validation.tables import Table
 
 Point = Annotated[tuple[float, ...], Strict(False)]  # of JSON, it is a list
 Names = Annotated[tuple[str, ...], Strict(False)]  # of JSON, it is a list

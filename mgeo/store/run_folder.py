@@ -15,11 +15,10 @@ import numpy as np
 
 from mgeo.store.atomic import write_files
 from mgeo.store.lock import LOCK_FILE
-from mgeo.store.models import checked
 from mgeo.store.reading import read_json
 from mgeo.store.run import Nearest, Outcome, Run, RunConfiguration
 from mgeo.store.tables import read_numbers, to_csv
-from mgeo.validation import entry, errors_of
+from mgeo.validation.tables import checked, entry, errors_of
 
 if TYPE_CHECKING:
     import pandas as pd

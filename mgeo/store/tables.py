@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mgeo.store.reading import read_text
-from mgeo.validation import errors_of
+from mgeo.validation.tables import errors_of
 
 if TYPE_CHECKING:
     import pandas as pd

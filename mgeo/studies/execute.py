@@ -24,7 +24,7 @@ from mgeo.studies.progress import progress as progress_display
 from mgeo.studies.results import FailedRunsWarning, failures
 from mgeo.studies.run import Failure, Task
 from mgeo.studies.space import NothingToCompareError, indicator_space
-from mgeo.validation import validate_integer
+from mgeo.validation.arguments import validate_integer
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm

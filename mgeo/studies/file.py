@@ -15,13 +15,13 @@ from mgeo.benchmarks.collections import expanded, short_name
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import build_algorithm, complete_parameters
 from mgeo.runs.prepare import read_scenario
-from mgeo.store.models import checked
 from mgeo.store.reading import parse_toml, read_text
 from mgeo.studies.execute import MOST
 from mgeo.studies.labels import distinct, filled
 from mgeo.studies.pooled import KEYS
 from mgeo.studies.schema import AlgorithmTable, ProblemTable, PublishedTable, StudyTable
-from mgeo.validation import errors_of, validate_integer
+from mgeo.validation.arguments import validate_integer
+from mgeo.validation.tables import checked, errors_of
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm

@@ -9,9 +9,9 @@ from pydantic import ConfigDict, Field, PlainValidator
 from pydantic_core import PydanticCustomError
 
 from mgeo.runs.algorithms import ALGORITHMS
-from mgeo.store.models import Table
 from mgeo.studies.execute import GRID_POINTS, MOST, seed_numbers
-from mgeo.validation import validate_integer
+from mgeo.validation.arguments import validate_integer
+from mgeo.validation.tables import Table
 
 
 def _listed(value: Any) -> list[str]:

@@ -22,7 +22,8 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import ProblemConfiguration, Study
 from mgeo.studies.indicators import applicable
 from mgeo.studies.space import OBJECTIVE_SPACE, POINTS, IndicatorSpace, Origin
-from mgeo.validation import entry, errors_of, validate_integer
+from mgeo.validation.arguments import validate_integer
+from mgeo.validation.tables import entry, errors_of
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem

@@ -25,7 +25,7 @@ from mgeo_attitude.fields import (
 from mgeo_attitude.fields.quantity import declared
 
 from mgeo.store.reading import read_text
-from mgeo.validation import FileError
+from mgeo.validation.tables import FileError
 from mgeo_suite.heads import FACES, SunHead
 
 NONE = "none"  # the option of having no such sensor

@@ -15,7 +15,7 @@ from mgeo.runs.prepare import prepare
 from mgeo.runs.solve import solve
 from mgeo.store.run import Run
 from mgeo.store.run_folder import read_run, write_run
-from mgeo.validation import FileError
+from mgeo.validation.tables import FileError
 
 from .test_limits import Told
 

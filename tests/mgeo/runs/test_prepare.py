@@ -5,8 +5,8 @@ import pytest
 
 from mgeo.runs.algorithms import DEFAULT, complete_parameters
 from mgeo.runs.prepare import PreparedRun, prepare
-from mgeo.store.models import checked
 from mgeo.store.run import RunConfiguration
+from mgeo.validation.tables import checked
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 

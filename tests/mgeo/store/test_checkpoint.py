@@ -20,7 +20,7 @@ from mgeo import Checkpoint, MGEOReal, Recorder, TolerantEvaluator, read_record,
 from mgeo.evaluation.evaluator import EvaluationError
 from mgeo.store import checkpoint as checkpoint_module
 from mgeo.store.checkpoint import read_notes
-from mgeo.validation import FileError
+from mgeo.validation.tables import FileError
 
 PROBLEM = ZDT1(n_var=4)
 NAMES = [name for name in mgeo.algorithms.__all__ if name.startswith("MGEO")]

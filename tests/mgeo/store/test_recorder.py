@@ -26,7 +26,7 @@ from mgeo import (
     read_record,
 )
 from mgeo.store import record_file
-from mgeo.validation import FileError
+from mgeo.validation.tables import FileError
 
 PROBLEM = ZDT1(n_var=3)
 
@@ -297,7 +297,7 @@ SPOILED = {
     "CREATE TABLE more (x)": "it has other tables",
     "CREATE TRIGGER t AFTER INSERT ON names BEGIN DELETE FROM generations; END": "other tables",
     "DELETE FROM names": "it has no names",
-    "UPDATE names SET X = '[1]'": r"X = \[1\]: expected a list, each entry a string",
+    "UPDATE names SET X = '[1]'": r"X\[0\] = 1: expected a string",
     "UPDATE names SET X = '['": "Expecting",
     'UPDATE names SET F = \'["f1", "f3"]\'': "generation 1 is not what was written",
     'UPDATE names SET F = \'["f1", "x1"]\'': "expected different names",

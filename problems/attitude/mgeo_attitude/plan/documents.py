@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from mgeo.store.reading import parse_json, read_text
-from mgeo.validation import entry, errors_of
+from mgeo.validation.tables import entry, errors_of
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import Scenario
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from mgeo.store.atomic import write_file
-from mgeo.validation import entry
+from mgeo.validation.tables import entry
 from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.documents import Form, read_document, written
 from mgeo_attitude.plan.plan import ManeuverPlan

@@ -15,7 +15,7 @@ import numpy as np
 
 from mgeo.runs.answer import default_solution
 from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
-from mgeo.validation import errors_of
+from mgeo.validation.tables import errors_of
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate

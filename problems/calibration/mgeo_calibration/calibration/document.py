@@ -19,7 +19,7 @@ from mgeo_attitude.plan.documents import Form, read_document, written
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.prior import prior_of
 
-from mgeo.validation import entry
+from mgeo.validation.tables import entry
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.prior_tests import PriorTest
 from mgeo_calibration.calibration.sensor_tests import SensorTest

@@ -1,25 +1,14 @@
-"""Checks of what a user passes in or a file holds: errors name the value and what was expected."""
+"""Checks of arguments: each error names the value and what was expected."""
 
 import difflib
 import math
-import os
-import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping
 from numbers import Integral, Real
 from types import MappingProxyType
-from typing import Any, TypeVar, get_args, get_origin
+from typing import Any, TypeVar
 
 import numpy as np
-
-_KINDS: Mapping[Any, str] = {
-    str: "a string",
-    int: "an integer",
-    float: "a finite number",
-    bool: "true or false",
-    dict: "a table",
-    list: "a list",
-}
 
 T = TypeVar("T")
 
@@ -156,64 +145,16 @@ def refuse_unknown(
 
 
 def did_you_mean(value: Any, known: Collection[str]) -> str:
-    """The end of a message on a value that looks like a known one; empty where it does not."""
-    close = difflib.get_close_matches(str(value), known, n=1)
-    return f"; did you mean {close[0]!r}?" if close else ""
+    """The end of a message on a value that looks like known ones; empty where it does not.
 
-
-class FileError(ValueError):
-    """A file that does not hold what it should; the message says which, what and where."""
-
-
-@contextmanager
-def errors_of(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Make a `FileError` of any ValueError or TypeError: with the file's name before it."""
-    try:
-        yield
-    except (ValueError, TypeError) as error:
-        raise FileError(f"{os.fspath(path)}: {error}") from error
-
-
-def entry(table: Any, key: str, kind: Any, where: str = "") -> Any:
-    """An entry of a table that was read, which is of the kind expected.
-
-    Parameters
-    ----------
-    kind
-        str, int, float (finite; also an int), bool, list, dict, or of these ``list[str]``,
-        ``dict[str, int]``, and so on.
-    where
-        What the table is called in messages, such as ``"hypervolume."``.
-
-    Raises
-    ------
-    ValueError
-        If it is missing.
-    TypeError
-        If it is of another kind.
+    The usual slip is a part of a name: without its unit, or ``bias_nt`` for ``initial_bias_nt``.
+    All names are told of which the value is a part, or else the one that is most like it.
     """
-    if not isinstance(table, Mapping):
-        raise TypeError(f"{where.rstrip('.') or 'the content'} = {table!r:.80}: expected a table")
-    if key not in table:
-        raise ValueError(f"{where}{key} is missing: expected {_expected(kind)}")
-    if not _is(table[key], kind):
-        raise TypeError(f"{where}{key} = {table[key]!r:.80}: expected {_expected(kind)}")
-    return table[key]
+    words = _words(value)
+    longer = [name for name in known if words and f" {words} " in f" {_words(name)} "]
+    close = longer or difflib.get_close_matches(str(value), known, n=1)
+    return f"; did you mean {' or '.join(map(repr, close))}?" if close else ""
 
 
-def _is(value: Any, kind: Any) -> bool:
-    base = get_origin(kind) or kind
-    if base is float:
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        return number and abs(value) <= sys.float_info.max
-    if not isinstance(value, base) or (base is int and isinstance(value, bool)):
-        return False
-    entries = value.values() if base is dict else value if base is list else ()
-    return all(_is(each, get_args(kind)[-1]) for each in entries) if get_args(kind) else True
-
-
-def _expected(kind: Any) -> str:
-    base = get_origin(kind)
-    if base is None:
-        return _KINDS[kind]
-    return f"{_KINDS[base]}, each entry {_expected(get_args(kind)[-1])}"
+def _words(name: Any) -> str:
+    return " ".join(re.findall(r"[^\W_]+", str(name)))

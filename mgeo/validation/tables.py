@@ -1,0 +1,134 @@
+"""Tables that files hold, checked by pydantic: errors name the file, the place and the value."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import cache
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from mgeo.validation.arguments import did_you_mean
+
+_EXPECTED = {  # by pydantic's type of an error
+    "string_type": "a string",
+    "bool_type": "true or false",
+    "literal_error": "{expected}",
+    "int_type": "an integer",
+    "float_type": "a finite number",
+    "finite_number": "a finite number",
+    "list_type": "a list",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "greater_than_equal": "a number of at least {ge}",
+    "less_than_equal": "a number of at most {le:,}",
+    "too_short": "{min_length} entry or more",
+}
+
+
+_STRICT = ConfigDict(strict=True, allow_inf_nan=False)
+
+
+class Table(BaseModel):
+    """A table whose keys are known, and whose values are taken as they are or refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, **_STRICT)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_keys(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        known = list(cls.model_fields)
+        for key in data if cls.model_config["extra"] == "forbid" else ():
+            if key not in known:
+                expected = f"expected {', '.join(known)}{did_you_mean(key, known)}"
+                raise PydanticCustomError("key", f"{key!s:.80} is unknown: {expected}")
+        *others, last = required = [k for k in known if cls.model_fields[k].is_required()]
+        for key in required:
+            if key not in data:
+                expected = f"the keys {', '.join(others)} and {last}" if others else "this key"
+                raise PydanticCustomError("key", f"{key} is missing: expected {expected}")
+        return data
+
+
+T = TypeVar("T", bound=Table)
+
+
+def checked(model: type[T], data: Any) -> T:
+    """A table that was read, as its model.
+
+    Raises
+    ------
+    ValueError
+        Naming the first thing that is wrong: its place, as ``problems[0].name``, its value and
+        what was expected.
+    """
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise ValueError(_in_words(error)) from None
+
+
+def entry(table: Any, key: str, kind: Any, where: str = "") -> Any:
+    """An entry of a table that was read, which is of the kind expected.
+
+    Parameters
+    ----------
+    kind
+        A type for pydantic: str, int, float (finite; also an int), ``list[str]``, and so on.
+    where
+        What the table is called in messages, such as ``"hypervolume."``.
+
+    Raises
+    ------
+    ValueError
+        If it is missing.
+    TypeError
+        If it is of another kind.
+    """
+    if not isinstance(table, Mapping):
+        raise TypeError(f"{where.rstrip('.') or 'the content'} = {table!r:.80}: expected a table")
+    if key not in table:
+        raise ValueError(f"{where}{key} is missing")
+    try:
+        _adapter(kind).validate_python(table[key])
+    except ValidationError as error:
+        raise TypeError(_in_words(error, f"{where}{key}")) from None
+    return table[key]
+
+
+class FileError(ValueError):
+    """A file that does not hold what it should; the message says which, what and where."""
+
+
+@contextmanager
+def errors_of(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Make a `FileError` of any ValueError or TypeError: with the file's name before it."""
+    try:
+        yield
+    except (ValueError, TypeError) as error:
+        raise FileError(f"{os.fspath(path)}: {error}") from error
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind, config=_STRICT)
+
+
+def _in_words(caught: ValidationError, where: str = "") -> str:
+    """The first thing that is wrong with what is called `where`, or is a whole file."""
+    error = caught.errors()[0]
+    places = (f"[{key}]" if isinstance(key, int) else f".{key}" for key in error["loc"])
+    where = f"{where}{''.join(places)}".lstrip(".")
+    if error["type"] == "key":
+        return f"{where}.{error['msg']}".lstrip(".")
+    if error["type"] == "value_error":  # of functions whose messages name key and value
+        return str(error["ctx"]["error"])
+    expected = _EXPECTED.get(error["type"], error["msg"].removeprefix("Input should be "))
+    expected = expected.format(**error.get("ctx", {}))
+    value = "" if isinstance(error["input"], Mapping) else f" = {error['input']!r:.80}"
+    return f"{where}{value}: expected {expected}"

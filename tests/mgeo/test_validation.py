@@ -1,0 +1,86 @@
+"""What is refused is named, with its place, its value, and what was expected."""
+
+import re
+
+import pytest
+
+from mgeo.validation.arguments import did_you_mean
+from mgeo.validation.tables import Table, checked, entry
+
+
+@pytest.mark.parametrize(
+    ("value", "known", "told"),
+    [
+        ("nsag2", ["nsga2", "nsga3"], "; did you mean 'nsga2'?"),
+        ("directed", ["mgeo-directed", "mgeo-real"], "; did you mean 'mgeo-directed'?"),
+        ("bias", ["bias_decay", "initial_bias_nt", "basis"], None),
+        ("bias_nt", ["bias_decay", "initial_bias_nt"], "; did you mean 'initial_bias_nt'?"),
+        ("orbit", ["gyro", "sensors"], ""),
+        ("", ["gyro"], ""),
+        (3, ["gyro", "3"], "; did you mean '3'?"),
+    ],
+)
+def test_a_name_that_is_like_known_ones_or_a_part_of_them(value, known, told):
+    told = "; did you mean 'bias_decay' or 'initial_bias_nt'?" if told is None else told
+    assert did_you_mean(value, known) == told
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"),
+    [(int, 3), (float, 3), (float, -1.5), (bool, False), (str, ""), (dict, {}), (list, [1, "a"]),
+     (list[str], ["a"]), (dict[str, int], {"a": 1})],
+)  # fmt: skip
+def test_an_entry_comes_as_it_is(kind, value):
+    found = entry({"a": value}, "a", kind)
+    assert found is value
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "message"),
+    [
+        (int, True, "x.a = True: expected an integer"),
+        (int, 1.0, "x.a = 1.0: expected an integer"),
+        (float, True, "x.a = True: expected a finite number"),
+        (float, float("nan"), "x.a = nan: expected a finite number"),
+        (float, 10**400, "x.a = 1000"),
+        (float, "1", "x.a = '1': expected a finite number"),
+        (bool, 1, "x.a = 1: expected true or false"),
+        (str, None, "x.a = None: expected a string"),
+        (dict, [], "x.a = []: expected a table"),
+        (list[str], ["a", 1], "x.a[1] = 1: expected a string"),
+        (dict[str, int], {"b": "c"}, "x.a.b = 'c': expected an integer"),
+    ],
+)
+def test_an_entry_of_another_kind_is_named(kind, value, message):
+    with pytest.raises(TypeError, match=rf"^{re.escape(message)}"):
+        entry({"a": value}, "a", kind, "x.")
+
+
+def test_a_missing_entry_is_named_and_what_is_no_table():
+    with pytest.raises(ValueError, match=r"^x\.a is missing$"):
+        entry({}, "a", int, "x.")
+    with pytest.raises(TypeError, match=r"^x = \[\]: expected a table$"):
+        entry([], "a", int, "x.")
+
+
+class Inner(Table):
+    size: float
+
+
+class Outer(Table):
+    parts: list[Inner]
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        ({"parts": [{"size": "1"}]}, "parts[0].size = '1': expected a finite number"),
+        ({"parts": [{"siz": 1}]}, "parts[0].siz is unknown: expected size; did you mean 'size'?"),
+        ({"parts": [{}]}, "parts[0].size is missing: expected this key"),
+        ({}, "parts is missing: expected this key"),
+        ({"parts": 3}, "parts = 3: expected a list"),
+    ],
+)
+def test_tables_and_entries_are_told_in_the_same_words(data, message):
+    with pytest.raises(ValueError, match=rf"^{re.escape(message)}$"):
+        checked(Outer, data)
