@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.environment.interpolation import interpolate, nearest
+from mgeo_attitude.environment.arc import interpolate, nearest
+from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.filter.visibility import can_measure
 from mgeo_attitude.filter.wheel_load import wheel_loads
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_calibration import calibrate, fly

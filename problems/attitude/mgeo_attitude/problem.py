@@ -23,7 +23,7 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
 from mgeo_attitude.scenario import FlightErrors, Scenario
-from mgeo_attitude.scenario.objective_names import PAPER
+from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.view import at_best, describe, promises, requirements
 from mgeo_attitude.view.answers import answers

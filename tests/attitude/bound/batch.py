@@ -11,7 +11,7 @@ import dataclasses
 import numpy as np
 from mgeo_attitude import FilterModel
 from mgeo_attitude.filter.reference import van_loan
-from mgeo_attitude.maneuvers.attitude import attitudes
+from mgeo_attitude.maneuvers.motion import attitudes
 from numpy.typing import NDArray
 from scipy.linalg import inv, solve_triangular
 

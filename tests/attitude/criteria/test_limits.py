@@ -12,7 +12,7 @@ from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.maneuvers.phases import phases
 from mgeo_attitude.scenario import Convergence, ManeuverLimits, PathLimit, Wheels
-from mgeo_attitude.scenario.objective_names import NAMES
+from mgeo_attitude.scenario.settings import NAMES
 
 from ..between import worst_excess
 

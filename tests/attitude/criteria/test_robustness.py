@@ -11,7 +11,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario
 from mgeo_attitude.criteria import robustness
 from mgeo_attitude.criteria.robustness import Flights, draw_flights, judged, kept_by, over_flights
-from mgeo_attitude.environment.moon import moon_position
+from mgeo_attitude.environment.sun_moon import moon_position
 from mgeo_attitude.environment.time_frames import instants
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run

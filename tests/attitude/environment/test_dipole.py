@@ -3,8 +3,7 @@
 from datetime import UTC, datetime
 
 import numpy as np
-from mgeo_attitude.environment.dipole import dipole_gradient
-from mgeo_attitude.environment.field import geomagnetic_field
+from mgeo_attitude.environment.field import dipole_gradient, geomagnetic_field
 
 RADIUS, STEP = 7.13e6, 1000.0
 

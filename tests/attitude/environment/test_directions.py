@@ -9,8 +9,7 @@ import numpy as np
 from mgeo_attitude import Environment, Scenario
 from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT, DAY, EARTH_RADIUS
 from mgeo_attitude.environment.directions import DIRECTIONS, directions, radii
-from mgeo_attitude.environment.moon import moon_position
-from mgeo_attitude.environment.sun import sun_position
+from mgeo_attitude.environment.sun_moon import moon_position, sun_position
 from mgeo_attitude.environment.time_frames import Instants
 
 SHORT = dataclasses.replace(Scenario.cubesat_6u(), duration=3000.0, step=50.0)

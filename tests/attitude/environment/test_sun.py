@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT
-from mgeo_attitude.environment.sun import sun_direction, sun_position
+from mgeo_attitude.environment.sun_moon import sun_direction, sun_position
 from mgeo_attitude.environment.time_frames import Instants, instants
 
 

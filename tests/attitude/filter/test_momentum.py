@@ -10,7 +10,7 @@ from mgeo_attitude.environment.constants import EARTH_MU
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.filter.wheel_load import gravity_gradient, wheel_loads
-from mgeo_attitude.maneuvers.attitude import attitudes
+from mgeo_attitude.maneuvers.motion import attitudes
 from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverLimits, Wheels
 from scipy.optimize import linprog

@@ -9,7 +9,7 @@ from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evalua
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import PathLimit, Prior
-from mgeo_attitude.sensors.states import state_units
+from mgeo_attitude.sensors.suite import state_units
 from scipy.spatial.transform import Rotation
 
 from .agreement import assert_agrees, designs

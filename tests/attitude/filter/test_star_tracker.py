@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Gyro, Scenario, StarTracker, Suite
 from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
-from mgeo_attitude.filter.visibility import can_measure
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration import consistency, simulate

@@ -17,7 +17,7 @@ from mgeo_attitude.scenario import (
     Orbit,
     Scenario,
 )
-from mgeo_attitude.scenario.objective_names import NAMES
+from mgeo_attitude.scenario.settings import NAMES
 from mgeo_attitude.sensors import SENSORS, Gyro
 
 

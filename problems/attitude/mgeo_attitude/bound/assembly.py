@@ -1,4 +1,4 @@
-"""The limit of a scenario, equations (20) to (27)."""
+"""The limit of a scenario, equations (20) to (27), and what it does not ask for, by name."""
 
 from __future__ import annotations
 
@@ -7,17 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.bound.block import Block, in_any_axes, in_these_axes, least
-from mgeo_attitude.bound.considered import unobserved
+from mgeo_attitude.bound.block import Block, in_any_axes, in_these_axes, least, unobserved
 from mgeo_attitude.bound.curves import LimitCurves, curves
-from mgeo_attitude.bound.given_away import given_away
-from mgeo_attitude.bound.gyro import Drift, along_attitude, corners, through_attitude
-from mgeo_attitude.bound.recursion import recursion
+from mgeo_attitude.bound.gyro import Drift, along_attitude, corners, recursion, through_attitude
 from mgeo_attitude.bound.samples import Samples, samples
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors.states import considered_blocks
-from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors.suite import Suite, considered_blocks
 
 
 def limit(scenario: Scenario, model: FilterModel | None = None) -> LimitCurves:
@@ -133,3 +129,26 @@ def _information(model: FilterModel) -> Floats:
 
 def _states(suite: Suite, block: str) -> np.ndarray:
     return 3 * suite.blocks.index(block) + np.arange(3)
+
+
+def given_away(scenario: Scenario, model: FilterModel, told: Samples) -> tuple[str, ...]:
+    """Each in one line, beside that each 3-vector counts as if all else were known."""
+    found = [f"{name}: noise counts as nowhere more than on its best axis" for name in told.uneven]
+    for sensor in model.suite.sensors:
+        if sensor.views():
+            found.append(f"{sensor.name}: sees whatever the attitude")
+        if sensor.max_rate() < np.inf:
+            found.append(f"{sensor.name}: measures at any rate")
+    if (model.initial_correlation != np.eye(len(model.initial_sigma))).any():
+        found.append("correlations at the start: of each 3-vector what is not known by the others")
+    if model.suite.considered.size:
+        found.append("considered errors count as known, but for themselves")
+    if len(model.suite.gyro.states()) > 1:
+        found.append("gyro errors that turn with the rate: any attitude, at the greatest rates")
+    turning = [
+        ("ramps", model.slew_limits),
+        ("path limits", model.path_limits),
+        ("wheels", scenario.wheels),
+    ]
+    found += [f"{name}: the attitude is free" for name, there in turning if there]
+    return tuple(found)

@@ -68,3 +68,27 @@ def filled(known: Floats, gained: Floats) -> Floats:
     level = ((gained[:, None] + np.cumsum(eigenvalues)) / counts).min(axis=1)
     variances: Floats = 1.0 / np.maximum(eigenvalues, level[:, None])
     return variances
+
+
+def unobserved(start: Floats, decay: float, walk: float, times: Floats) -> Floats:
+    """Covariance of an error e' = -λ e + noise of a density that nothing measures.
+
+    Parameters
+    ----------
+    start : array, shape (3, 3)
+    decay : float
+        λ [1/s].
+    times : array, shape (n,)
+        [s]
+
+    Returns
+    -------
+    array, shape (n, 3, 3)
+    """
+    twice = 2.0 * decay * times
+    # (1 - exp(-2 λ t)) / 2 λ, which is t without decay
+    grown = times if decay == 0.0 else -np.expm1(-twice) / (2.0 * decay)
+    covariance: Floats = np.exp(-twice)[:, None, None] * start + walk * grown[
+        :, None, None
+    ] * np.eye(3)
+    return covariance

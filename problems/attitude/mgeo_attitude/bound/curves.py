@@ -11,8 +11,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound.block import Block
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.scenario.objective_names import blocks_of
-from mgeo_attitude.scenario.settings import RequiredSigma
+from mgeo_attitude.scenario.settings import RequiredSigma, blocks_of
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.scenario.objective_names import blocks_of
+from mgeo_attitude.scenario.settings import blocks_of
 from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment.constants import EARTH_RADIUS
-from mgeo_attitude.environment.moon import moon_position
+from mgeo_attitude.environment.sun_moon import moon_position
 from mgeo_attitude.environment.time_frames import instants
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.field import geomagnetic_field
 from mgeo_attitude.environment.orbit import AnyOrbit
-from mgeo_attitude.environment.sun import lit_fraction, sun_direction, sun_position
+from mgeo_attitude.environment.sun_moon import lit_fraction, sun_direction, sun_position
 from mgeo_attitude.environment.time_frames import gcrs_to_itrs, instants, rotate
 from mgeo_attitude.fields import require_same
 

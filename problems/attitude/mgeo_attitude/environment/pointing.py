@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.environment.sun import lit_fraction, sun_direction, sun_position
+from mgeo_attitude.environment.sun_moon import lit_fraction, sun_direction, sun_position
 from mgeo_attitude.environment.time_frames import instants
 
 if TYPE_CHECKING:

@@ -29,8 +29,7 @@ from mgeo_attitude.maneuvers.schedule import Schedule, schedule
 from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.scenario.settings import RequiredSigma, TraceWeights
 from mgeo_attitude.sensors import Gyro, Sensor
-from mgeo_attitude.sensors.states import uncalibrated
-from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors.suite import Suite, uncalibrated
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario import PathLimit, Scenario

@@ -17,10 +17,9 @@ from scipy.linalg import block_diag, expm
 
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.filter.evaluator import evaluate
-from mgeo_attitude.filter.history import FilterHistory
+from mgeo_attitude.filter.history import FilterHistory, can_measure
 from mgeo_attitude.filter.model import FilterModel
-from mgeo_attitude.filter.visibility import can_measure
-from mgeo_attitude.maneuvers.attitude import attitudes
+from mgeo_attitude.maneuvers.motion import attitudes
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from mgeo_attitude.plan.documents import TOLERANCE
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.scenario.objective_names import PAPER
+from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.view.describe import nondominated
 
 Choice = Literal["knee", "fastest", "best"]

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue, Validated, expect, from_table, quantity
 from mgeo_attitude.sensors import Gyro, Sensor
-from mgeo_attitude.sensors.states import state_units
+from mgeo_attitude.sensors.suite import state_units
 
 #: Quaternions and matrices are written with all their digits.
 _ROUNDING = 1e-9

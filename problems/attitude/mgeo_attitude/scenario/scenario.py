@@ -30,22 +30,25 @@ from mgeo_attitude.files import write_text
 from mgeo_attitude.scenario.after import going_on
 from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.initial import InitialConditions, Sight
-from mgeo_attitude.scenario.objective_names import NAMES, PAPER, TRACE_OF, check_objectives
 from mgeo_attitude.scenario.path_limits import PathLimit
 from mgeo_attitude.scenario.presets import PRESETS, on_preset
 from mgeo_attitude.scenario.prior import Prior
 from mgeo_attitude.scenario.settings import (
+    NAMES,
+    PAPER,
+    TRACE_OF,
     Convergence,
     ManeuverLimits,
     RequiredSigma,
     TraceWeights,
     check_blocks,
     check_name,
+    check_objectives,
 )
 from mgeo_attitude.scenario.toml import ScenarioFileError, read_toml, to_toml
 from mgeo_attitude.scenario.wheels import Wheels
 from mgeo_attitude.sensors import SENSORS, Gyro, Sensor
-from mgeo_attitude.sensors.states import state_units, uncalibrated
+from mgeo_attitude.sensors.suite import state_units, uncalibrated
 
 _MAX_COUNT = 2**31  # with more steps than this any remainder would be within rounding
 # What is kept of each step would fill the memory: of the run, once; of the window, for each design.

@@ -1,8 +1,7 @@
 """Gyro and sensors: their parameters, their error models, and their readings as arrays."""
 
-from mgeo_attitude.sensors.base import Sensor
+from mgeo_attitude.sensors.base import GaussMarkov, Sensor, sigma_of
 from mgeo_attitude.sensors.gyro import Gyro
-from mgeo_attitude.sensors.markov import GaussMarkov, sigma_of
 from mgeo_attitude.sensors.star_tracker import StarTracker
 from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
 

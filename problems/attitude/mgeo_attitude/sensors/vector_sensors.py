@@ -8,15 +8,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mgeo_attitude._typing import Bools, Floats
-from mgeo_attitude.environment.dipole import dipole_gradient
 from mgeo_attitude.environment.directions import Cone
+from mgeo_attitude.environment.field import dipole_gradient
 from mgeo_attitude.fields import InvalidValue, positive, quantity
 from mgeo_attitude.fields.units import ARCMIN, DEG, PPM, Unit
 from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import shear as shear_components
-from mgeo_attitude.sensors.base import NAME, Sensor
-from mgeo_attitude.sensors.markov import GaussMarkov
+from mgeo_attitude.sensors.base import NAME, GaussMarkov, Sensor
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment

@@ -13,7 +13,7 @@ from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.scenario.objective_names import PAPER
+from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.promises import ends
 

@@ -11,8 +11,7 @@ from mgeo_attitude.fields.units import Unit
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.geometry.rotation import matrix, shear
 from mgeo_attitude.sensors import Gyro, Sensor
-from mgeo_attitude.sensors.states import uncalibrated
-from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors.suite import Suite, uncalibrated
 
 #: Of the gyro in telemetry.
 DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))

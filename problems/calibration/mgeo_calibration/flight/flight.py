@@ -7,9 +7,9 @@ from types import SimpleNamespace
 
 import numpy as np
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.transition import transition
-from mgeo_attitude.filter.visibility import can_measure
 from mgeo_attitude.geometry.rotation import matrix, vector
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.sensors.readings import Readings, as_array

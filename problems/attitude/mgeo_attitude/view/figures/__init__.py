@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from mgeo.runs.answer import knee
 from mgeo_attitude.criteria.objectives import indicators
-from mgeo_attitude.scenario.objective_names import PAPER
+from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.view import at_best
 from mgeo_attitude.view.figures.convergence import convergence_figure
 from mgeo_attitude.view.figures.front import front_figure

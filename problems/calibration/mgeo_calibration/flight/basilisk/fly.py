@@ -10,8 +10,8 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.model import FilterModel, sampled
-from mgeo_attitude.filter.visibility import can_measure
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Magnetometer, Sensor, StarTracker, SunSensor

@@ -16,7 +16,7 @@ from Basilisk.architecture import messaging, sysModel
 from Basilisk.simulation import eclipse, gravityEffector, magneticFieldWMM, spacecraft
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.constants import EARTH_MU
-from mgeo_attitude.environment.sun import sun_position
+from mgeo_attitude.environment.sun_moon import sun_position
 from mgeo_attitude.environment.time_frames import as_utc, gcrs_to_itrs, instants
 
 #: Reference radius of IGRF [m].

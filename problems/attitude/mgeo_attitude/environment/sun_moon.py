@@ -1,8 +1,12 @@
-"""Where the Sun is, and how much of it the Earth covers.
+"""Where Sun and Moon are, and how much of the Sun the Earth covers.
 
-IAU SOFA's planetary theory (VSOP2000, as epv00), in GCRS axes. The direction is geometric: light
-time and the aberration by the Earth's motion (0.0057°) are not in it, as an ideal Sun sensor model
-would remove them. The Earth is a sphere without an atmosphere.
+The Sun: IAU SOFA's planetary theory (VSOP2000, as epv00), in GCRS axes. The direction is
+geometric: light time and the aberration by the Earth's motion (0.0057°) are not in it, as an ideal
+Sun sensor model would remove them. The Earth is a sphere without an atmosphere.
+
+The Moon: the truncated lunar theory of Meeus (Astronomical Algorithms, 2nd edition, 1998, chapter
+47), as erfa's moon98, in GCRS axes. Against ELP/MPP02 its direction is off by 2.9 arcsec rms and 18
+at worst (1950 to 2100), which is less than a hundredth of the disc.
 """
 
 from __future__ import annotations
@@ -53,3 +57,8 @@ def lit_fraction(position: Floats, sun: Floats) -> Floats:
     sun_sector = a * a * np.arccos(np.clip(x / a, -1.0, 1.0))
     earth_sector = b * b * np.arccos(np.clip((c - x) / b, -1.0, 1.0))
     return np.asarray(1.0 - (sun_sector + earth_sector - c * half_chord) / (a * a * np.pi))
+
+
+def moon_position(at: Instants) -> Floats:
+    """Vectors from the Earth's center to the Moon's [m], GCRS, shape (n, 3); geometric."""
+    return np.asarray(ASTRONOMICAL_UNIT * erfa.moon98(at.midnight, at.tt)["p"])
