@@ -377,9 +377,8 @@ def study(
     """
     from mgeo.cli.dry_run import describe_study
     from mgeo.cli.study import notes, show, workers
-    from mgeo.studies.estimate import estimate_study
     from mgeo.studies.file import read_study
-    from mgeo.studies.study import run_study
+    from mgeo.studies.study import estimate_study, run_study
 
     folder, output = out or Path("studies", file.stem), Output(quiet, json)
     with bad_input(), notes(output):

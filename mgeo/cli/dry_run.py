@@ -18,8 +18,8 @@ from mgeo.store.run_persistence import RunPersistence
 from mgeo.terminal import pairs
 
 if TYPE_CHECKING:  # every run imports this module, and statistics take most of a second
-    from mgeo.studies.estimate import StudyEstimate
     from mgeo.studies.file import Study
+    from mgeo.studies.study import StudyEstimate
 
 
 def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) -> None:

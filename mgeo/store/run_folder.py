@@ -12,13 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import ConfigDict
 
 from mgeo.store.atomic import write_files
 from mgeo.store.lock import LOCK_FILE
 from mgeo.store.reading import read_json
 from mgeo.store.run import Nearest, Outcome, Run, RunConfiguration
 from mgeo.store.tables import read_numbers, to_csv
-from mgeo.validation.tables import checked, entry, errors_of
+from mgeo.validation.tables import Table, checked, entry, errors_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,6 +34,17 @@ NEAREST_FILE = "nearest.csv"
 VERIFICATION_FILES = "verification*.json"
 #: Keys by which such a file says what it is about.
 ABOUT = ("problem", "options", "design")
+
+
+class _Document(Table):
+    """What ``run.json`` says besides the outcome."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    configuration: RunConfiguration
+    versions: dict[str, str]
+    solutions: int
+    nearest: int = 0
 
 
 def check_folder(folder: Path | str, *, overwrite: bool = False) -> Path:
@@ -96,18 +108,15 @@ def read_run(folder: Path | str) -> Run:
         found = entry(data, "format", int)
         if found != FORMAT:
             raise ValueError(f"format = {found!r}: this version of mgeo reads format {FORMAT}")
-        configuration = checked(RunConfiguration, entry(data, "configuration", dict))
-        versions = entry(data, "versions", dict[str, str])
-        n = entry(data, "solutions", int)
-        n_nearest = entry(data, "nearest", int) if "nearest" in data else 0
+        told = checked(_Document, data)
         outcome = checked(Outcome, {key: data[key] for key in data if key not in _ARRAYS})
     front = read_numbers(folder / FRONT_FILE)
     names = [*outcome.variables, *outcome.objectives]
     with errors_of(path):
-        if list(front.columns) != names or len(front) != n:
+        if list(front.columns) != names or len(front) != told.solutions:
             raise ValueError(
                 f"{FRONT_FILE} has {len(front)} rows and the columns {list(front.columns)}: "
-                f"expected {n} rows and {names}"
+                f"expected {told.solutions} rows and {names}"
             )
         volume, n_obj = outcome.hypervolume, len(outcome.objectives)
         if volume is not None and {len(volume.ideal), len(volume.nadir)} - {0, n_obj}:
@@ -116,8 +125,8 @@ def read_run(folder: Path | str) -> Run:
                 "numbers each"
             )
     X, F = np.hsplit(front.to_numpy(float), [len(outcome.variables)])
-    found = {"X": X, "F": F, "nearest": _read_nearest(folder, outcome, n_nearest)}
-    return Run(configuration, outcome.model_copy(update=found), versions)
+    found = {"X": X, "F": F, "nearest": _read_nearest(folder, outcome, told.nearest)}
+    return Run(told.configuration, outcome.model_copy(update=found), told.versions)
 
 
 def _read_nearest(folder: Path, outcome: Outcome, n: int) -> Nearest:

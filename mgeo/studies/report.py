@@ -66,7 +66,7 @@ def study_page(
     Parameters
     ----------
     standings : as of `mgeo.studies.pooled.ranks_over_problems`.
-    reached : as of `mgeo.studies.targets.targets_reached`.
+    reached : as of `mgeo.studies.results.targets_reached`.
     failed : sentences on what failed, as of `mgeo.studies.results.failures`.
     """
     labels = tuple(algorithm.label for algorithm in study.algorithms)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+from pydantic import ConfigDict, Field
 
 from mgeo.plugins import protocol
 from mgeo.plugins.protocol import column_names
@@ -22,8 +23,7 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.file import ProblemConfiguration, Study
 from mgeo.studies.indicators import applicable
 from mgeo.studies.space import OBJECTIVE_SPACE, POINTS, IndicatorSpace, Origin
-from mgeo.validation.arguments import validate_integer
-from mgeo.validation.tables import entry, errors_of
+from mgeo.validation.tables import Table, checked, entry, errors_of
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -73,13 +73,10 @@ def read_comparison(folder: Path | str) -> Comparison:
         raise FileNotFoundError(f"{folder} holds no comparison: there is no {PROVENANCE}")
     data = read_json(path)
     with errors_of(path):
-        name = entry(entry(data, "problem", dict), "name", str, "problem.")
-        options = entry(data["problem"], "options", dict, "problem.")
-        algorithms = tuple(entry(data, "algorithms", dict))
-        n_eval = validate_integer("evaluations", entry(data, "evaluations", int), low=1)
-        stated = entry(data, "space", dict)
-        problem = ProblemConfiguration("", name, options).build()
-        space = _space(problem, stated)
+        told = checked(_Provenance, data)
+        problem = ProblemConfiguration("", told.problem.name, told.problem.options).build()
+        space = _space(problem, told.space)
+    algorithms, n_eval = tuple(told.algorithms), told.evaluations
     indicators = [indicator.name for indicator in applicable(problem.n_obj)]
     counts = ["wall_time", "failed_evaluations"]
     table = _read(folder / TABLE, algorithms, ["evaluations", "points", *indicators])
@@ -95,19 +92,41 @@ def read_comparison(folder: Path | str) -> Comparison:
     return Comparison(problem, algorithms, n_eval, table, runs, records, space)
 
 
-def _space(problem: Problem, stated: Mapping[str, Any]) -> IndicatorSpace:
-    origin = entry(stated, "origin", str, "space.")
-    if origin not in get_args(Origin):
-        raise ValueError(f"space.origin = {origin!r:.80}: expected {', '.join(get_args(Origin))}")
-    n_obj = problem.n_obj
+class _Part(Table):
+    """What is needed of a table that says more."""
+
+    model_config = ConfigDict(extra="ignore")
+
+
+class _Problem(_Part):
+    name: str
+    options: dict[str, Any]
+
+
+class _Space(_Part):
+    origin: Origin
+    ideal: list[float] = Field(default_factory=list)
+    nadir: list[float] = Field(default_factory=list)
+    reference_point: list[float] = Field(default_factory=list)
+
+
+class _Provenance(_Part):
+    problem: _Problem
+    algorithms: dict[str, Any]
+    evaluations: int = Field(ge=1)
+    space: _Space
+
+
+def _space(problem: Problem, stated: _Space) -> IndicatorSpace:
+    origin, n_obj = stated.origin, problem.n_obj
     if (origin == "objective") != (n_obj == 1):
         raise ValueError(f"space.origin = {origin!r} with {n_obj} objective(s)")
     if origin == "objective":
         return OBJECTIVE_SPACE
-    points = {key: np.array(entry(stated, key, list[float], "space."), float) for key in POINTS}
+    points = {key: np.array(getattr(stated, key), float) for key in POINTS}
     for key, point in points.items():
         if len(point) != n_obj:
-            raise ValueError(f"space.{key} = {stated[key]!r:.80}: expected {n_obj} numbers")
+            raise ValueError(f"space.{key} = {point.tolist()!r:.80}: expected {n_obj} numbers")
     transform = protocol.indicator_space(problem) if origin == "problem" else None
     empty = np.empty((0, n_obj))
     return IndicatorSpace(**points, reference_front=empty, origin=origin, transform=transform)

@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 
 from mgeo.figures.style import CLICK, literal
 from mgeo.studies.figures.style import finished, looks, row_height
-from mgeo.studies.targets import SHORTFALLS
+from mgeo.studies.results import SHORTFALLS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,7 +84,7 @@ def targets_figure(reached: pd.DataFrame, n_problems: int) -> go.Figure:
 
     Parameters
     ----------
-    reached : as of `mgeo.studies.targets.targets_reached`.
+    reached : as of `mgeo.studies.results.targets_reached`.
     n_problems : how many problems it is of.
     """
     figure = go.Figure()

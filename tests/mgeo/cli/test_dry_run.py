@@ -64,7 +64,7 @@ def test_an_algorithm_that_fails_is_named_and_the_others_are_timed(mgeo, monkeyp
             raise TypeError("'>=' not supported\nbetween dicts")
         return estimate(problem, algorithm, *more)
 
-    monkeypatch.setattr("mgeo.studies.estimate.estimate", failing)
+    monkeypatch.setattr("mgeo.studies.study.estimate", failing)
     Path("one.toml").write_text(STUDY)
     done = mgeo("study", "one.toml", "--jobs", 1, "--dry-run", "--json")
     assert done.exit_code == 0, done.output

@@ -10,7 +10,7 @@ import pytest
 from mgeo.studies import run_study
 from mgeo.studies.figures import targets_figure
 from mgeo.studies.file import parse_study
-from mgeo.studies.targets import SHORTFALLS, runtimes, targets_reached
+from mgeo.studies.results import SHORTFALLS, runtimes, targets_reached
 
 
 def results(values, n_var=4, name="hypervolume", runs=None):
