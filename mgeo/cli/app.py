@@ -99,44 +99,12 @@ def solve(
             autocompletion=completion.algorithms,
         ),
     ] = None,
-    sigma: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NUMBER[,NUMBER...]",
-            help="Standard deviation of steps, one for all variables or one for each.",
-        ),
-    ] = None,
-    tau: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NUMBER|NAME",
-            help="Selection pressure; a name lets it follow the search.",
-            autocompletion=completion.among_those_of("mgeo.algorithms.selection:RULES"),
-        ),
-    ] = None,
-    walkers: Annotated[
-        int | None, typer.Option("--walkers", "--runs", help="Number of walkers.")
-    ] = None,
-    perturbation: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="What sigma is a multiple of.",
-            autocompletion=completion.among_those_of("mgeo.algorithms.steps:SCALES"),
-        ),
-    ] = None,
-    population: Annotated[
-        int | None, typer.Option(help="Population size, of pymoo's algorithms.")
-    ] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="NAME=VALUE",
-            help="Any other parameter of the algorithm, such as bits=12 or restart=archive; may be "
-            "given several times.",
-        ),
-    ] = None,
+    sigma: options.Sigma = None,
+    tau: options.Tau = None,
+    walkers: options.Walkers = None,
+    perturbation: options.Perturbation = None,
+    population: options.Population = None,
+    settings: options.Settings = None,
     evaluations: Annotated[
         int | None,
         typer.Option(
@@ -170,8 +138,6 @@ def solve(
     A run of the MGEO family saves itself in run.checkpoint while it goes on: see `mgeo resume`.
     What an algorithm takes, and its defaults: `mgeo algorithms NAME`.
     """
-    from mgeo.cli.dry_run import describe_run
-    from mgeo.cli.solve import run_to_folder
     from mgeo.runs.algorithms import ROBUST, default_algorithm
     from mgeo.runs.prepare import prepare, read_scenario
     from mgeo.store.run_folder import check_folder
@@ -207,8 +173,12 @@ def solve(
             "not; that takes less time"
         )
     if dry_run:
+        from mgeo.cli.dry_run import describe_run
+
         describe_run(run, persistence, output)
     else:
+        from mgeo.cli.solve import run_to_folder
+
         raise typer.Exit(run_to_folder(run, persistence, output, overwrite=overwrite))
 
 

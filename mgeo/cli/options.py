@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from mgeo.cli import completion
 from mgeo.cli.errors import remember_debug
 from mgeo.cli.output import reserve
 
@@ -29,6 +30,41 @@ DryRun = Annotated[
     typer.Option(
         "--dry-run",
         help="Run and write nothing; tell the size, the files, and about how long it would take.",
+    ),
+]
+
+Sigma = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NUMBER[,NUMBER...]",
+        help="Standard deviation of steps, one for all variables or one for each.",
+    ),
+]
+Tau = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NUMBER|NAME",
+        help="Selection pressure; a name lets it follow the search.",
+        autocompletion=completion.among_those_of("mgeo.algorithms.selection:RULES"),
+    ),
+]
+Walkers = Annotated[int | None, typer.Option("--walkers", "--runs", help="Number of walkers.")]
+Perturbation = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="What sigma is a multiple of.",
+        autocompletion=completion.among_those_of("mgeo.algorithms.steps:SCALES"),
+    ),
+]
+Population = Annotated[int | None, typer.Option(help="Population size, of pymoo's algorithms.")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="Any other parameter of the algorithm, such as bits=12 or restart=archive; may be "
+        "given several times.",
     ),
 ]
 
