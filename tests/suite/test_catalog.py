@@ -51,11 +51,11 @@ def changed(table, place, value):
 @pytest.mark.parametrize(
     ("place", "value", "message"),
     [
-        (("gyroes",), [], r"gyroes: unknown key, did you mean 'gyros'"),
+        (("gyroes",), [], r"gyroes: unknown key; did you mean 'gyros'"),
         (("gyros",), None, r"gyros = \[\]: expected at least one entry \[\[gyros\]\]"),
         (("magnetometers",), [], "magnetometers = .*at least one entry"),
         (("gyros",), {"name": "x"}, r"gyros = .*expected entries \[\[gyros\]\]"),
-        (("gyros", 0, "price"), 3.0, r"gyros\[0\]\.price: unknown key, did you mean 'price_keur'"),
+        (("gyros", 0, "price"), 3.0, r"gyros\[0\]\.price: unknown key; did you mean 'price_keur'"),
         (("gyros", 1, "mass_g"), None, r"gyros\[1\]\.mass_g: missing; expected a number >= 0 g"),
         (("gyros", 1, "mass_g"), -1.0, r"gyros\[1\]\.mass_g = -1\.0: expected a number >= 0 g"),
         (("gyros", 1, "mass_g"), "5 g", r"gyros\[1\]\.mass_g = '5 g': expected a number"),

@@ -346,7 +346,7 @@ def test_problem_survives_pickling_and_its_options(limited):
     ("objectives", "error", "message"),
     [
         (("t_end", "tracce"), ValueError, r"objectives\[1\] = 'tracce': .*did you mean 'trace'"),
-        (("trace:atitude",), ValueError, "unknown state block 'atitude', did you mean 'attitude'"),
+        (("trace:atitude",), ValueError, "unknown state block 'atitude'; did you mean 'attitude'"),
         (("trace:",), ValueError, "unknown state block ''"),
         ("trace", TypeError, "objectives = 'trace': expected a list of"),
         (("trace", 3), TypeError, r"objectives\[1\] = 3: expected a string"),

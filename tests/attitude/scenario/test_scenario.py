@@ -85,7 +85,7 @@ def test_times_are_multiples_of_the_step() -> None:
         ),
         (
             {"trace_weights": {"sun.biass": 2.0}},
-            "trace_weights.sun.biass = 2.0: unknown state block, did you mean 'sun.bias'? (known: "
+            "trace_weights.sun.biass = 2.0: unknown state block; did you mean 'sun.bias'? (known: "
             "'attitude', 'gyro.bias', 'sun.misalignment', 'sun.bias', 'mag.misalignment', "
             "'mag.bias')",
         ),

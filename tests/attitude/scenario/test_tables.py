@@ -130,26 +130,26 @@ def test_a_missing_key_of_a_section_says_what_it_takes() -> None:
 @pytest.mark.parametrize(
     ("override", "message"),
     [
-        ({"stepp": 1.0}, "stepp: unknown key, did you mean 'step'? (known: 'preset', 'name',"),
+        ({"stepp": 1.0}, "stepp: unknown key; did you mean 'step'? (known: 'preset', 'name',"),
         ({"zzz": 1.0}, "zzz: unknown key (known: 'preset', 'name',"),
         (
             {"orbit": {"ecentricity": 0.1}},
-            "orbit.ecentricity: unknown key, did you mean 'eccentricity'? (known: 'propagator',",
+            "orbit.ecentricity: unknown key; did you mean 'eccentricity'? (known: 'propagator',",
         ),
         (
             {"orbit": {"propagator": "sgp4", "line1": ISS_1, "line_2": ISS_2}},
-            "orbit.line_2: unknown key, did you mean 'line2'? (known: 'propagator', 'line1',",
+            "orbit.line_2: unknown key; did you mean 'line2'? (known: 'propagator', 'line1',",
         ),
         (
             {"gyro": {"bias": 1.0}},
-            "gyro.bias: unknown key, did you mean 'bias_decay' or 'initial_bias_d",
+            "gyro.bias: unknown key; did you mean 'bias_decay' or 'initial_bias_d",
         ),
-        ({"initial": {"attitude": 1.0}}, "initial.attitude: unknown key, did you mean 'attitude_"),
-        ({"maneuvers": {"counts": 1}}, "maneuvers.counts: unknown key, did you mean 'count'?"),
-        ({"convergence": {"windows": 1}}, "convergence.windows: unknown key, did you mean 'window"),
+        ({"initial": {"attitude": 1.0}}, "initial.attitude: unknown key; did you mean 'attitude_"),
+        ({"maneuvers": {"counts": 1}}, "maneuvers.counts: unknown key; did you mean 'count'?"),
+        ({"convergence": {"windows": 1}}, "convergence.windows: unknown key; did you mean 'window"),
         (
             {"sensors": [{"kind": "star-tracker"}, {"kind": "sun-sensor", "noise": 1.0}]},
-            "sensors[1].noise: unknown key, did you mean 'noise_deg'? (known: 'kind', 'name',",
+            "sensors[1].noise: unknown key; did you mean 'noise_deg'? (known: 'kind', 'name',",
         ),
         ({"sensors": [{"name": "a"}]}, "sensors[0].kind: missing (known: 'sun-sensor',"),
         (
@@ -193,7 +193,7 @@ def test_keys_of_older_files_are_told_the_new_ones(override: dict[str, Any], mes
     [
         (
             {"preset": "papers"},
-            "preset = 'papers': unknown preset, did you mean 'paper'? (known: 'paper', 'cubes",
+            "preset = 'papers': unknown preset; did you mean 'paper'? (known: 'paper', 'cubes",
         ),
         (
             {"preset": 6},
@@ -205,12 +205,12 @@ def test_keys_of_older_files_are_told_the_new_ones(override: dict[str, Any], mes
         ),
         (
             {"orbit": {"propagator": "j22"}},
-            "orbit.propagator = 'j22': unknown propagator, did you mean 'j2'? (known: 'two-body', "
+            "orbit.propagator = 'j22': unknown propagator; did you mean 'j2'? (known: 'two-body', "
             "'j2', 'sgp4', 'mean-elements', 'ephemeris', 'file', 'ephemeris-file')",
         ),
         (
             {"sensors": [{"kind": "sunsensor"}]},
-            "sensors[0].kind = 'sunsensor': unknown kind, did you mean 'sun-sensor'? (known: ",
+            "sensors[0].kind = 'sunsensor': unknown kind; did you mean 'sun-sensor'? (known: ",
         ),
         ({"sensors": [{"kind": 1}]}, "sensors[0].kind = 1: unknown kind (known: "),
         (

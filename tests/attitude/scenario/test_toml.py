@@ -145,14 +145,14 @@ def test_an_epoch_with_an_offset_is_converted_to_utc() -> None:
         ),
         (
             "gyro.considered = ['biass']",
-            "gyro.considered[0] = 'biass': unknown state, did you mean",
+            "gyro.considered[0] = 'biass': unknown state; did you mean",
         ),
         (
             "[[sensors]]\nkind = 'sun-sensor'\nalbedo = 0.1\nalbedo_correlation_time = 0",
             "sensors[0].albedo_correlation_time = 0: expected a number > 0 s",
         ),
         ("[[sensors]]\nkind = 'radar'", "sensors[0].kind = 'radar': unknown kind (known: 'sun-"),
-        ("[gyro]\nbias_decays = 1", "gyro.bias_decays: unknown key, did you mean 'bias_d"),
+        ("[gyro]\nbias_decays = 1", "gyro.bias_decays: unknown key; did you mean 'bias_d"),
     ],
 )
 def test_an_error_names_file_and_key(tmp_path: Path, text: str, message: str) -> None:

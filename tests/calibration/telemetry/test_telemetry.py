@@ -354,7 +354,7 @@ def test_what_is_wrong_with_files_and_mappings(frame, tmp_path):
             Channels(**wrong)
     toml = tmp_path / "m.toml"
     toml.write_text("[gyro]\nunits = 'rad/s'\n")
-    with pytest.raises(ValueError, match=r"m.toml: gyro.units: unknown key, did you mean 'unit'"):
+    with pytest.raises(ValueError, match=r"m.toml: gyro.units: unknown key; did you mean 'unit'"):
         TelemetryMapping.from_toml(toml)
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
+
+from mgeo.validation.arguments import did_you_mean
 
 
 class InvalidValue(ValueError):
@@ -39,10 +40,6 @@ def expect(holds: object, key: str, value: object, expected: str) -> None:
 
 
 def known_names(name: object, known: Iterable[str]) -> str:
-    """``, did you mean 'x'? (known: 'x', 'y')``, the question only if a known name is close."""
+    """``; did you mean 'x'? (known: 'x', 'y')``, the question only if a known name is close."""
     names = list(known)
-    # the usual slip is a part of the key: without its unit, or bias_nt for initial_bias_nt
-    longer = [candidate for candidate in names if f"_{name}_" in f"_{candidate}_"]
-    close = longer or get_close_matches(str(name), names, n=1)
-    question = f", did you mean {' or '.join(map(repr, close))}?" if close else ""
-    return f"{question} (known: {', '.join(map(repr, names))})"
+    return f"{did_you_mean(name, names)} (known: {', '.join(map(repr, names))})"

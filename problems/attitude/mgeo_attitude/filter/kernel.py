@@ -29,7 +29,7 @@ import numba
 import numpy as np
 import platformdirs
 
-from mgeo_attitude.files import write_text
+from mgeo.store.atomic import write_file
 from mgeo_attitude.filter import discretization, intrinsics, lanewise
 from mgeo_attitude.filter.codegen import module_source
 from mgeo_attitude.filter.layout import NO_MONITORS, Monitors
@@ -137,7 +137,7 @@ def _stored(folder: Path, name: str, source: str) -> Path:
         check_private(folder)
     path = folder / f"{name}.py"
     if not path.exists() or path.read_text(encoding="utf-8") != source:
-        write_text(path, source)
+        write_file(path, source.encode())
     return path
 
 

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from mgeo.store.atomic import write_file
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
@@ -26,7 +27,6 @@ from mgeo_attitude.fields import (
     quantity,
     to_table,
 )
-from mgeo_attitude.files import write_text
 from mgeo_attitude.scenario.after import going_on
 from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.initial import InitialConditions, Sight
@@ -243,7 +243,7 @@ class Scenario(Validated):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write `to_toml` to a file, which is replaced as a whole or not at all."""
-        write_text(Path(path), self.to_toml())
+        write_file(Path(path), self.to_toml().encode())
 
     def _check_together(self, units: Iterable[str]) -> None:
         """Refuse, with an InvalidValue, what does not go with other fields."""

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.files import write_text
 from mgeo_attitude.sensors.readings import from_channels
 from mgeo_attitude.sensors.suite import Suite
 from numpy.typing import ArrayLike
 
+from mgeo.store.atomic import write_file
 from mgeo_calibration.telemetry.resolution import resolution
 
 
@@ -124,7 +124,7 @@ class Telemetry:
         OSError
             If it cannot be written.
         """
-        write_text(Path(path), self.frame().to_csv(index=False, lineterminator="\n"))
+        write_file(path, self.frame().to_csv(index=False, lineterminator="\n").encode())
 
     def readings(self, suite: Suite) -> tuple[Floats, ...]:
         """Of every sensor of a suite, shape (n, k, 3), in the filter's units, NaN where none.
