@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import tomllib
 from pathlib import Path
@@ -217,8 +218,8 @@ def test_saving_replaces_the_file_as_a_whole(
     assert Scenario.from_toml(path) == Scenario.cubesat_6u()
     assert path.read_bytes().count(b"\r") == 0
 
-    def full_disk(descriptor: int) -> None:
-        raise OSError(f"no space left for {descriptor}")
+    def full_disk(_: int) -> None:
+        raise OSError(errno.ENOSPC, "no space left")
 
     monkeypatch.setattr(os, "fsync", full_disk)
     with pytest.raises(OSError, match="no space left"):
