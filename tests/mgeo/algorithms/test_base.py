@@ -13,8 +13,13 @@ from .problems import Galski, Rosenbrock
 from .variants import VARIANTS, canonical, real2, var
 
 
-@pytest.mark.parametrize("options", [{}, {"tau": "a-geo2", "restart": "archive", "patience": 1}])
-@pytest.mark.parametrize("variant", VARIANTS)
+ADAPTIVE = {"tau": "a-geo2", "restart": "archive", "patience": 1}
+
+
+@pytest.mark.parametrize(
+    ("variant", "options"),
+    [(each, ADAPTIVE) for each in VARIANTS] + [(each, {}) for each in (real2, canonical, var)],
+)
 def test_it_is_a_good_pymoo_algorithm(variant, options):
     check_algorithm(variant(n_walkers=3, **options))
 

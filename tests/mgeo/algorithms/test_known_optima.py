@@ -29,11 +29,10 @@ def test_case_1_every_distinct_point_is_on_the_front():
     assert np.array_equal(np.sort(algorithm.result().X[:, 0]), visited)
 
 
-# Cases 2 to 4, the closed forms: x in [0, 2]; in [1, 2] and [4, 5]; on the segment between the
-# centers (0, 0) and (1.5, 3.5).
+# Cases 3 and 4, the closed forms: x in [1, 2] and [4, 5]; on the segment between the centers (0, 0)
+# and (1.5, 3.5).
 SHARE = np.linspace(0, 1, 2001)[:, None]
 FRONTS = {
-    2: 2 * SHARE,
     3: np.concatenate([1 + SHARE, 4 + SHARE]),
     4: SHARE * [1.5, 3.5],
 }
