@@ -288,7 +288,7 @@ def test_the_command_with_limits(objectives, tmp_path, monkeypatch):
     assert line in text
     file.write_text(text.replace(line, f"objectives = {objectives}"), encoding="utf-8")
     (command,) = blocks("limits.md", "sh")
-    run(command.strip(), "--evaluations", "480", "--quiet")
+    run(command.strip(), "--evaluations", "240", "--quiet")
     assert Path("runs/limits/front.html").is_file()
     run("mgeo report runs/limits")
     assert "ramp to maneuver 1" in run("mgeo attitude show runs/limits --pick best")

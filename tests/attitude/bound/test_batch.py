@@ -8,7 +8,7 @@ from mgeo_attitude import FilterModel, Scenario, evaluate
 from mgeo_attitude.bound import limit
 from scipy.spatial.transform import Rotation
 
-from ..filter.suites import SUITES
+from ..filter.suites import FAST, SUITES, every_suite
 from .batch import mean_covariance
 
 #: Rotations of a cube: their mean of a vector is zero, and of a matrix the share of its trace.
@@ -51,7 +51,7 @@ def compare(name, rotations):
     }, found
 
 
-@pytest.mark.parametrize("name", SUITES)
+@every_suite
 def test_the_limit_is_the_mean_information_over_a_cube(name):
     ratios, found = compare(name, CUBE)
     varies = SUITES[name].processes
@@ -66,7 +66,7 @@ def test_the_limit_is_the_mean_information_over_a_cube(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SUITES)
+@pytest.mark.parametrize("name", FAST)
 def test_the_limit_is_not_above_the_mean_information_over_random_rotations(name):
     rotations = Rotation.random(1000, random_state=1).as_matrix()
     ratios, found = compare(name, rotations)

@@ -171,6 +171,7 @@ def test_a_delayed_flight_has_the_moon_of_its_day():
     assert np.degrees(np.arccos(model.direction("moon")[0][0] @ later)) > 10.0
 
 
+@pytest.mark.slow
 def test_limits_hold_in_all_flights_from_an_attitude():
     """By the reference filter and slow sums, flight by flight: cones, keep-ins and wheels."""
     limits = [

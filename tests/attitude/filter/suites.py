@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import pytest
 from mgeo_attitude import Gyro, Magnetometer, Scenario, StarTracker, Suite, SunSensor
 
 FULL = Scenario.cubesat_6u_full()
@@ -85,3 +86,15 @@ SUITES = {
         ),
     ),
 }
+
+#: Between them, all that a suite may have: processes, constants, two sensors of a kind, views,
+#: states that are considered. The others are of the slow tests.
+FAST = ("paper", "oblique star tracker", "orbit error", "considered", "every constant")
+
+
+def of_suites(names):
+    """Parameters of a test, those slow whose suite is not in `FAST`."""
+    return [n if n in FAST else pytest.param(n, marks=pytest.mark.slow) for n in names]
+
+
+every_suite = pytest.mark.parametrize("name", of_suites(SUITES))

@@ -16,7 +16,7 @@ from mgeo_attitude.filter.reference import schmidt
 from mgeo_attitude.filter.symbols import Code, Symbol, Triangle, slot_of
 from scipy.linalg import block_diag
 
-from .suites import SUITES
+from .suites import SUITES, every_suite
 
 STEP = 2.0
 VALUES = {"a": 2.0, "b": -3.0, "c": 7.0, "sqrt": sqrt}
@@ -94,7 +94,7 @@ def test_a_loop_reads_the_triangle_by_row_or_column():
         assert W[i] == 4 + slot_of(i + 3, i)
 
 
-@pytest.mark.parametrize("name", SUITES)
+@every_suite
 def test_generated_step_is_one_filter_step(name):
     """Equations (3) and (4) by dense algebra against the text's result."""
     suite, rng = SUITES[name], np.random.default_rng(0)

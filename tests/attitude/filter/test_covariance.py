@@ -11,7 +11,7 @@ from mgeo_attitude.filter.symbols import Code, Triangle, slots_of, triangle
 from mgeo_attitude.geometry.vector import Vec3
 from scipy.linalg import expm
 
-from .suites import SUITES
+from .suites import SUITES, every_suite
 
 
 def run(P, write):
@@ -33,7 +33,7 @@ def random_covariance(rng, n):
     return root @ root.T
 
 
-@pytest.mark.parametrize("name", SUITES)
+@every_suite
 @pytest.mark.parametrize("seed", range(3))
 def test_predict_is_equation_3(name, seed):
     suite, rng = SUITES[name], np.random.default_rng(seed)
@@ -52,7 +52,7 @@ def test_predict_is_equation_3(name, seed):
     np.testing.assert_allclose(predicted, F @ P @ F.T + Q, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", SUITES)
+@every_suite
 @pytest.mark.parametrize("seed", range(3))
 def test_update_is_equation_4(name, seed):
     suite, rng = SUITES[name], np.random.default_rng(seed)
@@ -93,7 +93,7 @@ def test_an_update_with_considered_states_is_that_of_any_gain(name, seed):
         np.testing.assert_array_equal(updated[kept], P[kept])
 
 
-@pytest.mark.parametrize("name", SUITES)
+@every_suite
 def test_transition_pattern_holds_every_entry_that_is_not_the_identitys(name):
     suite, rng = SUITES[name], np.random.default_rng(7)
     pattern = set(transition_pattern(suite))

@@ -262,7 +262,7 @@ def test_no_margin_is_the_angle_alone():
     bare = dataclasses.replace(CAMERA, attitude_sigmas=0.0)
     problem = AttitudeManeuverProblem(scenario(bare, eclipse=False))
     X = np.array([[0.3, -0.7, 0.2, 100.0, -0.9, 0.1, 0.4, 80.0, 0.5, 0.5, -0.5, 60.0]])
-    angle = densely(problem, bare, X[0])[0].min()
+    angle = densely(problem, bare, flown_densely(problem, X[0]))[0].min()
     assert evaluate(problem.model, X).path_angle[0, 0] == pytest.approx(angle, abs=1e-6)
 
 
@@ -270,13 +270,12 @@ def test_no_margin_is_the_angle_alone():
 DENSE = 101
 
 
-def densely(problem, limit, x):
-    """Angles and their 1-sigmas, shapes (n_steps, `DENSE`), by scipy's rotations.
+def flown_densely(problem, x):
+    """Place, attitude and its covariance at `DENSE` instants of every step, by scipy's rotations.
 
     What is unknown of the attitude stays the same in inertial axes throughout a step.
     """
     run, model, step = reference_run(problem.model, x), problem.model, problem.model.step
-    direction, axis = DIRECTIONS[limit.cone().direction], np.array(limit.cone().axis)
     n, part = len(run.times) - 1, np.linspace(0.0, step, DENSE)
     at = Place.at(problem.scenario, (run.times[:-1, None] + part).ravel())
     at = at if problem.scenario.eclipse else at.without_shadow()
@@ -288,6 +287,13 @@ def densely(problem, limit, x):
     attitude = turned(-part[:, None]) @ np.repeat(run.attitude[:-1], DENSE, axis=0)
     back = turned(step - part[:, None])
     P = back @ np.repeat(run.predicted_attitude[1:], DENSE, axis=0) @ back.swapaxes(1, 2)
+    return at, attitude, P
+
+
+def densely(problem, limit, flown):
+    """Angles and their 1-sigmas, shapes (n_steps, `DENSE`), of a limit in a flight."""
+    at, attitude, P = flown
+    direction, axis = DIRECTIONS[limit.cone().direction], np.array(limit.cone().axis)
     seen = np.einsum("kij,kj->ki", attitude, direction.vectors(at, problem.scenario.epoch))
     normal = np.cross(axis, seen)
     sine = np.linalg.norm(normal, axis=1)
@@ -296,7 +302,7 @@ def densely(problem, limit, x):
         angle -= direction.radius(at)
     normal /= sine[:, None]
     sigma = np.sqrt(np.einsum("ki,kij,kj->k", normal, P, normal))
-    return angle.reshape(n, DENSE), sigma.reshape(n, DENSE)
+    return angle.reshape(-1, DENSE), sigma.reshape(-1, DENSE)
 
 
 @pytest.mark.parametrize("step", [1.0, 10.0])
@@ -323,8 +329,9 @@ def test_limits_hold_between_filter_steps(step):
     rng, blind = np.random.default_rng(8), []
     for _ in range(4):
         x = np.append(rng.uniform(-3.0, 3.0, 3), plain.duration)
+        flown = flown_densely(problem, x)
         for limit, found in zip(limits, evaluate(problem.model, x).path_angle[0], strict=True):
-            angles, _ = densely(problem, limit, x)
+            angles, _ = densely(problem, limit, flown)
             worst, sampled = (
                 a.max() if limit.keep_in else a.min() for a in (angles, angles[:, -1])
             )
@@ -357,7 +364,8 @@ def test_the_sun_counts_in_the_whole_step_in_which_it_appears(sense):
         found = evaluate(problem.model, x).path_angle[0, 0]
         light = dataclasses.replace(problem.scenario, eclipse=False)
         day = SimpleNamespace(model=problem.model, scenario=light)
-        angles = densely(day, limit, x)[0][dawn]  # the only step that ends in the light
+        # the only step that ends in the light
+        angles = densely(day, limit, flown_densely(day, x))[0][dawn]
         worst, last = (a.max() if limit.keep_in else a.min() for a in (angles, angles[-1:]))
         assert found == pytest.approx(worst, abs=2e-4)
         missed += abs(worst - last) > np.radians(1.0)
@@ -385,7 +393,7 @@ def test_the_margin_holds_between_filter_steps():
     for _ in range(3):
         x = np.append(rng.uniform(-1.0, 1.0, 3), 200.0)
         found = evaluate(problem.model, x).path_angle[0, 0]
-        angle, sigma = densely(problem, limit, x)
+        angle, sigma = densely(problem, limit, flown_densely(problem, x))
         worst = (angle - 3.0 * sigma).min()
         assert found == pytest.approx(worst, abs=np.radians(0.05))
 

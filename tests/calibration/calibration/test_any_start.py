@@ -38,6 +38,7 @@ def simulator(name):
     return by_basilisk
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["own", pytest.param("basilisk", marks=pytest.mark.basilisk)])
 def test_flights_from_nadir_are_calibrated_as_claimed(name):
     """NEES of six flights, and the largest of their errors, within bounds of chi-square."""

@@ -32,7 +32,7 @@ from scipy.linalg import qr
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from ...attitude.filter.suites import SUITES
+from ...attitude.filter.suites import FAST, SUITES
 from .flights import flown, short
 
 STEPS = 40
@@ -116,9 +116,10 @@ def dense(data, sigma, at, parts):
 @pytest.mark.parametrize(
     ("name", "gyro", "broken"),
     [
-        *((name, MEMS, True) for name in SUITES),
-        *((name, {}, False) for name in SUITES),
-        *((name, {}, True) for name in SUITES),
+        *((name, MEMS, True) for name in FAST),
+        *(pytest.param(n, MEMS, True, marks=pytest.mark.slow) for n in SUITES if n not in FAST),
+        *((name, {}, False) for name in FAST),
+        *((name, {}, True) for name in FAST),
         ("paper", MEMS | {"rate_random_walk": 0.0}, True),
         ("full gyro", MEMS | {"rate_random_walk": 0.0, "bias_decay": 1e-3}, True),
         ("paper", {"angle_random_walk_deg_per_sqrt_h": 1e-3, "rate_random_walk": 1e-9}, False),

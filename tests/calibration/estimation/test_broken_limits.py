@@ -91,7 +91,7 @@ def test_what_passes_a_cone_by_a_degree_is_inside_it_unless_it_keeps_the_margin(
         AttitudeManeuverProblem(margin)
     kept = AttitudeManeuverProblem(scenario(bare, wide)).evaluate(away, return_values_of=["G"])
     assert (kept < 0.0).all()
-    n = 400
+    n = 150
     table = simulate(scenario(bare, wide), away, n_runs=n, seed=2).broken_limits()
     beyond = [100.0 * 0.5 * erfc(k / sqrt(2.0)) for k in (0.1, 3.1)]
     for way in ("steered", "open loop"):

@@ -46,8 +46,7 @@ def flown(request):
     [
         Estimator(),
         Estimator.plain(),
-        Estimator(iterations=3),
-        Estimator(second_order=False),
+        Estimator(iterations=3, second_order=False),
         Estimator(reset=False),
     ],
 )

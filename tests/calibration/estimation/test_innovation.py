@@ -12,7 +12,7 @@ from mgeo_calibration.estimation.estimate import Estimate
 from mgeo_calibration.estimation.innovation import innovation, jacobian, second_moments
 from scipy.spatial.transform import Rotation
 
-from ...attitude.filter.suites import SUITES
+from ...attitude.filter.suites import SUITES, every_suite
 from ...attitude.geometry.test_rotation import as_scipy
 
 V = np.array([0.3, -0.5, 0.9])
@@ -149,7 +149,7 @@ def test_moments_of_second_order_are_those_of_samples(suite, index):
     np.testing.assert_allclose(covariance[..., 0], expected, rtol=1e-11)
 
 
-@pytest.mark.parametrize("name", SUITES)
+@every_suite
 def test_at_zero_the_derivative_is_the_declared_H(name):
     suite = SUITES[name]
     x = np.zeros(suite.n_states)

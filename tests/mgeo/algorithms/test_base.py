@@ -12,7 +12,6 @@ from mgeo.testing import check_algorithm
 from .problems import Galski, Rosenbrock
 from .variants import VARIANTS, canonical, real2, var
 
-
 ADAPTIVE = {"tau": "a-geo2", "restart": "archive", "patience": 1}
 
 

@@ -380,6 +380,7 @@ def test_a_method_put_in_the_place_of_another_of_its_file_counts(module):
     assert fingerprint(mine.Mine()) != before
 
 
+@pytest.mark.slow
 def test_code_that_has_no_file_counts_by_its_content():
     prints = set()
     for step in (1, 2):

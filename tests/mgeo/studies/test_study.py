@@ -157,6 +157,7 @@ def test_a_folder_that_cannot_be_written_is_found_before_any_run(tmp_path, monke
         run_study(parse_study(TWO, tmp_path), tmp_path / "out", progress=False)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_problem_without_a_result_does_not_stop_the_others(tmp_path, monkeypatch):
     def failing(task):
         return record(task) if task.problem.n_obj == 3 else Failure("ValueError: no")
@@ -370,6 +371,7 @@ def test_a_control_is_corrected_for_its_rivals_alone():
     assert table.index.name == "B against"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_page_of_a_study_with_a_control_shows_it_against_all(tmp_path):
     text = TWO.replace("grid = 3", 'grid = 3\ncontrol = "nsga2 10"')
     text = text.replace(', "pymoo:dtlz2"', "")
@@ -402,6 +404,7 @@ def test_one_problem_with_other_options_is_another_problem(tmp_path):
     assert 'href="dtlz2-n_obj-2~' in page
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_study_of_one_objective(mgeo, tmp_path):
     text = TWO.replace('["pymoo:zdt1", "pymoo:dtlz2"]', '["pymoo:sphere", "pymoo:rastrigin"]')
     (tmp_path / "single.toml").write_text(text)
@@ -479,6 +482,7 @@ def test_runs_that_are_not_used_are_one_note(mgeo, tmp_path):
         ]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
     def failing(task):
         return record(task) if task.seed == 1 else Failure("ValueError: no")
@@ -489,6 +493,7 @@ def test_failed_runs_give_an_exit_code(mgeo, monkeypatch):
     assert "4 runs failed; the same command makes them again" in done.stderr
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_terminal_of_ascii_shows_all(mgeo, tmp_path):
     text = ONE.replace("{name} {population}", "{name} σ = {population}")
     (tmp_path / "mine.toml").write_text(text.replace("Two", "Größe"), encoding="utf-8")
