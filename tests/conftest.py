@@ -5,6 +5,11 @@ import os
 
 from hypothesis import HealthCheck, settings
 
+try:
+    import resource  # noqa: F401
+except ImportError:  # Windows: these limit and measure what a process takes
+    collect_ignore = ["benchmarks/test_load.py", "campaign/test_campaign.py"]
+
 # one process a core: matrices of these sizes are slower on several threads, which wait by spinning
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 

@@ -141,7 +141,7 @@ def test_tasks_take_turns_and_the_least_time_counts(monkeypatch):
 def test_other_programs_are_told_from_this_one(monkeypatch, tmp_path):
     clock, counters = Clock(), tmp_path / "stat"
     monkeypatch.setattr(measure, "time", clock)
-    monkeypatch.setattr(measure.os, "sysconf", {"SC_CLK_TCK": 100}.__getitem__)
+    monkeypatch.setattr(measure.os, "sysconf", {"SC_CLK_TCK": 100}.__getitem__, raising=False)
     # ticks: user, nice, system, idle, waiting, interrupts, soft interrupts, steal, guest
     counters.write_text("cpu  300 20 100 9999 9999 5 15 60 7 0\ncpu0 1 1 1 1 1 1 1 1 1 1\n")
     clock.work(wall=9.0, processor=1.5)
