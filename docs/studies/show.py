@@ -11,8 +11,10 @@ from IPython.display import Markdown
 from mgeo.studies import Comparison, Study, read_comparison, read_study
 from mgeo.studies.comparison import markdown
 from mgeo.studies.conclusions import against, control_table
+from mgeo.studies.indicators import parts_of
 from mgeo.studies.labels import folder_name
 from mgeo.studies.report import average_ranks
+from mgeo.studies.space import indicator_space
 from mgeo.studies.statistics import LEVEL
 from mgeo.studies.stored import PROVENANCE
 
@@ -129,6 +131,33 @@ def at_budgets(study: Study, comparison: Comparison, budgets: Sequence[int]) -> 
             columns[f"{then.indicator(name).title}, {evaluations:,}"] = values + p.map(
                 lambda p: "*" if p >= LEVEL else ""
             )
+    return table(pd.DataFrame(columns).loc[comparison.order()].rename_axis("algorithm"))
+
+
+def by_parts(study: Study, comparison: Comparison, parts: Sequence[float] = ()) -> Markdown:
+    """Mean hypervolume by parts of the front; a star where a rival is not significantly different
+    from the control, in bold where it is ahead of it.
+
+    Parameters
+    ----------
+    parts : of the first objective, where that was not measured; then of the fronts that are kept.
+    """
+    assert study.control is not None
+    if parts:
+        fronts = {key: run.front_F for key, run in comparison.records.items()}
+        space = indicator_space(comparison.problem, fronts.values(), parts=parts)
+        final = comparison.final()
+        for part in parts_of(space, ""):
+            measured = {key: part.value(space(F), space) for key, F in fronts.items()}
+            final[part.name] = [measured[row.algorithm, row.seed] for row in final.itertuples()]
+        comparison = replace(comparison, table=final, space=space)
+    columns = {}
+    for part in comparison.parts:
+        values = comparison.summary()[(part.name, "mean")].map("{:.4f}".format)
+        rivals = against(comparison, study.control, part.name, control=True).reindex(values.index)
+        alike = rivals["p_holm"] >= LEVEL
+        values = values.where(~alike, values + "*")
+        columns[part.title] = values.where(alike | ~(rivals["A"] < 0.5), "**" + values + "**")
     return table(pd.DataFrame(columns).loc[comparison.order()].rename_axis("algorithm"))
 
 

@@ -7,9 +7,11 @@ Of the platform for comparing optimizers (Hansen et al. 2021; https://coco-platf
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from itertools import product
+from pathlib import Path
 from threading import Lock
 from typing import Any
 
@@ -94,6 +96,50 @@ def names(name: str) -> Iterator[str]:
         raise ValueError(f"coco:{name:.80} stands for more than {_MOST:,} problems")
     for dimension, function, instance in product(dimensions, functions, instances):
         yield f"{suite}/f{function}/d{dimension}/i{instance}"
+
+
+@contextmanager
+def observed(
+    problem: CocoProblem, folder: Path, algorithm: str
+) -> Iterator[Callable[[FloatArray], Any]]:
+    """COCO's function, whose evaluations its observer logs into a new folder; see ``cocopp``.
+
+    Neither points nor the front are logged, only when which quality was reached.
+
+    Raises
+    ------
+    ValueError : for a name or a folder that COCO's options cannot hold.
+    """
+    import cocoex
+
+    for text in (str(folder), algorithm):
+        if '"' in text or "\n" in text:
+            raise ValueError(f"COCO's observer: {text!r:.200}: expected no quotation mark")
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    options = (
+        f'outer_folder: "{folder.parent}" result_folder: "{folder.name}" '
+        f'algorithm_name: "{algorithm}" log_nondominated: none log_decision_variables: none'
+    )
+    suite = _suite(problem.suite, problem.instance)
+    which = problem.function, problem.n_var, problem.instance
+    kind = "bbob-biobj" if problem.suite.startswith("bbob-biobj") else "bbob"
+    with _LOCK:
+        level = cocoex.log_level("error")
+        try:
+            observer = cocoex.Observer(kind, options)
+            function = suite.get_problem_by_function_dimension_instance(*which, observer)
+        finally:
+            cocoex.log_level(level)
+
+    def evaluate(x: FloatArray) -> Any:
+        with _LOCK:
+            return function(x)
+
+    try:
+        yield evaluate
+    finally:
+        with _LOCK:
+            function.free()  # writes what is left
 
 
 def _parts(name: str) -> tuple[str, ...]:

@@ -335,6 +335,12 @@ def study(
     cluster: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster to run on.")
     ] = None,
+    coco_data: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Log all runs by COCO's observer there, for cocopp to read."
+        ),
+    ] = None,
     dry_run: options.DryRun = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -352,6 +358,8 @@ def study(
 
     folder, output = out or Path("studies", file.stem), Output(quiet, json)
     with bad_input(), notes(output):
+        if coco_data and cluster:
+            raise ValueError("--coco-data: expected no --cluster, whose workers write elsewhere")
         read = read_study(file, imports=not dry_run).reduced(evaluations, seeds)
         with workers(jobs, cluster) as n_jobs:
             if dry_run:
@@ -359,7 +367,9 @@ def study(
                 describe_study(read, expected, folder, output)
                 return
             try:
-                comparisons = run_study(read, folder, n_jobs=n_jobs, progress=not quiet)
+                comparisons = run_study(
+                    read, folder, n_jobs=n_jobs, progress=not quiet, coco_data=coco_data
+                )
             except KeyboardInterrupt as error:
                 output.note(f"interrupted; the same command goes on with what is in {folder}")
                 raise typer.Exit(of_interrupt(error)) from None

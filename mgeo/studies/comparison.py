@@ -82,7 +82,7 @@ class Comparison(Results):
         for name in dict.fromkeys(summary.columns.get_level_values(0).drop("runs")):
             mean, sd = summary[(name, "mean")], summary[(name, "sd")]
             columns[name] = [_shown(m, s) for m, s in zip(mean, sd, strict=True)]
-        titles = {indicator.name: indicator.title for indicator in self.indicators}
+        titles = {each.name: each.title for each in [*self.indicators, *self.parts]}
         return pd.DataFrame(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:

@@ -9,7 +9,10 @@ import pandas as pd
 from mgeo.studies.statistics import LEVEL, holm
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from mgeo.studies.comparison import Comparison
+    from mgeo.studies.indicators import Indicator
     from mgeo.studies.schema import PublishedTable
 
 
@@ -43,6 +46,8 @@ def conclusions(comparison: Comparison, control: str | None = None) -> list[str]
     named = first == control
     sentences.append(_differences(against(comparison, first, control=named), named))
     sentences += _other_indicators(comparison, first, control)
+    if comparison.parts:
+        sentences.append(_parts(comparison, first, named))
     if comparison.problem.n_obj > 1:
         sentences.append(_points(comparison, order))
     return sentences
@@ -79,8 +84,19 @@ def control_table(comparison: Comparison, control: str) -> pd.DataFrame:
 
     Rivals are in the order by the first indicator; see `against`.
     """
+    return _control_table(comparison, control, comparison.indicators)
+
+
+def parts_table(comparison: Comparison, control: str) -> pd.DataFrame:
+    """As `control_table`, by the parts of the front: where one is ahead, and where behind."""
+    return _control_table(comparison, control, comparison.parts)
+
+
+def _control_table(
+    comparison: Comparison, control: str, indicators: Sequence[Indicator]
+) -> pd.DataFrame:
     columns: dict[str, pd.Series[str]] = {}
-    for indicator in comparison.indicators:
+    for indicator in indicators:
         found = against(comparison, control, indicator.name, control=True)
         columns[f"{indicator.title}: A"] = found["A"].map("{:.3f}".format)
         columns[f"{indicator.title}: p (Holm)"] = found["p_holm"].map("{:.2g}".format)
@@ -142,6 +158,18 @@ def _other_indicators(comparison: Comparison, best: str, control: str | None) ->
             f"{order.index(best) + 1}: {values[best]}; {found}."
         )
     return sentences
+
+
+def _parts(comparison: Comparison, first: str, named: bool) -> str:
+    """Where on the front the first is behind: one number for a front does not tell."""
+    behind = []
+    for part in comparison.parts:
+        rivals = against(comparison, first, part.name, control=named)
+        ahead = rivals[(rivals["p_holm"] < LEVEL) & (rivals["A"] < 0.5)]
+        behind += [f"{', '.join(ahead.index)} by {part.title}"] if len(ahead) else []
+    if not behind:
+        return f"In no part of the front is another one significantly better than {first}."
+    return f"In a part of the front are significantly better than {first}: {'; '.join(behind)}."
 
 
 def _points(comparison: Comparison, order: list[str]) -> str:

@@ -20,9 +20,10 @@ from mgeo.studies.comparison import Comparison
 from mgeo.studies.dispatch import Key, Result, run_all
 from mgeo.studies.fingerprint import UncertainError, fingerprint
 from mgeo.studies.indicators import trace
+from mgeo.studies.labels import folder_name
 from mgeo.studies.progress import progress as progress_display
 from mgeo.studies.results import FailedRunsWarning, failures
-from mgeo.studies.run import Failure, Task
+from mgeo.studies.run import CocoFolder, Failure, Task
 from mgeo.studies.space import NothingToCompareError, indicator_space
 from mgeo.validation.arguments import validate_integer
 
@@ -46,9 +47,11 @@ def compare(
     grid: int | Sequence[int] = GRID_POINTS,
     bounds: tuple[ArrayLike, ArrayLike] | None = None,
     reference_front: ArrayLike | None = None,
+    parts: Sequence[float] | None = None,
     n_jobs: int | None = None,
     progress: bool | None = None,
     title: str | None = None,
+    coco_data: Path | str | None = None,
 ) -> Comparison:
     """Run every algorithm with every seed, and measure all fronts in one space, or the best value
     that each run finds if there is a single objective.
@@ -72,10 +75,13 @@ def compare(
         is made again; None to keep nothing. A run is known by what its problem and its algorithm
         compute (see `mgeo.studies.fingerprint`), not by their names.
     grid : how many equal steps, or at which numbers of evaluations; `n_eval` always belongs to it.
-    bounds, reference_front : of the indicators' space, see `mgeo.studies.space`.
+    bounds, reference_front, parts : of the indicators' space, see `mgeo.studies.space`.
     n_jobs : processes, as joblib counts them: -1 for one per processor.
     progress : False for no display; None for one only if stderr is a terminal.
     title : of that display; default: the problem's class.
+    coco_data : where COCO's observer writes of each run, a folder for each algorithm, which
+        ``cocopp`` reads; the problem is one of COCO's then, and all processes of this machine. A
+        run is found in `folder` only if its data are there, too.
 
     Warns
     -----
@@ -98,7 +104,8 @@ def compare(
     keys = list(product(named, seed_numbers(seeds)))
     # here, and not in the processes that make the runs: what a run is known by includes it
     ready = {name: fitted(each, problem, f"algorithms[{name!r}]") for name, each in named.items()}
-    tasks = {(name, s): Task(problem, ready[name], n_eval, s) for name, s in keys}
+    places = {key: _coco_folder(coco_data, problem, *key) for key in keys}
+    tasks = {(name, s): Task(problem, ready[name], n_eval, s, places[name, s]) for name, s in keys}
     title = title or type(problem).__name__
     results = _found_or_made(title, tasks, folder, n_jobs, progress)
     records = {key: r for key in keys if isinstance(r := results[key], StudyRun)}
@@ -110,6 +117,7 @@ def compare(
         [record.front_F for record in records.values()],
         bounds=bounds,
         reference_front=reference_front,
+        parts=parts,
     )
     rows = [
         {"algorithm": name, "seed": seed, **row}
@@ -133,8 +141,10 @@ def _found_or_made(
     files = {} if folder is None else run_files(Path(folder), tasks)
     results: dict[Key, Result] = {}
     for key, path in files.items():
+        coco = tasks[key].coco
         with suppress(FileNotFoundError):
-            results[key] = StudyRun.read(path)
+            if coco is None or coco.path.is_dir():
+                results[key] = StudyRun.read(path)
     missing = {key: task for key, task in tasks.items() if key not in results}
     with progress_display(title, len(tasks), len(results), shown) as done:
         for key, result in run_all(missing, n_jobs):
@@ -144,6 +154,17 @@ def _found_or_made(
             results[key] = result
             done(*key, result.error if isinstance(result, Failure) else "")
     return results
+
+
+def _coco_folder(
+    folder: Path | str | None, problem: Problem, algorithm: str, seed: int
+) -> CocoFolder | None:
+    if folder is None:
+        return None
+    from mgeo.benchmarks.coco_data import run_folder  # needs the extra
+
+    below = Path(folder).absolute() / folder_name(algorithm)
+    return CocoFolder(run_folder(below, problem, seed), algorithm)
 
 
 def _run_row(key: Key, result: Result) -> dict[str, Any]:

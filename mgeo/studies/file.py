@@ -35,6 +35,7 @@ class ProblemConfiguration:
     label: str
     name: str
     options: dict[str, Any]
+    parts: tuple[float, ...] | None = None
 
     def build(self) -> Problem:
         """The problem of this name, a plugin's or of a collection such as ``pymoo:``.
@@ -220,7 +221,8 @@ def _problems(
             values = {"name": name, "scenario": stem}
         if table.label is not None:
             names = [filled(table.label, where, values)]
-        yield ProblemConfiguration("", full, options), names
+        parts = None if table.parts is None else tuple(table.parts)
+        yield ProblemConfiguration("", full, options, parts), names
 
 
 def _expanded(name: str, where: str) -> list[str]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import moocore
@@ -72,6 +74,38 @@ INDICATORS = (
 )
 
 
+def parts_of(space: IndicatorSpace, objective: str) -> list[Indicator]:
+    """The hypervolume by parts of the front along the first objective, which add up to the whole.
+
+    That of a part is the dominated volume between its ends; that of the last ends at the reference
+    point.
+    """
+    edges = [-np.inf, *space.cuts, float("inf")]
+    names = [f"{value:.6g}" for value in space.parts]
+    titles = [f"to {low}" for low in names[:1]]
+    titles += [f"from {low} to {high}" for low, high in pairwise(names)]
+    titles += [f"from {high}" for high in names[-1:]]
+    return [
+        Indicator(
+            f"hypervolume_{i + 1}",
+            f"hypervolume, {objective} {title}",
+            True,
+            partial(_slab, low=edges[i], high=edges[i + 1]),
+        )
+        for i, title in enumerate(titles)
+    ]
+
+
+def _slab(points: FloatArray, space: IndicatorSpace, low: float, high: float) -> float:
+    end = space.reference_point.copy()
+    end[0] = min(high, end[0])
+    within = points[points[:, 0] < end[0]].copy()
+    if low >= end[0] or not len(within):
+        return 0.0
+    within[:, 0] = np.maximum(within[:, 0], low)
+    return float(HV(ref_point=end)(within))
+
+
 def applicable(n_obj: int) -> list[Indicator]:
     """The indicators for so many objectives: the exact hypervolume up to `MAX_OBJECTIVES`."""
     if n_obj == 1:
@@ -84,14 +118,17 @@ def trace(
 ) -> list[dict[str, Any]]:
     """One row per number of evaluations in `grid`.
 
-    Its columns are ``evaluations``, the indicators, ``points`` of the front (of a single objective
-    1, or 0 where nothing feasible was found), and what the problem's optional ``front_summary(F)``
-    makes of the front in the problem's own objectives.
+    Its columns are ``evaluations``, the indicators, the hypervolume by parts, ``points`` of the
+    front (of a single objective 1, or 0 where nothing feasible was found), and what the problem's
+    optional ``front_summary(F)`` makes of the front in the problem's own objectives.
     """
+    indicators = applicable(problem.n_obj)
+    if problem.n_obj <= MAX_OBJECTIVES:
+        indicators += parts_of(space, "")
     rows = []
     for evaluations, F in zip(grid, record.fronts(grid), strict=True):
         points = space(F)
-        values = {i.name: i.value(points, space) for i in applicable(problem.n_obj)}
+        values = {i.name: i.value(points, space) for i in indicators}
         rows.append(
             {"evaluations": int(evaluations), **values, "points": len(F)}
             | front_summary(problem, F)

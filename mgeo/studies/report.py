@@ -9,7 +9,12 @@ import pandas as pd
 
 from mgeo.figures import report_page
 from mgeo.figures.page import LIBRARY, render
-from mgeo.studies.conclusions import comparison_with_published, conclusions, control_table
+from mgeo.studies.conclusions import (
+    comparison_with_published,
+    conclusions,
+    control_table,
+    parts_table,
+)
 from mgeo.studies.figures import ranks_figure, targets_figure
 from mgeo.studies.labels import folder_name
 from mgeo.studies.statistics import LEVEL
@@ -30,6 +35,10 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
     against = None
     if study.control in comparison.order():
         against = control_table(comparison, study.control)
+    order, parts = comparison.order(), None
+    if comparison.parts and len(order) > 1:
+        one = study.control if study.control in order else order[0]
+        parts = parts_table(comparison, one)
     results = render(
         "studies/assets/results.html",
         study=study,
@@ -38,6 +47,7 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
         conclusions=" ".join(conclusions(comparison, study.control)),
         published=published,
         against=against,
+        parts=parts,
         failed=runs[runs["status"] == "failed"].to_dict("records"),
     )
     formats = {"A": "{:.3f}".format, "p": "{:.2g}".format, "p_holm": "{:.2g}".format}

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from mgeo.plugins.protocol import column_names
-from mgeo.studies.indicators import Indicator, applicable
+from mgeo.studies.indicators import Indicator, applicable, parts_of
 from mgeo.studies.statistics import mean_ranks
 
 if TYPE_CHECKING:
@@ -58,6 +58,15 @@ class Results:
         return applicable(self.problem.n_obj)
 
     @property
+    def parts(self) -> list[Indicator]:
+        """The hypervolume by parts of the front, if it was measured (not by mgeo 0.1)."""
+        return [
+            part
+            for part in parts_of(self.space, self.objectives[0])
+            if part.name in self.table.columns
+        ]
+
+    @property
     def objectives(self) -> tuple[str, ...]:
         """Names of the objectives, with units."""
         return column_names(self.problem)[1]
@@ -81,14 +90,14 @@ class Results:
         return [r.front_F for (name, _), r in self.records.items() if name == algorithm]
 
     def indicator(self, name: str | None = None) -> Indicator:
-        """One of `indicators` by name; None for the first.
+        """One of `indicators` or `parts` by name; None for the first.
 
         Raises
         ------
         ValueError
             If it is none of them.
         """
-        known = {indicator.name: indicator for indicator in self.indicators}
+        known = {indicator.name: indicator for indicator in [*self.indicators, *self.parts]}
         if name is not None and name not in known:
             raise ValueError(f"indicator = {name!r}: expected one of {', '.join(known)}")
         return known[name or next(iter(known))]

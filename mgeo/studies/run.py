@@ -8,8 +8,9 @@ from __future__ import annotations
 import random
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,6 +44,15 @@ class Task:
     algorithm: Algorithm
     n_eval: int
     seed: int
+    coco: CocoFolder | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class CocoFolder:
+    """Where COCO's observer writes of a run, and what it calls the algorithm."""
+
+    path: Path
+    algorithm: str
 
 
 @dataclass(frozen=True)
@@ -81,11 +91,18 @@ def record(task: Task) -> StudyRun:
         If every candidate failed.
     """
     began = time.perf_counter()
-    with global_state(task.seed):
+    with ExitStack() as during:
+        during.enter_context(global_state(task.seed))
         algorithm = set_up(task.problem, task.algorithm, task.n_eval, task.seed)
         log = EvaluationLog(task.problem.n_obj, task.n_eval)
         evaluator = algorithm.evaluator
-        algorithm.evaluator = WatchedEvaluator(evaluator, log)
+        watches: list[Callable[[Population, Any], object]] = [log]
+        if task.coco is not None:
+            from mgeo.benchmarks.coco_data import coco_data
+
+            logged = coco_data(task.problem, task.coco.path, task.coco.algorithm, task.n_eval)
+            watches.append(during.enter_context(logged))
+        algorithm.evaluator = WatchedEvaluator(evaluator, *watches)
         idle = 0
         # An algorithm's own termination is not asked: some end a generation early.
         while log.seen < task.n_eval:
@@ -176,14 +193,15 @@ class EvaluationLog:
 class WatchedEvaluator(Evaluator):
     """Another evaluator, with a look at each batch it really evaluates, and for what algorithm."""
 
-    def __init__(self, inner: Evaluator, watch: Callable[[Population, Any], object]) -> None:
+    def __init__(self, inner: Evaluator, *watches: Callable[[Population, Any], object]) -> None:
         super().__init__(inner.skip_already_evaluated, inner.evaluate_values_of, inner.callback)
         self._inner = inner
-        self._watch = watch
+        self._watches = watches
 
     def _eval(self, problem: Problem, pop: Population, values: Any, **kwargs: Any) -> None:
         self._inner._eval(problem, pop, values, **kwargs)
-        self._watch(pop, kwargs.get("algorithm"))
+        for watch in self._watches:
+            watch(pop, kwargs.get("algorithm"))
 
 
 def _numeric(X: list[Any], rows: Any) -> Any:

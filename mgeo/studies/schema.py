@@ -48,6 +48,11 @@ class ProblemTable(Table):
     label: str | None = Field(None, description="braces hold name, an option, or scenario")
     scenario: Names | None = Field(None, description="files relative to this one, or presets")
     options: dict[str, Any] | None = Field(None, description="options of the problem")
+    parts: Some[float] | None = Field(
+        None,
+        description="values of the first objective, ascending, at which the front is parted for "
+        "the hypervolume by parts; without them by thirds of the reference front",
+    )
 
 
 class AlgorithmTable(Table):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -14,12 +15,14 @@ from mgeo.algorithms.archive import truncate
 from mgeo.algorithms.dominance import nondominated
 from mgeo.plugins import protocol
 from mgeo.runs.meters import scaled
+from mgeo.validation.arguments import validate_list, validate_number
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
 BEYOND_NADIR = 1.1  # reference point where the union of fronts spans 0 to 1
 REFERENCE_SIZE = 500  # points of the reference front
+_PARTS = 3  # of the front, by default
 
 POINTS = ("ideal", "nadir", "reference_point")
 Origin = Literal["problem", "union", "given", "objective"]
@@ -42,6 +45,8 @@ class IndicatorSpace:
     origin : where it comes from: the "problem", the "union" of the fronts, or "given"; or the
         single "objective", in its own units.
     transform : the problem's `indicator_space`, if it has one.
+    parts : where the first objective parts the front, ascending, in the problem's own unit; and in
+        this space, `cuts`. None of a single objective.
     """
 
     ideal: FloatArray
@@ -50,6 +55,8 @@ class IndicatorSpace:
     reference_front: FloatArray
     origin: Origin
     transform: Callable[[FloatArray], FloatArray] | None = None
+    parts: tuple[float, ...] = ()
+    cuts: tuple[float, ...] = ()
 
     def __call__(self, F: FloatArray) -> FloatArray:
         """Objectives, shape (n, n_obj), in this space."""
@@ -67,6 +74,8 @@ class IndicatorSpace:
             "origin": self.origin,
             **points,
             "reference_front_points": len(self.reference_front),
+            "parts": list(self.parts),
+            "cuts": list(self.cuts),
         }
 
 
@@ -76,6 +85,7 @@ def indicator_space(
     *,
     bounds: tuple[ArrayLike, ArrayLike] | None = None,
     reference_front: ArrayLike | None = None,
+    parts: Sequence[float] | None = None,
 ) -> IndicatorSpace:
     """The space of a comparison.
 
@@ -95,17 +105,20 @@ def indicator_space(
     ----------
     fronts : (n, n_obj) objectives each, of all runs.
     bounds, reference_front : in the problem's own objectives.
+    parts : values of the first objective, ascending, at which the front is parted; default: those
+        that leave a third of the reference front's points in each part.
 
     Raises
     ------
     NothingToCompareError
         If there is nothing to take the space from.
     ValueError
-        If a shape does not fit, or bounds or a reference front are given for a single objective.
+        If a shape does not fit, or bounds, a reference front or parts are given for a single
+        objective.
     """
     n_obj = problem.n_obj
-    if n_obj == 1 and not (bounds is None and reference_front is None):
-        raise ValueError("bounds, reference_front: expected none for a single objective")
+    if n_obj == 1 and not (bounds is None and reference_front is None and parts is None):
+        raise ValueError("bounds, reference_front, parts: expected none for a single objective")
     known = None if reference_front is None else _checked(reference_front, n_obj)
     union = np.concatenate([np.empty((0, n_obj)), *fronts])
     everything = union if known is None else np.concatenate([union, known])
@@ -127,10 +140,34 @@ def indicator_space(
         origin, ideal, nadir = "union", best.min(axis=0), best.max(axis=0)
         reference_point = np.full(n_obj, BEYOND_NADIR)
     bare = IndicatorSpace(ideal, nadir, reference_point, np.empty((0, n_obj)), origin, transform)
-    points = bare(best if known is None else known)
+    whole = best if known is None else known
+    points = bare(whole)
     if known is None:
-        points = points[truncate(points, max(REFERENCE_SIZE, 2 * n_obj))]
-    return replace(bare, reference_front=points)
+        rows = truncate(points, max(REFERENCE_SIZE, 2 * n_obj))
+        whole, points = whole[rows], points[rows]
+    own, cuts = _parted(bare, whole, points, parts)
+    return replace(bare, reference_front=points, parts=own, cuts=cuts)
+
+
+def _parted(
+    space: IndicatorSpace, own: FloatArray, points: FloatArray, parts: Sequence[float] | None
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Where to part the front: in the first objective's own unit, and in the space.
+
+    A value that is given is mapped beside the reference front's other objectives: a space treats
+    each objective by itself.
+    """
+    if parts is None:
+        order = np.argsort(points[:, 0], kind="stable")
+        rows = order[[len(order) * k // _PARTS for k in range(1, _PARTS)]]
+        cuts = dict(zip(points[rows, 0], own[rows, 0], strict=True))  # each once, ascending
+        return tuple(map(float, cuts.values())), tuple(map(float, cuts))
+    given = validate_list("parts", parts, validate_number)
+    if not given or any(low >= high for low, high in pairwise(given)):
+        raise ValueError(f"parts = {given}: expected one or more ascending values")
+    beside = np.repeat(own[:1], len(given), axis=0)
+    beside[:, 0] = given
+    return tuple(given), tuple(space(beside)[:, 0].tolist())
 
 
 #: The space of a single objective: its values as they are.

@@ -108,6 +108,8 @@ class _Space(_Part):
     ideal: list[float] = Field(default_factory=list)
     nadir: list[float] = Field(default_factory=list)
     reference_point: list[float] = Field(default_factory=list)
+    parts: list[float] = Field(default_factory=list)  # none by mgeo 0.1
+    cuts: list[float] = Field(default_factory=list)
 
 
 class _Provenance(_Part):
@@ -127,9 +129,18 @@ def _space(problem: Problem, stated: _Space) -> IndicatorSpace:
     for key, point in points.items():
         if len(point) != n_obj:
             raise ValueError(f"space.{key} = {point.tolist()!r:.80}: expected {n_obj} numbers")
+    if len(stated.parts) != len(stated.cuts):
+        raise ValueError(f"space.cuts = {stated.cuts!r:.80}: expected one for each of parts")
     transform = protocol.indicator_space(problem) if origin == "problem" else None
     empty = np.empty((0, n_obj))
-    return IndicatorSpace(**points, reference_front=empty, origin=origin, transform=transform)
+    return IndicatorSpace(
+        **points,
+        reference_front=empty,
+        origin=origin,
+        transform=transform,
+        parts=tuple(stated.parts),
+        cuts=tuple(stated.cuts),
+    )
 
 
 def _read(

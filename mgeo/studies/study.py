@@ -42,7 +42,12 @@ TARGETS = "targets.csv"
 
 
 def run_study(
-    study: Study, folder: Path | str, *, n_jobs: int | None = None, progress: bool | None = None
+    study: Study,
+    folder: Path | str,
+    *,
+    n_jobs: int | None = None,
+    progress: bool | None = None,
+    coco_data: Path | str | None = None,
 ) -> dict[str, Comparison]:
     """Make the runs that are missing, and write tables and figures.
 
@@ -55,6 +60,10 @@ def run_study(
     all pages share. A study that was interrupted goes on with the runs that are missing. With its
     first tables the folder belongs to this study, which may grow: see `mgeo.studies.stored.claim`.
 
+    Parameters
+    ----------
+    n_jobs, progress, coco_data : as of `mgeo.compare`.
+
     Returns
     -------
     A comparison per problem, by its label.
@@ -62,9 +71,10 @@ def run_study(
     Raises
     ------
     ValueError, TypeError
-        If a problem or an algorithm cannot be built, or the folder belongs to another study.
+        If a problem or an algorithm cannot be built, the folder belongs to another study, or there
+        are to be data for COCO of a problem that is not COCO's.
     OSError
-        If the folder cannot be written; that is tried before any run is made.
+        If a folder cannot be written; that is tried before any run is made.
     NothingToCompareError
         If all runs of a problem failed, or none found a feasible solution; the others are done.
     """
@@ -72,6 +82,12 @@ def run_study(
     built = build(study)
     check(folder, study)
     check_writable(folder)
+    if coco_data is not None:
+        from mgeo.benchmarks.coco_data import run_folder
+
+        for problem, _ in built:
+            run_folder(Path(coco_data), problem, 0)
+        check_writable(Path(coco_data))
     comparisons: dict[str, Comparison] = {}
     without: list[str] = []
     failed: list[str] = []
@@ -89,6 +105,8 @@ def run_study(
                 n_jobs=n_jobs,
                 progress=progress,
                 title=label,
+                coco_data=coco_data,
+                parts=configuration.parts,
             )
         except NothingToCompareError as error:
             without.append(f"{label}: {error}")
@@ -141,7 +159,7 @@ def build(study: Study) -> list[tuple[Problem, dict[str, Algorithm]]]:
 def _contents(
     study: Study, problem: ProblemConfiguration, comparison: Comparison
 ) -> dict[str, bytes]:
-    indicators = [indicator.name for indicator in comparison.indicators]
+    indicators = [each.name for each in [*comparison.indicators, *comparison.parts]]
     tests = pd.concat(
         [comparison.tests(name).pairs for name in indicators], keys=indicators, names=["indicator"]
     )

@@ -201,12 +201,13 @@ def test_a_name_may_stand_for_many_of_cocos_functions():
 
 @pytest.mark.parametrize("name", [path.stem for path in sorted(STUDIES.glob("*.toml"))])
 def test_the_published_studies_can_be_built(name):
-    if name in ("table3", "tuning", "comparison", "budgets", "robust"):
+    if name in ("table3", "tuning", "comparison", "budgets", "robust", "held-out"):
         pytest.importorskip("mgeo_attitude")
     study = read_study(STUDIES / f"{name}.toml")
     counts = {"table3": (1, 6), "tuning": (1, 36), "comparison": (2, 13), "benchmarks": (21, 13)}
     counts |= {"bbob-biobj": (825, 11), "bbob-biobj-rivals": (825, 6), "shifted": (42, 7)}
     counts |= {"budgets": (2, 6), "robust": (2, 4), "local-fronts": (5, 3)}
+    counts |= {"coco": (110, 1), "held-out": (2, 2)}
     assert (len(study.problems), len(study.algorithms)) == counts[name]
     for configuration in study.problems[:: max(1, len(study.problems) // 3)]:
         problem = configuration.build()

@@ -8,7 +8,7 @@ from pymoo.problems.multi import ZDT1
 from scipy.spatial.distance import cdist
 
 from mgeo.store.study_run import StudyRun
-from mgeo.studies.indicators import INDICATORS, applicable, trace
+from mgeo.studies.indicators import INDICATORS, applicable, parts_of, trace
 from mgeo.studies.space import REFERENCE_SIZE, NothingToCompareError, indicator_space
 
 HV, IGD, EPS = INDICATORS
@@ -45,7 +45,46 @@ def test_without_a_space_of_its_own_the_union_spans_0_to_1():
         "nadir": [20.0, 40.0],
         "reference_point": [1.1, 1.1],
         "reference_front_points": 3,
+        "parts": [10.0, 20.0],
+        "cuts": [0.5, 1.0],
     }
+
+
+def test_the_hypervolume_by_parts_is_worked_by_hand_and_adds_up():
+    fronts = [np.array([[0.0, 40.0], [10.0, 30.0], [20.0, 20.0]])]
+    space = indicator_space(Plain(), fronts, parts=[5.0, 10.0])
+    assert (space.parts, space.cuts) == ((5.0, 10.0), (0.25, 0.5))
+    parts = parts_of(space, "f1")
+    titles = ["f1 to 5", "f1 from 5 to 10", "f1 from 10"]
+    assert [part.title for part in parts] == [f"hypervolume, {title}" for title in titles]
+    # (0, 1) alone below (., 1.1) up to 0.5, then (0.5, 0.5), and (1, 0) from 1 to 1.1
+    values = [part.value(space(fronts[0]), space) for part in parts]
+    assert values == pytest.approx([0.25 * 0.1, 0.25 * 0.1, 0.5 * 0.6 + 0.1 * 1.1])
+    some = space(np.array([[12.0, 25.0]]))
+    assert [part.value(some, space) for part in parts] == pytest.approx([0, 0, 0.5 * 0.85])
+    assert [part.value(some[:0], space) for part in parts] == [0, 0, 0]
+
+
+@given(st.integers(2, 4), st.integers(0, 2**32 - 1))
+def test_parts_add_up_to_the_whole(n_obj, seed):
+    F = np.random.default_rng(seed).random((20, n_obj))
+    space = indicator_space(Plain(n_obj), [F])
+    assert np.isin(space.parts, F[:, 0]).all()
+    points = space(F[:7])
+    parts = [part.value(points, space) for part in parts_of(space, "f1")]
+    assert min(parts) >= 0
+    assert sum(parts) == pytest.approx(HV.value(points, space))
+
+
+@pytest.mark.parametrize("parts", [[], [2.0, 1.0], [1.0, 1.0], [np.nan]])
+def test_parts_that_are_none_are_refused(parts):
+    with pytest.raises(ValueError, match="parts"):
+        indicator_space(Plain(), [np.array([[1.0, 2.0]])], parts=parts)
+
+
+def test_parts_in_a_space_of_the_problems_own():
+    space = indicator_space(Scaled(), [np.array([[1.0, 1.0], [100.0, 0.1]])], parts=[10.0])
+    assert (space.parts, space.cuts) == ((10.0,), (1.0,))
 
 
 def test_the_problems_own_space_comes_first():

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -24,6 +25,7 @@ from mgeo.studies.conclusions import (
     comparison_with_published,
     conclusions,
     control_table,
+    parts_table,
 )
 from mgeo.studies.file import parse_study, read_study
 from mgeo.studies.labels import folder_name
@@ -95,12 +97,13 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
         assert names(out / label) == FILES
         pd.testing.assert_frame_equal(pd.read_csv(out / label / "table.csv"), result.table)
         assert len(pd.read_csv(out / label / "final.csv")) == 8
-        assert len(pd.read_csv(out / label / "tests.csv")) == 6 * 3
+        assert len(pd.read_csv(out / label / "tests.csv")) == 6 * (3 + 3)  # and parts
         assert len((out / label / "summary.md").read_text().splitlines()) == 2 + 4
     page = (out / "zdt1" / "report.html").read_text()
     assert "<h1>Two &lt;problems&gt;</h1>\n<p>First.</p>\n<p>Second &amp; last.</p>" in page
     assert page.count("Plotly.newPlot(") >= 6
     assert "Kruskal-Wallis test of all algorithms at once: p = " in page
+    assert "<h2>By parts of the front</h2>" in page
     loaded = r"<(?:script|link|img)[^>]*(?:src|href)=\"([^\"]*)\""
     assert set(re.findall(loaded, page)) == {"../plotly.min.js"}
     whole = (out / "report.html").read_text()
@@ -288,6 +291,28 @@ def test_the_conclusions_correct_for_the_rivals_of_a_control_alone():
     made.table["igd_plus"] = turned["igd_plus"].to_numpy()
     assert conclusions(made)[2].endswith("these two are not significantly different.")
     assert conclusions(made, "A")[2].endswith("B is significantly better (A = 0.88).")
+
+
+def test_the_conclusions_say_in_which_part_another_one_is_ahead():
+    steps = np.arange(8) / 1000
+    made = final({"A": 0.60 + steps, "B": 0.55 + steps, "C": 0.50 + steps})
+    assert not any("part of the front" in text for text in conclusions(made))  # not measured
+    made = replace(made, space=replace(made.space, parts=(3.0,), cuts=(0.5,)))
+    total = made.table["hypervolume"]
+    ahead = 0.2 + 0.1 * (made.table["algorithm"] == "B") + total / 100
+    made.table["hypervolume_1"], made.table["hypervolume_2"] = ahead, total - ahead
+    assert "hypervolume, f1 to 3" in made.overview()
+    assert (
+        "In a part of the front are significantly better than A: B by hypervolume, f1 to 3."
+        in conclusions(made)
+    )
+    of_parts = parts_table(made, "A")
+    assert of_parts.loc["B", "hypervolume, f1 to 3: A"] == "0.000"
+    assert of_parts.loc["B", "hypervolume, f1 from 3: A"] == "1.000"
+    made.table["hypervolume_1"], made.table["hypervolume_2"] = 0.1, total - 0.1
+    assert "In no part of the front is another one significantly better than A." in conclusions(
+        made
+    )
 
 
 def test_a_front_in_one_run_of_ten_is_not_the_best():
