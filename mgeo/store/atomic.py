@@ -1,9 +1,10 @@
-"""Files that are written whole or not at all, and arrays as the content of one."""
+"""Files that are written whole or not at all, and documents and arrays as the content of one."""
 
 from __future__ import annotations
 
 import errno
 import io
+import json
 import os
 import re
 import secrets
@@ -84,6 +85,17 @@ def check_writable(folder: Path | str) -> None:
         file.write(bytes(_PROBE))
         file.flush()
         os.fsync(file.fileno())
+
+
+def to_json(document: Mapping[str, Any]) -> bytes:
+    """A document as the content of a JSON file; floats by repr, so that they read back exactly.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what JSON cannot hold, such as an infinity.
+    """
+    return (json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n").encode()
 
 
 def to_npz(arrays: Mapping[str, NDArray[Any]]) -> bytes:

@@ -7,14 +7,13 @@ went; it is written last, so a folder that has it is complete.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import ConfigDict
 
-from mgeo.store.atomic import write_files
+from mgeo.store.atomic import to_json, write_files
 from mgeo.store.lock import LOCK_FILE
 from mgeo.store.reading import read_json
 from mgeo.store.run import Nearest, Outcome, Run, RunConfiguration
@@ -80,10 +79,10 @@ def write_run(folder: Path | str, run: Run, *, overwrite: bool = False) -> None:
     """
     folder = check_folder(folder, overwrite=overwrite)
     folder.mkdir(parents=True, exist_ok=True)
-    text = json.dumps(run_document(run), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    document = to_json(run_document(run))
     nearest = {NEAREST_FILE: to_csv(nearest_table(run.outcome))} if run.outcome.nearest else {}
     tables = {FRONT_FILE: to_csv(front_table(run.outcome)), **nearest}
-    write_files(folder, {**tables, RUN_FILE: text.encode()})
+    write_files(folder, {**tables, RUN_FILE: document})
     if not nearest:
         (folder / NEAREST_FILE).unlink(missing_ok=True)
     (folder / FIGURE_FILE).unlink(missing_ok=True)

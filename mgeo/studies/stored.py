@@ -13,7 +13,7 @@ from pydantic import ConfigDict, Field
 
 from mgeo.plugins import protocol
 from mgeo.plugins.protocol import column_names
-from mgeo.store.atomic import write_files
+from mgeo.store.atomic import to_json, write_files
 from mgeo.store.lock import lock
 from mgeo.store.provenance import difference
 from mgeo.store.reading import read_json
@@ -232,7 +232,7 @@ def check(folder: Path, study: Study) -> None:
 
 def _content(study: Study) -> bytes:
     try:
-        return (json.dumps(study.configuration(), indent=2, allow_nan=False) + "\n").encode()
+        return to_json(study.configuration())
     except (TypeError, ValueError) as error:  # an infinity
         raise ValueError(
             f"options or parameters that JSON cannot hold, and so no provenance: {error}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -17,7 +16,7 @@ from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import LIBRARY
 from mgeo.runs.estimate import estimate
-from mgeo.store.atomic import check_writable, write_files
+from mgeo.store.atomic import check_writable, to_json, write_files
 from mgeo.studies.comparison import Comparison, markdown
 from mgeo.studies.execute import compare, run_files
 from mgeo.studies.file import ProblemConfiguration, Study
@@ -168,10 +167,10 @@ def _contents(
         "summary.md": markdown(comparison.overview()),
         "summary.tex": comparison.to_latex(),
         REPORT: problem_page(study, problem.label, comparison),
-        PROVENANCE: json.dumps(_provenance(study, problem, comparison), indent=2, allow_nan=False)
-        + "\n",
     }
-    return stored_tables(comparison) | {name: text.encode() for name, text in texts.items()}
+    last = {PROVENANCE: to_json(_provenance(study, problem, comparison))}
+    encoded = {name: text.encode() for name, text in texts.items()}
+    return stored_tables(comparison) | encoded | last
 
 
 def _provenance(

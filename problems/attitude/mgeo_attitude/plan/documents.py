@@ -6,12 +6,12 @@ other keys is computed again on reading, and a document that says something else
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from mgeo.store.atomic import to_json
 from mgeo.store.reading import parse_json, read_text
 from mgeo.validation.tables import entry, errors_of
 from mgeo_attitude.fields import InvalidValue
@@ -81,7 +81,7 @@ class Form(Generic[T]):
 
 def written(document: Mapping[str, Any]) -> str:
     """A document as text; floats by repr, so that they read back exactly."""
-    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return to_json(document).decode()
 
 
 def opened(text: str, kind: str, version: int, older: Sequence[int] = ()) -> dict[str, Any]:
