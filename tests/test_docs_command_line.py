@@ -15,8 +15,8 @@ from mgeo.store.run_folder import read_run
 PAGE = (Path(__file__).parents[1] / "docs" / "command-line.md").read_text(encoding="utf-8")
 STUDY = """
 title = "Two algorithms"
-evaluations = 1000
-seeds = 10
+evaluations = 300
+seeds = 4
 [[problems]]
 name = "pymoo:zdt1"
 [[algorithms]]

@@ -151,11 +151,8 @@ def interpreted(monkeypatch):
         "mgeo-canonical",
         "nsga2",
         "nsga3",
-        "u-nsga3",
         "spea2",
-        "sms-emoa",
         "age-moea2",
-        "rvea",
         "random",
     ],
 )

@@ -126,7 +126,8 @@ def test_no_point_is_below_what_no_maneuver_can_beat(figure, problem, X, F):
 
 def test_flights_that_begin_late_have_no_such_curve(problem, X):
     flight = FlightErrors(count=2, start_delay=60.0)
-    late = AttitudeManeuverProblem(dataclasses.replace(problem.scenario, flight=flight))
+    coarse = dataclasses.replace(problem.scenario, flight=flight, step=4.0)
+    late = AttitudeManeuverProblem(coarse)
     assert "no maneuver can beat" not in [trace.name for trace in late.figures(X[:3])["front"].data]
 
 
