@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.calibration.corrections import DEG_S, uplink
 from mgeo_calibration.calibration.history import History
+from mgeo_calibration.calibration.model_tests import ModelTest
 from mgeo_calibration.calibration.prior_tests import PriorTest, contradictions
 from mgeo_calibration.calibration.sensor_tests import SensorTest
 
@@ -49,6 +50,8 @@ class Calibration:
     tests : tuple of SensorTest
     prior_tests : tuple of PriorTest
         Of the estimate against what was believed before; none in files of earlier versions.
+    model_tests : tuple of ModelTest
+        Of what the scenario says beside; none in files of earlier versions.
     notes : tuple of str
         What else telemetry says, in words.
     rejected : tuple of (time [s], name of sensor, chi-square)
@@ -66,6 +69,7 @@ class Calibration:
     tests: tuple[SensorTest, ...]
     rejected: tuple[tuple[float, str, float], ...]
     prior_tests: tuple[PriorTest, ...] = ()
+    model_tests: tuple[ModelTest, ...] = ()
     notes: tuple[str, ...] = ()
     history: History | None = field(default=None, repr=False)
 
@@ -113,12 +117,15 @@ class Calibration:
 
     @property
     def failures(self) -> list[str]:
-        """What prior and innovations say against the calibration, in words; none is what one wants.
+        """What prior, model and innovations say against it, in words; none is what one wants.
 
-        An estimate far from its prior comes first: it makes good readings look bad.
+        What is far from its prior, or what the scenario does not say, comes first, by chi-square:
+        it makes good readings look bad.
         """
         said = [words for test in self.tests for words in test.failures()]
-        return contradictions(self.prior_tests) + said
+        named = [(test.chi_square, test.words) for test in self.model_tests if test.named]
+        causes = sorted(contradictions(self.prior_tests) + named, key=lambda cause: -cause[0])
+        return [words for _, words in causes] + said
 
     @property
     def supported(self) -> bool:
@@ -134,11 +141,15 @@ class Calibration:
 
     @property
     def _against(self) -> str:
-        innovations = any(test.failures() for test in self.tests)
-        prior = any(test.fails for test in self.prior_tests)
-        if prior and innovations:
-            return "prior and innovations do"
-        return "the innovations do" if innovations else "the prior does"
+        against = {
+            "prior": any(test.fails for test in self.prior_tests),
+            "model": any(test.named for test in self.model_tests),
+            "innovations": any(test.failures() for test in self.tests),
+        }
+        (*others, last) = (name for name, speaks in against.items() if speaks)
+        if others:
+            return f"{', '.join(others)} and {last} do"
+        return "the innovations do" if last == "innovations" else f"the {last} does"
 
     def test_table(self) -> pd.DataFrame:
         """A row for each sensor, see `SensorTest`."""
@@ -150,6 +161,12 @@ class Calibration:
         columns = [field.name for field in fields(PriorTest)]
         frame = pd.DataFrame([vars(test) for test in self.prior_tests], columns=columns)
         return frame.set_index("block").drop(columns="p_least")
+
+    def model_table(self) -> pd.DataFrame:
+        """A row for each test of what the scenario says, see `ModelTest`."""
+        columns = [field.name for field in fields(ModelTest)]
+        frame = pd.DataFrame([vars(test) for test in self.model_tests], columns=columns)
+        return frame.set_index("name").drop(columns="p_least")
 
     def rejected_table(self) -> pd.DataFrame:
         """A row for each outlier: ``time``, ``sensor``, ``chi_square``."""

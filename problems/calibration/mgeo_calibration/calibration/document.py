@@ -1,9 +1,10 @@
 """Calibrations as files: JSON that reads back.
 
 ``scenario``, ``time_s``, ``quaternion``, ``rate_deg_s``, ``states``, ``covariance``, ``tests``,
-``prior_tests``, ``notes`` and ``rejected`` are the calibration; a file without ``prior_tests`` and
-``notes`` is of an earlier version. ``utc``, ``table``, ``uplink`` and ``conclusion`` follow from
-them; on reading they are computed again, and a file that says something else is refused.
+``prior_tests``, ``model_tests``, ``notes`` and ``rejected`` are the calibration; a file without
+``prior_tests``, ``model_tests`` or ``notes`` is of an earlier version. ``utc``, ``table``,
+``uplink`` and ``conclusion`` follow from them; on reading they are computed again, and a file that
+says something else is refused.
 """
 
 from __future__ import annotations
@@ -21,10 +22,11 @@ from mgeo_attitude.scenario.prior import prior_of
 
 from mgeo.validation.tables import entry
 from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.model_tests import ModelTest
 from mgeo_calibration.calibration.prior_tests import PriorTest
 from mgeo_calibration.calibration.sensor_tests import SensorTest
 
-T = TypeVar("T", SensorTest, PriorTest)
+T = TypeVar("T", SensorTest, PriorTest, ModelTest)
 
 _TABLES: Any = list[dict]  # type: ignore[type-arg]
 _ROWS: Any = list[list]  # type: ignore[type-arg]
@@ -34,7 +36,7 @@ _ESTIMATES: dict[str, Any] = {
     "states": dict,
     "covariance": _ROWS,
 }
-_KINDS = {"str": str, "int": int, "float": float}
+_KINDS = {"str": str, "int": int, "float": float, "bool": bool}
 
 
 def to_json(calibration: Calibration) -> str:
@@ -70,6 +72,7 @@ def _keys(calibration: Calibration) -> dict[str, Any]:
         **calibration.entries(),
         "tests": [vars(test) for test in calibration.tests],
         "prior_tests": [vars(test) for test in calibration.prior_tests],
+        "model_tests": [vars(test) for test in calibration.model_tests],
         "notes": list(calibration.notes),
         "rejected": [list(one) for one in calibration.rejected],
     }
@@ -89,15 +92,10 @@ def _calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
         entry(table, key, kind)
     prior = prior_of(table, scenario.gyro, scenario.sensors)
     names = [sensor.name for sensor in scenario.sensors]
-    tests = tuple(
-        _test(SensorTest, row, f"tests[{i}].")
-        for i, row in enumerate(entry(table, "tests", _TABLES))
-    )
-    given = {"prior_tests": [], "notes": [], **table}
-    prior_tests = tuple(
-        _test(PriorTest, row, f"prior_tests[{i}].")
-        for i, row in enumerate(entry(given, "prior_tests", _TABLES))
-    )
+    tests = _tests(SensorTest, table, "tests")
+    given = {"prior_tests": [], "model_tests": [], "notes": [], **table}
+    prior_tests = _tests(PriorTest, given, "prior_tests")
+    model_tests = _tests(ModelTest, given, "model_tests")
     notes = tuple(entry(given, "notes", list[str]))
     rejected = tuple(
         _rejected(row, f"rejected[{i}]", names)
@@ -116,8 +114,14 @@ def _calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
         tests=tests,
         rejected=rejected,
         prior_tests=prior_tests,
+        model_tests=model_tests,
         notes=notes,
     )
+
+
+def _tests(kind: type[T], table: Mapping[str, Any], key: str) -> tuple[T, ...]:
+    rows = enumerate(entry(table, key, _TABLES))
+    return tuple(_test(kind, row, f"{key}[{i}].") for i, row in rows)
 
 
 def _test(kind: type[T], row: dict[str, Any], where: str) -> T:

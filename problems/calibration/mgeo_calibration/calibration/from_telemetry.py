@@ -11,6 +11,7 @@ from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.scenario import Scenario
 
+from mgeo_calibration.calibration import model_tests as models
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.history import History
 from mgeo_calibration.calibration.prior_tests import number_of_tests, prior_tests
@@ -79,7 +80,12 @@ def calibrate(
     last = found.solution.estimate
     past = filtered(found.solution)
     states, covariance = at_the_end(belief, found)
-    n_tests = number_of_tests(belief) + 2 * sum(len(each.samples) > 0 for each in past.innovations)
+    n_tests = number_of_tests(belief) + models.number_of_tests()
+    n_tests += 2 * sum(len(each.samples) > 0 for each in past.innovations)
+    tests = _tests(found, past, n_tests)
+    model_tests, doubts = models.model_tests(
+        found.solution, SIGNIFICANCE / n_tests, models.scatter_of(tests)
+    )
     return Calibration(
         scenario=scenario,
         time=float(data.times[-1]),
@@ -87,10 +93,11 @@ def calibrate(
         rate_deg_s=np.degrees(turns(data, last.states)[0][-1]),
         states=states,
         covariance=covariance,
-        tests=_tests(found, past, n_tests),
+        tests=tests,
         rejected=_rejected(found),
         prior_tests=prior_tests(belief, last.attitude[0], last.states[0], SIGNIFICANCE / n_tests),
-        notes=_notes(telemetry, data),
+        model_tests=model_tests,
+        notes=(*_notes(telemetry, data), *doubts),
         history=_history(found, past),
     )
 

@@ -58,11 +58,11 @@ class PriorTest:
         return f"{self.block} is {self.sigmas:.3g} of its prior 1-sigmas from the prior {off}"
 
 
-def contradictions(tests: Iterable[PriorTest]) -> list[str]:
-    """What does not hold, in words: blocks, the worst first, or all if it is none of them."""
-    failed = sorted((test for test in tests if test.fails), key=lambda test: -test.chi_square)
-    blocks = [test.words for test in failed if test.block != ALL]
-    return blocks or [test.words for test in failed]
+def contradictions(tests: Iterable[PriorTest]) -> list[tuple[float, str]]:
+    """Chi-squares of what does not hold, and words: blocks, or all if it is none of them."""
+    failed = [test for test in tests if test.fails]
+    blocks = [test for test in failed if test.block != ALL]
+    return [(test.chi_square, test.words) for test in blocks or failed]
 
 
 def number_of_tests(belief: Belief) -> int:

@@ -35,6 +35,11 @@ def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) 
     parts += [figures.pop("constants"), "<h2>Innovations</h2>"]
     parts.append(_table(calibration.test_table().T.reset_index()))
     parts += ["<h2>Estimate and prior</h2>", _table(calibration.prior_table().reset_index())]
+    if calibration.model_tests:
+        parts += [
+            "<h2>Beside what the scenario says</h2>",
+            _table(calibration.model_table().reset_index()),
+        ]
     parts += list(figures.values())
     rejected = calibration.rejected_table()
     if len(rejected):

@@ -1,0 +1,188 @@
+"""Whether gyro and sensors do what the scenario says of them, beside their constants."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+
+from mgeo_calibration.calibration.sensor_tests import LAGS, SensorTest
+from mgeo_calibration.estimation.departures import WAVES, bias_decay, bias_drift, drifts
+from mgeo_calibration.estimation.score import Departure, Score, Scores, scores
+from mgeo_calibration.estimation.smoother import Solution, last_covariance
+
+#: What a degree of freedom has to explain, as by Schwarz's criterion of 1,000 readings.
+_EACH = float(np.log(1000.0))
+#: From so many of its 1-sigmas on a change of an estimate is told.
+_MATTERS = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelTest:
+    """Score test of something that the scenario says, or says nothing of.
+
+    Attributes
+    ----------
+    name : str
+    says : str
+        What telemetry asks for, in words, with 1-sigma.
+    key : str
+        What would say it.
+    chi_square : float
+    freedom : int
+        Its degrees of freedom.
+    p : float
+        Probability that chance exceeds it.
+    p_least : float
+        The test fails below this.
+    named : bool
+        Whether it fails, and those that say more do not explain it.
+    """
+
+    name: str
+    says: str
+    key: str
+    chi_square: float
+    freedom: int
+    p: float
+    p_least: float
+    named: bool
+
+    @property
+    def words(self) -> str:
+        """By how much it is off, and what would say it."""
+        p = f"p = {self.p:.1g}" if self.p > 1e-300 else "p < 1e-300"
+        return f"{self.says} (chi-square {self.chi_square:.4g} of {self.freedom}, {p}): {self.key}"
+
+
+@dataclass(frozen=True)
+class Question:
+    """Something that is tested: a departure, what its score says, and the key that would say it."""
+
+    departure: Departure
+    says: Callable[[Score], str]
+    key: str
+
+
+def questions(solution: Solution) -> dict[str, Question]:
+    """All that is tested, by name."""
+    gyro, times = solution.batch.suite.gyro, solution.batch.times
+    duration = float(times[-1] - times[0])
+
+    def decays(score: Score) -> str:
+        found, sigma = score.estimate[0] / duration, score.sigma[0] / duration
+        return f"gyro.bias decays by {_sized(gyro.bias_decay + found, sigma)} 1/s, not " + (
+            f"{gyro.bias_decay:g}"
+        )
+
+    def drifted(score: Score) -> str:
+        size = gyro.initial_bias_deg_s
+        path = drifts(np.linspace(0.0, 1.0, 100)) @ score.estimate.reshape(WAVES, 3)
+        return (
+            f"gyro.bias drifts by {size * np.ptp(path, axis=0).max():.2g} deg/s, more than "
+            f"rate_random_walk = {gyro.rate_random_walk:g} explains"
+        )
+
+    return {
+        "gyro.bias_decay": Question(bias_decay(solution), decays, "gyro.bias_decay"),
+        "gyro.drift": Question(bias_drift(solution), drifted, "gyro.rate_random_walk"),
+    }
+
+
+def number_of_tests() -> int:
+    """As many as there are `questions`."""
+    return 2
+
+
+def model_tests(
+    solution: Solution, p_least: float, scatter: float
+) -> tuple[tuple[ModelTest, ...], tuple[str, ...]]:
+    """Of a settled solution; and notes on what matters and telemetry does not say.
+
+    Of those that fail the one that says most is named, then of the others the one that says most
+    beside it, and so on: what is wrong looks like much else.
+
+    Parameters
+    ----------
+    p_least : float
+        A test fails below this.
+    scatter : float
+        By how much the sensors' variance exceeds that of the scenario: what is that uncertain says
+        less.
+    """
+    asked = questions(solution)
+    found = scores(solution, {name: question.departure for name, question in asked.items()})
+    named = _named(found, asked, p_least, scatter)
+    tests = []
+    for name, question in asked.items():
+        score = found.of(name)
+        tests.append(
+            ModelTest(
+                name=name,
+                says=question.says(score),
+                key=question.key,
+                chi_square=score.chi_square / scatter,
+                freedom=score.freedom,
+                p=score.p(scatter),
+                p_least=p_least,
+                named=name in named,
+            )
+        )
+    return tuple(tests), _notes(solution, found, named)
+
+
+def scatter_of(tests: Sequence[SensorTest]) -> float:
+    """By how much the mean of innovations varies more than the scenario says, at least one.
+
+    Of those that are correlated by more than chance, over all `LAGS`.
+    """
+    correlated = (
+        2.0 * LAGS * test.correlation * (test.correlation > test.correlation_bound)
+        for test in tests
+    )
+    each = (test.nis * (1.0 + more) for test, more in zip(tests, correlated, strict=True))
+    return max(1.0, *each)
+
+
+def _named(found: Scores, names: Iterable[str], p_least: float, scatter: float) -> tuple[str, ...]:
+    left, named = list(names), list[str]()
+    while left:
+        each = {name: found.of(name, named) for name in left}
+        best = max(left, key=lambda name: _evidence(each[name], scatter))
+        if each[best].p(scatter) >= p_least:
+            break
+        left.remove(best)
+        named.append(best)
+    return tuple(named)
+
+
+def _notes(solution: Solution, found: Scores, named: tuple[str, ...]) -> tuple[str, ...]:
+    """On a decay that is believed, makes a difference and cannot be told from none."""
+    gyro, times = solution.batch.suite.gyro, solution.batch.times
+    duration, score = float(times[-1] - times[0]), found.of("gyro.bias_decay")
+    none = -gyro.bias_decay * duration
+    if named or not none or abs(none - score.estimate[0]) > 3.0 * score.sigma[0]:
+        return ()
+    order = np.concatenate([solution.parts.driven, solution.parts.constant])
+    sigma = np.sqrt(np.diag(last_covariance(solution)))[order]
+    change: Floats = np.abs(found.change[:, found.places["gyro.bias_decay"]][:, 0] * none) / sigma
+    most = float(change.max())
+    if most < _MATTERS:
+        return ()
+    block = solution.batch.suite.blocks[int(order[change.argmax()]) // 3]
+    decay, spread = gyro.bias_decay + score.estimate[0] / duration, score.sigma[0] / duration
+    return (
+        f"gyro.bias may be constant: telemetry says that it decays by {_sized(decay, spread)} 1/s; "
+        f"without a decay {block} would be {most:.2g} of its 1-sigmas elsewhere, see "
+        f"gyro.bias_decay = {gyro.bias_decay:g}",
+    )
+
+
+def _evidence(score: Score, scatter: float) -> float:
+    return score.chi_square / scatter - _EACH * score.freedom
+
+
+def _sized(value: float, sigma: float) -> str:
+    return f"{value:.2g} ± {sigma:.1g}"

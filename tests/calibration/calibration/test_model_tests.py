@@ -1,0 +1,115 @@
+"""What gyro and sensors do beside what the scenario says of them."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_calibration import calibrate
+from mgeo_calibration.calibration import from_json, to_json
+from mgeo_calibration.calibration.report import report_html
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.departures import bias_decay, bias_drift
+from mgeo_calibration.estimation.fit import fit
+from mgeo_calibration.estimation.score import scores
+
+from .flights import PLAN, normalized, short
+from .independent import Craft, coning, fly, steady
+
+PAPER, CUBESAT = (short(getattr(Scenario, name)(), 1500.0) for name in ("paper", "cubesat_6u"))
+MOTIONS = {"plan": steady(PLAN), "turning": coning(1.0, 0.1)}
+CONSTANT = {"decay": 0.0, "walk": 0.0}
+
+
+def believed(scenario, **gyro):
+    return dataclasses.replace(scenario, gyro=dataclasses.replace(scenario.gyro, **gyro))
+
+
+def flown(scenario, seed, motion="plan", **craft):
+    return fly(scenario, MOTIONS[motion], seed, Craft(**craft), duration=1500.0)
+
+
+@pytest.mark.parametrize("size", [0.3, 1.0])
+def test_a_bias_that_is_constant_is_told_from_one_that_decays(size):
+    """It ended 10 sigma wrong at 0.3 deg/s, supported."""
+    scenario = believed(PAPER, initial_bias_deg_s=size)
+    telemetry = flown(scenario, 1, gyro_bias_deg_s=[size, -size, size], **CONSTANT)
+    found = calibrate(scenario, telemetry)
+    assert np.abs(normalized(found, telemetry)[1]).max() > 4.0
+    assert not found.supported
+    assert found.failures[0].startswith("gyro.bias decays by ")
+    assert found.failures[0].endswith(": gyro.bias_decay")
+    assert found.conclusion.startswith("the model ") or size > 0.5
+    row = found.model_table().loc["gyro.bias_decay"]
+    assert row["named"]
+    assert row["p"] < 1e-6
+    right = believed(scenario, bias_decay=0.0)
+    again = calibrate(right, telemetry)
+    assert again.supported, again.conclusion
+    assert np.abs(normalized(again, telemetry)[1]).max() < 4.0
+
+
+def test_a_bias_that_walks_by_more_than_is_said_is_told():
+    """It ended 15 sigma wrong, supported."""
+    telemetry = flown(CUBESAT, 1, walk=1.6e-6)
+    found = calibrate(CUBESAT, telemetry)
+    assert not found.supported
+    assert found.failures[0].startswith("gyro.bias drifts by ")
+    assert found.failures[0].endswith(": gyro.rate_random_walk")
+    again = calibrate(believed(CUBESAT, rate_random_walk=1.6e-6), telemetry)
+    assert again.supported, again.conclusion
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("scenario", [PAPER, CUBESAT], ids=lambda each: each.name)
+def test_nothing_is_named_of_what_is_as_it_is_said(scenario, motion):
+    for seed in (1, 2):
+        found = calibrate(scenario, flown(scenario, seed, motion))
+        assert found.supported, found.conclusion
+        assert not found.model_table()["named"].any()
+
+
+def test_what_cannot_be_told_and_matters_is_a_note():
+    """A decay of 1e-5 1/s at 0.02 deg/s is seen to two sigma, and moves the bias by as much."""
+    scenario = short(Scenario.paper(), 3000.0)
+    telemetry = fly(
+        scenario, MOTIONS["plan"], 1, Craft(gyro_bias_deg_s=[0.01, -0.01, 0.02], **CONSTANT)
+    )
+    (note,) = calibrate(scenario, telemetry).notes
+    assert note.startswith("gyro.bias may be constant: telemetry says that it decays by ")
+    assert note.endswith("see gyro.bias_decay = 1e-05")
+    assert not calibrate(believed(scenario, bias_decay=0.0), telemetry).notes
+
+
+@pytest.mark.parametrize("walk", [3e-8, 0.0])
+def test_a_score_is_the_step_of_an_estimate(walk):
+    """A decay that is a little wrong is found as it is, with its change of the last bias."""
+    true = believed(PAPER, initial_bias_deg_s=0.1, bias_decay=2e-5, rate_random_walk=walk)
+    telemetry = flown(true, 1, gyro_bias_deg_s=[0.1, -0.1, 0.1])
+    fits = [
+        fit(batch(each, telemetry), Belief.of(each), 1e-9).solution
+        for each in (true, believed(true, bias_decay=2.1e-5))
+    ]
+    found = [scores(each, {"decay": bias_decay(each), "drift": bias_drift(each)}) for each in fits]
+    moved = [each.of("decay").estimate[0] / 1499.0 for each in found]
+    assert moved[0] - moved[1] == pytest.approx(1e-6, rel=0.05)
+    ends = [each.estimate.states[-1, 3:6] for each in fits]
+    change = found[0].change[3:6, 0] * 1e-6 * 1499.0
+    np.testing.assert_allclose(ends[1] - ends[0], change, rtol=0.05)
+
+
+def test_files_and_pages_have_the_tests():
+    scenario = believed(PAPER, initial_bias_deg_s=0.3)
+    found = calibrate(scenario, flown(scenario, 1, gyro_bias_deg_s=[0.3, -0.3, 0.3], **CONSTANT))
+    again = from_json(to_json(found))
+    assert again.model_tests == found.model_tests
+    assert again.conclusion == found.conclusion
+    assert "gyro.bias decays by" in report_html(found)
+    earlier = json.loads(to_json(calibrate(scenario, flown(scenario, 1))))
+    del earlier["model_tests"]
+    assert from_json(json.dumps(earlier)).model_tests == ()
+    earlier["model_tests"] = [{"named": "yes"}]
+    with pytest.raises((ValueError, TypeError), match=r"model_tests\[0\]\."):
+        from_json(json.dumps(earlier))
