@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from itertools import chain
 from pathlib import Path
@@ -251,6 +251,24 @@ class AttitudeManeuverProblem(Problem):
         return AttitudeManeuverProblem(
             dataclasses.replace(self.scenario, flight=flight), threads=self.threads
         )
+
+    def starts(self, n: int, random_state: np.random.Generator) -> Floats:
+        """Designs to begin a search with, shape (n, n_var); see `refine.starts`."""
+        from mgeo_attitude.refine import starts  # compiles
+
+        return starts(self, n, random_state)
+
+    def refine(self, X: ArrayLike) -> Iterator[Floats]:
+        """Better ones in the place of designs, shape (n, n_var), bit by bit; see `refine.polish`.
+
+        Raises
+        ------
+        ValueError
+            For other objectives than the time and one that tells how much is known.
+        """
+        from mgeo_attitude.refine import polish_steps  # compiles
+
+        return polish_steps(self, X)
 
     def describe(self, X: ArrayLike) -> pd.DataFrame:
         """Each solution, one row, in an engineer's terms."""

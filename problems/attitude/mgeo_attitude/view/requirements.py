@@ -29,7 +29,7 @@ def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
     """
     scenario, model = problem.scenario, problem.model
     rule = scenario.convergence.rule
-    if not len(X) or not scenario.required_sigma or rule == "settling":
+    if not len(X) or not scenario.required_sigma or rule in ("settling", "end"):
         return []
     from mgeo_attitude.filter.evaluator import evaluate  # compiles
 
