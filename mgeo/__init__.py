@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     )
     from mgeo.algorithms.archive import ParetoArchive
     from mgeo.evaluation.evaluator import EvaluationError, TolerantEvaluator
+    from mgeo.plugins.view import View
     from mgeo.store.checkpoint import Checkpoint, resume
     from mgeo.store.recorder import Recorder, read_record
     from mgeo.studies import compare
@@ -32,6 +33,7 @@ __all__ = [
     "ParetoArchive",
     "Recorder",
     "TolerantEvaluator",
+    "View",
     "__version__",
     "compare",
     "read_record",
@@ -48,6 +50,7 @@ _HOMES = {
         "MGEOVar",
     ),
     "mgeo.algorithms.archive": ("ParetoArchive",),
+    "mgeo.plugins.view": ("View",),
     "mgeo.store.checkpoint": ("Checkpoint", "resume"),
     "mgeo.evaluation.evaluator": ("EvaluationError", "TolerantEvaluator"),
     "mgeo.store.recorder": ("Recorder", "read_record"),

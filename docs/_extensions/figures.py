@@ -227,7 +227,7 @@ def suite() -> go.Figure:
 
     problem = SensorSuiteProblem()
     table = pd.read_csv(_FRONTS / "suite.csv")
-    found: go.Figure = problem.figures(table.to_numpy()[:, : problem.n_var])["front"]
+    found: go.Figure = problem.view(table.to_numpy()[:, : problem.n_var]).figures()["front"]
     return found
 
 

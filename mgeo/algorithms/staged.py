@@ -1,5 +1,6 @@
 """MGEOStaged: a search whose problem is judged more precisely, and at a higher cost, by stages."""
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import numpy as np
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
+from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.archive import ParetoArchive
@@ -35,9 +37,9 @@ class MGEOStaged(MGEODirected):
     archive keeps what is nondominated then, and the walkers go on from its points. If a run ends
     before the last stage, the archive is evaluated as there.
 
-    A problem that can be judged roughly says so by ``requires_kwargs``, and gives, when it is
-    handed an `algorithm` with a `stage`, the values of that stage, otherwise those of the last.
-    For any other problem it is `MGEODirected`.
+    A problem that can be judged roughly has a method ``at_stage(k)``, which gives the problem as
+    stage k of a search judges it, from 0; the last stage judges by the problem itself. For any
+    other problem, and one whose ``at_stage(0)`` is the problem itself, it is `MGEODirected`.
 
     Parameters
     ----------
@@ -61,6 +63,8 @@ class MGEOStaged(MGEODirected):
     concluded = False
 
     def __init__(self, stages: Sequence[float] = (0.87, 0.99, 1.0), **options: Any) -> None:
+        self._whole: Problem | None = None
+        self._judges: dict[int, Problem] = {}  # by stages
         super().__init__(**options)
         if not np.size(stages) or np.ndim(stages) != 1:
             raise ValueError(f"stages = {stages!r}: expected one or more numbers")
@@ -74,9 +78,29 @@ class MGEOStaged(MGEODirected):
         return self.state.stage
 
     @property
+    def problem(self) -> Problem | None:
+        """The problem as the present stage judges it."""
+        return self._whole if self.is_precise else self._judge(self.stage)
+
+    @problem.setter
+    def problem(self, whole: Problem | None) -> None:
+        if whole is not None and not hasattr(whole, "at_stage") and whole.requires_kwargs:
+            warnings.warn(
+                f"{type(whole).__name__} is judged by stages as it requires_kwargs: give it a "
+                "method at_stage(k), which gives the problem as stage k judges it; gone in 0.4",
+                DeprecationWarning,
+                stacklevel=2,
+            )
+        self._whole, self._judges = whole, {}
+
+    @property
     def is_precise(self) -> bool:
         """Whether values are those of the last stage."""
-        return self.stage == len(self.stages) or not self.problem.requires_kwargs
+        if self._whole is None or not hasattr(self, "state") or self.stage == len(self.stages):
+            return True
+        if not hasattr(self._whole, "at_stage"):
+            return not self._whole.requires_kwargs
+        return self._judge(0) is self._whole
 
     def archived_designs(self) -> Any:
         """The points of the archive, as the problem takes them."""
@@ -99,6 +123,12 @@ class MGEOStaged(MGEODirected):
         state = super().new_state(*parts)
         known = {field.name: getattr(state, field.name) for field in fields(state)}
         return StagedState(**known, stage=0)
+
+    def _judge(self, stage: int) -> Problem:
+        if stage not in self._judges:
+            at_stage = getattr(self._whole, "at_stage", None)
+            self._judges[stage] = self._whole if at_stage is None else at_stage(stage)
+        return self._judges[stage]
 
     def _finalize(self) -> None:
         self.conclude()
@@ -139,6 +169,13 @@ class MGEOStaged(MGEODirected):
         marked: FloatArray = state.incumbent_F.copy()
         state.marked_F = marked
         self._asked = None
+
+
+def has_stages(problem: Problem) -> bool:
+    """Whether a problem can be judged roughly, too."""
+    if hasattr(problem, "at_stage"):
+        return problem.at_stage(0) is not problem
+    return bool(problem.requires_kwargs)
 
 
 def is_rough(algorithm: Algorithm | None) -> bool:

@@ -138,6 +138,7 @@ def solve(
     A run of the MGEO family saves itself in run.checkpoint while it goes on: see `mgeo resume`.
     What an algorithm takes, and its defaults: `mgeo algorithms NAME`.
     """
+    from mgeo.algorithms.staged import has_stages
     from mgeo.runs.algorithms import ROBUST, default_algorithm
     from mgeo.runs.prepare import prepare, read_scenario
     from mgeo.store.run_folder import check_folder
@@ -167,7 +168,7 @@ def solve(
         persistence = RunPersistence(folder, run.configuration, run.algorithm, record=record)
         check_folder(folder, overwrite=overwrite)
     output = Output(quiet, json)
-    if run.problem.requires_kwargs and not robust and algorithm != ROBUST:
+    if not robust and algorithm != ROBUST and has_stages(run.problem):
         output.note(
             f"Note: the problem can be judged by stages, which {ROBUST} does and {algorithm} does "
             "not; that takes less time"

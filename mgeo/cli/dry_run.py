@@ -10,7 +10,8 @@ from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.cli.output import Output
 from mgeo.cli.progress import clock, run_title
 from mgeo.figures import MOST_OBJECTIVES
-from mgeo.plugins.protocol import impossible, notes, problem_size
+from mgeo.plugins.protocol import ask, problem_size
+from mgeo.plugins.view import View, is_own, view_of
 from mgeo.runs.estimate import estimate
 from mgeo.runs.prepare import PreparedRun
 from mgeo.store.run_folder import CHECKPOINT_FILE, FIGURE_FILE, FRONT_FILE, RECORD_FOLDER, RUN_FILE
@@ -26,11 +27,11 @@ def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) 
     """Tell it about a run of ``mgeo solve``; two generations are made for it."""
     configuration, problem = run.configuration, run.problem
     expected = estimate(problem, run.algorithm, configuration.evaluations, configuration.seed)
-    size = problem_size(problem)
+    size, view = problem_size(problem), view_of(problem)
     written = {
         FRONT_FILE: True,
         RUN_FILE: True,
-        FIGURE_FILE: hasattr(problem, "figures") or problem.n_obj <= MOST_OBJECTIVES,
+        FIGURE_FILE: is_own(view, View.figures) or problem.n_obj <= MOST_OBJECTIVES,
         CHECKPOINT_FILE: isinstance(run.algorithm, ExtremalOptimization),
         f"{RECORD_FOLDER}/": persistence.record,
     }
@@ -41,7 +42,7 @@ def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) 
         "folder": str(persistence.folder),
         "files": ", ".join(files),
     }
-    told = notes(problem)
+    told = ask(view, View.notes)
     if told:
         texts["mind"] = "; ".join(told)
     found = {
@@ -52,7 +53,7 @@ def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) 
         "files": files,
     }
     _tell(run_title(configuration), texts, found, (expected.elapsed, expected.timed), output)
-    for why in impossible(problem):
+    for why in ask(view, View.impossible):
         output.note(f"Note: nothing can keep all limits, and nothing would be searched: {why}")
 
 

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
 
-from pymoo.core.problem import Problem
 from rich.text import Text
 
 from mgeo.cli.output import Output
 from mgeo.cli.progress import clock
-from mgeo.plugins import protocol
-from mgeo.runs.answer import Answer, answer, representative_solutions
+from mgeo.plugins.protocol import ask
+from mgeo.plugins.view import View
+from mgeo.runs.answer import (
+    Answer,
+    RepresentativeSolution,
+    answer,
+    representative_solutions,
+)
 from mgeo.runs.limits import DeadEnd, dead_end
 from mgeo.store.run import Outcome, Run
 from mgeo.store.run_folder import (
@@ -22,35 +27,50 @@ from mgeo.store.run_folder import (
     NEAREST_FILE,
     RECORD_FOLDER,
     RUN_FILE,
-    front_table,
     run_document,
 )
 from mgeo.store.run_persistence import RunPersistence
 from mgeo.terminal import Columns, console, plain, table
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _CAUSES = 3  # of failed evaluations are shown
 
 
 @dataclass(frozen=True)
 class Findings:
-    """What is said of an outcome: answer, why nothing keeps all limits, the problem's remarks."""
+    """What is said of an outcome: answer, why nothing keeps all limits, the problem's remarks.
 
-    answer: Answer | None
-    dead_end: DeadEnd | None
-    remarks: list[str]
+    And a few solutions that tell most about the front, each with a row of a table.
+    """
+
+    answer: Answer | None = None
+    dead_end: DeadEnd | None = None
+    remarks: list[str] = field(default_factory=list)
+    chosen: list[RepresentativeSolution] = field(default_factory=list)
+    described: pd.DataFrame | None = None
 
     @classmethod
-    def of(cls, problem: Problem, outcome: Outcome, *, remarks: bool = True) -> Findings:
-        """Those of a run; a problem's remarks can take it seconds."""
-        return cls(
-            answer(problem, outcome),
-            dead_end(problem, outcome.nearest) if outcome.nearest else None,
-            protocol.remarks(problem, outcome.X) if remarks else [],
-        )
+    def of(
+        cls, view: View, outcome: Outcome, *, remarks: bool = True, table: bool = True
+    ) -> Findings:
+        """Those of a run, whose front, or what is nearest to one, is seen by `view`.
+
+        A problem's remarks can take it seconds.
+        """
+        if outcome.nearest:
+            return cls(dead_end=dead_end(view))
+        if not len(outcome.F):
+            return cls()
+        chosen = representative_solutions(view.problem, outcome.F, outcome.objectives)
+        few = view.take([solution.row for solution in chosen])
+        described = ask(few, View.describe) if table else None  # first: it knows the answer, too
+        said = ask(view, View.remarks) if remarks else []
+        return cls(answer(view), None, said, chosen, described)
 
 
 def print_results(
-    problem: Problem,
     outcome: Outcome,
     found: Findings,
     persistence: RunPersistence,
@@ -78,8 +98,8 @@ def print_results(
         output.print(_failures(outcome))
     if not len(outcome.F) and found.dead_end is None:
         output.print("no feasible solution was found")
-    elif len(outcome.F) and output.for_people:
-        output.print(_solutions(problem, outcome))
+    elif found.described is not None:
+        output.print(_solutions(found.chosen, found.described))
     if written:
         picture = persistence.folder / FIGURE_FILE
         output.print(f"written: {picture if picture.exists() else persistence.folder}")
@@ -127,17 +147,12 @@ def _failures(outcome: Outcome) -> str:
     return f"failed evaluations: {total:,}; {', '.join(causes[:_CAUSES])}{more}"
 
 
-def _solutions(problem: Problem, outcome: Outcome) -> Columns:
+def _solutions(chosen: list[RepresentativeSolution], described: pd.DataFrame) -> Columns:
     """One column per solution, one row per quantity: any number of variables fits a terminal.
 
-    The quantities are those of ``problem.describe``, or else objectives and variables. Solutions
-    between the best and the knee are left out where there is no room for all.
+    The quantities are those that the problem describes. Solutions between the best and the knee are
+    left out where there is no room for all.
     """
-    chosen = representative_solutions(problem, outcome.F, outcome.objectives)
-    rows = [solution.row for solution in chosen]
-    described = protocol.describe(problem, outcome.X[rows])
-    if described is None:
-        described = front_table(outcome).iloc[rows][[*outcome.objectives, *outcome.variables]]
 
     def of(places: list[int]) -> Columns:
         titles = ["", *(f"{chosen[i].label} ({chosen[i].row})" for i in places)]

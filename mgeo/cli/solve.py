@@ -14,8 +14,9 @@ from mgeo.cli.progress import Progress, run_title
 from mgeo.cli.results import Findings, document, print_impossible, print_results
 from mgeo.cli.signals import stop_requests
 from mgeo.evaluation.evaluator import EvaluationError
-from mgeo.figures import MOST_OBJECTIVES, MOST_TEXTS, front_figure, page
-from mgeo.plugins import protocol
+from mgeo.figures import page
+from mgeo.plugins.protocol import ask
+from mgeo.plugins.view import View, front_of, view_of
 from mgeo.runs.prepare import PreparedRun
 from mgeo.runs.resume import resume_run
 from mgeo.store.atomic import check_writable, write_file
@@ -52,7 +53,7 @@ def run_to_folder(
     written.
     """
     folder = persistence.folder
-    if impossible := protocol.impossible(run.problem):
+    if impossible := ask(view_of(run.problem), View.impossible):
         print_impossible(impossible, output)
         return ExitCode.INCOMPLETE
     # until everything is written: impatience must not cost a run, nor another run its files
@@ -77,19 +78,22 @@ def run_to_folder(
                 output.note(_GO_ON.format(folder))
             raise
         made = Run(run.configuration, outcome, installed_versions(run.configuration.problem))
-        written, failed = False, None
+        written, failed, view = False, None, None
         try:
             with bad_input():
                 # the folder was checked before the run: whatever is in it now may be replaced
                 write_run(folder, made, overwrite=True)
                 written = True
-                html = _front_page(run, outcome)
+                view = _view(run, outcome)
+                html = _front_page(run, outcome, view)
                 if html is not None:
                     write_file(folder / FIGURE_FILE, html.encode())
         except Refused as error:  # what was found is told all the same
             failed = error
-    found = Findings.of(run.problem, outcome, remarks=output.json or not output.quiet)
-    print_results(run.problem, outcome, found, persistence, output, written=written)
+    view = view or _view(run, outcome)
+    told, table = output.json or not output.quiet, output.for_people
+    found = Findings.of(view, outcome, remarks=told, table=table)
+    print_results(outcome, found, persistence, output, written=written)
     output.result(document(made, found, persistence, written=written))
     if not written:
         output.note(_still_to_be_had(made, persistence))
@@ -118,18 +122,19 @@ def _remove_if_empty(folder: Path) -> None:
         folder.rmdir()
 
 
-def _front_page(run: PreparedRun, outcome: Outcome) -> str | None:
+def _view(run: PreparedRun, outcome: Outcome) -> View:
+    """What was found, or of a run that found nothing that keeps all limits the nearest."""
+    shown = outcome.nearest or outcome
+    return view_of(run.problem, shown.X, shown.F)
+
+
+def _front_page(run: PreparedRun, outcome: Outcome, view: View) -> str | None:
     """The plugin's picture of the front or else ours, None where neither can draw it.
 
-    Of a run that found nothing that keeps all limits it shows the nearest, and says so.
+    Of a run that found nothing that keeps all limits it says so.
     """
-    title = run_title(run.configuration)
-    X, F, note = outcome.X, outcome.F, ""
+    title, note = run_title(run.configuration), ""
     if outcome.nearest:
-        X, F = outcome.nearest.X, outcome.nearest.F
-        note = f"Nothing that was found keeps all limits. These {len(X)} come nearest."
-    figure = protocol.front_figure(run.problem, X) if len(X) else None
-    if figure is None and len(outcome.objectives) <= MOST_OBJECTIVES:
-        told = protocol.describe(run.problem, X) if len(X) <= MOST_TEXTS else None
-        figure = front_figure(X, F, outcome.variables, outcome.objectives, title, told)
+        note = f"Nothing that was found keeps all limits. These {len(view.X)} come nearest."
+    figure = front_of(view, title)
     return None if figure is None else page(figure, title, note)

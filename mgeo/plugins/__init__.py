@@ -1,6 +1,21 @@
 """Problems and commands of others.
 
-`discovery` finds them and says what a plugin may bring, `protocol` checks what a problem gives when
-it is asked, `identity` says which problem is meant, and `checks`, for which the public name is
-`mgeo.testing`, are what a plugin runs on itself.
+`discovery` finds them and says what a plugin may bring, `view` is what people are shown of a
+problem's solutions, `protocol` checks what a problem gives when it is asked, `identity` says which
+problem is meant, `checks` are for authors.
 """
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mgeo.plugins.view import View, view_of
+
+__all__ = ["View", "view_of"]
+
+
+def __getattr__(name: str) -> Any:
+    # names of plugins are told without pymoo, which this needs
+    if name in __all__:
+        return getattr(import_module("mgeo.plugins.view"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

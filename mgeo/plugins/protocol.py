@@ -1,4 +1,4 @@
-"""What a problem of somebody else gives when it is asked, checked where it comes in.
+"""What a problem of somebody else, and its view, give when they are asked, checked.
 
 ``docs/plugins.md`` lists the optional parts of a problem. A part that raises, or gives something
 else than it should, is a `PluginError` that names it.
@@ -7,10 +7,11 @@ else than it should, is a `PluginError` that names it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from mgeo._foreign import foreign
 from mgeo._typing import FloatArray
@@ -18,11 +19,12 @@ from mgeo.evaluation.individuals import variable_names
 from mgeo.plugins.discovery import PluginError
 
 if TYPE_CHECKING:
-    import pandas as pd
-    import plotly.graph_objects as go
     from pymoo.core.problem import Problem
 
-#: Columns of a table of ``limits(X)``, and what its ``bound`` may be.
+P = ParamSpec("P")
+T = TypeVar("T")
+
+#: Columns of a table of a view's ``limits()``, and what its ``bound`` may be.
 LIMIT_COLUMNS = ("unit", "value", "bound", "limit", "margin")
 BOUNDS = ("at most", "at least")
 
@@ -88,7 +90,7 @@ def indicator_space(problem: Problem) -> Callable[[ArrayLike], FloatArray] | Non
             return points.shape == np.shape(F) and bool(np.isfinite(points).all())
 
         expected = f"finite numbers of shape {np.shape(F)}"
-        return np.asarray(_ask(problem, "indicator_space(F)", is_valid, expected, F), dtype=float)
+        return np.asarray(asked(problem, "indicator_space(F)", is_valid, expected, F), dtype=float)
 
     return checked
 
@@ -100,7 +102,7 @@ def options(problem: Problem) -> dict[str, Any] | None:
         return isinstance(given, dict) and all(isinstance(key, str) for key in given)
 
     found: dict[str, Any] | None
-    found = _ask(problem, "options()", is_valid, "a dict with keys of type str")
+    found = asked(problem, "options()", is_valid, "a dict with keys of type str")
     return found
 
 
@@ -117,7 +119,7 @@ def robust(problem: Problem) -> Problem:
     from pymoo.core.problem import Problem
 
     found: Problem | None
-    found = _ask(problem, "robust()", lambda given: isinstance(given, Problem), "a pymoo Problem")
+    found = asked(problem, "robust()", lambda given: isinstance(given, Problem), "a pymoo Problem")
     if found is None:
         raise ValueError(f"{type(problem).__name__} has no robust(): expected a run without it")
     if options(found) is None:
@@ -148,138 +150,120 @@ def instance_of(problem: Problem) -> str:
     return given
 
 
-def describe(problem: Problem, X: NDArray[Any]) -> pd.DataFrame | None:
-    """Its ``describe(X)``, one row for each of X; None if it has none."""
-    import pandas as pd
+class Shown(Protocol):
+    """Of what a view is asked: of which solutions of which problem it is."""
 
-    def is_valid(given: Any) -> bool:
-        return isinstance(given, pd.DataFrame) and len(given) == len(X)
-
-    found: pd.DataFrame | None
-    found = _ask(problem, "describe(X)", is_valid, f"a DataFrame of {len(X)} rows", X)
-    return found
+    problem: Problem
+    X: FloatArray
 
 
-def answers(problem: Problem, X: NDArray[Any]) -> list[str] | None:
-    """Its ``answers(X)``, a line for each of X; None if it has none."""
-
-    def is_valid(given: Any) -> bool:
-        return (
-            isinstance(given, list)
-            and len(given) == len(X)
-            and all(isinstance(line, str) and line for line in given)
-        )
-
-    found: list[str] | None
-    found = _ask(problem, "answers(X)", is_valid, f"a list of {len(X)} texts", X)
-    return found
-
-
-def remarks(problem: Problem, X: NDArray[Any]) -> list[str]:
-    """Its ``remarks(X)``, lines about a front as a whole; empty if it has none."""
-    return _texts(problem, "remarks(X)", X) if len(X) else []
-
-
-def impossible(problem: Problem) -> list[str]:
-    """Its ``impossible()``, lines that say why nothing can keep all limits; empty if none."""
-    return _texts(problem, "impossible()")
-
-
-def notes(problem: Problem) -> list[str]:
-    """Its ``notes()``, lines about the problem as it stands; empty if it has none."""
-    return _texts(problem, "notes()")
-
-
-def ways_out(problem: Problem, X: NDArray[Any]) -> list[str]:
-    """Its ``ways_out(X)``, lines about what stands in the way of solutions; empty if none."""
-    return _texts(problem, "ways_out(X)", X) if len(X) else []
+#: Of each method of a view what it may give for it, and how that is said.
+_RULES: dict[str, tuple[Callable[[Shown, Any], bool], str]] = {
+    "describe": (
+        lambda view, given: _is_frame(given) and len(given) == len(view.X),
+        "a DataFrame of {n} rows",
+    ),
+    "answers": (
+        lambda view, given: _are_texts(given) and len(given) == len(view.X),
+        "a list of {n} texts",
+    ),
+    "limits": (
+        lambda view, given: _are_of(given, view) and all(map(_is_table, given)),
+        "{n} DataFrames with the columns " + ", ".join(LIMIT_COLUMNS),
+    ),
+    **dict.fromkeys(
+        ("remarks", "ways_out", "impossible", "notes"),
+        (lambda view, given: _are_texts(given), "a list of texts"),
+    ),
+    "figures": (lambda view, given: _are_figures(given), "a dict of plotly figures"),
+    "solution_figures": (
+        lambda view, given: _are_of(given, view) and all(map(_are_figures, given)),
+        "{n} dicts of plotly figures",
+    ),
+    "front_summary": (lambda view, given: _are_numbers(given), "a dict of numbers"),
+}
+#: Methods of a view.
+SHOWN = tuple(_RULES)
 
 
-def limits(problem: Problem, X: NDArray[Any]) -> list[pd.DataFrame] | None:
-    """Its ``limits(X)``, a table for each of X, whose columns are checked; None if it has none."""
-    import pandas as pd
+def ask(view: Shown, method: Callable[Concatenate[Any, P], T], *args: P.args, **kw: P.kwargs) -> T:
+    """What a method of a view, such as ``View.describe``, gives, checked.
 
-    def is_table(given: Any) -> bool:
-        if not isinstance(given, pd.DataFrame) or not set(LIMIT_COLUMNS) <= set(given.columns):
-            return False
-        numbers = all(given[name].map(_is_number).all() for name in ("value", "limit", "margin"))
-        return numbers and bool(given["bound"].isin(BOUNDS).all())
-
-    def is_valid(given: Any) -> bool:
-        return isinstance(given, list) and len(given) == len(X) and all(map(is_table, given))
-
-    expected = f"{len(X)} DataFrames with the columns {', '.join(LIMIT_COLUMNS)}"
-    found: list[pd.DataFrame] | None
-    found = _ask(problem, "limits(X)", is_valid, expected, X)
-    return found
-
-
-def front_summary(problem: Problem, F: FloatArray) -> dict[str, float]:
-    """Its ``front_summary(F)``, empty if it has none."""
-
-    def is_valid(given: Any) -> bool:
-        return isinstance(given, Mapping) and all(
-            isinstance(value, int | float | np.number) for value in given.values()
-        )
-
-    found = _ask(problem, "front_summary(F)", is_valid, "a dict of numbers", F)
-    return {str(name): value for name, value in (found or {}).items()}
+    Raises
+    ------
+    PluginError
+        If it raises, or gives something else than a `View` should.
+    """
+    name = method.__name__
+    is_valid, expected = _RULES[name]
+    given: T = _checked(
+        view.problem,
+        f"{name}({'F' if args else ''})",
+        partial(getattr(view, name), *args, **kw),
+        partial(is_valid, view),
+        expected.format(n=len(view.X)),
+    )
+    return given
 
 
-def front_figure(problem: Problem, X: NDArray[Any]) -> go.Figure | None:
-    """The figure ``front`` of its ``figures(X)``, None if it has none."""
-
-    def is_valid(given: Any) -> bool:
-        return isinstance(given, Mapping) and (
-            given.get("front") is None or _are_figures({"front": given["front"]})
-        )
-
-    found = _ask(problem, "figures(X)", is_valid, "a dict of plotly figures", X)
-    return (found or {}).get("front")
-
-
-def solution_figures(problem: Problem, X: NDArray[Any]) -> list[dict[str, go.Figure]]:
-    """Its ``solution_figures(X)``, one dict for each of X; empty if it has none."""
-
-    def is_valid(given: Any) -> bool:
-        return isinstance(given, list) and len(given) == len(X) and all(map(_are_figures, given))
-
-    expected = f"{len(X)} dicts of plotly figures"
-    found = _ask(problem, "solution_figures(X)", is_valid, expected, X) if len(X) else None
-    return [{str(name): figure for name, figure in each.items()} for each in found or []]
-
-
-def _texts(problem: Problem, call: str, *arguments: Any) -> list[str]:
-    """Lines that an optional method gives, empty if the problem has none of this name."""
-
-    def is_valid(given: Any) -> bool:
-        return isinstance(given, list) and all(isinstance(line, str) and line for line in given)
-
-    found: list[str] | None = _ask(problem, call, is_valid, "a list of texts", *arguments)
-    return found or []
-
-
-def _ask(
+def asked(
     problem: Problem, call: str, is_valid: Callable[[Any], bool], expected: str, *arguments: Any
 ) -> Any:
     """What an optional method returns, checked; None if the problem has none of this name."""
-    name = call.partition("(")[0]
-    method = getattr(problem, name, None)
+    method = getattr(problem, call.partition("(")[0], None)
     if method is None:
         return None
+    return _checked(problem, call, partial(method, *arguments), is_valid, expected)
+
+
+def _checked(
+    problem: Problem,
+    call: str,
+    made: Callable[[], Any],
+    is_valid: Callable[[Any], bool],
+    expected: str,
+) -> Any:
     owner = f"of problem {type(problem).__name__}"
     try:
         with foreign():
-            given = method(*arguments)
+            given = made()
             given = list(given) if isinstance(given, Iterator) else given
     except Exception as error:  # whatever a problem raises: foreign code
         raised = f"{type(error).__name__}: {error}".removesuffix(": ")
-        raise PluginError(f"{name} {owner} raised {raised}") from error
+        raise PluginError(f"{call.partition('(')[0]} {owner} raised {raised}") from error
     if not is_valid(given):
         sized = isinstance(given, np.ndarray) or hasattr(given, "iloc")
         found = f"{type(given).__name__} of shape {np.shape(given)}" if sized else repr(given)
         raise PluginError(f"{call} {owner} gives {found:.80}: expected {expected}")
     return given
+
+
+def _is_frame(given: Any) -> bool:
+    import pandas as pd
+
+    return isinstance(given, pd.DataFrame)
+
+
+def _is_table(given: Any) -> bool:
+    """Whether it is a table of limits."""
+    if not _is_frame(given) or not set(LIMIT_COLUMNS) <= set(given.columns):
+        return False
+    numbers = all(given[name].map(_is_number).all() for name in ("value", "limit", "margin"))
+    return numbers and bool(given["bound"].isin(BOUNDS).all())
+
+
+def _are_of(given: Any, view: Shown) -> bool:
+    return isinstance(given, list) and len(given) == len(view.X)
+
+
+def _are_texts(given: Any) -> bool:
+    return isinstance(given, list) and all(isinstance(line, str) and line for line in given)
+
+
+def _are_numbers(given: Any) -> bool:
+    return isinstance(given, Mapping) and all(
+        isinstance(value, int | float | np.number) for value in given.values()
+    )
 
 
 def _is_number(given: Any) -> bool:
@@ -289,7 +273,9 @@ def _is_number(given: Any) -> bool:
 def _are_figures(given: Any) -> bool:
     import plotly.graph_objects as go
 
-    return isinstance(given, Mapping) and all(isinstance(f, go.Figure) for f in given.values())
+    return isinstance(given, Mapping) and all(
+        figure is None or isinstance(figure, go.Figure) for figure in given.values()
+    )
 
 
 def _names(

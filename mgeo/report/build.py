@@ -12,8 +12,9 @@ from plotly.offline import get_plotlyjs
 from pymoo.core.problem import Problem
 
 from mgeo.figures.page import render
-from mgeo.plugins import protocol
 from mgeo.plugins.discovery import load_problem
+from mgeo.plugins.protocol import ask
+from mgeo.plugins.view import View, view_of
 from mgeo.report.encode import figure_json, script_json
 from mgeo.report.history import recorded_history
 from mgeo.report.solutions import solutions_json
@@ -40,15 +41,17 @@ def report_html(folder: Path | str) -> str:
     folder = Path(folder)
     run, problem, chosen, title = read_subject(folder)
     nearest = run.outcome.nearest
+    found = len(run.outcome.F) > 0 and not nearest
     history = recorded_history(folder, problem, run.outcome)
-    data = solutions_json(problem, run, chosen, title) if chosen else {"table": None}
+    view = view_of(problem, run.outcome.X, run.outcome.F)
+    data = solutions_json(view, run, chosen, title) if chosen else {"table": None}
     data["history"] = None if history is None else figure_json(history)
     return render(
         "report/assets/report.html",
         title=title,
-        answer=None if nearest else answer(problem, run.outcome),
-        remarks=[] if nearest else protocol.remarks(problem, run.outcome.X),
-        dead_end=dead_end(problem, nearest) if nearest else None,
+        answer=answer(view) if found else None,
+        remarks=ask(view, View.remarks) if found else [],
+        dead_end=dead_end(view) if nearest else None,
         folder=folder.resolve().name,
         run=run,
         configuration=run.configuration,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
 from mgeo.algorithms.dominance import nondominated
-from mgeo.runs.limits import TOLERANCE
+from mgeo.plugins.view import TOLERANCE
 from mgeo.runs.meters import HypervolumeMeter
 from mgeo.store.recorder import read_record
 from mgeo.store.run import Outcome

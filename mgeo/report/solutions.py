@@ -6,18 +6,18 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 
-from mgeo.figures import MOST_OBJECTIVES, MOST_TEXTS, front_figure
+from mgeo.figures import MOST_TEXTS
 from mgeo.figures.motion import check_motion
-from mgeo.plugins import protocol
+from mgeo.plugins.protocol import ask
+from mgeo.plugins.view import View, is_own
 from mgeo.report.encode import Json, figure_json, shared
 from mgeo.runs.answer import RepresentativeSolution, default_solution
 from mgeo.runs.limits import limits
-from mgeo.store.run import Outcome, Run
+from mgeo.store.run import Run
 from mgeo.store.run_folder import front_table
 
 #: Solutions whose figures go into a report, so that its size stays bounded.
@@ -25,25 +25,26 @@ MOST_PLANS = 300
 
 
 def solutions_json(
-    problem: Problem, run: Run, chosen: Sequence[RepresentativeSolution], title: str
+    view: View, run: Run, chosen: Sequence[RepresentativeSolution], title: str
 ) -> Json:
     """What the page shows of the solutions, by name; all of them have their values."""
-    X, outcome = run.outcome.X, run.outcome
-    rows = planned_rows(chosen, len(X))
+    outcome = run.outcome
+    rows = planned_rows(chosen, len(view.X))
+    planned = view.take(rows)
     front = front_table(outcome)
-    picture = front_picture(problem, outcome, title)
+    picture = front_picture(view, title)
     return {
         "table": {"columns": list(front.columns), "rows": front.to_numpy().tolist()},
         "objectives": len(outcome.objectives),
         "planned": rows.tolist(),
-        "answers": _by_row(protocol.answers(problem, X[rows]) or [""] * len(rows), rows),
-        "described": _described(problem, outcome, rows),
-        "bounds": _bounds(problem),
-        "limits": _limits(problem, X, rows),
+        "answers": _by_row(_answers(planned), rows),
+        "described": _described(planned, rows),
+        "bounds": _bounds(view.problem),
+        "limits": _limits(planned, rows),
         "labels": {str(solution.row): solution.label for solution in chosen},
-        "first": 0 if outcome.nearest else default_solution(problem, outcome.F).row,
+        "first": 0 if outcome.nearest else default_solution(view.problem, outcome.F).row,
         "front": None if picture is None else figure_json(picture, lists=True),
-        "plans": plans_json(problem, X, rows),
+        "plans": plans_json(planned, rows),
     }
 
 
@@ -61,28 +62,27 @@ def planned_rows(
     return np.unique(np.concatenate([np.array(rows, dtype=np.int64), spread]))
 
 
-def front_picture(problem: Problem, outcome: Outcome, title: str) -> go.Figure | None:
+def front_picture(view: View, title: str) -> go.Figure | None:
     """The picture of the front, whose points carry their row as ``customdata``; None if none can.
 
     It is the plugin's own where its points do so, see ``docs/plugins.md``.
     """
-    n = len(outcome.X)
-    if n <= MOST_TEXTS:
-        figure = protocol.front_figure(problem, outcome.X)
+    n = len(view.X)
+    if n <= MOST_TEXTS and is_own(view, View.figures):
+        figure = ask(view, View.figures).get("front")
         if figure is not None and _numbered(figure, n):
             return figure
-    if len(outcome.objectives) > MOST_OBJECTIVES:
-        return None
-    told = protocol.describe(problem, outcome.X) if n <= MOST_TEXTS else None
-    figure = front_figure(outcome.X, outcome.F, outcome.variables, outcome.objectives, title, told)
-    if n > MOST_TEXTS:
+    figure = view.plain_front(title)
+    if figure is not None and n > MOST_TEXTS:
         numbered = {"customdata": np.arange(n), "hovertext": None, "hoverinfo": "all"}
         figure.update_traces(numbered, selector={"mode": "markers"})
     return figure
 
 
-def plans_json(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]) -> Json:
+def plans_json(view: View, rows: NDArray[np.int64]) -> Json:
     """Figures of single solutions: what all have in common, and each one's own values.
+
+    `rows` are their numbers on the front.
 
     Raises
     ------
@@ -90,30 +90,37 @@ def plans_json(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]
         If the problem's `solution_figures` returns another number of entries, or a figure moves
         in no way that the page knows.
     """
-    drawn = protocol.solution_figures(problem, X[rows])
-    if not drawn:
+    drawn = ask(view, View.solution_figures)
+    if not any(drawn):
         return {"common": {}, "values": {}}
     for figure in (figure for figures in drawn for figure in figures.values()):
         check_motion(figure)
-    trees = [{name: figure_json(figure) for name, figure in figures.items()} for figures in drawn]
+    trees = [
+        {str(name): figure_json(figure) for name, figure in figures.items()} for figures in drawn
+    ]
     common, values = shared(trees)
     return {"common": common, "values": _by_row(values, rows)}
 
 
-def _described(problem: Problem, outcome: Outcome, rows: NDArray[np.int64]) -> Json:
-    """Solutions in the problem's own terms, or else their objectives."""
-    table = protocol.describe(problem, outcome.X[rows])
-    if table is None:
-        table = pd.DataFrame(outcome.F[rows], columns=list(outcome.objectives))
+def _answers(view: View) -> list[str]:
+    """The problem's own: of any other a card shows the objectives anyway."""
+    return ask(view, View.answers) if is_own(view, View.answers) else [""] * len(view.X)
+
+
+def _described(view: View, rows: NDArray[np.int64]) -> Json:
+    """Solutions in the problem's own terms, or else their objectives: variables follow anyway."""
+    table = ask(view, View.describe)
+    if not is_own(view, View.describe):
+        table = table.iloc[:, : view.problem.n_obj]
     cells = [[_cell(value) for value in row] for row in table.itertuples(index=False, name=None)]
     return {"columns": [str(name) for name in table.columns], "rows": _by_row(cells, rows)}
 
 
-def _limits(problem: Problem, X: NDArray[np.float64], rows: NDArray[np.int64]) -> Json:
+def _limits(view: View, rows: NDArray[np.int64]) -> Json:
     """Limits of each solution: name, whether it is kept, and the numbers of it in words."""
     told = [
         [[limit.name, limit.kept, str(limit).removeprefix(f"{limit.name}: ")] for limit in each]
-        for each in limits(problem, X[rows])
+        for each in limits(view)
     ]
     return _by_row(told, rows)
 

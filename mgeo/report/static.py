@@ -15,7 +15,8 @@ import plotly.graph_objects as go
 
 from mgeo.figures.motion import motion_of
 from mgeo.figures.style import CLICK, HOVER, for_paper
-from mgeo.plugins import protocol
+from mgeo.plugins.protocol import ask
+from mgeo.plugins.view import View, view_of
 from mgeo.report.build import read_subject
 from mgeo.report.history import recorded_history
 from mgeo.report.solutions import front_picture
@@ -91,15 +92,16 @@ def _pictures(folder: Path) -> dict[str, go.Figure]:
     run, problem, chosen, title = read_subject(folder)
     outcome = run.outcome
     found: dict[str, go.Figure | None] = {}
+    view = view_of(problem, outcome.X, outcome.F)
     if chosen:
-        found["front"] = front_picture(problem, outcome, title)
+        found["front"] = front_picture(view, title)
     found["hypervolume"] = recorded_history(folder, problem, outcome)
     told = [solution for solution in chosen if solution.label != "between"]
-    drawn = protocol.solution_figures(problem, outcome.X[[solution.row for solution in told]])
-    for solution, figures in zip(told, drawn, strict=bool(drawn)):
+    drawn = ask(view.take([solution.row for solution in told]), View.solution_figures)
+    for solution, figures in zip(told, drawn, strict=True):
         for name, figure in figures.items():
             if motion_of(figure) is None:
-                found[_file_name(found, solution.label, name)] = figure
+                found[_file_name(found, solution.label, str(name))] = figure
     return {name: figure for name, figure in found.items() if figure is not None}
 
 

@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mgeo.plugins import protocol
-from mgeo.plugins.protocol import indicator_space
-from mgeo.runs.limits import nearest_kept, told
+from mgeo.plugins.protocol import ask, indicator_space
+from mgeo.plugins.view import View, is_own
+from mgeo.runs.limits import limits, nearest_kept
 from mgeo.runs.meters import scaled
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
-
-    from mgeo.store.run import Outcome
 
 _FLAT = 1e-9  # bulges smaller than this, of a front of size 1, are rounding
 
@@ -48,20 +46,16 @@ class Answer:
         return f"{said}; BUT {'; '.join(self.exceeded)}{other}"
 
 
-def answer(problem: Problem, outcome: Outcome) -> Answer | None:
-    """The `default_solution` in the problem's words, or else its objectives; None of no front."""
-    if not len(outcome.F):
-        return None
-    shown = default_solution(problem, outcome.F)
-    chosen = outcome.X[[shown.row]]
-    lines = protocol.answers(problem, chosen)
-    if lines is None:
-        pairs = zip(outcome.objectives, outcome.F[shown.row], strict=True)
-        lines = [", ".join(f"{name} {value:.5g}" for name, value in pairs)]
-    known = told(problem, chosen) or [[]]
-    exceeded = tuple(str(limit) for limit in known[0] if not limit.kept)
-    instead = nearest_kept(problem, outcome.X, shown.row) if exceeded else None
-    return Answer(shown.row, len(outcome.F), shown.label, lines[0], exceeded, instead)
+def answer(view: View) -> Answer:
+    """The `default_solution` of a front, of at least one solution, in the problem's words."""
+    shown = default_solution(view.problem, view.F)
+    chosen = view.take([shown.row])
+    (line,) = ask(chosen, View.answers)
+    # whatever is on a front keeps the constraints: none is evaluated again
+    (known,) = limits(chosen) if is_own(view, View.limits) else [[]]
+    exceeded = tuple(str(limit) for limit in known if not limit.kept)
+    instead = nearest_kept(view, shown.row) if exceeded else None
+    return Answer(shown.row, len(view.X), shown.label, line, exceeded, instead)
 
 
 @dataclass(frozen=True)

@@ -53,13 +53,13 @@ def estimate(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int
     for stage, (begin, end) in enumerate(pairwise(ends), 1):
         run.state.stage = stage
         judged = len(run.front) + (end - begin) * evaluations  # the front anew as it begins
-        total = total + judged * _time_of_a_design(problem, run)
+        total = total + judged * _time_of_a_design(run)
     elapsed, processor = total.tolist()
     return Estimate(elapsed, processor, made)
 
 
-def _time_of_a_design(problem: Problem, run: Algorithm) -> FloatArray:
-    X = run.pop.get("X")
+def _time_of_a_design(run: Algorithm) -> FloatArray:
+    problem, X = run.problem, run.pop.get("X")
     problem.evaluate(X[:1], algorithm=run)  # much is done for the first time
     return _time(lambda: problem.evaluate(X, algorithm=run)) / len(X)
 

@@ -4,25 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mgeo._typing import FloatArray
-from mgeo.algorithms.variables import designs_of
-from mgeo.plugins import protocol
+from mgeo.plugins.protocol import ask
+from mgeo.plugins.view import View, is_own
 
 if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
-
-    from mgeo.store.run import Nearest
+    import pandas as pd
 
 #: Solutions that `nearest_kept` looks at.
 _NEAREST, _SPREAD = 16, 34
-#: By how much equality constraints may be off, as in pymoo.
-TOLERANCE = 1e-4
-
 _MOST_WAYS = 3  # are told
 
 
@@ -59,59 +52,50 @@ class Limit:
         return f"{self.name}: {self.value:.4g}{unit}, {self.bound} {self.limit:.4g}{unit}: {off}"
 
 
-def limits(problem: Problem, X: NDArray[Any]) -> list[list[Limit]]:
-    """The limits of each solution, shape (n, n_var), in the problem's order."""
-    found = told(problem, X)
-    return constraints(problem, X) if found is None else found
+def limits(view: View) -> list[list[Limit]]:
+    """The limits of each solution of a view, in the problem's order."""
+    return _read(ask(view, View.limits))
 
 
-def told(problem: Problem, X: NDArray[Any]) -> list[list[Limit]] | None:
-    """Those of a problem with ``limits``, which may tell more than its constraints; else None."""
-    tables = protocol.limits(problem, X)
-    if tables is None:
-        return None
-    keys = ("margin", "unit", "value", "bound", "limit")
-    columns = [[table[key].tolist() for key in keys] for table in tables]
-    return [
-        [Limit(str(name), *cells) for name, *cells in zip(table.index, *each, strict=True)]
-        for table, each in zip(tables, columns, strict=True)
-    ]
-
-
-def nearest_kept(problem: Problem, X: NDArray[Any], row: int) -> int | None:
+def nearest_kept(view: View, row: int) -> int | None:
     """The row nearest to this one of which the problem tells that it keeps all limits.
 
     Rows are those of a front, in the order of its first objective. Looked at are the nearest, and
     others at even distances, `_NEAREST` and `_SPREAD` of them: the limits of one can take a tenth
     of a second. None if none of these keeps all, or if the problem tells of no limits.
     """
-    rows = sorted(range(len(X)), key=lambda i: (abs(i - row), i))
-    spread = np.linspace(0, len(X) - 1, min(len(X), _SPREAD)).round().astype(int)
+    if not is_own(view, View.limits):
+        return None
+    n = len(view.X)
+    rows = sorted(range(n), key=lambda i: (abs(i - row), i))
+    spread = np.linspace(0, n - 1, min(n, _SPREAD)).round().astype(int)
     looked_at = {*rows[:_NEAREST], *spread.tolist()}
     for i in filter(looked_at.__contains__, rows):
-        found = told(problem, X[[i]])
-        if found is None:
-            return None
-        if all(limit.kept for limit in found[0]):
+        (found,) = limits(view.take([i]))
+        if all(limit.kept for limit in found):
             return i
     return None
 
 
-def constraints(problem: Problem, X: NDArray[Any]) -> list[list[Limit]]:
+def constraints(view: View) -> list[list[Limit]]:
     """The constraints of each solution as they are computed, inequalities first."""
-    names = protocol.constraint_names(problem)
-    if not names or not len(X):
-        return [[] for _ in X]
-    margins = -excess(*problem.evaluate(designs_of(problem, X), return_values_of=["G", "H"]))
-    return [
-        [Limit(name, margin) for name, margin in zip(names, row, strict=True)]
-        for row in margins.tolist()
-    ]
+    return _read(View.limits(view))
 
 
-def excess(G: FloatArray, H: FloatArray) -> FloatArray:
-    """By how much constraints are exceeded, at most zero where they are kept, shape (n, g + h)."""
-    return np.hstack([np.asarray(G, dtype=float), np.abs(np.asarray(H, dtype=float)) - TOLERANCE])
+def _read(tables: list[pd.DataFrame]) -> list[list[Limit]]:
+    found = []
+    for table in tables:
+        columns = [table[key].tolist() for key in ("margin", "unit", "value", "bound", "limit")]
+        rows = zip(table.index, *columns, strict=True)
+        found.append([_limit(str(name), *cells) for name, *cells in rows])
+    return found
+
+
+def _limit(name: str, margin: float, unit: str, value: float, bound: str, limit: float) -> Limit:
+    """Of a constraint that is no more than a number only the margin is known."""
+    if np.isnan(limit):
+        return Limit(name, margin)
+    return Limit(name, margin, unit, value, bound, limit)
 
 
 @dataclass(frozen=True)
@@ -131,13 +115,12 @@ class DeadEnd:
     ways: tuple[str, ...]
 
 
-def dead_end(problem: Problem, nearest: Nearest) -> DeadEnd:
-    """What stands in the way of solutions, of which there is at least one."""
-    X = nearest.X
+def dead_end(view: View) -> DeadEnd:
+    """What stands in the way of the solutions that come nearest, at least one."""
     # a problem may be stricter than what it tells
-    pairs = zip(limits(problem, X), constraints(problem, X), strict=True)
+    pairs = zip(limits(view), constraints(view), strict=True)
     exceeded = [_exceeded(told) or _exceeded(computed) for told, computed in pairs]
-    return DeadEnd(tuple(_binding(exceeded)), (*protocol.ways_out(problem, X), *_ways(exceeded)))
+    return DeadEnd(tuple(_binding(exceeded)), (*ask(view, View.ways_out), *_ways(exceeded)))
 
 
 def _exceeded(told: list[Limit]) -> list[Limit]:

@@ -11,7 +11,7 @@ from pymoo.indicators.hv import HV
 from mgeo.algorithms.dominance import nondominated
 from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import indicator_space
-from mgeo.runs.limits import excess
+from mgeo.plugins.view import excess
 from mgeo.store.run import Hypervolume, Nearest
 
 if TYPE_CHECKING:

@@ -192,7 +192,7 @@ def resume(
             algorithm = _of_mgeo(state)
     run = restore(state, problem, algorithm, termination=termination, **options)
     if check:
-        found = changed_value(problem, run.front.individuals, {"algorithm": run})
+        found = changed_value(run.problem, run.front.individuals, {"algorithm": run})
         if found:
             raise ValueError(
                 f"{path} belongs to another problem: {found}; one whose values are random is "

@@ -13,7 +13,8 @@ import numpy as np
 from pymoo.indicators.hv import HV
 
 from mgeo._typing import FloatArray
-from mgeo.plugins.protocol import front_summary
+from mgeo.plugins.protocol import ask
+from mgeo.plugins.view import View, view_of
 from mgeo.runs.meters import MAX_OBJECTIVES
 
 if TYPE_CHECKING:
@@ -119,18 +120,18 @@ def trace(
     """One row per number of evaluations in `grid`.
 
     Its columns are ``evaluations``, the indicators, the hypervolume by parts, ``points`` of the
-    front (of a single objective 1, or 0 where nothing feasible was found), and what the problem's
-    optional ``front_summary(F)`` makes of the front in the problem's own objectives.
+    front (of a single objective 1, or 0 where nothing feasible was found), and what
+    ``front_summary(F)`` of the problem's view makes of the front in the problem's own objectives.
     """
     indicators = applicable(problem.n_obj)
     if problem.n_obj <= MAX_OBJECTIVES:
         indicators += parts_of(space, "")
-    rows = []
+    rows, view = [], view_of(problem)
     for evaluations, F in zip(grid, record.fronts(grid), strict=True):
         points = space(F)
         values = {i.name: i.value(points, space) for i in indicators}
         rows.append(
             {"evaluations": int(evaluations), **values, "points": len(F)}
-            | front_summary(problem, F)
+            | {str(name): value for name, value in ask(view, View.front_summary, F).items()}
         )
     return rows

@@ -5,6 +5,7 @@ import pickle
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
+import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -118,3 +119,26 @@ def test_options_rebuild_the_problem():
 def test_bad_arguments_are_named(arguments, error, message):
     with pytest.raises(error, match=message):
         AttitudeManeuverProblem(**arguments)
+
+
+def test_what_was_asked_of_the_problem_asks_its_view_and_warns(problem):
+    X = random_designs(problem, 2)
+    with pytest.warns(DeprecationWarning, match=r"describe\(X\) is now view\(X\).describe\(\)"):
+        told = problem.describe(X)
+    pd.testing.assert_frame_equal(told, problem.view(X).describe())
+    with pytest.warns(DeprecationWarning, match="impossible"):
+        assert problem.impossible() == []
+    with pytest.warns(DeprecationWarning, match="promises"):
+        few = problem.promises(X=X, flights=3)
+    pd.testing.assert_frame_equal(few, problem.view(X).promises(flights=3))
+
+
+def test_a_part_of_a_view_shares_what_is_known(problem, monkeypatch):
+    view = problem.view(random_designs(problem, 4))
+    table, kept = view.describe(), view.kept
+    monkeypatch.setattr(problem.__class__, "flown", None)
+    monkeypatch.setattr("mgeo_attitude.filter.evaluator.evaluate", None)
+    part = view.take([2, 0])
+    pd.testing.assert_frame_equal(part.describe(), table.iloc[[2, 0]].reset_index(drop=True))
+    np.testing.assert_array_equal(part.kept, kept[[2, 0]])
+    assert part.limits()[0].empty

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.view.describe import nondominated
-from mgeo_attitude.view.promises import spread
+from mgeo_attitude.view.plans import spread
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected
@@ -48,7 +48,7 @@ def row(preset: str, rule: str, seeds: int) -> str:
         X = minimize(problem, MGEODirected(), ("n_eval", 20_000), seed=seed).X
         spent += time.process_time() - start
         X = X[spread(len(X))]
-        table = problem.promises(X, seed=JUDGES)
+        table = problem.view(X).promises(seed=JUDGES)
         ratios.append(table["kept / promised t_end [s]"].to_numpy())
         kept = table.filter(regex="^kept (?!/)").to_numpy()
         plans, safe = plans + len(X), safe + len(nondominated(kept))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mgeo_attitude import evaluate
-from mgeo_suite.describe import suite_text
+from mgeo_suite.words import suite_text
 
 
 def test_a_suite_in_words(problem):
@@ -15,7 +15,7 @@ def test_a_suite_in_words(problem):
 
 
 def test_a_row_of_the_table_is_the_design(problem, points):
-    table, F = problem.describe(points), problem.evaluate(points)
+    table, F = problem.view(points).describe(), problem.evaluate(points)
     assert np.array_equal(table["price [kEUR]"], F[:, 0])
     assert np.array_equal(table["attitude 1-sigma [deg]"], F[:, 3])
     assert np.array_equal(table["t_end [s]"], F[:, 4])
@@ -25,7 +25,7 @@ def test_a_row_of_the_table_is_the_design(problem, points):
 
 
 def test_the_front_numbers_its_points_by_row(problem, points):
-    figure = problem.figures(points)["front"]
+    figure = problem.view(points).figures()["front"]
     F = problem.evaluate(points)
     numbers = np.concatenate([trace.customdata for trace in figure.data])
     assert sorted(numbers) == list(range(len(points)))
@@ -37,7 +37,7 @@ def test_the_front_numbers_its_points_by_row(problem, points):
 
 
 def test_the_map_of_sensors_has_every_choice(problem, points):
-    (heatmap,) = problem.figures(points)["sensors"].data
+    (heatmap,) = problem.view(points).figures()["sensors"].data
     order = np.argsort(problem.evaluate(points)[:, 0], kind="stable")
     for row, name in enumerate(heatmap.y):
         place = next(place for place in problem.suites.places if place.name == name)
@@ -47,7 +47,7 @@ def test_the_map_of_sensors_has_every_choice(problem, points):
 
 
 def test_the_plan_behind_a_point_is_flown(problem, points):
-    shown = problem.solution_figures(points[:3])
+    shown = problem.view(points[:3]).solution_figures()
     for row, figures in zip(points, shown, strict=False):
         choice = row[:5].astype(int)
         model = problem.suites.variant(choice)

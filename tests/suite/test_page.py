@@ -10,9 +10,9 @@ import pandas as pd
 import plotly.graph_objects as go
 import pytest
 from mgeo_suite import SensorSuiteProblem
-from mgeo_suite.describe import conclusions
 from mgeo_suite.objectives import OBJECTIVES
 from mgeo_suite.presets import PRESETS
+from mgeo_suite.words import conclusions
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app

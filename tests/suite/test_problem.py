@@ -179,6 +179,6 @@ def test_designs_that_are_none_are_refused(problem, points):
     with pytest.raises(
         ValueError, match=r"gyro = 2\.0: expected a whole number from 0 to 1, of poor"
     ):
-        problem.describe(X)
+        problem.view(X).describe()
     with pytest.raises(ValueError, match=r"X of shape \(2, 5\): expected \(n, 17\)"):
-        problem.describe(X[:, :5])
+        problem.view(X[:, :5]).describe()

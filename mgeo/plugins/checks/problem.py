@@ -14,8 +14,14 @@ from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.dominance import nondominated
 from mgeo.algorithms.variables import KINDS, Variables, designs_of
 from mgeo.evaluation.individuals import as_numbers
+from mgeo.figures.motion import check_motion
 from mgeo.plugins import protocol
 from mgeo.plugins.checks.failure import no_error, require, require_equal
+from mgeo.plugins.protocol import SHOWN, ask
+from mgeo.plugins.view import View, view_of
+
+#: What a view of no solutions is asked.
+OF_NONE = {"impossible", "notes", "front_summary"}
 
 
 def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: float = 1e-12) -> None:
@@ -156,56 +162,23 @@ def _check_presentation(problem: Problem, X: FloatArray, F: FloatArray) -> None:
             np.array_equal(nondominated(space), nondominated(F)),
             "indicator_space(F) must keep which points dominate which",
         )
-    if hasattr(problem, "describe"):
-        from pandas import DataFrame
-
-        table = _asked(problem, "describe", X=X)
-        kind = type(table).__name__
-        require(isinstance(table, DataFrame), f"describe(X) is a {kind}: no DataFrame")
-        require(len(table) == len(X), f"describe(X) has {len(table)} rows: expected {len(X)}")
-    if hasattr(problem, "answers"):
-        _asked(problem, "answers", X=X)
-        with no_error("answers(X), a text for each solution"):
-            protocol.answers(problem, X)
-    if hasattr(problem, "impossible"):
-        with no_error("impossible(), a list of texts"):
-            protocol.impossible(problem)
-    if hasattr(problem, "remarks"):
-        _asked(problem, "remarks", X=X)
-        with no_error("remarks(X), a list of texts"):
-            protocol.remarks(problem, X)
-    if hasattr(problem, "ways_out"):
-        _asked(problem, "ways_out", X=X)
-        with no_error("ways_out(X), a list of texts"):
-            protocol.ways_out(problem, X)
-    if hasattr(problem, "notes"):
-        with no_error("notes(), a list of texts"):
-            protocol.notes(problem)
-    if hasattr(problem, "limits"):
-        _asked(problem, "limits", X=X)
-        with no_error("limits(X), a table of each solution's limits"):
-            protocol.limits(problem, X)
-    if hasattr(problem, "front_summary"):
-        summary = _asked(problem, "front_summary", F=F)
-        with no_error("front_summary(F), one row of JSON-able values"):
-            json.dumps(summary)
-        require(
-            isinstance(summary, dict) and all(isinstance(key, str) for key in summary),
-            f"front_summary(F) = {summary!r}: expected a dict with strings as keys",
-        )
-    if hasattr(problem, "figures"):
-        _check_figures("figures(X)", _asked(problem, "figures", X=X))
-    if hasattr(problem, "solution_figures"):
-        from mgeo.figures.motion import check_motion
-
-        rows = list(_asked(problem, "solution_figures", X=X))
-        n = len(rows)
-        require(n == len(X), f"solution_figures(X) has {n} entries: expected {len(X)}")
-        for i, figures in enumerate(rows):
-            _check_figures(where := f"solution_figures(X)[{i}]", figures)
-            for name, figure in figures.items():
-                with no_error(f"{where}[{name!r}], a figure that moves or does not"):
-                    check_motion(figure)
+    with no_error("view(X)"):
+        view, none = view_of(problem, X), view_of(problem)
+    found = {}
+    for name in SHOWN:
+        given = [F.copy()] if name == "front_summary" else []
+        with no_error(f"{name} of view(X)"):
+            found[name] = ask(view, getattr(View, name), *given)
+        require_equal(view.X, X, f"{name} of view(X) must not modify X")
+        if name in OF_NONE:
+            with no_error(f"{name} of view(X) of no solutions"):
+                ask(none, getattr(View, name), *given)
+    with no_error("front_summary(F), one row of JSON-able values"):
+        json.dumps(found["front_summary"])
+    for i, figures in enumerate(found["solution_figures"]):
+        for name, figure in figures.items():
+            with no_error(f"solution_figures()[{i}][{name!r}], a figure that moves or does not"):
+                check_motion(figure)
 
 
 def _asked(problem: Problem, method: str, **given: FloatArray) -> Any:
@@ -216,15 +189,6 @@ def _asked(problem: Problem, method: str, **given: FloatArray) -> Any:
         answer = getattr(problem, method)(copy)
     require_equal(copy, array, f"{method}({name}) must not modify {name}")
     return answer
-
-
-def _check_figures(where: str, figures: Any) -> None:
-    from plotly.basedatatypes import BaseFigure
-
-    kind = type(figures).__name__
-    require(isinstance(figures, dict), f"{where}: expected a dict of plotly Figures, got a {kind}")
-    for name, figure in figures.items():
-        require(isinstance(figure, BaseFigure), f"{where}[{name!r}] is no plotly Figure")
 
 
 def _check_options(problem: Problem, X: FloatArray, values: Mapping[str, FloatArray]) -> None:

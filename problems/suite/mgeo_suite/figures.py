@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -11,42 +11,37 @@ from mgeo_attitude.filter.accuracy import attitude_accuracy_deg
 from mgeo_attitude.filter.evaluator import Evaluation
 from mgeo_attitude.view.describe import maneuver_texts
 from mgeo_attitude.view.figures.style import line, title
-from numpy.typing import ArrayLike
 
 from mgeo.figures.style import COLORS, SYMBOLS, finished, literal, log_axis
 from mgeo_suite.catalog import NONE
-from mgeo_suite.describe import suite_text
-
-if TYPE_CHECKING:
-    from mgeo_suite.protocol import SuiteProblem
+from mgeo_suite.designs import Designs, SuiteProblem
+from mgeo_suite.words import suite_text
 
 _SAMPLES = 200  # of a curve against time
 _TOGETHER = 50  # histories held in memory at once
 
 
-def figures(problem: SuiteProblem, X: ArrayLike) -> dict[str, go.Figure]:
+def figures(designs: Designs) -> dict[str, go.Figure]:
     """``front``, price against accuracy by star tracker, and ``sensors``, which appear where.
 
-    Points and columns are numbered by the rows of `X`; designs without result are left out.
+    Points and columns are numbered by their rows; designs without result are left out.
     """
-    choices, maneuvers = problem.split(X)
-    result = problem.evaluation(X)
-    price = problem.suites.resources(choices)[:, 0]
+    problem, choices, result = designs.problem, designs.choices, designs.result
+    price = designs.resources[:, 0]
     accuracy = attitude_accuracy_deg(result.covariance)
     rows = np.flatnonzero(np.isfinite(result.t_end) & np.isfinite(accuracy))
     order = rows[np.argsort(price[rows], kind="stable")]
     return {
-        "front": _front(problem, choices, maneuvers, price, accuracy, result, order),
+        "front": _front(problem, choices, designs.maneuvers, price, accuracy, result, order),
         "sensors": _sensors(problem, choices, price, order),
     }
 
 
-def solution_figures(problem: SuiteProblem, X: ArrayLike) -> list[dict[str, go.Figure]]:
+def solution_figures(designs: Designs) -> list[dict[str, go.Figure]]:
     """For each design its body rates and how the attitude comes to be known, until t_end."""
-    numbers = problem.numbers(X)
-    found = []
-    for first in range(0, len(numbers), _TOGETHER):
-        result = problem.evaluation(numbers[first : first + _TOGETHER], history=True)
+    problem, found = designs.problem, []
+    for first in range(0, len(designs.X), _TOGETHER):
+        result = problem.evaluation(designs.X[first : first + _TOGETHER], history=True)
         found += [_of_plan(problem, result, i) for i in range(len(result.t_end))]
     return found
 

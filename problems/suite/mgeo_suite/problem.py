@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mgeo_attitude import Scenario
 from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.aliases import ShownByView
 from mgeo_attitude.criteria.constraints import check_start, constraints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, known_names
@@ -18,21 +19,20 @@ from numpy.typing import ArrayLike
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Choice, Real
 
-from mgeo_suite import describe
 from mgeo_suite.catalog import Catalog
 from mgeo_suite.objectives import OBJECTIVES, Objective, check_objectives
 from mgeo_suite.presets import PRESETS, scenario_table
 from mgeo_suite.suites import SuiteModels
 
 if TYPE_CHECKING:
-    import pandas as pd
-    import plotly.graph_objects as go
     from mgeo_attitude import Evaluation
+
+    from mgeo_suite.view import SuiteView
 
 _OPTIONS = ("preset", "scenario", "catalog", "objectives")
 
 
-class SensorSuiteProblem(Problem):
+class SensorSuiteProblem(ShownByView, Problem):
     """Minimize what a suite of attitude sensors costs and how well it knows the attitude.
 
     Variables are pymoo's `Choice` of a grade of gyro, magnetometer, star tracker (or none) and of a
@@ -215,30 +215,8 @@ class SensorSuiteProblem(Problem):
         ]
         return np.column_stack(columns)
 
-    def describe(self, X: ArrayLike) -> pd.DataFrame:
-        """Each solution, one row: its suite, what that costs, and what it comes to know."""
-        return describe.describe(self, X)
+    def view(self, X: ArrayLike) -> SuiteView:
+        """What people are shown of designs, each evaluated once."""
+        from mgeo_suite.view import SuiteView
 
-    def answers(self, X: ArrayLike) -> list[str]:
-        """What each solution is worth, in one line."""
-        return describe.answers(self, X)
-
-    def limits(self, X: ArrayLike) -> list[pd.DataFrame]:
-        """The scenario's limits and each solution's margins, in their own units."""
-        return describe.limits(self, X)
-
-    def front_summary(self, F: ArrayLike) -> dict[str, float]:
-        """The cheapest price at which a front reaches 1, 0.1 and 0.03 deg, where it does."""
-        return describe.front_summary(self, F)
-
-    def figures(self, X: ArrayLike) -> dict[str, go.Figure]:
-        """``front`` by suite, and which sensors appear where."""
-        from mgeo_suite.figures import figures
-
-        return figures(self, X)
-
-    def solution_figures(self, X: ArrayLike) -> list[dict[str, go.Figure]]:
-        """For each solution its plan and how the attitude comes to be known along it."""
-        from mgeo_suite.figures import solution_figures
-
-        return solution_figures(self, X)
+        return SuiteView(self, X)

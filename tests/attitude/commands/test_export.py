@@ -56,7 +56,9 @@ def test_of_a_run_another_plan_is_named_that_keeps_all_limits(run, tmp_path):
     problem = AttitudeManeuverProblem(Scenario.from_dict(table))
     made = small_run(problem)
     write_run(tmp_path / "run", made)
-    kept = np.array([(each["margin"] >= 0.0).all() for each in problem.limits(made.outcome.X)])
+    kept = np.array(
+        [(each["margin"] >= 0.0).all() for each in problem.view(made.outcome.X).limits()]
+    )
     number = int(np.argmin(kept))
     assert kept[number - 1]
     assert not kept[number]

@@ -4,7 +4,6 @@ import copy
 import dataclasses
 import pickle
 import re
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -278,14 +277,14 @@ def test_flights_are_a_table_of_the_scenario():
 def test_promises_are_those_of_the_plan_and_of_other_flights():
     of = scenario(count=4)
     problem, X = AttitudeManeuverProblem(of), designs(3)
-    table = problem.promises(X, flights=11, seed=5)
+    table = problem.view(X).promises(flights=11, seed=5)
     own = problem.evaluate(X, return_values_of=["F"])
     others = dataclasses.replace(of, flight=FlightErrors(count=11, seed=5))
     kept = AttitudeManeuverProblem(others).evaluate(X, return_values_of=["F"])
     np.testing.assert_array_equal(table.filter(regex="^promised"), own)
     np.testing.assert_array_equal(table.filter(regex="^kept (?!/)"), kept)
     np.testing.assert_allclose(table.filter(regex="^kept /"), kept / own)
-    many = problem.promises(X, flights=40, seed=5)  # more than are drawn at once
+    many = problem.view(X).promises(flights=40, seed=5)  # more than are drawn at once
     others = dataclasses.replace(of, flight=FlightErrors(count=40, seed=5))
     kept = AttitudeManeuverProblem(others).evaluate(X, return_values_of=["F"])
     np.testing.assert_array_equal(many.filter(regex="^kept (?!/)"), kept)
@@ -296,9 +295,11 @@ def test_a_stage_of_a_search_has_as_many_flights_as_it_says(stage, flights):
     X = designs(3)
     problem = AttitudeManeuverProblem(scenario(count=8, grow=(0, 3)))
     expected = AttitudeManeuverProblem(scenario(count=flights or 1), flights=flights or 0)
-    for asked, found in ((SimpleNamespace(stage=stage), expected), (object(), problem)):
-        F = problem.evaluate(X, algorithm=asked, return_values_of=["F"])
-        np.testing.assert_array_equal(F, found.evaluate(X, return_values_of=["F"]))
+    judge = problem.at_stage(stage)
+    F = judge.evaluate(X, return_values_of=["F"])
+    np.testing.assert_array_equal(F, expected.evaluate(X, return_values_of=["F"]))
+    assert (judge is problem) == (stage >= 2)
+    assert judge.options() == problem.options()
 
 
 def test_a_robust_search_goes_on_as_it_would_have(tmp_path):
@@ -353,10 +354,10 @@ def test_robust_problems_have_the_flights_of_their_scenario_or_512():
 
 def test_remarks_count_the_plans_that_keep_their_promise():
     problem, X = AttitudeManeuverProblem(scenario(rate_error_deg_s=0.2)), designs(60)
-    assert problem.remarks(X[:0]) == []
-    table = problem.promises(X[:5])
+    assert problem.view(X[:0]).remarks() == []
+    table = problem.view(X[:5]).promises()
     ratios = table.filter(regex="^kept /").to_numpy()
-    line, _ = problem.remarks(X[:5])  # the other is of the limit
+    line, _ = problem.view(X[:5]).remarks()  # the other is of the limit
     worst = table["kept / promised t_end [s]"]
     longest = problem.model.n_steps * problem.model.step
     converge = table["kept t_end [s]"] < longest
@@ -366,16 +367,16 @@ def test_remarks_count_the_plans_that_keep_their_promise():
         f"to 10%; t_end [s] is then {worst.median():.3g} times the promised in the median, "
         f"{worst.max():.3g} at most"
     )
-    assert re.match(r"\d+ of 50 plans looked at keep", problem.remarks(X)[0])
+    assert re.match(r"\d+ of 50 plans looked at keep", problem.view(X).remarks()[0])
 
 
 def test_a_covariance_that_flights_lose_keeps_no_promise(monkeypatch):
     problem, X = AttitudeManeuverProblem(scenario()), designs(3)
-    table = problem.promises(X)
+    table = problem.view(X).promises()
     table[["promised t_end [s]", "kept t_end [s]"]] = 300.0
     table["kept trace [-]"] = table["promised trace [-]"] * [1.0, np.nan, 1.05]
     monkeypatch.setattr(problem, "promises", lambda X: table)
-    assert problem.remarks(X)[0].startswith("2 of 3 plans keep what they promise")
+    assert problem.view(X).remarks()[0].startswith("2 of 3 plans keep what they promise")
 
 
 def test_flights_after_a_calibration_are_drawn_from_its_covariance():

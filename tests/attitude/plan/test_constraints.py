@@ -137,7 +137,7 @@ def test_the_attitude_is_one_number_everywhere(plans):
         rotated = np.degrees(np.sqrt(np.linalg.eigvalsh(plan.history.covariance[:3, :3])[-1]))
         assert rotated > 1.005 * compared  # about some other axis it is known worse
         assert f" attitude {two_digits(compared)} deg" in plan.answer
-        (row,) = plan.problem.describe([plan.design]).to_dict("records")
+        (row,) = plan.problem.view([plan.design]).describe().to_dict("records")
         document = plan_document(Picked(plan, "plan"))
         predicted = json.loads(to_json(plan))["predicted"]
         of_each_axis = plan.accuracy()["after"][["attitude x", "attitude y", "attitude z"]]

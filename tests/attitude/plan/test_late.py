@@ -129,7 +129,7 @@ def test_a_plan_too_few_flights_of_which_converge_is_flown_to_the_end(plan):
 def test_a_front_of_such_plans_shows_what_is_flown(plan):
     """In a report's figures, that of rates and the body's motion, as in the plan's own."""
     problem = AttitudeManeuverProblem(plan.scenario)
-    (figures,) = problem.solution_figures([DESIGN])
+    (figures,) = problem.view([DESIGN]).solution_figures()
     motion = figures["motion"].layout.meta["motion"]
     assert motion["end"] == plan.duration
     assert figures["rates"].layout.xaxis.range[1] == plan.duration

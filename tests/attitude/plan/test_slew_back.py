@@ -96,13 +96,13 @@ def test_one_that_ends_after_the_duration_says_so_everywhere(plan, capsys):
     end = f"slew back until {span(plan.duration)}, {span(after)} after duration"
     assert plan.answer.endswith(f"; {end}")
     problem, X = plan.problem, np.array([plan.design])
-    assert problem.answers(X) == [plan.answer]
-    assert problem.describe(X)["slew back until [s]"].tolist() == [plan.duration]
+    assert problem.view(X).answers() == [plan.answer]
+    assert problem.view(X).describe()["slew back until [s]"].tolist() == [plan.duration]
     line = (
         "duration = 900 s limits the time to converge, it is no window: 1 of 1 plans slew back "
         f"later, until {plan.duration:.6g} s at most"
     )
-    assert line in problem.remarks(X)
+    assert line in problem.view(X).remarks()
     print_plan(Picked(plan, "plan"), Output())
     shown = " ".join(capsys.readouterr().out.split())
     assert f"slew back until {plan.duration:g} s, {after:g} s after duration = 900 s" in shown
@@ -116,10 +116,12 @@ def test_one_that_ends_within_it_and_none_at_all_say_nothing(without, capsys):
         assert "after duration" not in plan.answer
         print_plan(Picked(plan, "plan"), Output())
         assert "after duration" not in capsys.readouterr().out
-        assert not [line for line in plan.problem.remarks([plan.design]) if "no window" in line]
+        assert not [
+            line for line in plan.problem.view([plan.design]).remarks() if "no window" in line
+        ]
     X = np.array([DESIGN])
-    assert within.problem.describe(X)["slew back until [s]"].tolist() == [within.duration]
-    assert "slew back until [s]" not in without.problem.describe(X)
+    assert within.problem.view(X).describe()["slew back until [s]"].tolist() == [within.duration]
+    assert "slew back until [s]" not in without.problem.view(X).describe()
 
 
 def test_figures_show_it(plan):
@@ -127,7 +129,7 @@ def test_figures_show_it(plan):
     assert over < plan.t_end < times[-1] == plan.duration
     assert np.abs(rates).max() <= plan.scenario.maneuvers.max_rate_deg_s
     assert max(trace.x[-1] for trace in plan_figures(plan)["rates"].data) == plan.duration
-    (figures,) = plan.problem.solution_figures(np.array([DESIGN]))
+    (figures,) = plan.problem.view(np.array([DESIGN])).solution_figures()
     motion = figures["motion"].layout.meta["motion"]
     assert motion["end"] == plan.duration == motion["turns"]["body"]["times"][-1]
     named = [phase for phase in motion["phases"] if "shaded" not in phase]
@@ -212,7 +214,7 @@ def test_a_front_is_told_how_many_keep_their_limits_until_the_end(plan):
     limit = PathLimit(boresight=(0.0, 0.0, -1.0), half_angle_deg=1.0, attitude_sigmas=0.0)
     tight = dataclasses.replace(plan.scenario, path_limits=(limit,))
     problem = ManeuverPlan(tight, DESIGN).problem
-    (before, after) = problem.limits([DESIGN])[0]["value"]
+    (before, after) = problem.view([DESIGN]).limits()[0]["value"]
     between = dataclasses.replace(limit, half_angle_deg=float(after + before) / 2.0)
     assert after < before
     scenario = dataclasses.replace(plan.scenario, path_limits=(between,))
@@ -222,10 +224,10 @@ def test_a_front_is_told_how_many_keep_their_limits_until_the_end(plan):
     assert (watched.problem.evaluate(np.array([DESIGN]), return_values_of=["G"]) <= 0.0).all()
     exceeded = table.index[1]
     keep = "plans keep all limits after they have converged"
-    told = watched.problem.remarks([DESIGN, DESIGN])[1]
+    told = watched.problem.view([DESIGN, DESIGN]).remarks()[1]
     assert told == f"0 of 2 {keep}; the others exceed {exceeded}"
-    assert problem.remarks([DESIGN])[1] == f"1 of 1 {keep}"
-    assert not [line for line in plan.problem.remarks([DESIGN]) if "limits after" in line]
+    assert problem.view([DESIGN]).remarks()[1] == f"1 of 1 {keep}"
+    assert not [line for line in plan.problem.view([DESIGN]).remarks() if "limits after" in line]
 
 
 def test_a_plan_that_cannot_slew_back_in_time_exceeds_a_limit():
@@ -233,7 +235,7 @@ def test_a_plan_that_cannot_slew_back_in_time_exceeds_a_limit():
     table |= {"maneuvers": {"max_rate_deg_s": 0.065, "slew_back": True}}
     table["path_limits"] = [{"boresight": [0.0, 0.0, -1.0], "half_angle_deg": 1.0}]
     still = np.zeros(12)
-    row = AttitudeManeuverProblem(Scenario.from_dict(table)).limits([still])[0].iloc[-1]
+    row = AttitudeManeuverProblem(Scenario.from_dict(table)).view([still]).limits()[0].iloc[-1]
     assert (row.name, row["value"], row["limit"]) == ("time of the slew back", np.inf, 600.0)
     assert row["margin"] < 0.0
 

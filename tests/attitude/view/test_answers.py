@@ -8,7 +8,7 @@ import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.view.answers import answer, span, two_digits
-from mgeo_attitude.view.promises import Times
+from mgeo_attitude.view.plans import Times
 
 from ..filter.suites import SUITES
 
@@ -32,7 +32,7 @@ def in_seconds(text):
 
 
 def test_numbers_are_those_of_the_reference_filter(problem, X):
-    for x, line in zip(X, problem.answers(X), strict=True):
+    for x, line in zip(X, problem.view(X).answers(), strict=True):
         history = reference_run(problem.model, x)
         found = re.fullmatch(
             r"(.*); then attitude (\S+) deg, gyro bias (\S+) deg/h, sun bias (\S+) arcmin, "
@@ -41,7 +41,7 @@ def test_numbers_are_those_of_the_reference_filter(problem, X):
         )
         assert found, line
         assert in_seconds(found[1]) == history.t_end
-        assert in_seconds(found[6]) == problem.promises(x[None])["kept t_end [s]"][0]
+        assert in_seconds(found[6]) == problem.view(x[None]).promises()["kept t_end [s]"][0]
         sigma = history.sigma[-1].reshape(-1, 3).max(axis=1)
         expected = [DEG * sigma[0], DEG * 3600 * sigma[1], DEG * 60 * sigma[3], 50e3 * sigma[5]]
         shown = [float(text) for text in found.groups()[1:5]]
@@ -49,7 +49,7 @@ def test_numbers_are_those_of_the_reference_filter(problem, X):
 
 
 def test_a_plan_says_the_same(problem, X):
-    for x, line in zip(X, problem.answers(X), strict=True):
+    for x, line in zip(X, problem.view(X).answers(), strict=True):
         assert ManeuverPlan.from_design(problem, x).answer == line
 
 
@@ -69,14 +69,14 @@ def test_what_is_promised_over_flights_comes_first(problem, X):
     """As it is what to rely on; the same table gives it that the search has for its objective."""
     robust = AttitudeManeuverProblem(problem.scenario, flights=4)
     promised = robust.evaluate(X, return_values_of=["F"])[:, 0]
-    table = robust.describe(X)
+    table = robust.view(X).describe()
     np.testing.assert_array_equal(table["promised t_end [s]"], promised)
     first = ["promised t_end [s]", "kept t_end [s]", "promised trace [-]", "kept trace [-]"]
     assert list(table.columns[:4]) == first
-    exactly = problem.describe(X)["t_end [s]"]
+    exactly = problem.view(X).describe()["t_end [s]"]
     np.testing.assert_array_equal(table["t_end [s] flown exactly"], exactly)
     assert "t_end [s]" not in table.columns
-    lines = zip(robust.answers(X), promised, table["kept t_end [s]"], exactly, strict=True)
+    lines = zip(robust.view(X).answers(), promised, table["kept t_end [s]"], exactly, strict=True)
     for line, *expected in lines:
         found = re.fullmatch(
             r"(.*) promised; 9 of 10 flights converge within (.*); flown exactly (.*), then "

@@ -8,6 +8,9 @@ from mgeo_attitude import AttitudeManeuverProblem, NoLimit, Scenario, evaluate
 from mgeo_attitude.scenario import FlightErrors
 from mgeo_attitude.view.at_best import holds_over_flights, under
 from mgeo_attitude.view.describe import BESIDE
+from mgeo_attitude.view.plans import Plans
+
+from mgeo.plugins import view_of
 
 DESIGN = np.array([[0.4, -0.2, 0.1, 700.0, 0.3, 0.5, -0.4, 500.0, -0.6, 0.1, 0.2, 300.0]])
 
@@ -19,9 +22,9 @@ def asking(**required):
 
 
 def test_what_no_maneuver_reaches_is_said_with_the_least_that_one_may():
-    (line,) = AttitudeManeuverProblem(asking(sun__misalignment_deg=0.05)).impossible()
+    (line,) = view_of(AttitudeManeuverProblem(asking(sun__misalignment_deg=0.05))).impossible()
     problem = AttitudeManeuverProblem(asking(sun__misalignment_deg=0.05, mag__bias_nt=1000.0))
-    assert problem.impossible() == [line]
+    assert view_of(problem).impossible() == [line]
     least = np.degrees(problem.limit_curves.sigma("sun.misalignment").min())
     assert line == (
         "required 1-sigma of sun misalignment: 0.05 deg cannot be reached within 3 h 19 min 44 s "
@@ -31,8 +34,8 @@ def test_what_no_maneuver_reaches_is_said_with_the_least_that_one_may():
 
 
 def test_what_one_may_reach_is_left_to_the_search():
-    assert AttitudeManeuverProblem(asking(sun__misalignment_deg=0.07)).impossible() == []
-    assert AttitudeManeuverProblem(Scenario.paper()).impossible() == []
+    assert view_of(AttitudeManeuverProblem(asking(sun__misalignment_deg=0.07))).impossible() == []
+    assert view_of(AttitudeManeuverProblem(Scenario.paper())).impossible() == []
 
 
 def test_each_may_be_reached_and_not_both_at_once():
@@ -44,8 +47,8 @@ def test_each_may_be_reached_and_not_both_at_once():
 
     def told(attitude_deg):
         required = {"attitude_deg": attitude_deg, "sun.misalignment_deg": 1.0001 * sun[-1]}
-        return AttitudeManeuverProblem(
-            Scenario.from_dict(table | {"required_sigma": required})
+        return view_of(
+            AttitudeManeuverProblem(Scenario.from_dict(table | {"required_sigma": required}))
         ).impossible()
 
     assert told(1.0001 * attitude[-1]) == []
@@ -71,7 +74,7 @@ def test_over_which_flights_the_limit_holds(flight, gyro, holds):
     scenario = dataclasses.replace(scenario, gyro=dataclasses.replace(scenario.gyro, **gyro))
     assert holds_over_flights(scenario) == holds
     problem = AttitudeManeuverProblem(scenario)
-    assert bool(problem.impossible()) == holds
+    assert bool(view_of(problem).impossible()) == holds
     curve = under(problem, np.array([800.0, 4000.0]))
     assert (curve is not None) == holds
     if curve is not None:
@@ -92,7 +95,7 @@ def test_no_flight_is_below_the_limit_that_is_shown_under_its_front():
 def test_remarks_name_the_nearest_of_a_front():
     problem = AttitudeManeuverProblem(asking(mag__bias_nt=1e4), flights=0)
     designs = np.vstack([DESIGN, 0.5 * DESIGN])
-    told = problem.remarks(designs)[-1]
+    told = problem.view(designs).remarks()[-1]
     F = problem.evaluate(designs, return_values_of=["F"])
     least = problem.limit_curves.trace[np.rint(F[:, 0] / 8.0).astype(int)]
     ratios = F[:, 1] / least
@@ -102,14 +105,15 @@ def test_remarks_name_the_nearest_of_a_front():
     assert told.endswith(f"half of 2 plans have {np.median(ratios):.2f} times theirs or less")
 
 
-def test_of_a_large_front_some_plans_are_looked_at():
+def test_of_a_large_front_some_plans_are_looked_at(monkeypatch):
     problem = AttitudeManeuverProblem(asking(mag__bias_nt=1e4), flights=0)
-    problem.promises = lambda X: AttitudeManeuverProblem.promises(problem, X, flights=1)
+    kept = Plans._kept  # by so many flights that it would take long
+    monkeypatch.setattr(Plans, "_kept", lambda self, flights=1, *other: kept(self, 1, *other))
     designs = np.linspace(0.2, 1.0, 130)[:, None] * DESIGN
-    told = problem.remarks(designs)[-1]
+    told = problem.view(designs).remarks()[-1]
     assert "half of 50 plans looked at have" in told
     row = int(told.partition("solution ")[2].split()[0])
-    found = problem.describe(designs[[row]])[BESIDE]
+    found = problem.view(designs[[row]]).describe()[BESIDE]
     assert told.split(": ")[1].startswith(f"solution {row} has {found[0]:.2f} times")
 
 
@@ -119,9 +123,11 @@ def test_a_scenario_without_a_limit_says_why_and_goes_on(monkeypatch):
 
     monkeypatch.setattr("mgeo_attitude.problem.limit", none)
     problem = AttitudeManeuverProblem(asking(sun__misalignment_deg=1e-6))
-    assert problem.impossible() == []
-    assert problem.remarks(DESIGN)[-1] == (
+    assert view_of(problem).impossible() == []
+    assert problem.view(DESIGN).remarks()[-1] == (
         "how good a plan can be at best is not known: odd: what a sample tells of odd.bias depends "
         "on the attitude"
     )
-    assert "no maneuver can beat" not in [t.name for t in problem.figures(DESIGN)["front"].data]
+    assert "no maneuver can beat" not in [
+        t.name for t in problem.view(DESIGN).figures()["front"].data
+    ]

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario, reference_run
-from mgeo_attitude.view import describe as module
 from mgeo_attitude.view.describe import (
     BESIDE,
     block_units,
@@ -14,6 +13,8 @@ from mgeo_attitude.view.describe import (
     maneuver_texts,
     nondominated,
 )
+
+from mgeo.plugins import view_of
 
 from ..filter.suites import SUITES
 
@@ -43,7 +44,7 @@ def problem():
 
 @pytest.fixture(scope="module")
 def table(problem):
-    return problem.describe(X)
+    return problem.view(X).describe()
 
 
 def test_numbers_are_those_of_the_reference_filter(problem, table):
@@ -76,12 +77,12 @@ def test_the_trace_stands_beside_what_no_maneuver_can_beat(problem, table):
 
 
 def test_a_row_does_not_depend_on_the_others(problem, table):
-    alone = pd.concat([problem.describe(x[None]) for x in X], ignore_index=True)
+    alone = pd.concat([problem.view(x[None]).describe() for x in X], ignore_index=True)
     pd.testing.assert_frame_equal(alone, table)
 
 
 def test_no_solutions_give_the_columns_alone(problem, table):
-    empty = module.describe(problem, np.empty((0, 12)))
+    empty = problem.view(np.empty((0, 12))).describe()
     assert len(empty) == 0
     assert list(empty.columns) == list(table.columns)
 
@@ -89,14 +90,14 @@ def test_no_solutions_give_the_columns_alone(problem, table):
 def test_other_numbers_of_maneuvers():
     scenario = dataclasses.replace(Scenario.paper(), duration=900.0)
     one = AttitudeManeuverProblem(scenario, n_maneuvers=1)
-    columns = one.describe(np.array([[0.5, -1.0, 0.25, 100.0]])).columns
+    columns = one.view(np.array([[0.5, -1.0, 0.25, 100.0]])).describe().columns
     assert sum("maneuver " in column and "for d [s]" in column for column in columns) == 1
 
 
-@pytest.mark.parametrize("shape", [(1, 11), (1, 16), (12,), (1, 1, 12)])
+@pytest.mark.parametrize("shape", [(1, 11), (1, 16), (11,), (1, 1, 12)])
 def test_wrong_shape_is_refused(problem, shape):
     with pytest.raises(ValueError, match=r"X of shape .*: expected \(n, 12\)"):
-        module.describe(problem, np.zeros(shape))
+        problem.view(np.zeros(shape))
 
 
 def test_lost_positivity_shows_as_nan():
@@ -106,7 +107,7 @@ def test_lost_positivity_shows_as_nan():
     problem.__dict__["model"] = dataclasses.replace(problem.model, initial_sigma=sigma)
     designs = np.random.default_rng(10).uniform(problem.xl, problem.xu, (8, 12))
     with pytest.warns(RuntimeWarning, match="lost positivity"):
-        table = problem.describe(designs)
+        table = problem.view(designs).describe()
     lost = table["trace [-]"].isna().to_numpy()
     assert 0 < lost.sum() < len(lost)
     for column in ("t_end [s]", "t_end [orbits]", *PAPER_SIGMAS):
@@ -152,7 +153,10 @@ def test_counts_of_a_front_made_by_hand():
     assert front_summary(scenario, F[::-1]) == expected
     none = {"points, first orbit": 0, "points, second orbit": 0}
     assert front_summary(scenario, np.empty((0, 2))) == none
-    assert AttitudeManeuverProblem().front_summary(F[8]) == {**none, "points, second orbit": 1}
+    assert view_of(AttitudeManeuverProblem()).front_summary(F[8]) == {
+        **none,
+        "points, second orbit": 1,
+    }
 
 
 @pytest.mark.parametrize("shape", [(2,), (2, 3), (0,)])

@@ -11,8 +11,8 @@ from mgeo_attitude.scenario import Convergence
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
+from mgeo.plugins import view_of
 from mgeo.runs.limits import dead_end
-from mgeo.store.run import Nearest
 
 SHORT = {"preset": "cubesat_6u", "duration": 2400.0, "step": 4.0}
 
@@ -30,7 +30,7 @@ def designs(problem, n=6, longest=100.0):
 
 
 def told(problem, X, word):
-    return [line for line in problem.remarks(X) if word in line]
+    return [line for line in problem.view(X).remarks() if word in line]
 
 
 def test_plans_that_meet_what_is_required_long_before_they_end_are_told():
@@ -98,15 +98,14 @@ def test_an_error_that_no_turn_makes_smaller_is_named(required, expected):
     """A gyro's misalignment turns with the body: attitude and sensors hide it."""
     problem = asked(required, gyro={"initial_misalignment_deg": 0.08})
     X = designs(problem, 6, 1200.0)
-    F, G = problem.evaluate(X, return_values_of=["F", "G"])
-    way, *relax = dead_end(problem, Nearest(X, F, G)).ways
+    way, *relax = dead_end(problem.view(X)).ways
     assert re.match(expected, way), way
     assert re.search(r"know (gyro misalignment|it) better at the start, or relax$", way)
     assert relax[0].startswith("relax required 1-sigma of")
     # what is said is so: with half of that error the attitude is known so much better
     better = asked(required, gyro={"initial_misalignment_deg": 0.04})
     name = f"{next(iter(required)).removesuffix('_deg').replace('.', ' ')} 1-sigma [deg]"
-    ratio = better.describe(X)[name] / problem.describe(X)[name]
+    ratio = better.view(X).describe()[name] / problem.view(X).describe()[name]
     assert ratio.min() < 0.75
 
 
@@ -114,18 +113,18 @@ def test_what_more_turns_make_smaller_is_not_named():
     problem = asked({"attitude_deg": 1e-3, "mag.bias_nt": 0.1})
     X = designs(problem, 3)
     assert (problem.evaluate(X, return_values_of=["G"]) > 0.0).all()
-    assert problem.ways_out(X) == []
-    assert asked({"attitude_deg": 90.0}).ways_out(X) == []
+    assert problem.view(X).ways_out() == []
+    assert asked({"attitude_deg": 90.0}).view(X).ways_out() == []
 
 
 def test_errors_too_large_for_the_covariance_are_told_before_and_after_a_search(tmp_path):
     large = Scenario.from_dict({**SHORT, "initial": {"attitude_deg": 30.0}})
     problem = AttitudeManeuverProblem(large)
     note = "initial.attitude_deg = 30: the linear covariance was found true up to 20"
-    (line,) = problem.notes()
+    (line,) = view_of(problem).notes()
     assert line.startswith(note)
-    assert line in problem.remarks(designs(problem, 2))
-    assert asked({}).notes() == []
+    assert line in problem.view(designs(problem, 2)).remarks()
+    assert view_of(asked({})).notes() == []
     (tmp_path / "large.toml").write_text(large.to_toml(), encoding="utf-8")
     arguments = ["solve", "attitude", "--scenario", str(tmp_path / "large.toml"), "--dry-run"]
     shown = CliRunner().invoke(app, [*arguments, "--out", str(tmp_path / "run")]).stdout

@@ -1,5 +1,7 @@
 """MGEOStaged: what happens at the beginning of a stage, and at the end."""
 
+import copy
+
 import numpy as np
 import pytest
 from pymoo.core.problem import Problem
@@ -16,13 +18,18 @@ class Estimated(Problem):
     """Two objectives that are known in the last stage, and off by some waves before."""
 
     def __init__(self, constrained=False):
-        super().__init__(
-            n_var=4, n_obj=2, n_ieq_constr=int(constrained), xl=0.0, xu=1.0, requires_kwargs=True
-        )
-        self.batches = []
+        super().__init__(n_var=4, n_obj=2, n_ieq_constr=int(constrained), xl=0.0, xu=1.0)
+        self.batches, self.stage = [], 2
 
-    def _evaluate(self, X, out, *args, algorithm=None, **kwargs):
-        stage = min(getattr(algorithm, "stage", 2), 2)
+    def at_stage(self, stage):
+        if stage >= 2:
+            return self
+        rough = copy.copy(self)
+        rough.stage = stage
+        return rough
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        stage = self.stage
         self.batches.append((stage, X.copy()))
         rest = 1.0 + X[:, 1:].sum(axis=1) + 0.1 * (2 - stage) * np.sin(40.0 * X).sum(axis=1)
         out["F"] = np.column_stack([X[:, 0] + 0.5 * rest, 1.0 - X[:, 0] + rest])
@@ -51,7 +58,7 @@ def test_a_stage_begins_with_the_archive_judged_anew(constrained):
         if stage:
             np.testing.assert_array_equal(X, before)
             out = {}
-            problem._evaluate(X, out, algorithm=algorithm)
+            algorithm.problem._evaluate(X, out)
             F = out["F"][nondominated(out["F"])]
             if not constrained:
                 np.testing.assert_array_equal(algorithm.front.F, F[np.argsort(F[:, 0])])
@@ -92,29 +99,28 @@ def test_so_is_one_that_was_stopped():
 @pytest.mark.parametrize("batch", [3, 6, 7])
 def test_so_is_one_that_was_stopped_amid_a_generation(batch):
     """Also in that in which the archive is judged anew."""
-    problem = Estimated()
 
-    def evaluate(X, out, *args, algorithm=None, **kwargs):
-        if len(problem.batches) == batch:
-            problem.batches.append(None)
-            raise KeyboardInterrupt
-        Estimated._evaluate(problem, X, out, algorithm=algorithm)
+    class Stopped(Estimated):
+        def _evaluate(self, X, out, *args, **kwargs):
+            if len(self.batches) == batch:
+                self.batches.append(None)
+                raise KeyboardInterrupt
+            super()._evaluate(X, out)
 
-    problem._evaluate = evaluate
+    problem = Stopped()
     found = solve(problem, MGEOStaged((0.5, 0.6), n_walkers=4), 160, 1)
     assert found.status == "interrupted"
     np.testing.assert_array_equal(found.F, problem.evaluate(found.X, return_values_of=["F"]))
 
 
 def test_of_a_run_without_a_feasible_solution_the_nearest_is_told():
-    problem = Estimated(constrained=True)
+    class Impossible(Estimated):
+        def _evaluate(self, X, out, *args, **kwargs):
+            super()._evaluate(X, out)
+            if self.stage == 2:
+                out["G"] = out["G"] + 1.0
 
-    def evaluate(X, out, *args, **kwargs):
-        Estimated._evaluate(problem, X, out, *args, **kwargs)
-        if problem.batches[-1][0] == 2:
-            out["G"] = out["G"] + 1.0
-
-    problem._evaluate = evaluate
+    problem = Impossible(constrained=True)
     found = solve(problem, MGEOStaged(n_walkers=4), 400, 1)
     assert not len(found.F)
     excess = problem.evaluate(found.nearest.X, return_values_of=["G"])
@@ -144,9 +150,9 @@ def test_stages_are_shares_in_order():
 class Rough(Estimated):
     """Whose estimates are far better than what they stand for."""
 
-    def _evaluate(self, X, out, *args, algorithm=None, **kwargs):
-        super()._evaluate(X, out, *args, algorithm=algorithm, **kwargs)
-        out["F"] = out["F"] - 10.0 * (2 - self.batches[-1][0])
+    def _evaluate(self, X, out, *args, **kwargs):
+        super()._evaluate(X, out)
+        out["F"] = out["F"] - 10.0 * (2 - self.stage)
 
 
 STAGES = [(0.5, 0.75), (0.87, 1.0), (0.0, 0.4)]
@@ -186,3 +192,38 @@ def test_the_range_seen_is_that_of_the_last_stage(stages):
     for rough, volume in shown:
         assert volume is None or (np.array(volume.ideal) > 0.0).all()
         assert rough <= found.rough
+
+
+class Handed(Problem):
+    """Which learns its stage from the algorithm, as problems did before `at_stage`."""
+
+    def __init__(self):
+        super().__init__(n_var=4, n_obj=2, xl=0.0, xu=1.0, requires_kwargs=True)
+
+    def _evaluate(self, X, out, *args, algorithm=None, **kwargs):
+        of_stage = Estimated().at_stage(getattr(algorithm, "stage", 2))
+        of_stage._evaluate(X, out)
+
+
+def test_one_that_asks_the_algorithm_for_its_stage_still_runs_and_is_warned_of():
+    options = {"termination": ("n_eval", 400), "seed": 1}
+    with pytest.warns(DeprecationWarning, match=r"Handed .*method at_stage\(k\)"):
+        found = minimize(Handed(), MGEOStaged(n_walkers=4), **options)
+    expected = minimize(Estimated(), MGEOStaged(n_walkers=4), **options)
+    np.testing.assert_array_equal(found.X, expected.X)
+    np.testing.assert_array_equal(found.F, expected.F)
+
+
+class Finer(Estimated):
+    """Of more stages than a search has."""
+
+    def at_stage(self, stage):
+        return self if stage >= 7 else super().at_stage(min(stage, 1))
+
+
+def test_the_last_stage_judges_by_the_problem_itself():
+    problem = Finer()
+    found = minimize(problem, MGEOStaged((0.4, 0.8), n_walkers=4), ("n_eval", 400), seed=1)
+    assert problem.batches[-1][0] == 2
+    np.testing.assert_array_equal(found.F, problem.evaluate(found.X, return_values_of=["F"]))
+    assert found.problem is problem

@@ -34,7 +34,7 @@ def test_a_run_is_described_and_nothing_is_written(mgeo):
 
 def test_what_nothing_can_keep_is_told_before(mgeo, monkeypatch):
     why = "a beam of 1 g carries nothing"
-    monkeypatch.setattr("stand_in.Cantilever.impossible", lambda self: [why], raising=False)
+    monkeypatch.setattr("stand_in.CantileverView.impossible", lambda self: [why], raising=False)
     done = mgeo("solve", "cantilever", "--dry-run")
     assert done.exit_code == 0
     assert done.stderr == (

@@ -13,7 +13,12 @@ SOLVE = ("solve", "leaver", "--algorithm", "nsga2", "--evaluations", 300, "--out
 
 MODULE = """
 import ctypes, os, sys, threading
-from stand_in import Cantilever
+from stand_in import Cantilever, CantileverView
+
+class Left(CantileverView):
+    def describe(self):
+        {in_describe}
+        return super().describe()
 
 class Leaver(Cantilever):
     def _evaluate(self, X, out, *args, **kwargs):
@@ -21,9 +26,8 @@ class Leaver(Cantilever):
         if {when}:
             {what}
 
-    def describe(self, X):
-        {in_describe}
-        return super().describe(X)
+    def view(self, X):
+        return Left(self, X)
 """
 
 

@@ -54,14 +54,14 @@ def test_a_robust_run_is_one_of_the_problem_that_the_problem_gives(mgeo):
 
 def test_where_nothing_can_keep_all_limits_nothing_is_searched(mgeo, monkeypatch):
     why = "a beam of 1 g carries nothing: relax it to 10 kg"
-    monkeypatch.setattr("stand_in.Cantilever.impossible", lambda self: [why], raising=False)
+    monkeypatch.setattr("stand_in.CantileverView.impossible", lambda self: [why], raising=False)
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     assert done.exit_code == 3
     assert done.stdout == f"nothing can keep all limits\n  {why}\n"
     assert not Path("a").exists()
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--json")
     assert (done.exit_code, json.loads(done.stdout)) == (3, {"impossible": [why]})
-    monkeypatch.setattr("stand_in.Cantilever.impossible", lambda self: why)
+    monkeypatch.setattr("stand_in.CantileverView.impossible", lambda self: why)
     refused = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     assert refused.exit_code == 2
     assert "impossible() of problem Cantilever gives" in refused.stderr
@@ -99,7 +99,7 @@ def test_the_first_line_is_what_a_person_asked(mgeo):
     outcome, problem = read_run("a").outcome, Cantilever()
     row = default_solution(problem, outcome.F).row
     assert done.stdout.splitlines()[0] == (
-        f"solution {row} of {len(outcome.F)}, knee: {problem.answers(outcome.X[[row]])[0]}"
+        f"solution {row} of {len(outcome.F)}, knee: {problem.view(outcome.X[[row]]).answers()[0]}"
     )
     assert f"knee ({row})" in done.stdout.splitlines()[3]
     done = mgeo("solve", "sphere", "--algorithm", "nsga2", "--evaluations", "100", "--out", "b")
@@ -286,10 +286,10 @@ def test_candidates_that_fail_are_counted_and_reported(mgeo, monkeypatch):
 
 
 def test_a_figure_that_fails_does_not_cost_the_run(mgeo, monkeypatch):
-    def fail(self, X):
+    def fail(self):
         raise ZeroDivisionError
 
-    monkeypatch.setattr("stand_in.Cantilever.figures", fail)
+    monkeypatch.setattr("stand_in.CantileverView.figures", fail)
     failed = mgeo("solve", "cantilever", *SHORT, "--out", "a", "--quiet")
     assert failed.exit_code == 2
     assert failed.stderr == "Error: figures of problem Cantilever raised ZeroDivisionError\n"

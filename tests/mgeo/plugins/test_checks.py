@@ -13,9 +13,28 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.problems.many import DTLZ2
 from pymoo.problems.multi import BNH, OSY, ZDT1
 
-from mgeo import MGEOReal
+from mgeo import MGEOReal, View
 from mgeo.plugins.checks.algorithm import Bowls
 from mgeo.testing import CheckError, check_algorithm, check_problem
+
+
+class GoodView(View):
+    """All of a view; the classes below break one rule each."""
+
+    def describe(self):
+        return pd.DataFrame(self.X, columns=self.problem.var_names)
+
+    def answers(self):
+        return [f"x = {x}" for x in self.X]
+
+    def front_summary(self, F):
+        return {"points": len(F)}
+
+    def figures(self):
+        return {"front": go.Figure()}
+
+    def solution_figures(self):
+        return [{"bar": go.Figure()} for _ in self.X]
 
 
 class Good(Problem):
@@ -24,8 +43,8 @@ class Good(Problem):
     var_names = ("a [m]", "b [m]")
     obj_names = ("near [m²]", "far [m²]")
 
-    def __init__(self, shift=2.0):
-        self.shift = shift
+    def __init__(self, shift=2.0, shown=GoodView):
+        self.shift, self.shown = shift, shown
         super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, n_eq_constr=1, xl=-1.0, xu=[3.0, 4.0])
         self.xu = np.array([3.0, 4.0])
 
@@ -40,20 +59,8 @@ class Good(Problem):
     def indicator_space(self, F):
         return np.log10(1.0 + F) / 2.0
 
-    def describe(self, X):
-        return pd.DataFrame(X, columns=self.var_names)
-
-    def answers(self, X):
-        return [f"x = {x}" for x in X]
-
-    def front_summary(self, F):
-        return {"points": len(F)}
-
-    def figures(self, X):
-        return {"front": go.Figure()}
-
-    def solution_figures(self, X):
-        return [{"bar": go.Figure()} for _ in X]
+    def view(self, X):
+        return self.shown(self, X)
 
 
 class FromOptions(Good):
@@ -183,71 +190,81 @@ class IndicatorNotFinite(Good):
         return F * np.nan
 
 
-class DescribesAsDict(Good):
-    def describe(self, X):
-        return {"a": X}
+class DescribesAsDict(GoodView):
+    def describe(self):
+        return {"a": self.X}
 
 
-class DescribesTooLittle(Good):
-    def describe(self, X):
-        return pd.DataFrame(X[:1])
+class DescribesTooLittle(GoodView):
+    def describe(self):
+        return pd.DataFrame(self.X[:1])
 
 
-class DescribeMutates(Good):
-    def describe(self, X):
-        X += 1.0
-        return pd.DataFrame(X)
+class DescribeMutates(GoodView):
+    def describe(self):
+        self.X += 1.0
+        return pd.DataFrame(self.X)
 
 
-class AnswersTooLittle(Good):
-    def answers(self, X):
+class AnswersTooLittle(GoodView):
+    def answers(self):
         return ["fine"]
 
 
-class AnswersNothing(Good):
-    def answers(self, X):
-        return [""] * len(X)
+class AnswersNothing(GoodView):
+    def answers(self):
+        return [""] * len(self.X)
 
 
-class LimitsWithoutUnits(Good):
-    def limits(self, X):
-        return [pd.DataFrame({"value": [1.0], "limit": [2.0]}, index=["height"])] * len(X)
+class LimitsWithoutUnits(GoodView):
+    def limits(self):
+        return [pd.DataFrame({"value": [1.0], "limit": [2.0]}, index=["height"])] * len(self.X)
 
 
-class LimitsOfNoKind(Good):
-    def limits(self, X):
+class LimitsOfNoKind(GoodView):
+    def limits(self):
         table = {"unit": ["m"], "value": [1.0], "bound": ["<"], "limit": [2.0], "margin": [1.0]}
-        return [pd.DataFrame(table, index=["height"])] * len(X)
+        return [pd.DataFrame(table, index=["height"])] * len(self.X)
 
 
-class SummaryOfArrays(Good):
+class SummaryOfArrays(GoodView):
     def front_summary(self, F):
         return {"F": F}
 
 
-class SummaryAsList(Good):
+class SummaryNotOfJson(GoodView):
+    def front_summary(self, F):
+        return {"points": np.int64(len(F))}
+
+
+class SummaryAsList(GoodView):
     def front_summary(self, F):
         return [1.0]
 
 
-class OneForAll(Good):
-    def solution_figures(self, X):
+class OneForAll(GoodView):
+    def solution_figures(self):
         return [{"bar": go.Figure()}]
 
 
-class NoDicts(Good):
-    def solution_figures(self, X):
-        return [go.Figure() for _ in X]
+class NoDicts(GoodView):
+    def solution_figures(self):
+        return [go.Figure() for _ in self.X]
 
 
-class FiguresAsList(Good):
-    def figures(self, X):
+class FiguresAsList(GoodView):
+    def figures(self):
         return [go.Figure()]
 
 
-class NoFigure(Good):
-    def figures(self, X):
+class NoFigure(GoodView):
+    def figures(self):
         return {"front": "picture.png"}
+
+
+class NoView(Good):
+    def view(self, X):
+        return pd.DataFrame(X)
 
 
 class OptionsWithTuple(Good):
@@ -292,28 +309,45 @@ BROKEN = [
     (IndicatorMutates(), r"indicator_space\(F\) must not modify F"),
     (IndicatorShape(), r"indicator_space\(F\) of shape \(10,\): not \(10, 2\)"),
     (IndicatorNotFinite(), r"indicator_space\(F\) must be finite"),
-    (DescribesAsDict(), r"describe\(X\) is a dict: no DataFrame"),
-    (DescribesTooLittle(), r"describe\(X\) has 1 rows: expected 10"),
-    (DescribeMutates(), r"describe\(X\) must not modify X"),
     (
-        AnswersTooLittle(),
-        r"answers\(X\) of problem \w+ gives \['fine'\]: expected a list of 10 texts",
+        Good(shown=DescribesAsDict),
+        r"(?s)describe\(\) of problem Good gives .*: expected a DataFrame of 10 rows",
     ),
-    (AnswersNothing(), r"answers\(X\) of problem \w+ gives \[''.*: expected a list of 10 texts"),
     (
-        LimitsWithoutUnits(),
+        Good(shown=DescribesTooLittle),
+        r"(?s)describe\(\) of problem Good gives .*\(1, 2\): expected a DataFrame of 10 rows",
+    ),
+    (Good(shown=DescribeMutates), r"describe of view\(X\) must not modify X"),
+    (
+        Good(shown=AnswersTooLittle),
+        r"answers\(\) of problem \w+ gives \['fine'\]: expected a list of 10 texts",
+    ),
+    (
+        Good(shown=AnswersNothing),
+        r"answers\(\) of problem \w+ gives \[''.*: expected a list of 10 texts",
+    ),
+    (
+        Good(shown=LimitsWithoutUnits),
         "(?s)limits.*10 DataFrames with the columns unit, value, bound, limit, mar",
     ),
     (
-        LimitsOfNoKind(),
+        Good(shown=LimitsOfNoKind),
         "(?s)limits.*10 DataFrames with the columns unit, value, bound, limit, margin",
     ),
-    (SummaryOfArrays(), r"front_summary\(F\).*not JSON serializable"),
-    (SummaryAsList(), r"front_summary\(F\) = \[1.0\]: expected a dict"),
-    (OneForAll(), r"solution_figures\(X\) has 1 entries: expected 10"),
-    (NoDicts(), r"solution_figures\(X\)\[0\]: expected a dict of plotly Figures"),
-    (FiguresAsList(), r"figures\(X\): expected a dict of plotly Figures, got a list"),
-    (NoFigure(), r"figures\(X\)\['front'\] is no plotly Figure"),
+    (Good(shown=SummaryOfArrays), "expected a dict of numbers"),
+    (
+        Good(shown=SummaryAsList),
+        r"front_summary\(F\) of problem Good gives \[1.0\]: expected a dict of numbers",
+    ),
+    (Good(shown=OneForAll), r"(?s)solution_figures\(\) of .*: expected 10 dicts of plotly figures"),
+    (Good(shown=NoDicts), r"(?s)solution_figures\(\) of .*: expected 10 dicts of plotly figures"),
+    (Good(shown=FiguresAsList), r"(?s)figures\(\) of .*: expected a dict of plotly figures"),
+    (
+        Good(shown=NoFigure),
+        r"(?s)figures\(\) of .*picture.png.*: expected a dict of plotly figures",
+    ),
+    (Good(shown=SummaryNotOfJson), "front_summary.*not JSON serializable"),
+    (NoView(), r"view\(X\) of problem NoView gives .*: expected a View"),
     (OptionsWithTuple(), "comes back from JSON as"),
     (OptionsOfAnother(), r"has other options\(\)"),
     (OptionsIncomplete(1.0), r"F, evaluated by a problem built from options\(\)"),

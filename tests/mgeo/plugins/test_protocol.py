@@ -1,4 +1,3 @@
-import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 
@@ -48,24 +47,3 @@ def test_a_robust_problem_can_be_built_again():
         protocol.robust(problem(robust=lambda: 3))
     with pytest.raises(ValueError, match=r"robust\(\) of problem Problem has no options\(\)"):
         protocol.robust(problem(robust=problem))
-
-
-@pytest.mark.parametrize("given", ["one", ["one", ""], [1], None])
-def test_remarks_are_texts(given):
-    X = np.zeros((3, 2))
-    assert protocol.remarks(problem(remarks=lambda X: ["one", "two"]), X) == ["one", "two"]
-    assert protocol.remarks(problem(), X) == []
-    with pytest.raises(ValueError, match=r"remarks\(X\) of problem Problem .*: expected a list of"):
-        protocol.remarks(problem(remarks=lambda X: given), X)
-    told = protocol.ways_out(problem(ways_out=lambda X: ["turn more"]), X)
-    assert (told, protocol.ways_out(problem(), X)) == (["turn more"], [])
-    with pytest.raises(
-        ValueError, match=r"ways_out\(X\) of problem Problem .*: expected a list of"
-    ):
-        protocol.ways_out(problem(ways_out=lambda X: given), X)
-    assert (protocol.notes(problem(notes=lambda: ["mind"])), protocol.notes(problem())) == (
-        ["mind"],
-        [],
-    )
-    with pytest.raises(ValueError, match=r"notes\(\) of problem Problem .*: expected a list of"):
-        protocol.notes(problem(notes=lambda: given))

@@ -32,14 +32,16 @@ pytestmark = pytest.mark.slow
 @pytest.fixture
 def folder(solved, monkeypatch):
     """A run of a problem that draws each solution as a bar of its own height."""
-    from stand_in import Cantilever
+    from stand_in import CantileverView
 
-    def bars(self, X):
+    def bars(self):
         axis = {"range": [0, 0.05]}
-        return [{"bar": go.Figure(go.Bar(x=["diameter"], y=[x[0]])).update_yaxes(axis)} for x in X]
+        return [
+            {"bar": go.Figure(go.Bar(x=["diameter"], y=[x[0]])).update_yaxes(axis)} for x in self.X
+        ]
 
-    monkeypatch.setattr(Cantilever, "solution_figures", bars, raising=False)
-    monkeypatch.delattr(Cantilever, "figures")  # mgeo's own picture of the front
+    monkeypatch.setattr(CantileverView, "solution_figures", bars, raising=False)
+    monkeypatch.delattr(CantileverView, "figures")  # mgeo's own picture of the front
     return solved("--record")
 
 

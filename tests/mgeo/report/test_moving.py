@@ -24,7 +24,7 @@ _TIME = 'Number(document.querySelector(".player input").value)'
 @pytest.fixture
 def page(solved, monkeypatch, tmp_path):
     """Path of a report in which a hand turns by 90 degrees in 100 s, then back by 450 in 100 s."""
-    from stand_in import Cantilever
+    from stand_in import CantileverView
 
     turns = {"hand": {"times": np.array([0.0, 100, 200]), "x": [0.0, 0], "y": [0.0, 0]}}
     turns["hand"]["z"] = np.array([90.0, -450.0])
@@ -34,8 +34,8 @@ def page(solved, monkeypatch, tmp_path):
         go.Scatter3d(x=np.array([0.0, 2.0]), y=[0, 0], z=[0.0, 1.0], **hand),
         {"meta": {"motion": {"end": 200.0, "turns": turns, "phases": phases}}},
     )
-    drawn = lambda self, X: [{"hand": figure} for _ in X]  # noqa: E731
-    monkeypatch.setattr(Cantilever, "solution_figures", drawn, raising=False)
+    drawn = lambda self: [{"hand": figure} for _ in self.X]  # noqa: E731
+    monkeypatch.setattr(CantileverView, "solution_figures", drawn, raising=False)
     path = tmp_path / "page.html"
     path.write_text(report_html(solved()), encoding="utf-8")
     return path

@@ -111,37 +111,37 @@ def test_the_answer_and_the_front_come_first(solved):
     outcome = read_run(folder).outcome
     from stand_in import Cantilever
 
-    assert str(answer(Cantilever(), outcome)) in html[: places[0]]
+    assert str(answer(Cantilever().view(outcome.X))) in html[: places[0]]
     data = json.loads(Tags(html).data)
-    assert data["answers"]["0"] == Cantilever().answers(outcome.X[:1])[0]
+    assert data["answers"]["0"] == Cantilever().view(outcome.X[:1]).answers()[0]
     assert data["limits"]["0"] == []  # bounds of the search are none
     assert 'name="viewport"' in html
 
 
 def test_limits_are_told_in_their_units(solved, monkeypatch):
-    from stand_in import Cantilever
+    from stand_in import CantileverView
 
-    def limits(self, X):
+    def limits(self):
         columns = {"unit": "kg", "value": 3.0, "bound": "at most", "limit": 2.0, "margin": -1.0}
-        return [pd.DataFrame(columns, index=["mass"]) for _ in X]
+        return [pd.DataFrame(columns, index=["mass"]) for _ in self.X]
 
-    monkeypatch.setattr(Cantilever, "limits", limits, raising=False)
+    monkeypatch.setattr(CantileverView, "limits", limits, raising=False)
     data = json.loads(Tags(report_html(solved())).data)
     assert data["limits"]["0"] == [["mass", False, "3 kg, at most 2 kg: exceeded by 1 kg"]]
 
 
 def test_hostile_strings_stay_text(solved, monkeypatch):
     folder = solved()
-    from stand_in import Cantilever
+    from stand_in import Cantilever, CantileverView
 
     monkeypatch.setattr(Cantilever, "var_names", (f"d {EVIL}", "l"))
     monkeypatch.setattr(
-        Cantilever, "describe", lambda self, X: pd.DataFrame({EVIL: [EVIL] * len(X)})
+        CantileverView, "describe", lambda self: pd.DataFrame({EVIL: [EVIL] * len(self.X)})
     )
     monkeypatch.setattr(
-        Cantilever,
+        CantileverView,
         "solution_figures",
-        lambda self, X: [{EVIL: go.Figure(layout_title_text=EVIL)} for _ in X],
+        lambda self: [{EVIL: go.Figure(layout_title_text=EVIL)} for _ in self.X],
         raising=False,
     )
     monkeypatch.setattr(Cantilever, "from_options", classmethod(lambda cls, options: cls()))

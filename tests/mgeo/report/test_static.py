@@ -27,16 +27,16 @@ def report(*arguments):
 @pytest.fixture
 def folder(solved, monkeypatch):
     """A recorded run of a problem with a still and a moving figure of each solution."""
-    from stand_in import Cantilever
+    from stand_in import CantileverView
 
-    def figures(self, X):
+    def figures(self):
         still = go.Figure(go.Bar(x=["diameter"], y=[1.0]), {"height": 300})
         moving = go.Figure(go.Scatter3d(x=[1.0], y=[0.0], z=[0.0], meta={"turn": "a"}))
         turn = {"times": [0.0, 1.0], "x": [9.0], "y": [0.0], "z": [0.0]}
         moving.update_layout(meta={"motion": {"end": 1.0, "turns": {"a": turn}}})
-        return [{"../Bar!": still, "bar": still, "moving": moving} for _ in X]
+        return [{"../Bar!": still, "bar": still, "moving": moving} for _ in self.X]
 
-    monkeypatch.setattr(Cantilever, "solution_figures", figures, raising=False)
+    monkeypatch.setattr(CantileverView, "solution_figures", figures, raising=False)
     return solved("--record")
 
 

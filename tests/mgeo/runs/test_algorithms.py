@@ -16,6 +16,7 @@ from pymoo.problems.multi import BNH, ZDT1
 from pymoo.problems.single import Sphere
 
 from mgeo.algorithms.variables import designs_of
+from mgeo.plugins import view_of
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import (
     ALGORITHMS,
@@ -165,7 +166,7 @@ def test_a_front_in_numbers_is_that_of_the_designs(name):
     assert {type(design["material"]) for design in designs} == {str}
     F, G = problem.evaluate(designs, return_values_of=["F", "G"])
     assert np.array_equal(F, outcome.F)
-    told = [limit.margin for each in limits(problem, outcome.X) for limit in each]
+    told = [limit.margin for each in limits(view_of(problem, outcome.X)) for limit in each]
     assert told == (-G[:, 0]).tolist()
 
 

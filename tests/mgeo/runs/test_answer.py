@@ -4,11 +4,17 @@ import numpy as np
 from pymoo.problems import get_problem
 
 from mgeo.algorithms import MGEODirected
+from mgeo.plugins import view_of
 from mgeo.runs.answer import answer
 from mgeo.runs.limits import nearest_kept
 from mgeo.runs.solve import solve
 
-from .test_limits import Told
+from .test_limits import Heights, Told
+
+
+class Nowhere(Heights):
+    def limits(self):
+        return [table.assign(margin=-1.0) for table in super().limits()]
 
 
 class Tall(Told):
@@ -23,7 +29,8 @@ class Tall(Told):
 
 
 def answered(problem):
-    return answer(problem, solve(problem, MGEODirected(), 400, seed=1))
+    found = solve(problem, MGEODirected(), 400, seed=1)
+    return answer(view_of(problem, found.X, found.F))
 
 
 def test_a_limit_that_is_exceeded_is_told():
@@ -50,15 +57,16 @@ def test_the_nearest_solution_that_keeps_all_limits_is_named():
     heights = outcome.X[:, 0]
     keep = np.flatnonzero(heights <= 2.0)
     assert len(keep) > 10
-    problem.limits = lambda X: [table.assign(margin=-1.0) for table in Tall.limits(problem, X)]
-    shown = answer(problem, outcome)
+    view = view_of(problem, outcome.X, outcome.F)
+    problem.shown = Nowhere
+    shown = answer(view_of(problem, outcome.X, outcome.F))
     assert (len(shown.exceeded), shown.instead) == (1, None)
-    del problem.limits
+    problem.shown = Heights
     n = len(heights)
-    found = [nearest_kept(problem, outcome.X, row) for row in (0, keep[0] - 5, keep[0] + 5, n - 1)]
+    found = [nearest_kept(view, row) for row in (0, keep[0] - 5, keep[0] + 5, n - 1)]
     assert keep[0] <= found[0] <= keep[0] + n / 33 + 1  # one of 34 that are spread evenly
     assert found[1:] == [keep[0], keep[0] + 5, n - 1]
-    assert nearest_kept(get_problem("zdt1"), np.zeros((1, 30)), 0) is None  # tells of none
+    assert nearest_kept(view_of(get_problem("zdt1"), np.zeros((1, 30))), 0) is None  # tells of none
 
 
 def test_without_one_there_is_none():

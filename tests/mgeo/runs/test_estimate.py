@@ -1,5 +1,7 @@
 """How long a run takes, told by its beginning, with a clock that counts evaluations."""
 
+import copy
+
 import numpy as np
 import pytest
 from pymoo.core.problem import Problem
@@ -16,13 +18,23 @@ class Dearer(Problem):
     """
 
     def __init__(self):
-        super().__init__(n_var=3, n_obj=2, xl=0.0, xu=1.0, requires_kwargs=True)
-        self.seconds, self.drawn = 0.0, {0}
+        super().__init__(n_var=3, n_obj=2, xl=0.0, xu=1.0)
+        self.took, self.drawn, self.each = [], {1.0}, 1.0
 
-    def _evaluate(self, X, out, *args, algorithm=None, **kwargs):
-        stage = min(getattr(algorithm, "stage", 0), 2)
-        self.seconds += (stage not in self.drawn) * 3600.0 + len(X) * (1.0, 20.0, 100.0)[stage]
-        self.drawn.add(stage)
+    @property
+    def seconds(self):
+        return sum(self.took)
+
+    def at_stage(self, stage):
+        if stage == 2:
+            return self
+        judge = copy.copy(self)
+        judge.each = (1.0, 20.0)[stage]
+        return judge
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        self.took.append((self.each not in self.drawn) * 3600.0 + len(X) * self.each)
+        self.drawn.add(self.each)
         out["F"] = np.column_stack([X[:, 0], 1.0 - X[:, 0]])
 
 
@@ -46,7 +58,7 @@ def test_a_run_of_few_evaluations_is_made_whole(problem, evaluations):
 
 
 def test_later_stages_are_timed_by_themselves(problem):
-    staged = MGEOStaged(stages=(0.5, 0.9))
+    staged, problem.each = MGEOStaged(stages=(0.5, 0.9)), 100.0
     found = estimate(problem, staged, 10_000, 1)
     search = 0.5 * 10_000 * 1.0 + 0.4 * 10_000 * 20.0 + 0.1 * 10_000 * 100.0
     front = (found.elapsed - search) / (20.0 + 100.0)  # judged anew at the beginning of each

@@ -7,7 +7,13 @@ from pymoo.core.problem import Problem
 from pymoo.problems.multi import OSY
 
 from mgeo.plugins.discovery import PluginError
-from mgeo.runs.limits import TOLERANCE, Limit, limits
+from mgeo.plugins.view import TOLERANCE, View, view_of
+from mgeo.runs.limits import Limit
+from mgeo.runs.limits import limits as limits_of
+
+
+def limits(problem, X):
+    return limits_of(view_of(problem, X))
 
 
 class Column(Problem):
@@ -24,8 +30,8 @@ class Column(Problem):
         out["H"] = X[:, :1] - X[:, 1:]
 
 
-class Told(Column):
-    def limits(self, X):
+class Heights(View):
+    def limits(self):
         return [
             pd.DataFrame(
                 {
@@ -37,8 +43,15 @@ class Told(Column):
                 },
                 index=["height"],
             )
-            for x in X[:, 0]
+            for x in self.X[:, 0]
         ]
+
+
+class Told(Column):
+    shown = Heights
+
+    def view(self, X):
+        return self.shown(self, X)
 
 
 def test_constraints_are_told_as_they_are_computed():
@@ -67,11 +80,14 @@ def test_a_problem_without_limits_has_none():
 
 
 def test_other_tables_are_refused():
+    class Short(Heights):
+        def limits(self):
+            return [table.drop(columns="margin") for table in super().limits()]
+
     class Other(Told):
-        def limits(self, X):
-            return [table.drop(columns="margin") for table in super().limits(X)]
+        shown = Short
 
     with pytest.raises(
-        PluginError, match=r"(?s)limits\(X\) of problem Other gives .*: expected 1 Data"
+        PluginError, match=r"(?s)limits\(\) of problem Other gives .*: expected 1 Data"
     ):
         limits(Other(), np.zeros((1, 2)))

@@ -13,8 +13,30 @@ import pandas as pd
 import plotly.graph_objects as go
 from pymoo.core.problem import Problem
 
+from mgeo import View
+
 DENSITY, MODULUS = 7800.0, 207e9  # kg/m^3, Pa
 PRESETS = {"light": 500.0, "heavy": 2000.0}  # load [N]
+
+
+class CantileverView(View):
+    def describe(self):
+        mass, deflection = self.F.T
+        return pd.DataFrame({"mass [kg]": mass, "deflection [mm]": 1000 * deflection})
+
+    def answers(self):
+        mass, deflection = self.F.T
+        return [
+            f"{m:.3g} kg that sag {1000 * d:.3g} mm" for m, d in zip(mass, deflection, strict=True)
+        ]
+
+    def remarks(self):
+        return [f"{len(self.X)} beams, of steel"]
+
+    def figures(self):
+        mass, deflection = self.F.T
+        figure = go.Figure(go.Scatter(x=mass, y=deflection, mode="markers"))
+        return {"front": figure.update_layout(title="drawn by the plugin")}
 
 
 class Cantilever(Problem):
@@ -51,27 +73,12 @@ class Cantilever(Problem):
     def indicator_space(self, F):
         return np.asarray(F) / [4.0, 0.01]
 
-    def describe(self, X):
-        mass, deflection = self.evaluate(X).T
-        return pd.DataFrame({"mass [kg]": mass, "deflection [mm]": 1000 * deflection})
-
-    def answers(self, X):
-        mass, deflection = self.evaluate(X).T
-        return [
-            f"{m:.3g} kg that sag {1000 * d:.3g} mm" for m, d in zip(mass, deflection, strict=True)
-        ]
+    def view(self, X):
+        return CantileverView(self, X)
 
     def robust(self):
         """Loads are not known better than to a tenth."""
         return type(self)(1.1 * self.load)
-
-    def remarks(self, X):
-        return [f"{len(X)} beams, of steel"]
-
-    def figures(self, X):
-        mass, deflection = self.evaluate(X).T
-        figure = go.Figure(go.Scatter(x=mass, y=deflection, mode="markers"))
-        return {"front": figure.update_layout(title="drawn by the plugin")}
 
 
 class SlowCantilever(Cantilever):

@@ -7,6 +7,7 @@ from pymoo.core.problem import Problem
 from pymoo.problems.multi import ZDT1
 from scipy.spatial.distance import cdist
 
+from mgeo import View
 from mgeo.store.study_run import StudyRun
 from mgeo.studies.indicators import INDICATORS, applicable, parts_of, trace
 from mgeo.studies.space import REFERENCE_SIZE, NothingToCompareError, indicator_space
@@ -24,6 +25,11 @@ class Scaled(Plain):
     def indicator_space(self, F):
         return np.log10(F)
 
+    def view(self, X):
+        return Summary(self, X)
+
+
+class Summary(View):
     def front_summary(self, F):
         return {"below ten": int((F[:, 0] < 10).sum())}
 

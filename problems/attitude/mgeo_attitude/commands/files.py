@@ -136,7 +136,7 @@ def check_constraints(picked: Picked, force: bool) -> None:
         return
     front, number = picked.front, None
     if front is not None and picked.solution is not None:
-        number = nearest_kept(front.problem, front.X, picked.solution)
+        number = nearest_kept(front.problem.view(front.X), picked.solution)
     other = "" if number is None else f", such as --solution {number},"
     raise ValueError(
         f"the plan violates {len(found)} of its scenario's constraints ({'; '.join(found)}): "

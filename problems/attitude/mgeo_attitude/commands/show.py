@@ -19,7 +19,7 @@ from mgeo_attitude.commands.files import Picked
 from mgeo_attitude.filter.accuracy import attitude_accuracy_deg
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.figures import plan_figures
-from mgeo_attitude.view.promises import MOST_FLIGHTS
+from mgeo_attitude.view.plans import MOST_FLIGHTS
 
 
 def print_plan(picked: Picked, output: Output) -> None:

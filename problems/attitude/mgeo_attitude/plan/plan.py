@@ -24,9 +24,9 @@ from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.view import at_best, observability
+from mgeo_attitude.view import ManeuverView, at_best, observability
 from mgeo_attitude.view.answers import answer, overrun, span
-from mgeo_attitude.view.promises import Times, ends, held_until, times
+from mgeo_attitude.view.plans import Times
 
 #: Share of an initial 1-sigma from which on an error counts as not calibrated.
 UNLEARNED = 0.5
@@ -97,6 +97,11 @@ class ManeuverPlan(Validated):
         return _problem(self.scenario)
 
     @cached_property
+    def view(self) -> ManeuverView:
+        """What is told of it as a solution of the problem."""
+        return self.problem.view([self.design])
+
+    @cached_property
     def history(self) -> FilterHistory:
         """The filter's run."""
         return filter_history(self.problem.model, self.design)
@@ -130,7 +135,7 @@ class ManeuverPlan(Validated):
         """What the plan is worth, in one line; see `answers.answer`."""
         history = self.history
         suite = self.problem.model.suite
-        (end,) = ends(self.problem, np.array([self.design]), np.array([self.t_end]))
+        (end,) = self.view.ends
         beyond = overrun(float(end), self.scenario.duration)
         known = history.covariance, history.converged
         return answer(suite, self.t_end, *known, self.over_flights, beyond)
@@ -138,16 +143,15 @@ class ManeuverPlan(Validated):
     @property
     def over_flights(self) -> Times:
         """When the plan converges over flights, as promised and kept."""
-        (found,) = times(self.problem, np.array([self.design]))
+        (found,) = self.view.times
         return found
 
     def promises(self) -> pd.DataFrame:
         """What the plan promises and what 9 of 10 flights of it keep, one row per objective.
 
-        Columns: ``promised``, ``kept``, ``kept / promised [-]``; see
-        `AttitudeManeuverProblem.promises`.
+        Columns: ``promised``, ``kept``, ``kept / promised [-]``; see `Plans.promises`.
         """
-        (row,) = self.problem.promises([self.design]).to_numpy(float)
+        (row,) = self.view.promises().to_numpy(float)
         columns = ["promised", "kept", "kept / promised [-]"]
         labels = pd.Index(self.problem.obj_names, name="objective")
         return pd.DataFrame(row.reshape(-1, 3), index=labels, columns=columns)
@@ -156,9 +160,9 @@ class ManeuverPlan(Validated):
     def held_until(self) -> float:
         """When the last rate ends [s]: at `t_end`, or later if that is only promised over flights.
 
-        See `promises.held_until`.
+        See `Plans.held_until`.
         """
-        (held,) = held_until(self.problem, np.array([self.design]), np.array([self.t_end]))
+        (held,) = self.view.held_until
         return float(held)
 
     @cached_property
@@ -278,9 +282,9 @@ class ManeuverPlan(Validated):
 
         Columns ``unit``, ``value``, ``bound`` ("at most" or "at least"), ``limit``, ``margin``,
         below zero where it is violated, and whether it is ``kept``; see
-        `AttitudeManeuverProblem.limits`.
+        `ManeuverView.limits`.
         """
-        (table,) = self.problem.limits([self.design])
+        (table,) = self.view.limits()
         return table.assign(kept=table["margin"].to_numpy(float) >= 0.0)
 
     def violations(self) -> list[str]:

@@ -3,40 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.suite import Suite, block_units
-from mgeo_attitude.view.describe import checked_designs
-from mgeo_attitude.view.promises import MOST_FLIGHTS, UNKNOWN, Times, ends, times
-
-if TYPE_CHECKING:
-    from mgeo_attitude.view.protocol import ManeuverProblem
+from mgeo_attitude.view.plans import MOST_FLIGHTS, UNKNOWN, Plans, Times
 
 
-def answers(problem: ManeuverProblem, X: ArrayLike) -> list[str]:
-    """The `answer` of each design, shape (n, n_var).
-
-    Raises
-    ------
-    ValueError
-        For another shape, or a design that is no plan.
-    """
-    from mgeo_attitude.filter.evaluator import evaluate  # compiles
-
-    model = problem.model
-    designs = checked_designs(problem, X)
-    result = evaluate(model, designs, problem.threads, covariance=True)
-    found = zip(
-        result.t_end.tolist(),
-        result.covariance,
-        times(problem, designs),
-        ends(problem, designs, result.t_end).tolist(),
-        strict=True,
-    )
+def answers(plans: Plans) -> list[str]:
+    """The `answer` of each plan."""
+    model, duration = plans.problem.model, plans.problem.scenario.duration
+    t_ends, _, covariances = plans.exactly
+    found = zip(t_ends.tolist(), covariances, plans.times, plans.ends.tolist(), strict=True)
     return [
         answer(
             model.suite,
@@ -44,7 +23,7 @@ def answers(problem: ManeuverProblem, X: ArrayLike) -> list[str]:
             covariance,
             t_end < model.longest,
             over_flights,
-            overrun(end, problem.scenario.duration),
+            overrun(end, duration),
         )
         for t_end, covariance, over_flights, end in found
     ]

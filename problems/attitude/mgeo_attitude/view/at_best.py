@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.bound import LimitCurves, NoLimit
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.settings import RequiredSigma
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.answers import span
-from mgeo_attitude.view.promises import looked_at, spread
+from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,18 +84,13 @@ def impossible(problem: ManeuverProblem) -> list[str]:
     return lines
 
 
-def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
-    """How near plans of a front, shape (n, n_var), come to the limit, flown exactly."""
-    from mgeo_attitude.filter.evaluator import evaluate  # compiles
-
-    if not len(X):
-        return []
+def remarks(plans: Plans, these: str, rows: Ints) -> list[str]:
+    """How near plans come to the limit, flown exactly; `rows` are their numbers on the front."""
     try:
-        found = problem.limit_curves
+        found = plans.problem.limit_curves
     except NoLimit as reason:
         return [f"how good a plan can be at best is not known: {reason}"]
-    rows = spread(len(X))
-    result = evaluate(problem.model, X[rows], problem.threads)
+    result = plans.exactly
     least = found.at(result.t_end)
     ratios = result.trace / least
     if np.isnan(ratios).all():
@@ -104,7 +99,7 @@ def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
     return [
         f"no maneuver can have a trace of less than {least[best]:.3g} after "
         f"{span(result.t_end[best])}: solution {rows[best]} has {ratios[best]:.2f} times that "
-        f"limit, half of {looked_at(rows, X)} have {np.nanmedian(ratios):.2f} times theirs or less"
+        f"limit, half of {these} have {np.nanmedian(ratios):.2f} times theirs or less"
     ]
 
 

@@ -15,20 +15,18 @@ from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.settings import PAPER
 from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.view.promises import ends
+from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from mgeo_attitude.view.protocol import ManeuverProblem
 
 
 #: How near a plan's trace comes to what no maneuver can beat.
 BESIDE = "trace / limit [-]"
 
 
-def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
-    """One row per solution, numbered as in `X`.
+def describe(plans: Plans) -> pd.DataFrame:
+    """One row per plan.
 
     Columns: the objectives of the paper; ``t_end [orbits]``; ``trace / limit [-]``, how near the
     trace comes to what no maneuver can beat, if that is known; ``maneuver time [s]``, the sum of
@@ -36,18 +34,14 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     duration; one text per maneuver, its rates about body x / y / z [deg/s] and its duration [s];
     and for each 3-vector of the error state the predicted 1-sigma at t_end of its worst body axis
     (the largest of the three, as comparable to a data sheet's value per axis); and of each
-    objective what 9 of 10 flights keep, see `AttitudeManeuverProblem.promises`. If the scenario has
+    objective what 9 of 10 flights keep, see `Plans.promises`. If the scenario has
     flights of its own, what is promised over these and what is kept comes first, and the paper's
     objectives are said to be of a plan that is flown exactly. A design whose covariance lost
-    positivity has NaN in objectives and 1-sigmas. Another shape than (n, n_var), or a design that
-    is no plan, is a ValueError.
+    positivity has NaN in objectives and 1-sigmas. A design that is no plan is a ValueError.
     """
     import pandas as pd
 
-    from mgeo_attitude.filter.evaluator import evaluate  # compiles
-
-    designs = checked_designs(problem, X)
-    result = evaluate(problem.model, designs, problem.threads, covariance=True)
+    problem, designs, result = plans.problem, plans.X, plans.exactly
     variances = np.diagonal(result.covariance, axis1=1, axis2=2)
     sigma = np.sqrt(np.where(np.isnan(result.t_end)[:, None], np.nan, variances))
     t_end_name, trace_name = (OBJECTIVES[name].label for name in PAPER)
@@ -61,7 +55,7 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
         columns[BESIDE] = result.trace / problem.limit_curves.at(result.t_end)
     columns["maneuver time [s]"] = durations.sum(axis=1)
     if problem.scenario.maneuvers.slew_back:
-        columns["slew back until [s]"] = ends(problem, designs, result.t_end)
+        columns["slew back until [s]"] = plans.ends
     texts = [maneuver_texts(x) for x in designs]
     for m in range(durations.shape[1]):
         name = f"maneuver {m + 1}: x / y / z [deg/s] for d [s]"
@@ -70,7 +64,7 @@ def describe(problem: ManeuverProblem, X: ArrayLike) -> pd.DataFrame:
     worst = sigma.reshape(len(designs), len(blocks), 3).max(axis=2)
     for block, values in zip(blocks, worst.T, strict=True):
         columns[f"{block.label} 1-sigma [{block.unit}]"] = values * block.factor
-    table, over_flights = pd.DataFrame(columns), problem.promises(designs)
+    table, over_flights = pd.DataFrame(columns), plans.promises()
     if not problem.scenario.flight:  # what is promised is what is flown
         return table.join(over_flights.filter(regex="^kept (?!/)"))
     exactly = {name: f"{name} flown exactly" for name in (t_end_name, trace_name, BESIDE)}
@@ -109,11 +103,3 @@ def maneuver_texts(x: Floats) -> list[str]:
         f"{' / '.join(f'{rate:+.3f}' for rate in rates)} for {duration:.1f}"
         for *rates, duration in x.reshape(-1, VARIABLES_PER_MANEUVER)
     ]
-
-
-def checked_designs(problem: ManeuverProblem, X: ArrayLike) -> Floats:
-    """`X` as an array of floats, shape (n, n_var), or a ValueError."""
-    designs = np.asarray(X, dtype=float)
-    if designs.ndim != 2 or designs.shape[1] != problem.n_var:
-        raise ValueError(f"X of shape {designs.shape}: expected (n, {problem.n_var})")
-    return designs

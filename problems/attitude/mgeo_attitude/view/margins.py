@@ -1,19 +1,37 @@
-"""How far designs are from the limits of their scenario, each limit in its own unit."""
+"""How far plans are from the limits of their scenario, each limit in its own unit.
+
+Also on the way after a plan has converged, which no search sees.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.criteria.constraints import Limit
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.environment.pointing import Place
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.filter.momentum import MomentumBudget
+from mgeo_attitude.filter.path_limits import excess_along
+from mgeo_attitude.maneuvers.trajectory import Trajectory
+from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from mgeo_attitude.filter.model import FilterModel
+    from mgeo_attitude.scenario import Scenario
+
 #: Unit, value, "at most" or "at least", limit and margin.
 Row = tuple[str, float, str, float, float]
 _COLUMNS = ["unit", "value", "bound", "limit", "margin"]
+#: The times that follow `t_end`, in words.
+AFTER = ("held for late flights", "in the slew back")
 
 
 def tables(
@@ -41,3 +59,115 @@ def _row(limit: Limit, excess: float) -> Row:
     bound = limit.bound * limit.factor
     value = bound * (1.0 - excess if limit.least else 1.0 + excess)
     return limit.unit, value, "at least" if limit.least else "at most", bound, -excess * bound
+
+
+def has_limits_after(scenario: Scenario) -> bool:
+    """Whether plans go on after they have converged, and something limits how."""
+    wheels = scenario.wheels
+    limited = scenario.path_limits or (wheels is not None and wheels.budgeted)
+    return bool(limited and (scenario.flight or scenario.maneuvers.slew_back))
+
+
+def all_after(plans: Plans) -> list[dict[str, Row]]:
+    """`limits_after` of each plan, until it ends; {} if there is none.
+
+    Path limits, and the budget of wheels, are looked at while the rate is held for late flights and
+    in a slew back, some 0.1 s a design. Nothing is known of one whose covariance was lost.
+    """
+    problem, result = plans.problem, plans.exactly
+    found: list[dict[str, Row]] = [{} for _ in plans.X]
+    if not has_limits_after(problem.scenario):
+        return found
+    model = problem.model
+    for i in np.flatnonzero(np.isfinite(result.t_end)):
+        times = float(result.t_end[i]), float(plans.held_until[i])
+        trajectory = Trajectory(problem.scenario, model, plans.X[i], *times)
+        edges = [trajectory.t_end, trajectory.held_until]
+        try:
+            edges.append(trajectory.end)
+        except InvalidValue:
+            longest = problem.scenario.duration
+            found[i]["time of the slew back"] = ("s", np.inf, "at most", longest, -np.inf)
+        for (start, end), while_ in zip(pairwise(edges), AFTER, strict=False):
+            if start < end:
+                found[i] |= limits_after(
+                    model, trajectory, start, end, result.covariance[i, :3, :3], while_
+                )
+    return found
+
+
+def remarks(plans: Plans, these: str) -> list[str]:
+    """How many plans of a front keep all limits to their end."""
+    if not has_limits_after(plans.problem.scenario):
+        return []
+    exceeded = [
+        {label for label, (*_, margin) in after.items() if margin < 0.0}
+        for after in all_after(plans)
+    ]
+    keep = sum(not each for each in exceeded)
+    line = f"{keep} of {these} keep all limits after they have converged"
+    if labels := sorted(set().union(*exceeded)):
+        line += f"; the others exceed {', '.join(labels)}"
+    return [line]
+
+
+def limits_after(
+    model: FilterModel,
+    trajectory: Trajectory,
+    start: float,
+    end: float,
+    covariance: Floats,
+    while_: str,
+) -> dict[str, Row]:
+    """Margins of path limits, and of the wheels' budget, by label.
+
+    Parameters
+    ----------
+    start, end : float
+        [s] after the epoch, both on a step of the filter.
+    covariance : array, shape (3, 3)
+        Of the attitude error at the start, body axes [rad²]; it is as well known to the end.
+    while_ : str
+        Which time it is, in words, for the labels.
+    """
+    scenario = trajectory.scenario
+    first, last = (round(time / model.step) for time in (start, end))
+    attitude = trajectory.attitude[first : last + 1]
+    turn = np.vstack([np.zeros(3), model.step * trajectory.motion.rates[first:last]])
+    rows: dict[str, Row] = {}
+    wheels = scenario.wheels
+    if wheels is not None and wheels.budgeted:
+        bounds = (wheels.max_momentum, wheels.max_torque)
+        names = (("wheel momentum", "N m s"), ("wheel torque", "N m"))
+        loads = _wheel_load(model, trajectory, first, last).tolist()
+        for (name, unit), load, bound in zip(names, loads, bounds, strict=True):
+            if bound is not None:
+                rows[name] = (unit, load, "at most", bound, bound - load)
+    at = Place.at(scenario, start + model.step * np.arange(len(attitude), dtype=float))
+    at = at if scenario.eclipse else at.without_shadow()
+    known = np.repeat(covariance[None], len(attitude), axis=0)
+    for limit in scenario.path_limits:
+        cone, bound = limit.cone(), limit.half_angle_deg
+        excess = excess_along(
+            cone, limit.attitude_sigmas, at, scenario.epoch, attitude, turn, known
+        )
+        worst = np.degrees(max(float(excess.max()), -np.pi))  # of a Sun that never shines
+        if cone.inside:
+            rows[limit.label] = ("deg", worst, "at most", bound, bound - worst)
+        else:
+            rows[limit.label] = ("deg", -worst, "at least", bound, -worst - bound)
+    return {f"{label} {while_}": row for label, row in rows.items()}
+
+
+def _wheel_load(model: FilterModel, trajectory: Trajectory, first: int, last: int) -> Floats:
+    """Greatest momentum [N m s] and torque [N m] of a wheel with a budget, shape (2,)."""
+    from mgeo_attitude.filter.wheel_load import wheel_loads  # compiles
+
+    scenario = trajectory.scenario
+    times = model.step * np.arange(last + 1, dtype=float)  # the run may end earlier
+    around = Environment.at(scenario, times)
+    budget = MomentumBudget.of(scenario, around, model.initial_attitude, model.initial_rate)
+    assert budget is not None  # of wheels with one
+    flown = model.schedule(trajectory.commanded, last + 1)
+    found: Floats = wheel_loads(budget, flown, np.array([last]), model.step, 1, first)[0]
+    return found

@@ -1,17 +1,19 @@
-"""What tables and figures need of a problem; `AttitudeManeuverProblem` is one."""
+"""What plans need of a problem; `AttitudeManeuverProblem` is one."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Protocol
 
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound import LimitCurves
-from mgeo_attitude.criteria.robustness import Flights
+from mgeo_attitude.criteria.robustness import Flight, Flights
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.scenario import Scenario
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from mgeo_attitude.filter.evaluator import Evaluation
 
 
 class ManeuverProblem(Protocol):
@@ -21,11 +23,15 @@ class ManeuverProblem(Protocol):
     threads: int | None
     objectives: tuple[str, ...]
     n_var: int
+    n_obj: int
+    n_ieq_constr: int
 
     obj_names: tuple[str, ...]
 
-    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any: ...
-    def promises(self, X: Any) -> pd.DataFrame: ...
+    def valued(self, model: FilterModel, result: Evaluation) -> Floats: ...
+    def judged(self, X: Floats) -> Floats: ...
+    def flown(self, flights: Iterable[Flight], X: Floats) -> Floats: ...
+    def view(self, X: Any) -> Any: ...
     @property
     def environment(self) -> Environment: ...
     @property

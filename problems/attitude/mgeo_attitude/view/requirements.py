@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.suite import BlockUnit, block_units
-from mgeo_attitude.view.describe import checked_designs
-from mgeo_attitude.view.promises import looked_at, spread
-
-if TYPE_CHECKING:
-    from mgeo_attitude.view.protocol import ManeuverProblem
+from mgeo_attitude.view.plans import Plans
 
 #: Share of an initial 1-sigma from which on nothing was learned.
 _NOTHING = 0.9
@@ -21,36 +16,37 @@ _NOTHING = 0.9
 _SOURCE = 0.5
 
 
-def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
-    """Whether plans of a front, shape (n, n_var), meet what is required long before they end.
+def remarks(plans: Plans, these: str) -> list[str]:
+    """Whether plans of a front meet what is required long before they end.
 
     By the rule ``trace`` a filter goes on until its trace is flat; by ``required`` until it meets
     the requirements for good: near what can be reached they are lost again and again.
     """
+    problem, X = plans.problem, plans.X
     scenario, model = problem.scenario, problem.model
     rule = scenario.convergence.rule
-    if not len(X) or not scenario.required_sigma or rule in ("settling", "end"):
+    if not scenario.required_sigma or rule == "settling":
         return []
     from mgeo_attitude.filter.evaluator import evaluate  # compiles
 
-    rows = spread(len(X))
-    ends = {
-        each: evaluate(dataclasses.replace(model, rule=each), X[rows], problem.threads).t_end
-        for each in ("trace", "required")
+    other = dataclasses.replace(model, rule="required" if rule == "trace" else "trace")
+    found = {
+        rule: plans.exactly.t_end,
+        other.rule: evaluate(other, X, problem.threads).t_end,
     }
-    trace, required = ends["trace"], ends["required"]
+    trace, required = found["trace"], found["required"]
     if rule == "trace":
         sooner = int((required < trace).sum())
         line = (
-            f"{sooner} of {looked_at(rows, X)} meet required_sigma for good before they end, the "
+            f"{sooner} of {these} meet required_sigma for good before they end, the "
             f"first after {np.nanmin(required):.6g} s, where the fastest ends after "
             f'{np.nanmin(trace):.6g} s: convergence.rule = "required" searches for such'
         )
         return [line] if sooner else []
     fastest = int(np.nanargmin(required))
-    ran = evaluate(model.endless, X[rows[[fastest]]], problem.threads, history=True)
+    ran = evaluate(model.endless, X[[fastest]], problem.threads, history=True)
     met = (np.sqrt(ran.variances[0]) <= model.required_sigma).all(axis=1)
-    over = int(model.schedule(X[rows[[fastest]]]).over[0])
+    over = int(model.schedule(X[[fastest]]).over[0])
     first = model.step * (over + int(np.argmax(met[over:])))
     if not met[over:].any() or required[fastest] - first < scenario.convergence.window:
         return []
@@ -61,17 +57,14 @@ def remarks(problem: ManeuverProblem, X: Floats) -> list[str]:
     ]
 
 
-def ways_out(problem: ManeuverProblem, X: Floats) -> list[str]:
+def ways_out(plans: Plans) -> list[str]:
     """Which required 1-sigmas no longer search reaches, as far as the nearest plans tell.
 
-    A line for each that all designs, shape (n, n_var), exceed because of an error of which they
+    A line for each that all of them exceed because of an error of which they
     learn nothing, such as a misalignment of the gyro that turns with the whole body: it leaves what
     it is correlated with as badly known as it is itself.
     """
-    from mgeo_attitude.filter.evaluator import evaluate  # compiles
-
-    model = problem.model
-    result = evaluate(model, checked_designs(problem, X), problem.threads, covariance=True)
+    model, result = plans.problem.model, plans.exactly
     P = result.covariance[np.isfinite(result.trace)]
     lines, units = [], block_units(model.suite)
     for block in range(len(units)):

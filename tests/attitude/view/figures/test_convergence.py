@@ -12,7 +12,7 @@ FACTORS = [DEG, DEG * 3600.0, DEG, DEG * 60.0, DEG, 50e3]
 
 @pytest.fixture(scope="module")
 def solutions(problem, X):
-    return Solutions.evaluated(problem, X[:2])
+    return Solutions.of(problem.view(X[:2]))
 
 
 def test_curves_are_the_reference_filters(problem, solutions):

@@ -10,14 +10,15 @@ from mgeo_attitude.scenario import FlightErrors, PathLimit
 from mgeo_attitude.view.describe import nondominated
 from mgeo_attitude.view.figures.front import front_figure
 from mgeo_attitude.view.figures.solutions import Solutions
-from mgeo_attitude.view.promises import spread
+from mgeo_attitude.view.plans import spread
 
 from mgeo.figures.style import literal
+from mgeo.plugins import view_of
 
 
 @pytest.fixture(scope="module")
 def figure(problem, X):
-    return problem.figures(X)["front"]
+    return problem.view(X).figures()["front"]
 
 
 def drawn(F, **more):
@@ -53,11 +54,11 @@ def test_boundary_holds_the_nondominated_points():
 @pytest.mark.slow
 def test_hover_text_is_the_plan(problem, X, F):
     X = X[:80]
-    figure = problem.figures(X)["front"]
-    sigma = problem.describe(X)["attitude 1-sigma [deg]"]
+    figure = problem.view(X).figures()["front"]
+    sigma = problem.view(X).describe()["attitude 1-sigma [deg]"]
     looked_at = spread(len(X))
     assert len(looked_at) < len(X)
-    kept = problem.promises(X[looked_at]).set_index(looked_at)
+    kept = problem.view(X[looked_at]).promises().set_index(looked_at)
     for trace in figure.data[1:3]:
         for number, text in zip(trace.customdata, trace.hovertext, strict=True):
             head, t_end, trace_line, *flights, attitude, _, m1, m2, m3 = text.split("<br>")
@@ -80,7 +81,9 @@ def test_hover_text_is_the_plan(problem, X, F):
 
 
 def test_what_flights_keep_has_a_boundary_of_its_own(figure, problem, X):
-    kept = problem.promises(X[spread(len(X))])[["kept t_end [s]", "kept trace [-]"]].to_numpy()
+    kept = (
+        problem.view(X[spread(len(X))]).promises()[["kept t_end [s]", "kept trace [-]"]].to_numpy()
+    )
     safe = kept[nondominated(kept)]
     np.testing.assert_array_equal(np.column_stack([figure.data[3].x, figure.data[3].y]), safe)
     assert figure.data[3].name == "kept by 9 of 10 flights"
@@ -89,7 +92,7 @@ def test_what_flights_keep_has_a_boundary_of_its_own(figure, problem, X):
 def test_a_front_over_flights_is_that_of_its_own_promises(problem, X):
     own, X = AttitudeManeuverProblem(problem.scenario, flights=3), X[:20]
     F = own.evaluate(X, return_values_of=["F"])
-    for trace in own.figures(X)["front"].data[1:3]:
+    for trace in own.view(X).figures()["front"].data[1:3]:
         shown = np.column_stack([trace.x, trace.y])
         np.testing.assert_array_equal(shown, F[np.asarray(trace.customdata)])
 
@@ -107,7 +110,7 @@ def test_a_problem_knows_its_dead_end_and_its_longest_run(problem, X):
     scenario = dataclasses.replace(
         problem.scenario, duration=400.0, required_sigma={"attitude_deg": 1e-4}
     )
-    figure = AttitudeManeuverProblem(scenario).figures(X[:3])["front"]
+    figure = AttitudeManeuverProblem(scenario).view(X[:3]).figures()["front"]
     assert "3 plans, none of which keeps all limits" in figure.layout.title.text
     # as do most flights of them, which is no time to be kept
     assert [len(trace.x) for trace in figure.data[1:-1]] == [0, 0, 3]
@@ -128,7 +131,8 @@ def test_flights_that_begin_late_have_no_such_curve(problem, X):
     flight = FlightErrors(count=2, start_delay=60.0)
     coarse = dataclasses.replace(problem.scenario, flight=flight, step=4.0)
     late = AttitudeManeuverProblem(coarse)
-    assert "no maneuver can beat" not in [trace.name for trace in late.figures(X[:3])["front"].data]
+    drawn = late.view(X[:3]).figures()["front"].data
+    assert "no maneuver can beat" not in [trace.name for trace in drawn]
 
 
 def test_axes(figure, problem):
@@ -149,7 +153,7 @@ def test_axes(figure, problem):
 
 
 def test_title_counts_as_the_front_summary_does(figure, problem, F):
-    first, second = problem.front_summary(F).values()
+    first, second = view_of(problem).front_summary(F).values()
     assert f"first orbit {first}, second orbit {second};" in figure.layout.title.text
 
 
@@ -180,9 +184,9 @@ def test_names_in_a_scenario_are_no_markup():
     )
     problem = AttitudeManeuverProblem(scenario)
     X = np.array([[0.5, 0.0, 0.0, 60.0] * 3])
-    front = problem.figures(X)["front"]
+    front = problem.view(X).figures()["front"]
     assert f"scenario {literal(evil)}; " in front.layout.title.text
-    drawn = [front, *problem.solution_figures(X)[0].values()]
+    drawn = [front, *problem.view(X).solution_figures()[0].values()]
     names = [trace.name for figure in drawn for trace in figure.data]
     assert any("&lt;a href" in (name or "") for name in names)
     assert not any("<a href" in figure.to_json() for figure in drawn)

@@ -47,7 +47,7 @@ def between(one, other):
 
 
 def motion_of(problem, x):
-    (figures,) = problem.solution_figures(x[None])
+    (figures,) = problem.view(x[None]).solution_figures()
     return figures["motion"], figures["motion"].layout.meta["motion"]
 
 
@@ -76,7 +76,7 @@ def test_the_body_starts_where_the_scenario_says(X):
     for k in (0, 77, 800, len(attitude) - 1):
         turned = tips @ orientation(motion["turns"]["body"], k * problem.model.step).T
         np.testing.assert_allclose(turned / np.linalg.norm(tips[0]), attitude[k], atol=1e-9)
-    (figures,) = problem.solution_figures(X[:1])
+    (figures,) = problem.view(X[:1]).solution_figures()
     sun = next(trace for trace in figures["directions"].data if trace.name == "Sun")
     seen = projected(attitude[:1] @ problem.environment.sun[0])
     assert (sun.x[0], sun.y[0]) == (seen[0][0], seen[1][0])

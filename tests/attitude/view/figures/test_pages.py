@@ -34,7 +34,7 @@ def pages(tmp_path_factory, problem, X):
     """A front, and a plan whose phases have long names."""
     folder = tmp_path_factory.mktemp("pages")
     front = folder / "front.html"
-    front.write_text(page(problem.figures(X)["front"], "front"), encoding="utf-8")
+    front.write_text(page(problem.view(X).figures()["front"], "front"), encoding="utf-8")
     ramps = ManeuverLimits(max_acceleration_deg_s2=0.02)
     scenario = dataclasses.replace(Scenario.paper(), duration=1500.0, maneuvers=ramps)
     design = [0.5, -1.0, 0.25, 200.0, -0.1, 0.75, 1.0, 150.0, 0.3, -0.5, 0.9, 80.0]

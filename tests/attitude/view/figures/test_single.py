@@ -17,7 +17,7 @@ def short():
 
 def test_curves_are_those_of_the_reference_filter(short, X):
     plan = ManeuverPlan.from_design(short, X[0])
-    (figures,) = short.solution_figures(X[:1])
+    (figures,) = short.view(X[:1]).solution_figures()
     history = plan.history
     trace = figures["trace"].data[0]
     steps = plan.steps(trace.x)
@@ -33,7 +33,7 @@ def test_curves_are_those_of_the_reference_filter(short, X):
 
 def test_rates_step_where_the_plan_says(short, X):
     plan = ManeuverPlan.from_design(short, X[0])
-    (figures,) = short.solution_figures(X[:1])
+    (figures,) = short.view(X[:1]).solution_figures()
     timeline = plan.timeline()
     for axis, line in zip("xyz", figures["rates"].data[:3], strict=True):
         held = line.y[np.searchsorted(line.x, timeline["start [s]"], side="right") - 1]
@@ -44,7 +44,7 @@ def test_a_ramp_is_a_straight_line(X):
     scenario = Scenario.paper()
     maneuvers = dataclasses.replace(scenario.maneuvers, max_acceleration_deg_s2=0.02)
     problem = AttitudeManeuverProblem(dataclasses.replace(scenario, maneuvers=maneuvers))
-    (figures,) = problem.solution_figures(X[:1])
+    (figures,) = problem.view(X[:1]).solution_figures()
     plan = problem.model.schedule(X[:1])
     flown = plan.flown()[0]
     starts, rates = plan.starts[0, flown], np.degrees(plan.rates[0, flown])
@@ -59,7 +59,7 @@ def test_a_ramp_is_a_straight_line(X):
 
 def test_directions_are_the_environment_seen_from_the_body(short, X):
     plan = ManeuverPlan.from_design(short, X[0])
-    (figures,) = short.solution_figures(X[:1])
+    (figures,) = short.view(X[:1]).solution_figures()
     field = next(trace for trace in figures["directions"].data if trace.name == "field")
     body = np.einsum(
         "kij,kj->ki", plan.history.attitude, short.environment.field[: len(plan.history.times)]
@@ -72,7 +72,7 @@ def test_directions_are_the_environment_seen_from_the_body(short, X):
 def test_the_shadow_of_the_earth_is_shaded_and_the_sun_is_not_drawn_in_it(X):
     scenario = dataclasses.replace(Scenario.paper(), duration=4000.0, eclipse=True)
     problem = AttitudeManeuverProblem(scenario)
-    (figures,) = problem.solution_figures(X[:1])
+    (figures,) = problem.view(X[:1]).solution_figures()
     environment = problem.environment
     shaded = np.zeros(len(environment.times), dtype=bool)
     for shape in figures["rates"].layout.shapes:
@@ -107,14 +107,14 @@ def test_figures_of_a_front_are_small(short, X):
             if name != "motion"  # only its turns differ from plan to plan
             for trace in figure.data
         )
-        for figures in short.solution_figures(X[:3])
+        for figures in short.view(X[:3]).solution_figures()
     ]
     assert max(sizes) < 4000
 
 
 def test_few_samples_draw_the_curves(short, X):
     plan = ManeuverPlan.from_design(short, X[0])
-    (figures,) = short.solution_figures(X[:1])
+    (figures,) = short.view(X[:1]).solution_figures()
     for name, exact in (("trace", plan.history.trace), ("attitude", None)):
         line = figures[name].data[0]
         if exact is None:

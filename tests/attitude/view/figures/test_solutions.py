@@ -63,7 +63,7 @@ def test_broken_covariances_are_left_out():
     problem.__dict__["model"] = dataclasses.replace(problem.model, initial_sigma=sigma)
     designs = np.random.default_rng(10).uniform(problem.xl, problem.xu, (8, 12))[::-1]
     with pytest.warns(RuntimeWarning, match="lost positivity"):
-        solutions = Solutions.evaluated(problem, designs)
+        solutions = Solutions.of(problem.view(designs))
     with pytest.warns(RuntimeWarning, match="lost positivity"):
         expected = np.flatnonzero(np.isfinite(problem.evaluate(designs)[:, 0]))
     assert 0 < len(expected) < 8
@@ -75,4 +75,4 @@ def test_broken_covariances_are_left_out():
         pytest.warns(RuntimeWarning, match="lost positivity"),
         pytest.raises(ValueError, match="expected at least one design with finite objectives"),
     ):
-        Solutions.evaluated(problem, designs[lost])
+        Solutions.of(problem.view(designs[lost]))

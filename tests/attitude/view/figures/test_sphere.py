@@ -37,6 +37,6 @@ def test_path_limits_and_fields_of_view_are_drawn():
         path_limits=(PathLimit(name="camera", boresight=(1.0, -1.0, 0.0), half_angle_deg=30.0),),
     )
     problem = AttitudeManeuverProblem(scenario, 1)
-    (figures,) = problem.solution_figures(np.array([[0.2, 0.0, 0.0, 100.0]]))
+    (figures,) = problem.view(np.array([[0.2, 0.0, 0.0, 100.0]])).solution_figures()
     names = [trace.name for trace in figures["directions"].data if trace.mode == "lines"]
     assert names[1:] == ["Sun off camera", "view of sun"]

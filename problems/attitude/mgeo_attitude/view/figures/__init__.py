@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
 
 import numpy as np
 import plotly.graph_objects as go
-from numpy.typing import ArrayLike
 
 from mgeo.runs.answer import knee
 from mgeo_attitude.criteria.objectives import indicators
@@ -18,37 +16,31 @@ from mgeo_attitude.view.figures.front import front_figure
 from mgeo_attitude.view.figures.maneuvers import maneuvers_figure
 from mgeo_attitude.view.figures.single import solution_figures
 from mgeo_attitude.view.figures.solutions import Solutions
-from mgeo_attitude.view.promises import kept, spread
-
-if TYPE_CHECKING:
-    from mgeo_attitude.view.protocol import ManeuverProblem
+from mgeo_attitude.view.plans import Plans, spread
 
 __all__ = ["figures", "solution_figures"]
 
 
-def figures(problem: ManeuverProblem, X: ArrayLike) -> dict[str, go.Figure]:
+def figures(plans: Plans) -> dict[str, go.Figure]:
     """Figures ``front``, ``maneuvers`` and ``convergence``; the latter two of up to six solutions.
 
-    Solutions are numbered by their row in `X`. Those whose covariance broke down are left out.
+    Solutions are numbered by their row. Those whose covariance broke down are left out.
     There is no ``front`` of a problem with other objectives than the paper's: it shows these.
-
-    Parameters
-    ----------
-    X : array_like, shape (n, n_var)
 
     Raises
     ------
     ValueError
-        If `X` has another number of columns, or no design with finite objectives.
+        If there is no plan with finite objectives.
     """
-    solutions = Solutions.evaluated(problem, X)
-    own, excess = problem.evaluate(solutions.X, return_values_of=["F", "G"])
+    problem, solutions = plans.problem, Solutions.of(plans)
+    ends = [problem.n_obj, problem.n_obj + problem.n_ieq_constr]
+    own, excess, _ = np.split(plans.values[solutions.numbers], ends, axis=1)
     few = solutions.chosen(knee(indicators(problem.objectives, own, problem.scenario)))
     front = {}
     if problem.objectives == PAPER:
         rows = spread(len(solutions.X))
         known = np.full(own.shape, np.nan)
-        known[rows] = kept(problem, solutions.X[rows])
+        known[rows] = plans.take(solutions.numbers[rows]).kept
         longest = problem.model.longest
         known[known[:, 0] >= longest] = np.nan  # so many flights do not converge at all
         promised = dataclasses.replace(solutions, F=own)
@@ -58,6 +50,6 @@ def figures(problem: ManeuverProblem, X: ArrayLike) -> dict[str, go.Figure]:
             problem.scenario, promised, known, longest=longest, dead_end=dead_end, least=least
         )
     return front | {
-        "maneuvers": maneuvers_figure(problem, few),
+        "maneuvers": maneuvers_figure(problem, few, plans.held_until[few.numbers]),
         "convergence": convergence_figure(problem, few),
     }

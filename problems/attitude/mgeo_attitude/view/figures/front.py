@@ -12,7 +12,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.view.describe import front_summary, maneuver_texts, nondominated
 from mgeo_attitude.view.figures.solutions import Solutions
-from mgeo_attitude.view.promises import MOST_FLIGHTS
+from mgeo_attitude.view.plans import MOST_FLIGHTS
 
 #: Ticks of the upper axis over a run of two orbits, a tenth of an orbit apart.
 _TICKS = 20

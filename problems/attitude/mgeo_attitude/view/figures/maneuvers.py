@@ -14,17 +14,18 @@ from mgeo_attitude.maneuvers.schedule import flown
 from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.view.figures.solutions import Solutions
 from mgeo_attitude.view.figures.style import line, panels_height
-from mgeo_attitude.view.promises import held_until
 
 if TYPE_CHECKING:
     from mgeo_attitude.view.protocol import ManeuverProblem
 
 
-def maneuvers_figure(problem: ManeuverProblem, solutions: Solutions) -> go.Figure:
+def maneuvers_figure(
+    problem: ManeuverProblem, solutions: Solutions, held: Floats | None = None
+) -> go.Figure:
     """One row per solution, each with its own time axis: rates about body x, y and z.
 
-    The last rate is held from the end of the last maneuver to t_end, or longer for late flights, on
-    gray; a slew back follows.
+    The last rate is held from the end of the last maneuver, on gray, to t_end or until `held` [s],
+    shape (n,), for late flights; a slew back follows.
     """
     rows = len(solutions.F)
     titles = [
@@ -32,7 +33,7 @@ def maneuvers_figure(problem: ManeuverProblem, solutions: Solutions) -> go.Figur
         for label, (t_end, trace) in zip(solutions.labels, solutions.F, strict=True)
     ]
     figure = make_subplots(rows, 1, vertical_spacing=0.36 / rows, subplot_titles=titles)
-    held = held_until(problem, solutions.X, solutions.F[:, 0])
+    held = solutions.F[:, 0] if held is None else held
     for row, (x, until) in enumerate(zip(solutions.X, held, strict=True), 1):
         times, rates, over = timeline(problem, x, until)
         for axis, name in enumerate("xyz"):

@@ -15,13 +15,12 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import Flown
 from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.sensors.suite import block_units
-from mgeo_attitude.view.describe import checked_designs
 from mgeo_attitude.view.figures.convergence import sample_steps
 from mgeo_attitude.view.figures.motion import directions, motion
 from mgeo_attitude.view.figures.polyline import corners
 from mgeo_attitude.view.figures.sphere import OUTLINE, circle, graticule, projected
 from mgeo_attitude.view.figures.style import line, title
-from mgeo_attitude.view.promises import held_until
+from mgeo_attitude.view.plans import Plans
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario import Scenario
@@ -36,17 +35,12 @@ _CHUNK_FLOATS = 2**23
 _SHADOW = "rgba(128,128,128,0.22)"
 
 
-def solution_figures(problem: ManeuverProblem, X: Floats) -> Iterator[dict[str, go.Figure]]:
-    """For each design, shape (n, n_var): rates, directions of Sun and field, attitude, 1-sigmas.
+def solution_figures(plans: Plans) -> Iterator[dict[str, go.Figure]]:
+    """For each plan: rates, directions of Sun and field, attitude, 1-sigmas.
 
-    Times in the Earth's shadow are shaded. A design whose covariance broke down has no figures.
-
-    Raises
-    ------
-    ValueError
-        If `X` has another number of columns.
+    Times in the Earth's shadow are shaded. A plan whose covariance broke down has no figures.
     """
-    designs = checked_designs(problem, X)
+    problem, designs, t_ends = plans.problem, plans.X, plans.exactly.t_end
     model = problem.model
     shadow = _shadow(problem)
     inertial = directions(problem.environment)
@@ -54,10 +48,8 @@ def solution_figures(problem: ManeuverProblem, X: Floats) -> Iterator[dict[str, 
     for start in range(0, len(designs), size):
         chunk = np.ascontiguousarray(designs[start : start + size])
         result = evaluate(model, chunk, problem.threads, history=True)
-        held = held_until(problem, chunk, result.t_end)
-        for x, t_end, until, variances in zip(
-            chunk, result.t_end, held, result.variances, strict=True
-        ):
+        times = (all_[start : start + size] for all_ in (t_ends, plans.held_until))
+        for x, t_end, until, variances in zip(chunk, *times, result.variances, strict=True):
             if not np.isfinite(t_end):
                 yield {}
                 continue

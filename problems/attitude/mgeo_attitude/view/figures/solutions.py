@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.accuracy import attitude_sigma_deg
-from mgeo_attitude.filter.evaluator import evaluate
-from mgeo_attitude.view.describe import checked_designs, nondominated
-
-if TYPE_CHECKING:
-    from mgeo_attitude.view.protocol import ManeuverProblem
-
+from mgeo_attitude.view.describe import nondominated
+from mgeo_attitude.view.plans import Plans
 
 #: Up to this many solutions are all looked at closely.
 MOST_CHOSEN = 6
@@ -43,13 +38,9 @@ class Solutions:
     labels: tuple[str, ...]
 
     @classmethod
-    def evaluated(cls, problem: ManeuverProblem, X: ArrayLike) -> Solutions:
-        """Evaluate designs, shape (n, n_var), and leave out those whose covariance broke down.
-
-        Raises a ValueError for another number of columns, or if no design is left.
-        """
-        designs = checked_designs(problem, X)
-        result = evaluate(problem.model, designs, problem.threads, covariance=True)
+    def of(cls, plans: Plans) -> Solutions:
+        """Those of plans whose covariance did not break down; a ValueError if there are none."""
+        designs, result = plans.X, plans.exactly
         F = np.column_stack([result.t_end, result.trace])
         rows = np.flatnonzero(np.isfinite(F).all(axis=1))
         if not rows.size:

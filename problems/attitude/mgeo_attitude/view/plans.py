@@ -1,0 +1,249 @@
+"""Plans of one scenario, evaluated once for all that is told of them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mgeo.plugins.view import View
+from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
+from mgeo_attitude.criteria.objectives import OBJECTIVES
+from mgeo_attitude.criteria.robustness import Flights, judged
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.scenario import FlightErrors
+from mgeo_attitude.view.protocol import ManeuverProblem
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: What `Plans.promises` asks for, in words.
+MOST_FLIGHTS = "9 of 10 flights"
+#: Plans of a front that are looked at: with 200 flights of each a second or two.
+MOST = 50
+
+
+class Exactly(NamedTuple):
+    """What n plans come to that are flown exactly.
+
+    Attributes
+    ----------
+    t_end, trace : arrays, shape (n,)
+        [s] and the weighted trace of the covariance then; NaN where that was lost.
+    covariance : array, shape (n, n_states, n_states)
+        Then.
+    """
+
+    t_end: Floats
+    trace: Floats
+    covariance: Floats
+
+
+class Times(NamedTuple):
+    """t_end [s] of a plan over flights, infinite if too few converge; None if nobody knows.
+
+    Attributes
+    ----------
+    kept
+        By most of 200 flights; None where it is no objective, or the covariance was lost.
+    promised
+        By the plan's problem over its own flights; None, too, if these are none.
+    """
+
+    kept: float | None = None
+    promised: float | None = None
+
+
+#: Of a plan that nobody has flown.
+UNKNOWN = Times()
+
+
+class Plans(View):
+    """Maneuver plans, shape (n, n_var), and what their evaluation gives, each when first asked for.
+
+    Those that are taken of others share what is known of them.
+    """
+
+    problem: ManeuverProblem
+
+    def __init__(self, problem: ManeuverProblem, X: ArrayLike) -> None:
+        super().__init__(problem, X)
+        self._known: dict[object, EvaluationCache] = {}
+
+    def take(self, rows: ArrayLike) -> Plans:
+        part = super().take(rows)
+        assert isinstance(part, Plans)  # as the problem's view is
+        part._known = self._known
+        return part
+
+    @cached_property
+    def exactly(self) -> Exactly:
+        """What they come to when they are flown exactly."""
+        n = self.problem.model.suite.n_states
+        found = np.split(self._exact_run, [1, 2, 2 + n * n], axis=1)
+        return Exactly(found[0][:, 0], found[1][:, 0], found[2].reshape(len(self.X), n, n))
+
+    @cached_property
+    def values(self) -> Floats:
+        """Objectives, constraints, and excesses over their limits, side by side.
+
+        Flown exactly, or over the flights of the problem.
+        """
+        problem = self.problem
+        if problem.flights is None:
+            return self._exact_run[:, 2 + problem.model.suite.n_states**2 :]
+        return self._cache("values").complete(self.X, problem.judged)
+
+    @cached_property
+    def _exact_run(self) -> Floats:
+        """`exactly` and, if the problem has no flights, the `values`, side by side."""
+        from mgeo_attitude.filter.evaluator import evaluate  # compiles
+
+        problem = self.problem
+
+        def run(X: Floats) -> Floats:
+            ran = evaluate(problem.model, X, problem.threads, covariance=True)
+            known = [
+                ran.t_end,
+                ran.trace,
+                ran.covariance.reshape(len(X), problem.model.suite.n_states**2),
+            ]
+            if problem.flights is None:
+                known.append(problem.valued(problem.model, ran))
+            return np.column_stack(known)
+
+        return self._cache("exactly").complete(self.X, run)
+
+    def _cache(self, of: object) -> EvaluationCache:
+        return self._known.setdefault(of, EvaluationCache(forget=False))
+
+    @property
+    def promised(self) -> Floats:
+        """Objectives, flown exactly or over the flights of the problem, shape (n, n_obj)."""
+        return self.values[:, : self.problem.n_obj]
+
+    @cached_property
+    def kept(self) -> Floats:
+        """Objectives that most of 200 other flights keep, shape (n, n_obj)."""
+        return self._kept()
+
+    def _kept(self, flights: int = 200, share: float = 0.9, seed: int | None = None) -> Floats:
+        problem = self.problem
+        errors = problem.scenario.flight or FlightErrors()
+        errors = dataclasses.replace(
+            errors,
+            count=flights,
+            seed=errors.seed + 1 if seed is None else seed,
+            quantile=share,
+            mean=False,
+        )
+
+        def run(X: Floats) -> Floats:
+            flown = problem.flown(Flights(problem.scenario, problem.model, errors), X)
+            return judged(flown, problem.n_obj, errors)[:, : problem.n_obj]
+
+        return self._cache(errors).complete(self.X, run)
+
+    def promises(
+        self, flights: int = 200, share: float = 0.9, seed: int | None = None
+    ) -> pd.DataFrame:
+        """What plans promise, and what a share of other flights keeps.
+
+        A promise is the value of an objective of the problem: flown exactly, or over its own
+        flights. The others are drawn anew from the scenario's ``flight`` errors, or from their
+        defaults.
+
+        Parameters
+        ----------
+        seed : int, optional
+            Of the others; default: the next after that of the problem's own.
+
+        Returns
+        -------
+        DataFrame
+            A row a plan; for each objective the columns ``promised LABEL``, ``kept LABEL`` and, of
+            both, ``kept / promised LABEL``.
+        """
+        import pandas as pd
+
+        columns: dict[str, Floats] = {}
+        both = zip(
+            self.problem.obj_names, self.promised.T, self._kept(flights, share, seed).T, strict=True
+        )
+        for label, told, found in both:
+            columns |= {f"promised {label}": told, f"kept {label}": found}
+            columns[f"kept / promised {label}"] = found / told
+        return pd.DataFrame(columns)
+
+    @cached_property
+    def times(self) -> list[Times]:
+        """The `Times` of each plan."""
+        problem = self.problem
+        if "t_end" not in problem.objectives:
+            return [UNKNOWN] * len(self.X)
+        place = problem.obj_names.index(OBJECTIVES["t_end"].label)
+        longest = problem.model.longest
+
+        def told(found: Floats) -> list[float | None]:
+            times = found[:, place].tolist()
+            return [None if t != t else math.inf if t >= longest else t for t in times]
+
+        own = told(self.promised) if problem.scenario.flight else [None] * len(self.X)
+        return [Times(*both) for both in zip(told(self.kept), own, strict=True)]
+
+    @cached_property
+    def held_until(self) -> Floats:
+        """Until when plans are flown before they end or slew back [s], shape (n,).
+
+        One that promises a time over flights is flown until the later of what it promises and what
+        most flights keep; until the end of the scenario, if too few converge. Any other is flown
+        exactly, until t_end. NaN where the covariance was lost.
+        """
+        problem, t_end = self.problem, self.exactly.t_end
+        if not problem.scenario.flight:
+            return t_end
+        longest = problem.model.longest
+        late = np.array(
+            [[min(time or 0.0, longest) for time in found] for found in self.times], dtype=float
+        ).reshape(-1, 2)
+        steps = np.ceil(late.max(axis=1) / problem.model.step - 1e-9)  # a mean may be on none
+        held: Floats = np.maximum(t_end, steps * problem.model.step)
+        return held
+
+    @cached_property
+    def ends(self) -> Floats:
+        """When plans end [s], shape (n,).
+
+        That is `held_until` or, with a slew back, when that ends, some 25 ms a plan: infinite where
+        there is no way back within the scenario's duration. NaN where the covariance was lost.
+        """
+        problem, t_end = self.problem, self.exactly.t_end
+        if not problem.scenario.maneuvers.slew_back:
+            return self.held_until
+        from mgeo_attitude.maneuvers.trajectory import Trajectory  # imports scipy
+
+        found = np.full(len(self.X), np.nan)
+        for i in np.flatnonzero(np.isfinite(t_end)):
+            times = float(t_end[i]), float(self.held_until[i])
+            trajectory = Trajectory(problem.scenario, problem.model, self.X[i], *times)
+            try:
+                found[i] = trajectory.end
+            except InvalidValue:
+                found[i] = math.inf
+        return found
+
+
+def spread(n: int) -> Ints:
+    """Rows of n that are looked at, up to `MOST` at even distances."""
+    rows: Ints = np.unique(np.linspace(0, n - 1, min(n, MOST)).round().astype(np.int64))
+    return rows
+
+
+def looked_at(rows: Ints, n: int) -> str:
+    """How many of a front of n these are, in words."""
+    return f"{len(rows)} plans" if len(rows) == n else f"{len(rows)} plans looked at"
