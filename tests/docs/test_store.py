@@ -1,7 +1,9 @@
 """`docs/studies/store.py` keeps what a study found, small."""
 
 import json
+import re
 import runpy
+import tarfile
 from pathlib import Path
 
 import numpy as np
@@ -76,7 +78,11 @@ def test_a_folder_without_results_is_refused(store, tmp_path):
 
 @pytest.mark.parametrize(
     "path",
-    sorted(path for path in STUDIES.glob("*.toml") if path.with_suffix(".md").exists()),
+    sorted(
+        path
+        for path in STUDIES.glob("*.toml")
+        if path.with_suffix(".md").exists() and path.stem != "coco"  # kept in COCO's own form
+    ),
     ids=lambda path: path.stem,
 )
 def test_results_are_kept_of_every_study_with_a_page(path):
@@ -93,3 +99,20 @@ def test_results_are_kept_of_every_study_with_a_page(path):
         table = pd.read_csv(folder / "table.csv")
         assert table["evaluations"].max() == data["evaluations"]
         assert sum(file.stat().st_size for file in folder.iterdir()) < 2_000_000
+
+
+def test_data_for_coco_are_kept_of_every_run():
+    """Each function's `.info` says how many evaluations were logged of which instance."""
+    study = read_study(STUDIES / "coco.toml")
+    (algorithm,) = study.algorithms
+    found = {}
+    with tarfile.open(STUDIES / "data" / "coco" / f"{algorithm.label}.tgz") as kept:
+        for name in kept.getnames():
+            if name.endswith(".info"):
+                text = kept.extractfile(name).read().decode()
+                found[name.split("/")[1]] = re.search(r"(\d+):(\d+)\|", text).groups()
+    for each in study.problems:
+        suite, function, dimension, instance = each.name.removeprefix("coco:").split("/")
+        folder = f"{suite}-{function}-{dimension}-{instance}-seed1"
+        assert found.pop(folder) == (instance[1:], str(study.evaluations * int(dimension[1:])))
+    assert not found
