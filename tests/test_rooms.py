@@ -33,6 +33,7 @@ OF_ATTITUDE = {
     "maneuvers": {"fields", "scenario"},
     "filter": {"fields", "geometry", "environment", "sensors", "scenario", "maneuvers"},
     "bound": {"geometry", "scenario", "sensors", "filter"},
+    "refine": {"criteria", "filter", "maneuvers", "scenario"},
     "criteria": {
         *("environment", "fields", "filter", "geometry", "maneuvers", "scenario", "sensors")
     },

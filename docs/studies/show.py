@@ -100,6 +100,15 @@ def functions_ahead(name: str, rivals: Sequence[str], budgets: Sequence[int]) ->
     return table(pd.DataFrame(rows).T.rename_axis("rival: evaluations per variable"))
 
 
+def mean_values(name: str, budgets: Sequence[int]) -> Markdown:
+    """Mean hypervolume over the problems of a study after each budget, 0 where there is none."""
+    values = pd.read_csv(HERE / "data" / name / "values.csv")
+    names = [algorithm.label for algorithm in read_study(HERE / f"{name}.toml").algorithms]
+    means = values[names].clip(lower=0.0).groupby(values["evaluations"]).mean().loc[list(budgets)]
+    texts = means.map("{:.3f}".format).set_axis([f"{each:,}" for each in budgets])
+    return table(texts.T.rename_axis("algorithm"))
+
+
 def table(values: pd.DataFrame) -> Markdown:
     """A table as the page's own, with no break within mean ± standard deviation."""
     return Markdown(markdown(values).replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}"))

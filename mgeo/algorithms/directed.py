@@ -66,72 +66,56 @@ class DirectedState(RunState):
 
 
 class MGEODirected(ExtremalOptimization):
-    """Extremal optimization by walkers with weight vectors and a donor pool.
+    """Extremal optimization by walkers that head each for its own part of the front.
 
-    Variables are real, or, with `Problem(vars=...)`, integers, bits and choices beside them.
+    As in MGEO_real, a walker tries a change of each of some variables, ranks what comes out, and
+    accepts the change of rank k with a probability proportional to k^-tau, be it better or not.
+    Four things are different:
 
-    As in MGEO_real, every variable of a walker gives one candidate, the candidates are ranked,
-    and one is accepted with a probability proportional to k^-tau, be it better or not. Different
-    are what they are ranked by, how a candidate is made, and that a walker may go back:
+    - **A goal of its own.** A walker ranks by the distance along its weight vector (weighted
+      Tchebycheff, scaled by the front found so far). A share of them has extreme weights, of one
+      objective alone; the others are spread between these extremes.
+    - **Three kinds of candidates.** Momentum: on as the step that led to the walker's best point,
+      and towards a point of the archive, in all variables (a particle swarm's move; Zhang et al.
+      2018). Difference: by a fraction of that between two points of the archive or bests of
+      walkers, in many variables (differential evolution's; Storn & Price 1997). Or a normal step,
+      mostly of one variable.
+    - **Return.** After most generations a walker goes back to its best point, or, more rarely, to
+      the archive's nearest along its weight vector.
+    - **Restart.** Without progress it begins anew: with other weights, or, where it minimizes one
+      objective alone and local optima are many, at a random point.
 
-    - A walker has a weight vector and ranks by the distance along it (weighted Tchebycheff, scaled
-      by the front that the run has found so far) in place of an objective drawn at random. Some
-      walkers have extreme weights, of one objective alone; the others are spread evenly between
-      the extremes, at first.
-    - A candidate changes its variable, and others with some probability: either by normal steps,
-      as wide as the bounds down to a thousandth of that, or by a fraction of the difference
-      between two points of the donor pool (differential evolution's move; Storn & Price 1997).
-      The donor pool are the points of the archive and the incumbents of the walkers. Such
-      candidates can also be pulled to the archived point nearest along the weight vector.
-    - Most candidates, a share `momentum`, change all variables instead: they go on as the step that
-      led to the walker's incumbent, and towards an archived point: the nearest along the weight
-      vector, of all or of a few at random (particle swarms' move; Zhang et al. 2018). Walkers with
-      extreme weights go only towards points within a step: what is farther may be near another
-      local optimum.
-    - Of integers and bits steps are rounded; a choice that would move takes the option of a donor,
-      or any other one (`mgeo.algorithms.steps`).
-    - A walker now and then returns to its incumbent, its own best point, and more rarely migrates
-      to the archived point that is nearest along its weight vector.
-    - A walker without progress restarts: at a random point if its weights are extreme, where local
-      optima are many; otherwise with another weight vector, from the archive's nearest point.
-
-    Walkers are therefore not independent: a walker's path depends on the others. All numbers but
-    random points to start at come from the algorithm's one random stream. A generation costs
-    n_walkers x min(n_var, max_candidates) evaluations; nothing depends on the termination. With
-    one objective all walkers minimize it.
+    Variables are real, or, with `Problem(vars=...)`, integers, bits and choices beside them: steps
+    are rounded then, and a choice takes the option of a donor (`mgeo.algorithms.steps`). A
+    generation costs n_walkers x min(n_var, max_candidates) evaluations; nothing depends on the
+    termination. With one objective all walkers minimize it.
 
     Parameters
     ----------
-    tau : selection pressure, >= 0: the candidate of rank k is accepted with probability ~ k^-tau.
+    tau : selection pressure, >= 0.
     n_walkers : number of walkers.
-    extreme_weights : share of the walkers that minimize a single objective, in [0, 1].
-    difference : shares of the candidates made by differences, in [0, 1]: of walkers between the
-        extremes, and of those with extreme weights.
-    coupling : mean probabilities that a candidate changes also each of the other variables: made
-        by normal steps, and made by differences. Each candidate draws its own (`joint_steps`).
-    widths : smallest and largest standard deviation of normal steps, as a fraction of the width
-        of the bounds; each candidate's is log-uniform between them.
-    return_to_best : probability a generation that a walker returns to its incumbent.
-    migrate : probabilities a generation that a walker migrates to the archive's nearest point
-        instead: of those between the extremes, and of those with extreme weights. The latter had
-        better be rare: an extreme may have many local optima, and each walker its own.
-    restart : numbers of generations without progress after which a walker restarts, >= 1: of
-        those between the extremes, and of those with extreme weights.
-    max_candidates : largest number of candidates of a walker; with more variables than that, so
-        many of them are drawn at random each generation.
+    extreme_weights : share of the walkers that minimize one objective alone, in [0, 1].
+    difference : shares of the candidates made by differences, of those without momentum, in
+        [0, 1]. Of this pair and others, the first is for walkers between the extremes, the second
+        for those at them, unless it says otherwise.
+    coupling : mean probabilities that a normal step, and that a difference, changes also each of
+        the other variables; each candidate draws its own (`joint_steps`).
+    widths : smallest and largest standard deviation of normal steps, of the bounds' width.
+    return_to_best : probability a generation that a walker returns to its best point.
+    migrate : probabilities a generation that it goes to the archive's nearest point instead; rare
+        at the extremes, where each walker may have a local optimum of its own.
+    restart : generations without progress after which a walker restarts, >= 1.
+    max_candidates : largest number of candidates a walker; of more variables they are drawn.
     bounds : what becomes of a step that leaves them: "clip" to the bound, "reflect" from it, or
         "resample", drawn anew until it stays inside (`mgeo.algorithms.bounds`).
-    attract : share of those made by differences that move also towards the archive's point nearest
-        along the walker's weight vector, and the mean probability that they change each of the
-        other variables.
-    momentum : shares of the candidates that go on as the step that led to the incumbent, in [0, 1]
-        (`momentum_steps`), likewise; with extreme weights those among them whose target is within
-        a step. What the parameters above say of how candidates are made is true of the others.
-    targets : of steps with momentum, the share that is drawn to the nearest of all archived points,
-        in [0, 1], and c >= 0: others are drawn to the nearest of c sqrt(n) random ones, n being
-        the archive's points, and of one at least.
-    progress : smallest and largest share of the front's extent that an incumbent must come nearer
-        by, to count as progress; between them it is 0.1 / n, less as the archive fills.
+    attract : share of the differences that move also towards the archive's nearest point, and the
+        mean probability that these change each of the other variables.
+    momentum : shares of the candidates with momentum, in [0, 1] (`momentum_steps`); at the
+        extremes only where the point that they are drawn to is within a step.
+    targets : share of the steps with momentum that is drawn to the nearest of all archived points,
+        and c >= 0: the others to the nearest of c sqrt(n) random ones of n, and of one at least.
+    progress : smallest and largest share of the front's extent by which a best point must come
+        nearer, to count as progress; between them it is 0.1 / n.
     options : `sampling` and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and
         those of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...

@@ -205,6 +205,11 @@ def test_the_tables_of_flights_and_rules_are_read():
     assert (rule.convergence.rule, rule.convergence.factor) == ("settling", 1.25)
 
 
+def test_the_scenario_of_the_engineers_question():
+    (asked,) = (Scenario.from_toml(text) for text in blocks("how-good.md", "toml"))
+    assert (asked.convergence.rule, asked.maneuvers.count) == ("end", 6)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
@@ -216,6 +221,7 @@ def test_the_tables_of_flights_and_rules_are_read():
         "plan-again.md",
         "too-sure.md",
         "robust.md",
+        "how-good.md",
     ],
 )
 def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):
@@ -224,6 +230,9 @@ def test_the_python_of_a_page(name, tmp_path, monkeypatch, capsys):
     names = {"__name__": "page"}
     for code in blocks(name, "python"):
         exec(code, names)
+    if name == "how-good.md":
+        least = names["limit"](names["scenario"]).at(names["t_end"])
+        assert ((names["trace"] / least)[names["t_end"] > 900.0] < 1.15).all()
     if name == "start-research.md":
         assert (tmp_path / "anytime.html").stat().st_size > 1000
         assert (names["measured"] < 1.0).all(axis=1).any()

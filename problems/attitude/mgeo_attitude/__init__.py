@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from mgeo_attitude.filter.model import FilterModel
     from mgeo_attitude.filter.reference import agreement, reference_run
     from mgeo_attitude.problem import AttitudeManeuverProblem
+    from mgeo_attitude.refine import polish, split, without_unneeded
     from mgeo_attitude.scenario import Scenario, scenario_schema
     from mgeo_attitude.scenario.validity import validity
     from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
@@ -38,9 +39,12 @@ __all__ = [
     "evaluate",
     "filter_history",
     "limit",
+    "polish",
     "reference_run",
     "scenario_schema",
+    "split",
     "validity",
+    "without_unneeded",
 ]
 
 _HOMES = {
@@ -53,6 +57,7 @@ _HOMES = {
     "mgeo_attitude.filter.reference": ("agreement", "reference_run"),
     "mgeo_attitude.sensors.suite": ("Suite",),
     "mgeo_attitude.problem": ("AttitudeManeuverProblem",),
+    "mgeo_attitude.refine": ("polish", "split", "without_unneeded"),
     "mgeo_attitude.scenario": ("Scenario", "scenario_schema"),
     "mgeo_attitude.sensors": ("Gyro", "Magnetometer", "Sensor", "StarTracker", "SunSensor"),
 }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
 from pathlib import Path
@@ -256,6 +256,24 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         return AttitudeManeuverProblem(
             dataclasses.replace(self.scenario, flight=flight), threads=self.threads
         )
+
+    def starts(self, n: int, random_state: np.random.Generator) -> Floats:
+        """Designs to begin a search with, shape (n, n_var); see `refine.starts`."""
+        from mgeo_attitude.refine import starts  # compiles
+
+        return starts(self, n, random_state)
+
+    def refine(self, X: ArrayLike) -> Iterator[Floats]:
+        """Better ones in the place of designs, shape (n, n_var), bit by bit; see `refine.polish`.
+
+        Raises
+        ------
+        ValueError
+            For other objectives than the time and one that tells how much is known.
+        """
+        from mgeo_attitude.refine import polish_steps  # compiles
+
+        return polish_steps(self, X)
 
     def view(self, X: ArrayLike) -> ManeuverView:
         """What people are shown of plans, shape (n, n_var), each evaluated once."""

@@ -23,7 +23,7 @@ def X():
     return designs(np.random.default_rng(21), 16, max_duration=300.0)
 
 
-@pytest.mark.parametrize("rule", ["required", "settling"])
+@pytest.mark.parametrize("rule", ["required", "settling", "end"])
 def test_the_kernel_ends_where_the_reference_does(short, rule, X):
     model = ruled(short, rule)
     assert_agrees(model, X)
@@ -62,7 +62,36 @@ def test_required_is_the_time_from_which_on_all_is_met(short, X):
         assert (history.t_end, history.converged) == (longest, False)
 
 
-@pytest.mark.parametrize("rule", ["required", "settling"])
+def test_a_plan_ends_with_its_last_maneuver_or_with_the_run(short, X):
+    model = ruled(short, "end")
+    X = np.vstack([X, 0.0 * X[0]])
+    X[0, 3::4], X[1, 3::4] = [600.0, 600.0, 50.0], [99.0, 0.5, 0.5]
+    result = evaluate(model, X)
+    expected = np.ceil(X[:, 3::4].sum(axis=1) / model.step) * model.step
+    np.testing.assert_array_equal(result.t_end, np.clip(expected, model.step, model.longest))
+    assert (result.t_end[[0, 1, -1]] == [model.longest, 100.0, model.step]).all()
+
+
+def test_a_run_until_a_step_is_the_beginning_of_the_whole_one(short, X):
+    model = ruled(short, "trace")
+    whole = evaluate(model.endless, X, history=True)
+    until = np.r_[1, 7, 300, 600, np.arange(40, 40 + 12 * 37, 37)]
+    result = evaluate(model, X, covariance=True, until=until)
+    np.testing.assert_array_equal(result.t_end, model.step * until)
+    variances = whole.variances[np.arange(len(X)), until]
+    np.testing.assert_array_equal(np.diagonal(result.covariance, axis1=1, axis2=2), variances)
+    np.testing.assert_allclose(result.trace, variances @ model.weights, rtol=1e-14)
+
+
+def test_one_plan_may_end_at_several_steps(short, X):
+    model = ruled(short, "trace")
+    until = np.array([500, 20, 90, 500, 600])
+    together = evaluate(model, np.repeat(X[:1], 5, axis=0), until=until)
+    alone = [evaluate(model, X[0], until=each).trace[0] for each in until]
+    np.testing.assert_array_equal(together.trace, alone)
+
+
+@pytest.mark.parametrize("rule", ["required", "settling", "end"])
 def test_results_do_not_depend_on_batch_or_threads(short, rule):
     model = ruled(short, rule)
     X = np.repeat(designs(np.random.default_rng(22), 10, 400.0), 3, axis=0)

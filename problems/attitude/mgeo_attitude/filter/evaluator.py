@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import warnings
 from collections.abc import Sequence
@@ -76,6 +77,7 @@ def evaluate(
     covariance: bool = False,
     variants: Sequence[FilterModel] = (),
     which: Ints | None = None,
+    until: ArrayLike | None = None,
 ) -> Evaluation:
     """Run the covariance filter over every design, shape (n, 4 m).
 
@@ -98,6 +100,9 @@ def evaluate(
         Default: the model itself.
     which : array of int, shape (n,), optional
         The variant that flies each design; default: the first.
+    until : array_like of int, shape (n,) or (), optional
+        Steps at which runs end, from 1 to n_steps, in place of the rule of convergence: a maneuver
+        that lasts longer is cut short, the last rate is held.
 
     Raises
     ------
@@ -111,8 +116,15 @@ def evaluate(
     variants = variants or [model]
     check_variants(model, variants)
     flown_by = np.zeros(n, dtype=np.int64) if which is None else np.asarray(which, dtype=np.int64)
+    if until is None and model.rule == "end":
+        until = np.clip(plan.over, 1, model.n_steps)
     stops, run = np.full(n, model.n_steps), partial(_run, model, variants, flown_by, plan, threads)
-    if model.rule != "trace":
+    if until is not None:
+        stops[:] = until
+        # all that lasts until then, so that designs of one plan and other ends are told apart
+        plan_until = dataclasses.replace(plan, over=stops)
+        run = partial(_run, model.unending, variants, flown_by, plan_until, threads)
+    elif model.rule != "trace":
         run = partial(_run, model.endless, variants, flown_by, plan, threads)
         whole = run(stops, factor=model.factor)
         settled = whole.settled if model.rule == "settling" else _required_from(whole)

@@ -88,8 +88,9 @@ class FilterModel:
         did not rise.
     allow_rise : bool
         Whether it has converged, too, when the trace rose.
-    rule : {"trace", "required", "settling"}
-        Whether that is the rule at all, or the end of a run tells from when on it was converged.
+    rule : {"trace", "required", "settling", "end"}
+        Whether that is the rule at all, or the end of a run tells from when on it was converged, or
+        a run ends with the last maneuver.
     factor : float
         Within which of its last value a trace has settled.
     initial_attitude : array, shape (3, 3)
@@ -213,10 +214,18 @@ class FilterModel:
         """The t_end of a run that does not converge [s]."""
         return self.n_steps * self.step
 
-    @property
+    @cached_property
     def endless(self) -> FilterModel:
         """The same filter, run for the whole duration: its window is longer than that."""
         return dataclasses.replace(self, window_steps=self.n_steps + 1, rule="trace")
+
+    @cached_property
+    def unending(self) -> FilterModel:
+        """The same filter, which no trace stops."""
+        # within one step no trace falls by less than nothing
+        return dataclasses.replace(
+            self, window_steps=1, relative_decrease=0.0, allow_rise=False, rule="trace"
+        )
 
     @property
     def initial_covariance(self) -> Floats:

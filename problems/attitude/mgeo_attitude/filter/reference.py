@@ -131,6 +131,8 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
 
 def _converged_from(model: FilterModel, trace: list[float], sigma: list[Floats]) -> int:
     """Step from which on the rule's condition holds for the rest of a whole run."""
+    if model.rule == "end":
+        return 1  # whatever is known then
     if model.rule == "settling":
         broken = np.flatnonzero(np.array(trace) > model.factor * trace[-1])
     else:

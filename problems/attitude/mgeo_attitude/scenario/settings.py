@@ -32,13 +32,14 @@ class ManeuverLimits(Validated):
 
 @dataclass(frozen=True, kw_only=True)
 class Convergence(Validated):
-    """When the filter counts as converged, but not before all maneuvers are over."""
+    """When a plan ends: with its last maneuver, or later, once the filter has converged."""
 
     rule: str = quantity(
         "trace",
-        choices=("trace", "required", "settling"),
+        choices=("trace", "required", "settling", "end"),
         doc="what tells: the trace over a window; from when on required_sigma is met until the end "
-        "of duration; or from when on the trace stays within a factor of what it is then",
+        "of duration; from when on the trace stays within a factor of what it is then; or the end "
+        "of the last maneuver alone",
     )
     factor: float = quantity(1.25, low=1.0, open_low=True, doc="that factor, for the rule settling")
     window: float = positive(300.0, unit="s", doc="window, a multiple of the step")

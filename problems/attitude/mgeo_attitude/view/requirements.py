@@ -25,7 +25,7 @@ def remarks(plans: Plans, these: str) -> list[str]:
     problem, X = plans.problem, plans.X
     scenario, model = problem.scenario, problem.model
     rule = scenario.convergence.rule
-    if not scenario.required_sigma or rule == "settling":
+    if not scenario.required_sigma or rule in ("settling", "end"):
         return []
     from mgeo_attitude.filter.evaluator import evaluate  # compiles
 

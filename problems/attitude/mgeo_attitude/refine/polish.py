@@ -1,0 +1,222 @@
+"""A front of plans made better one by one, by the slopes of what is known at their ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
+from mgeo_attitude.refine.at_time import AtTime, ending_at, smooth_objective, stretched
+from mgeo_attitude.refine.descent import descend
+from mgeo_attitude.refine.held import held_rates
+from mgeo_attitude.refine.judging import Judge, PlanProblem, at_time, judged_by
+from mgeo_attitude.refine.splitting import without_unneeded
+from mgeo_attitude.refine.starts import receding_horizon
+
+#: Plans of a front that are polished, and iterations for each.
+MOST, ITERATIONS = 24, 15
+#: How many times as many, with as much less of them, follow between those.
+_BETWEEN = 3
+#: Of the rates held after a plan those that are judged, over flights, and tried at other times.
+_JUDGED, _FLOWN, _TRIED = 16, 4, 6
+#: Share of the longest run before which plans are not polished.
+_EARLIEST = 0.02
+#: Polished plans from which others begin.
+_NEAREST = 3
+
+
+def polish(
+    problem: PlanProblem, designs: ArrayLike, most: int = MOST, iterations: int = ITERATIONS
+) -> Floats:
+    """Plans that end no later than those given and know more then, row by row.
+
+    Of a front, `most` plans at even ratios of their times are polished, in the order of these. Each
+    begins from the best of itself, those before and a `receding_horizon`; then as many between them
+    as it takes to have three times `most`, with a third of the iterations. By the rule "trace" of
+    convergence what is polished is what a plan knows a window before its end; then it holds a rate
+    by which the rule finds it converged. What is found is tried at the times of all others, too,
+    and at last maneuvers that are of no use are left out. A row for which nothing better was found,
+    or that would break a limit, stays as it is.
+
+    Where plans are judged over flights, slopes are those of plans flown exactly; the flights tell
+    whether what is found is better.
+
+    Parameters
+    ----------
+    problem : AttitudeManeuverProblem
+        Whose objectives are the time and one that tells how much is known.
+    designs : array_like, shape (n, 4 m)
+        Within the problem's bounds.
+    most, iterations : int
+        How many plans are polished, and the most iterations for each.
+
+    Returns
+    -------
+    array, shape (n, 4 m)
+
+    Raises
+    ------
+    ValueError
+        For a problem with other objectives.
+    """
+    found = np.atleast_2d(np.array(designs, dtype=float))
+    for better in polish_steps(problem, found, most, iterations):
+        found = better
+    return found
+
+
+def polish_steps(
+    problem: PlanProblem, designs: ArrayLike, most: int = MOST, iterations: int = ITERATIONS
+) -> Iterator[Floats]:
+    """What `polish` has after each plan, each table as good as the one before or better."""
+    at, judge = at_time(problem, smooth_objective(problem.objectives)), judged_by(problem)
+    found = np.atleast_2d(np.array(designs, dtype=float))
+    if not found.size:
+        return
+    time = problem.objectives.index("t_end")
+    order = [time, 1 - time]
+
+    def in_order(designs: Floats) -> tuple[Floats, Floats]:
+        F, violation = judge(designs)
+        return F[:, order], violation
+
+    flown = problem.scenario.flight is not None
+    front = _Front(at, in_order, found, *in_order(found))
+    learned: list[Floats] = []
+    shapes: list[Floats] = []
+    done: set[int] = set()
+    for rows, each in ((most, iterations), (_BETWEEN * most, -(-iterations // _BETWEEN))):
+        for row in _spread(front.F[:, 0], rows, _EARLIEST * at.model.longest):
+            ends = _learning(at, front.F[row, 0])
+            if ends is None or row in done:
+                continue
+            begins = _begins(at, front.X[row], learned, ends, horizon=rows == most)
+            best = begins[at.best(begins, ends)]
+            learned.append(descend(at, best, ends, each))
+            better = _ended(at, learned[-1])
+            front.take(better[: _FLOWN if flown else _JUDGED])
+            shapes.extend(better[:_TRIED])
+            done.add(int(row))
+            yield front.X.copy()
+    if shapes and not flown:
+        front.take(_at_other_times(at, shapes, front.F[:, 0]))
+        yield front.X.copy()
+        yield without_unneeded(problem, front.X)
+
+
+@dataclass
+class _Front:
+    """Plans, their times and values, and by how much they violate limits."""
+
+    at: AtTime
+    judge: Judge
+    X: Floats
+    F: Floats
+    violation: Floats
+
+    def take(self, designs: Floats) -> None:
+        """Let designs take the place of rows that end no sooner and know less, within limits."""
+        if not len(designs):
+            return
+        F, violation = self.judge(designs)
+        sound = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0))
+        order = sound[np.lexsort((F[sound, 1], F[sound, 0]))]
+        least = np.minimum.accumulate(F[order, 1])
+        # only those that know more than all that end no later
+        order = order[np.diff(least, prepend=np.inf) < 0.0]
+        place = np.searchsorted(F[order, 0], self.F[:, 0], side="right") - 1
+        rows = np.flatnonzero(place >= 0)
+        best = order[place[rows]]
+        better = (F[best, 1] < self.F[rows, 1]) | (self.violation[rows] > 0.0)
+        rows, best = rows[better], best[better]
+        self.X[rows], self.F[rows], self.violation[rows] = designs[best], F[best], 0.0
+
+
+def _spread(times: Floats, most: int, earliest: float) -> Ints:
+    """Rows whose times are at about even ratios, the earliest first, at most so many."""
+    known = np.flatnonzero(np.isfinite(times) & (times >= earliest))
+    if not len(known):
+        return known
+    order = known[np.argsort(times[known], kind="stable")]
+    logs = np.log(times[order])
+    asked = np.linspace(logs[0], logs[-1], most)
+    nearest = np.unique(np.abs(logs[:, None] - asked).argmin(axis=0))
+    rows: Ints = order[nearest]
+    return rows
+
+
+def _holds(at: AtTime) -> bool:
+    """Whether the last maneuver is there to converge, and not to learn."""
+    return at.model.rule == "trace" and at.scenario.maneuvers.count > 1
+
+
+def _learning(at: AtTime, t_end: float) -> int | None:
+    """The step until which a plan that ends at a time [s] learns; None if there is none."""
+    if not np.isfinite(t_end):
+        return None
+    steps = round(t_end / at.model.step) - (at.model.window_steps if _holds(at) else 0)
+    return steps if steps >= 2 else None
+
+
+def _begins(
+    at: AtTime, design: Floats, learned: list[Floats], steps: int, *, horizon: bool
+) -> Floats:
+    """Plans to begin the polish for a time from, shape (k, 4 m)."""
+    time, longest = steps * at.model.step, at.scenario.maneuvers.max_duration
+    count = design.size // VARIABLES_PER_MANEUVER - _holds(at)
+    found = [ending_at(design[: VARIABLES_PER_MANEUVER * count], time, longest)]
+    if horizon:
+        found.append(receding_horizon(at, count, time))
+    for plan in _nearest(at, learned, time, _NEAREST):
+        found += [ending_at(plan, time, longest), stretched(plan, time / _total(plan), longest)]
+    return np.array(found)
+
+
+def _nearest(at: AtTime, plans: list[Floats], time: float, most: int) -> list[Floats]:
+    """Of plans that last, the few that last about as long as a time."""
+    known = [plan for plan in plans if _total(plan) >= at.model.step]
+    far = [abs(np.log(_total(plan) / time)) for plan in known]
+    return [known[i] for i in np.argsort(far, kind="stable")[:most]]
+
+
+def _ended(at: AtTime, learned: Floats) -> Floats:
+    """What is learned, with rates held until the filter has converged, the best first."""
+    if not _holds(at):
+        return learned[None]
+    held = held_rates(learned, at.scenario.maneuvers.max_rate_deg_s)
+    result = evaluate(at.model, held, at.threads)
+    excesses = [each.excesses(result) for each in at.limits]
+    worst = np.concatenate([*excesses, np.zeros((1, len(held)))]).max(axis=0)
+    # of those that converge soonest each that knows more than all before
+    order = np.lexsort((result.trace, result.t_end, worst))
+    least = np.minimum.accumulate(np.nan_to_num(result.trace[order], nan=np.inf))
+    ended: Floats = held[order[np.diff(least, prepend=np.inf) < 0.0]]
+    return ended
+
+
+def _at_other_times(at: AtTime, shapes: list[Floats], times: Floats) -> Floats:
+    """Polished plans as they are made longer or shorter, or cut, to end at other times."""
+    longest, held = at.scenario.maneuvers.max_duration, VARIABLES_PER_MANEUVER * _holds(at)
+    tried = []
+    for t_end in np.unique(times):
+        steps = _learning(at, t_end)
+        if steps is None:
+            continue
+        time = steps * at.model.step
+        for shape in _nearest(at, shapes, time, _TRIED):
+            body, tail = np.split(shape, [shape.size - held])
+            longer = stretched(body, time / _total(shape), longest)
+            tried += [np.append(each, tail) for each in (ending_at(body, time, longest), longer)]
+    if not tried:
+        return np.empty((0, shapes[0].size))
+    distinct: Floats = np.unique(np.array(tried), axis=0)
+    return distinct
+
+
+def _total(design: Floats) -> float:
+    return float(design.reshape(-1, VARIABLES_PER_MANEUVER)[:, 3].sum())

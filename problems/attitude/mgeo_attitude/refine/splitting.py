@@ -1,0 +1,128 @@
+"""Plans of a few maneuvers as plans of more, and plans without maneuvers that are of no use."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mgeo_attitude._typing import Bools, Floats, Ints
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
+from mgeo_attitude.refine.judging import PlanProblem, judged_by
+
+
+def split(designs: ArrayLike, count: int) -> Floats:
+    """The same plans in `count` maneuvers: the longest is halved as often as it takes.
+
+    Parameters
+    ----------
+    designs : array_like, shape (n, 4 m)
+        Of at most `count` maneuvers.
+
+    Returns
+    -------
+    array, shape (n, 4 count)
+
+    Raises
+    ------
+    ValueError
+        For designs of more maneuvers, or those that `decode` refuses.
+    """
+    _, durations = decode(designs)
+    if durations.shape[1] > count:
+        raise ValueError(
+            f"designs of {durations.shape[1]} maneuvers: expected at most count = {count}"
+        )
+    table = np.atleast_2d(np.asarray(designs, dtype=float))
+    maneuvers = table.reshape(len(table), -1, VARIABLES_PER_MANEUVER)
+    rows = np.arange(len(table))
+    while maneuvers.shape[1] < count:
+        longest = maneuvers[:, :, 3].argmax(axis=1)
+        order = np.arange(maneuvers.shape[1] + 1)
+        maneuvers = maneuvers[rows[:, None], order - (order > longest[:, None])]
+        maneuvers[rows, longest, 3] /= 2.0
+        maneuvers[rows, longest + 1, 3] /= 2.0
+    return maneuvers.reshape(len(table), -1)
+
+
+def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
+    """Plans with fewer commands and values that are as good, in place of those with more.
+
+    A maneuver is left out where a neighbor takes its time and no objective is worse for it. Its
+    place in the design stays, with no duration and a neighbor's rate.
+
+    Parameters
+    ----------
+    problem : AttitudeManeuverProblem
+        By whose objectives and limits.
+    designs : array_like, shape (n, 4 m)
+
+    Returns
+    -------
+    array, shape (n, 4 m)
+    """
+    decode(designs)
+    found = np.atleast_2d(np.array(designs, dtype=float))
+    n, count = len(found), found.shape[1] // VARIABLES_PER_MANEUVER
+    if not n or count < 2:
+        return found
+    judge = judged_by(problem)
+    F, violation = judge(found)
+    rows, longest = np.arange(n), problem.scenario.maneuvers.max_duration
+    while len(rows):
+        left_out, which = _each_left_out(found[rows], longest)
+        if not len(which):
+            break
+        tried, kept = judge(left_out)
+        of = rows[which]
+        good = (tried <= F[of]).all(axis=1) & (kept <= violation[of])
+        # of several the one that is best in the last objective
+        order = np.lexsort((*tried[good].T, of[good]))
+        first, at = np.unique(of[good][order], return_index=True)
+        chosen = np.flatnonzero(good)[order][at]
+        found[first], F[first], violation[first] = left_out[chosen], tried[chosen], kept[chosen]
+        rows = first
+    return found
+
+
+def n_commands(designs: ArrayLike) -> Ints:
+    """To how many rates each design turns, one after the other, shape (n,)."""
+    rates, durations = decode(designs)
+    flown = _flown(durations)
+    counts = []
+    for own, each in zip(rates, flown, strict=True):
+        kept = own[each]
+        counts.append(1 + int((kept[1:] != kept[:-1]).any(axis=1).sum()))
+    return np.array(counts, dtype=np.int64)
+
+
+def _flown(durations: Floats) -> Bools:
+    """Maneuvers that last, and the last one, whose rate is held in any case; shape (n, m)."""
+    flown: Bools = durations > 0.0
+    flown[:, -1] = True
+    return flown
+
+
+def _each_left_out(designs: Floats, longest: float) -> tuple[Floats, Ints]:
+    """Designs without one of their flown maneuvers, whose time a neighbor takes; and of which.
+
+    None in which a maneuver would be longer than the `longest`.
+    """
+    n = len(designs)
+    maneuvers = designs.reshape(n, -1, VARIABLES_PER_MANEUVER)
+    flown = _flown(maneuvers[:, :, 3].copy())
+    found, which = [], []
+    for row in range(n):
+        places = np.flatnonzero(flown[row])
+        for left, right in pairwise(places.tolist()):
+            if maneuvers[row, [left, right], 3].sum() > longest:
+                continue
+            for keeps in (left, right):
+                changed = maneuvers[row].copy()
+                changed[right, 3] += changed[left, 3]
+                changed[left, 3] = 0.0
+                changed[left : right + 1, :3] = maneuvers[row, keeps, :3]
+                found.append(changed.ravel())
+                which.append(row)
+    return np.array(found).reshape(-1, designs.shape[1]), np.array(which, dtype=np.int64)

@@ -1,0 +1,86 @@
+"""Plans that are good from the first: stage by stage whichever rate teaches most until its end."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
+from mgeo_attitude.refine.at_time import AtTime
+from mgeo_attitude.refine.held import held_rates, rate_grid
+from mgeo_attitude.refine.judging import PlanProblem, at_time
+
+#: Stages shorter than this many steps are not worth a maneuver.
+_SHORTEST = 5
+
+
+def receding_horizon(at: AtTime, count: int, time: float) -> Floats:
+    """A plan of `count` maneuvers of equally many steps until about a time [s], shape (4 count,).
+
+    Each rate is the one, of a grid of seven about each axis, that leaves the least value at the
+    end of its own stage without breaking a limit on the way.
+    """
+    limits, step = at.scenario.maneuvers, at.model.step
+    rates = rate_grid(limits.max_rate_deg_s)
+    n_steps = max(int(min(time / count, limits.max_duration) / step), 1)
+    plan = np.empty((0, VARIABLES_PER_MANEUVER))
+    for stage in range(1, count + 1):
+        end = min(stage * n_steps, at.model.n_steps)
+        own = np.column_stack([rates, np.full(len(rates), n_steps * step)])
+        before = np.broadcast_to(plan, (len(rates), *plan.shape))
+        tried = np.concatenate([before, own[:, None]], axis=1).reshape(len(rates), -1)
+        plan = tried[at.best(tried, end)].reshape(-1, VARIABLES_PER_MANEUVER)
+    return plan.ravel()
+
+
+def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> Floats:
+    """Designs to begin a search with, shape (n, 4 m), for as many times.
+
+    Times are spread evenly in their logarithm, each drawn within its share. By the rule "trace" of
+    convergence a plan learns until a window before its time, and then holds a rate at which it
+    learns little more; by any other it learns to its end.
+
+    Parameters
+    ----------
+    problem : AttitudeManeuverProblem
+    n : int
+        From 0.
+    random_state : numpy Generator
+        Draws the times.
+
+    Raises
+    ------
+    ValueError
+        For a number below 0.
+    """
+    if n < 0:
+        raise ValueError(f"n = {n}: expected a number of designs >= 0")
+    at = at_time(problem)
+    scenario, model = at.scenario, at.model
+    count, window = scenario.maneuvers.count, model.window_steps * model.step
+    holds = model.rule == "trace" and count > 1
+    learning = count - 1 if holds else count
+    first = min(_SHORTEST * learning * model.step, 0.5 * model.longest)
+    first = max(first, 0.02 * model.longest)
+    last = min(
+        model.longest - (window if holds else 0.0), learning * scenario.maneuvers.max_duration
+    )
+    shares = (np.arange(n) + random_state.random(n)) / max(n, 1)
+    times = first * (max(last, first) / first) ** shares
+    found = np.empty((n, VARIABLES_PER_MANEUVER * count))
+    for row, time in enumerate(times):
+        plan = receding_horizon(at, learning, float(time))
+        if holds:
+            held = held_rates(plan, scenario.maneuvers.max_rate_deg_s)
+            plan = held[_soonest(at, held)]
+        found[row] = plan
+    return found
+
+
+def _soonest(at: AtTime, designs: Floats) -> int:
+    """The row that converges first by the scenario's rule; of several that of the least trace."""
+    result = evaluate(at.model, designs, at.threads)
+    excesses = [each.excesses(result) for each in at.limits]
+    worst = np.concatenate([*excesses, np.zeros((1, len(designs)))]).max(axis=0)
+    return int(np.lexsort((result.trace, result.t_end, worst))[0])

@@ -1,0 +1,153 @@
+"""Plans polished by the slopes of what is known at their ends."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario, limit, polish
+from mgeo_attitude.refine import polish_steps
+from mgeo_attitude.refine.at_time import AtTime
+from mgeo_attitude.refine.descent import Descent, descend
+from mgeo_attitude.refine.starts import receding_horizon
+from mgeo_attitude.scenario import FlightErrors, PathLimit
+
+from .conftest import short
+
+CAMERA = (
+    PathLimit(name="camera", reference="sun", boresight=(0.0, 0.0, 1.0), half_angle_deg=40.0),
+)
+FEW = {"most": 3, "iterations": 3}
+
+
+def values(problem, X):
+    F, G = problem.evaluate(X, return_values_of=["F", "G"])
+    return F, G.max(axis=1, initial=0.0)
+
+
+def some(problem, n=8, seed=4):
+    rng = np.random.default_rng(seed)
+    X = problem.xl + (problem.xu - problem.xl) * rng.random((n, problem.n_var))
+    X[:, 3::4] *= 0.1
+    return X
+
+
+def test_slopes_are_those_of_the_trace(problem):
+    at = AtTime(problem.scenario, problem.model)
+    descent = Descent(at, 200, 3)
+    z = descent.variables(receding_horizon(at, 3, 390.0) * 0.9)
+    found, slopes = descent.known(z)
+    assert slopes.shape == (1, 11)
+    assert np.exp(found[0]) == pytest.approx(np.exp(at.values(descent.designs(z), 200)[0][0]))
+    for k in (0, 4, 8):
+        ahead, behind = z.copy(), z.copy()
+        ahead[k] += 1e-4
+        behind[k] -= 1e-4
+        (up,), (down,) = (at.values(descent.designs(each), 200)[0] for each in (ahead, behind))
+        assert slopes[0, k] == pytest.approx((up - down) / 2e-4, rel=1e-2, abs=1e-4)
+
+
+def test_a_descent_fills_the_time_and_learns_more(problem):
+    at = AtTime(problem.scenario, problem.model)
+    begin = receding_horizon(at, 4, 400.0)
+    found = descend(at, begin, 200, 8)
+    assert found[3::4].sum() == pytest.approx(400.0)
+    (before,), (after,) = (at.values(each[None], 200)[0] for each in (begin, found))
+    assert after < before - 0.01
+
+
+def test_no_plan_gets_worse_and_some_get_better(problem):
+    X = np.vstack([some(problem), problem.starts(3, np.random.default_rng(1))])
+    kept = X.copy()
+    found = polish(problem, X, **FEW)
+    np.testing.assert_array_equal(X, kept)
+    assert ((found >= problem.xl) & (found <= problem.xu)).all()
+    before, after = values(problem, X)[0], values(problem, found)[0]
+    assert (after <= before).all()
+    assert (after[:, 1] < 0.95 * before[:, 1]).sum() > 4
+    np.testing.assert_array_equal(polish(problem, X, **FEW), found)
+
+
+def test_each_step_is_as_good_as_the_one_before(problem):
+    last = values(problem, X := some(problem))[0]
+    tables = list(polish_steps(problem, X, **FEW))
+    assert len(tables) > 4  # three plans, other times, unneeded maneuvers
+    for table in tables:
+        F = values(problem, table)[0]
+        assert (last >= F).all()
+        last = F
+
+
+@pytest.mark.parametrize("rule", ["trace", "end"])
+def test_limits_are_kept(rule):
+    problem = short(3, rule, path_limits=CAMERA)
+    X = np.vstack([some(problem), problem.starts(4, np.random.default_rng(1))])
+    before, violation = values(problem, X)
+    assert 0 < (violation > 0.0).sum() < len(X)
+    after, broken = values(problem, polish(problem, X, **FEW))
+    assert (broken[violation <= 0.0] <= 0.0).all()
+    assert (broken <= violation).all()
+    assert (after <= before)[violation <= 0.0].all()
+
+
+def test_requirements_are_kept():
+    problem = short(3, "end", required_sigma={"attitude_deg": 0.5})
+    X = problem.starts(6, np.random.default_rng(1))
+    before, violation = values(problem, X)
+    after, broken = values(problem, polish(problem, X, **FEW))
+    kept = violation <= 0.0
+    assert kept.any()
+    assert (broken[kept] <= 0.0).all()
+    assert (after[kept] <= before[kept]).all()
+
+
+@pytest.mark.parametrize("name", ["log_det", "max_eigenvalue", "trace:gyro.bias"])
+def test_what_else_tells_how_much_is_known_is_polished(name):
+    problem = short(3, "end", objectives=(name, "t_end"))
+    X = some(problem, 4)
+    before, after = values(problem, X)[0], values(problem, polish(problem, X, **FEW))[0]
+    assert (after <= before).all()
+    assert (after[:, 0] < before[:, 0]).any()
+
+
+def test_flights_tell_whether_a_polished_plan_is_better():
+    problem = short(3, "end", flight=FlightErrors(count=8, quantile=0.75))
+    X = some(problem, 4)
+    before, after = values(problem, X)[0], values(problem, polish(problem, X, **FEW))[0]
+    assert (after <= before).all()
+    assert (after[:, 1] < before[:, 1]).any()
+
+
+@pytest.mark.parametrize("names", [("t_end",), ("t_end", "angle"), ("t_end", "trace", "angle")])
+def test_other_objectives_are_refused(names):
+    problem = short(2, "end", objectives=names)
+    with pytest.raises(ValueError, match=r"objectives = \['t_end'.*plans are polished where"):
+        polish(problem, some(problem, 2))
+
+
+def test_of_no_plans_and_of_the_shortest_nothing_is_left_to_do(problem):
+    assert polish(problem, np.empty((0, problem.n_var))).shape == (0, problem.n_var)
+    still = np.zeros((1, problem.n_var))
+    assert (values(problem, polish(problem, still, **FEW))[0] <= values(problem, still)[0]).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("rule", "bars"),
+    [("end", {1000: 1.12, 1560: 1.12, 2785: 1.12}), ("trace", {1325: 1.12, 1560: 1.12})],
+)
+def test_ten_maneuvers_come_near_the_limit(rule, bars):
+    scenario = Scenario.paper()
+    convergence = dataclasses.replace(scenario.convergence, rule=rule)
+    scenario = dataclasses.replace(scenario, convergence=convergence)
+    problem = AttitudeManeuverProblem(scenario, n_maneuvers=10)
+    X = problem.starts(12, np.random.default_rng(1))
+    lasting = X[:, 3::4].sum(axis=1)
+    plans = []
+    for time in bars:
+        nearest = X[np.abs(np.log(lasting / time)).argmin()].reshape(10, 4).copy()
+        nearest[:, 3] *= time / nearest[:, 3].sum() if rule == "end" else 1.0
+        plans.append(nearest.ravel())
+    found = values(problem, polish(problem, plans, iterations=40))[0]
+    least = limit(scenario)
+    for F in found:
+        assert F[1] / least.ending[round(F[0])] < 1.12

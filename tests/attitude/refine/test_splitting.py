@@ -1,0 +1,94 @@
+"""Plans in more maneuvers than they need, and in fewer."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import split, without_unneeded
+from mgeo_attitude.refine import n_commands
+
+from .conftest import short
+
+
+def plans(n, count, seed=3):
+    rng = np.random.default_rng(seed)
+    X = rng.uniform(-1.0, 1.0, (n, 4 * count))
+    X[:, 3::4] = rng.uniform(0.0, 300.0, (n, count))
+    return X
+
+
+@pytest.mark.parametrize("count", [2, 3, 6, 12])
+@pytest.mark.parametrize("rule", ["trace", "end"])
+def test_a_plan_of_two_is_a_plan_of_more(count, rule):
+    X = plans(20, 2)
+    X[0, 3::4], X[1, 3::4] = [100.0, 0.0], [301.5, 0.3]
+    F = short(2, rule).evaluate(X, return_values_of=["F"])
+    more = split(X, count)
+    assert more.shape == (20, 4 * count)
+    np.testing.assert_array_equal(short(count, rule).evaluate(more, return_values_of=["F"]), F)
+
+
+def test_rates_that_change_slowly_do_not_mind_a_split():
+    slow = {"max_acceleration_deg_s2": 0.05}
+    X = plans(10, 2)
+    few, many = (short(2, "end"), short(5, "end"))
+    few, many = (type(p)(with_limits(p.scenario, slow)) for p in (few, many))
+    F = few.evaluate(X, return_values_of=["F"])
+    found = many.evaluate(split(X, 5), return_values_of=["F"])
+    np.testing.assert_array_equal(found[:, 0], F[:, 0])
+    np.testing.assert_allclose(found, F, rtol=1e-13)  # rates at the ends of ramps are rounded
+
+
+def with_limits(scenario, limits):
+    return dataclasses.replace(
+        scenario, maneuvers=dataclasses.replace(scenario.maneuvers, **limits)
+    )
+
+
+def test_the_longest_maneuver_is_halved():
+    (found,) = split([[1.0, 0.0, 0.0, 80.0, 0.0, 1.0, 0.0, 100.0]], 4).reshape(1, 4, 4)
+    assert found[:, 3].tolist() == [40.0, 40.0, 50.0, 50.0]
+    assert found[:, 0].tolist() == [1.0, 1.0, 0.0, 0.0]
+
+
+def test_a_plan_of_more_maneuvers_is_no_plan_of_fewer():
+    with pytest.raises(ValueError, match="designs of 3 maneuvers: expected at most count = 2"):
+        split(plans(1, 3), 2)
+
+
+def test_what_was_split_is_joined_again(problem):
+    X = split(plans(12, 2), 4)
+    before = problem.evaluate(X, return_values_of=["F"])
+    found = without_unneeded(problem, X)
+    assert (problem.evaluate(found, return_values_of=["F"]) <= before).all()
+    assert (n_commands(found) <= 2).all()
+    assert (found[:, 3::4] == 0.0).sum() >= 2 * len(X)
+    assert ((found >= problem.xl) & (found <= problem.xu)).all()
+
+
+def test_no_maneuver_gets_longer_than_the_longest():
+    problem = short(3, "end")
+    problem = type(problem)(with_limits(problem.scenario, {"max_duration": 250.0}))
+    X = np.tile([0.5, -0.5, 0.2, 200.0], (1, 3))
+    np.testing.assert_array_equal(without_unneeded(problem, X), X)
+
+
+def test_plans_that_need_all_they_have_stay_as_they_are():
+    problem = short(2, "end")
+    X = np.array([[1.0, 0.0, 1.0, 600.0, -1.0, 1.0, 0.0, 600.0]])
+    np.testing.assert_array_equal(without_unneeded(problem, X), X)
+    assert without_unneeded(problem, X[:0]).shape == (0, 8)
+
+
+@pytest.mark.parametrize(
+    ("rates", "durations", "expected"),
+    [
+        ([0.1, 0.1, 0.1], [5.0, 5.0, 5.0], 1),
+        ([0.1, 0.2, 0.1], [5.0, 0.0, 5.0], 1),
+        ([0.1, 0.2, 0.1], [5.0, 5.0, 0.0], 3),
+        ([0.1, 0.2, 0.3], [0.0, 0.0, 0.0], 1),
+    ],
+)
+def test_commands_are_counted_by_what_is_flown(rates, durations, expected):
+    design = np.column_stack([np.array(rates)[:, None] * [1.0, 1.0, 1.0], durations]).ravel()
+    assert n_commands(design).tolist() == [expected]

@@ -1,0 +1,77 @@
+"""Plans to begin a search with."""
+
+import numpy as np
+import pytest
+from mgeo_attitude import Scenario, limit
+from mgeo_attitude.problem import AttitudeManeuverProblem
+from mgeo_attitude.refine.at_time import AtTime
+from mgeo_attitude.refine.held import rate_grid
+from mgeo_attitude.refine.starts import receding_horizon
+from mgeo_attitude.scenario import PathLimit
+
+from .conftest import short
+
+
+def test_each_stage_has_the_rate_that_leaves_the_least_trace(problem):
+    at = AtTime(problem.scenario, problem.model)
+    plan = receding_horizon(at, 3, 360.0).reshape(3, 4)
+    assert plan[:, 3].tolist() == [120.0] * 3
+    rates = rate_grid(1.0)
+    assert len(rates) == 343
+    for stage in range(3):
+        tried = np.tile(plan[: stage + 1], (len(rates), 1, 1))
+        tried[:, -1, :3] = rates
+        values, _ = at.values(tried.reshape(len(rates), -1), 60 * (stage + 1))
+        (own,) = np.flatnonzero((rates == plan[stage, :3]).all(axis=1))
+        assert values[own] == values.min()
+
+
+def test_starts_are_far_better_than_chance(problem):
+    found = problem.starts(6, np.random.default_rng(1))
+    assert found.shape == (6, problem.n_var)
+    assert ((found >= problem.xl) & (found <= problem.xu)).all()
+    F = problem.evaluate(found, return_values_of=["F"])
+    assert (np.diff(F[:, 0]) > -100.0).all()  # of ever later times, but for the window
+    rng = np.random.default_rng(2)
+    X = problem.xl + (problem.xu - problem.xl) * rng.random((200, problem.n_var))
+    X[:, 3::4] *= 0.15
+    other = problem.evaluate(X, return_values_of=["F"])
+    better = (other <= F[:, None]).all(axis=2).mean(axis=1)
+    assert better.max() < 0.05
+
+
+def test_starts_repeat_with_their_seed(problem):
+    first, again, other = (problem.starts(3, np.random.default_rng(s)) for s in (5, 5, 6))
+    np.testing.assert_array_equal(first, again)
+    assert (first != other).any()
+    assert problem.starts(0, np.random.default_rng(1)).shape == (0, problem.n_var)
+    with pytest.raises(ValueError, match=r"n = -1: expected a number of designs >= 0"):
+        problem.starts(-1, np.random.default_rng(1))
+
+
+@pytest.mark.parametrize("rule", ["trace", "end"])
+def test_starts_keep_off_what_must_not_be_seen(rule):
+    limits = (
+        PathLimit(name="camera", reference="sun", boresight=(0.0, 0.0, 1.0), half_angle_deg=40.0),
+    )
+    free = short(4, rule).starts(5, np.random.default_rng(1))
+    problem = short(4, rule, path_limits=limits)
+    found = problem.starts(5, np.random.default_rng(1))
+    assert (problem.evaluate(free, return_values_of=["G"]) > 0.0).any()
+    assert (problem.evaluate(found, return_values_of=["G"]) <= 0.0).all()
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_there_are_starts_of_few_maneuvers(count):
+    problem = short(count, "trace")
+    F = problem.evaluate(problem.starts(3, np.random.default_rng(1)), return_values_of=["F"])
+    assert np.isfinite(F).all()
+
+
+@pytest.mark.slow
+def test_ten_stages_are_within_a_quarter_of_the_limit():
+    problem = AttitudeManeuverProblem(Scenario.paper(), n_maneuvers=10)
+    at, found = AtTime(problem.scenario, problem.model), limit(problem.scenario)
+    for time, bar in ((1000, 1.2), (1560, 1.2)):
+        value, _ = at.values(receding_horizon(at, 10, float(time))[None], time)
+        assert 1.0 < np.exp(value[0]) / found.trace[time] < bar
