@@ -62,8 +62,12 @@ class Friedman:
 def mann_whitney(a: ArrayLike, b: ArrayLike) -> float:
     """Two-sided p value that two independent samples come from one distribution.
 
-    Exact for small samples without ties, or else the normal approximation corrected for ties.
+    Exact for small samples without ties, or else the normal approximation corrected for ties. 1 if
+    all values are the same: of ranks that do not vary scipy 1.18 gives NaN.
     """
+    values = np.concatenate([np.asarray(a, dtype=float), np.asarray(b, dtype=float)])
+    if len(values) and (values == values[0]).all():
+        return 1.0
     return float(stats.mannwhitneyu(a, b, alternative="two-sided").pvalue)
 
 

@@ -234,6 +234,8 @@ def test_what_cannot_be_told_says_so(kind):
             UncertainError, match=rf"^Holder\.model cannot be looked into: .*{kind}"
         ):
             fingerprint(Holder(model=held))
+    if hasattr(value, "close"):
+        value.close()
 
 
 def test_what_pymoo_leaves_out_of_copies_is_not_overlooked():
