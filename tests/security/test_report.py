@@ -47,7 +47,7 @@ def test_handlers_are_found():
 @pytest.fixture
 def hostile(solved, monkeypatch):  # noqa: F811
     """A run whose files have such texts wherever there is a text."""
-    from stand_in import Cantilever
+    from stand_in import CantileverView
 
     every = " ".join(HOSTILE)
     folder = solved("--record")
@@ -80,7 +80,9 @@ def hostile(solved, monkeypatch):  # noqa: F811
     result["problem"] = every
     (folder / "verification-of-another.json").write_text(json.dumps(result))
     monkeypatch.setattr(
-        Cantilever, "describe", lambda self, X: pd.DataFrame([HOSTILE] * len(X), columns=HOSTILE)
+        CantileverView,
+        "describe",
+        lambda self: pd.DataFrame([HOSTILE] * len(self.X), columns=HOSTILE),
     )
     return folder
 

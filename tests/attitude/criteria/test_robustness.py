@@ -16,6 +16,7 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.reference import reference_run
 from mgeo_attitude.maneuvers.schedule import schedule
 from mgeo_attitude.scenario import FlightErrors, InitialConditions, PathLimit, Prior, Wheels
+from mgeo_attitude.view.plans import Plans
 from pymoo.optimize import minimize
 from scipy.spatial.transform import Rotation
 
@@ -372,11 +373,13 @@ def test_remarks_count_the_plans_that_keep_their_promise():
 
 def test_a_covariance_that_flights_lose_keeps_no_promise(monkeypatch):
     problem, X = AttitudeManeuverProblem(scenario()), designs(3)
-    table = problem.view(X).promises()
-    table[["promised t_end [s]", "kept t_end [s]"]] = 300.0
-    table["kept trace [-]"] = table["promised trace [-]"] * [1.0, np.nan, 1.05]
-    monkeypatch.setattr(problem, "promises", lambda X: table)
-    assert problem.view(X).remarks()[0].startswith("2 of 3 plans keep what they promise")
+    promised = np.array([[300.0, 1e-6]] * 3)
+    kept = promised * np.array([[1.0, 1.0], [1.0, np.nan], [1.0, 1.05]])
+    for factor, count in ((1.0, 2), (1.2, 0)):
+        monkeypatch.setattr(Plans, "promised", promised)
+        monkeypatch.setattr(Plans, "kept", factor * kept)
+        told = problem.view(X).remarks()[0]
+        assert told.startswith(f"{count} of 3 plans keep what they promise")
 
 
 def test_flights_after_a_calibration_are_drawn_from_its_covariance():
