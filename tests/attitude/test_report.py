@@ -28,7 +28,7 @@ def test_three_hundred_plans_stay_below_eight_megabytes(scenario):
     problem = AttitudeManeuverProblem(scenario)
     run = small_run(problem)
     X = run.outcome.X
-    found = plans_json(problem, X, np.arange(len(X)))
+    found = plans_json(problem.view(X), np.arange(len(X)))
     each = len(script_json(found["values"])) / len(X)
     common = len(script_json(found["common"]))
     row = 20 * (problem.n_var + problem.n_obj) + 1200  # its line of the table, what is said of it

@@ -15,7 +15,14 @@ if TYPE_CHECKING:
     from mgeo_attitude.refine import polish, split, without_unneeded
     from mgeo_attitude.scenario import Scenario, scenario_schema
     from mgeo_attitude.scenario.validity import validity
-    from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
+    from mgeo_attitude.sensors import (
+        GaussMarkov,
+        Gyro,
+        Magnetometer,
+        Sensor,
+        StarTracker,
+        SunSensor,
+    )
     from mgeo_attitude.sensors.suite import Suite
 
 __version__: str
@@ -26,6 +33,7 @@ __all__ = [
     "Evaluation",
     "FilterHistory",
     "FilterModel",
+    "GaussMarkov",
     "Gyro",
     "LimitCurves",
     "Magnetometer",
@@ -59,7 +67,14 @@ _HOMES = {
     "mgeo_attitude.problem": ("AttitudeManeuverProblem",),
     "mgeo_attitude.refine": ("polish", "split", "without_unneeded"),
     "mgeo_attitude.scenario": ("Scenario", "scenario_schema"),
-    "mgeo_attitude.sensors": ("Gyro", "Magnetometer", "Sensor", "StarTracker", "SunSensor"),
+    "mgeo_attitude.sensors": (
+        "GaussMarkov",
+        "Gyro",
+        "Magnetometer",
+        "Sensor",
+        "StarTracker",
+        "SunSensor",
+    ),
 }
 
 #: Names that were here before mgeo-calibration had them.
