@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     )
     from mgeo.algorithms.archive import ParetoArchive
     from mgeo.evaluation.evaluator import EvaluationError, TolerantEvaluator
-    from mgeo.plugins.view import View
+    from mgeo.plugins.view import View, view_of
     from mgeo.store.checkpoint import Checkpoint, resume
     from mgeo.store.recorder import Recorder, read_record
     from mgeo.studies import compare
@@ -38,6 +38,7 @@ __all__ = [
     "compare",
     "read_record",
     "resume",
+    "view_of",
 ]
 
 _HOMES = {
@@ -50,7 +51,7 @@ _HOMES = {
         "MGEOVar",
     ),
     "mgeo.algorithms.archive": ("ParetoArchive",),
-    "mgeo.plugins.view": ("View",),
+    "mgeo.plugins.view": ("View", "view_of"),
     "mgeo.store.checkpoint": ("Checkpoint", "resume"),
     "mgeo.evaluation.evaluator": ("EvaluationError", "TolerantEvaluator"),
     "mgeo.store.recorder": ("Recorder", "read_record"),

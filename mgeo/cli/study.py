@@ -14,9 +14,8 @@ from mgeo.cli.errors import ExitCode
 from mgeo.cli.output import Output
 from mgeo.studies.comparison import Comparison
 from mgeo.studies.conclusions import conclusions
-from mgeo.studies.execute import NotReusedWarning
 from mgeo.studies.file import Study
-from mgeo.studies.results import FailedRunsWarning
+from mgeo.studies.results import FailedRunsWarning, NotReusedWarning
 from mgeo.studies.study import REPORT
 from mgeo.terminal import plain
 

@@ -8,9 +8,9 @@
 """
 
 from mgeo.studies.comparison import Comparison, Tests
-from mgeo.studies.execute import NotReusedWarning, compare
+from mgeo.studies.execute import compare
 from mgeo.studies.file import Study, read_study
-from mgeo.studies.results import FailedRunsWarning
+from mgeo.studies.results import FailedRunsWarning, NotReusedWarning
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.stored import read_comparison
 from mgeo.studies.study import run_study

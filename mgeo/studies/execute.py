@@ -22,7 +22,7 @@ from mgeo.studies.fingerprint import UncertainError, fingerprint
 from mgeo.studies.indicators import trace
 from mgeo.studies.labels import folder_name
 from mgeo.studies.progress import progress as progress_display
-from mgeo.studies.results import FailedRunsWarning, failures
+from mgeo.studies.results import FailedRunsWarning, NotReusedWarning, failures
 from mgeo.studies.run import CocoFolder, Failure, Task
 from mgeo.studies.space import NothingToCompareError, indicator_space
 from mgeo.validation.arguments import validate_integer
@@ -220,10 +220,6 @@ def _grid(grid: int | Sequence[int], n_eval: int) -> list[int]:
     if max(listed) > n_eval:
         raise ValueError(f"grid goes to {max(listed)}: expected at most n_eval = {n_eval}")
     return sorted(listed)
-
-
-class NotReusedWarning(RuntimeWarning):
-    """Runs are not kept, or not used, because nobody knows for certain what they are runs of."""
 
 
 def run_files(folder: Path, tasks: Mapping[Key, Task]) -> dict[Key, Path]:

@@ -29,6 +29,10 @@ class FailedRunsWarning(RuntimeWarning):
     """All runs of an algorithm failed, so that there is nothing to compare it by."""
 
 
+class NotReusedWarning(RuntimeWarning):
+    """Runs are not kept, or not used, because nobody knows for certain what they are runs of."""
+
+
 @dataclass(frozen=True, eq=False)
 class Results:
     """Runs of several algorithms on one problem, measured in one space.
