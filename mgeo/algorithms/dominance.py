@@ -32,6 +32,12 @@ def nondominated(F: FloatArray) -> BoolArray:
     return selected
 
 
+def front_rows(F: FloatArray) -> NDArray[np.intp]:
+    """Numbers of the rows that are `nondominated`, by ascending first objective."""
+    rows = np.flatnonzero(nondominated(F))
+    return rows[np.argsort(F[rows, 0], kind="stable")]
+
+
 def not_weakly_dominated(F: FloatArray, front: FloatArray) -> BoolArray:
     """Rows of `F` that no row of `front` weakly dominates.
 

@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.scenario import FlightErrors
-from mgeo_attitude.view.describe import nondominated
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.algorithm import Algorithm
 from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected, MGEOStaged
+from mgeo.algorithms.dominance import front_rows
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "docs" / "robust.jsonl"
@@ -58,7 +58,7 @@ def screened(exact: AttitudeManeuverProblem, seed: int) -> Front:
     X, _ = found(exact, MGEODirected(), EXACT[exact.scenario.name], seed)
     flown = dataclasses.replace(exact.scenario, flight=SCREENING)
     F = AttitudeManeuverProblem(flown).evaluate(X, return_values_of=["F"])
-    rows = nondominated(F)
+    rows = front_rows(F)
     return X[rows], F[rows]
 
 
@@ -89,7 +89,7 @@ def row(preset: str, search: str, seed: int) -> dict[str, Any]:
     spent = time.process_time() - start
     kept = exact.view(X).promises(seed=JUDGES).filter(regex="^kept (?!/)").to_numpy()
     ratio = kept[:, 0] / F[:, 0]
-    safe = kept[nondominated(kept)]
+    safe = kept[front_rows(kept)]
     return {
         "key": [preset, search, seed],
         "processor_s": round(spent, 1),
@@ -99,7 +99,7 @@ def row(preset: str, search: str, seed: int) -> dict[str, Any]:
         "nondominated": len(safe),
         "ratio": [float(np.median(ratio)), float(ratio.max())],
         "late": float((ratio > 1.2).mean()),
-        "fronts": [digits(F[nondominated(F)]), digits(safe)] if seed == 1 else [],
+        "fronts": [digits(F[front_rows(F)]), digits(safe)] if seed == 1 else [],
     }
 
 

@@ -13,11 +13,11 @@ from collections.abc import Iterator
 
 import numpy as np
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.view.describe import nondominated
 from mgeo_attitude.view.plans import spread
 from pymoo.optimize import minimize
 
 from mgeo import MGEODirected
+from mgeo.algorithms.dominance import front_rows
 
 from .consistency_document import with_table
 from .robust import JUDGES, PRESETS, ROOT
@@ -51,7 +51,7 @@ def row(preset: str, rule: str, seeds: int) -> str:
         table = problem.view(X).promises(seed=JUDGES)
         ratios.append(table["kept / promised t_end [s]"].to_numpy())
         kept = table.filter(regex="^kept (?!/)").to_numpy()
-        plans, safe = plans + len(X), safe + len(nondominated(kept))
+        plans, safe = plans + len(X), safe + len(front_rows(kept))
     ratio = np.concatenate(ratios)
     late = (ratio > 1.2).mean()
     return (

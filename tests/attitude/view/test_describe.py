@@ -11,7 +11,6 @@ from mgeo_attitude.view.describe import (
     block_units,
     front_summary,
     maneuver_texts,
-    nondominated,
 )
 
 from mgeo.plugins import view_of
@@ -163,20 +162,3 @@ def test_counts_of_a_front_made_by_hand():
 def test_counts_of_another_shape_are_refused(shape):
     with pytest.raises(ValueError, match=r"F of shape .*: expected \(n, 2\)"):
         front_summary(Scenario.paper(), np.ones(shape))
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_nondominated_is_the_definition(seed):
-    rng = np.random.default_rng(seed)
-    F = rng.integers(0, 8, (rng.integers(1, 40), 2)).astype(float)  # small integers: many ties
-    F[rng.random(len(F)) < 0.1, rng.integers(2)] = np.nan
-    expected = [
-        i
-        for i, f in enumerate(F)
-        if np.isfinite(f).all()
-        and not any((g <= f).all() and (g < f).any() for g in F)
-        and not any((g == f).all() for g in F[:i])
-    ]
-    rows = nondominated(F)
-    assert sorted(rows) == expected
-    assert (np.diff(F[rows, 0]) > 0.0).all()

@@ -13,7 +13,12 @@ from scipy.spatial.distance import cdist
 
 from mgeo import ParetoArchive
 from mgeo.algorithms.archive import truncate
-from mgeo.algorithms.dominance import nondominated, not_weakly_dominated, weakly_dominated_rows
+from mgeo.algorithms.dominance import (
+    front_rows,
+    nondominated,
+    not_weakly_dominated,
+    weakly_dominated_rows,
+)
 
 from .. import naive
 
@@ -261,3 +266,24 @@ def test_impossible_archives_are_refused(arguments, message):
 def test_shapes_that_disagree_are_refused(F, individuals, violation, message):
     with pytest.raises(ValueError, match=message):
         ParetoArchive(2).add(F, individuals, violation)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_front_rows_are_those_of_the_definition_in_order(seed):
+    rng = np.random.default_rng(seed)
+    F = rng.integers(0, 8, (rng.integers(1, 40), 2)).astype(float)  # small integers: many ties
+    F[rng.random(len(F)) < 0.1, rng.integers(2)] = np.nan
+    expected = [
+        i
+        for i, f in enumerate(F)
+        if np.isfinite(f).all()
+        and not any((g <= f).all() and (g < f).any() for g in F)
+        and not any((g == f).all() for g in F[:i])
+    ]
+    rows = front_rows(F)
+    assert sorted(rows) == expected
+    assert (np.diff(F[rows, 0]) > 0.0).all()
+
+
+def test_a_front_of_nothing_has_no_rows():
+    assert len(front_rows(np.empty((0, 2)))) == 0

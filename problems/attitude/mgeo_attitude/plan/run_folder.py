@@ -13,6 +13,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from mgeo.algorithms.dominance import front_rows
 from mgeo.runs.answer import default_solution
 from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
 from mgeo.validation.tables import errors_of
@@ -24,7 +25,6 @@ from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.settings import PAPER
-from mgeo_attitude.view.describe import nondominated
 
 Choice = Literal["knee", "fastest", "best"]
 
@@ -150,7 +150,7 @@ class Front:
         else:
             result = evaluate(self.problem.model, self.X, self.problem.threads)
             F = np.column_stack([result.t_end, result.trace])
-        rows = nondominated(F)
+        rows = front_rows(F)
         return rows, F[rows, 0]
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mgeo.algorithms.dominance import front_rows
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
@@ -125,10 +126,7 @@ class _Front:
             return
         F, violation = self.judge(designs)
         sound = np.flatnonzero(np.isfinite(F).all(axis=1) & (violation <= 0.0))
-        order = sound[np.lexsort((F[sound, 1], F[sound, 0]))]
-        least = np.minimum.accumulate(F[order, 1])
-        # only those that know more than all that end no later
-        order = order[np.diff(least, prepend=np.inf) < 0.0]
+        order = sound[front_rows(F[sound])]
         place = np.searchsorted(F[order, 0], self.F[:, 0], side="right") - 1
         rows = np.flatnonzero(place >= 0)
         best = order[place[rows]]

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mgeo_attitude._typing import Floats, Ints
+from mgeo.algorithms.dominance import nondominated
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
@@ -83,18 +84,6 @@ def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
     t_end = table[nondominated(table), 0]
     first = int((t_end <= scenario.orbit.period).sum())
     return {"points, first orbit": first, "points, second orbit": len(t_end) - first}
-
-
-def nondominated(F: Floats) -> Ints:
-    """Rows of `F`, shape (n, 2), that no other row dominates, by ascending first objective.
-
-    Of equal rows the first is returned; rows that are not finite never are.
-    """
-    rows: Ints = np.flatnonzero(np.isfinite(F).all(axis=1))
-    rows = rows[np.lexsort((F[rows, 1], F[rows, 0]))]
-    least_before = np.minimum.accumulate(np.concatenate([[np.inf], F[rows, 1]]))[:-1]
-    front: Ints = rows[F[rows, 1] < least_before]
-    return front
 
 
 def maneuver_texts(x: Floats) -> list[str]:

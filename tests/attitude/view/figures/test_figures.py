@@ -7,8 +7,8 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
-from mgeo_attitude.view.describe import nondominated
 
+from mgeo.algorithms.dominance import front_rows
 from mgeo.runs.answer import default_solution
 
 
@@ -36,8 +36,8 @@ def test_the_knee_is_that_of_reports(problem, X, objectives):
     """Of what was minimized, whatever it was."""
     other = AttitudeManeuverProblem(objectives=objectives)
     other.__dict__["model"] = problem.model
-    rows = X[nondominated(F := other.evaluate(X[:60], return_values_of=["F"]))]
-    expected = default_solution(other, F[nondominated(F)])
+    rows = X[front_rows(F := other.evaluate(X[:60], return_values_of=["F"]))]
+    expected = default_solution(other, F[front_rows(F)])
     assert expected.label == "knee"
     names = {trace.name for trace in other.view(rows).figures()["convergence"].data}
     assert {name for name in names if "knee" in name} == {f"solution {expected.row} (knee)"}

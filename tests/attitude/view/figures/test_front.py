@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
 from mgeo_attitude.scenario import FlightErrors, PathLimit
-from mgeo_attitude.view.describe import nondominated
 from mgeo_attitude.view.figures.front import front_figure
 from mgeo_attitude.view.figures.solutions import Solutions
 from mgeo_attitude.view.plans import spread
 
+from mgeo.algorithms.dominance import front_rows
 from mgeo.figures.style import literal
 from mgeo.plugins import view_of
 
@@ -84,7 +84,7 @@ def test_what_flights_keep_has_a_boundary_of_its_own(figure, problem, X):
     kept = (
         problem.view(X[spread(len(X))]).promises()[["kept t_end [s]", "kept trace [-]"]].to_numpy()
     )
-    safe = kept[nondominated(kept)]
+    safe = kept[front_rows(kept)]
     np.testing.assert_array_equal(np.column_stack([figure.data[3].x, figure.data[3].y]), safe)
     assert figure.data[3].name == "kept by 9 of 10 flights"
 

@@ -7,10 +7,11 @@ import math
 import numpy as np
 import plotly.graph_objects as go
 
+from mgeo.algorithms.dominance import front_rows
 from mgeo.figures.style import COLORS, GRAY, HOVER, SYMBOLS, finished, literal, log_axis
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.view.describe import front_summary, maneuver_texts, nondominated
+from mgeo_attitude.view.describe import front_summary, maneuver_texts
 from mgeo_attitude.view.figures.solutions import Solutions
 from mgeo_attitude.view.plans import MOST_FLIGHTS
 
@@ -55,7 +56,7 @@ def front_figure(
     if dead_end:
         summary = f"{len(t_end)} plans, none of which keeps all limits"
     hover = np.array([_hover_text(solutions, i, period, kept[i]) for i in range(len(t_end))])
-    front = solutions.F[nondominated(solutions.F)]
+    front = solutions.F[front_rows(solutions.F)]
     figure = go.Figure().add_scatter(
         name="boundary",
         x=front[:, 0],
@@ -84,7 +85,7 @@ def front_figure(
             hovertext=hover[group],
             hoverinfo="text",
         )
-    safe = nondominated(kept)
+    safe = front_rows(kept)
     if len(safe):
         figure.add_scatter(
             name=f"kept by {MOST_FLIGHTS}",

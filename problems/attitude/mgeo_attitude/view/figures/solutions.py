@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mgeo.algorithms.dominance import front_rows
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.accuracy import attitude_sigma_deg
-from mgeo_attitude.view.describe import nondominated
 from mgeo_attitude.view.plans import Plans
 
 #: Up to this many solutions are all looked at closely.
@@ -56,7 +56,7 @@ class Solutions:
 
         `bend` is the row of the knee, None if there is none.
         """
-        front = nondominated(self.F)
+        front = front_rows(self.F)
         fastest, best = int(front[0]), int(front[-1])
         roles = {} if bend is None else {bend: "knee"}
         roles[fastest] = "fastest"  # an end of the front is no knee
