@@ -90,6 +90,17 @@ class AtTime:
         worst = np.maximum(excess, 0.0).max(axis=1, initial=0.0)
         return int(np.lexsort((value, worst))[0])
 
+    def by_convergence(self, designs: Floats) -> tuple[Ints, Floats]:
+        """Rows in the order in which they converge by the scenario's rule, and their traces.
+
+        Those come first that break limits on the way least, and of these the soonest; of several
+        that of the least trace.
+        """
+        result = evaluate(self.model, designs, self.threads)
+        excesses = [each.excesses(result) for each in self.limits]
+        worst = np.concatenate([*excesses, np.zeros((1, len(designs)))]).max(axis=0)
+        return np.lexsort((result.trace, result.t_end, worst)), result.trace
+
 
 def ending_at(design: Floats, time: float, longest: float) -> Floats:
     """A design, shape (4 m,), whose maneuvers are over at a time, the last one cut or held.

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from mgeo.algorithms.dominance import front_rows
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.at_time import AtTime, ending_at, smooth_objective, stretched
 from mgeo_attitude.refine.descent import descend
@@ -187,12 +186,9 @@ def _ended(at: AtTime, learned: Floats) -> Floats:
     if not _holds(at):
         return learned[None]
     held = held_rates(learned, at.scenario.maneuvers.max_rate_deg_s)
-    result = evaluate(at.model, held, at.threads)
-    excesses = [each.excesses(result) for each in at.limits]
-    worst = np.concatenate([*excesses, np.zeros((1, len(held)))]).max(axis=0)
+    order, trace = at.by_convergence(held)
     # of those that converge soonest each that knows more than all before
-    order = np.lexsort((result.trace, result.t_end, worst))
-    least = np.minimum.accumulate(np.nan_to_num(result.trace[order], nan=np.inf))
+    least = np.minimum.accumulate(np.nan_to_num(trace[order], nan=np.inf))
     ended: Floats = held[order[np.diff(least, prepend=np.inf) < 0.0]]
     return ended
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.at_time import AtTime
 from mgeo_attitude.refine.held import held_rates, rate_grid
@@ -73,14 +72,7 @@ def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> F
         plan = receding_horizon(at, learning, float(time))
         if holds:
             held = held_rates(plan, scenario.maneuvers.max_rate_deg_s)
-            plan = held[_soonest(at, held)]
+            soonest, *_ = at.by_convergence(held)[0]
+            plan = held[soonest]
         found[row] = plan
     return found
-
-
-def _soonest(at: AtTime, designs: Floats) -> int:
-    """The row that converges first by the scenario's rule; of several that of the least trace."""
-    result = evaluate(at.model, designs, at.threads)
-    excesses = [each.excesses(result) for each in at.limits]
-    worst = np.concatenate([*excesses, np.zeros((1, len(designs)))]).max(axis=0)
-    return int(np.lexsort((result.trace, result.t_end, worst))[0])
