@@ -80,7 +80,7 @@ def calibrate(
     last = found.solution.estimate
     past = filtered(found.solution)
     states, covariance = at_the_end(belief, found)
-    n_tests = number_of_tests(belief) + models.number_of_tests()
+    n_tests = number_of_tests(belief) + len(models.QUESTIONS)
     n_tests += 2 * sum(len(each.samples) > 0 for each in past.innovations)
     tests = _tests(found, past, n_tests)
     model_tests, doubts = models.model_tests(

@@ -13,6 +13,8 @@ from mgeo_calibration.estimation.departures import WAVES, bias_decay, bias_drift
 from mgeo_calibration.estimation.score import Departure, Score, Scores, scores
 from mgeo_calibration.estimation.smoother import Solution, last_covariance
 
+#: Names of all that is tested.
+QUESTIONS = ("gyro.bias_decay", "gyro.drift")
 #: What a degree of freedom has to explain, as by Schwarz's criterion of 1,000 readings.
 _EACH = float(np.log(1000.0))
 #: From so many of its 1-sigmas on a change of an estimate is told.
@@ -85,15 +87,11 @@ def questions(solution: Solution) -> dict[str, Question]:
             f"rate_random_walk = {gyro.rate_random_walk:g} explains"
         )
 
-    return {
-        "gyro.bias_decay": Question(bias_decay(solution), decays, "gyro.bias_decay"),
-        "gyro.drift": Question(bias_drift(solution), drifted, "gyro.rate_random_walk"),
-    }
-
-
-def number_of_tests() -> int:
-    """As many as there are `questions`."""
-    return 2
+    asked = (
+        Question(bias_decay(solution), decays, "gyro.bias_decay"),
+        Question(bias_drift(solution), drifted, "gyro.rate_random_walk"),
+    )
+    return dict(zip(QUESTIONS, asked, strict=True))
 
 
 def model_tests(

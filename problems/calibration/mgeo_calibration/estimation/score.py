@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Floats
@@ -17,7 +17,7 @@ from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
 from mgeo_calibration.estimation.kernels import load
-from mgeo_calibration.estimation.linearization import Sightings, Steps
+from mgeo_calibration.estimation.linearization import Steps
 from mgeo_calibration.estimation.smoother import Solution
 
 
@@ -32,17 +32,14 @@ class Departure:
     ----------
     width : int
         k.
-    moves : array, shape (n, 3, k), optional
+    moves : array, shape (n, 3, k)
         What they add to the attitude's error in each step [rad].
-    reads : mapping of int to array, shape (N, 3, k)
-        What they add to the readings of sensors, by number, in the filter's units.
     bias : array, shape (3, k), optional
         What they add to the gyro's bias at the last sample beside its own error [rad/s].
     """
 
     width: int
-    moves: Floats | None = None
-    reads: Mapping[int, Floats] = field(default_factory=dict)
+    moves: Floats
     bias: Floats | None = None
 
 
@@ -128,7 +125,7 @@ def scores(solution: Solution, departures: Mapping[str, Departure]) -> Scores:
         name: slice(int(end) - departure.width, int(end))
         for (name, departure), end in zip(departures.items(), ends, strict=True)
     }
-    move, seen = _widened(solution, departures, places, m)
+    move, seen = _widened(solution.steps, departures, places, m), solution.sightings
     (N, d), (s, _, _, p) = solution.e.shape, seen.H.shape
     r, J = solution.prior
     q = len(r)
@@ -158,34 +155,16 @@ def scores(solution: Solution, departures: Mapping[str, Departure]) -> Scores:
 
 
 def _widened(
-    solution: Solution, departures: Mapping[str, Departure], places: Mapping[str, slice], m: int
-) -> tuple[Steps, Sightings]:
-    """Steps and readings with the coefficients as the last of the constants."""
-    move, seen = solution.steps, solution.sightings
+    move: Steps, departures: Mapping[str, Departure], places: Mapping[str, slice], m: int
+) -> Steps:
+    """Steps with the m coefficients as the last of the constants, which no sensor reads."""
     n, d, c = move.G.shape
-    s, N, _, p = seen.H.shape
-    G, H = np.zeros((n, d, c + m)), np.zeros((s, N, 3, p + m))
-    G[:, :, :c], H[:, :, :, :p] = move.G, seen.H
-    counts, columns = seen.counts.copy(), np.zeros((s, p + m), dtype=np.int64)
-    columns[:, :p] = seen.columns
-    readers = {index for departure in departures.values() for index in departure.reads}
-    for index in readers:
-        first = int(counts[index].sum())
-        columns[index, first : first + m] = c + np.arange(m)
-        counts[index, 1] += m
-        H[index, :, :, first:] = 0.0
+    G = np.zeros((n, d, c + m))
+    G[:, :, :c] = move.G
     for name, departure in departures.items():
-        place = places[name]
-        if departure.moves is not None:
-            G[:, :3, c:][:, :, place] = departure.moves
-        for index, columns_of in departure.reads.items():
-            first = int(seen.counts[index].sum())
-            H[index, :, :, first:][:, :, place] = columns_of
-    growth = np.column_stack([move.growth, np.ones((N, m))])
-    return (
-        dataclasses.replace(move, G=G, growth=growth),
-        dataclasses.replace(seen, H=H, counts=counts, columns=columns),
-    )
+        G[:, :3, c:][:, :, places[name]] = departure.moves
+    growth = np.column_stack([move.growth, np.ones((len(move.growth), m))])
+    return dataclasses.replace(move, G=G, growth=growth)
 
 
 def _inverse(information: Floats) -> Floats:
