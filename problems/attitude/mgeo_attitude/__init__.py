@@ -1,6 +1,5 @@
 """Attitude maneuvers that make sensor errors observable, as a pymoo problem."""
 
-import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -92,22 +91,5 @@ def __getattr__(name: str) -> Any:
         if name in names:
             return getattr(import_module(home), name)
     if name in _MOVED:
-        return _moved(name)
+        return import_module("mgeo_attitude.aliases").moved(name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def _moved(name: str) -> Any:
-    warnings.warn(
-        f"mgeo_attitude.{name} is mgeo_calibration.{name} now; gone in 0.4",
-        DeprecationWarning,
-        stacklevel=3,
-    )
-    try:
-        return getattr(import_module("mgeo_calibration"), name)
-    except ModuleNotFoundError as error:
-        if error.name != "mgeo_calibration":
-            raise
-        raise ImportError(
-            f"{name} is of mgeo-calibration, which is not installed: pip install mgeo-calibration, "
-            "or ./problems/calibration of a checkout"
-        ) from error

@@ -1,9 +1,10 @@
-"""What problems were asked before they had a view; each warns, and asks the view."""
+"""What problems were asked before they had a view, and what is of mgeo-calibration now."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -40,3 +41,26 @@ class ShownByView:
 
 for _name in (*_OF_PLANS, *_FIGURES, *_OF_NONE):
     setattr(ShownByView, _name, _alias(_name, _name not in _OF_NONE))
+
+
+def not_installed(what: str) -> ImportError:
+    """That something is of mgeo-calibration, and how that is had."""
+    return ImportError(
+        f"{what} is of mgeo-calibration, which is not installed: pip install mgeo-calibration, or "
+        "./problems/calibration of a checkout"
+    )
+
+
+def moved(name: str) -> Any:
+    """What mgeo-calibration has of a name that was here."""
+    warnings.warn(
+        f"mgeo_attitude.{name} is mgeo_calibration.{name} now; gone in 0.4",
+        DeprecationWarning,
+        stacklevel=3,
+    )
+    try:
+        return getattr(import_module("mgeo_calibration"), name)
+    except ModuleNotFoundError as error:
+        if error.name != "mgeo_calibration":
+            raise
+        raise not_installed(name) from error

@@ -152,11 +152,10 @@ def _elsewhere(command: str, about: str) -> None:
         add_help_option=False,
     )
     def refuse() -> None:
+        from mgeo_attitude.aliases import not_installed
+
         with bad_input(USERS):
-            raise ImportError(
-                f"mgeo attitude {command} is of mgeo-calibration, which is not installed: "
-                "pip install mgeo-calibration, or ./problems/calibration of a checkout"
-            )
+            raise not_installed(f"mgeo attitude {command}")
 
 
 for _command, _about in _ELSEWHERE.items():
