@@ -13,8 +13,8 @@ import numpy as np
 import ppigrf
 import pytest
 from mgeo_attitude.environment import Environment
+from mgeo_attitude.environment.element_set import gcrs_of
 from mgeo_attitude.environment.time_frames import instants
-from mgeo_attitude.environment.tle import sgp4_gcrs
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.scenario import Convergence, Orbit, Scenario, TLEOrbit
 
@@ -90,7 +90,7 @@ def test_orbit_by_an_element_set(scenario: Scenario) -> None:
     )
     epoch = datetime(2006, 6, 26, tzinfo=UTC)
     found = Environment.from_scenario(dataclasses.replace(scenario, orbit=tle, epoch=epoch))
-    position, velocity = sgp4_gcrs(tle.line1, tle.line2, instants(epoch, scenario.times))
+    position, velocity = gcrs_of(tle.satellite(), instants(epoch, scenario.times))
     np.testing.assert_array_equal(found.position, position)
     np.testing.assert_array_equal(found.velocity, velocity)
     steps = np.linalg.norm(np.diff(position, axis=0), axis=1) / 20.0

@@ -17,8 +17,9 @@ import numpy as np
 import pytest
 from brahe.ccsds import OEM
 from mgeo_attitude import Environment, Scenario
+from mgeo_attitude.environment.element_set import gcrs_of
 from mgeo_attitude.environment.time_frames import instants, rotate
-from mgeo_attitude.environment.tle import sgp4_gcrs
+from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import EphemerisOrbit, OrbitFile
 
@@ -29,6 +30,7 @@ from ..scenario.test_orbit import ISS_1, ISS_2
 
 ISS = Path(__file__).parents[1] / "reference" / "iss-2008-09-20.oem"
 ISS_EPOCH = datetime(2008, 9, 20, 12, 40, tzinfo=UTC)
+ISS_SET = TLEOrbit(line1=ISS_1, line2=ISS_2)
 SCENARIO = dataclasses.replace(Scenario.paper(), step=10.0, duration=6000.0)
 TIMES = np.arange(-300.0, 6301.0, 60.0)
 
@@ -148,7 +150,9 @@ def test_the_message_in_teme_against_sgp4() -> None:
     """SGP4 by the package sgp4 here, by beyond there, whose states are 180 s apart."""
     orbit = OrbitFile(file=str(ISS)).for_run(ISS_EPOCH, 5400.0)
     times = np.arange(0.0, 5401.0, 10.0)
-    expected, motion = sgp4_gcrs(ISS_1, ISS_2, instants(ISS_EPOCH, times))
+    expected, motion = gcrs_of(
+        TLEOrbit(line1=ISS_1, line2=ISS_2).satellite(), instants(ISS_EPOCH, times)
+    )
     found, velocity = orbit.propagate(ISS_EPOCH, times)
     apart = np.linalg.norm(found - expected, axis=1)
     assert apart.max() < 0.3  # 0.22 m at the samples themselves
@@ -161,7 +165,9 @@ def test_an_interpolation_of_ones_own() -> None:
     own = OrbitFile(file=str(ISS), interpolation="hermite", degree=5).for_run(ISS_EPOCH, 5400.0)
     assert own.degree == 5
     times = np.arange(0.0, 5401.0, 10.0)
-    expected, _ = sgp4_gcrs(ISS_1, ISS_2, instants(ISS_EPOCH, times))
+    expected, _ = gcrs_of(
+        TLEOrbit(line1=ISS_1, line2=ISS_2).satellite(), instants(ISS_EPOCH, times)
+    )
     assert 0.3 < np.linalg.norm(own.propagate(ISS_EPOCH, times)[0] - expected, axis=1).max() < 1.5
 
 

@@ -13,8 +13,10 @@ import erfa
 import numpy as np
 import pytest
 from mgeo_attitude.environment import SGP4Error
+from mgeo_attitude.environment.element_set import gcrs_of, teme_of
 from mgeo_attitude.environment.time_frames import Instants, instants
-from mgeo_attitude.environment.tle import sgp4_gcrs, sgp4_teme
+from mgeo_attitude.environment.tle import TLEOrbit
+from sgp4.api import Satrec
 
 VANGUARD_1 = (
     "1 00005U 58002B   00179.78495062  .00000023  00000-0  28098-4 0  4753",
@@ -28,6 +30,10 @@ COSMOS_2405 = (  # perigee at 127 km: it decays within days
     "1 28350U 04020A   06167.21788666  .16154492  76267-5  18678-3 0  8894",
     "2 28350  64.9977 345.6130 0024870 260.7578  99.9590 16.47856722116490",
 )
+
+
+def satellite(lines: tuple[str, str]) -> Satrec:
+    return TLEOrbit(line1=lines[0], line2=lines[1]).satellite()
 
 
 def after_epoch(lines: tuple[str, str], minutes: list[float]) -> Instants:
@@ -73,7 +79,7 @@ def test_teme_vectors_of_the_verification_output(
     position: list[list[float]],
     velocity: list[list[float]],
 ) -> None:
-    found_position, found_velocity = sgp4_teme(*lines, after_epoch(lines, minutes))
+    found_position, found_velocity = teme_of(satellite(lines), after_epoch(lines, minutes))
     np.testing.assert_allclose(found_position, 1e3 * np.array(position), rtol=0.0, atol=0.02)
     np.testing.assert_allclose(found_velocity, 1e3 * np.array(velocity), rtol=0.0, atol=2e-5)
 
@@ -82,7 +88,7 @@ def test_published_j2000_vector() -> None:
     """IAU 1976/1980 without pole corrections: its 0.05" make 2 m of the 10 000 km there."""
     at = after_epoch(VANGUARD_1, [4320.0])
     frame_bias, _, _ = erfa.bp06(at.midnight, at.tt[0])
-    position, velocity = sgp4_gcrs(*VANGUARD_1, at)
+    position, velocity = gcrs_of(satellite(VANGUARD_1), at)
     j2000 = 1e3 * np.array([-9059.9413786, 4659.6972000, 813.9588875])
     assert np.linalg.norm(frame_bias @ position[0] - j2000) < 2.5
     j2000_velocity = 1e3 * np.array([-2.233348094, -4.110136162, -3.157394074])
@@ -93,8 +99,8 @@ def test_velocity_is_the_derivative_of_position_as_well_as_in_teme() -> None:
     """SGP4's own velocity is off by up to 0.4 m/s; turning both to GCRS must not add to it."""
     at = after_epoch(MOLNIYA_2_14, [120.0 - 1.0 / 60.0, 120.0, 120.0 + 1.0 / 60.0])
     errors = []
-    for propagate in (sgp4_teme, sgp4_gcrs):
-        position, velocity = propagate(*MOLNIYA_2_14, at)
+    for propagate in (teme_of, gcrs_of):
+        position, velocity = propagate(satellite(MOLNIYA_2_14), at)
         errors.append(np.linalg.norm((position[2] - position[0]) / 2.0 - velocity[1]))
     assert errors[0] < 0.5
     assert errors[1] == pytest.approx(errors[0], abs=1e-3)
@@ -103,10 +109,10 @@ def test_velocity_is_the_derivative_of_position_as_well_as_in_teme() -> None:
 def test_decayed_satellite_is_an_error_with_its_time() -> None:
     at = after_epoch(COSMOS_2405, [0.0, 60.0, 60.0 * 24 * 30])
     with pytest.raises(SGP4Error, match=r"satellite 28350: SGP4 error \d at t = 2592000.0 s, \w+"):
-        sgp4_teme(*COSMOS_2405, at)
+        teme_of(satellite(COSMOS_2405), at)
 
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "sgp4.api", None)
     with pytest.raises(ImportError, match=r"pip install sgp4$"):
-        sgp4_gcrs(*VANGUARD_1, after_epoch(VANGUARD_1, [0.0]))
+        gcrs_of(satellite(VANGUARD_1), after_epoch(VANGUARD_1, [0.0]))

@@ -7,15 +7,11 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, ClassVar
 
-from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.element_set import (
     ElementSet,
     fastest,
-    gcrs_of,
     sgp4_api,
-    teme_of,
 )
-from mgeo_attitude.environment.time_frames import Instants
 from mgeo_attitude.fields import expect, quantity
 
 if TYPE_CHECKING:
@@ -96,7 +92,7 @@ class TLEOrbit(ElementSet):
 
     def satellite(self) -> Satrec:
         """With the constants of WGS72, for which element sets are made."""
-        return _satellite(self.line1, self.line2)
+        return sgp4_api().Satrec.twoline2rv(self.line1, self.line2)
 
 
 def epoch_of(line1: str) -> datetime:
@@ -107,20 +103,6 @@ def epoch_of(line1: str) -> datetime:
         raise ValueError(f"{line1!r:.80}: expected an epoch in columns 19-32") from None
     century = 1900 if short_year >= _FIRST_YEAR else 2000
     return datetime(century + short_year, 1, 1, tzinfo=UTC) + timedelta(days=day - 1.0)
-
-
-def sgp4_gcrs(line1: str, line2: str, at: Instants) -> tuple[Floats, Floats]:
-    """As `gcrs_of`, from the two (checked) lines of a set."""
-    return gcrs_of(_satellite(line1, line2), at)
-
-
-def sgp4_teme(line1: str, line2: str, at: Instants) -> tuple[Floats, Floats]:
-    """As `teme_of`, from the two (checked) lines of a set."""
-    return teme_of(_satellite(line1, line2), at)
-
-
-def _satellite(line1: str, line2: str) -> Satrec:
-    return sgp4_api().Satrec.twoline2rv(line1, line2)
 
 
 def _check_line(key: str, line: str, number: str) -> None:
