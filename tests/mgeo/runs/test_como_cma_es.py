@@ -1,18 +1,14 @@
 """COMO-CMA-ES as a pymoo algorithm, against its authors' own loop and a front in closed form."""
 
-import sys
-
 import comocma
 import numpy as np
 import pytest
-from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
-from pymoo.problems.multi import BNH
 
-from mgeo.runs.algorithms import build_algorithm
 from mgeo.runs.como_cma_es import COMOCMAES
-from tests.mgeo.runs.test_mo_cma_es import Ellipsoids
+
+from .ellipsoids import Ellipsoids
 
 
 @pytest.fixture(autouse=True)
@@ -68,34 +64,8 @@ def test_kernels_that_stop_are_joined_by_new_ones_and_it_goes_on():
     assert result.algorithm.evaluator.n_eval >= 3_000
 
 
-def test_it_repeats_with_its_seed_alone():
-    found = []
-    for state in (1, 2):
-        np.random.seed(state)  # noqa: NPY002
-        found.append(minimize(Ellipsoids(), COMOCMAES(5), ("n_eval", 300), seed=7).F)
-    assert np.array_equal(*found)
-
-
-def test_it_stays_in_the_box_and_is_built_by_name():
-    algorithm = build_algorithm("como-cma-es", {"population": 6}, Ellipsoids())
-    assert algorithm.pop_size == 6
-    seen = []
-    minimize(
-        Ellipsoids(), algorithm, ("n_eval", 600), seed=1,
-        callback=lambda algorithm: seen.append(algorithm.pop.get("X")),
-    )  # fmt: skip
-    assert np.abs(np.concatenate(seen)).max() <= 5.0
-
-
-def test_what_it_cannot_do_is_said(monkeypatch):
-    with pytest.raises(ValueError, match="COMO-CMA-ES does not treat constraints"):
-        minimize(BNH(), COMOCMAES(), ("n_gen", 2))
-    with pytest.raises(ValueError, match="COMO-CMA-ES needs bounds"):
-        minimize(Problem(n_var=2, n_obj=2), COMOCMAES(), ("n_gen", 2))
+def test_of_how_many_objectives_and_variables_it_is_is_said():
     with pytest.raises(ValueError, match=r"COMO-CMA-ES: 3 objective\(s\), expected 2"):
         minimize(get_problem("dtlz2"), COMOCMAES(), ("n_gen", 2))
     with pytest.raises(ValueError, match="COMO-CMA-ES: 1 variable, expected 2 or more"):
         minimize(Ellipsoids(1), COMOCMAES(), ("n_gen", 2))
-    monkeypatch.setitem(sys.modules, "comocma", None)
-    with pytest.raises(ValueError, match=r"needs the extra 'coco': pip install 'mgeo\[coco\]'"):
-        build_algorithm("como-cma-es", {}, Ellipsoids())
