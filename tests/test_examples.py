@@ -109,6 +109,7 @@ def mgeo(folder, *commands):
     return done.stdout
 
 
+@pytest.mark.slow
 def test_all_of_them_appear_in_a_run_and_its_report(extended):
     """With packages that are copies, and nothing else than the sections changed in them."""
     solve = "solve attitude --scenario scenario.toml --algorithm mgeo-wide --evaluations 720 -q"

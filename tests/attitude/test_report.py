@@ -36,6 +36,7 @@ def test_three_hundred_plans_stay_below_eight_megabytes(scenario):
     assert library + common + 300 * (each + row) < 8e6
 
 
+@pytest.mark.slow
 def test_each_point_of_the_front_has_its_plan(tmp_path):
     scenario = dataclasses.replace(
         Scenario.paper(), duration=2400.0, step=4.0, name="</script>short"

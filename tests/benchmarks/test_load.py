@@ -51,6 +51,7 @@ def test_a_large_front_does_not_dominate_a_generation():
     assert large < 3 * small, (small, large)
 
 
+@pytest.mark.slow
 @linux
 def test_memory_grows_with_the_front_only(tmp_path):
     """At this rate a million evaluations need 500 MiB: a copy of each generation would be seen."""

@@ -35,6 +35,7 @@ def _failures(failed):
     return [f"case {result.number} ({result.kind}): {result.failures[0]}" for result in failed]
 
 
+@pytest.mark.slow
 def test_a_case_does_the_same_again():
     for number in range(6):
         one, two = run_case(number), run_case(number)
@@ -47,6 +48,7 @@ def test_most_cases_are_refused_and_sound_ones_are_not():
     assert not any(run_case(n, ["sound command"]).refused for n in range(4))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(kinds.KINDS))
 def test_every_kind_makes_cases(name):
     assert run_case(1, [name]).failures == []

@@ -4,6 +4,7 @@ import contextlib
 import os
 import tempfile
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mgeo_attitude import Scenario
@@ -54,6 +55,7 @@ def _refusal(table):
     return ""
 
 
+@pytest.mark.slow
 @settings(max_examples=75)
 @given(words=st.lists(WORDS, max_size=6), attitude=st.booleans())
 def test_any_words_are_a_command_or_refused_in_plain_characters(words, attitude):

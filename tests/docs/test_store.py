@@ -43,6 +43,7 @@ def store():
     return function
 
 
+@pytest.mark.slow
 def test_what_is_kept_reads_back_to_six_digits(results, store, tmp_path):
     source, found = results
     assert {path.name for path in store(source, tmp_path)} == set(found)

@@ -66,6 +66,7 @@ def test_it_passes_its_own_test(installed):
     names["test_protocol"]()
 
 
+@pytest.mark.slow
 def test_the_commands_and_the_study(folder):
     solve, again = blocks("sh")[0].splitlines()
     run(f"{solve} --evaluations 600 --quiet")

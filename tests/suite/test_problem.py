@@ -131,6 +131,7 @@ def test_a_sun_sensor_needs_no_bias_states():
     assert a.covariance[0, :3, :3] == pytest.approx(b.covariance[0, :3, :3], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_cheapest_suite_and_the_best_are_found(problem):
     """Against every suite of the catalog, each with forty plans: the median of three runs."""
     two = SensorSuiteProblem(problem.scenario, problem.catalog, ("price", "attitude"))

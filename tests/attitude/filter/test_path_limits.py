@@ -258,6 +258,7 @@ def test_a_cone_at_rest_by_hand():
     assert found == pytest.approx(at_start, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_no_margin_is_the_angle_alone():
     bare = dataclasses.replace(CAMERA, attitude_sigmas=0.0)
     problem = AttitudeManeuverProblem(scenario(bare, eclipse=False))
@@ -305,6 +306,7 @@ def densely(problem, limit, flown):
     return angle.reshape(-1, DENSE), sigma.reshape(-1, DENSE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [1.0, 10.0])
 def test_limits_hold_between_filter_steps(step):
     """Of a fast turn the worst is between two samples, which a filter alone does not see."""
@@ -383,6 +385,7 @@ def test_half_a_turn_in_a_step_is_refused_where_it_would_be_judged():
     assert np.isfinite(evaluate(FilterModel.from_scenario(free), fast).trace).all()
 
 
+@pytest.mark.slow
 def test_the_margin_holds_between_filter_steps():
     """To a small part: it is taken where the angle is least and at the end, not in between."""
     limit = dataclasses.replace(CAMERA, half_angle_deg=1.0)

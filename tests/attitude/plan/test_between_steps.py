@@ -40,6 +40,7 @@ def flown():
     return ManeuverPlan(scenario, tuple(map(float, design))), sun, camera
 
 
+@pytest.mark.slow
 def test_table_export_and_flights_agree(flown):
     plan, sun, camera = flown
     off_at_steps = np.degrees(np.arccos(np.clip(plan.attitude @ sun @ camera, -1.0, 1.0)))

@@ -54,6 +54,7 @@ def test_a_plan_that_is_flown_exactly_ends_when_it_has_converged(plan, exact):
     assert "late flights" not in aem_text(exact) + to_csv(exact) + to_json(exact)
 
 
+@pytest.mark.slow
 def test_the_ephemeris_goes_on_turning_at_the_last_rate(plan):
     text = aem_text(plan)
     told = f"COMMENT {plan.late()[0]}"

@@ -139,6 +139,7 @@ def test_figures_show_it(plan):
     assert figures["trace"].layout.xaxis.range == (0.0, plan.t_end)
 
 
+@pytest.mark.slow
 def test_flights_slew_back_too(plan):
     """A flight without errors ends at the law; with them the filter stays as good as it claims."""
     early = {"convergence": {"window": 60.0, "relative_decrease": 0.3}}
@@ -209,6 +210,7 @@ def test_path_limits_are_looked_at_until_the_end(plan):
     assert from_json(to_json(watched)) == watched
 
 
+@pytest.mark.slow
 def test_a_front_is_told_how_many_keep_their_limits_until_the_end(plan):
     """The search sees none of it, so its answers have to say."""
     limit = PathLimit(boresight=(0.0, 0.0, -1.0), half_angle_deg=1.0, attitude_sigmas=0.0)

@@ -243,6 +243,7 @@ def test_of_another_sample_nothing_is_believed_of_what_varies():
     assert not found.states[others].any()
 
 
+@pytest.mark.slow
 def test_the_simulation_draws_from_what_is_known(first):
     """Errors at the start have the whole covariance, and NEES of the filter is 1 ever after."""
     found, _ = first

@@ -80,6 +80,7 @@ def test_nothing_is_broken_in_the_dark():
         assert (record.broken == share).all()
 
 
+@pytest.mark.slow
 def test_what_passes_a_cone_by_a_degree_is_inside_it_unless_it_keeps_the_margin():
     """10 deg of initial attitude: flights start inside when an error of a degree says so."""
     bare = toward_sun(21.0, 20.0, attitude_sigmas=0.0)

@@ -27,7 +27,9 @@ def short(scenario):
     )
 
 
-@pytest.fixture(scope="module", params=["paper", "cubesat_6u"])
+@pytest.fixture(
+    scope="module", params=["paper", pytest.param("cubesat_6u", marks=pytest.mark.slow)]
+)
 def flown(request):
     """A model, and flights in which the Sun passes the Sun sensor's view, not in all at once."""
     scenario = short(getattr(Scenario, request.param)())

@@ -203,6 +203,7 @@ def test_the_truth_has_eclipses_and_fields_of_view_of_its_own():
     np.testing.assert_array_equal(seen, run((narrow, environment), 2).updates)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [

@@ -42,7 +42,11 @@ def wait_for_progress(process):
 
 
 @pytest.mark.parametrize(
-    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["ctrl-c", "sigterm"]
+    ("number", "code"),
+    [
+        pytest.param(signal.SIGINT, 130, id="ctrl-c"),
+        pytest.param(signal.SIGTERM, 143, id="sigterm", marks=pytest.mark.slow),
+    ],
 )
 def test_a_signal_ends_the_run_and_keeps_what_was_found(
     number, code, stand_in, stand_in_environment, tmp_path
@@ -62,6 +66,7 @@ def test_a_signal_ends_the_run_and_keeps_what_was_found(
     assert np.array_equal(problem.evaluate(run.outcome.X), run.outcome.F)
 
 
+@pytest.mark.slow
 def test_a_second_signal_does_not_wait_for_the_generation(stand_in, stand_in_environment, tmp_path):
     arguments = ["solve", "stuck-cantilever", *LONG, "--out", "a"]
     with started(arguments, stand_in_environment, tmp_path) as process:
@@ -75,6 +80,7 @@ def test_a_second_signal_does_not_wait_for_the_generation(stand_in, stand_in_env
     assert read_run(tmp_path / "a").outcome.evaluations == 8  # the first: 4 walkers, 2 variables
 
 
+@pytest.mark.slow
 def test_impatience_does_not_cost_the_run(stand_in, stand_in_environment, tmp_path):
     arguments = ["solve", "slow-cantilever", *LONG, "--out", "a"]
     with started(arguments, stand_in_environment, tmp_path) as process:
@@ -89,6 +95,7 @@ def test_impatience_does_not_cost_the_run(stand_in, stand_in_environment, tmp_pa
     assert (tmp_path / "a" / "front.html").exists()
 
 
+@pytest.mark.slow
 def test_a_pipe_gets_no_control_characters(stand_in_environment, tmp_path):
     environment = {**stand_in_environment, "FORCE_COLOR": "1", "TERM": "xterm-256color"}
     arguments = ["solve", "cantilever", *LONG, "--evaluations", "400"]

@@ -129,7 +129,7 @@ def test_no_point_is_below_what_no_maneuver_can_beat(figure, problem, X, F):
 
 def test_flights_that_begin_late_have_no_such_curve(problem, X):
     flight = FlightErrors(count=2, start_delay=60.0)
-    coarse = dataclasses.replace(problem.scenario, flight=flight, step=4.0)
+    coarse = dataclasses.replace(problem.scenario, flight=flight, step=4.0, duration=1200.0)
     late = AttitudeManeuverProblem(coarse)
     drawn = late.view(X[:3]).figures()["front"].data
     assert "no maneuver can beat" not in [trace.name for trace in drawn]
