@@ -142,10 +142,24 @@ class _Hasher(NumpyHasher):
             obj = ("jit", obj.py_func, obj.targetoptions)
         super().save(obj)
 
+    def save_reduce(
+        self, func: Any, args: Any, state: Any = None, *more: Any, **named: Any
+    ) -> None:
+        """Write an object; in which order its attributes were set says nothing of it."""
+        # those with slots have two: the dictionary, and that of the slots
+        parts = state if isinstance(state, tuple) else (state,)
+        parts = tuple(dict(sorted(each.items())) if _names(each) else each for each in parts)
+        state = parts if isinstance(state, tuple) else parts[0]
+        super().save_reduce(func, args, state, *more, **named)
+
     def _batch_setitems(self, items: Any, *more: Any) -> None:
         # joblib's, which leaves out the order of keys, takes any TypeError for that of sorting
         # them, also that of a value which cannot be pickled
         super(Hasher, self)._batch_setitems(items, *more)
+
+
+def _names(state: Any) -> bool:
+    return type(state) is dict and all(isinstance(key, str) for key in state)
 
 
 def _function(function: FunctionType) -> Iterator[Any]:

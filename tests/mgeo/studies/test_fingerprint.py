@@ -1,6 +1,7 @@
 """What makes two problems or algorithms one, and what nobody can know for certain."""
 
 import functools
+import importlib
 import io
 import logging
 import random
@@ -60,6 +61,20 @@ class Optional(Problem):
         out["F"] = self.scale * X * [1, -1] + self.offset
 
 
+class Restored:
+    """Its copy has its attributes in another order, as that of a spline since SciPy 1.18."""
+
+    def __init__(self):
+        self.values, self.namespace = np.ones(3), np
+
+    def __getstate__(self):
+        return vars(self) | {"namespace": self.namespace.__name__}
+
+    def __setstate__(self, state):
+        self.namespace = importlib.import_module(state["namespace"])
+        self.values = state["values"]
+
+
 def closure(scale):
     return lambda x: scale * x
 
@@ -103,6 +118,7 @@ MADE = {
     "name in a DataFrame": lambda: Holder(model=pd.DataFrame({"b": [1.0, 2.0]})),
     "spline": lambda: Holder(model=CubicSpline([0, 1, 2], [0, 1, 2])),
     "values of a spline": lambda: Holder(model=CubicSpline([0, 1, 2], [0, 1, 3])),
+    "restored": lambda: Holder(model=Restored()),
     "ufunc": lambda: Holder(model=np.sin),
     "another ufunc": lambda: Holder(model=np.cos),
     "function of NumPy": lambda: Holder(model=np.mean),
