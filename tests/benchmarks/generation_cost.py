@@ -2,9 +2,9 @@
 
     python -m tests.benchmarks.generation_cost
 
-measures all cases on an idle machine, for a few minutes, and writes the table of
-docs/bookkeeping.md. Processor time rather than the clock's: the figure is about work, not about who
-else works.
+measures all cases on an idle machine, for a few minutes, and prints the table that
+docs/performance.md sums up. Processor time rather than the clock's: the figure is about work, not
+about who else works.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ import time
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,9 +29,8 @@ from pymoo.core.termination import NoTermination
 
 from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
 
-from .table import markdown, processor, with_tables
+from .table import markdown, processor
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "bookkeeping.md"
 N_VAR = 12
 GENERATIONS = 40
 
@@ -129,7 +127,7 @@ def table(costs: Mapping[tuple[str, int, int, int], Cost]) -> str:
 
 
 def main() -> None:
-    """Measure, and write the document."""
+    """Measure, and print the table."""
     keys = list(itertools.product(VARIANTS, OFFSPRING, FRONTS, OBJECTIVES))
     costs = {key: cost(*key) for key in keys}
     where = (
@@ -138,7 +136,6 @@ def main() -> None:
     )
     tables = f"{where}\n\n{table(costs)}"
     sys.stdout.write(f"{tables}\n")
-    DOCUMENT.write_text(with_tables(DOCUMENT.read_text(encoding="utf-8"), tables), encoding="utf-8")
 
 
 if __name__ == "__main__":

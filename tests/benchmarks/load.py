@@ -2,13 +2,11 @@
 
 ::
 
-    python -m tests.benchmarks.load        # measures, and writes docs/load.csv and docs/load.md
+    python -m tests.benchmarks.load        # measures, and prints the table
 """
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 import re
 import resource
@@ -17,7 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -30,16 +28,14 @@ from pymoo.problems.multi import ZDT1
 import mgeo
 from mgeo import Checkpoint, MGEOReal
 from mgeo.runs.solve import State, solve
-from mgeo.store.atomic import write_files
 from mgeo.store.run import RunConfiguration
 from mgeo.store.run_persistence import RunPersistence
 
-from .table import markdown, processor, with_tables
+from .table import markdown, processor
 
 EVALUATIONS, POINTS = 1_000_000, 20
 RUNS = 1_000
 PARAMETERS: dict[str, Any] = {"sigma": 0.1, "perturbation": "range"}
-_DOCS = Path(__file__).parents[2] / "docs"
 _MARK = "MGEO_LOAD"  # in the environment of all processes of a study
 _GRACE = 5.0  # seconds that helpers of a process have to notice its end
 
@@ -211,23 +207,13 @@ def _text(path: Path) -> str:
 
 
 def main() -> None:
-    """Measure, and write what was found."""
+    """Measure, and print what was found."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         points = run(folder, EVALUATIONS)
         (folder / "study").mkdir()
         left = study(folder / "study", RUNS)
-    write(points, left)
-
-
-def write(points: list[Point], left: Leftovers) -> None:
-    """Write all points as CSV, and the tables into the document."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(field.name for field in fields(Point))
-    writer.writerows(map(astuple, points))
-    page = with_tables((_DOCS / "load.md").read_text(encoding="utf-8"), tables(points, left))
-    write_files(_DOCS, {"load.csv": text.getvalue().encode(), "load.md": page.encode()})
+    sys.stdout.write(tables(points, left) + "\n")
 
 
 def tables(points: list[Point], left: Leftovers) -> str:

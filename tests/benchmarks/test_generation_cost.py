@@ -19,7 +19,7 @@ def test_a_generation_costs_no_more_than_one_of_nsga2(
         f"\n{offspring} offspring, {n_obj} objectives: NSGA-II {found.theirs:.2f} ms, {variant} "
         f"{found.ours:.2f} ms ({found.ratio:.2f}) with a front of {found.before} to {found.after}"
     )
-    # four walkers look for the nearest of 10,000 points: said in docs/bookkeeping.md
+    # four walkers look for the nearest of 10,000 points: said in docs/performance.md
     few = variant == "directed" and offspring == 12 and front == 10_000
     assert found.ratio <= (1.4 if few else 1.0)
 

@@ -1,4 +1,4 @@
-"""The claims of docs/load.md at a size that can be tested every time."""
+"""The claims of docs/performance.md on large runs at a size that can be tested every time."""
 
 import statistics
 import sys

@@ -248,8 +248,7 @@ def test_a_browser_draws_the_interactive_figure(site, browser, tmp_path):
         ("notebooks/3_comparing_algorithms", 3, 2),
         ("studies/table3", 3, 2),
         ("studies/tuning", 1, 2),
-        ("studies/comparison", 7, 6),
-        ("studies/benchmarks", 1, 7),
+        ("studies/results", 3, 22),
     ],
 )
 def test_a_browser_draws_what_code_on_a_page_shows(site, browser, tmp_path, page, figures, tables):
@@ -276,17 +275,16 @@ def test_the_tutorial_leads_to_a_second_calibration(site):
 
 def test_the_pages_of_studies_say_how_much_of_them_is_shown(site):
     studies = ROOT / "docs" / "studies"
-    shown = {
-        path.relative_to(studies / "data").parts[0] for path in studies.rglob("provenance.json")
+    sizes = {
+        name: page.stem
+        for page in studies.glob("*.md")
+        for name in re.findall(r'^size\("([\w-]+)"\)$', page.read_text(encoding="utf-8"), re.M)
     }
-    pages = [studies / f"{name}.toml" for name in shown if (studies / f"{name}.md").exists()]
-    assert len(pages) >= 4
-    for path in pages:
-        study = read_study(path)
-        made = json.loads(
-            next((path.parent / "data" / path.stem).rglob("provenance.json")).read_text()
-        )
-        text = (site / "studies" / f"{path.stem}.html").read_text(encoding="utf-8")
+    assert len(sizes) >= 5
+    for name, page in sizes.items():
+        study = read_study(studies / f"{name}.toml")
+        made = json.loads(next((studies / "data" / name).rglob("provenance.json")).read_text())
+        text = (site / "studies" / f"{page}.html").read_text(encoding="utf-8")
         size = (made["evaluations"], len(made["seeds"]))
         assert f"{size[0]:,} evaluations, {size[1]} seeds</strong>" in text
         reduced = size != (study.evaluations, len(study.seeds))

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import plotly.graph_objects as go
 
+from mgeo.studies import read_study
+
 PAGE = Path(__file__).parents[3] / "docs" / "studies" / "README.md"
 
 
@@ -26,5 +28,14 @@ def test_links_lead_somewhere_and_every_study_is_listed():
     pages = {path.name for path in PAGE.parent.glob("*.md") if path != PAGE}
     assert studies | pages == {target for target in targets if not target.startswith("../")}
     assert all((PAGE.parent / target).exists() for target in targets)
-    of_several = {"directed.md", "diary.md"}
-    assert {f"{Path(name).stem}.toml" for name in pages - of_several} <= studies
+    assert {f"{Path(name).stem}.toml" for name in pages - {"results.md"}} <= studies
+
+
+def test_the_study_file_of_the_page_is_read(tmp_path):
+    (text,) = re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
+    study = read_study(tmp_path / "mine.toml")
+    (problem,) = study.problems
+    assert problem.label == "dtlz2 with 2 objectives"
+    assert study.budget(problem.build())[0] == 20_000
+    assert study.control in [algorithm.label for algorithm in study.algorithms]
