@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Estimate:
+class RunTime:
     """Times in seconds: elapsed, and of the processors (more, where several work).
 
     They were measured on `timed` evaluations.
@@ -31,7 +31,7 @@ class Estimate:
     timed: int
 
 
-def estimate(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int) -> Estimate:
+def estimate(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int) -> RunTime:
     """Make two generations of a run, and think of the second as typical.
 
     The first, in which much is done for the first time, counts once. Of a staged search the second
@@ -55,7 +55,7 @@ def estimate(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int
         judged = len(run.front) + (end - begin) * evaluations  # the front anew as it begins
         total = total + judged * _time_of_a_design(run)
     elapsed, processor = total.tolist()
-    return Estimate(elapsed, processor, made)
+    return RunTime(elapsed, processor, made)
 
 
 def _time_of_a_design(run: Algorithm) -> FloatArray:

@@ -20,7 +20,7 @@ _MOST_WAYS = 3  # are told
 
 
 @dataclass(frozen=True)
-class Limit:
+class Margin:
     """A limit, and how far one solution is from it.
 
     Attributes
@@ -52,7 +52,7 @@ class Limit:
         return f"{self.name}: {self.value:.4g}{unit}, {self.bound} {self.limit:.4g}{unit}: {off}"
 
 
-def limits(view: View) -> list[list[Limit]]:
+def limits(view: View) -> list[list[Margin]]:
     """The limits of each solution of a view, in the problem's order."""
     return _read(ask(view, View.limits))
 
@@ -77,12 +77,12 @@ def nearest_kept(view: View, row: int) -> int | None:
     return None
 
 
-def constraints(view: View) -> list[list[Limit]]:
+def constraints(view: View) -> list[list[Margin]]:
     """The constraints of each solution as they are computed, inequalities first."""
     return _read(View.limits(view))
 
 
-def _read(tables: list[pd.DataFrame]) -> list[list[Limit]]:
+def _read(tables: list[pd.DataFrame]) -> list[list[Margin]]:
     found = []
     for table in tables:
         columns = [table[key].tolist() for key in ("margin", "unit", "value", "bound", "limit")]
@@ -91,11 +91,11 @@ def _read(tables: list[pd.DataFrame]) -> list[list[Limit]]:
     return found
 
 
-def _limit(name: str, margin: float, unit: str, value: float, bound: str, limit: float) -> Limit:
+def _limit(name: str, margin: float, unit: str, value: float, bound: str, limit: float) -> Margin:
     """Of a constraint that is no more than a number only the margin is known."""
     if np.isnan(limit):
-        return Limit(name, margin)
-    return Limit(name, margin, unit, value, bound, limit)
+        return Margin(name, margin)
+    return Margin(name, margin, unit, value, bound, limit)
 
 
 @dataclass(frozen=True)
@@ -123,12 +123,12 @@ def dead_end(view: View) -> DeadEnd:
     return DeadEnd(tuple(_binding(exceeded)), (*ask(view, View.ways_out), *_ways(exceeded)))
 
 
-def _exceeded(told: list[Limit]) -> list[Limit]:
+def _exceeded(told: list[Margin]) -> list[Margin]:
     return [limit for limit in told if not limit.kept]
 
 
-def _binding(exceeded: list[list[Limit]]) -> list[str]:
-    by_name: dict[str, list[Limit]] = {}
+def _binding(exceeded: list[list[Margin]]) -> list[str]:
+    by_name: dict[str, list[Margin]] = {}
     for limit in (limit for each in exceeded for limit in each):
         by_name.setdefault(limit.name, []).append(limit)
     return [
@@ -137,7 +137,7 @@ def _binding(exceeded: list[list[Limit]]) -> list[str]:
     ]
 
 
-def _ways(exceeded: list[list[Limit]]) -> list[str]:
+def _ways(exceeded: list[list[Margin]]) -> list[str]:
     """Of solutions that exceed the same limits only the first; those with the fewest come first."""
     first: dict[frozenset[str], int] = {}
     for row, each in enumerate(exceeded):
@@ -149,7 +149,7 @@ def _ways(exceeded: list[list[Limit]]) -> list[str]:
     ]
 
 
-def _relaxed(limit: Limit) -> str:
+def _relaxed(limit: Margin) -> str:
     """To what a limit that is exceeded would have to be relaxed."""
     if limit.value is None or limit.limit is None:
         return f"{limit.name} by {_outward(-limit.margin, up=True)}"

@@ -20,7 +20,7 @@ from mgeo_attitude.bound import LimitCurves, limit
 from mgeo_attitude.criteria.constraints import check_start, constraints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import Objective, indicators, objective
-from mgeo_attitude.criteria.robustness import Flight, Flights, judged, over_flights
+from mgeo_attitude.criteria.robustness import FlightSample, FlightSamples, judged, over_flights
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
@@ -143,10 +143,10 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         return limit(self.scenario, self.model)
 
     @cached_property
-    def flights(self) -> Flights | None:
+    def flights(self) -> FlightSamples | None:
         """Flights over which plans are judged; None if they are flown exactly."""
         errors = self.scenario.flight
-        return None if errors is None else Flights(self.scenario, self.model, errors)
+        return None if errors is None else FlightSamples(self.scenario, self.model, errors)
 
     def at_stage(self, stage: int) -> AttitudeManeuverProblem:
         """The problem as a stage of a search judges it, from 0; see `mgeo.MGEOStaged`.
@@ -187,7 +187,7 @@ class AttitudeManeuverProblem(ShownByView, Problem):
             self.flown(self.flights.first(self._count), X), self.n_obj, self.flights.errors
         )
 
-    def flown(self, flights: Iterable[Flight], X: Floats) -> Floats:
+    def flown(self, flights: Iterable[FlightSample], X: Floats) -> Floats:
         """The same of designs in each of f flights, shape (f, n, k)."""
         return over_flights(flights, X, self.valued, self.threads, self._needs_covariance)
 

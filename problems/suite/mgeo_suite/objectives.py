@@ -20,7 +20,7 @@ _FINEST_DEG = 1e-3
 
 
 @dataclass(frozen=True)
-class Objective:
+class SuiteObjective:
     """Something to minimize.
 
     Attributes
@@ -53,18 +53,18 @@ def check_objectives(names: Sequence[str], required: bool) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _resource(label: str, column: int) -> Objective:
-    return Objective(
+def _resource(label: str, column: int) -> SuiteObjective:
+    return SuiteObjective(
         label,
         lambda model, result, resources: resources[:, column],
         lambda values, scenario, greatest: values / greatest[column],
     )
 
 
-def _of_plan(name: str) -> Objective:
+def _of_plan(name: str) -> SuiteObjective:
     """One of the attitude problem."""
     own = OF_PLANS[name]
-    return Objective(
+    return SuiteObjective(
         own.label,
         lambda model, result, resources: own.value(model, result),
         lambda values, scenario, greatest: own.indicator(values, scenario),
@@ -80,7 +80,7 @@ OBJECTIVES = {
     "price": _resource("price [kEUR]", 0),
     "mass": _resource("mass [g]", 1),
     "power": _resource("power [mW]", 2),
-    "attitude": Objective(
+    "attitude": SuiteObjective(
         "attitude 1-sigma [deg]",
         _accuracy,
         lambda values, scenario, greatest: np.log10(values / _FINEST_DEG) / _DECADES,

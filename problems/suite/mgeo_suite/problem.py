@@ -20,7 +20,7 @@ from pymoo.core.problem import Problem
 from pymoo.core.variable import Choice, Real
 
 from mgeo_suite.catalog import Catalog
-from mgeo_suite.objectives import OBJECTIVES, Objective, check_objectives
+from mgeo_suite.objectives import OBJECTIVES, SuiteObjective, check_objectives
 from mgeo_suite.presets import PRESETS, scenario_table
 from mgeo_suite.suites import SuiteModels
 
@@ -136,7 +136,7 @@ class SensorSuiteProblem(ShownByView, Problem):
         columns += [entry.excesses(result).max(axis=0) for entry in self._constraints]
         return np.column_stack(columns)
 
-    def _objectives(self) -> list[Objective]:
+    def _objectives(self) -> list[SuiteObjective]:
         return [OBJECTIVES[name] for name in self.objectives]
 
     def numbers(self, X: ArrayLike) -> Floats:

@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Environment, Scenario
 from mgeo_attitude.criteria import robustness
-from mgeo_attitude.criteria.robustness import Flights, draw_flights, judged, kept_by, over_flights
+from mgeo_attitude.criteria.robustness import (
+    FlightSamples,
+    draw_flights,
+    judged,
+    kept_by,
+    over_flights,
+)
 from mgeo_attitude.environment.sun_moon import moon_position
 from mgeo_attitude.environment.time_frames import instants
 from mgeo_attitude.filter.model import FilterModel
@@ -328,7 +334,7 @@ def test_few_flights_stay_in_memory_and_all_are_the_same_again(monkeypatch):
     monkeypatch.setattr(robustness, "KEPT", 3)
     of, X = scenario(count=20, rate_error_deg_s=0.2), designs(2)
     model = FilterModel.from_scenario(of)
-    flights = Flights(of, model, of.flight)
+    flights = FlightSamples(of, model, of.flight)
     every = draw_flights(of, model, of.flight)
     assert len(flights) == 20
 

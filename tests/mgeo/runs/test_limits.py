@@ -8,7 +8,7 @@ from pymoo.problems.multi import OSY
 
 from mgeo.plugins.discovery import PluginError
 from mgeo.plugins.view import TOLERANCE, View, view_of
-from mgeo.runs.limits import Limit
+from mgeo.runs.limits import Margin
 from mgeo.runs.limits import limits as limits_of
 
 
@@ -56,7 +56,7 @@ class Told(Column):
 
 def test_constraints_are_told_as_they_are_computed():
     kept, broken = limits(Column(), np.array([[1.0, 1.0], [3.0, 1.0]]))
-    assert kept == [Limit("buckling", 0.5), Limit("h1", TOLERANCE)]
+    assert kept == [Margin("buckling", 0.5), Margin("h1", TOLERANCE)]
     assert [limit.kept for limit in broken] == [False, False]
     assert [limit.margin for limit in broken] == [-0.5, pytest.approx(TOLERANCE - 2.0)]
     assert str(kept[0]) == "buckling: margin 0.5"

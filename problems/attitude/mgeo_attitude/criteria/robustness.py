@@ -37,7 +37,7 @@ KEPT, _AT_ONCE = 64, 16
 
 
 @dataclass(frozen=True)
-class Flight:
+class FlightSample:
     """One way in which plans are flown.
 
     Attributes
@@ -73,7 +73,7 @@ def draw_flights(
     model: FilterModel,
     errors: FlightErrors,
     numbers: Iterable[int] | None = None,
-) -> list[Flight]:
+) -> list[FlightSample]:
     """Draw the flights of a scenario whose exact one is `model`, or those of some numbers.
 
     Raises
@@ -106,11 +106,11 @@ def draw_flights(
         later = _delayed(scenario, delay) if delay else model
         turned = later.turned(turn)
         variants = (_noisy(turned, errors.noise_spread, generator),) if errors.noise_spread else ()
-        flights.append(Flight(turned, rates, durations, delay, variants))
+        flights.append(FlightSample(turned, rates, durations, delay, variants))
     return flights
 
 
-class Flights:
+class FlightSamples:
     """The flights of a scenario whose exact one is `model`, in their order.
 
     Each has tables of its own, a megabyte: the first `KEPT` are drawn once and stay, as searches
@@ -127,16 +127,16 @@ class Flights:
         self.errors = errors
 
     @cached_property
-    def _kept(self) -> list[Flight]:
+    def _kept(self) -> list[FlightSample]:
         return self._draw(range(min(len(self), KEPT)))
 
     def __len__(self) -> int:
         return self.errors.count
 
-    def __iter__(self) -> Iterator[Flight]:
+    def __iter__(self) -> Iterator[FlightSample]:
         return self.first(len(self))
 
-    def first(self, count: int) -> Iterator[Flight]:
+    def first(self, count: int) -> Iterator[FlightSample]:
         """So many of them."""
         yield from self._kept[:count]
         for number in range(KEPT, count):
@@ -144,7 +144,7 @@ class Flights:
 
 
 def over_flights(
-    flights: Iterable[Flight],
+    flights: Iterable[FlightSample],
     designs: Floats,
     values: Callable[[FilterModel, Evaluation], Floats],
     threads: int | None,
@@ -157,7 +157,7 @@ def over_flights(
     """
     from mgeo_attitude.filter.evaluator import available_threads, evaluate  # compiles
 
-    def one(flight: Flight) -> Floats:
+    def one(flight: FlightSample) -> Floats:
         flown = flight.flown(designs)
         ran = evaluate(flight.model, flown, 1, covariance=covariance, variants=flight.variants)
         return values(flight.model, ran)

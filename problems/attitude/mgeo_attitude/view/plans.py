@@ -14,7 +14,7 @@ from mgeo.plugins.view import View
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import OBJECTIVES
-from mgeo_attitude.criteria.robustness import Flights, judged
+from mgeo_attitude.criteria.robustness import FlightSamples, judged
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import FlightErrors
 from mgeo_attitude.view.protocol import ManeuverProblem
@@ -144,7 +144,7 @@ class Plans(View):
         )
 
         def run(X: Floats) -> Floats:
-            flown = problem.flown(Flights(problem.scenario, problem.model, errors), X)
+            flown = problem.flown(FlightSamples(problem.scenario, problem.model, errors), X)
             return judged(flown, problem.n_obj, errors)[:, : problem.n_obj]
 
         return self._cache(errors).complete(self.X, run)
