@@ -1,7 +1,7 @@
-"""Where between samples a direction is nearest to a body axis, by scipy's minimizer."""
+"""Where between samples a direction is nearest to a body axis, by scipy's root finder."""
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 #: Steps looked into: those at whose ends the angle is worst.
@@ -39,19 +39,26 @@ def worst_excess(C, directions, axis, radii=0.0, covariances=None, inside=False)
         radius = (1.0 - part) * radii[k] + part * radii[k + 1]
         return attitude, s / np.linalg.norm(s), radius, since @ P[k + 1] @ since.T
 
+    def rises(k, part):
+        """Slope of the excess in step k. A minimizer knows its place to a root of the precision."""
+        turn = Rotation.from_matrix(C[k] @ C[k + 1].T).as_rotvec()
+        attitude, s, *_ = at(k, part)
+        chord = directions[k + 1] - directions[k]
+        length = np.linalg.norm((1.0 - part) * directions[k] + part * directions[k + 1])
+        moves = (chord - s * (s @ chord)) / length
+        body = attitude @ s
+        cosine = axis @ (attitude @ moves - np.cross(turn, body))
+        return -sign * (cosine / np.linalg.norm(np.cross(axis, body)) + radii[k + 1] - radii[k])
+
     samples = zip(C, directions, radii, P, strict=True)
     ends = [excess(*each, sigma(*each[:2], known)) for *each, known in samples]
     found = [max(ends)]
     worst = np.argsort(ends)[::-1][:LOOKED_INTO, None]
     for k in np.unique(np.clip(worst - [1, 0], 0, len(C) - 2)):
-        best = minimize_scalar(
-            lambda part, k=k: -excess(*at(k, part)[:3]),
-            bounds=(0.0, 1.0),
-            method="bounded",
-            options={"xatol": 1e-10},
-        )
-        if 1e-6 < best.x < 1.0 - 1e-6:
-            *there, known = at(k, best.x)
+        slopes = [rises(k, part) for part in (0.0, 1.0)]
+        if slopes[0] > 0.0 > slopes[1]:
+            best = brentq(lambda part, k=k: rises(k, part), 0.0, 1.0, xtol=1e-15)
+            *there, known = at(k, best)
             margin = max(sigma(*there[:2], known), sigma(C[k + 1], directions[k + 1], P[k + 1]))
             found.append(excess(*there, margin))
     return max(found)
