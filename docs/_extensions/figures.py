@@ -21,7 +21,7 @@ from mgeo.figures.style import SYMBOLS
 _FRONTS = Path(__file__).parents[1] / "fronts"
 _TRACKER = Path(__file__).parents[1] / "scenarios" / "tracker.toml"
 #: Time to converge of the plan of its front that is shown, the knee [s].
-_KNEE = 880.0
+_KNEE = 1323.0
 _ERRORS = _FRONTS.parent / "errors.csv"
 
 #: Files that figures are drawn from; a page is built again when one of them changes.

@@ -301,7 +301,7 @@ def test_the_command_with_limits(objectives, tmp_path, monkeypatch):
     text = file.read_text(encoding="utf-8")
     assert line in text
     file.write_text(text.replace(line, f"objectives = {objectives}"), encoding="utf-8")
-    (command,) = blocks("limits.md", "sh")
+    command = blocks("limits.md", "sh")[0]
     run(command.strip(), "--evaluations", "240", "--quiet")
     assert Path("runs/limits/front.html").is_file()
     run("mgeo report runs/limits")
@@ -312,13 +312,13 @@ def test_the_command_with_limits(objectives, tmp_path, monkeypatch):
 def test_the_way_out_of_no_plan(tmp_path, monkeypatch):
     """The page's scenario has no plan, and each command shows what comes nearest."""
     monkeypatch.chdir(tmp_path)
-    scenario, beyond = blocks("no-plan.md", "toml")
+    scenario, beyond = blocks("limits.md", "toml")
     Path("beyond.toml").write_text(beyond)
     told = run("mgeo solve attitude --scenario beyond.toml --out runs/beyond", codes=(3,))
-    assert " ".join(told.split()) in " ".join(blocks("no-plan.md", "text")[0].split())
+    assert " ".join(told.split()) in " ".join(blocks("limits.md", "text")[0].split())
     assert not Path("runs/beyond").exists()
     Path("tight.toml").write_text(scenario)
-    solve, show, report = blocks("no-plan.md", "sh")[0].splitlines()
+    solve, show, report = blocks("limits.md", "sh")[1].splitlines()
     told = run(solve, codes=(3,))
     assert "ways out" in told
     assert re.search(r"relax .*(wheel momentum|required 1-sigma)", told)
