@@ -30,8 +30,8 @@ orbit.propagator = "decaying"
 kind = "sun-sensor"
 
 [[sensors]]
-kind = "horizon-sensor"
-name = "horizon"
+kind = "ram-sensor"
+name = "ram"
 noise_rad = 0.02
 
 [[path_limits]]
@@ -125,7 +125,7 @@ def test_all_of_them_appear_in_a_run_and_its_report(extended):
     assert max(float(row.split(",")[-3]) for row in rows) <= 2350.0
     html = (extended / "run" / "report.html").read_text(encoding="utf-8")
     for words in (
-        "horizon misalignment, 1-sigma",
+        "ram misalignment, 1-sigma",
         "time to converge",
         "zenith off payload",
         "Altitude [km]",

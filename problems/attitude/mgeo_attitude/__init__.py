@@ -17,10 +17,12 @@ if TYPE_CHECKING:
     from mgeo_attitude.sensors import (
         GaussMarkov,
         Gyro,
+        HorizonSensor,
         Magnetometer,
         Sensor,
         StarTracker,
         SunSensor,
+        TwoAxisSunSensor,
     )
     from mgeo_attitude.sensors.suite import Suite
 
@@ -34,6 +36,7 @@ __all__ = [
     "FilterModel",
     "GaussMarkov",
     "Gyro",
+    "HorizonSensor",
     "LimitCurves",
     "Magnetometer",
     "NoLimit",
@@ -42,6 +45,7 @@ __all__ = [
     "StarTracker",
     "Suite",
     "SunSensor",
+    "TwoAxisSunSensor",
     "agreement",
     "evaluate",
     "filter_history",
@@ -69,10 +73,12 @@ _HOMES = {
     "mgeo_attitude.sensors": (
         "GaussMarkov",
         "Gyro",
+        "HorizonSensor",
         "Magnetometer",
         "Sensor",
         "StarTracker",
         "SunSensor",
+        "TwoAxisSunSensor",
     ),
 }
 

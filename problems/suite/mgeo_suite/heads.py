@@ -40,7 +40,7 @@ class SunHead(SunSensor):
         found = super().states()
         return {key: found[key] for key in found if key != "bias" or self.initial_bias}
 
-    def measure(self, x: Any, v: Vec3) -> Vec3:
+    def measure(self, x: Any, v: Vec3) -> Any:
         return super().measure(self._complete(x, Vec3(0.0, 0.0, 0.0)), v)
 
     def measured(self, x: Any, v: Any) -> Any:

@@ -3,7 +3,16 @@
 import dataclasses
 
 import pytest
-from mgeo_attitude import Gyro, Magnetometer, Scenario, StarTracker, Suite, SunSensor
+from mgeo_attitude import (
+    Gyro,
+    HorizonSensor,
+    Magnetometer,
+    Scenario,
+    StarTracker,
+    Suite,
+    SunSensor,
+    TwoAxisSunSensor,
+)
 
 FULL = Scenario.cubesat_6u_full()
 #: For filters of any step.
@@ -73,6 +82,14 @@ SUITES = {
             ),
         ),
     ),
+    "two angles": Suite(
+        Gyro(),
+        (
+            TwoAxisSunSensor(boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0, albedo=0.03),
+            HorizonSensor(sun_exclusion_deg=40.0, considered=("bias",), sample_interval=2.0),
+            Magnetometer(orbit_error_m=1000.0, orbit_error_correlation_time=300.0),
+        ),
+    ),
     "cubesat_6u_full": Suite(FULL.gyro, FULL_SENSORS),
     "every constant": Suite(
         Gyro(
@@ -89,7 +106,14 @@ SUITES = {
 
 #: Between them, all that a suite may have: processes, constants, two sensors of a kind, views,
 #: states that are considered. The others are of the slow tests.
-FAST = ("paper", "oblique star tracker", "orbit error", "considered", "every constant")
+FAST = (
+    "paper",
+    "oblique star tracker",
+    "orbit error",
+    "considered",
+    "every constant",
+    "two angles",
+)
 
 
 def of_suites(names):

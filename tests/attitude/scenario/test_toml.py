@@ -76,7 +76,7 @@ def test_every_field_says_what_it_means(section: type) -> None:
         "semi_major_axis = 7130982.0 # semi-major axis: > 0 m",
         "eccentricity = 0.001111 # eccentricity: in [0, 1)",
         "rate_random_walk = 3e-08 # rate random walk that drives the bias, 1-sigma: >= 0 rad/s^1.5",
-        "kind = \"magnetometer\" # one of 'sun-sensor', 'magnetometer', 'star-tracker'",
+        f'kind = "magnetometer" # one of {", ".join(map(repr, SENSORS))}',
         "# The blocks: attitude, gyro.bias, sun.misalignment, sun.bias, mag.misalignment, mag.bias",
     ],
 )

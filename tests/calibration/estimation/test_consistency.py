@@ -17,6 +17,7 @@ def result():
     errors = np.repeat(rng.standard_normal((N, 1, 6)), M, axis=1)
     return MonteCarlo(
         blocks=("attitude", "gyro.bias"),
+        numbers=(3, 3),
         sensors=("sun", "blind"),
         design=np.zeros(4),
         t_end=20.0,

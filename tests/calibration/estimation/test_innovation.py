@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from mgeo_attitude import Gyro, StarTracker, Suite, SunSensor
-from mgeo_attitude.geometry.rotation import dot, matrix, rotate
+from mgeo_attitude.geometry.rotation import dot, matrix, rotate, tangents
 from mgeo_attitude.sensors.readings import as_array, as_reported
 from mgeo_calibration.estimation.estimate import Estimate
 from mgeo_calibration.estimation.innovation import innovation, jacobian, second_moments
@@ -39,6 +39,15 @@ CASES = [
 CASES += [(OWN, 0), (SUITES["soft iron"], 1)]
 CASES += [(SUITES["varying errors"], 0), (SUITES["varying errors"], 1)]
 CASES += [(SUITES["orbit error"], 2), (SUITES["considered"], 1)]
+CASES += [(SUITES["two angles"], 0), (SUITES["two angles"], 1)]
+
+
+def look(sensor):
+    """What a sensor looks at, GCRS, and the columns of its gradient."""
+    if sensor.unit_length:
+        v = V / np.linalg.norm(V)
+        return v, np.array(tangents(v))
+    return V, GRADIENT[: sensor.n_gradient]
 
 
 def estimate(suite, C, x):
@@ -78,20 +87,22 @@ def measured(suite, sensor, C, x):
         return C @ vector
 
     own = {state: x[first : first + 3] for state, first in suite.places(sensor).items()}
-    gradient = [C @ column for column in GRADIENT]
-    report = sensor.measured(SimpleNamespace(to_body=to_body, gradient=gradient, **own), C @ V)
+    v, columns = look(sensor)
+    gradient = [C @ column for column in columns]
+    report = sensor.measured(SimpleNamespace(to_body=to_body, gradient=gradient, **own), C @ v)
     return as_array(report)[None]
 
 
 def expanded(suite, index, y, C, x):
     """Innovation, dense H and dense matrices of second derivatives."""
-    r = innovation(suite, index, as_reported(y), V, estimate(suite, C, x), gradient=GRADIENT)
+    v, gradient = look(suite.sensors[index])
+    r = innovation(suite, index, as_reported(y), v, estimate(suite, C, x), gradient=gradient)
     states, H = jacobian(r)
-    n = suite.n_states
-    dense, second = np.zeros((3, n)), np.zeros((3, n, n))
+    m, n = len(r.value), suite.n_states
+    dense, second = np.zeros((m, n)), np.zeros((m, n, n))
     dense[:, states] = H[..., 0]
     for (i, j), part in ((term, part) for term, part in r.terms.items() if len(term) == 2):
-        block = part[..., 0].reshape(3, 3, 3)
+        block = part[..., 0].reshape(m, 3, 3)
         second[:, 3 * i : 3 * i + 3, 3 * j : 3 * j + 3] += block
         second[:, 3 * j : 3 * j + 3, 3 * i : 3 * i + 3] += block.swapaxes(1, 2)
     return r.value[:, 0], dense, second
@@ -138,8 +149,8 @@ def test_moments_of_second_order_are_those_of_samples(suite, index):
     """Mean and covariance of ½ eᵀ B e by the traces of dense matrices."""
     C, x, e = random(suite, seed=4)
     y = measured(suite, suite.sensors[index], *perturbed(suite, C, x, e))
-    at = estimate(suite, C, x)
-    found = innovation(suite, index, as_reported(y), V, at, gradient=GRADIENT)
+    at, (v, gradient) = estimate(suite, C, x), look(suite.sensors[index])
+    found = innovation(suite, index, as_reported(y), v, at, gradient=gradient)
     B = expanded(suite, index, y, C, x)[2]
     root = np.random.default_rng(5).standard_normal((suite.n_states, suite.n_states))
     P = root @ root.T
@@ -157,7 +168,12 @@ def test_at_zero_the_derivative_is_the_declared_H(name):
         for C in (np.eye(3), Rotation.random(random_state=6).as_matrix()):
             y = measured(suite, sensor, C, x)
             H = expanded(suite, index, y, C, x)[1]
-            declared = suite.measurement_matrix(sensor, C @ V, C, GRADIENT @ C.T)
+            v, gradient = look(sensor)
+            declared = suite.measurement_matrix(sensor, C @ v, C, gradient @ C.T)
+            if sensor.unit_length:  # along other axes across the direction
+                turn = H @ np.linalg.pinv(declared)
+                np.testing.assert_allclose(turn @ turn.T, np.eye(2), atol=1e-14)
+                declared = turn @ declared
             np.testing.assert_allclose(H, declared, atol=1e-15)
 
 

@@ -106,7 +106,7 @@ def _of_sensor(model: FilterModel, index: int) -> Samples:
     turned = [looks.at(C, probed) for C in map(matrix, _PROBES)]
 
     precision = 1.0 / np.array(sensor.noise())
-    most = np.full(3, precision.max())  # noise that is nowhere more than it is
+    most = np.full(len(precision), precision.max())  # noise that is nowhere more than it is
     own = [f"{sensor.name}.{state}" for state in sensor.states()]
     uneven = False
 

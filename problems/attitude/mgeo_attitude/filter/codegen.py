@@ -118,7 +118,8 @@ def step_parts(
     gates = count(at.constants - sum(gated))
     for index, sensor in enumerate(suite.sensors):
         code = part(f"update_{index}")
-        v, variances = in_body_axes(code, "references", index), constants(code, 3)
+        v = in_body_axes(code, "references", index)
+        variances = constants(code, len(sensor.noise()))
         rows = suite.gradient_rows(index)
         gradient = [in_body_axes(code, "references", k) for k in range(rows.start, rows.stop)]
         gate: Any = code.slot(next(gates)) if gated[index] else 1.0
@@ -171,7 +172,7 @@ def step_constants(
     """The constants of a `step` [s], for trace `weights` of shape (n_states,).
 
     Decay and new variance of each Gauss-Markov process of a sensor; those of the path limits
-    (`path_limits.cone_constants`); for each sensor in turn three noise variances, axis and cosine
+    (`path_limits.cone_constants`); for each sensor in turn its noise variances, axis and cosine
     of the half-angle of its views (and the sine, if it looks at a disc), and the square of its
     greatest rate, if it has one; those of the `required` 1-sigmas that are
     monitored; then the weights.

@@ -17,13 +17,14 @@ from typing import Any
 import numpy as np
 
 from mgeo_attitude.filter.symbols import Index, Symbol, Triangle, slots_of
-from mgeo_attitude.geometry.vector import Vec3
 
 _BLOCK = range(3)
 
 #: Entries of a sparse matrix by (row, column).
 Sparse = Mapping[tuple[int, int], Any]
 Factor = dict[tuple[int, int], Any]
+#: Applies H to a column.
+Measure = Callable[[Sequence[Any]], Sequence[Any]]
 #: Three rows of G, loaded once.
 Rows = list[list[Symbol]]
 
@@ -107,12 +108,12 @@ def _scale(P: Triangle, block: int, n: int, F: Sparse, Q: Sparse) -> None:
 def update(
     P: Triangle,
     n: int,
-    measure: Callable[[Sequence[Any]], Vec3],
+    measure: Measure,
     variances: Sequence[Any],
     gate: Any = 1.0,
     considered: Collection[int] = (),
 ) -> None:
-    """P ← P - K H P with K = P Hᵀ (R + H P Hᵀ)⁻¹, equation (4), the three rows together.
+    """P ← P - K H P with K = P Hᵀ (R + H P Hᵀ)⁻¹, equation (4), up to three rows together.
 
     With R + H P Hᵀ = L Lᵀ and G = P Hᵀ L⁻ᵀ this is P ← P - G Gᵀ, equation (8).
     A `gate` of zero leaves P as it is (sensor not available), one updates it.
@@ -127,13 +128,13 @@ def update(
     P, n
         As of `predict`.
     measure : function
-        Applies H to a state column and returns a `Vec3`.
-    variances : three scalars
+        Applies H to a state column.
+    variances : sequence of scalars
         Diagonal of R.
     considered : collection of int
         States that are not estimated, in whole blocks of three.
     """
-    code, support = P.code, looked_at(n, measure)
+    code, support, m = P.code, looked_at(n, measure), len(variances)
 
     # P Hᵀ. Of a state that H looks at, row or column of the triangle is what is needed: one up to
     # that state's block, the other past it.
@@ -146,13 +147,13 @@ def update(
                     code.store(_entry(P, state, r), value)
         first = last
 
-    L, gated = innovation({j: _row(P, j) for j in support}, n, measure, variances, gate)
+    L, gated = innovation({j: _row(P, j, m) for j in support}, n, measure, variances, gate)
     with code.loop(0, n) as state:
-        for r, value in enumerate(gain(_row(P, state), L, gated)):
+        for r, value in enumerate(gain(_row(P, state, m), L, gated)):
             code.store(_entry(P, state, r), value)
 
     def G(i: int | Index) -> Rows:
-        return [[code.line(each.name) for each in _row(P, i + a)] for a in _BLOCK]
+        return [[code.line(each.name) for each in _row(P, i + a, m)] for a in _BLOCK]
 
     held = sorted({i - i % 3 for i in considered})
     for first, last in _gaps(held, n):
@@ -164,7 +165,7 @@ def update(
                 _take_block(P, (block, left), (j, G(j)))
 
 
-def looked_at(n: int, measure: Callable[[Sequence[Any]], Vec3]) -> list[int]:
+def looked_at(n: int, measure: Measure) -> list[int]:
     """States that H looks at."""
     units = enumerate(np.eye(n).tolist())
     return [j for j, unit in units if any(y != 0.0 for y in measure(unit))]
@@ -173,12 +174,15 @@ def looked_at(n: int, measure: Callable[[Sequence[Any]], Vec3]) -> list[int]:
 def innovation(
     PHt: Mapping[int, Sequence[Any]],
     n: int,
-    measure: Callable[[Sequence[Any]], Vec3],
+    measure: Measure,
     variances: Sequence[Any],
     gate: Any,
 ) -> tuple[Factor, list[Any]]:
     """`factor` of R + H P Hᵀ, the inverse times a gate; of P Hᵀ, only the rows that H looks at."""
-    columns = [list(measure([PHt[j][r] if j in PHt else 0.0 for j in range(n)])) for r in range(3)]
+    columns = [
+        list(measure([PHt[j][r] if j in PHt else 0.0 for j in range(n)]))
+        for r in range(len(variances))
+    ]
     L, inverse = factor(columns, variances)
     return L, [value * gate for value in inverse]
 
@@ -190,10 +194,10 @@ def factor(columns: Sequence[Sequence[Any]], variances: Sequence[Any]) -> tuple[
     """
     L: Factor = {}
     inverse: list[Any] = []
-    for j in range(3):
+    for j in range(len(variances)):
         pivot = columns[j][j] + variances[j] - sum(L[j, k] * L[j, k] for k in range(j))
         inverse.append(1.0 / np.sqrt(pivot))
-        for i in range(j + 1, 3):
+        for i in range(j + 1, len(variances)):
             L[i, j] = (columns[j][i] - sum(L[i, k] * L[j, k] for k in range(j))) * inverse[j]
     return L, inverse
 
@@ -201,7 +205,7 @@ def factor(columns: Sequence[Sequence[Any]], variances: Sequence[Any]) -> tuple[
 def gain(row: Sequence[Any], L: Factor, inverse: Sequence[Any]) -> list[Any]:
     """A row of G = P Hᵀ L⁻ᵀ from that of P Hᵀ."""
     g: list[Any] = []
-    for r in range(3):
+    for r in range(len(inverse)):
         g.append((row[r] - sum(g[k] * L[r, k] for k in range(r))) * inverse[r])
     return g
 
@@ -258,7 +262,7 @@ def _take_block(
     for a in _BLOCK:
         for b in range(a + 1) if i is j else _BLOCK:
             entry: Any = P.below(i + a, j + b)
-            value = reduce(lambda x, r: x - G[a][r] * other[b][r], _BLOCK, entry)
+            value = reduce(lambda x, r: x - G[a][r] * other[b][r], range(len(G[a])), entry)
             P.code.assign(entry, value)
 
 
@@ -273,5 +277,5 @@ def _entry(P: Triangle, i: int | Index, r: int) -> str:
     return f"3 * ({i}) + {P.scratch + r}"
 
 
-def _row(P: Triangle, i: int | Index) -> list[Symbol]:
-    return [P.code.slot(_entry(P, i, r)) for r in _BLOCK]
+def _row(P: Triangle, i: int | Index, m: int) -> list[Symbol]:
+    return [P.code.slot(_entry(P, i, r)) for r in range(m)]

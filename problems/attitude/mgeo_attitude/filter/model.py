@@ -313,7 +313,7 @@ class FilterModel:
 def slopes(sensor: Sensor) -> bytes:
     """H of a sensor by its own states, somewhere: its numbers are part of the kernel."""
     somewhere = np.array([0.36, -0.48, 0.8])
-    gradient = [somewhere] * 3 * sensor.has_gradient
+    gradient = [np.roll(somewhere, k + 1) for k in range(sensor.n_gradient)]
     H = Suite(Gyro(), (sensor,)).measurement_matrix(sensor, somewhere, gradient=gradient)
     return bytes((H + 0.0).tobytes())  # no negative zero
 
@@ -336,7 +336,7 @@ def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bo
             references[:, index] = reference
         if mask is not None:
             available[:, index] = mask
-        if sensor.has_gradient:
+        if sensor.n_gradient:
             columns = sensor.gradient(environment).swapaxes(1, 2)
             references[:, suite.gradient_rows(index)] = columns
     return references, available

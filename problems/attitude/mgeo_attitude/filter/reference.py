@@ -78,6 +78,8 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
     attitude = attitudes(rates, starts, model.n_steps, model.step, model.initial_attitude)
     stretch = np.searchsorted(starts, np.arange(model.n_steps), side="right") - 1
     H, R, seen = _measurements(model, attitude, rates[stretch])
+    counts = [len(sensor.noise()) for sensor in model.suite.sensors]
+    own = [slice(last - m, last) for m, last in zip(counts, np.cumsum(counts), strict=True)]
 
     n, considered = model.suite.n_states, model.suite.considered
     kf = KalmanFilter(dim_x=n, dim_z=len(R))
@@ -95,9 +97,8 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
         predicted.append(kf.P[:3, :3].copy())
         rows = seen[k]
         if considered.size:
-            for first in range(0, len(R), 3):
-                if rows[first]:
-                    sensor = slice(first, first + 3)
+            for sensor in own:
+                if rows[sensor].any():
                     kf.P = schmidt(kf.P, H[k, sensor], np.diag(R[sensor]), considered)
         elif rows.any():
             kf.update(np.zeros(rows.sum()), R=np.diag(R[rows]), H=H[k, rows])
@@ -190,5 +191,5 @@ def _measurements(
         )
         H.append(model.suite.measurement_matrix(sensor, v, attitude, gradient))
         R.extend(sigma**2 for sigma in sensor.noise())
-        seen.extend([can_measure(model, index, attitude, rates)] * 3)
+        seen.extend([can_measure(model, index, attitude, rates)] * len(sensor.noise()))
     return np.concatenate(H, axis=1), np.array(R), np.stack(seen, axis=1)

@@ -8,9 +8,9 @@ It is twice the Gibbs vector: a rotation vector but for terms of third order, wi
 sine, and what multiplicative attitude filters use (F. L. Markley, Attitude Error Representations
 for Kalman Filtering, Journal of Guidance, Control, and Dynamics 26 (2003) 311-317).
 
-Sensors are written with `rotate`, `cross`, `shear` and `dot`, for arrays of vectors, shape
-(..., 3), and for `estimation.taylor.Taylor`. Many rotations at once are matrices of arrays, shape
-(3, 3, ...).
+Sensors are written with `rotate`, `cross`, `shear`, `dot` and `direction`, for arrays of vectors,
+shape (..., 3), and for `estimation.taylor.Taylor`. Many rotations at once are matrices of arrays,
+shape (3, 3, ...).
 """
 
 from __future__ import annotations
@@ -45,6 +45,12 @@ def dot(a: Any, b: Any) -> Any:
     return product[..., [0]] + product[..., [1]] + product[..., [2]]
 
 
+def direction(v: Any) -> Any:
+    """The unit vector along v."""
+    square = dot(v, v)
+    return v / (np.sqrt(square) if isinstance(square, np.ndarray) else square.sqrt())
+
+
 def rotate(g: Any, v: Any) -> Any:
     """R(g) v; g may also be a function that rotates."""
     if callable(g):
@@ -64,6 +70,20 @@ def across(axis: Floats) -> Floats:
     first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     first /= np.linalg.norm(first)
     return np.array([first, np.cross(axis, first)])
+
+
+def tangents(v: Floats) -> tuple[Floats, Floats]:
+    """Two unit vectors across unit vectors, shape (..., 3): t and u, with t × u = v.
+
+    T. Duff and others, Building an orthonormal basis, revisited, Journal of Computer Graphics
+    Techniques 6 (2017) 1-8.
+    """
+    x, y, z = np.moveaxis(v, -1, 0)
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    t = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=-1)
+    return t, np.stack([b, sign + y * y * a, -y], axis=-1)
 
 
 def multiply(A: Floats, B: Floats) -> Floats:

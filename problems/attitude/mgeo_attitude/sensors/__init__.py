@@ -1,20 +1,25 @@
 """Gyro and sensors: their parameters, their error models, and their readings as arrays."""
 
 from mgeo_attitude.sensors.base import GaussMarkov, Sensor, sigma_of
+from mgeo_attitude.sensors.direction_sensors import HorizonSensor, TwoAxisSunSensor
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.star_tracker import StarTracker
 from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
 
 #: Sensor classes by the ``kind`` that names them in a scenario file.
-SENSORS: dict[str, type[Sensor]] = {cls.kind: cls for cls in (SunSensor, Magnetometer, StarTracker)}
+SENSORS: dict[str, type[Sensor]] = {
+    cls.kind: cls for cls in (SunSensor, TwoAxisSunSensor, HorizonSensor, Magnetometer, StarTracker)
+}
 
 __all__ = [
     "SENSORS",
     "GaussMarkov",
     "Gyro",
+    "HorizonSensor",
     "Magnetometer",
     "Sensor",
     "StarTracker",
     "SunSensor",
+    "TwoAxisSunSensor",
     "sigma_of",
 ]

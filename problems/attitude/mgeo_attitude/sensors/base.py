@@ -66,7 +66,7 @@ CONSIDERED = "its states that are not estimated, but whose uncertainty counts (S
 
 @dataclass(frozen=True)
 class Sensor(Validated, ABC):
-    """A sensor that measures a 3-vector.
+    """A sensor that measures a 3-vector, or what fewer numbers say.
 
     A subclass is a frozen dataclass of parameters. `states`, `measure` and `noise` are all that it
     takes to enter the filter: the kernel is generated from `measure`. A sensor that is simulated,
@@ -83,6 +83,8 @@ class Sensor(Validated, ABC):
     #: Columns of telemetry are its name, an underscore, and these: those of a vector, or q1 to q4
     #: of a quaternion from GCRF to the body as the sensor has it, scalar last.
     channels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
+    #: Whether the length of a vector in telemetry says nothing.
+    unit_length: ClassVar[bool] = False
     #: Unit of a vector in telemetry.
     channel_unit: ClassVar[Unit] = DIMENSIONLESS
 
@@ -107,17 +109,21 @@ class Sensor(Validated, ABC):
         """
 
     @abstractmethod
-    def measure(self, x: Any, v: Vec3) -> Vec3:
-        """Measurement error as a linear function of the error state.
+    def measure(self, x: Any, v: Vec3) -> Any:
+        """Measurement error as a linear function of the error state: up to three numbers.
 
         Parameters
         ----------
         x : namespace of Vec3
             ``x.theta`` is the attitude error [rad], others are the sensor's own `states`.
             ``x.to_body`` turns a GCRS vector into body axes; ``x.gradient`` are the columns of its
-            `gradient` there.
+            `gradient` there, as `Vec3`.
         v : Vec3
             The `inertial_vector` in body axes.
+
+        Returns
+        -------
+        Vec3, or a tuple of as many numbers as `noise` has
         """
 
     def measured(self, x: Any, v: Any) -> Any:
@@ -144,30 +150,33 @@ class Sensor(Validated, ABC):
         )
 
     def with_noise(self, measured: Any, noise: Floats) -> Any:
-        """What it reports with noise, shape (..., 3) in the unit of `measure`."""
+        """What it reports with noise, shape (..., m) of `measure` and in its unit."""
         return measured + noise
 
     def innovation(self, measured: Any, predicted: Any) -> Any:
-        """Difference of two results of `measured`, in the sense and unit of `measure`."""
+        """Difference of two results of `measured`, in the sense and unit of `measure`.
+
+        Its m numbers may be along other axes than those of `measure` if noise is alike along all.
+        """
         return measured - predicted
 
     @abstractmethod
-    def noise(self) -> tuple[float, float, float]:
-        """Measurement noise, 1-sigma per axis, in the unit of the measurement."""
+    def noise(self) -> tuple[float, ...]:
+        """Measurement noise, 1-sigma of each number, in the unit of the measurement."""
 
     def inertial_vector(self, environment: Environment) -> Floats | None:
         """Vector it looks at, GCRS, shape (n_steps + 1, 3); None where `measure` uses none."""
         return None
 
     @property
-    def has_gradient(self) -> bool:
-        """Whether `measure` uses the `gradient`."""
-        return False
+    def n_gradient(self) -> int:
+        """How many columns the `gradient` has that `measure` uses."""
+        return 0
 
     def gradient(self, environment: Environment) -> Floats:
-        """Derivative of the `inertial_vector` by the position, or by whatever state it is for.
+        """Derivative of the `inertial_vector` by the position, or by whatever it is for.
 
-        Shape (n_steps + 1, 3, 3), GCRS; columns belong to the state's components.
+        Shape (n_steps + 1, 3, n_gradient), GCRS.
         """
         raise NotImplementedError(f"{type(self).__name__} has no gradient")
 

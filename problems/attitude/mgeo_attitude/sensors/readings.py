@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -53,6 +53,12 @@ def n_vectors(sensor: Sensor) -> int:
     return len(as_array(sensor.measured(x, np.array([1.0, 0.0, 0.0]))))
 
 
+def in_threes(numbers: Iterable[Sequence[float] | Floats]) -> Floats:
+    """What is said of the numbers of each of s sensors, shape (s, 3); ones where one has fewer."""
+    rows: Floats = np.array([[*row, 1.0, 1.0][:3] for row in numbers])
+    return rows
+
+
 def to_channels(sensor: Sensor, vectors: Floats) -> Floats:
     """Readings, shape (n, k, 3), as telemetry has them: shape (n, len(channels)), NaN where none.
 
@@ -64,9 +70,10 @@ def to_channels(sensor: Sensor, vectors: Floats) -> Floats:
 
 
 def from_channels(sensor: Sensor, values: Floats) -> Floats:
-    """Inverse of `to_channels`, to rounding."""
+    """Inverse of `to_channels`, to rounding; vectors of whatever length are made to unit length."""
     if len(sensor.channels) == 3:
-        return values[:, None] / sensor.channel_unit.factor
+        length = np.linalg.norm(values, axis=1, keepdims=True) if sensor.unit_length else 1.0
+        return (values / (length * sensor.channel_unit.factor))[:, None]
     return _where_finite(values, (3, 3), lambda q: Rotation.from_quat(q).as_matrix())
 
 

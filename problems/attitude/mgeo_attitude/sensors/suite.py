@@ -106,12 +106,12 @@ class Suite:
     @cached_property
     def n_vectors(self) -> int:
         """Number of vectors that the orbit gives: one for each sensor, then all gradients."""
-        return len(self.sensors) + 3 * sum(sensor.has_gradient for sensor in self.sensors)
+        return len(self.sensors) + sum(sensor.n_gradient for sensor in self.sensors)
 
     def gradient_rows(self, index: int) -> slice:
         """Which of these vectors are the columns of a sensor's gradient; empty if it has none."""
-        first = len(self.sensors) + 3 * sum(s.has_gradient for s in self.sensors[:index])
-        return slice(first, first + 3 * self.sensors[index].has_gradient)
+        first = len(self.sensors) + sum(s.n_gradient for s in self.sensors[:index])
+        return slice(first, first + self.sensors[index].n_gradient)
 
     @cached_property
     def rotations(self) -> tuple[int, ...]:
@@ -142,8 +142,8 @@ class Suite:
         column: Sequence[Any],
         to_body: Callable[[Vec3], Vec3] = lambda vector: vector,
         gradient: Sequence[Vec3] = (),
-    ) -> Vec3:
-        """Apply a sensor's H to a state column.
+    ) -> tuple[Any, ...]:
+        """Apply a sensor's H to a state column: the numbers of `Sensor.measure`.
 
         Parameters
         ----------
@@ -156,9 +156,8 @@ class Suite:
         """
         own = {state: self._block(column, f"{sensor.name}.{state}") for state in sensor.states()}
         theta = self._block(column, "attitude")
-        return sensor.measure(
-            SimpleNamespace(theta=theta, to_body=to_body, gradient=gradient, **own), v
-        )
+        x = SimpleNamespace(theta=theta, to_body=to_body, gradient=gradient, **own)
+        return tuple(sensor.measure(x, v))
 
     def derivative(self, column: Sequence[Any], omega: Vec3) -> list[Any]:
         """Apply equation (2)'s dynamics to the `n_kinematic` leading states; floats only."""
@@ -197,9 +196,9 @@ class Suite:
 
         Returns
         -------
-        array, shape (..., 3, n_states)
+        array, shape (..., m, n_states), of the m numbers that it measures
         """
-        H = np.zeros((*v.shape, self.n_states))
+        H = np.zeros((*v.shape[:-1], len(sensor.noise()), self.n_states))
         components = Vec3(*np.moveaxis(v, -1, 0))
         columns = [Vec3(*np.moveaxis(column, -1, 0)) for column in gradient]
         C = np.eye(3) if attitude is None else attitude

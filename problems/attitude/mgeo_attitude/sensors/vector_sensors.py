@@ -36,9 +36,8 @@ class VectorSensor(Sensor):
 
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
 
-    def measure(self, x: Any, v: Vec3) -> Vec3:
-        y: Vec3 = cross(v, x.theta - x.misalignment) + x.bias
-        return y
+    def measure(self, x: Any, v: Vec3) -> Any:
+        return cross(v, x.theta - x.misalignment) + x.bias
 
     def measured(self, x: Any, v: Any) -> Any:
         return rotate(x.misalignment, v) + x.bias
@@ -103,14 +102,14 @@ class SunSensor(VectorSensor):
             states["albedo"] = GaussMarkov(self.albedo, self.albedo_correlation_time)
         return states
 
-    def measure(self, x: Any, v: Vec3) -> Vec3:
+    def measure(self, x: Any, v: Vec3) -> Any:
         y = super().measure(x, v)
         return y + x.to_body(x.albedo) if self.albedo else y
 
     def measured(self, x: Any, v: Any) -> Any:
         return super().measured(x, v + x.to_body(x.albedo) if self.albedo else v)
 
-    def noise(self) -> tuple[float, float, float]:
+    def noise(self) -> tuple[float, ...]:
         sigma = math.radians(self.noise_deg)
         return (sigma, sigma, sigma)
 
@@ -206,7 +205,7 @@ class Magnetometer(VectorSensor):
             states["orbit_error"] = GaussMarkov(sigma, time)
         return states
 
-    def measure(self, x: Any, v: Vec3) -> Vec3:
+    def measure(self, x: Any, v: Vec3) -> Any:
         y = super().measure(x, v)
         if self.initial_scale_factor:
             y = y + scale(v, x.scale_factor)
@@ -214,7 +213,7 @@ class Magnetometer(VectorSensor):
             y = y + shear_components(v, x.nonorthogonality)
         if self.field_error_nt:
             y = y + x.to_body(x.field_error)
-        if self.has_gradient:
+        if self.orbit_error_m:
             for error, column in zip(x.orbit_error, x.gradient, strict=True):
                 y = y + Vec3(*(error * component for component in column))
         return y
@@ -230,7 +229,7 @@ class Magnetometer(VectorSensor):
         """
         if self.field_error_nt:
             v = v + x.to_body(x.field_error)
-        if self.has_gradient:
+        if self.orbit_error_m:
             for axis, column in enumerate(x.gradient):
                 v = v + x.orbit_error[..., [axis]] * column
         field = v
@@ -248,8 +247,8 @@ class Magnetometer(VectorSensor):
         return environment.field / FIELD_UNIT_NT
 
     @property
-    def has_gradient(self) -> bool:
-        return self.orbit_error_m > 0.0
+    def n_gradient(self) -> int:
+        return 3 if self.orbit_error_m else 0
 
     def gradient(self, environment: Environment) -> Floats:
         """By the position, of the dipole that has the field's value there."""

@@ -79,7 +79,7 @@ def _innovations(names: Sequence[str], history: History) -> go.Figure:
         pieces = np.array_split(np.arange(len(each.samples)), min(60, len(each.samples)))
         figure.add_scatter(
             x=[float(history.times[each.samples[piece]].mean()) for piece in pieces],
-            y=[float(each.nis[piece].mean() / 3.0) for piece in pieces],
+            y=[float((each.whitened[piece] ** 2).mean()) for piece in pieces],
             name=name,
             mode="lines+markers",
             line=line(number),

@@ -126,7 +126,8 @@ def _notes(telemetry: Telemetry, data: Batch) -> tuple[str, ...]:
     sigma = gyro_noise(data.suite, usual_step(at))
     seen = {"gyro": (matters(np.radians(telemetry.step_of("gyro")), sigma), "deg/s")}
     for sensor, noise in zip(data.suite.sensors, data.noise, strict=True):
-        more = noise**2 >= (1.0 + LEAST) * np.square(sensor.noise())
+        believed = sensor.noise()
+        more = noise[: len(believed)] ** 2 >= (1.0 + LEAST) * np.square(believed)
         seen[sensor.name] = more, sensor.channel_unit.text
     told = [
         f"{name} counts in steps of {telemetry.step_of(name).max():.3g} {unit}".rstrip()
@@ -167,7 +168,7 @@ def _tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:
                 sensor=sensor.name,
                 readings=len(each.samples) + rejected,
                 rejected=rejected,
-                nis=float(each.nis.mean() / 3.0),
+                nis=float((each.whitened**2).mean()),
                 nis_low=low,
                 nis_high=high,
                 correlation=greatest_correlation(each),
@@ -175,7 +176,7 @@ def _tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:
                 unit=unit,
                 noise=factor * _rms(before.noise),
                 before=factor * _rms(before.z[used]),
-                after=factor * _rms(found.residuals[index, each.samples]),
+                after=factor * _rms(found.residuals[index, each.samples, : len(before.noise)]),
             )
         )
     return tuple(made)

@@ -9,6 +9,7 @@ import numpy as np
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.evaluator import available_threads
 from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors.readings import in_threes
 from numpy.typing import ArrayLike
 
 from mgeo_calibration.calibration.from_telemetry import GATE, at_the_end
@@ -91,7 +92,7 @@ def _batch(scenario: Scenario, given: Planned, flight: Flight) -> Batch:
             np.where(model.available[first:, index, None, None], rows[first:], np.nan)
             for index, rows in enumerate(flight.readings.sensors)
         ),
-        noise=np.array([sensor.noise() for sensor in model.suite.sensors]),
+        noise=in_threes(sensor.noise() for sensor in model.suite.sensors),
         vectors=model.references[first:],
     )
 

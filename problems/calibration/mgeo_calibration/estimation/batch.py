@@ -11,6 +11,7 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import inertial_vectors
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Sensor
+from mgeo_attitude.sensors.readings import in_threes
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.belief import UNKNOWN
@@ -46,7 +47,7 @@ class Batch:
     sensors : tuple of arrays, shape (n + 1, k, 3)
         As `Readings.sensors`.
     noise : array, shape (s, 3)
-        1-sigma of each sensor, in the unit of its noise, with that of its steps.
+        1-sigma of each sensor, in the unit of its noise, with that of its steps; see `in_threes`.
     vectors : array, shape (n + 1, n_vectors, 3)
         What the sensors look at and their gradients, GCRS; see `FilterModel.references`.
     """
@@ -142,7 +143,7 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
         added=missing[:, None] + (counted + wrong)[j] * np.diff(times)[:, None],
         breaks=breaks,
         sensors=sensors,
-        noise=np.array([_noise(sensor, telemetry) for sensor in suite.sensors]),
+        noise=in_threes(_noise(sensor, telemetry) for sensor in suite.sensors),
         vectors=vectors,
     )
 
@@ -166,13 +167,17 @@ def gyro_noise(suite: Suite, duration: float) -> float:
 
 
 def _noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
-    """1-sigma per axis, with the variance of a number that is rounded."""
-    step = telemetry.step_of(sensor.name)
-    if len(sensor.channels) == 3:
+    """1-sigma of each number, with the variance of a number that is rounded."""
+    step, sigma = telemetry.step_of(sensor.name), np.array(sensor.noise())
+    if sensor.unit_length:
+        rows = telemetry.sensors[sensor.name]
+        lengths = np.linalg.norm(rows[np.isfinite(rows[:, 0])], axis=1)
+        step = np.full(len(sigma), step.max() / np.median(lengths) if len(lengths) else 0.0)
+    elif len(sensor.channels) == 3:
         step = step / sensor.channel_unit.factor
     else:  # a turn by a small angle changes a quaternion by half of it
         step = 2.0 * np.full(3, step.max())
-    noise: Floats = np.sqrt(np.square(sensor.noise()) + step**2 / 12.0)
+    noise: Floats = np.sqrt(sigma**2 + step**2 / 12.0)
     return noise
 
 
@@ -247,7 +252,7 @@ def _check_lengths(suite: Suite, sensors: tuple[Floats, ...], vectors: Floats) -
     for index, sensor in enumerate(suite.sensors):
         seen = np.isfinite(sensors[index][:, 0, 0])
         expected = np.linalg.norm(vectors[seen, index], axis=1)
-        if len(sensor.channels) != 3 or not expected.any():
+        if len(sensor.channels) != 3 or sensor.unit_length or not expected.any():
             continue
         unit = sensor.channel_unit
         with np.errstate(over="ignore"):

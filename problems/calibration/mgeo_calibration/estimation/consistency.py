@@ -100,7 +100,7 @@ def consistency(
     nees = float(result.nees[:, tested].mean() / result.n_states)
     criteria = [mean_square("nees", nees, n)]
     for index, sensor in enumerate(result.sensors):
-        count = 3 * int(result.updates[:, tested, index].sum())
+        count = result.numbers[index] * int(result.updates[:, tested, index].sum())
         if count:
             nis = float(result.nis[:, tested, index].sum() / count)
             criteria.append(mean_square(f"nis {sensor}", nis, count))

@@ -7,11 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.sensors.suite import Suite
 from scipy.stats import chi2
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
-from mgeo_calibration.estimation.implausible import implausible
+from mgeo_calibration.estimation.implausible import check_normalized, implausible
 from mgeo_calibration.estimation.linearization import Trajectory
 from mgeo_calibration.estimation.orders import check_orders
 from mgeo_calibration.estimation.residuals import residuals
@@ -79,12 +80,14 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
     Raises
     ------
     ValueError
-        If no attitude follows from the vectors, rates are of another unit, quaternions in another
-        order, or more than half of a sensor's readings are outliers.
+        If no attitude follows from the vectors, they are directions where three numbers are
+        expected, rates are of another unit, quaternions in another order, or more than half of a
+        sensor's readings are outliers.
     """
     N = len(batch.times)
     states = np.tile(belief.states, (N, 1))
     where = stretch(directions(batch, accumulated(batch, states)), N)
+    check_normalized(batch)
     check_orders(batch, where, belief)
     check_unit_of_rates(batch, where, belief)
     reach = carried_for(batch, belief.sigma[3:6], _ASTRAY)
@@ -129,7 +132,7 @@ def settle(
     rejected : array of bool, shape (s, N), optional
         Readings to begin without.
     """
-    limit = float(chi2.isf(gate, 3))
+    limit = limits(batch.suite, gate)[:, None]
     if rejected is None:
         rejected = np.zeros((len(batch.sensors), len(batch.times)), dtype=bool)
     for number in range(_ROUNDS):
@@ -147,6 +150,11 @@ def settle(
     return Fit(rejected, left, squares, solution, known)
 
 
+def limits(suite: Suite, gate: float) -> Floats:
+    """What the square of a reading of each sensor exceeds by chance with this probability."""
+    return np.array([chi2.isf(gate, len(sensor.noise())) for sensor in suite.sensors])
+
+
 def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
     """Refuse what did not come to an end, or leaves out more of a sensor than it takes.
 
@@ -155,7 +163,6 @@ def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
     ValueError
         Saying what may be wrong.
     """
-    limit = float(chi2.isf(gate, 3))
     sensors = found.batch.suite.sensors
     trackers = [sensor.name for sensor in sensors if len(sensor.channels) == 4]
     order = (
@@ -163,12 +170,15 @@ def check(found: Fit, gate: float, last: tuple[float, float] = LAST) -> None:
         if trackers
         else ""
     )
-    for sensor, no, square in zip(sensors, found.rejected, found.chi_squares, strict=True):
+    for sensor, no, square, limit in zip(
+        sensors, found.rejected, found.chi_squares, limits(found.batch.suite, gate), strict=True
+    ):
         count = int(np.isfinite(square).sum())
         if 2 * no.sum() > count > 10:
             raise ValueError(
                 f"{sensor.name}: {no.sum()} of {count} readings are beyond the chi-square gate "
-                f"{limit:.4g}, their median is {np.nanmedian(square):.3g} where 2.4 is expected: "
+                f"{limit:.4g}, their median is {np.nanmedian(square):.3g} where "
+                f"{chi2.median(len(sensor.noise())):.2g} is expected: "
                 f"are noise, mounting frame and unit as the scenario has them?{order}"
             )
     if not found.solution.settled(last):

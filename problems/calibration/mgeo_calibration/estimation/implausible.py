@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.sensors import SunSensor, TwoAxisSunSensor
 
 from mgeo_calibration.estimation.batch import Batch
 
 #: Times the scatter of its sensor by which a vector is too long or too short.
 _FAR = 20.0
+#: Lengths that scatter by less than this share of the noise are those of normalized vectors.
+_NORMALIZED = 0.05
+_FEWEST = 10  # vectors that can tell
 _NORMAL = 1.4826  # 1-sigma of normal numbers over their median absolute deviation
 
 
@@ -27,6 +31,28 @@ def implausible(batch: Batch) -> Bools:
         scatter = max(_NORMAL * float(np.median(np.abs(off))), float(batch.noise[index].max()))
         found[index, seen] = np.abs(off) > _FAR * scatter
     return found
+
+
+def check_normalized(batch: Batch) -> None:
+    """Refuse vectors to the Sun that are directions where three noisy numbers are expected.
+
+    Raises
+    ------
+    ValueError
+        Naming the kind of sensor that they are of.
+    """
+    for sensor, rows in zip(batch.suite.sensors, batch.sensors, strict=True):
+        seen = np.isfinite(rows[:, 0, 0])
+        if not isinstance(sensor, SunSensor) or sensor.unit_length or seen.sum() < _FEWEST:
+            continue
+        length, noise = _length(rows[seen, 0]), sensor.noise()[0]
+        scatter = float(np.median(np.abs(length - np.median(length))))
+        if scatter < _NORMALIZED * noise:
+            raise ValueError(
+                f"{sensor.name}: the lengths of its vectors scatter by {scatter:.2g}, where noise "
+                f"of {noise:.2g} along each axis is expected: these are directions, of two numbers "
+                f'each. Expected kind = "{TwoAxisSunSensor.kind}", not "{sensor.kind}"'
+            )
 
 
 def _length(vectors: Floats) -> Floats:

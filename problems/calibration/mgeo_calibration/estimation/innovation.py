@@ -66,27 +66,27 @@ def innovation(
 
 
 def jacobian(r: Taylor) -> tuple[Ints, Floats]:
-    """The m states that matter, shape (m,), and H = -∂r/∂e of these, shape (3, m, runs)."""
+    """The p states that matter, shape (p,), and H = -∂r/∂e of these, shape (m, p, runs)."""
     numbers = tuple(term[0] for term in r.terms if len(term) == 1)
-    H = np.empty((3, 3 * len(numbers), r.value.shape[-1]))
+    H = np.empty((len(r.value), 3 * len(numbers), r.value.shape[-1]))
     for k, number in enumerate(numbers):
         np.negative(r.terms[(number,)], out=H[:, 3 * k : 3 * k + 3])
     return _states(numbers), H
 
 
 def second_moments(r: Taylor, P: Floats) -> tuple[Floats, Floats]:
-    """Mean, shape (3, runs), and covariance, shape (3, 3, runs), of the terms of second order.
+    """Mean, shape (m, runs), and covariance, shape (m, m, runs), of the terms of second order.
 
     For e ~ N(0, P) the term ½ eᵀ B e has the mean ½ tr(B P) and covariance ½ tr(B P B' P).
     """
     terms = {term: part for term, part in r.terms.items() if len(term) == 2}
     numbers = tuple(sorted({number for term in terms for number in term}))
     states = _states(numbers)
-    n = len(states)
-    half = np.zeros((3, n, n, P.shape[-1]))
+    m, n = len(r.value), len(states)
+    half = np.zeros((m, n, n, P.shape[-1]))
     for (i, j), part in terms.items():
         a, b = 3 * numbers.index(i), 3 * numbers.index(j)
-        half[:, a : a + 3, b : b + 3] += part.reshape(3, 3, 3, -1)
+        half[:, a : a + 3, b : b + 3] += part.reshape(m, 3, 3, -1)
     B = half + half.swapaxes(1, 2)
     BP = np.einsum("qacr,cbr->qabr", B, P[states[:, None], states])
     mean = 0.5 * np.einsum("qaar->qr", BP)

@@ -90,10 +90,11 @@ class Sighting:
     Attributes
     ----------
     samples : array of int, shape (m,)
-    z : array, shape (m, 3)
+    z : array, shape (m, k)
+        k numbers of each, up to three.
     states : array of int, shape (p,)
-        Those that H, shape (m, 3, p), is of.
-    noise : array, shape (3,)
+        Those that H, shape (m, k, p), is of.
+    noise : array, shape (k,)
     """
 
     samples: Ints
@@ -107,6 +108,8 @@ class Sighting:
 class Sightings:
     """The readings of all s sensors.
 
+    One of fewer numbers than three has others that are zero, whatever the errors.
+
     Attributes
     ----------
     there : array of bool, shape (s, N)
@@ -114,6 +117,8 @@ class Sightings:
     H : array, shape (s, N, 3, p)
         By driven errors first, then by those of constants.
     noise : array, shape (s, 3)
+    numbers : array of int, shape (s,)
+        How many numbers each has.
     counts : array of int, shape (s, 2)
         How many columns of H are of driven errors, and of constants.
     columns : array of int, shape (s, p)
@@ -124,12 +129,13 @@ class Sightings:
     z: Floats
     H: Floats
     noise: Floats
+    numbers: Ints
     counts: Ints
     columns: Ints
 
     @property
     def arrays(self) -> tuple[Floats, Floats, Floats, Ints, Ints]:
-        """All but `there`, in this order."""
+        """All but `there` and `numbers`, in this order."""
         return self.z, self.H, self.noise, self.counts, self.columns
 
     @property
@@ -200,7 +206,8 @@ def sightings(batch: Batch, at: Trajectory, parts: Partition) -> Sightings:
         there=np.zeros((s, N), dtype=bool),
         z=np.zeros((s, N, 3)),
         H=np.zeros((s, N, 3, p)),
-        noise=np.array([one.noise for one in each]),
+        noise=batch.noise,
+        numbers=np.array([len(one.noise) for one in each]),
         counts=np.zeros((s, 2), dtype=np.int64),
         columns=np.zeros((s, p), dtype=np.int64),
     )
@@ -208,8 +215,8 @@ def sightings(batch: Batch, at: Trajectory, parts: Partition) -> Sightings:
         chosen = [np.flatnonzero(np.isin(one.states, of)) for of in (parts.driven, parts.constant)]
         order, n = np.concatenate(chosen), len(one.states)
         found.there[index, one.samples] = True
-        found.z[index, one.samples] = one.z
-        found.H[index, one.samples, :, :n] = one.H[:, :, order]
+        found.z[index, one.samples, : len(one.noise)] = one.z
+        found.H[index, one.samples, : len(one.noise), :n] = one.H[:, :, order]
         found.counts[index] = [len(some) for some in chosen]
         found.columns[index, :n] = np.concatenate(
             [
@@ -224,9 +231,10 @@ def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
     """The readings of a sensor of the suite, by its number."""
     suite = batch.suite
     samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
-    noise = batch.noise[index]
+    m = len(suite.sensors[index].noise())
+    noise = batch.noise[index, :m]
     if not len(samples):
-        return Sighting(samples, np.zeros((0, 3)), samples, np.zeros((0, 3, 0)), noise)
+        return Sighting(samples, np.zeros((0, m)), samples, np.zeros((0, m, 0)), noise)
     places = np.arange(3)[:, None] + np.array(suite.rotations)
     states = at.states[samples].T
     rotations = np.empty((3, 3, len(suite.rotations), len(samples)))

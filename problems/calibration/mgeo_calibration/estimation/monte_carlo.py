@@ -36,6 +36,8 @@ class MonteCarlo(Record):
     blocks : tuple of str
         Names of the state's 3-vectors.
     sensors : tuple of str
+    numbers : tuple of int
+        How many each sensor measures at a time, up to three.
     design : array, shape (4 k,)
         The plan.
     t_end : float
@@ -52,7 +54,7 @@ class MonteCarlo(Record):
     nis : array, shape (n, m, n_sensors)
         Sum of normalized innovations squared, rᵀ S⁻¹ r, since the sample before.
     updates : array of int, shape (n, m, n_sensors)
-        Number of innovations in `nis`; the mean of each should be 3.
+        Number of innovations in `nis`; the mean of each should be that of its `numbers`.
     path_limits : tuple of str
         Labels of the scenario's path limits: ``Sun off camera``.
     broken : array, shape (n, 2, n_path_limits)
@@ -61,6 +63,7 @@ class MonteCarlo(Record):
 
     blocks: tuple[str, ...]
     sensors: tuple[str, ...]
+    numbers: tuple[int, ...]
     design: Floats
     t_end: float
     times: Floats
@@ -135,7 +138,7 @@ class MonteCarlo(Record):
         All should be about 1. A sensor that measured nothing since the sample before has NaN.
         """
         columns = {"nees": self.nees.mean(axis=0) / self.n_states}
-        total, count = self.nis.sum(axis=0), 3 * self.updates.sum(axis=0)
+        total, count = self.nis.sum(axis=0), self.updates.sum(axis=0) * self.numbers
         with np.errstate(invalid="ignore"):
             per_component = total / count
         for index, sensor in enumerate(self.sensors):

@@ -18,7 +18,7 @@ class Innovations:
     Attributes
     ----------
     samples : array of int, shape (m,)
-    whitened : array, shape (m, 3)
+    whitened : array, shape (m, k)
         L⁻¹ r for the innovation r and its covariance L Lᵀ: standard normal, and independent.
     """
 
@@ -100,4 +100,8 @@ def _innovations(solution: Solution, errors: Floats, until: Floats) -> tuple[Inn
         solution.used, solution.readings, solution.kept, root, root @ r, white, errors, until
     )
     found = (np.flatnonzero(used) for used in solution.used)
-    return tuple(Innovations(k, white[index, k]) for index, k in enumerate(found))
+    numbers = solution.sightings.numbers
+    return tuple(
+        Innovations(k, white[index, k, :m])
+        for index, (k, m) in enumerate(zip(found, numbers, strict=True))
+    )

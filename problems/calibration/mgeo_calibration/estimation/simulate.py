@@ -158,6 +158,7 @@ class Planned:
         return MonteCarlo(
             blocks=self.model.suite.blocks,
             sensors=tuple(sensor.name for sensor in self.model.suite.sensors),
+            numbers=tuple(len(sensor.noise()) for sensor in self.model.suite.sensors),
             design=self.design,
             t_end=self.t_end,
             times=self.model.times[samples],

@@ -1,7 +1,7 @@
 """Vectors as Taylor polynomials of second order in the errors of an estimate.
 
-Evaluated on them, a sensor's model in ``+ - * /``, `rotate`, `cross` and `dot` gives its value and
-its exact first and second derivatives, for many runs at once.
+Evaluated on them, a sensor's model in ``+ - * /``, `rotate`, `cross`, `dot` and `direction` gives
+its value and its exact first and second derivatives, for many runs at once.
 """
 
 from __future__ import annotations
@@ -80,6 +80,11 @@ class Taylor:
                     outer = p[:, :, None] * q[:, None]
                     total += type(self)({a + b: outer.reshape(len(outer), -1, outer.shape[-1])})
         return total
+
+    def sqrt(self) -> Taylor:
+        root = np.sqrt(self.terms[()])
+        rest = type(self)({t: part / self.terms[()] for t, part in self.terms.items() if t})
+        return (1.0 + 0.5 * rest - 0.125 * (rest * rest)).map(lambda part: part * root)
 
     def __truediv__(self, other: Any) -> Taylor:
         other = self.of(other)

@@ -12,7 +12,7 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.transition import transition
 from mgeo_attitude.geometry.rotation import matrix, vector
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.sensors.readings import Readings, as_array
+from mgeo_attitude.sensors.readings import Readings, as_array, in_threes
 from mgeo_attitude.sensors.suite import Suite
 from scipy.linalg import block_diag
 from scipy.signal import lfilter
@@ -31,7 +31,7 @@ class Draws:
         What noise adds in each step to the attitude error, the gyro's states and the sensors'
         processes, at rest.
     noise : array, shape (n + 1, n_sensors, 3)
-        Measurement noise of every sensor at every sample.
+        Measurement noise of every sensor at every sample; of one of fewer numbers the first count.
     """
 
     errors: Floats
@@ -46,7 +46,7 @@ def draw(model: FilterModel, n_steps: int, generator: np.random.Generator) -> Dr
     # a bias that does not drift has no Cholesky factor
     variances, axes = np.linalg.eigh(Q[:k, :k])
     root = block_diag(axes * np.sqrt(np.maximum(variances, 0.0)), np.sqrt(Q[k:, k:]))
-    sigma = np.array([sensor.noise() for sensor in suite.sensors])
+    sigma = in_threes(sensor.noise() for sensor in suite.sensors)
     chance = np.linalg.cholesky(model.initial_correlation) @ generator.standard_normal(
         suite.n_states
     )
@@ -142,7 +142,9 @@ def _reported(
     }
 
     def to_body(vector: Floats) -> Floats:
-        turned: Floats = np.einsum("kij,kj->ki", attitude, np.broadcast_to(vector, noise.shape))
+        turned: Floats = np.einsum(
+            "kij,kj->ki", attitude, np.broadcast_to(vector, (len(attitude), 3))
+        )
         return turned
 
     v = to_body(model.references[:, index])
@@ -151,4 +153,5 @@ def _reported(
     report = sensor.measured(SimpleNamespace(to_body=to_body, gradient=gradient, **x), v)
     seen = can_measure(model, index, attitude, rates)
     seen[0] = False  # the start is what is believed
-    return np.where(seen[:, None, None], as_array(sensor.with_noise(report, noise)), np.nan)
+    reported = as_array(sensor.with_noise(report, noise[:, : len(sensor.noise())]))
+    return np.where(seen[:, None, None], reported, np.nan)

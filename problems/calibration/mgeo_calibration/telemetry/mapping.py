@@ -24,6 +24,7 @@ UNITS = {
     "nT": {"nT": 1.0, "uT": 1e3, "mG": 1e2, "G": 1e5, "T": 1e9},
     "m": {"m": 1.0, "km": 1e3},
     "-": {"-": 1.0},
+    "deg": {"deg": 1.0, "rad": math.degrees(1.0)},
 }
 
 #: How far a matrix or a quaternion may be from a rotation: what is given to five digits is taken.
@@ -37,7 +38,9 @@ class Channels(Validated):
     """Where the numbers of a 3-vector or a quaternion stand and what they mean."""
 
     columns: tuple[str, ...] | None = quantity(
-        None, doc="its columns, if they are not called NAME_x, NAME_y, NAME_z or NAME_q1 to NAME_q4"
+        None,
+        doc="its columns, if they are not called NAME_x, NAME_y, NAME_z or NAME_q1 to NAME_q4; two "
+        "of a direction are its angles in sensor axes, atan(x / z) and atan(y / z)",
     )
     unit: str | None = quantity(None, doc="unit of its columns, if it is not that of telemetry")
     quaternion: tuple[float, float, float, float] | None = quantity(

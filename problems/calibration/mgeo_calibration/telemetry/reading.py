@@ -112,7 +112,8 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
     }
     for sensor in scenario.sensors:
         channel = given.get(sensor.name, Channels())
-        asked[sensor.name] = channel, _asked(sensor.name, channel, len(sensor.channels))
+        widths = (3, 2) if sensor.unit_length else (len(sensor.channels),)
+        asked[sensor.name] = channel, _asked(sensor.name, channel, *widths)
     position = _asked("position", mapping.position)
     if "position" not in names and (
         mapping.position.columns or set(position) & set(map(str, frame.columns))
@@ -140,7 +141,11 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
     for sensor in scenario.sensors:
         rows, own = found[sensor.name], asked[sensor.name][0]
         sensors[sensor.name] = _reported(sensor, rows, own)
-        steps[sensor.name] = _steps(rows, own, sensor.channel_unit.text)
+        if rows.shape[1] == 2:
+            step = np.radians(own.factor("deg") * resolution(rows).max())
+            steps[sensor.name] = np.full(3, step)
+        else:
+            steps[sensor.name] = _steps(rows, own, sensor.channel_unit.text)
     telemetry = Telemetry(
         times=times,
         gyro_deg_s=gyro,
@@ -152,10 +157,11 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
     return telemetry
 
 
-def _asked(name: str, entry: Channels, width: int = 3) -> list[str]:
+def _asked(name: str, entry: Channels, width: int = 3, *others: int) -> list[str]:
     columns = channels(name, width) if entry.columns is None else list(entry.columns)
-    if len(columns) != width:
-        raise ValueError(f"columns of {name} = {columns}: expected {width} names")
+    if len(columns) not in (width, *others):
+        expected = " or ".join(map(str, (width, *others)))
+        raise ValueError(f"columns of {name} = {columns}: expected {expected} names")
     return columns
 
 
@@ -293,6 +299,12 @@ def _steps(rows: Floats, entry: Channels, unit: str) -> Floats:
 def _reported(sensor: Sensor, rows: Floats, entry: Channels) -> Floats:
     """Channels of a sensor, as if it were mounted along the body axes."""
     try:
+        if rows.shape[1] == 2:
+            x, y = np.tan(np.radians(entry.factor("deg") * rows.T))
+            along = np.column_stack([x, y, np.ones_like(x)])
+            along /= np.linalg.norm(along, axis=1, keepdims=True)
+            found: Floats = entry.to_body().apply(along)
+            return found
         if len(sensor.channels) == 3:
             found = _turned(rows, entry, sensor.channel_unit.text)
             found[(rows == 0.0).all(axis=1)] = np.nan  # many report so that they see nothing

@@ -5,14 +5,24 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, Gyro, Magnetometer, Scenario, StarTracker, SunSensor
+from mgeo_attitude import (
+    FilterModel,
+    Gyro,
+    Magnetometer,
+    Scenario,
+    StarTracker,
+    SunSensor,
+    TwoAxisSunSensor,
+)
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.sensors.vector_sensors import FIELD_UNIT_NT
+from mgeo_calibration import calibrate
 from mgeo_calibration.flight.basilisk import Vehicle, fly
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
+from ...calibration.flights import normalized
 from .flights import PLAN, errorless, seen, short
 
 pytestmark = pytest.mark.basilisk
@@ -199,3 +209,20 @@ def test_noise_of_no_two_channels_is_the_same(loud):
     n = len(columns)
     for i, j in combinations(range(columns.shape[1]), 2):
         assert abs((columns[:, i] * columns[:, j]).mean()) < 5.0 / np.sqrt(n)
+
+
+def test_normalized_sun_vectors_are_calibrated_as_claimed():
+    """Three flights of 1,500 s; a bias of the gyro that Basilisk lets stay what it is."""
+    gyro = dataclasses.replace(Scenario.paper().gyro, bias_decay=0.0)
+    sensors = (TwoAxisSunSensor(noise_deg=2.0), Magnetometer())
+    scenario = short(Scenario.paper(), 1500.0, gyro=gyro, sensors=sensors)
+    environment, found = Environment.from_scenario(scenario), []
+    for seed in range(3):
+        telemetry = fly(scenario, PLAN, seed, environment=environment)
+        lengths = np.linalg.norm(telemetry.sensors["sun"][1:], axis=1)
+        np.testing.assert_allclose(lengths, 1.0, rtol=0, atol=1e-12)
+        calibration = calibrate(scenario, telemetry)
+        assert calibration.supported
+        found.append(normalized(calibration, telemetry)[0])
+    low, high = chi2.ppf([0.005, 0.995], 3 * 18) / (3 * 18)
+    assert low < np.mean(found) < high

@@ -14,7 +14,13 @@ from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.model import FilterModel, sampled
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Magnetometer, Sensor, StarTracker, SunSensor
+from mgeo_attitude.sensors import (
+    Magnetometer,
+    Sensor,
+    StarTracker,
+    SunSensor,
+    TwoAxisSunSensor,
+)
 from mgeo_attitude.sensors.readings import Readings
 from mgeo_attitude.sensors.suite import Suite
 from scipy.spatial.transform import Rotation
@@ -27,6 +33,7 @@ from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 #: Sensors that Basilisk has, each with the states that it has there.
 MODELED: dict[type[Sensor], set[str]] = {
     SunSensor: {"misalignment", "bias"},
+    TwoAxisSunSensor: {"misalignment", "bias"},
     Magnetometer: {"misalignment", "bias"},
     StarTracker: {"misalignment"},
 }

@@ -11,7 +11,14 @@ import numpy as np
 from Basilisk.simulation import coarseSunSensor, imuSensor, magnetometer, starTracker
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.geometry.rotation import matrix
-from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor, StarTracker, SunSensor
+from mgeo_attitude.sensors import (
+    Gyro,
+    Magnetometer,
+    Sensor,
+    StarTracker,
+    SunSensor,
+    TwoAxisSunSensor,
+)
 from mgeo_attitude.sensors.vector_sensors import FIELD_UNIT_NT
 from scipy.spatial.transform import Rotation
 
@@ -117,12 +124,11 @@ def coarse_sun_sensors(
     """Six of Basilisk's coarse Sun sensors, looking both ways along three axes, as one vector.
 
     Each component is the difference of two heads, so that each has half of its bias and 1/√2 of its
-    noise. They report in full sunlight: in the penumbra the vector would be short.
+    noise. They report in full sunlight: in the penumbra the vector would be short. Of a sensor that
+    measures two angles the length says nothing.
     """
-    heads = []
-    for axis, bias, noise in zip(
-        matrix(errors["misalignment"]), errors["bias"], sensor.noise(), strict=True
-    ):
+    heads, noise = [], sensor.noise()[0]
+    for axis, bias in zip(matrix(errors["misalignment"]), errors["bias"], strict=True):
         for sign in (1.0, -1.0):
             head = coarseSunSensor.CoarseSunSensor()
             head.RNGSeed, head.fov, head.nHat_B = seeds(), math.pi / 2, (sign * axis).tolist()
@@ -148,6 +154,8 @@ def coarse_sun_sensors(
         reported: Floats = np.where(
             _seen(sensor, of)[:, None], cosines[:, 0::2] - cosines[:, 1::2], np.nan
         )
+        if sensor.unit_length:
+            reported /= np.linalg.norm(reported, axis=1, keepdims=True)
         return reported[:, None]
 
     return Instrument([array], records, vectors, heads)
@@ -197,5 +205,6 @@ Maker = Callable[[Any, Errors, Sources, Callable[[], int]], Instrument]
 INSTRUMENTS: Mapping[type[Sensor], Maker] = {
     Magnetometer: three_axis_magnetometer,
     SunSensor: coarse_sun_sensors,
+    TwoAxisSunSensor: coarse_sun_sensors,
     StarTracker: star_tracker,
 }

@@ -1,0 +1,166 @@
+"""Sensors that measure a direction by two angles: what a vector of unit length says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.environment.constants import EARTH_RADIUS
+from mgeo_attitude.environment.directions import Cone
+from mgeo_attitude.fields import expect, positive, quantity
+from mgeo_attitude.fields.units import ARCMIN, DEG, Unit
+from mgeo_attitude.geometry.rotation import cross, direction, dot, rotate, tangents
+from mgeo_attitude.geometry.vector import Vec3, unit
+from mgeo_attitude.geometry.vector import dot as inner
+from mgeo_attitude.sensors.base import NAME
+from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor
+
+if TYPE_CHECKING:
+    from mgeo_attitude.environment import Environment
+
+
+class DirectionSensor(VectorSensor):
+    """A `VectorSensor` whose vector has no length: it measures on the tangent plane.
+
+    y = Tᵀ ([v×](θ - μ) + b + w) for the two columns of T across the unit vector v, with noise w of
+    which nothing is along v. A sample tells (I - v vᵀ) / r² of what is added to v, for a noise of
+    1-sigma r: of the bias, which is fixed in the body, not the part along v. That shows when v
+    comes from elsewhere. The axes of T do not matter, since noise is alike along both.
+
+    Compared are rotations: twice the tangent of half the angle between what is reported and what is
+    predicted, so that what is opposite is far.
+    """
+
+    unit_length: ClassVar[bool] = True
+
+    def measure(self, x: Any, v: Vec3) -> Any:
+        y = super().measure(x, v)
+        return tuple(inner(axis, y) for axis in x.gradient)
+
+    def measured(self, x: Any, v: Any) -> Any:
+        return direction(super().measured(x, v))
+
+    def with_noise(self, measured: Any, noise: Floats) -> Any:
+        across = sum(axis * noise[..., [k]] for k, axis in enumerate(tangents(measured)))
+        return rotate(cross(measured, across), measured)
+
+    def innovation(self, measured: Any, predicted: Any) -> Any:
+        columns = np.moveaxis(np.stack(tangents(measured), axis=-1), -2, 0)
+        off = sum(column * predicted[..., [k]] for k, column in enumerate(columns))
+        return -2.0 * off / (1.0 + dot(measured, predicted))
+
+    @property
+    def n_gradient(self) -> int:
+        return 2
+
+    def gradient(self, environment: Environment) -> Floats:
+        """By the two angles: unit vectors across the direction."""
+        v = self.inertial_vector(environment)
+        assert v is not None
+        return np.stack(tangents(v), axis=-1)
+
+
+@dataclass(frozen=True)
+class TwoAxisSunSensor(DirectionSensor, SunSensor):
+    """A Sun sensor that reports two angles, or a vector that is normalized; blind in eclipse.
+
+    What it reports is R(φ) s + δs but for its length, see `DirectionSensor`.
+    """
+
+    kind: ClassVar[str] = "two-axis-sun-sensor"
+
+    name: str = quantity("sun", doc=NAME)
+    noise_deg: float = positive(0.5, unit="deg", doc="noise per sample, 1-sigma of each angle")
+
+    def noise(self) -> tuple[float, ...]:
+        return super().noise()[:2]
+
+
+@dataclass(frozen=True)
+class HorizonSensor(DirectionSensor):
+    """Measures the direction of the Earth's center by two angles, day and night.
+
+    Nadir is geocentric: what the oblateness of the Earth, or of the layer that is seen, does to it
+    is taken to be corrected, and its rest part of the bias. It measures at altitudes for which it
+    is made, while the Sun is farther from the boresight than an exclusion angle.
+    """
+
+    kind: ClassVar[str] = "horizon-sensor"
+    noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
+    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN}
+
+    name: str = quantity("horizon", doc=NAME)
+    noise_deg: float = positive(0.1, unit="deg", doc="noise per sample, 1-sigma of each angle")
+    initial_misalignment_deg: float = positive(
+        0.5, unit="deg", doc="initial misalignment, 1-sigma per axis"
+    )
+    initial_bias: float = positive(0.002, doc="initial bias of the unit vector, 1-sigma per axis")
+    boresight: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)"
+    )
+    field_of_view_deg: float = quantity(
+        180.0,
+        unit="deg",
+        low=0.0,
+        high=180.0,
+        open_low=True,
+        doc="half-angle of the cone that nadir has to be in; 180 sees everywhere",
+    )
+    sun_exclusion_deg: float | None = quantity(
+        None,
+        unit="deg",
+        low=0.0,
+        high=90.0,
+        open_high=True,
+        doc="least angle of the boresight from the Sun, while it shines, at which it measures",
+    )
+    lowest_altitude_km: float = quantity(
+        0.0, unit="km", low=0.0, doc="altitude above the equator's radius from which on it measures"
+    )
+    highest_altitude_km: float | None = positive(
+        None, unit="km", doc="altitude up to which it measures"
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        expect(any(self.boresight), "boresight", self.boresight, "a direction, not zero")
+        low, high = self.lowest_altitude_km, self.highest_altitude_km
+        expect(
+            high is None or high > low,
+            "highest_altitude_km",
+            high,
+            f"more than lowest_altitude_km = {low!r}",
+        )
+
+    def states(self) -> dict[str, float]:
+        return {
+            "misalignment": math.radians(self.initial_misalignment_deg),
+            "bias": self.initial_bias,
+        }
+
+    def noise(self) -> tuple[float, ...]:
+        return (math.radians(self.noise_deg),) * 2
+
+    def inertial_vector(self, environment: Environment) -> Floats:
+        distance = np.linalg.norm(environment.position, axis=1, keepdims=True)
+        nadir: Floats = -environment.position / distance
+        return nadir
+
+    def views(self) -> tuple[Cone, ...]:
+        axis, found = unit(self.boresight), []
+        if self.field_of_view_deg < 180.0:
+            found.append(Cone("", axis, math.radians(self.field_of_view_deg), inside=True))
+        if self.sun_exclusion_deg is not None:
+            found.append(Cone("sun", axis, math.radians(self.sun_exclusion_deg), inside=False))
+        return tuple(found)
+
+    def available(self, environment: Environment) -> Bools | None:
+        altitude = 1e-3 * (np.linalg.norm(environment.position, axis=1) - EARTH_RADIUS)
+        highest = math.inf if self.highest_altitude_km is None else self.highest_altitude_km
+        there: Bools = (altitude >= self.lowest_altitude_km) & (altitude <= highest)
+        return None if there.all() else there

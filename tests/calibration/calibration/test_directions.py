@@ -1,0 +1,114 @@
+"""Sun sensors whose vectors are normalized, by a simulation of its own."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import HorizonSensor, Scenario, TwoAxisSunSensor
+from mgeo_attitude.fields import declared
+from mgeo_calibration import calibrate, consistency, read_telemetry, simulate
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.telemetry import TelemetryMapping
+from mgeo_calibration.telemetry.mapping import SensorChannels
+from scipy.stats import chi2
+
+from .flights import PLAN, normalized, short
+from .independent import Craft, fly, steady
+
+
+def two_axis(scenario):
+    """The scenario whose Sun sensor measures two angles, as well as it did three numbers."""
+    sun, mag = scenario.sensors
+    same = {name: getattr(sun, name) for name in declared(type(sun))}
+    return dataclasses.replace(scenario, sensors=(TwoAxisSunSensor(**same), mag))
+
+
+SCENARIOS = {
+    "paper": short(Scenario.paper(), 3000.0),
+    "cubesat_6u": short(Scenario.cubesat_6u(), 3000.0),
+}
+
+
+def flown(name, seed):
+    return fly(SCENARIOS[name], steady(PLAN), seed, Craft(unit_vectors=True))
+
+
+def nees(name, seeds):
+    """Mean NEES per state and its 99 % bounds, the worst error in 1-sigmas, how many supported."""
+    scenario, found = two_axis(SCENARIOS[name]), []
+    for seed in seeds:
+        telemetry = flown(name, seed)
+        calibration = calibrate(scenario, telemetry)
+        found.append((*normalized(calibration, telemetry), calibration.supported))
+    each, off, supported = zip(*found, strict=True)
+    n = np.size(off)
+    low, high = chi2.ppf([0.005, 0.995], n) / n
+    return np.mean(each), low, high, np.abs(off).max(), sum(supported)
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_normalized_vectors_are_calibrated_as_claimed(name):
+    mean, low, high, worst, supported = nees(name, [1])
+    assert low < mean < high
+    assert worst < 4.0
+    assert supported
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_fifty_flights_of_normalized_vectors(name):
+    mean, low, high, _, supported = nees(name, range(100, 150))
+    assert low < mean < high
+    assert supported >= 48
+
+
+def test_their_length_says_nothing_and_its_steps_are_those_of_an_angle():
+    """Counts of a thousand as one."""
+    scenario, telemetry = two_axis(SCENARIOS["cubesat_6u"]), flown("cubesat_6u", 1).until(300.0)
+    sun = telemetry.sensors["sun"]
+    counts = np.rint(1000.0 * sun)
+    one, other = (
+        batch(scenario, dataclasses.replace(telemetry, sensors={**telemetry.sensors, "sun": rows}))
+        for rows in (counts / 1000.0, counts)
+    )
+    np.testing.assert_allclose(other.sensors[0], one.sensors[0], rtol=1e-14)
+    r = scenario.sensors[0].noise()[0]
+    for each in (one, other):
+        expected = np.sqrt(r**2 + 1e-6 / 12.0)
+        np.testing.assert_allclose(each.noise[0], [expected, expected, 1.0], rtol=1e-3)
+
+
+def test_three_numbers_whose_noise_is_normalized_away_are_refused_at_once():
+    with pytest.raises(ValueError, match=r'sun: .* Expected kind = "two-axis-sun-sensor", not'):
+        calibrate(SCENARIOS["paper"], flown("paper", 1).until(100.0))
+
+
+def test_two_angles_of_a_mounted_sensor_are_read_as_its_directions():
+    """In rad, of a sensor whose boresight is the body's -y."""
+    scenario, telemetry = two_axis(SCENARIOS["cubesat_6u"]), flown("cubesat_6u", 1).until(300.0)
+    dcm = ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
+    x, y, z = (telemetry.sensors["sun"] @ np.array(dcm)).T
+    seen = z > 0.1
+    frame = telemetry.frame().drop(columns=["sun_x", "sun_y", "sun_z"])
+    frame["a"], frame["b"] = (np.where(seen, np.arctan2(each, z), np.nan) for each in (x, y))
+    mapping = TelemetryMapping(
+        sensors=(SensorChannels(name="sun", columns=("a", "b"), unit="rad", dcm=dcm),)
+    )
+    found = read_telemetry(frame, scenario, mapping).sensors["sun"]
+    assert 10 < seen.sum() < len(seen)
+    np.testing.assert_allclose(found[seen], telemetry.sensors["sun"][seen], rtol=0, atol=1e-14)
+    assert np.isnan(found[~seen]).all()
+    with pytest.raises(ValueError, match=r"columns of sun = .*expected 3 or 2 names"):
+        read_telemetry(
+            frame, scenario, TelemetryMapping(sensors=(SensorChannels(name="sun", columns=("a",)),))
+        )
+
+
+def test_the_filter_of_two_angles_is_consistent():
+    """Many simulated flights, with a horizon sensor that the Sun blinds."""
+    of = two_axis(SCENARIOS["paper"])
+    sensors = (*of.sensors, HorizonSensor(sun_exclusion_deg=40.0))
+    of = short(dataclasses.replace(of, sensors=sensors), 300.0)
+    report = consistency(simulate(of, PLAN, 30, seed=3), since=200.0)
+    for name in ("nees", "nis sun", "nis mag", "nis horizon"):
+        assert report[name].passed, report.table()
