@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import io
 import json
 import math
@@ -9,6 +10,7 @@ import os
 import re
 import stat
 import tomllib
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -37,13 +39,35 @@ def read_file(path: str | os.PathLike[str], most: int = MOST_BYTES) -> bytes:
         If it is a folder, a pipe or a device, which might never end, or larger than `most` bytes.
     """
     descriptor = os.open(path, _READ)
+    status = os.fstat(descriptor)
+    if not stat.S_ISREG(status.st_mode):
+        os.close(descriptor)
+        raise FileError(f"{path} is a folder, a pipe or a device: expected a file")
     with open(descriptor, "rb") as file:
-        status = os.fstat(descriptor)
-        if not stat.S_ISREG(status.st_mode):
-            raise FileError(f"{path} is a folder, a pipe or a device: expected a file")
         if status.st_size > most:
             raise FileError(f"{path} has {status.st_size} bytes: expected at most {most}")
         return file.read(most)
+
+
+def read_packed(path: str | os.PathLike[str], most: int = MOST_BYTES) -> bytes:
+    """Content of a regular file, or of the file in it if it is compressed by gzip.
+
+    Raises
+    ------
+    OSError, FileError
+        As `read_file`, also if what is in it is larger than `most` bytes, or damaged.
+    """
+    content = read_file(path, most)
+    if not content.startswith(b"\x1f\x8b"):
+        return content
+    try:
+        with gzip.open(io.BytesIO(content)) as file:
+            unpacked = file.read(most + 1)
+    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
+        raise FileError(f"{path}: expected a sound .gz: {error}") from None
+    if len(unpacked) > most:
+        raise FileError(f"{path}: expected at most {most} bytes, and there are more")
+    return unpacked
 
 
 def read_text(path: str | os.PathLike[str], most: int = MOST_BYTES) -> str:

@@ -44,6 +44,22 @@ def seconds_after(epoch: datetime, stamps: Sequence[str], system: str = "UTC") -
     return np.asarray(seconds - (utc - midnight).total_seconds() + (ahead - tai_minus_utc(utc)))
 
 
+def clock_seconds_after(epoch: datetime, seconds: ArrayLike) -> Floats:
+    """SI seconds from an epoch with a UTC offset to instants n calendar seconds after it, as Unix
+    counts them: without leap seconds. NaN stays."""
+    utc, clock = as_utc(epoch), np.asarray(seconds, dtype=float)
+    known = np.isfinite(clock)
+    midnight = utc.replace(hour=0, minute=0, second=0, microsecond=0)
+    today = np.floor(((utc - midnight).total_seconds() + clock[known]) / DAY).astype(np.int64)
+    days, which = np.unique(today, return_inverse=True)
+    # erfa.dat would warn of years before 1960 and of those to come
+    dates = [((midnight + timedelta(days=int(day))).timetuple()[:3]) for day in days]
+    ahead, _ = erfa.ufunc.dat(*np.array(dates).reshape(-1, 3).T, 0.0)
+    found = clock.copy()
+    found[known] += ahead[which] - tai_minus_utc(utc)
+    return found
+
+
 def utc_of(stamp: str) -> datetime:
     """The instant of a stamp in UTC, to a microsecond; one that is none is a ValueError."""
     day, seconds = _parts(stamp)

@@ -115,8 +115,7 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     there[0] |= scenario.prior is not None
 
     times = telemetry.times[there]
-    position = None if telemetry.position is None else telemetry.position[there]
-    environment = Environment.at(scenario, times, position)
+    environment = Environment.at(scenario, times, telemetry.positions(times))
     if not scenario.eclipse:
         environment = environment.without_shadow()
     vectors, available = inertial_vectors(suite, environment)

@@ -19,8 +19,13 @@ _CLIPPED = 5  # samples in a row at the same extreme
 _QUANTIZED = 0.01  # share of equal neighbors from which they say nothing
 
 
-def check_telemetry(telemetry: Telemetry, scenario: Scenario) -> None:
+def check_telemetry(telemetry: Telemetry, scenario: Scenario, measured: bool = True) -> None:
     """Refuse telemetry that nothing can be learned from.
+
+    Parameters
+    ----------
+    measured : bool
+        Whether rates are those of a gyro.
 
     Raises
     ------
@@ -36,8 +41,14 @@ def check_telemetry(telemetry: Telemetry, scenario: Scenario) -> None:
         raise ValueError(f"gyro: {len(rates)} samples: expected 2 or more")
     if not any(np.isfinite(rows).any() for rows in telemetry.sensors.values()):
         raise ValueError(f"{', '.join(telemetry.sensors)}: expected a sample of one of them")
-    for name, rows in {"gyro": gyro, **telemetry.sensors}.items():
+    for name, rows in telemetry.sensors.items():
         _check_changes(name, rows)
+    if measured:
+        _check_changes("gyro", gyro)
+        _check_saturation(rates)
+
+
+def _check_saturation(rates: Floats) -> None:
     for axis, rate in zip("xyz", rates.T, strict=True):
         same = np.diff(rate) == 0.0
         extreme = same & (np.abs(rate[1:]) == np.abs(rate).max())

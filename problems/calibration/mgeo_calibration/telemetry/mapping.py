@@ -35,7 +35,10 @@ Row = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Channels(Validated):
-    """Where the numbers of a 3-vector or a quaternion stand and what they mean."""
+    """Where the numbers of a 3-vector or a quaternion stand and what they mean.
+
+    A minus before the name of a column turns its sign, which maps mirrored axes.
+    """
 
     columns: tuple[str, ...] | None = quantity(
         None,
@@ -93,6 +96,21 @@ class GyroChannels(Channels):
         doc="mean over the time since the sample before, or the rate at the sample",
     )
     range_deg_s: float | None = positive(None, unit="deg/s", doc="rate at which it saturates")
+    holds: str | None = quantity(
+        None,
+        choices=("lvlh", "inertial"),
+        doc="there is no gyro, and the satellite is known to hold these axes; dcm or quaternion "
+        "turns LVLH (x forward, z down) to body axes",
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.holds is not None:
+            for key in ("columns", "unit", "range_deg_s"):
+                if (value := getattr(self, key)) is not None:
+                    raise InvalidValue(
+                        key, value, "expected none: holds says that there is no gyro"
+                    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,6 +125,11 @@ class TelemetryMapping(Validated):
     """How a table of one's own becomes `Telemetry`; what is not said is as `Telemetry.frame`."""
 
     time: str = quantity("time", doc="column of seconds since the epoch or ISO 8601 times, UTC")
+    time_format: str = quantity(
+        "epoch",
+        choices=("epoch", "unix", "unix-ms"),
+        doc="what its numbers are: seconds since the epoch, Unix seconds or milliseconds",
+    )
     gyro: GyroChannels = quantity(factory=GyroChannels, doc="the gyro")
     sensors: tuple[SensorChannels, ...] = quantity((), doc="sensors, by the scenario's names")
     position: Channels = quantity(factory=Channels, doc="the satellite's position, GCRS")

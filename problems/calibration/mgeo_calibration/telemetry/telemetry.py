@@ -13,9 +13,14 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.sensors.readings import from_channels
 from mgeo_attitude.sensors.suite import Suite
 from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
 
 from mgeo.store.atomic import write_file
 from mgeo_calibration.telemetry.resolution import resolution
+
+#: Positions are known between samples that are so far apart [s].
+LONGEST_STEP = 300.0
+_FEWEST_POSITIONS = 4
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -48,7 +53,7 @@ class Telemetry:
     sensors : mapping of str to array, shape (n, 3) or (n, 4)
         By the sensor's name: vector (nT, or of unit length) or quaternion, see `Sensor.channels`.
     position : array, shape (n, 3), optional
-        Satellite [m], GCRS, if it is not to follow from the scenario's orbit.
+        Satellite [m], GCRS, if it is not to follow from the scenario's orbit; see `positions`.
     truth : Truth, optional
         Beside what a simulation reports; it is no part of tables and files.
     steps : mapping of str to array, shape (3,) or (4,)
@@ -125,6 +130,38 @@ class Telemetry:
             If it cannot be written.
         """
         write_file(path, self.frame().to_csv(index=False, lineterminator="\n").encode())
+
+    def positions(self, times: Floats) -> Floats | None:
+        """Where the satellite was at m of its times, shape (m, 3) [m]; None if that is not known.
+
+        Between samples of the position, which may be rarer, by a spline: 4 nT off after five
+        minutes.
+
+        Raises
+        ------
+        ValueError
+            For a time without a sample near it.
+        """
+        if self.position is None:
+            return None
+        there = np.isfinite(self.position[:, 0])
+        if there.all():
+            return self.position[np.searchsorted(self.times, times)]
+        at = self.times[there]
+        if len(at) < _FEWEST_POSITIONS:
+            raise ValueError(f"position: {len(at)} samples: expected {_FEWEST_POSITIONS} or more")
+        k = np.clip(np.searchsorted(at, times), 1, len(at) - 1)
+        usual = min(float(np.median(np.diff(at))), LONGEST_STEP)
+        far = np.where((times < at[0]) | (times > at[-1]), 0.0, at[k] - at[k - 1]) > LONGEST_STEP
+        far &= ~np.isin(times, at)
+        far |= (times < at[0] - usual) | (times > at[-1] + usual)
+        if far.any():
+            raise ValueError(
+                f"position: none near time {times[np.argmax(far)]:.6f} s: expected samples at most "
+                f"{LONGEST_STEP:g} s apart, from the begin to the end"
+            )
+        found: Floats = CubicSpline(at, self.position[there])(times)
+        return found
 
     def readings(self, suite: Suite) -> tuple[Floats, ...]:
         """Of every sensor of a suite, shape (n, k, 3), in the filter's units, NaN where none.

@@ -1,0 +1,176 @@
+"""Columns of a table by their names, and their cells as numbers and times."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment.time_stamps import clock_seconds_after, seconds_after
+from mgeo_attitude.scenario import Scenario
+
+from mgeo_calibration.telemetry.files import MISSING
+from mgeo_calibration.telemetry.mapping import Channels
+
+_OFFSET = re.compile(r"(.*\d\d:\d\d\S*)([+-])(\d\d):?(\d\d)")
+_WITH_UNIT = re.compile(r"\s*(.*?)\s*[\[(](.*)[\])]\s*")
+_OTHER_NAMES = {"µ": "u", "μ": "u", "°": "deg", "dps": "deg/s", "sec": "s", "none": "-", "1": "-"}
+_OTHER_TIMES = ("ms", "us", "min", "h", "d")
+
+
+@dataclass(frozen=True)
+class Column:
+    """One that is there: its place, what makes of its numbers what is asked for, and its unit."""
+
+    place: int
+    sign: float
+    unit: str
+
+
+def has_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> bool:
+    """Whether there is one of those."""
+    return not {_plain_name(name) for name in frame.columns}.isdisjoint(map(_plain_name, wanted))
+
+
+def find_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> dict[str, Column]:
+    """Those that are wanted, by the names that they are asked for by."""
+    names = [str(name) for name in frame.columns]
+    plain = [_plain_name(name) for name in names]
+    found, missing = dict[str, Column](), []
+    for name in wanted:
+        sign = -1.0 if name.startswith("-") and name not in names else 1.0
+        bare = name[1:].strip() if sign < 0.0 else name
+        places = [k for k, each in enumerate(names) if each == bare]
+        places = places or [k for k, each in enumerate(plain) if each == _plain_name(bare)]
+        if len(places) > 1 or any(k == other.place for k in places for other in found.values()):
+            raise ValueError(f"column {bare!r} is there, or asked for, twice")
+        for k in places:
+            unit = _WITH_UNIT.fullmatch(names[k])
+            found[name] = Column(k, sign, unit[2].strip() if unit else "")
+        missing += [] if places else [bare]
+    if missing:
+        raise ValueError(f"missing columns {', '.join(missing)}: there are {', '.join(names)}")
+    if frame.empty:
+        raise ValueError("there are no rows")
+    return found
+
+
+def _plain_name(name: object) -> str:
+    return _WITH_UNIT.sub(r"\1", str(name)).strip().casefold()
+
+
+def with_unit(name: str, entry: Channels, columns: Sequence[Column]) -> Channels:
+    """The entry with the unit of its columns, if it says none itself."""
+    units = {column.unit for column in columns}
+    if entry.unit is not None or units <= {""}:
+        return entry
+    if len(units) > 1:
+        raise ValueError(f"{name}: columns in {', '.join(sorted(units))}: expected one unit")
+    (unit,) = units
+    for other, known in _OTHER_NAMES.items():
+        unit = unit.replace(other, known) if len(other) == 1 or unit == other else unit
+    return replace(entry, unit=unit)
+
+
+def numbers(column: pd.Series) -> Floats:
+    """A column as floats, NaN where it is empty."""
+    if column.dtype.kind in "iuf":
+        values: Floats = column.to_numpy(dtype=float, na_value=np.nan)
+    else:
+        values = np.asarray(_plain(column.tolist()) or [*map(_number, column)], dtype=np.float64)
+    if np.isinf(values).any():
+        row = int(np.argmax(np.isinf(values)))
+        name = f"row {row + 1}, {column.name} = {_shown(column.iloc[row])}"
+        raise ValueError(f"{name}: expected a number")
+    return values
+
+
+def _plain(cells: list[Any]) -> list[float]:
+    """Numbers of texts, nearly always; nothing if one of the cells wants a closer look."""
+    try:
+        text = "".join(cells)
+        return (
+            [float(cell or "nan") for cell in cells] if text.isascii() and "_" not in text else []
+        )
+    except (TypeError, ValueError):
+        return []
+
+
+def _number(cell: object) -> float:
+    """A cell's number, NaN if it is empty, an infinity for anything else."""
+    if isinstance(cell, str):
+        text = cell.strip()
+        if text.lower() in MISSING:
+            return math.nan
+        if not text.isascii() or "_" in text:  # Python would take 1_0 and digits of other scripts
+            return math.inf
+        try:
+            return float(text)
+        except ValueError:
+            return math.inf
+    if cell is None or cell is pd.NA or cell is pd.NaT:
+        return math.nan
+    is_number = isinstance(cell, int | float | np.number) and not isinstance(cell, bool)
+    return float(cell) if is_number else math.inf  # type: ignore[arg-type]
+
+
+def _shown(cell: Any) -> str:
+    plain = cell.item() if isinstance(cell, np.generic) else cell
+    return f"{plain!r:.40}"
+
+
+def seconds(column: pd.Series, form: str, scenario: Scenario) -> Floats:
+    """Seconds of SI since the epoch, of numbers, calendar times or texts of ISO 8601."""
+    epoch, name = scenario.epoch, str(column.name)
+    times: Floats
+    if (unit := _WITH_UNIT.fullmatch(name)) and unit[2] in _OTHER_TIMES and form != "unix-ms":
+        raise ValueError(f"{name}: expected seconds since the epoch, Unix times or ISO 8601")
+    if column.dtype.kind not in "iufM" and not math.isinf(_number(column.iloc[0])):
+        column = pd.Series(numbers(column), name=name)
+    is_number = column.dtype.kind in "iuf"
+    if form != "epoch":
+        if not is_number:
+            first = _shown(column.iloc[0])
+            raise ValueError(f"row 1, {name} = {first}: expected {form} times, as time_format says")
+        unix = numbers(column) * (1e-3 if form == "unix-ms" else 1.0)
+        times = clock_seconds_after(epoch, unix - epoch.timestamp())
+    elif is_number:
+        times = numbers(column)
+    elif column.dtype.kind == "M" or not isinstance(column.iloc[0], str):
+        at = pd.to_datetime(column, utc=True, errors="coerce")
+        clock = (at - pd.Timestamp(epoch)).dt.total_seconds().to_numpy(dtype=float)
+        times = clock_seconds_after(epoch, clock)
+    else:
+        times = _stamped(column.tolist(), scenario)
+    if np.isnan(times).any():
+        row = int(np.argmax(np.isnan(times)))
+        raise ValueError(
+            f"row {row + 1}, {name} = {_shown(column.iloc[row])}: expected seconds since the epoch "
+            "or a time of ISO 8601"
+        )
+    return times
+
+
+def _stamped(texts: list[Any], scenario: Scenario) -> Floats:
+    """Seconds of SI since the epoch, NaN of texts that are no time."""
+    ahead, stamps = np.zeros(len(texts)), [str(text).strip() for text in texts]
+    for k, stamp in enumerate(stamps):
+        if stamp[-1:] != "Z" and (offset := _OFFSET.fullmatch(stamp)):
+            stamps[k], sign, hours, minutes = offset.groups()
+            ahead[k] = (3600 * int(hours) + 60 * int(minutes)) * (-1 if sign == "-" else 1)
+    try:
+        return seconds_after(scenario.epoch, stamps) - ahead
+    except ValueError:
+        return np.array([_stamp(stamp, scenario) for stamp in stamps]) - ahead
+
+
+def _stamp(stamp: str, scenario: Scenario) -> float:
+    try:
+        return float(seconds_after(scenario.epoch, [stamp])[0])
+    except ValueError:
+        return math.nan

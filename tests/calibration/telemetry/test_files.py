@@ -1,0 +1,215 @@
+"""Tables as ground systems write them read as that of the flight."""
+
+import gzip
+import importlib.util
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pandas as pd
+import pytest
+from mgeo_attitude import Environment, Scenario
+from mgeo_attitude.fields import InvalidValue
+from mgeo_calibration import TelemetryMapping, fly, read_telemetry
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.telemetry.files import table_of
+from mgeo_calibration.telemetry.mapping import GyroChannels, SensorChannels
+
+from ..calibration.flights import PLAN, short
+
+PAPER = short(Scenario.paper(), 120.0)
+
+
+@pytest.fixture(scope="module")
+def telemetry():
+    return fly(PAPER, PLAN, 1)
+
+
+@pytest.fixture(scope="module")
+def frame(telemetry):
+    return telemetry.frame()
+
+
+def commas(text):
+    return text.replace(",", ";").replace(".", ",")
+
+
+def with_units(text, units="s,deg/s,deg/s,deg/s,-,-,-,nT,nT,nT"):
+    header, _, rest = text.partition("\n")
+    return f"{header}\n{units}\n{rest}"
+
+
+WRITERS = {
+    "semicolons": lambda t: t.replace(",", ";").encode(),
+    "tabs": lambda t: t.replace(",", "\t").encode(),
+    "decimal commas": lambda t: commas(t).encode(),
+    "spaces": lambda t: t.replace(",", " , ").encode(),
+    "columns apart by spaces": lambda t: "\n".join(
+        "  ".join(cell or "nan" for cell in line.split(",")) for line in t.splitlines()
+    ).encode(),
+    "gzip": lambda t: gzip.compress(t.encode()),
+    "UTF-16": lambda t: t.encode("utf-16"),
+    "UTF-8 with a mark": lambda t: t.encode("utf-8-sig"),
+    "lines of Windows": lambda t: t.replace("\n", "\r\n").encode(),
+    "comments": lambda t: f"# from a ground station\n{t}# the end\n".encode(),
+    "blank lines at the end": lambda t: f"{t}\n\n,,,,,,,,,\n".encode(),
+    "capitals": lambda t: t.upper().encode(),
+    "a row of units": lambda t: with_units(t).encode(),
+    "units in brackets": lambda t: t.replace("mag_x", "mag_x [nT]", 1).replace("time", "time (s)")
+    .replace("mag_y", "Mag_Y [nT]", 1).replace("mag_z", "mag_z[nT]", 1).encode(),
+    "words for nothing": lambda t: t.replace(",,", ",NaN,").replace(",,", ",null,").encode(),
+    "other columns": lambda t: "\n".join(
+        f"{line},{more}" for line, more in zip(
+            t.splitlines(), ["wheel_x,mag2_x,mode", *["1.5,7,safe"] * 200], strict=False
+        )
+    ).encode(),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_table_reads_as_it_was_flown(telemetry, frame, tmp_path, name):
+    path = tmp_path / "t.txt"
+    path.write_bytes(WRITERS[name](frame.to_csv(index=False)))
+    found = read_telemetry(path, PAPER)
+    pd.testing.assert_frame_equal(found.frame(), telemetry.frame(), check_exact=True)
+
+
+def test_units_of_a_row_count_unless_the_mapping_says_others(telemetry, frame, tmp_path):
+    own, path = frame.copy(), tmp_path / "t.csv"
+    own[["mag_x", "mag_y", "mag_z"]] *= 1e-3
+    own[["gyro_x", "gyro_y", "gyro_z"]] = np.radians(own[["gyro_x", "gyro_y", "gyro_z"]])
+    text = own.to_csv(index=False)
+    path.write_bytes(with_units(text, "s,rad/s,rad/s,rad/s,-,-,-,µT,µT,µT").encode("latin-1"))
+    found = read_telemetry(path, PAPER)
+    np.testing.assert_allclose(found.sensors["mag"], telemetry.sensors["mag"], rtol=1e-14)
+    np.testing.assert_allclose(found.gyro_deg_s, telemetry.gyro_deg_s, rtol=1e-14)
+    for units, message in (
+        ("s,rad/s,rad/s,rad/s,-,-,-,V,V,V", "mag.unit = 'V': unknown unit"),
+        ("s,rad/s,deg/s,rad/s,-,-,-,uT,uT,uT", "gyro: columns in deg/s, rad/s: expected one unit"),
+        ("min,rad/s,rad/s,rad/s,-,-,-,uT,uT,uT", "expected seconds since the epoch"),
+    ):
+        path.write_text(with_units(text, units))
+        with pytest.raises(ValueError, match=message):
+            read_telemetry(path, PAPER)
+    path.write_text(with_units(text, "s,rad/s,rad/s,rad/s,-,-,-,V,V,V"))
+    mapping = TelemetryMapping(sensors=(SensorChannels(name="mag", unit="uT"),))
+    same = read_telemetry(path, PAPER, mapping)
+    np.testing.assert_array_equal(same.sensors["mag"], found.sensors["mag"])
+
+
+def stamps(times, form):
+    return [(PAPER.epoch + timedelta(seconds=t)).strftime(form) for t in times]
+
+
+@pytest.mark.parametrize(
+    ("times", "mapping"),
+    [
+        (lambda t: stamps(t, "%Y-%jT%H:%M:%S.%fZ"), {}),
+        (lambda t: stamps(t, " %Y-%m-%d %H:%M:%S "), {}),
+        (lambda t: stamps(t - 3600.0, "%Y-%m-%dT%H:%M:%S-01:00"), {}),
+        (lambda t: t + PAPER.epoch.timestamp(), {"time_format": "unix"}),
+        (lambda t: np.int64(1000) * (t + PAPER.epoch.timestamp()).astype(int),
+         {"time_format": "unix-ms"}),
+        (lambda t: pd.to_datetime(stamps(t, "%Y-%m-%d %H:%M:%S")), {}),
+        (lambda t: [datetime.fromtimestamp(x + PAPER.epoch.timestamp(), UTC) for x in t], {}),
+    ],
+)  # fmt: skip
+def test_times_in_other_forms(telemetry, frame, tmp_path, times, mapping):
+    own = frame.assign(time=times(frame["time"].to_numpy()))
+    own.to_csv(tmp_path / "t.csv", index=False)
+    for source in (own, tmp_path / "t.csv"):
+        found = read_telemetry(source, PAPER, TelemetryMapping(**mapping))
+        np.testing.assert_array_equal(found.times, telemetry.times)
+
+
+def test_a_leap_second_is_second_60(frame):
+    of = short(Scenario.paper(), 60.0, epoch=datetime(2016, 12, 31, 23, 59, 50, tzinfo=UTC))
+    own = frame.iloc[1:5].assign(
+        time=[
+            "2016-12-31T23:59:59Z",
+            "2016-12-31 23:59:60.5",
+            "2017-001T00:00:00",
+            "2017-01-01T00:00:01Z",
+        ]
+    )
+    assert read_telemetry(own, of).times.tolist() == [9.0, 10.5, 11.0, 12.0]
+    unix = frame.iloc[1:3].assign(time=[1483228799.0, 1483228801.0])
+    found = read_telemetry(unix, of, TelemetryMapping(time_format="unix"))
+    assert found.times.tolist() == [9.0, 12.0]
+
+
+def test_a_minus_mirrors_an_axis(telemetry, frame):
+    own = frame.assign(mag_y=-frame["mag_y"])
+    mapping = TelemetryMapping(
+        sensors=(SensorChannels(name="mag", columns=("mag_x", "-mag_y", "mag_z")),)
+    )
+    found = read_telemetry(own, PAPER, mapping)
+    np.testing.assert_array_equal(found.sensors["mag"], telemetry.sensors["mag"])
+
+
+def test_without_a_gyro_axes_that_are_held_say_the_rate(telemetry, frame):
+    own = frame.drop(columns=["gyro_x", "gyro_y", "gyro_z"])
+    with pytest.raises(ValueError, match="missing columns gyro_x"):
+        read_telemetry(own, PAPER)
+    at_rest = read_telemetry(own, PAPER, TelemetryMapping(gyro=GyroChannels(holds="inertial")))
+    assert not at_rest.gyro_deg_s.any()
+    # LVLH of the orbit's positions one after the other: how it turns from sample to sample
+    turned = ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    of_lvlh = GyroChannels(holds="lvlh", dcm=turned)
+    found = read_telemetry(own, PAPER, TelemetryMapping(gyro=of_lvlh)).gyro_deg_s
+    r = np.array(Environment.at(PAPER, telemetry.times).position)
+    r /= np.linalg.norm(r, axis=1)[:, None]
+    steps = np.degrees(2.0 * np.arcsin(0.5 * np.linalg.norm(np.diff(r, axis=0), axis=1)))
+    np.testing.assert_allclose(found[1:, 0], -steps, rtol=1e-6)
+    assert not found[:, 1:].any()
+    with pytest.raises(InvalidValue, match="holds says that there is no gyro"):
+        GyroChannels(holds="lvlh", unit="rad/s")
+
+
+@pytest.mark.parametrize("every", [1, 60])
+def test_positions_with_a_gap_or_at_their_own_rate(frame, every):
+    """They are where the orbit is, and so is the field to a nanotesla, nothing beside its noise."""
+    of = short(Scenario.paper(), 1200.0)
+    flown = fly(of, PLAN, 1)
+    truth = Environment.at(of, flown.times).position
+    own = flown.frame()
+    own[["position_x", "position_y", "position_z"]] = truth
+    known = np.arange(1201) % every == 0
+    known[300:380] = False
+    own.loc[~known, ["position_x", "position_y", "position_z"]] = np.nan
+    found = read_telemetry(own, of)
+    off = np.linalg.norm(found.positions(flown.times) - truth, axis=1)
+    assert off.max() < 50.0
+    vectors = batch(of, found).vectors
+    expected = batch(of, flown).vectors
+    np.testing.assert_allclose(vectors[:, 1], expected[:, 1], rtol=0, atol=1.0)
+    own.loc[200:700, "position_x":] = np.nan
+    with pytest.raises(ValueError, match=r"position: none near time (181|200).0+ s: exp"):
+        batch(of, read_telemetry(own, of))
+
+
+def test_what_cannot_be_read_is_said_in_a_line(frame, tmp_path):
+    path = tmp_path / "t.csv"
+    text = frame.to_csv(index=False)
+    for content, message in (
+        (gzip.compress(text.encode())[:200], "expected a sound .gz"),
+        (text.replace("0.", "0,", 1).encode(), "decimal commas go with semicolons or tabs"),
+        (commas(text).replace("0,", "1.000,").encode(), "expected"),
+        (b"PK\3\4\0\0binary", "bytes of zero"),
+        (f"{text}1.0,2.0\n".encode(), "line 123 has 2 values: expected 10"),
+    ):
+        path.write_bytes(content)
+        with pytest.raises(ValueError, match=message) as caught:
+            read_telemetry(path, PAPER)
+        assert "\n" not in str(caught.value)
+        assert str(path) in str(caught.value)
+    for name, package in (("t.xlsx", "openpyxl"), ("t.pq", "pyarrow")):
+        if not importlib.util.find_spec(package):
+            (tmp_path / name).write_bytes(b"")
+            with pytest.raises(ImportError, match=f"needs {package}: pip install {package}"):
+                read_telemetry(tmp_path / name, PAPER)
+
+
+def test_numbers_of_a_large_table_are_exact():
+    values = np.random.default_rng(0).normal(size=(500, 3))
+    text = pd.DataFrame(values, columns=["a", "b", "c"]).to_csv(index=False)
+    np.testing.assert_array_equal(table_of(text).to_numpy(), values)
