@@ -30,7 +30,6 @@ def main() -> None:
     for name, lines in (
         ("plans", plans_table(results)),
         ("remedies", remedies_table(results)),
-        ("map", map_table(results)),
     ):
         text = with_table(text, name, "\n".join(lines))
     DOCUMENT.write_text(text, encoding="utf-8")
@@ -84,24 +83,6 @@ def remedies_table(results: Results) -> Iterator[str]:
             ]
         name = f"**{label}**" if label == DEFAULT else label
         yield f"| {name} | {' | '.join(cells)} |"
-
-
-def map_table(results: Results) -> Iterator[str]:
-    yield "| 1σ at the start | | paper: plain | paper | cubesat_6u: plain | cubesat_6u |"
-    yield "| --- | ---: | ---: | ---: | ---: | ---: |"
-    for what, values in SWEEPS.items():
-        for value in values:
-            cells = [
-                shown(nees(results, name, what, value, label))
-                for name in ("paper", "cubesat_6u")
-                for label in ("plain", DEFAULT)
-            ]
-            yield f"| {what} | {value:g} | {' | '.join(cells)} |"
-
-
-def shown(value: float) -> str:
-    """A NEES, or only that it is hopeless."""
-    return f"{value:.2f}" if value < HOPELESS else f"> {HOPELESS:.0f}"
 
 
 def nees(results: Results, name: str, what: str, value: float, label: str) -> float:

@@ -220,7 +220,7 @@ def test_the_scenario_of_the_engineers_question():
         "errors.md",
         "calibration.md",
         "plan-again.md",
-        "too-sure.md",
+        "consistency.md",
         "robust.md",
         "how-good.md",
     ],

@@ -104,12 +104,12 @@ def flown(front):
     ("p", "nees_p", "code", "conclusion"),
     [
         (1.0, 1.0, 0, "achieved: no error is larger than promised"),
-        (1.0, 0.0, 3, "not achieved: the filter is too sure by 1.41 over all states together"),
+        (1.0, 0.0, 3, "not achieved: the filter is overconfident by 1.41 over all states together"),
         (
             0.0,
             1.0,
             3,
-            r"not achieved: attitude \(x, y, z\) .* times the promise, the filter is too",
+            r"not achieved: attitude \(x, y, z\) .* times the promise, the filter is overconf",
         ),
     ],
 )

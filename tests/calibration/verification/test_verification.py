@@ -33,10 +33,10 @@ def test_conclusions():
     assert (known.worse, known.too_sure) == (["sun bias y"], [])
     assert findings(known) == ["sun bias (y) 1.30 times the promise, the filter knows it"]
     assert findings(unknown) == [
-        "sun bias (y) 1.30 times the promise, the filter is too sure by 1.25"
+        "sun bias (y) 1.30 times the promise, the filter is overconfident by 1.25"
     ]
     assert findings(judged(nees_p=0.001)) == [
-        "the filter is too sure by 1.10 over all states together"
+        "the filter is overconfident by 1.10 over all states together"
     ]
 
 

@@ -1,4 +1,4 @@
-"""What a verification comes to in words: what is too large or too sure, and what to do about it."""
+"""A verification in words: what is too large or overconfident, and what to do about it."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ def findings(found: Verification) -> list[str]:
         )
         axes = ", ".join(state.rpartition(" ")[2] for state in states)
         sure = any(state in found.too_sure for state in states)
-        why = f"the filter is too sure by {claimed:.2f}" if sure else "the filter knows it"
+        why = f"the filter is overconfident by {claimed:.2f}" if sure else "the filter knows it"
         lines.append(f"{block} ({axes}) {predicted:.2f} times the promise, {why}")
     if not lines and found.nees_p < LEVEL:
         factor = math.sqrt(found.nees)
-        lines.append(f"the filter is too sure by {factor:.2f} over all states together")
+        lines.append(f"the filter is overconfident by {factor:.2f} over all states together")
     return lines
 
 
