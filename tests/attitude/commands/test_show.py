@@ -29,7 +29,8 @@ def test_tables_of_the_knee(run, folder, front):
     text = run("show", folder).stdout
     answer, *doubts, first, limit = text.partition("\n\n")[0].splitlines()
     assert answer == f"solution {front.row('knee')} of {len(front.X)}, knee: {plan.answer}"
-    assert len(doubts) == bool(plan.uncalibrated())
+    assert len(doubts) == bool(plan.uncalibrated()) + 1
+    assert doubts[-1].startswith("Note: body rates are assumed to be free: ")
     assert first.startswith("scenario paper: ")
     assert f"at {plan.t_end:.6g} s" in first
     assert f"trace {plan.trace:.4g}" in first
@@ -116,8 +117,9 @@ def test_a_plan_that_calibrates_nothing_says_so(run, front, tmp_path):
     path.write_text(to_json(still), encoding="utf-8")
     note = f"Note: this plan hardly calibrates {', '.join(still.uncalibrated())}\n"
     assert note in run("show", path).stdout
-    first, end = run("export", path, tmp_path / "still.csv").stderr.splitlines(keepends=True)
+    first, free, end = run("export", path, tmp_path / "still.csv").stderr.splitlines(keepends=True)
     assert first == note
+    assert free.startswith("Note: body rates are assumed to be free: ")
     assert end.startswith("Note: commands end after ")
     assert end.endswith("; fewer than 9 of 10 flights converge\n")
     assert run("export", path, tmp_path / "quiet.csv", "--quiet").stderr == ""

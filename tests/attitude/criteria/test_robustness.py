@@ -361,10 +361,10 @@ def test_robust_problems_have_the_flights_of_their_scenario_or_512():
 
 def test_remarks_count_the_plans_that_keep_their_promise():
     problem, X = AttitudeManeuverProblem(scenario(rate_error_deg_s=0.2)), designs(60)
-    assert problem.view(X[:0]).remarks() == []
+    assert problem.view(X[:0]).remarks() == list(problem.scenario.assumed)
     table = problem.view(X[:5]).promises()
     ratios = table.filter(regex="^kept /").to_numpy()
-    line, _ = problem.view(X[:5]).remarks()  # the other is of the limit
+    line, *_ = problem.view(X[:5]).remarks()
     worst = table["kept / promised t_end [s]"]
     longest = problem.model.n_steps * problem.model.step
     converge = table["kept t_end [s]"] < longest

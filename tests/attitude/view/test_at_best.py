@@ -95,7 +95,7 @@ def test_no_flight_is_below_the_limit_that_is_shown_under_its_front():
 def test_remarks_name_the_nearest_of_a_front():
     problem = AttitudeManeuverProblem(asking(mag__bias_nt=1e4), flights=0)
     designs = np.vstack([DESIGN, 0.5 * DESIGN])
-    told = problem.view(designs).remarks()[-1]
+    told = problem.view(designs).remarks()[-2]
     F = problem.evaluate(designs, return_values_of=["F"])
     least = problem.limit_curves.trace[np.rint(F[:, 0] / 8.0).astype(int)]
     ratios = F[:, 1] / least
@@ -110,7 +110,7 @@ def test_of_a_large_front_some_plans_are_looked_at(monkeypatch):
     kept = Plans._kept  # by so many flights that it would take long
     monkeypatch.setattr(Plans, "_kept", lambda self, flights=1, *other: kept(self, 1, *other))
     designs = np.linspace(0.2, 1.0, 130)[:, None] * DESIGN
-    told = problem.view(designs).remarks()[-1]
+    told = problem.view(designs).remarks()[-2]
     assert "half of 50 plans looked at have" in told
     row = int(told.partition("solution ")[2].split()[0])
     found = problem.view(designs[[row]]).describe()[BESIDE]
@@ -124,7 +124,7 @@ def test_a_scenario_without_a_limit_says_why_and_goes_on(monkeypatch):
     monkeypatch.setattr("mgeo_attitude.problem.limit", none)
     problem = AttitudeManeuverProblem(asking(sun__misalignment_deg=1e-6))
     assert view_of(problem).impossible() == []
-    assert problem.view(DESIGN).remarks()[-1] == (
+    assert problem.view(DESIGN).remarks()[-2] == (
         "how good a plan can be at best is not known: odd: what a sample tells of odd.bias depends "
         "on the attitude"
     )

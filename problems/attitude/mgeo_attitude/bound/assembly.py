@@ -146,7 +146,7 @@ def given_away(scenario: Scenario, model: FilterModel, told: Samples) -> tuple[s
     if len(model.suite.gyro.states()) > 1:
         found.append("gyro errors that turn with the rate: any attitude, at the greatest rates")
     turning = [
-        ("ramps", model.slew_limits),
+        ("coils" if scenario.turned_by_coils else "ramps", model.slew_limits),
         ("path limits", model.path_limits),
         ("wheels", scenario.wheels),
     ]

@@ -39,7 +39,7 @@ class Picked:
         said = [self.remark] if self.remark else []
         if hardly:
             said.append(f"this plan hardly calibrates {', '.join(hardly)}")
-        return [f"Note: {line}" for line in said]
+        return [f"Note: {line}" for line in (*said, *self.plan.scenario.assumed)]
 
     def lateness(self) -> list[str]:
         """How long the last rate is held, or has to be beyond what is commanded, in a line or none.

@@ -70,6 +70,9 @@ def _checked_type(hint: Any, spec: Quantity) -> Any:
     entries = get_args(hint)
     if get_origin(hint) is tuple:
         return tuple[tuple(e if e is Ellipsis else _checked_type(e, spec) for e in entries)]  # type: ignore[misc]
+    if any(get_origin(entry) is tuple for entry in entries):  # or None
+        (numbers,) = (entry for entry in entries if entry is not NoneType)
+        return _checked_type(numbers, spec) | None
     if get_origin(hint) is Annotated:  # Mapping[str, float], made a subclass of Numbers
         number: Any = _checked_type(float, spec)
         nested = dict[str, number | dict[str, number]]

@@ -25,7 +25,8 @@ from mgeo_attitude.filter.layout import (
     watched_directions,
 )
 from mgeo_attitude.filter.momentum import MomentumBudget
-from mgeo_attitude.maneuvers.schedule import Schedule, schedule
+from mgeo_attitude.maneuvers.coils import CoilDrive
+from mgeo_attitude.maneuvers.schedule import Schedule, Turning, schedule
 from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.scenario.settings import RequiredSigma, TraceWeights
 from mgeo_attitude.sensors import Gyro, Sensor
@@ -97,8 +98,8 @@ class FilterModel:
         GCRS to body at the start.
     initial_rate : array, shape (3,)
         Body rate before the first maneuver [rad/s]; the ramps of `slew_limits` begin at it.
-    slew_limits : SlewLimits, optional
-        How fast rates can change; without it they change at once.
+    slew_limits : SlewLimits or CoilDrive, optional
+        How fast rates can change, or what coils make of them; without it they change at once.
     path_limits : tuple of PathLimit
     directions : array, shape (n_steps + 1, n_directions, 3)
         Unit vectors that path limits and views of sensors look at, in the order of
@@ -127,7 +128,7 @@ class FilterModel:
     factor: float
     initial_attitude: Floats
     initial_rate: Floats
-    slew_limits: SlewLimits | None
+    slew_limits: Turning
     path_limits: tuple[PathLimit, ...]
     directions: Floats
     radii: Floats
@@ -185,7 +186,8 @@ class FilterModel:
             factor=scenario.convergence.factor,
             initial_attitude=attitude,
             initial_rate=rate,
-            slew_limits=SlewLimits.of(scenario, rate),
+            slew_limits=CoilDrive.of(scenario, environment.field, attitude, rate)
+            or SlewLimits.of(scenario, rate),
             path_limits=scenario.path_limits,
             directions=directions(names, environment, epoch or scenario.epoch),
             radii=radii(names, environment),
@@ -198,8 +200,10 @@ class FilterModel:
 
         They are those of ``turn @ initial_attitude.T``, column by column, in axes of GCRS.
         """
+        limits = self.slew_limits
         return dataclasses.replace(
             self,
+            slew_limits=limits.turned(turn) if isinstance(limits, CoilDrive) else limits,
             references=self.references @ turn,
             directions=(self.directions.reshape(-1, 3) @ turn).reshape(self.directions.shape),
             budget=self.budget and self.budget.turned(turn),

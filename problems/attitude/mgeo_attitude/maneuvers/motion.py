@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats, Ints
-from mgeo_attitude.maneuvers.schedule import flown
-from mgeo_attitude.maneuvers.slew import SlewLimits
+from mgeo_attitude.maneuvers.schedule import Turning, flown
 
 
 def attitudes(
@@ -46,8 +45,8 @@ class Body(Protocol):
         """Step of the filter [s]."""
 
     @property
-    def slew_limits(self) -> SlewLimits | None:
-        """How fast rates can change, if not at once."""
+    def slew_limits(self) -> Turning:
+        """What turns it from one rate to the next, if not at once."""
 
     @property
     def initial_attitude(self) -> Floats:

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, flown
-from mgeo_attitude.maneuvers.slew import SlewLimits
+from mgeo_attitude.maneuvers.coils import CoilDrive
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, Flown, Turning, flown
 
 #: Label of the time for which the last rate is held.
 HELD = "rate held"
@@ -25,6 +25,8 @@ LATE = ", for late flights"
 class Phase:
     """A stretch of constant body rate, or a ramp from one rate to the next.
 
+    With coils a ramp is the time for which they are on, and what follows it is free motion.
+
     Attributes
     ----------
     label : str
@@ -33,7 +35,7 @@ class Phase:
     start, end : float
         [s] after the epoch.
     rates_deg_s : tuple of three floats
-        About body x, y and z; of a ramp the mean.
+        About body x, y and z; of a ramp, or of free motion, the mean.
     swept_deg : float
         Angle turned through [deg].
     """
@@ -54,7 +56,7 @@ def phases(
     design: ArrayLike,
     t_end: float,
     step: float,
-    limits: SlewLimits | None = None,
+    limits: Turning = None,
     names: Mapping[int, str] = MappingProxyType({}),
 ) -> tuple[Phase, ...]:
     """Phases of one design, shape (4 m,), up to `t_end`, as `schedule.flown` has them.
@@ -75,19 +77,28 @@ def phases(
     for number in dict.fromkeys(flight.numbers.tolist()):
         name = names.get(number, f"maneuver {number + 1}")
         own, rate = flight.numbers == number, commanded[number]
-        ramp = own & ~flight.steady
+        ramp, held = own & ~flight.steady, own & flight.steady
         if ramp.any():
-            rates, lasting = np.degrees(flight.rates[ramp]), (ends - starts)[ramp]
-            mean, swept = lasting @ rates / lasting.sum(), lasting @ np.linalg.norm(rates, axis=1)
-            add(f"{RAMP}{name}", starts[ramp][0], ends[ramp][-1], mean, swept)
-        for start, end in zip(starts[own & flight.steady], ends[own & flight.steady], strict=True):
+            begin, until = starts[ramp][0], ends[ramp][-1]
+            add(f"{RAMP}{name}", begin, until, *_turned(flight, begin, until))
+        if held.any():
+            start, end = starts[held][0], ends[held][-1]
             stop = flight.over if end == t_end else end
             # the last of the design may be over before its first step
             for label, begin, until in ((name, start, stop), (HELD, stop, end)):
-                if begin < until:
+                if begin < until and isinstance(limits, CoilDrive):
+                    add(label, begin, until, *_turned(flight, begin, until))
+                elif begin < until:
                     swept = float(np.linalg.norm(rate)) * (until - begin)
                     add(label, begin, until, rate, swept)
     return tuple(found)
+
+
+def _turned(flight: Flown, begin: float, until: float) -> tuple[Floats, float]:
+    """Mean rate [deg/s], and angle turned through [deg], of what is flown between two times."""
+    edges = np.clip(flight.times, begin, until)
+    lasting, rates = np.diff(edges), np.degrees(flight.rates)
+    return lasting @ rates / (until - begin), float(lasting @ np.linalg.norm(rates, axis=1))
 
 
 def divided(flown: tuple[Phase, ...], time: float) -> tuple[Phase, ...]:

@@ -9,7 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Bools, Floats, Ints
+from mgeo_attitude.maneuvers.coils import CoilDrive
 from mgeo_attitude.maneuvers.slew import SlewLimits
+
+#: What turns the satellite from one rate to the next; without it rates change at once.
+Turning = SlewLimits | CoilDrive | None
 
 #: A step that no run reaches: the start of what is never flown.
 NEVER = 2**40
@@ -88,15 +92,17 @@ class Schedule:
     Attributes
     ----------
     rates : array, shape (n, k, 3)
-        Body rates [rad/s]; of a step of a ramp the mean.
+        Body rates [rad/s]; of a step of a ramp, or of coils, that which turns the body as it does.
     end_rates : array, shape (n, k, 3)
-        Those at the end of each stretch, the same but in ramps.
+        Those at the end of each stretch, the same but in ramps and with coils.
     starts : array, shape (n, k)
         First step of each stretch, ascending; one that starts with the next is not flown.
     over : array, shape (n,)
         Step at which the last maneuver is over; the last rate is held.
     maneuver : array, shape (n, k)
         Which maneuver of the design each stretch belongs to, from 0.
+    free : array of bool, shape (n, k), optional
+        Of coils, whether they are off.
     """
 
     rates: Floats
@@ -104,6 +110,14 @@ class Schedule:
     starts: Ints
     over: Ints
     maneuver: Ints
+    free: Bools | None = None
+
+    def steady(self) -> Bools:
+        """Which stretches are no step on the way to a maneuver's rate, shape (n, k)."""
+        if self.free is not None:
+            return self.free
+        unchanged: Bools = (self.rates == self.end_rates).all(axis=2)
+        return unchanged
 
     def lasting(self, end_steps: ArrayLike = NEVER) -> Ints:
         """Steps for which each stretch is flown, shape (n, k), in runs that end at `end_steps`."""
@@ -118,7 +132,7 @@ class Schedule:
 
 
 def schedule(
-    designs: ArrayLike, step: float, limits: SlewLimits | None = None, n_steps: int = NEVER
+    designs: ArrayLike, step: float, limits: Turning = None, n_steps: int = NEVER
 ) -> Schedule:
     """What is flown of designs, shape (n, 4 m), until step `n_steps`.
 
@@ -127,6 +141,8 @@ def schedule(
     every step of such a ramp is a stretch at the exact mean of the rate during it. A ramp counts to
     the maneuver it leads into and is cut short where that ends first, except the last one, whose
     rate is held. What would begin at `n_steps` or later starts at `NEVER`, or is left out.
+
+    With coils every step is a stretch, and the last rate is that of free motion.
 
     Raises
     ------
@@ -139,6 +155,11 @@ def schedule(
     if limits is None:
         starts = np.where(starts < n_steps, starts, NEVER)
         return Schedule(rates, rates, starts, over, np.broadcast_to(np.arange(m), (n, m)))
+    if isinstance(limits, CoilDrive):
+        mean, end, free = limits.rates(rates, starts, step, n_steps)
+        steps = np.tile(np.arange(mean.shape[1]), (len(free), 1))
+        begun = (starts[:, None, :] <= steps[:, :, None]).sum(axis=2)
+        return Schedule(mean, end, steps, over, begun - 1, free)
     ends = np.column_stack([starts[:, 1:], np.full(n, NEVER)])
     time, length = np.empty((n, m)), np.empty((n, m), dtype=np.int64)
     before = np.empty((n, m, 3))  # the rate that each maneuver begins with
@@ -192,7 +213,8 @@ class Flown:
     rates : array, shape (k, 3)
         Body rates [rad/s].
     steady : array of bool, shape (k,)
-        Whether that is the maneuver's own rate, and the stretch no step of a ramp.
+        Whether that is the maneuver's own rate, and the stretch no step of a ramp; with coils,
+        whether they are off.
     over : float
         End of the last maneuver, or of the run if that comes first [s]; the last rate is held.
     """
@@ -204,17 +226,16 @@ class Flown:
     over: float
 
 
-def flown(design: ArrayLike, t_end: float, step: float, limits: SlewLimits | None = None) -> Flown:
+def flown(design: ArrayLike, t_end: float, step: float, limits: Turning = None) -> Flown:
     """What is flown of one design, shape (4 m,), in a run of `t_end` seconds; see `schedule`."""
     designs = np.atleast_1d(np.asarray(design, dtype=float))[None]
     plan = schedule(designs, step, limits, math.ceil(t_end / step) + 1)
     stretches = plan.flown()[0] & (plan.starts[0] * step < t_end)
-    rates = plan.rates[0, stretches]
     return Flown(
         numbers=plan.maneuver[0, stretches],
         times=np.append(plan.starts[0, stretches] * step, t_end),
-        rates=rates,
-        steady=(rates == plan.end_rates[0, stretches]).all(axis=1),
+        rates=plan.rates[0, stretches],
+        steady=plan.steady()[0, stretches],
         over=min(float(plan.over[0]) * step, t_end),
     )
 

@@ -18,8 +18,15 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.maneuvers.coils import CoilDrive
 from mgeo_attitude.maneuvers.phases import Phase, phases
-from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, Schedule, flown, schedule
+from mgeo_attitude.maneuvers.schedule import (
+    VARIABLES_PER_MANEUVER,
+    Schedule,
+    Turning,
+    flown,
+    schedule,
+)
 from mgeo_attitude.maneuvers.slew import SlewLimits
 
 if TYPE_CHECKING:
@@ -54,7 +61,7 @@ class SlewBack:
     start: float
     end: float
 
-    def phases(self, step: float, limits: SlewLimits | None) -> tuple[Phase, ...]:
+    def phases(self, step: float, limits: Turning) -> tuple[Phase, ...]:
         """Phases from `start` to `end`."""
         first = len(self.design) // VARIABLES_PER_MANEUVER - len(LABELS)
         names = dict(enumerate(LABELS, first))
@@ -66,7 +73,7 @@ def slew_back(
     scenario: Scenario,
     design: ArrayLike,
     t_end: float,
-    limits: SlewLimits | None,
+    limits: Turning,
     initial_attitude: Floats,
 ) -> SlewBack | None:
     """The soonest slew back, in steps of the filter, of a design whose run ends at `t_end`.
@@ -88,7 +95,7 @@ def slew_back(
     InvalidValue
         If it would take longer than the longest run.
     """
-    if not scenario.maneuvers.slew_back:
+    if not scenario.maneuvers.slew_back or isinstance(limits, CoilDrive):  # which it refuses
         return None
     step = scenario.step
     before = _until(np.asarray(design, dtype=float), t_end, step, limits)

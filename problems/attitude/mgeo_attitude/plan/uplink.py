@@ -7,6 +7,7 @@ import pandas as pd
 
 from mgeo_attitude.environment.time_stamps import utc_texts
 from mgeo_attitude.maneuvers.phases import RAMP
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 #: Of a rate [deg/s] after the point: half a unit about each axis is 0.9e-8 deg/s.
@@ -21,24 +22,16 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
     begins. The last rows are the rate that is held until the filter has converged, the same rate
     for late flights, if the plan promises a time over flights, and the slew back, if there is one.
 
+    With coils each maneuver is a command, carried out until its rate is reached; nothing is
+    commanded after the last.
+
     Times are whole microseconds. Rates have `RATE_DIGITS` after the point, so that a plan flown by
     them is off by less than 1e-8 deg for each second.
 
     Columns: ``command``, from 1; ``what``; ``start_utc``; ``start_s`` after the scenario's epoch;
     ``duration_s``; and the body rates ``rate_x_deg_s``, ``rate_y_deg_s``, ``rate_z_deg_s``.
     """
-    found: list[tuple[str, float, tuple[float, float, float]]] = []
-    ramp_since: float | None = None
-    for phase in plan.phases:
-        if phase.label.startswith(RAMP):
-            ramp_since = phase.start if ramp_since is None else ramp_since
-            continue
-        start = phase.start if ramp_since is None else ramp_since
-        found.append((phase.label, start, phase.rates_deg_s))
-        ramp_since = None
-    if ramp_since is not None:  # it ends in a ramp, to the last rate of all
-        x, y, z = (float(rate) for rate in plan.trajectory.commanded[-4:-1])
-        found.append((plan.phases[-1].label.removeprefix(RAMP), ramp_since, (x, y, z)))
+    found = _asked(plan) if plan.scenario.turned_by_coils else _followed(plan)
     starts = np.array([start for _, start, _ in found])
     table = pd.DataFrame(
         {
@@ -53,6 +46,37 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
     for i, axis in enumerate("xyz"):
         table[f"rate_{axis}_deg_s"] = rates[:, i]
     return table
+
+
+#: What is commanded, when [s] after the epoch, and the body rates [deg/s].
+_Command = tuple[str, float, tuple[float, float, float]]
+
+
+def _asked(plan: ManeuverPlan) -> list[_Command]:
+    """Of coils, whatever becomes of it."""
+    flight, found = plan.trajectory.flown, []
+    for number in dict.fromkeys(flight.numbers.tolist()):
+        x, y, z, _ = plan.design[VARIABLES_PER_MANEUVER * number :][:VARIABLES_PER_MANEUVER]
+        start = float(flight.times[:-1][flight.numbers == number][0])
+        found.append((f"maneuver {number + 1}", start, (x, y, z)))
+    return found
+
+
+def _followed(plan: ManeuverPlan) -> list[_Command]:
+    """Of rates that are flown as they are commanded, phase by phase."""
+    found: list[_Command] = []
+    ramp_since: float | None = None
+    for phase in plan.phases:
+        if phase.label.startswith(RAMP):
+            ramp_since = phase.start if ramp_since is None else ramp_since
+            continue
+        start = phase.start if ramp_since is None else ramp_since
+        found.append((phase.label, start, phase.rates_deg_s))
+        ramp_since = None
+    if ramp_since is not None:  # it ends in a ramp, to the last rate of all
+        x, y, z = (float(rate) for rate in plan.trajectory.commanded[-4:-1])
+        found.append((plan.phases[-1].label.removeprefix(RAMP), ramp_since, (x, y, z)))
+    return found
 
 
 def to_uplink_csv(plan: ManeuverPlan) -> str:

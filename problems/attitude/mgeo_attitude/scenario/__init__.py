@@ -9,6 +9,7 @@ from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.environment.orbit_file import OrbitFile
 from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import KeyProblem
+from mgeo_attitude.scenario.coils import Coils
 from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.initial import InitialConditions
 from mgeo_attitude.scenario.path_limits import PathLimit
@@ -24,6 +25,7 @@ from mgeo_attitude.scenario.toml import ScenarioFileError
 from mgeo_attitude.scenario.wheels import Wheels
 
 __all__ = [
+    "Coils",
     "Convergence",
     "EphemerisOrbit",
     "FlightErrors",

@@ -28,6 +28,7 @@ from mgeo_attitude.fields import (
     to_table,
 )
 from mgeo_attitude.scenario.after import going_on
+from mgeo_attitude.scenario.coils import Coils, assumed, check_coils
 from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.initial import InitialConditions, Sight
 from mgeo_attitude.scenario.path_limits import PathLimit
@@ -104,6 +105,7 @@ class Scenario(Validated):
         doc="1-sigma that each axis of a state block must reach, by key with unit",
     )
     wheels: Wheels | None = quantity(None, doc="reaction wheels that turn the satellite")
+    coils: Coils | None = quantity(None, doc="magnetic coils; without wheels they turn it")
     path_limits: tuple[PathLimit, ...] = quantity(
         (),
         doc="cones that a direction must stay out of, or in, along the way",
@@ -135,6 +137,16 @@ class Scenario(Validated):
     def n_steps(self) -> int:
         """Number of steps of the whole duration."""
         return round(self.duration / self.step)
+
+    @property
+    def turned_by_coils(self) -> bool:
+        """Whether it has coils and no wheels."""
+        return self.coils is not None and self.wheels is None
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """What is taken for granted of how the satellite turns, each in a line."""
+        return assumed(self.wheels, self.coils)
 
     @property
     def times(self) -> Floats:
@@ -271,6 +283,7 @@ class Scenario(Validated):
         others = "another rule, or something in required_sigma"
         expect(possible, "convergence.rule", self.convergence.rule, others)
 
+        check_coils(self.coils, self.wheels, self.maneuvers, self.step)
         epoch, start, end = self.epoch, FIELD_MODEL_START, FIELD_MODEL_END
         zone = epoch.utcoffset() is not None
         expect(zone, "epoch", epoch.isoformat(), "a UTC offset, such as a Z at the end")

@@ -58,6 +58,23 @@ ALLOCATIONS = {"pseudo-inverse": pseudo_inverse, "minimax": minimax}
 _FLAT = 1e-6
 
 
+def inertia_matrix(
+    moments: tuple[float, float, float], products: tuple[float, float, float]
+) -> Floats:
+    """J, shape (3, 3), of moments about x, y and z and the entries xy, xz and yz.
+
+    Raises
+    ------
+    InvalidValue
+        Naming ``products_of_inertia``, if it is not positive definite.
+    """
+    (xx, yy, zz), (xy, xz, yz) = moments, products
+    J = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    definite = f"a positive definite inertia matrix with {moments} on the diagonal"
+    expect(np.linalg.eigvalsh(J)[0] > 0.0, "products_of_inertia", products, definite)
+    return J
+
+
 @dataclass(frozen=True, kw_only=True)
 class Wheels(Validated):
     """Reaction wheels of one size that turn the satellite.
@@ -108,9 +125,7 @@ class Wheels(Validated):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        definite = f"a positive definite inertia matrix with {self.inertia} on the diagonal"
-        least = np.linalg.eigvalsh(self.matrix())[0]
-        expect(least > 0.0, "products_of_inertia", self.products_of_inertia, definite)
+        self.matrix()  # refuses what is none
         for i, axis in enumerate(self.axes):
             expect(any(axis), f"axes[{i}]", axis, "a direction, not zero")
         spans = len(self.axes) >= 3 and np.linalg.svd(self.spin_axes())[1][2] > _FLAT
@@ -146,8 +161,7 @@ class Wheels(Validated):
 
     def matrix(self) -> Floats:
         """J, shape (3, 3) [kg m²]."""
-        (xx, yy, zz), (xy, xz, yz) = self.inertia, self.products_of_inertia
-        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        return inertia_matrix(self.inertia, self.products_of_inertia)
 
     def spin_axes(self) -> Floats:
         """Unit vectors, shape (n, 3)."""

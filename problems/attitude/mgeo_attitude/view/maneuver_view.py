@@ -92,11 +92,12 @@ class ManeuverView(Plans):
         return at_best.impossible(self.problem)
 
     def notes(self) -> list[str]:
-        """Where the scenario is outside of what the linear covariance was found true for."""
+        """What is assumed of how it turns, and where the covariance was not found true."""
         from mgeo_attitude.scenario.validity import validity  # imports scipy
 
-        found = validity(self.problem.scenario)
-        return [f"{line} (docs/consistency.md): verify a plan" for line in found]
+        scenario = self.problem.scenario
+        found = [f"{line} (docs/consistency.md): verify a plan" for line in validity(scenario)]
+        return [*scenario.assumed, *found]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
         """How many points of a front converge in the first orbit, and how many later.

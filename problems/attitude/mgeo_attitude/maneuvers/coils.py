@@ -1,0 +1,118 @@
+"""A satellite that coils turn: driven to the rates of a plan, then moving freely.
+
+What is flown is not what is asked for. At each filter step whose maneuver's rate has not been
+reached yet, the dipole is that of the cross-product law
+
+    m = b x τ / |b|²,   τ = -J (ω - ω_plan) / T,
+
+of which no component is greater than its coil gives: else all are smaller alike. Its torque m × b
+is the part of τ across the field b. The dipole is held for a step, and the body moves by Euler's
+equations J dω/dt = m × b - ω × J ω. Once the rate is within the detumble rate of the plan's, the
+coils are off until the next maneuver.
+
+Neglected: gravity gradient, drag and radiation pressure; that a coil is off for a part of each step
+(its dipole is the mean); errors of gyro and magnetometer in the law; and how the field changes
+within a step but for its mean.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mgeo_attitude._typing import Bools, Floats, Ints
+
+if TYPE_CHECKING:
+    from mgeo_attitude.scenario import Scenario
+
+_TESLA_PER_NT = 1e-9
+
+
+@dataclass(frozen=True)
+class CoilDrive:
+    """What the motion of a satellite with coils alone follows from, but for the plan.
+
+    Attributes
+    ----------
+    inertia : array, shape (3, 3)
+        [kg m²]
+    max_dipole : array, shape (3,)
+        Greatest mean dipole of a step about each body axis [A m²].
+    residual_dipole : array, shape (3,)
+        Always there, body axes [A m²].
+    near : float
+        How near to the plan's rate the coils are off [rad/s].
+    response : float
+        T [s].
+    field : array, shape (n_steps + 1, 3)
+        Geomagnetic field [T], GCRS.
+    initial_attitude : array, shape (3, 3)
+        GCRS to body.
+    initial_rate : array, shape (3,)
+        Of the body [rad/s].
+    """
+
+    inertia: Floats
+    max_dipole: Floats
+    residual_dipole: Floats
+    near: float
+    response: float
+    field: Floats
+    initial_attitude: Floats
+    initial_rate: Floats
+
+    @classmethod
+    def of(
+        cls, scenario: Scenario, field: Floats, attitude: Floats, rate: Floats
+    ) -> CoilDrive | None:
+        """That of a scenario along a field [nT], GCRS; None where wheels turn it, or anything."""
+        coils = scenario.coils
+        if coils is None or not scenario.turned_by_coils:
+            return None
+        return cls(
+            inertia=coils.matrix(),
+            max_dipole=coils.duty * np.array(coils.max_dipole),
+            residual_dipole=np.array(coils.residual_dipole),
+            near=float(np.radians(coils.detumble_rate_deg_s)),
+            response=coils.response,
+            field=field * _TESLA_PER_NT,
+            initial_attitude=np.ascontiguousarray(attitude),
+            initial_rate=rate,
+        )
+
+    def turned(self, turn: Floats) -> CoilDrive:
+        """See `FilterModel.turned`."""
+        return dataclasses.replace(self, field=self.field @ turn)
+
+    def rates(
+        self, rates: Floats, starts: Ints, step: float, n_steps: int
+    ) -> tuple[Floats, Floats, Bools]:
+        """What is flown of maneuvers in `n_steps` steps, or as many as the field is known for.
+
+        Parameters
+        ----------
+        rates : array, shape (n, m, 3)
+            That are asked for [rad/s].
+        starts : array, shape (n, m)
+            First step of each; one that starts with the next is not flown.
+
+        Returns
+        -------
+        mean, end : arrays, shape (n, k, 3)
+            Body rate that turns the body as each step does, and that at its end [rad/s].
+        free : array of bool, shape (n, k)
+            Whether the coils are off.
+        """
+        from mgeo_attitude.maneuvers.rigid_body import driven  # compiles
+
+        shape = len(rates), min(n_steps, len(self.field) - 1)
+        mean, end = np.empty((*shape, 3)), np.empty((*shape, 3))
+        free = np.empty(shape, dtype=np.bool_)
+        body = self.inertia, np.linalg.inv(self.inertia), self.initial_attitude, self.initial_rate
+        law = self.max_dipole, self.residual_dipole, self.near, self.response
+        plan = np.ascontiguousarray(rates), np.ascontiguousarray(starts)
+        driven(body, law, self.field, plan, step, mean, end, free)
+        return mean, end, free

@@ -1,0 +1,184 @@
+"""Motion by coils against SciPy's integrator, which is given the law and nothing else."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.reference import agreement
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers.phases import RAMP, phases
+from mgeo_attitude.scenario import Scenario
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+J = np.array([[0.0021, 2e-5, -1e-5], [2e-5, 0.0018, 3e-5], [-1e-5, 3e-5, 0.0014]])
+COILS = {
+    "max_dipole": [0.2, 0.15, 0.1],
+    "inertia": [0.0021, 0.0018, 0.0014],
+    "products_of_inertia": [2e-5, -1e-5, 3e-5],
+    "detumble_rate_deg_s": 0.3,
+    "residual_dipole": [1e-4, -2e-4, 5e-5],
+}
+#: Spin up about z, turn over to x, despin.
+DESIGN = np.array([0.1, -0.2, 2.0, 300.0, 1.5, 0.3, 0.0, 250.0, 0.0, 0.0, 0.0, 100.0])
+
+
+def one_unit(**changed):
+    """A satellite of one unit with coils, in the cubesat's orbit, at a rate at the start."""
+    coils = COILS | changed.pop("coils", {})
+    table = {"preset": "cubesat_6u", "duration": 1200.0, "coils": coils}
+    initial = {"rate_deg_s": [0.4, -0.3, 0.2], "quaternion": [0.1, 0.7, -0.1, 0.7]}
+    return Scenario.from_dict(
+        table | {"initial": initial, "maneuvers": {"max_rate_deg_s": 3.0}} | changed
+    )
+
+
+@pytest.fixture(scope="module")
+def model():
+    return FilterModel.from_scenario(one_unit())
+
+
+@pytest.fixture(scope="module")
+def flown(model):
+    return model.schedule(DESIGN)
+
+
+def integrated(field, attitude, rate, design, step, coils):
+    """Attitudes, rates and whether coils are off of a rigid body under the law, by SciPy."""
+    most = 0.8 * np.array(coils["max_dipole"])
+    residual, near = np.array(coils["residual_dipole"]), np.radians(coils["detumble_rate_deg_s"])
+    table = design.reshape(-1, 4)
+    begins = np.ceil(np.append(0.0, np.cumsum(table[:-1, 3])) / step)
+    q, w, off = Rotation.from_matrix(attitude).inv().as_quat(), rate, False
+    found, rates, free = [attitude], [], []
+    for k in range(len(field) - 1):
+        m = np.searchsorted(begins, k, side="right") - 1
+        error = w - np.radians(table[m, :3])
+        off = (off and k not in begins) or np.linalg.norm(error) <= near
+        middle = 0.5 * (field[k] + field[k + 1])
+        b = Rotation.from_quat(q).inv().apply(middle)
+        dipole = np.cross(b, -J @ error / 10.0) / (b @ b)
+        dipole = (0.0 if off else 1.0) * dipole / max(1.0, *np.abs(dipole) / most) + residual
+
+        def motion(_, y, dipole=dipole, middle=middle):
+            to_body, w = Rotation.from_quat(y[:4]).inv(), y[4:]
+            torque = np.cross(dipole, to_body.apply(middle)) - np.cross(w, J @ w)
+            turn = 0.5 * np.append(y[3] * w + np.cross(y[:3], w), -y[:3] @ w)
+            return np.append(turn, np.linalg.solve(J, torque))
+
+        y = solve_ivp(motion, (0.0, step), np.append(q, w), method="DOP853", rtol=1e-12, atol=1e-14)
+        q, w = y.y[:4, -1] / np.linalg.norm(y.y[:4, -1]), y.y[4:, -1]
+        found.append(Rotation.from_quat(q).inv().as_matrix())
+        rates.append(w)
+        free.append(off)
+    return np.array(found), np.array(rates), np.array(free)
+
+
+def test_motion_is_that_of_a_rigid_body_under_the_law_by_another_integrator(model, flown):
+    drive = model.slew_limits
+    field = drive.field[:601]
+    attitudes, rates, free = integrated(
+        field, model.initial_attitude, model.initial_rate, DESIGN, model.step, COILS
+    )
+    assert (flown.free[0, :600] == free).all()
+    assert free[250]
+    assert not free[20]
+    assert not free[310]
+    np.testing.assert_allclose(flown.end_rates[0, :600], rates, rtol=0.0, atol=1e-9)
+    motion = Motion.of(model, DESIGN, 600)
+    np.testing.assert_allclose(motion.attitude, attitudes, rtol=0.0, atol=1e-9)
+
+
+def test_free_motion_keeps_momentum_in_inertial_axes_and_energy(model):
+    quiet = {"residual_dipole": [0.0, 0.0, 0.0], "detumble_rate_deg_s": 100.0}
+    free = FilterModel.from_scenario(one_unit(coils=quiet))
+    plan, motion = free.schedule(DESIGN), Motion.of(free, DESIGN, 1200)
+    rates = np.vstack([free.initial_rate, plan.end_rates[0]])
+    assert plan.free.all()
+    assert np.ptp(rates, axis=0).min() > 1e-4
+    momentum = np.einsum("kji,kj->ki", motion.attitude, rates @ J)
+    energy = np.einsum("ki,ij,kj->k", rates, J, rates)
+    np.testing.assert_allclose(momentum - momentum[0], 0.0, atol=1e-12 * np.abs(momentum).max())
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-12)
+
+
+def test_long_steps_end_where_short_ones_do():
+    """Free motion does not depend on the step, however far the body turns in it."""
+    quiet = {"residual_dipole": [0.0, 0.0, 0.0], "detumble_rate_deg_s": 100.0}
+    ends = []
+    for step in (1.0, 20.0):
+        free = FilterModel.from_scenario(one_unit(coils=quiet | {"response": 40.0}, step=step))
+        ends.append(Motion.of(free, DESIGN, round(1200 / step)).attitude[-1])
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-11)
+
+
+def test_torque_is_across_the_field_and_no_coil_gives_more_than_it_can(model, flown):
+    drive, rates = model.slew_limits, np.vstack([model.initial_rate, flown.end_rates[0]])
+    attitude = Motion.of(model, DESIGN, 1200).attitude
+    inertial = np.einsum("kji,kj->ki", attitude, rates @ J)
+    torque = np.diff(inertial, axis=0)[:300]  # of a second, in inertial axes
+    field = 0.5 * (drive.field[:-1] + drive.field[1:])[:300]
+    along = np.abs((torque * field).sum(axis=1)) / np.linalg.norm(field, axis=1)
+    # held in body axes, the dipole turns away from across the field by what the body turns
+    assert along.max() < 1e-9 * np.linalg.norm(torque, axis=1).max()
+    most = np.linalg.norm(0.8 * np.array(COILS["max_dipole"])) + 3e-4
+    assert (np.linalg.norm(torque, axis=1) <= most * np.linalg.norm(field, axis=1)).all()
+
+
+def test_the_filter_runs_along_the_motion_as_filterpy_does(model):
+    found = agreement(model, DESIGN)
+    assert found.same_end
+    assert found.samples > 300
+    assert found.difference < 1e-9
+
+
+def test_results_do_not_depend_on_the_batch(model):
+    designs = np.array([DESIGN, DESIGN, DESIGN])
+    designs[1, 9], designs[2, 0] = 0.5, 0.3
+    together = evaluate(model, designs)
+    alone = [evaluate(model, design) for design in designs]
+    assert together.trace.tolist() == [float(one.trace[0]) for one in alone]
+    assert together.t_end.tolist() == [float(one.t_end[0]) for one in alone]
+
+
+def test_a_turned_satellite_moves_as_one_in_a_turned_field(model):
+    turn = Rotation.from_rotvec([0.1, -0.05, 0.2]).as_matrix()
+    other = dataclasses.replace(model.slew_limits, initial_attitude=model.initial_attitude @ turn.T)
+    rates, starts = np.radians(DESIGN.reshape(1, -1, 4)[:, :, :3]), np.array([[0, 300, 550]])
+    expected = other.rates(rates, starts, 1.0, 1200)
+    found = model.turned(turn).slew_limits.rates(rates, starts, 1.0, 1200)
+    np.testing.assert_allclose(found[1], expected[1], atol=1e-12)
+
+
+def test_phases_are_the_time_with_coils_and_free_motion_after_it(model, flown):
+    found = phases(DESIGN, 1200.0, model.step, model.slew_limits)
+    ramp, coast = found[:2]
+    assert coast.label == "maneuver 1"
+    assert coast.end == 300.0
+    assert ramp.label == f"{RAMP}maneuver 1"
+    assert ramp.end == flown.free[0].argmax()
+    assert [a.end for a in found[:-1]] == [b.start for b in found[1:]]
+    assert found[-1].end == 1200.0
+    angles = np.degrees(np.linalg.norm(flown.rates[0], axis=1)).sum()
+    assert sum(phase.swept_deg for phase in found) == pytest.approx(angles, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changed", "key", "words"),
+    [
+        ({"coils": {"inertia": None, "products_of_inertia": [0.0] * 3}}, "coils.inertia", "wheels"),
+        ({"coils": {"products_of_inertia": [0.1, 0.0, 0.0]}}, "products_of_inertia", "definite"),
+        ({"coils": {"response": 1.0}}, "coils.response", "2 or more"),
+        ({"maneuvers": {"slew_back": True}}, "maneuvers.slew_back", "coils"),
+        ({"maneuvers": {"max_acceleration_deg_s2": 0.1}}, "max_acceleration", "max_dipole"),
+        ({"wheels": {"inertia": [1.0, 1.0, 1.0]}}, "coils.inertia", "wheels.inertia"),
+    ],
+)
+def test_what_coils_do_not_go_with_is_refused_with_a_way_out(changed, key, words):
+    with pytest.raises(InvalidValue) as refused:
+        one_unit(**changed)
+    assert key in str(refused.value)
+    assert words in str(refused.value)
