@@ -33,7 +33,8 @@ class DirectionSensor(VectorSensor):
     comes from elsewhere. The axes of T do not matter, since noise is alike along both.
 
     Compared are rotations: twice the tangent of half the angle between what is reported and what is
-    predicted, so that what is opposite is far.
+    predicted, so that what is opposite is far. They are told along axes that belong to what is
+    predicted: along axes that change with the noise they would not be white.
     """
 
     unit_length: ClassVar[bool] = True
@@ -50,7 +51,8 @@ class DirectionSensor(VectorSensor):
         return rotate(cross(measured, across), measured)
 
     def innovation(self, measured: Any, predicted: Any) -> Any:
-        columns = np.moveaxis(np.stack(tangents(measured), axis=-1), -2, 0)
+        known = predicted if isinstance(predicted, np.ndarray) else predicted.value.T
+        columns = np.moveaxis(carried(known, measured), -2, 0)
         off = sum(column * predicted[..., [k]] for k, column in enumerate(columns))
         return -2.0 * off / (1.0 + dot(measured, predicted))
 
@@ -63,6 +65,12 @@ class DirectionSensor(VectorSensor):
         v = self.inertial_vector(environment)
         assert v is not None
         return np.stack(tangents(v), axis=-1)
+
+
+def carried(v: Floats, w: Floats) -> Floats:
+    """Axes across v, turned with it to w by the shortest way, shape (..., 3, 2); unit vectors."""
+    turn = 2.0 * cross(v, w) / (1.0 + dot(v, w))
+    return np.stack([rotate(turn, axis) for axis in tangents(v)], axis=-1)
 
 
 @dataclass(frozen=True)
