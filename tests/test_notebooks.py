@@ -9,11 +9,10 @@ ROOT = Path(__file__).parents[1]
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 FIGURES = {
     "1_first_run": 3,
-    "2_the_paper": 2,
-    "3_comparing_algorithms": 3,
-    "4_real_limits": 2,
-    "5_a_problem_plugin": 1,
-    "6_which_sensors": 3,
+    "2_comparing_algorithms": 3,
+    "3_real_limits": 2,
+    "4_a_problem_plugin": 1,
+    "5_which_sensors": 3,
 }
 
 every_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

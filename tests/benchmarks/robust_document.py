@@ -42,7 +42,7 @@ def column(rows: Rows, name: str) -> np.ndarray:
 def table(rows: Rows) -> Iterator[str]:
     """A line for each preset and search; p is of what is kept, against the robust search."""
     yield (
-        "| preset | search | seeds | processor's seconds, least | hypervolume promised | kept "
+        "| preset | search | seeds | CPU time, least [s] | hypervolume promised | kept "
         "| p (Holm) | kept / promised t_end: median | greatest | plans late by more than a fifth |"
     )
     yield "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"

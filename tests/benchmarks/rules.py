@@ -65,7 +65,7 @@ def rows(seeds: int) -> Iterator[str]:
     """The table."""
     yield (
         "| preset | rule | kept / promised t_end: median | 0.9-quantile | greatest | plans late by "
-        "more than a fifth | nondominated as kept | processor's seconds |"
+        "more than a fifth | nondominated as kept | CPU time [s] |"
     )
     yield "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |"
     for preset in PRESETS:
