@@ -80,7 +80,7 @@ def same_time(front: Front) -> str:
 def on_its_own_terms(front: Front) -> str:
     """Sweeps as points (t_end, trace), and the best that the front has by that time."""
     problem = front.problem
-    rows = []
+    ratios, better = [], []
     for time in SWEEP_TIMES:
         designs = baselines(problem.scenario, time)
         for name in SWEEPS:
@@ -88,18 +88,15 @@ def on_its_own_terms(front: Front) -> str:
             t_end, trace = result.t_end[0], result.trace[0]
             sooner = front.F[front.F[:, 0] <= t_end, 1]
             best = sooner.min() if sooner.size else np.inf
-            conclusion = "front" if best <= trace else "**sweep**"
-            shown = f"{best:.2e}" if sooner.size else "none"
-            rows.append([name, f"{time:.0f}", f"{t_end:.0f}", f"{trace:.2e}", shown, conclusion])
-    header = [
-        "sweep",
-        "for [s]",
-        "t_end [s]",
-        "trace",
-        "the front's least by then",
-        "better",
-    ]
-    return _markdown(header, rows)
+            ratios.append(trace / best)
+            if best > trace:
+                better.append(f"{name} for {time:.0f} s")
+    return (
+        f"Of {len(ratios)} sweeps of {SWEEP_TIMES[0]:.0f} to {SWEEP_TIMES[-1]:.0f} s, each at its "
+        f"own t_end, the front has a smaller trace by then than {len(ratios) - len(better)}; they "
+        f"leave {min(ratios):.2f} to {max(ratios):.2f} times its trace."
+        + (f" Better than the front: {', '.join(better)}." if better else "")
+    )
 
 
 def _compared(trace: float, table: object) -> str:
