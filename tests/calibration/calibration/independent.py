@@ -93,6 +93,8 @@ class Craft:
         Whether the gyro reports the rate at the sample.
     late : mapping of str to float
         By how much sensors are late [s].
+    behind : float
+        By how much the satellite is behind its orbit along the track [s].
     spikes : mapping of (str, int) to float or array
         What is read in place of a sample of ``gyro`` or a sensor.
     """
@@ -109,12 +111,17 @@ class Craft:
     unit_vectors: bool = False
     instantaneous: bool = False
     late: dict[str, float] = field(default_factory=dict)
+    behind: float = 0.0
     spikes: dict[tuple[str, int], float] = field(default_factory=dict)
 
 
 @cache
-def surroundings(scenario: Scenario, n: int, step: float, late: float) -> Environment:
-    return Environment.at(scenario, np.arange(1, n + 1) * step - late)
+def surroundings(scenario: Scenario, n: int, step: float, late: float, behind: float):
+    times = np.arange(1, n + 1) * step - late
+    if not behind:
+        return Environment.at(scenario, times)
+    position, _ = scenario.orbit.propagate(scenario.epoch, times - behind)
+    return Environment.at(scenario, times, position)
 
 
 def fly(scenario: Scenario, rate: Rate, seed, craft=None, duration=3000.0, step=1.0) -> Telemetry:
@@ -159,7 +166,7 @@ def fly(scenario: Scenario, rate: Rate, seed, craft=None, duration=3000.0, step=
         sigma = sensor.initial_bias if sensor is sun else sensor.initial_bias_nt
         offset = drawn(b, sigma)
         late = craft.late.get(sensor.name, 0.0)
-        around = surroundings(scenario, n, step, late)
+        around = surroundings(scenario, n, step, late, craft.behind)
         vectors = np.array(around.sun if sensor is sun else around.field)
         then = attitude[1:]
         if late:

@@ -119,13 +119,14 @@ class Calibration:
     def failures(self) -> list[str]:
         """What prior, model and innovations say against it, in words; none is what one wants.
 
-        What is far from its prior, or what the scenario does not say, comes first, by chi-square:
-        it makes good readings look bad.
+        What is far from its prior, or what the scenario does not say, comes first, that with the
+        greatest chi-square before the other: it makes good readings look bad.
         """
         said = [words for test in self.tests for words in test.failures()]
         named = [(test.chi_square, test.words) for test in self.model_tests if test.named]
-        causes = sorted(contradictions(self.prior_tests) + named, key=lambda cause: -cause[0])
-        return [words for _, words in causes] + said
+        far = sorted(contradictions(self.prior_tests), reverse=True)
+        first, second = sorted((far, named), key=lambda causes: causes[:1], reverse=True)
+        return [words for _, words in first + second] + said
 
     @property
     def supported(self) -> bool:

@@ -15,6 +15,7 @@ from mgeo_calibration.calibration import model_tests as models
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.history import History
 from mgeo_calibration.calibration.prior_tests import number_of_tests, prior_tests
+from mgeo_calibration.calibration.questions import questions
 from mgeo_calibration.calibration.sensor_tests import (
     SIGNIFICANCE,
     SensorTest,
@@ -80,11 +81,12 @@ def calibrate(
     last = found.solution.estimate
     past = filtered(found.solution)
     states, covariance = at_the_end(belief, found)
-    n_tests = number_of_tests(belief) + len(models.QUESTIONS)
+    asked = questions(found.solution, {})
+    n_tests = number_of_tests(belief) + len(asked)
     n_tests += 2 * sum(len(each.samples) > 0 for each in past.innovations)
     tests = _tests(found, past, n_tests)
     model_tests, doubts = models.model_tests(
-        found.solution, SIGNIFICANCE / n_tests, models.scatter_of(tests)
+        found.solution, asked, n_tests, models.scatter_of(tests)
     )
     return Calibration(
         scenario=scenario,
@@ -97,7 +99,11 @@ def calibrate(
         rejected=_rejected(found),
         prior_tests=prior_tests(belief, last.attitude[0], last.states[0], SIGNIFICANCE / n_tests),
         model_tests=model_tests,
-        notes=(*_notes(telemetry, data), *doubts),
+        notes=(
+            *_notes(telemetry, data),
+            *(note for test in tests for note in test.notes()),
+            *doubts,
+        ),
         history=_history(found, past),
     )
 

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from mgeo_attitude._typing import Floats
 
-from mgeo_calibration.calibration.sensor_tests import LAGS, SensorTest
-from mgeo_calibration.estimation.departures import WAVES, bias_decay, bias_drift, drifts
-from mgeo_calibration.estimation.score import Departure, Score, Scores, scores
+from mgeo_calibration.calibration.questions import Question, sized
+from mgeo_calibration.calibration.sensor_tests import LAGS, SIGNIFICANCE, SensorTest
+from mgeo_calibration.estimation.score import Score, Scores, scores
 from mgeo_calibration.estimation.smoother import Solution, last_covariance
 
-#: Names of all that is tested.
-QUESTIONS = ("gyro.bias_decay", "gyro.drift")
 #: What a degree of freedom has to explain, as by Schwarz's criterion of 1,000 readings.
 _EACH = float(np.log(1000.0))
 #: From so many of its 1-sigmas on a change of an estimate is told.
@@ -59,63 +57,33 @@ class ModelTest:
         return f"{self.says} (chi-square {self.chi_square:.4g} of {self.freedom}, {p}): {self.key}"
 
 
-@dataclass(frozen=True)
-class Question:
-    """Something that is tested: a departure, what its score says, and the key that would say it."""
-
-    departure: Departure
-    says: Callable[[Score], str]
-    key: str
-
-
-def questions(solution: Solution) -> dict[str, Question]:
-    """All that is tested, by name."""
-    gyro, times = solution.batch.suite.gyro, solution.batch.times
-    duration = float(times[-1] - times[0])
-
-    def decays(score: Score) -> str:
-        found, sigma = score.estimate[0] / duration, score.sigma[0] / duration
-        return f"gyro.bias decays by {_sized(gyro.bias_decay + found, sigma)} 1/s, not " + (
-            f"{gyro.bias_decay:g}"
-        )
-
-    def drifted(score: Score) -> str:
-        size = gyro.initial_bias_deg_s
-        path = drifts(np.linspace(0.0, 1.0, 100)) @ score.estimate.reshape(WAVES, 3)
-        return (
-            f"gyro.bias drifts by {size * np.ptp(path, axis=0).max():.2g} deg/s, more than "
-            f"rate_random_walk = {gyro.rate_random_walk:g} explains"
-        )
-
-    asked = (
-        Question(bias_decay(solution), decays, "gyro.bias_decay"),
-        Question(bias_drift(solution), drifted, "gyro.rate_random_walk"),
-    )
-    return dict(zip(QUESTIONS, asked, strict=True))
-
-
 def model_tests(
-    solution: Solution, p_least: float, scatter: float
+    solution: Solution, asked: Mapping[str, Question], n_tests: int, scatter: float
 ) -> tuple[tuple[ModelTest, ...], tuple[str, ...]]:
     """Of a settled solution; and notes on what matters and telemetry does not say.
 
     Of those that fail the one that says most is named, then of the others the one that says most
-    beside it, and so on: what is wrong looks like much else.
+    beside it, and so on: what is wrong looks like much else. Each time there is one test less
+    (S. Holm, A simple sequentially rejective multiple test procedure, Scandinavian Journal of
+    Statistics 6 (1979) 65-70).
 
     Parameters
     ----------
-    p_least : float
-        A test fails below this.
+    asked : mapping of str to Question
+        See `questions`.
+    n_tests : int
+        How many tests there are, of all kinds.
     scatter : float
         By how much the sensors' variance exceeds that of the scenario: what is that uncertain says
         less.
     """
-    asked = questions(solution)
     found = scores(solution, {name: question.departure for name, question in asked.items()})
-    named = _named(found, asked, p_least, scatter)
+    named = _named(found, asked, n_tests, scatter)
     tests = []
-    for name, question in asked.items():
-        score = found.of(name)
+    for name in (*named, *(name for name in asked if name not in named)):
+        question = asked[name]
+        # beside those that are named before it
+        score = found.of(name, named[: named.index(name)] if name in named else ())
         tests.append(
             ModelTest(
                 name=name,
@@ -124,7 +92,7 @@ def model_tests(
                 chi_square=score.chi_square / scatter,
                 freedom=score.freedom,
                 p=score.p(scatter),
-                p_least=p_least,
+                p_least=SIGNIFICANCE / n_tests,
                 named=name in named,
             )
         )
@@ -144,16 +112,17 @@ def scatter_of(tests: Sequence[SensorTest]) -> float:
     return max(1.0, *each)
 
 
-def _named(found: Scores, names: Iterable[str], p_least: float, scatter: float) -> tuple[str, ...]:
-    left, named = list(names), list[str]()
-    while left:
-        each = {name: found.of(name, named) for name in left}
-        best = max(left, key=lambda name: _evidence(each[name], scatter))
-        if each[best].p(scatter) >= p_least:
-            break
-        left.remove(best)
+def _named(
+    found: Scores, asked: Mapping[str, Question], n_tests: int, scatter: float
+) -> tuple[str, ...]:
+    named: list[str] = []
+    while True:
+        beside = {name: found.of(name, named) for name in asked if name not in named}
+        left = [name for name, score in beside.items() if asked[name].possible(score)]
+        best = max(left, key=lambda name: _evidence(beside[name], scatter), default=None)
+        if best is None or beside[best].p(scatter) >= SIGNIFICANCE / (n_tests - len(named)):
+            return tuple(named)
         named.append(best)
-    return tuple(named)
 
 
 def _notes(solution: Solution, found: Scores, named: tuple[str, ...]) -> tuple[str, ...]:
@@ -172,7 +141,7 @@ def _notes(solution: Solution, found: Scores, named: tuple[str, ...]) -> tuple[s
     block = solution.batch.suite.blocks[int(order[change.argmax()]) // 3]
     decay, spread = gyro.bias_decay + score.estimate[0] / duration, score.sigma[0] / duration
     return (
-        f"gyro.bias may be constant: telemetry says that it decays by {_sized(decay, spread)} 1/s; "
+        f"gyro.bias may be constant: telemetry says that it decays by {sized(decay, spread)} 1/s; "
         f"without a decay {block} would be {most:.2g} of its 1-sigmas elsewhere, see "
         f"gyro.bias_decay = {gyro.bias_decay:g}",
     )
@@ -180,7 +149,3 @@ def _notes(solution: Solution, found: Scores, named: tuple[str, ...]) -> tuple[s
 
 def _evidence(score: Score, scatter: float) -> float:
     return score.chi_square / scatter - _EACH * score.freedom
-
-
-def _sized(value: float, sigma: float) -> str:
-    return f"{value:.2g} ± {sigma:.1g}"

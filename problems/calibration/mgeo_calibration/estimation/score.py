@@ -7,9 +7,8 @@ estimated beside them, in one pass of the filter.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from mgeo_attitude._typing import Floats
@@ -17,7 +16,7 @@ from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
 from mgeo_calibration.estimation.kernels import load
-from mgeo_calibration.estimation.linearization import Steps
+from mgeo_calibration.estimation.linearization import Sightings, Steps
 from mgeo_calibration.estimation.smoother import Solution
 
 
@@ -32,14 +31,17 @@ class Departure:
     ----------
     width : int
         k.
-    moves : array, shape (n, 3, k)
+    moves : array, shape (n, 3, k), optional
         What they add to the attitude's error in each step [rad].
+    reads : mapping of int to array, shape (N, 3, k)
+        What they add to the readings of sensors, by number, in the filter's units.
     bias : array, shape (3, k), optional
         What they add to the gyro's bias at the last sample beside its own error [rad/s].
     """
 
     width: int
-    moves: Floats
+    moves: Floats | None = None
+    reads: Mapping[int, Floats] = field(default_factory=dict)
     bias: Floats | None = None
 
 
@@ -115,6 +117,7 @@ class Scores:
 
 #: Of a unit vector along coefficients, from which on one belongs to it.
 _PART = 0.1
+_SPAN = 5000  # samples
 
 
 def scores(solution: Solution, departures: Mapping[str, Departure]) -> Scores:
@@ -125,23 +128,15 @@ def scores(solution: Solution, departures: Mapping[str, Departure]) -> Scores:
         name: slice(int(end) - departure.width, int(end))
         for (name, departure), end in zip(departures.items(), ends, strict=True)
     }
-    move, seen = _widened(solution.steps, departures, places, m), solution.sightings
-    (N, d), (s, _, _, p) = solution.e.shape, seen.H.shape
     r, J = solution.prior
-    q = len(r)
+    q, d = len(r), solution.e.shape[1]
     R = np.zeros((q + m, q + m + 1))
     top = np.linalg.qr(np.column_stack([J, r]))[1]
     R[:q, :q], R[:q, -1] = top[:q, :q], top[:q, q]
-    wide = q + m
-    kept = np.empty((N, d)), np.empty((N, d, wide)), np.empty((N, d, d))
-    readings = tuple(np.empty((s, N, 3, *more)) for more in ((p,), (d,), (), (wide,)))
-    load("two_stage").forward(
-        move.arrays, solution.used, seen.arrays, move.growth, kept, readings, R
-    )
+    last = _forward(solution, departures, places, R)
     own, slopes = R[q:, q:-1], -solve_triangular(R[:q, :q], R[:q, q:-1])
-    last = kept[1][-1]
     driven = last[:, q:] + last[:, :q] @ slopes
-    change = np.vstack([driven, move.growth[-1, : q - d, None] * slopes[d:]])
+    change = np.vstack([driven, solution.steps.growth[-1, : q - d, None] * slopes[d:]])
     order = np.concatenate([solution.parts.driven, solution.parts.constant])
     for name, departure in departures.items():
         if departure.bias is not None:
@@ -154,17 +149,66 @@ def scores(solution: Solution, departures: Mapping[str, Departure]) -> Scores:
     )
 
 
+def _forward(
+    solution: Solution, departures: Mapping[str, Departure], places: Mapping[str, slice], R: Floats
+) -> Floats:
+    """One pass that leaves all equations in the triangle R; T of the last sample.
+
+    In spans of samples: so many columns of all would need much memory.
+    """
+    N, d = solution.e.shape
+    wide = len(R)
+    x, T, P = np.zeros((1, d)), np.zeros((1, d, wide)), np.zeros((1, d, d))
+    for low in range(0, max(N - 1, 1), _SPAN):
+        span = slice(low, min(N, low + _SPAN + 1))
+        move, seen = _widened(solution, departures, places, span)
+        s, n, _, p = seen.H.shape
+        kept = np.empty((n, d)), np.empty((n, d, wide)), np.empty((n, d, d))
+        for each, known in zip(kept, (x, T, P), strict=True):
+            each[0] = known[-1]
+        room = tuple(np.empty((s, n, 3, *more)) for more in ((p,), (d,), (), (wide,)))
+        used = np.ascontiguousarray(solution.used[:, span])
+        load("two_stage").forward(
+            move.arrays, used, seen.arrays, move.growth, kept, room, R, int(low > 0)
+        )
+        x, T, P = kept
+    last: Floats = T[-1]
+    return last
+
+
 def _widened(
-    move: Steps, departures: Mapping[str, Departure], places: Mapping[str, slice], m: int
-) -> Steps:
-    """Steps with the m coefficients as the last of the constants, which no sensor reads."""
-    n, d, c = move.G.shape
-    G = np.zeros((n, d, c + m))
-    G[:, :, :c] = move.G
+    solution: Solution,
+    departures: Mapping[str, Departure],
+    places: Mapping[str, slice],
+    span: slice,
+) -> tuple[Steps, Sightings]:
+    """Steps and readings of some samples with the coefficients as the last of the constants."""
+    move, seen, m = solution.steps, solution.sightings, sum(d.width for d in departures.values())
+    within = slice(span.start, span.stop - 1)
+    F, G, Q, defect = (each[within] for each in move.arrays)
+    H, c = seen.H[:, span], G.shape[2]
+    s, N, _, p = H.shape
+    wide, read = np.zeros((len(G), G.shape[1], c + m)), np.zeros((s, N, 3, p + m))
+    wide[:, :, :c], read[:, :, :, :p] = G, H
+    counts, columns = seen.counts.copy(), np.zeros((s, p + m), dtype=np.int64)
+    columns[:, :p] = seen.columns
+    for index in {index for departure in departures.values() for index in departure.reads}:
+        first = int(counts[index].sum())
+        columns[index, first : first + m] = c + np.arange(m)
+        counts[index, 1] += m
+        read[index, :, :, first:] = 0.0
     for name, departure in departures.items():
-        G[:, :3, c:][:, :, places[name]] = departure.moves
-    growth = np.column_stack([move.growth, np.ones((len(move.growth), m))])
-    return dataclasses.replace(move, G=G, growth=growth)
+        place = places[name]
+        if departure.moves is not None:
+            wide[:, :3, c:][:, :, place] = departure.moves[within]
+        for index, rows in departure.reads.items():
+            read[index, :, :, int(seen.counts[index].sum()) :][:, :, place] = rows[span]
+    growth = np.column_stack([move.growth[span], np.ones((N, m))])
+    z = np.ascontiguousarray(seen.z[:, span])
+    return (
+        Steps(F, wide, Q, defect, growth),
+        Sightings(seen.there[:, span], z, read, seen.noise, seen.numbers, counts, columns),
+    )
 
 
 def _inverse(information: Floats) -> Floats:

@@ -178,7 +178,8 @@ def linear_solution(
     kept = np.empty((N, d)), np.empty((N, d, q)), np.empty((N, d, d))
     Hw, K, w, W = (np.empty((s, N, 3, *more)) for more in ((p,), (d,), (), (q,)))
     readings = Hw, K, w, W
-    cost = load("two_stage").forward(move.arrays, used, seen.arrays, move.growth, kept, readings, R)
+    forward = load("two_stage").forward
+    cost = forward(move.arrays, used, seen.arrays, move.growth, kept, readings, R, 0)
     root = np.ascontiguousarray(dtrtri(R[:, :q])[0])  # in one thread, unlike `solve_triangular`
     common = root @ R[:, q]
     e = np.empty((N, d))

@@ -23,10 +23,12 @@ loop = njit(cache=True, error_model="numpy", nogil=True)
 #: From where on the variance of a predicted reading is so much above its noise that subtracting
 #: what is learned would leave few digits; then Joseph's sum of squares is taken.
 LARGE = 100.0
+#: Squares below this are what rounding leaves of rounding, and their reciprocals not finite.
+NOTHING = 1e-200
 
 
 @loop
-def forward(moves, seen, sights, growth, kept, readings, R):
+def forward(moves, seen, sights, growth, kept, readings, R, first):
     """The filter over all samples; the sum of squares of steps and readings.
 
     Parameters
@@ -43,18 +45,20 @@ def forward(moves, seen, sights, growth, kept, readings, R):
     R : array, shape (q, q + 1)
         Triangle of the equations of c and their right sides: what is believed of c, in the end
         what all readings say.
+    first : int
+        0, or 1 to go on from the first sample of `kept`.
     """
     x, T, P = kept
     z, noise = sights[0], sights[2]
     N, d, q = T.shape
     room, y, A, cost = np.zeros((2 * d + 3, d)), np.empty(d), np.empty((3, q + 1)), 0.0
-    for i in range(d):
+    for i in range(0 if first else d):
         x[0, i] = 0.0
         for m in range(q):
             T[0, i, m] = 1.0 if i == m else 0.0
         for m in range(d):
             P[0, i, m] = 0.0
-    for k in range(N):
+    for k in range(first, N):
         if k:
             predict(moves, k, x, T, P, room)
             cost += squares(moves[2], moves[3], k - 1, room, y)
@@ -193,7 +197,7 @@ def learn(s, k, readings, R, A):
     for j in range(q):
         a0, a1, a2, r = A[0, j], A[1, j], A[2, j], R[j, j]
         tail = a0 * a0 + a1 * a1 + a2 * a2
-        if tail == 0.0:
+        if tail < NOTHING:
             continue
         length = math.copysign(math.sqrt(r * r + tail), r)
         first = r + length

@@ -1,0 +1,181 @@
+"""What is asked of gyro, sensors and orbit beside what the scenario says, and what is answered."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.sensors import Magnetometer
+
+from mgeo_calibration.estimation import departures as made
+from mgeo_calibration.estimation.score import Departure, Score
+from mgeo_calibration.estimation.smoother import Solution
+
+#: What the key is of something that no state has.
+_SPLIT = "calibrate what is before and after on its own"
+#: 1-sigmas by which a decay may be negative.
+_FAR = 4.0
+_TAKEN_OUT = "no state has it, take it out of what is read"
+
+
+@dataclass(frozen=True)
+class Question:
+    """Something that is tested: a departure, what its score says, and the key that would say it.
+
+    A score may say what cannot be, by `possible`.
+    """
+
+    departure: Departure
+    says: Callable[[Score], str]
+    key: str
+    possible: Callable[[Score], bool] = lambda score: True
+
+
+def questions(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Question]:
+    """All that is tested, by name.
+
+    Parameters
+    ----------
+    channels : mapping of str to array, shape (N,)
+        What else was measured at the samples; on a scale of order one.
+    """
+    asked = _of_gyro(solution, channels) | _of_orbit(solution)
+    for index in range(len(solution.batch.suite.sensors)):
+        if solution.used[index].any():
+            asked |= _of_sensor(solution, index, channels)
+    return asked
+
+
+def _of_gyro(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Question]:
+    gyro, times = solution.batch.suite.gyro, solution.batch.times
+    duration, size = float(times[-1] - times[0]), gyro.initial_bias_deg_s
+
+    def decays(score: Score) -> str:
+        found, sigma = score.estimate[0] / duration, score.sigma[0] / duration
+        return f"gyro.bias decays by {sized(gyro.bias_decay + found, sigma)} 1/s, not " + (
+            f"{gyro.bias_decay:g}"
+        )
+
+    def drifted(score: Score) -> str:
+        return (
+            f"gyro.bias drifts by {size * _range(score):.2g} deg/s, more than "
+            f"rate_random_walk = {gyro.rate_random_walk:g} explains"
+        )
+
+    asked = {
+        "gyro.bias_decay": Question(
+            made.bias_decay(solution),
+            decays,
+            "gyro.bias_decay",
+            lambda score: gyro.bias_decay * duration + score.estimate[0] > -_FAR * score.sigma[0],
+        ),
+        "gyro.drift": Question(made.bias_drift(solution), drifted, "gyro.rate_random_walk"),
+    }
+    for state, (factor, unit, key) in _ERRORS.items():
+        if state not in gyro.states():
+            says = partial(_worst, f"gyro.{state} is", factor, unit)
+            departure = made.gyro_error(solution, state)
+            asked[f"gyro.{state}"] = Question(departure, says, f"gyro.{key}")
+    for name, channel in channels.items():
+        says = partial(_worst, f"gyro.bias follows {name} by", size, "deg/s")
+        departure = made.gyro_follows(solution, channel)
+        asked[f"gyro.{name}"] = Question(departure, says, _TAKEN_OUT)
+    return asked
+
+
+def _of_sensor(
+    solution: Solution, index: int, channels: Mapping[str, Floats]
+) -> dict[str, Question]:
+    batch = solution.batch
+    sensor, name = batch.suite.sensors[index], batch.suite.sensors[index].name
+    vectors = len(sensor.channels) == 3
+    unit = sensor.channel_unit.text if vectors else "deg"
+    factor = sensor.channel_unit.factor if vectors else float(np.degrees(1.0))
+    sizes = 10.0 * float(np.max(sensor.noise())) * factor
+    offset = f"{name}.{made.constant(sensor)}"
+
+    def late(score: Score) -> str:
+        return f"{name} is {sized(*_delay(score))} s {_sign(score, 'late', 'early')}"
+
+    def wanders(score: Score) -> str:
+        at = batch.times[0] + _steepest(score) * (batch.times[-1] - batch.times[0])
+        return f"{offset} changes by {sizes * _range(score):.3g} {unit}, most about {at:.0f} s"
+
+    asked = {
+        f"{name}.delay": Question(made.delay(solution, index), late, f"{name}.delay"),
+        f"{name}.drift": Question(made.wander(solution, index), wanders, _SPLIT),
+    }
+    for state in ("scale_factor", "nonorthogonality"):
+        if isinstance(sensor, Magnetometer) and state not in sensor.states():
+            size, of, key = _ERRORS[state]
+            says = partial(_worst, f"{name}.{state} is", size, of)
+            departure = made.vector_error(solution, index, state)
+            asked[f"{name}.{state}"] = Question(departure, says, f"{name}.{key}")
+    for other, channel in channels.items():
+        says = partial(_worst, f"{offset} follows {other} by", sizes, unit)
+        departure = made.follows(solution, index, channel)
+        asked[f"{name}.{other}"] = Question(departure, says, _TAKEN_OUT)
+    return asked
+
+
+def _of_orbit(solution: Solution) -> dict[str, Question]:
+    if not any(isinstance(sensor, Magnetometer) for sensor in solution.batch.suite.sensors):
+        return {}
+
+    def behind(score: Score) -> str:
+        where = _sign(score, "behind", "ahead of")
+        return f"the satellite is {sized(*_delay(score))} s {where} its orbit along the track"
+
+    return {"orbit.along_track": Question(made.along_track(solution), behind, "orbit, epoch")}
+
+
+#: Factor to the unit of people, that unit, and the key of an initial 1-sigma.
+_ERRORS = {
+    "scale_factor": (1.0, "", "initial_scale_factor"),
+    "misalignment": (float(np.degrees(1.0)), "deg", "initial_misalignment_deg"),
+    "nonorthogonality": (float(np.degrees(1.0)), "deg", "initial_nonorthogonality_deg"),
+}
+
+
+def sized(value: float, sigma: float) -> str:
+    """With its 1-sigma, to the same digit."""
+    if not 0.0 < sigma < np.inf:
+        return f"{value:.2g} ± {sigma:.1g}"
+    digit = math.floor(math.log10(sigma))
+    shown = round(value, -digit)
+    digits = max(1, math.floor(math.log10(abs(shown) or sigma)) - digit + 1)
+    text = f"{shown:.{-digit}f}" if -4 <= digit <= 0 else f"{shown:.{digits}g}"
+    return f"{text} ± {sigma:.1g}"
+
+
+def _worst(words: str, factor: float, unit: str, score: Score) -> str:
+    """The axis that says most."""
+    axis = int(np.argmax(np.abs(score.estimate) / score.sigma))
+    value = sized(factor * score.estimate[axis], factor * score.sigma[axis])
+    return " ".join(filter(None, (words, value, unit, f"along {'xyz'[axis]}")))
+
+
+def _delay(score: Score) -> tuple[float, float]:
+    return made.LATE * abs(float(score.estimate[0])), made.LATE * float(score.sigma[0])
+
+
+def _sign(score: Score, positive: str, negative: str) -> str:
+    return positive if score.estimate[0] >= 0.0 else negative
+
+
+def _path(score: Score) -> Floats:
+    path: Floats = made.drifts(np.linspace(0.0, 1.0, 101)) @ score.estimate.reshape(made.WAVES, 3)
+    return path
+
+
+def _range(score: Score) -> float:
+    return float(np.ptp(_path(score), axis=0).max())
+
+
+def _steepest(score: Score) -> float:
+    """Share of the time at which a drift is fastest."""
+    return float(np.linalg.norm(np.diff(_path(score), axis=0), axis=1).argmax() + 0.5) / 100.0

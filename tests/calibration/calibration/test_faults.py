@@ -1,0 +1,104 @@
+"""What is wrong is named, with its size; 60 faults at the edge of mattering."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+from mgeo_attitude.sensors import StarTracker, TwoAxisSunSensor
+from mgeo_calibration import calibrate
+from mgeo_calibration import fly as fly_plan
+from mgeo_calibration.calibration.questions import questions
+from mgeo_calibration.estimation import score
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.fit import fit
+
+from .faults import MOTION, SCENARIO, SCORED, Fault
+from .flights import PLAN, short
+from .independent import Craft, fly
+
+
+def first_line(fault, seed):
+    return calibrate(SCENARIO, fault.fly(seed)).conclusion.partition(": ")[2]
+
+
+@pytest.mark.parametrize("late", [-0.2, 0.2])
+def test_a_delay_that_passed_is_told_with_its_size(late):
+    """It was supported, with the Sun sensor's misalignment 6 sigma off."""
+    found = calibrate(SCENARIO, fly(SCENARIO, MOTION, 5, Craft(late={"mag": late})))
+    assert not found.supported
+    side = "late" if late > 0.0 else "early"
+    said = re.match(rf"mag is ([0-9.]+) ± ([0-9.]+) s {side} \(.*: mag\.delay$", found.failures[0])
+    size, sigma = map(float, said.groups())
+    assert sigma < 0.03
+    assert abs(size - abs(late)) < 3.0 * sigma
+
+
+@pytest.mark.parametrize("kind", ["magnetometer's scale", "orbit", "step of the Sun sensor"])
+def test_what_is_wrong_is_the_first_line(kind):
+    assert re.match(SCORED[kind].cause, first_line(SCORED[kind], 11))
+
+
+def test_all_is_asked_in_spans_as_at_once(monkeypatch):
+    scenario = short(SCENARIO, 600.0)
+    telemetry = fly(scenario, MOTION, 1, Craft(late={"sun": 0.3}), duration=600.0)
+    solution = fit(batch(scenario, telemetry), Belief.of(scenario), 1e-5).solution
+    asked = {name: one.departure for name, one in questions(solution, {}).items()}
+    whole = score.scores(solution, asked)
+    monkeypatch.setattr(score, "_SPAN", 97)
+    parts = score.scores(solution, asked)
+    # mean squares, since what hardly matters is what rounding leaves
+    scale = np.sqrt(np.diag(whole.information)) + 1e-6
+    np.testing.assert_allclose(
+        parts.information / np.outer(scale, scale),
+        whole.information / np.outer(scale, scale),
+        rtol=0.0,
+        atol=1e-9,
+    )
+    np.testing.assert_allclose(parts.score / scale, whole.score / scale, rtol=0.0, atol=1e-7)
+    np.testing.assert_allclose(parts.change, whole.change, rtol=0.0, atol=1e-8)
+
+
+def test_noise_that_is_set_too_high_is_a_note():
+    """It ended "not supported", exit 3, with nothing wrong but modest 1-sigmas."""
+    sun, mag = SCENARIO.sensors
+    careful = dataclasses.replace(
+        SCENARIO, sensors=(dataclasses.replace(sun, noise_deg=1.4 * sun.noise_deg), mag)
+    )
+    found = calibrate(careful, fly(SCENARIO, MOTION, 1))
+    assert found.supported
+    (note,) = (note for note in found.notes if note.startswith("sun"))
+    said = re.match(r"sun: sigmas are too large by 1\.[34]\d?; measured ([0-9.]+) deg", note)
+    assert float(said[1]) == pytest.approx(sun.noise_deg, rel=0.03)
+
+
+def test_sensors_of_two_angles_and_trackers_are_asked():
+    """Of a tracker the misalignment may change, of two angles nothing along the direction."""
+    mag = SCENARIO.sensors[1]
+    scenario = short(SCENARIO, 600.0, sensors=(TwoAxisSunSensor(), StarTracker(), mag))
+    telemetry = fly_plan(scenario, PLAN, 1)
+    found = calibrate(scenario, telemetry)
+    assert found.supported, found.conclusion
+    table = found.model_table()
+    assert {"sun.delay", "sun.drift", "tracker.delay", "tracker.drift"} <= set(table.index)
+    assert table.loc["tracker.drift", "says"].startswith("tracker.misalignment changes by ")
+    shifted = {**telemetry.sensors, "tracker": np.roll(telemetry.sensors["tracker"], 1, axis=0)}
+    shifted["tracker"][0] = np.nan
+    late = calibrate(scenario, dataclasses.replace(telemetry, sensors=shifted))
+    assert re.match(r"tracker is (0\.9\d|1\.0\d) ± 0\.0\d s late", late.failures[0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seeds", [range(3)], ids=["3 of each"])
+def test_nine_of_ten_faults_are_named(seeds):
+    named = {kind: [named_right(fault, seed) for seed in seeds] for kind, fault in SCORED.items()}
+    assert np.mean(list(named.values())) >= 0.9, named
+
+
+def named_right(fault: Fault, seed: int) -> bool:
+    try:
+        line = first_line(fault, seed)
+    except ValueError as error:
+        line = str(error)
+    return re.match(fault.cause, line) is not None
