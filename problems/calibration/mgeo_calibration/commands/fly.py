@@ -89,7 +89,8 @@ def flown(
         return fly(scenario, plan, seed, after=after, environment=environment)
     from mgeo_calibration.flight import basilisk
 
-    chosen = basilisk.Vehicle.of(scenario, vehicle)
+    coiled = scenario.turned_by_coils and vehicle is None
+    chosen = None if coiled else basilisk.Vehicle.of(scenario, vehicle)
     return basilisk.fly(scenario, plan, seed, vehicle=chosen, after=after, environment=environment)
 
 

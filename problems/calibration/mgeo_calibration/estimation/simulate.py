@@ -54,6 +54,9 @@ def simulate(
     the estimator believes the scenario's attitude and every error zero; the true ones are drawn
     from the scenario. The estimator is an error-state filter that feeds its errors back.
 
+    Coils, too, are taken to make the plan's rates, though of another attitude they make others, as
+    in `flight.fly`.
+
     After `t_end` the last rate is held or, if the scenario asks for it, the slew back is flown and
     then the law's rate held, to the end of the scenario's duration.
 

@@ -100,10 +100,25 @@ class Flight:
     readings: Readings
 
 
+def moved(planned: FilterModel, design: Floats, n_steps: int, errors: Floats) -> Motion:
+    """The motion of a design when the attitude at the start is off by the errors drawn.
+
+    It is told from the attitude that is planned. Rates are flown as planned, but by coils, to which
+    the field is another then.
+    """
+    start = _start(planned.initial_attitude, errors)
+    return Motion.of(planned.turned(start.T), design, n_steps)
+
+
+def _start(planned: Floats, errors: Floats) -> Floats:
+    """`Flight.start` of the errors drawn, for an attitude planned at the start."""
+    return matrix(-errors[:3] @ planned)
+
+
 def fly_run(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
     """Fly a plan with the errors that were drawn."""
     suite, (F, _) = model.suite, at_rest(model)
-    start, errors = matrix(-draws.errors[:3] @ motion.attitude[0]), draws.errors.copy()
+    start, errors = _start(motion.attitude[0], draws.errors), draws.errors.copy()
     errors[:3] = 0.0
     gyro = np.vstack([errors[3 : len(F)], draws.gyro_noise[:, 3:]])
     for state, decay in zip(gyro.T, np.diag(F)[3:], strict=True):

@@ -11,12 +11,11 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import vector
-from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.readings import to_channels
 
-from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run
+from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run, moved
 from mgeo_calibration.flight.truth import other_truth
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
@@ -37,7 +36,7 @@ def fly(
 
     What happens is what `estimation.simulate` flies: true errors are drawn from the scenario, the
     plan's rates are flown exactly, from an attitude that is not the planned one. As there, nothing
-    is reported at the start.
+    is reported at the start. Coils make other rates of another attitude, and here they do.
 
     Parameters
     ----------
@@ -67,8 +66,8 @@ def fly(
     design = commanded(scenario, plan, planned)
     model = planned if truth is None else other_truth(truth, scenario, environment)
     n = model.n_steps
-    motion = Motion.of(planned, design, n)
     draws = going_on(model, draw(model, n, np.random.default_rng(seed)), after)
+    motion = moved(planned, design, n, draws.errors)
     return sent_down(model, fly_run(model, motion, draws))
 
 

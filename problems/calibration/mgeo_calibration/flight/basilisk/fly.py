@@ -12,7 +12,9 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.history import can_measure
 from mgeo_attitude.filter.model import FilterModel, sampled
+from mgeo_attitude.maneuvers.coils import CoilDrive
 from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers.schedule import Turning
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import (
     Magnetometer,
@@ -25,6 +27,7 @@ from mgeo_attitude.sensors.readings import Readings
 from mgeo_attitude.sensors.suite import Suite
 from scipy.spatial.transform import Rotation
 
+from mgeo_calibration.flight.basilisk.coils import Coiled
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 from mgeo_calibration.flight.flight import draw, fly_run
 from mgeo_calibration.flight.own import commanded, going_on, sent_down
@@ -52,8 +55,9 @@ def fly(
 
     A rigid body with reaction wheels follows the plan's rates by feedback of modified Rodrigues
     parameters, with the attitude that its gyro says. Where the plan has no ramps its rates change
-    as fast as the wheels allow. With the same seed the true errors are those of `flight.fly`; noise
-    is Basilisk's own.
+    as fast as the wheels allow. A satellite without wheels is turned by Basilisk's torque rods, by
+    the law of its coils with what the gyro says and the true field. With the same seed the true
+    errors are those of `flight.fly`; noise is Basilisk's own.
 
     An orbit of two bodies is integrated by Basilisk. Any other is prescribed from the tables of
     the environment: Basilisk's equations of motion have neither mean elements nor SGP4.
@@ -87,12 +91,21 @@ def fly(
     require_basilisk()
     from mgeo_calibration.flight.basilisk.simulation import Drawn, simulate
 
-    vehicle = vehicle or Vehicle.of(scenario)
+    if scenario.turned_by_coils and vehicle is not None:
+        raise InvalidValue("vehicle", vehicle, "nothing for a scenario whose coils turn it")
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
     check_suite(model.suite)
     n, gyro, generator = model.n_steps, scenario.gyro, np.random.default_rng(seed)
     design = commanded(scenario, plan, model)
+    drive = model.slew_limits
+    flying: Vehicle | Coiled
+    limits: Turning
+    if isinstance(drive, CoilDrive):
+        flying, limits = Coiled.of(drive, design, model.step, n), drive
+    else:
+        flying = vehicle or Vehicle.of(scenario)
+        limits = drive or flying.slew_limits(model.initial_rate)
     drawn = fly_run(
         model, Motion.of(model, design, n), going_on(model, draw(model, n, generator), after)
     )
@@ -100,7 +113,6 @@ def fly(
     # a random walk between two known ends has this mean and this spread about it
     spread = gyro.rate_random_walk * np.sqrt(model.step / 12.0)
     mean_bias = 0.5 * (bias[:-1] + bias[1:]) + spread * generator.standard_normal((n, 3))
-    limits = model.slew_limits or vehicle.slew_limits(model.initial_rate)
     ramped = dataclasses.replace(model, slew_limits=limits)
     seen = simulate(
         scenario,
@@ -112,7 +124,7 @@ def fly(
             drawn.errors,
             mean_bias,
         ),
-        vehicle,
+        flying,
         environment,
         generator,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,6 +23,7 @@ from mgeo_attitude.sensors import Magnetometer
 from mgeo_attitude.sensors.suite import Suite
 from scipy.spatial.transform import Rotation
 
+from mgeo_calibration.flight.basilisk.coils import Coiled, coil_control
 from mgeo_calibration.flight.basilisk.control import (
     Guidance,
     Reference,
@@ -98,11 +99,14 @@ def simulate(
     scenario: Scenario,
     motion: Motion,
     drawn: Drawn,
-    vehicle: Vehicle,
+    vehicle: Vehicle | Coiled,
     environment: Environment,
     generator: np.random.Generator,
 ) -> Seen:
-    """Run Basilisk; see `fly`. Nothing but seeds of noise is taken from the generator."""
+    """Run Basilisk; see `fly`. Coils follow no `motion`.
+
+    Nothing but seeds of noise is taken from the generator.
+    """
     bskLogging.setDefaultLogLevel(bskLogging.BSK_ERROR)
     suite, n = Suite(scenario.gyro, scenario.sensors), scenario.n_steps
     parts = math.ceil(scenario.step / LONGEST_STEP)
@@ -117,11 +121,11 @@ def simulate(
 
     surroundings = Surroundings(environment, scenario.epoch, parts * nanoseconds)
     satellite = _satellite(scenario, drawn, vehicle, environment, surroundings)
-    effector, configuration = reaction_wheels(vehicle, satellite, drawn.rate)
-    modules: list[Any] = [surroundings, effector, satellite]
+    modules: list[Any] = [surroundings, satellite]
     field = shadow = None
     with tempfile.TemporaryDirectory() as folder:
-        if any(isinstance(sensor, Magnetometer) for sensor in suite.sensors):
+        coiled = isinstance(vehicle, Coiled)
+        if coiled or any(isinstance(sensor, Magnetometer) for sensor in suite.sensors):
             coefficients = Path(folder, "igrf.COF")
             coefficients.write_text(field_coefficients(middle(environment, scenario.epoch)))
             modules.append(field := field_model(satellite, surroundings, coefficients))
@@ -135,11 +139,18 @@ def simulate(
             for sensor in suite.sensors
         ]
         bias = np.repeat(drawn.bias / (1.0 + own.get("scale_factor", 0.0)), parts, axis=0)
-        reference = Reference.of(motion, drawn.rate, scenario.step, parts)
         corrected = _corrected(suite, drawn.believed)
-        guidance = Guidance(imu, reference, drawn.rate, corrected, bias, nanoseconds)
-        loop = control_loop(vehicle, guidance, effector, configuration)
-        modules += [imu, *(one for i in instruments for one in i.modules), guidance, *loop]
+        loop: Sequence[Any]
+        if isinstance(vehicle, Coiled):
+            timing = nanoseconds, parts, drawn.rate
+            effector, loop = coil_control(vehicle, satellite, field, imu, corrected, bias, timing)
+        else:
+            effector, configuration = reaction_wheels(vehicle, satellite, drawn.rate)
+            reference = Reference.of(motion, drawn.rate, scenario.step, parts)
+            guidance = Guidance(imu, reference, drawn.rate, corrected, bias, nanoseconds)
+            loop = [guidance, *control_loop(vehicle, guidance, effector, configuration)]
+        modules.insert(1, effector)
+        modules += [imu, *(one for i in instruments for one in i.modules), *loop]
         records = {"state": satellite.scStateOutMsg.recorder(), "gyro": imu.sensorOutMsg.recorder()}
         if field is not None:
             records["field"] = field.envOutMsgs[0].recorder()
@@ -178,14 +189,14 @@ def _corrected(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:
 def _satellite(
     scenario: Scenario,
     drawn: Drawn,
-    vehicle: Vehicle,
+    vehicle: Vehicle | Coiled,
     environment: Environment,
     surroundings: Surroundings,
 ) -> Any:
     """A rigid body in its orbit, turning as it does at the start."""
     satellite = spacecraft.Spacecraft()
     satellite.ModelTag = "satellite"
-    satellite.hub.IHubPntBc_B = vehicle.wheels.matrix().tolist()
+    satellite.hub.IHubPntBc_B = vehicle.inertia.tolist()
     satellite.hub.sigma_BNInit = Rotation.from_matrix(drawn.start).inv().as_mrp().tolist()
     satellite.hub.omega_BN_BInit = drawn.rate.tolist()
     satellite.hub.r_CN_NInit = environment.position[0].tolist()

@@ -90,6 +90,11 @@ class Vehicle(Validated):
             "wheels", None, f"expected wheels in the scenario, or a vehicle: {known}"
         )
 
+    @property
+    def inertia(self) -> Floats:
+        """J, shape (3, 3) [kg m²]."""
+        return self.wheels.matrix()
+
     def momentum(self, rate: Floats) -> Floats:
         """Of each wheel at the start [N m s], shape (n,), when the body turns at `rate` [rad/s]."""
         wheels = self.wheels
