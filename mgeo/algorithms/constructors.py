@@ -5,7 +5,7 @@ import inspect
 import re
 import reprlib
 from collections.abc import Callable, Collection, Mapping
-from typing import Any, TypeVar, cast
+from typing import Any, ClassVar, TypeVar, cast, get_origin
 
 import numpy as np
 
@@ -37,6 +37,28 @@ def takes_n_runs(constructor: F) -> F:
         constructor(*args, **kwargs)
 
     return cast(F, construct)
+
+
+def without_constants(cls: type, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Options but for those that are constants of the class, `ClassVar`s of the same value.
+
+    What was a parameter once is then still read where it was as it is by default.
+
+    Raises
+    ------
+    ValueError : if one is given another value.
+    """
+    annotated: dict[str, Any] = {}
+    for each in cls.__mro__:
+        annotated |= inspect.get_annotations(each)
+    constants = {name for name in options if get_origin(annotated.get(name)) is ClassVar}
+    for name in sorted(constants):
+        if not _same(options[name], value := getattr(cls, name)):
+            raise ValueError(
+                f"{name} = {options[name]!r}: expected {value!r}, a constant of {cls.__name__}; "
+                "derive a class to have another one"
+            )
+    return {name: value for name, value in options.items() if name not in constants}
 
 
 def parameters(cls: type, root: type) -> Mapping[str, inspect.Parameter]:

@@ -1,37 +1,17 @@
 """MGEODirected: walkers that head each for its own part of the front, and learn from the others."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
-from pymoo.core.problem import Problem
 
 from mgeo._typing import BoolArray, FloatArray, IntArray
-from mgeo.algorithms.archive import ParetoArchive
-from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.bounds import BOUNDS
-from mgeo.algorithms.coding import RealCode
-from mgeo.algorithms.run_state import RunState
+from mgeo.algorithms.constructors import without_constants
+from mgeo.algorithms.moves import Moves, Pair
 from mgeo.algorithms.selection import pick, rank
-from mgeo.algorithms.steps import (
-    Attraction,
-    joint_steps,
-    momentum_steps,
-    whole_steps,
-    within_a_step,
-)
-from mgeo.algorithms.variables import KINDS, Variables
-from mgeo.algorithms.weights import (
-    distance,
-    nearest,
-    nearest_drawn,
-    random_weights,
-    weight_vectors,
-)
+from mgeo.algorithms.weights import distance, random_weights
 from mgeo.validation.arguments import (
-    validate_ascending,
     validate_choice,
     validate_fraction,
     validate_integer,
@@ -42,30 +22,7 @@ from mgeo.validation.arguments import (
 _PROGRESS = 0.1  # over the points of the front: the share of its extent that is progress
 
 
-@dataclass(kw_only=True, eq=False, slots=True)
-class DirectedState(RunState):
-    """The state of a run of `MGEODirected`.
-
-    Attributes
-    ----------
-    weights : (n_walkers, n_obj) weight vectors of the walkers.
-    incumbents : (n_walkers, n_var) the best point of each walker since it started.
-    momentum : (n_walkers, n_var) the step that led to it; 0 while there is none.
-    incumbent_F, incumbent_violation : its objectives, (n_walkers, n_obj), and constraint
-        violation, (n_walkers,), infinite while there is none.
-    marked_F : (n_walkers, n_obj) objectives of the incumbent at its last progress, likewise;
-        `idle` counts the generations since then.
-    """
-
-    weights: FloatArray
-    incumbents: FloatArray
-    momentum: FloatArray
-    incumbent_F: FloatArray
-    incumbent_violation: FloatArray
-    marked_F: FloatArray
-
-
-class MGEODirected(ExtremalOptimization):
+class MGEODirected(Moves):
     """Extremal optimization by walkers that head each for its own part of the front.
 
     As in MGEO_real, a walker tries a change of each of some variables, ranks what comes out, and
@@ -97,25 +54,12 @@ class MGEODirected(ExtremalOptimization):
     extreme_weights : share of the walkers that minimize one objective alone, in [0, 1].
     difference : shares of the candidates made by differences, of those without momentum, in
         [0, 1]. Of this pair and others, the first is for walkers between the extremes, the second
-        for those at them, unless it says otherwise.
-    coupling : mean probabilities that a normal step, and that a difference, changes also each of
-        the other variables; each candidate draws its own (`joint_steps`).
-    widths : smallest and largest standard deviation of normal steps, of the bounds' width.
-    return_to_best : probability a generation that a walker returns to its best point.
-    migrate : probabilities a generation that it goes to the archive's nearest point instead; rare
-        at the extremes, where each walker may have a local optimum of its own.
-    restart : generations without progress after which a walker restarts, >= 1.
+        for those at them.
+    momentum : shares of the candidates with momentum, in [0, 1] (`momentum_steps`); at the
+        extremes only where the point that they are drawn to is within a step.
     max_candidates : largest number of candidates a walker; of more variables they are drawn.
     bounds : what becomes of a step that leaves them: "clip" to the bound, "reflect" from it, or
         "resample", drawn anew until it stays inside (`mgeo.algorithms.bounds`).
-    attract : share of the differences that move also towards the archive's nearest point, and the
-        mean probability that these change each of the other variables.
-    momentum : shares of the candidates with momentum, in [0, 1] (`momentum_steps`); at the
-        extremes only where the point that they are drawn to is within a step.
-    targets : share of the steps with momentum that is drawn to the nearest of all archived points,
-        and c >= 0: the others to the nearest of c sqrt(n) random ones of n, and of one at least.
-    progress : smallest and largest share of the front's extent by which a best point must come
-        nearer, to count as progress; between them it is 0.1 / n.
     options : `sampling` and `archive_size` of `mgeo.algorithms.base.ExtremalOptimization`, and
         those of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
@@ -126,10 +70,21 @@ class MGEODirected(ExtremalOptimization):
 
     Raises
     ------
-    TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one.
+    TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one;
+        for one that was a parameter once and is a constant now, unless it is that.
     """
 
-    state: DirectedState
+    #: Probability a generation that a walker returns to its best point.
+    return_to_best: ClassVar[float] = 0.7
+    #: Probabilities a generation that it goes to the archive's nearest point instead; rare at the
+    #: extremes, where each walker may have a local optimum of its own.
+    migrate: ClassVar[Pair] = (0.2, 0.02)
+    #: Generations without progress after which a walker restarts: soon where other weights are all
+    #: that it costs, late where it is the way to an optimum.
+    restart: ClassVar[tuple[int, int]] = (4, 50)
+    #: Smallest and largest share of the front's extent by which a best point must come nearer, to
+    #: count as progress; between them it is 0.1 / n: the more points, the less is left between two.
+    progress: ClassVar[Pair] = (1e-5, 1e-3)
 
     def __init__(
         self,
@@ -137,58 +92,18 @@ class MGEODirected(ExtremalOptimization):
         n_walkers: int = 16,
         extreme_weights: float = 0.4,
         difference: Sequence[float] = (0.2, 0.65),
-        coupling: Sequence[float] = (0.05, 0.5),
-        widths: Sequence[float] = (1e-3, 1.0),
-        return_to_best: float = 0.7,
-        migrate: Sequence[float] = (0.2, 0.02),
-        restart: Sequence[int] = (4, 50),
+        momentum: Sequence[float] = (0.6, 0.6),
         max_candidates: int = 3,
         bounds: str = "clip",
-        attract: Sequence[float] = (0.5, 0.9),
-        momentum: Sequence[float] = (0.6, 0.6),
-        targets: Sequence[float] = (0.3, 0.33),
-        progress: Sequence[float] = (1e-5, 1e-3),
         **options: Any,
     ) -> None:
+        options = without_constants(type(self), options)
         super().__init__(tau=validate_number("tau", tau, low=0), n_walkers=n_walkers, **options)
         self.extreme_weights = validate_fraction("extreme_weights", extreme_weights)
         self.difference = validate_pair("difference", difference, validate_fraction)
-        self.coupling = validate_pair("coupling", coupling, validate_fraction)
-        self.attract = validate_pair("attract", attract, validate_fraction)
         self.momentum = validate_pair("momentum", momentum, validate_fraction)
-        self.widths = validate_ascending("widths", widths, above=0)
-        self.progress = validate_ascending("progress", progress, above=0)
-        self.targets = validate_pair("targets", targets, validate_number, low=0)
-        validate_fraction("targets[0]", self.targets[0])
-        self.return_to_best = validate_fraction("return_to_best", return_to_best)
-        self.migrate = validate_pair("migrate", migrate, validate_fraction)
-        if self.return_to_best + max(self.migrate) > 1:
-            raise ValueError(
-                f"return_to_best = {return_to_best!r}, migrate = {migrate!r}: expected sums of at "
-                "most 1"
-            )
-        self.restart = validate_pair("restart", restart, validate_integer, low=1)
         self.max_candidates = validate_integer("max_candidates", max_candidates, low=1)
         self.bounds = validate_choice("bounds", bounds, BOUNDS)
-
-    def representation(self, problem: Problem) -> RealCode:
-        return RealCode(Variables.of(problem, KINDS))
-
-    def new_state(
-        self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
-    ) -> DirectedState:
-        n, n_obj = len(walkers), front.F.shape[1]
-        return DirectedState.begin(
-            streams,
-            front,
-            walkers,
-            weights=weight_vectors(n, n_obj, self.extreme_weights),
-            incumbents=np.empty_like(walkers),
-            momentum=np.empty_like(walkers),
-            incumbent_F=np.empty((n, n_obj)),
-            incumbent_violation=np.empty(n),
-            marked_F=np.empty((n, n_obj)),
-        )
 
     def forget(self, rows: IntArray) -> None:
         super().forget(rows)
@@ -197,75 +112,6 @@ class MGEODirected(ExtremalOptimization):
         state.momentum[rows] = 0.0
         state.incumbent_F[rows] = state.marked_F[rows] = np.inf
         state.incumbent_violation[rows] = np.inf
-
-    def candidates(self) -> FloatArray:
-        xl, xu = self.variables.xl, self.variables.xu
-        own = np.broadcast_to(np.arange(len(xl)), (self.n_walkers, len(xl)))
-        if len(xl) > self.max_candidates:
-            own = self.random_state.permuted(own, axis=1)[:, : self.max_candidates]
-        donors = attraction = None
-        if len(self.front):
-            donors, aims = self._donors, self.archived(self._nearest())
-            share, coupling = self.attract
-            if share:
-                attraction = Attraction(share, coupling, self.walkers[:, None], aims[:, None])
-        steps, spread, donor = joint_steps(
-            own, xu - xl, self.widths, self.coupling, self._of_kind(self.difference)[:, None],
-            donors, self.random_state, attraction,
-        )  # fmt: skip
-        if donor is not None and any(self.momentum):
-            self._go_on(steps, spread, donor, aims)
-        walkers, uniform = self.walkers[:, None, :], partial(self.random_state.random, steps.shape)
-        self.proposed = BOUNDS[self.bounds](walkers, steps, spread, xl, xu, uniform)
-        whole = ~self.variables.real
-        if whole.any():
-            learned = np.full(steps.shape, np.nan) if donor is None else donor
-            learned = np.where((spread == 0.0).all(axis=-1, keepdims=True), learned, np.nan)
-            ended = whole_steps(
-                walkers, self.proposed, own, learned, self.variables.choice, xl, xu, uniform()
-            )
-            self.proposed = np.where(whole, ended, self.proposed)
-        return self.proposed.reshape(-1, len(xl))
-
-    def _go_on(
-        self, steps: FloatArray, spread: FloatArray, donor: FloatArray, aims: FloatArray
-    ) -> None:
-        """Put steps with momentum in the place of some; `aims` are the nearest archived points."""
-        rng, state = self.random_state, self.state
-        made = rng.random(steps.shape[:2]) < self._of_kind(self.momentum)[:, None]
-        rows, columns = np.nonzero(made)
-        if not len(rows):
-            return
-        share, few = self.targets
-        n_drawn = max(1, int(few * len(self.front) ** 0.5))
-        drawn = rng.integers(len(self.front), size=(len(rows), n_drawn))
-        aimed = nearest_drawn(drawn, self.front.F, state.weights[rows], *state.front.ends)
-        targets = np.where(rng.random((len(rows), 1)) < share, aims[rows], self.archived(aimed))
-        x, choice = self.walkers[rows], self.variables.choice  # options have no order
-        extent = self.variables.xu - self.variables.xl
-        near = within_a_step(x, np.where(choice, x, targets), extent) | self._between()[rows]
-        made[rows[~near], columns[~near]] = False
-        rows, targets = rows[near], targets[near]
-        before = np.where(choice, 0.0, state.momentum[rows])
-        steps[made] = momentum_steps(x[near], before, targets, extent, rng)
-        spread[made], donor[made] = 0.0, targets
-
-    def _nearest(self, rows: IntArray | slice = slice(None)) -> IntArray:
-        """Which of the archive's points are nearest along the weight vectors of walkers."""
-        state, F = self.state, self.state.front.F
-        return nearest(F, state.weights[rows], *state.front.ends)
-
-    def _donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-        """Twice (..., n_var) points of the donor pool."""
-        rng, n = self.random_state, len(self.front)
-        donors = []
-        for _ in range(2):
-            archived = rng.integers(n, size=shape)
-            incumbents = self.state.incumbents[rng.integers(self.n_walkers, size=shape)]
-            of_archive = rng.random((*shape, 1)) < 0.5
-            known = self.archived(archived.ravel()).reshape(incumbents.shape)
-            donors.append(np.where(of_archive, known, incumbents))
-        return donors[0], donors[1]
 
     def accept(self, F: FloatArray, violation: FloatArray) -> BoolArray:
         state, rng, walker = self.state, self.random_state, np.arange(self.n_walkers)
@@ -341,11 +187,3 @@ class MGEODirected(ExtremalOptimization):
             state.idle[rows] = 0
         if len(rows := np.flatnonzero(idle & ~between)):
             self.restart_walkers(rows)
-
-    def _of_kind(self, pair: Sequence[float]) -> FloatArray:
-        """(n_walkers,) the first of two numbers for walkers between the extremes, or the second."""
-        return np.where(self._between(), *pair)
-
-    def _between(self) -> BoolArray:
-        """(n_walkers,) which walkers have weights of several objectives."""
-        return np.asarray(self.state.weights.max(axis=1) < 1)

@@ -12,7 +12,8 @@ from pymoo.core.problem import Problem
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.archive import ParetoArchive
-from mgeo.algorithms.directed import DirectedState, MGEODirected
+from mgeo.algorithms.directed import MGEODirected
+from mgeo.algorithms.moves import DirectedState
 from mgeo.evaluation.individuals import individuals
 from mgeo.validation.arguments import validate_fraction, validate_list
 

@@ -238,7 +238,9 @@ def _same(algorithm: Algorithm, data: Mapping[str, Any]) -> ExtremalOptimization
         raise ValueError(f"class = {cls!r:.80}: the algorithm given is a {given}")
     parameters = _parameters(algorithm)
     for key, value in entry(data, "parameters", dict).items():
-        if (found := parameters.get(key)) != value:
+        # what is a constant now was a parameter in older versions
+        found = parameters.get(key, _plain(key, getattr(type(algorithm), key, None)))
+        if found != value:
             raise ValueError(f"parameters.{key} = {value!r:.80}: that given has {found!r:.80}")
     return algorithm
 

@@ -116,6 +116,8 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     known = _parameters(name)
     if "n_walkers" in known:
         parameters = constructors.with_n_walkers(parameters)
+    if ":" in name or name not in ALGORITHMS or name in FAMILY:
+        parameters = constructors.without_constants(_class(name), parameters)
     for key in parameters:
         if key not in known:
             expected = ", ".join(known) or "none"

@@ -21,8 +21,8 @@ from mgeo import MGEOCanonical, MGEODirected, MGEOReal, MGEOReal2, MGEOVar
         (MGEOReal2(n_steps=np.int64(3)), "MGEOReal2(n_steps=3)"),
         (MGEOCanonical(bits=8, restart="random"), "MGEOCanonical(bits=8, restart='random')"),
         (MGEOVar(bits=[2, 3], archive_size=50), "MGEOVar(bits=[2, 3], archive_size=50)"),
-        (MGEODirected(widths=(1e-3, 1.0), restart=(4, 50)), "MGEODirected()"),
-        (MGEODirected(2.0, migrate=(0.1, 0)), "MGEODirected(tau=2.0, migrate=[0.1, 0.0])"),
+        (MGEODirected(difference=(0.2, 0.65)), "MGEODirected()"),
+        (MGEODirected(2.0, momentum=(0.1, 0)), "MGEODirected(tau=2.0, momentum=[0.1, 0.0])"),
     ],
 )
 def test_it_shows_what_is_not_by_default_and_evaluates_to_the_same(algorithm, text):

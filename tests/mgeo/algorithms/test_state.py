@@ -255,9 +255,13 @@ def changed_attributes(algorithm, problem):
     return changed
 
 
+class SoonRestarted(MGEODirected):
+    restart = (1, 2)
+
+
 ALGORITHMS = [
     *(cls(n_walkers=3, archive_size=10) for cls in PUBLISHED),
-    MGEODirected(n_walkers=4, extreme_weights=0.5, restart=(1, 2), max_candidates=2),
+    SoonRestarted(n_walkers=4, extreme_weights=0.5, max_candidates=2),
     MGEODirected(n_walkers=4, momentum=(0.0, 0.0)),
     *(variant("a-geo2", 3, restart="random", patience=2) for variant in VARIANTS),
 ]

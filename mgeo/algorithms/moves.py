@@ -1,0 +1,177 @@
+"""How the walkers of `MGEODirected` make their candidates: momentum, differences, normal steps."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import ClassVar
+
+import numpy as np
+from pymoo.core.problem import Problem
+
+from mgeo._typing import BoolArray, FloatArray, IntArray
+from mgeo.algorithms.archive import ParetoArchive
+from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.bounds import BOUNDS
+from mgeo.algorithms.coding import RealCode
+from mgeo.algorithms.run_state import RunState
+from mgeo.algorithms.steps import (
+    Attraction,
+    joint_steps,
+    momentum_steps,
+    whole_steps,
+    within_a_step,
+)
+from mgeo.algorithms.variables import KINDS, Variables
+from mgeo.algorithms.weights import nearest, nearest_drawn, weight_vectors
+
+Pair = tuple[float, float]
+
+
+@dataclass(kw_only=True, eq=False, slots=True)
+class DirectedState(RunState):
+    """The state of a run of `MGEODirected`.
+
+    Attributes
+    ----------
+    weights : (n_walkers, n_obj) weight vectors of the walkers.
+    incumbents : (n_walkers, n_var) the best point of each walker since it started.
+    momentum : (n_walkers, n_var) the step that led to it; 0 while there is none.
+    incumbent_F, incumbent_violation : its objectives, (n_walkers, n_obj), and constraint
+        violation, (n_walkers,), infinite while there is none.
+    marked_F : (n_walkers, n_obj) objectives of the incumbent at its last progress, likewise;
+        `idle` counts the generations since then.
+    """
+
+    weights: FloatArray
+    incumbents: FloatArray
+    momentum: FloatArray
+    incumbent_F: FloatArray
+    incumbent_violation: FloatArray
+    marked_F: FloatArray
+
+
+class Moves(ExtremalOptimization):
+    """The candidates of walkers that know their best point, and an archive.
+
+    A subclass has the parameters `extreme_weights`, `difference`, `momentum`, `max_candidates` and
+    `bounds`, and says what becomes of the candidates. The constants are what a search over them has
+    found; docs/studies/results.md has what is lost without each. To have another one, derive a
+    class.
+    """
+
+    #: Mean probabilities that a normal step, and that a difference, changes also each of the other
+    #: variables (`joint_steps`): half of a difference, lest it is a copy of what it comes from.
+    coupling: ClassVar[Pair] = (0.05, 0.5)
+    #: Smallest and largest standard deviation of normal steps, of the bounds' width: no scale is
+    #: preferred, as none is known.
+    widths: ClassVar[Pair] = (1e-3, 1.0)
+    #: Share of the differences that move also towards the archive's nearest point, and the mean
+    #: probability that these change each of the other variables: nearly all, as valleys need.
+    attract: ClassVar[Pair] = (0.5, 0.9)
+    #: Share of the steps with momentum that is drawn to the nearest of all archived points, and c:
+    #: the others to the nearest of c sqrt(n) random ones of n, of one at least. The more points
+    #: there are, the nearer they must be, or a walker is drawn along the front and not across it.
+    targets: ClassVar[Pair] = (0.3, 0.33)
+
+    state: DirectedState
+    extreme_weights: float
+    difference: Sequence[float]
+    momentum: Sequence[float]
+    max_candidates: int
+    bounds: str
+
+    def representation(self, problem: Problem) -> RealCode:
+        return RealCode(Variables.of(problem, KINDS))
+
+    def new_state(
+        self, streams: list[np.random.Generator], front: ParetoArchive, walkers: FloatArray
+    ) -> DirectedState:
+        n, n_obj = len(walkers), front.F.shape[1]
+        return DirectedState.begin(
+            streams,
+            front,
+            walkers,
+            weights=weight_vectors(n, n_obj, self.extreme_weights),
+            incumbents=np.empty_like(walkers),
+            momentum=np.empty_like(walkers),
+            incumbent_F=np.empty((n, n_obj)),
+            incumbent_violation=np.empty(n),
+            marked_F=np.empty((n, n_obj)),
+        )
+
+    def candidates(self) -> FloatArray:
+        xl, xu = self.variables.xl, self.variables.xu
+        own = np.broadcast_to(np.arange(len(xl)), (self.n_walkers, len(xl)))
+        if len(xl) > self.max_candidates:
+            own = self.random_state.permuted(own, axis=1)[:, : self.max_candidates]
+        donors = attraction = None
+        if len(self.front):
+            donors, aims = self._donors, self.archived(self._nearest())
+            share, coupling = self.attract
+            if share:
+                attraction = Attraction(share, coupling, self.walkers[:, None], aims[:, None])
+        steps, spread, donor = joint_steps(
+            own, xu - xl, self.widths, self.coupling, self._of_kind(self.difference)[:, None],
+            donors, self.random_state, attraction,
+        )  # fmt: skip
+        if donor is not None and any(self.momentum):
+            self._go_on(steps, spread, donor, aims)
+        walkers, uniform = self.walkers[:, None, :], partial(self.random_state.random, steps.shape)
+        self.proposed = BOUNDS[self.bounds](walkers, steps, spread, xl, xu, uniform)
+        whole = ~self.variables.real
+        if whole.any():
+            learned = np.full(steps.shape, np.nan) if donor is None else donor
+            learned = np.where((spread == 0.0).all(axis=-1, keepdims=True), learned, np.nan)
+            ended = whole_steps(
+                walkers, self.proposed, own, learned, self.variables.choice, xl, xu, uniform()
+            )
+            self.proposed = np.where(whole, ended, self.proposed)
+        return self.proposed.reshape(-1, len(xl))
+
+    def _go_on(
+        self, steps: FloatArray, spread: FloatArray, donor: FloatArray, aims: FloatArray
+    ) -> None:
+        """Put steps with momentum in the place of some; `aims` are the nearest archived points."""
+        rng, state = self.random_state, self.state
+        made = rng.random(steps.shape[:2]) < self._of_kind(self.momentum)[:, None]
+        rows, columns = np.nonzero(made)
+        if not len(rows):
+            return
+        share, few = self.targets
+        n_drawn = max(1, int(few * len(self.front) ** 0.5))
+        drawn = rng.integers(len(self.front), size=(len(rows), n_drawn))
+        aimed = nearest_drawn(drawn, self.front.F, state.weights[rows], *state.front.ends)
+        targets = np.where(rng.random((len(rows), 1)) < share, aims[rows], self.archived(aimed))
+        x, choice = self.walkers[rows], self.variables.choice  # options have no order
+        extent = self.variables.xu - self.variables.xl
+        near = within_a_step(x, np.where(choice, x, targets), extent) | self._between()[rows]
+        made[rows[~near], columns[~near]] = False
+        rows, targets = rows[near], targets[near]
+        before = np.where(choice, 0.0, state.momentum[rows])
+        steps[made] = momentum_steps(x[near], before, targets, extent, rng)
+        spread[made], donor[made] = 0.0, targets
+
+    def _nearest(self, rows: IntArray | slice = slice(None)) -> IntArray:
+        """Which of the archive's points are nearest along the weight vectors of walkers."""
+        state, F = self.state, self.state.front.F
+        return nearest(F, state.weights[rows], *state.front.ends)
+
+    def _donors(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+        """Twice (..., n_var) points of the donor pool."""
+        rng, n = self.random_state, len(self.front)
+        donors = []
+        for _ in range(2):
+            archived = rng.integers(n, size=shape)
+            incumbents = self.state.incumbents[rng.integers(self.n_walkers, size=shape)]
+            of_archive = rng.random((*shape, 1)) < 0.5
+            known = self.archived(archived.ravel()).reshape(incumbents.shape)
+            donors.append(np.where(of_archive, known, incumbents))
+        return donors[0], donors[1]
+
+    def _of_kind(self, pair: Sequence[float]) -> FloatArray:
+        """(n_walkers,) the first of two numbers for walkers between the extremes, or the second."""
+        return np.where(self._between(), *pair)
+
+    def _between(self) -> BoolArray:
+        """(n_walkers,) which walkers have weights of several objectives."""
+        return np.asarray(self.state.weights.max(axis=1) < 1)
