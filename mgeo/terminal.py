@@ -21,7 +21,8 @@ from rich.text import Text
 
 _GAP = 3  # between columns
 
-_WIDTH_OF_A_FILE = 400  # rich would cut what is wider than 80
+_WIDE = 40  # at which a text may take as many lines as it needs
+_WIDTH_OF_A_FILE = 80  # of tables that are piped or kept, unless COLUMNS says another
 
 
 def table(titles: Iterable[object], rows: Iterable[Sequence[object]], digits: int = 5) -> Columns:
@@ -68,7 +69,7 @@ class _Column:
         """Width at which no word is broken, and no text but a title takes many lines."""
         words = (word for text in (self.title, *self.cells) for word in text.plain.split())
         cells = max((text.cell_len for text in self.cells), default=0)
-        return max([-(-2 * cells // 5), *(Text(word).cell_len for word in words)])
+        return max([min(-(-2 * cells // 5), _WIDE), *(Text(word).cell_len for word in words)])
 
 
 @dataclass(frozen=True)
@@ -125,9 +126,28 @@ def _shown(value: object, digits: int) -> str:
 def console(*, stderr: bool = False) -> Console:
     """A console on stdout or stderr. It has no colors if NO_COLOR is set, or on a dumb terminal."""
     terminal = is_terminal(stderr=stderr)
-    return Console(
-        stderr=stderr, force_terminal=terminal, width=None if terminal else _WIDTH_OF_A_FILE
-    )
+    width = None if terminal else told_width() or _WIDTH_OF_A_FILE
+    return Console(stderr=stderr, force_terminal=terminal, width=width)
+
+
+def told_width() -> int | None:
+    """The width that COLUMNS in the environment asks for; None where it is not set."""
+    told = os.environ.get("COLUMNS", "")
+    return int(told) if told.isdecimal() and int(told) else None
+
+
+def line_width(*, stderr: bool = False) -> int | None:
+    """Where lines of text are broken: a terminal's width or that of COLUMNS; None for nowhere.
+
+    A pipe or a file keeps them whole, for what searches them.
+    """
+    return console(stderr=stderr).width if is_terminal(stderr=stderr) else told_width()
+
+
+def folded(text: str, *, stderr: bool = False) -> str:
+    """Text that may be printed there: control characters written out, lines `broken`."""
+    width = line_width(stderr=stderr)
+    return printable(text) if width is None else broken(plain(text), width).plain
 
 
 def write_anything() -> None:

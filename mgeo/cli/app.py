@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import textwrap
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -14,11 +16,20 @@ from mgeo.cli.errors import ExitCode, bad_input, of_interrupt
 from mgeo.cli.examples import epilog
 from mgeo.cli.output import Output
 
+
+def _exit_codes() -> Iterator[str]:
+    for code in ExitCode:
+        lines = textwrap.wrap(code.meaning, 66)
+        yield from (
+            f"{c:>5}  {line}" for c, line in zip([code.value, *[""] * 9], lines, strict=False)
+        )
+
+
 app = typer.Typer(
     name="mgeo",
     cls=RootCommands,
     help="Multiobjective generalized extremal optimization of installed problems.",
-    epilog="\n".join(["\b", "Exit codes:", *(f"{c.value:5}  {c.meaning}" for c in ExitCode)]),
+    epilog="\n".join(["\b", "Exit codes:", *_exit_codes()]),
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["--help", "-h"]},
@@ -129,6 +140,7 @@ def solve(
     dry_run: options.DryRun = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
     debug: options.Debug = False,
 ) -> None:
     """Search the Pareto front of a problem and write it to a folder.
@@ -180,7 +192,9 @@ def solve(
     else:
         from mgeo.cli.solve import run_to_folder
 
-        raise typer.Exit(run_to_folder(run, persistence, output, overwrite=overwrite))
+        raise typer.Exit(
+            run_to_folder(run, persistence, output, overwrite=overwrite, verbose=verbose)
+        )
 
 
 @app.command(epilog=epilog("resume"))
@@ -216,6 +230,7 @@ def resume(
     ] = True,
     json: options.Json = False,
     quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
     debug: options.Debug = False,
 ) -> None:
     """Go on with a run that was interrupted or killed, or make a finished one longer.
@@ -237,7 +252,7 @@ def resume(
             algorithm=algorithm,
             check=check,
         )
-    raise typer.Exit(run_to_folder(run, persistence, output, overwrite=True))
+    raise typer.Exit(run_to_folder(run, persistence, output, overwrite=True, verbose=verbose))
 
 
 @app.command(epilog=epilog("report"))

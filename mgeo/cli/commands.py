@@ -12,6 +12,8 @@ from mgeo.cli.errors import ended
 from mgeo.cli.output import reserved
 from mgeo.plugins.discovery import COMMANDS, Plugin, PluginError, find_plugin, installed_plugins
 
+_WHOLE = 1000  # characters of a sentence
+
 
 class Commands(TyperGroup):
     """Commands of which every error is one line, and an exit code."""
@@ -23,6 +25,14 @@ class Commands(TyperGroup):
             raise typer.Exit(2)
         with ended(ctx):
             return super().parse_args(ctx, args)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """What each command does, its whole first sentence: click would cut it at the margin."""
+        named = ((name, self.get_command(ctx, name)) for name in self.list_commands(ctx))
+        shown = [(name, found.get_short_help_str(_WHOLE)) for name, found in named if found]
+        if shown:
+            with formatter.section("Commands"):
+                formatter.write_dl(shown)
 
     def invoke(self, ctx: Any) -> Any:
         """Read the command's own words and do it; it ends by returning or `typer.Exit`."""

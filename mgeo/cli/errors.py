@@ -14,7 +14,7 @@ import typer
 
 from mgeo._foreign import one_line
 from mgeo.cli.signals import Terminated, terminable
-from mgeo.terminal import printable, write_anything
+from mgeo.terminal import folded, write_anything
 
 #: What typer raises for a command line that cannot be understood; where it is kept has changed.
 UsageError: type[Exception] = typer.BadParameter.__mro__[1]
@@ -96,7 +96,7 @@ def ended(ctx: Any) -> Iterator[None]:
         message, code = _told(error, ctx)
         if ctx.meta.get(_DEBUG) and not isinstance(error, (UsageError, KeyboardInterrupt)):
             traceback.print_exception(error.__cause__ if isinstance(error, Refused) else error)
-        typer.echo(f"Error: {printable(message)}", err=True)
+        typer.echo(folded(f"Error: {message}", stderr=True), err=True)
         raise typer.Exit(code) from error
 
 

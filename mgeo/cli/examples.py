@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
 
 EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "solve": (
@@ -33,7 +34,22 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "schema": ("mgeo schema study | tee study.schema.json",),
 }
 
+_ROOM = 74  # of 80 columns, beside the indentation and the backslash
+
 
 def epilog(command: str, examples: Mapping[str, Iterable[str]] = EXAMPLES) -> str:
     """The end of a command's help."""
-    return "\n".join(["\b", "Examples:", *(f"  {line}" for line in examples[command])])
+    lines = (broken for line in examples[command] for broken in _broken(line))
+    return "\n".join(["\b", "Examples:", *(f"  {line}" for line in lines)])
+
+
+def _broken(line: str) -> Iterator[str]:
+    """A command in lines that a shell takes as one, each but the first with whole options."""
+    shown = ""
+    for part in re.split(r" (?=--|\|)", line):
+        if shown and len(shown) + len(part) > _ROOM:
+            yield f"{shown} \\"
+            shown = f"  {part}"
+        else:
+            shown = f"{shown} {part}" if shown else part
+    yield shown

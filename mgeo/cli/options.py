@@ -13,6 +13,9 @@ from mgeo.cli.errors import remember_debug
 from mgeo.cli.output import reserve
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Tell all parameters of the algorithm.")
+]
 Json = Annotated[
     bool,
     typer.Option(

@@ -15,7 +15,7 @@ import typer
 from rich.console import RenderableType
 from rich.text import Text
 
-from mgeo.terminal import broken, console, plain, printable
+from mgeo.terminal import broken, console, folded, line_width, plain
 
 _C_LIBRARY = "ucrtbase" if os.name == "nt" else None  # None: what this process has loaded
 _kept: list[TextIO] = []  # stdout itself, while it is reserved
@@ -42,20 +42,20 @@ class Output:
     def print(self, *shown: str | RenderableType) -> None:
         """Show people something, each on lines of its own; text is not cut at the margin.
 
-        A terminal breaks it between words, a file or a pipe nowhere.
+        A terminal, or COLUMNS in the environment, breaks it between words, a pipe nowhere.
         """
         if not self.for_people:
             return
-        out = console()
+        out, width = console(), line_width()
         for each in shown:
             text = plain(each) if isinstance(each, str) else each
-            if isinstance(text, Text) and out.is_terminal:
-                text = broken(text, out.width)
+            if isinstance(text, Text) and width is not None:
+                text = broken(text, width)
             out.print(text, soft_wrap=isinstance(text, Text))
 
     def note(self, text: str) -> None:
         """Tell something beside the result, on stderr."""
-        typer.echo(printable(text), err=True)
+        typer.echo(folded(text, stderr=True), err=True)
 
     def result(self, document: Mapping[str, Any]) -> None:
         """Give scripts what the command found; see `json_text`."""

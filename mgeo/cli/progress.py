@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -12,10 +14,15 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 
 from mgeo.cli.signals import StopRequest
+from mgeo.plugins.protocol import problem_size
+from mgeo.runs.algorithms import complete_parameters
 from mgeo.runs.solve import State
 from mgeo.store.run import RunConfiguration
 from mgeo.store.run_persistence import RunPersistence
-from mgeo.terminal import pairs, plain
+from mgeo.terminal import folded, pairs, plain
+
+if TYPE_CHECKING:
+    from pymoo.core.problem import Problem
 
 _MAX_SHARE = 0.02  # of the time of a run may go into computing what is shown
 _STOPPING = "stopping after this generation; Ctrl-C again to stop at once"
@@ -115,13 +122,28 @@ class Progress:
 
     def _print(self, line: str) -> None:
         if self._console is not None:
-            self._console.print(plain(line), soft_wrap=True)
+            self._console.print(plain(folded(line, stderr=True)), soft_wrap=True)
 
 
-def run_title(run: RunConfiguration) -> str:
-    """What a run is called."""
-    values = ", ".join(f"{key} = {value}" for key, value in run.parameters.items())
-    return f"{run.problem} · {run.algorithm} ({values}) · seed {run.seed}"
+def run_title(run: RunConfiguration, *, whole: bool = False) -> str:
+    """What a run is called, with the parameters that are not the algorithm's defaults, or all."""
+    told = run.parameters
+    if not whole:
+        defaults = complete_parameters(run.algorithm, {})
+        told = {
+            key: value for key, value in told.items() if _json(value) != _json(defaults.get(key))
+        }
+    values = ", ".join(f"{key} = {value}" for key, value in told.items())
+    return f"{run.problem} · {run.algorithm}{f' ({values})' if values else ''} · seed {run.seed}"
+
+
+def task(run: RunConfiguration, problem: Problem, *, verbose: bool = False) -> str:
+    """What a run does, before it begins."""
+    objectives = ", ".join(problem_size(problem)["objectives"])
+    return (
+        f"{run_title(run, whole=verbose)}: {run.evaluations:,} evaluations of "
+        f"{problem.n_var} variables for {objectives}"
+    )
 
 
 def clock(seconds: float) -> str:
@@ -129,6 +151,11 @@ def clock(seconds: float) -> str:
     minutes, second = divmod(round(seconds), 60)
     hours, minute = divmod(minutes, 60)
     return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
+
+
+def _json(value: Any) -> str:
+    """A value as it is kept in files, which know no tuples."""
+    return json.dumps(value, default=str)
 
 
 def _has_ended(state: State) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 
 from mgeo.cli.errors import ExitCode, Refused, bad_input
 from mgeo.cli.output import Output
-from mgeo.cli.progress import Progress, run_title
+from mgeo.cli.progress import Progress, run_title, task
 from mgeo.cli.results import Findings, document, print_impossible, print_results
 from mgeo.cli.signals import stop_requests
 from mgeo.evaluation.evaluator import EvaluationError
@@ -42,11 +42,17 @@ def resumed(folder: Path, output: Output, **options: Any) -> tuple[PreparedRun, 
 
 
 def run_to_folder(
-    run: PreparedRun, persistence: RunPersistence, output: Output, *, overwrite: bool
+    run: PreparedRun,
+    persistence: RunPersistence,
+    output: Output,
+    *,
+    overwrite: bool,
+    verbose: bool = False,
 ) -> int:
     """Run it to its end, write what it found into its folder; the exit code.
 
-    Without `overwrite` there may be nothing in the folder.
+    Without `overwrite` there may be nothing in the folder. If it is `verbose`, all parameters of
+    the algorithm are told.
 
     0 if the budget was used, 3 if nothing that was found keeps all limits, 128 + the number of the
     signal that stopped the run. Where the problem knows that nothing can, nothing is searched, nor
@@ -67,7 +73,9 @@ def run_to_folder(
             check_folder(folder, overwrite=overwrite)
             check_writable(folder)
         seen = None if output.quiet else console(stderr=True)
-        progress = Progress(seen, run_title(run.configuration), stop, persistence)
+        progress = Progress(
+            seen, task(run.configuration, run.problem, verbose=verbose), stop, persistence
+        )
         try:
             # of errors while it runs only those of writing are the user's to put right
             with bad_input((OSError,)), progress.shown():

@@ -17,15 +17,15 @@ from mgeo.studies.conclusions import conclusions
 from mgeo.studies.file import Study
 from mgeo.studies.results import FailedRunsWarning, NotReusedWarning
 from mgeo.studies.study import REPORT
-from mgeo.terminal import plain
+from mgeo.terminal import plain, table
 
 
 def show(study: Study, comparisons: dict[str, Comparison], folder: Path, output: Output) -> int:
     """Show what was found; the exit code tells if runs failed."""
     for label, comparison in comparisons.items():
-        table = comparison.overview()
-        said = conclusions(comparison, study.control)
-        output.print(plain(f"\n{label}", style="bold"), table.to_string(), *said)
+        shown, said = comparison.overview(), conclusions(comparison, study.control)
+        columns = table(["", *shown.columns], shown.itertuples(name=None))
+        output.print(plain(f"\n{label}", style="bold"), columns, *said)
     output.print(f"\nwritten: {folder / REPORT}")
     output.result(
         {

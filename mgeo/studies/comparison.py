@@ -26,6 +26,9 @@ _LATEX = {
 }
 
 
+_LINE = 80  # characters
+
+
 @dataclass(frozen=True, eq=False)
 class Tests:
     """Whether algorithms differ in an indicator; see `statistics` for the columns."""
@@ -33,6 +36,17 @@ class Tests:
     indicator: str
     pairs: pd.DataFrame
     kruskal_wallis: KruskalWallis | None
+
+
+class Overview(pd.DataFrame):
+    """A table whose text has all its columns, those that find no room below the others."""
+
+    @property
+    def _constructor(self) -> type[Overview]:
+        return Overview
+
+    def __repr__(self) -> str:
+        return self.to_string(line_width=_LINE)
 
 
 class Comparison(Results):
@@ -43,7 +57,7 @@ class Comparison(Results):
 
     def __repr__(self) -> str:
         name = type(self.problem).__name__
-        return f"{name}, {self.n_eval:,} evaluations, mean ± sd\n{self.overview().to_string()}"
+        return f"{name}, {self.n_eval:,} evaluations, mean ± sd\n{self.overview()!r}"
 
     def summary(self) -> pd.DataFrame:
         """Per algorithm: number of finished runs; of each column mean, sd, median, min and max.
@@ -83,7 +97,7 @@ class Comparison(Results):
             mean, sd = summary[(name, "mean")], summary[(name, "sd")]
             columns[name] = [_shown(m, s) for m, s in zip(mean, sd, strict=True)]
         titles = {each.name: each.title for each in [*self.indicators, *self.parts]}
-        return pd.DataFrame(columns, index=summary.index).rename(columns=titles)
+        return Overview(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:
         """The `overview` as a booktabs table; by each indicator the first of `order` in bold."""

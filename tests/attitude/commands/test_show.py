@@ -24,7 +24,8 @@ def table(text, title):
     return {row[0]: row[1:] for row in cells}
 
 
-def test_tables_of_the_knee(run, folder, front):
+def test_tables_of_the_knee(run, folder, front, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "400")  # a row is a line
     plan = front.plan("knee")
     text = run("show", folder).stdout
     answer, *doubts, first, limit = text.partition("\n\n")[0].splitlines()

@@ -41,7 +41,8 @@ def test_nothing_installed(monkeypatch):
     assert "pip install mgeo-attitude" in lines[0]
 
 
-def test_every_algorithm_is_listed_with_what_it_takes(mgeo):
+def test_every_algorithm_is_listed_with_what_it_takes(mgeo, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "400")  # a row is a line
     found = json.loads(mgeo("algorithms", "--json").stdout)["algorithms"]
     assert [each["name"] for each in found] == list(ALGORITHMS)
     for each in found:

@@ -76,7 +76,8 @@ def test_what_a_problem_remarks_on_its_front_is_told(mgeo):
     assert f"<p>{line}</p>" in Path("a/report.html").read_text()
 
 
-def test_the_table_shows_five_solutions_in_the_problems_terms(mgeo):
+def test_the_table_shows_five_solutions_in_the_problems_terms(mgeo, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "400")  # a row is a line
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     F = read_run("a").outcome.F
     rows = {}
@@ -92,7 +93,8 @@ def test_the_table_shows_five_solutions_in_the_problems_terms(mgeo):
     assert "a/front.html" in done.stdout
 
 
-def test_the_first_line_is_what_a_person_asked(mgeo):
+def test_the_first_line_is_what_a_person_asked(mgeo, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "400")  # a row is a line
     done = mgeo("solve", "cantilever", *SHORT, "--out", "a")
     from stand_in import Cantilever
 

@@ -47,7 +47,7 @@ def print_plan(picked: Picked, output: Output) -> None:
         *_at_best(plan),
         *titled("What each phase bought", _contributions(plan).T),
         note("trace and worst body axis at its end"),
-        *titled("Least observable directions", plan.least_observable(5).iloc[:, :2], digits=3),
+        *titled("Least observable directions", plan.least_observable(5).iloc[:, 1::-1], digits=3),
         note("remaining: 1-sigma along it over the initial one; 1 is nothing learned"),
         *titled(f"Beside plans that need no optimizer, after {plan.t_end:.6g} s", _others(plan).T),
         note("1-sigma of the worst body axis; t_end: when each by itself converges"),
