@@ -26,7 +26,7 @@ from mgeo.algorithms.base import ExtremalOptimization
 from mgeo.algorithms.state import SavedState, capture, full_name, restore
 from mgeo.evaluation.evaluator import changed_value
 from mgeo.store.atomic import remove_leftovers, to_npz, write_file
-from mgeo.store.provenance import difference, identity, versions
+from mgeo.store.provenance import as_written_now, difference, identity, versions
 from mgeo.store.reading import from_npz, parse_json, read_file
 from mgeo.store.recorder import Recorder
 from mgeo.validation.arguments import validate_integer, validate_number
@@ -178,7 +178,9 @@ def resume(
     TypeError : for an option that `setup` does not take.
     """
     state, data = _read(path)
-    if found := difference(data["problem"], identity(problem)):
+    own = identity(problem)
+    found = difference(data["problem"], own)
+    if found and (found := difference(as_written_now(data["problem"], problem), own)):
         raise ValueError(f"{path} belongs to another problem: {found}")
     if changed := difference(data["versions"], versions()):
         warnings.warn(

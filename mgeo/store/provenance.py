@@ -37,6 +37,17 @@ def identity(problem: Problem) -> dict[str, Any]:
     return read_back
 
 
+def as_written_now(written: Mapping[str, Any], problem: Problem) -> dict[str, Any]:
+    """An `identity` that an older version wrote, with its options as this one has them."""
+    read = getattr(type(problem), "from_options", None)
+    try:
+        own = {"options": protocol.options(read(written["options"]))} if read else {}
+    except ValueError:  # which this version cannot read: they differ
+        own = {}
+    read_back: dict[str, Any] = json.loads(json.dumps({**written, **own}, default=str))
+    return read_back
+
+
 def _plain(bound: Any) -> Any:
     return bound.tolist() if isinstance(bound, np.ndarray) else bound
 

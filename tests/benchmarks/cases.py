@@ -42,7 +42,9 @@ def model(name: str) -> FilterModel:
     if name == FULL:
         return FilterModel.from_scenario(Scenario.cubesat_6u_full())
     suite = SUITES[name]
-    scenario = dataclasses.replace(Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors)
+    scenario = dataclasses.replace(
+        Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors, world=suite.world
+    )
     return FilterModel.from_scenario(scenario)
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from mgeo_attitude import FilterModel, Scenario, evaluate
+from mgeo_attitude import FilterModel, Scenario, World, evaluate
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.answers import two_digits
 from mgeo_attitude.view.observability import baselines
@@ -29,7 +29,6 @@ ORBIT = 5992.0
 ORBITS = (0.5, 1, 2, 5, 10)
 #: Each axis in turn at the greatest rate, then about z until the end.
 SWEEP = (1.0, 0.0, 0.0, 667.0, 0.0, 1.0, 0.0, 667.0, 0.0, 0.0, 1.0, 666.0)
-VARYING = ("albedo", "field_error_nt", "orbit_error_m")
 FLOORED = ("attitude", "sun.misalignment", "sun.bias", "mag.misalignment", "mag.bias")
 FLOORED += ("mag.scale_factor", "mag.nonorthogonality")
 CONSTANTS = ("gyro.scale_factor", "gyro.misalignment", "gyro.nonorthogonality", *FLOORED[1:])
@@ -59,11 +58,7 @@ def between(text: str, name: str, table: str) -> str:
 
 def without_varying(scenario: Scenario) -> Scenario:
     """The same with white noise and constants alone."""
-    table = scenario.to_dict()
-    for sensor in table["sensors"]:
-        sensor.update({key: 0.0 for key in VARYING if key in sensor})
-        sensor.pop("considered", None)
-    return Scenario.from_dict(table)
+    return dataclasses.replace(scenario, world=World())
 
 
 def floor() -> pd.DataFrame:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         StarTracker,
         SunSensor,
         TwoAxisSunSensor,
+        World,
     )
     from mgeo_attitude.sensors.suite import Suite
 
@@ -46,6 +47,7 @@ __all__ = [
     "Suite",
     "SunSensor",
     "TwoAxisSunSensor",
+    "World",
     "agreement",
     "evaluate",
     "filter_history",
@@ -79,6 +81,7 @@ _HOMES = {
         "StarTracker",
         "SunSensor",
         "TwoAxisSunSensor",
+        "World",
     ),
 }
 

@@ -25,7 +25,6 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
 from mgeo_attitude.scenario import FlightErrors, Scenario
-from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
     from mgeo_attitude.filter.evaluator import Evaluation
@@ -204,7 +203,7 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         return known or any(each.needs_covariance for each in constraints(self.scenario))
 
     def _objectives(self) -> list[Objective]:
-        suite = Suite(self.scenario.gyro, self.scenario.sensors)
+        suite = self.scenario.suite
         return [objective(name, suite) for name in self.objectives]
 
     @classmethod

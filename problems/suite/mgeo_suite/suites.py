@@ -127,7 +127,9 @@ class SuiteModels:
         chosen = (p.instruments[n] for p, n in zip(self.places, choice, strict=True))
         gyro, *sensors = (each for each in chosen if each is not None)
         named = zip(form.suite.sensors, sensors, strict=True)
-        suite = Suite(gyro, tuple(_called(sensor, place.name) for place, sensor in named))
+        suite = Suite(
+            gyro, tuple(_called(sensor, place.name) for place, sensor in named), form.suite.world
+        )
         sigma = suite.initial_sigma(np.radians(self.scenario.initial.attitude_deg))
         return dataclasses.replace(form, suite=suite, initial_sigma=sigma)
 

@@ -23,6 +23,7 @@ def of_suite(name):
         Scenario.paper(),
         gyro=suite.gyro,
         sensors=tuple(sensors),
+        world=suite.world,
         duration=300.0,
         step=20.0,
         trace_weights={},

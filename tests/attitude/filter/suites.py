@@ -12,6 +12,7 @@ from mgeo_attitude import (
     Suite,
     SunSensor,
     TwoAxisSunSensor,
+    World,
 )
 
 FULL = Scenario.cubesat_6u_full()
@@ -58,39 +59,60 @@ SUITES = {
     "varying errors": Suite(
         Gyro(),
         (
-            SunSensor(albedo=0.05, albedo_correlation_time=40.0),
-            Magnetometer(field_error_nt=100.0, field_error_correlation_time=20.0),
+            SunSensor(),
+            Magnetometer(),
+        ),
+        World(
+            albedo=0.05,
+            albedo_correlation_time=40.0,
+            field_error_nt=100.0,
+            field_error_correlation_time=20.0,
         ),
     ),
     "orbit error": Suite(
         Gyro(initial_scale_factor=1e-3),
         (
             Magnetometer(name="inner"),
-            SunSensor(boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0, albedo=0.03),
-            Magnetometer(orbit_error_m=1000.0, orbit_error_correlation_time=300.0),
+            SunSensor(boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0),
+            Magnetometer(),
+        ),
+        World(
+            earth_albedo=0.3,
+            albedo=0.03,
+            field_error_nt=100.0,
+            orbit_error_m=(2000.0, 200.0, 500.0),
+            orbit_error_correlation_time=300.0,
         ),
     ),
     "considered": Suite(
         Gyro(initial_misalignment_deg=0.1, considered=("misalignment",)),
         (
-            SunSensor(albedo=0.05, considered=("albedo",), sample_interval=4.0),
-            Magnetometer(
-                initial_scale_factor=0.02,
-                field_error_nt=100.0,
-                orbit_error_m=1000.0,
-                considered=("orbit_error", "scale_factor"),
-            ),
+            SunSensor(sample_interval=4.0),
+            Magnetometer(initial_scale_factor=0.02, considered=("scale_factor",)),
+        ),
+        World(
+            albedo=0.05,
+            field_error_nt=100.0,
+            orbit_error_m=(1000.0, 1000.0, 1000.0),
+            orbit_error_axes="inertial",
+            considered=("albedo", "orbit_error"),
         ),
     ),
     "two angles": Suite(
         Gyro(),
         (
-            TwoAxisSunSensor(boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0, albedo=0.03),
+            TwoAxisSunSensor(boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0),
             HorizonSensor(sun_exclusion_deg=40.0, considered=("bias",), sample_interval=2.0),
-            Magnetometer(orbit_error_m=1000.0, orbit_error_correlation_time=300.0),
+            Magnetometer(),
+        ),
+        World(
+            earth_albedo=0.3,
+            albedo=0.03,
+            orbit_error_m=(1000.0, 1000.0, 1000.0),
+            orbit_error_correlation_time=300.0,
         ),
     ),
-    "cubesat_6u_full": Suite(FULL.gyro, FULL_SENSORS),
+    "cubesat_6u_full": Suite(FULL.gyro, FULL_SENSORS, FULL.world),
     "every constant": Suite(
         Gyro(
             initial_scale_factor=1e-3,

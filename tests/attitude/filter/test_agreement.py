@@ -25,6 +25,6 @@ def test_random_designs_agree(paper):
 @pytest.mark.parametrize("name", SUITES)
 def test_every_suite_agrees(name, short):
     suite = SUITES[name]
-    scenario = dataclasses.replace(short, gyro=suite.gyro, sensors=suite.sensors)
+    scenario = dataclasses.replace(short, gyro=suite.gyro, sensors=suite.sensors, world=suite.world)
     X = designs(np.random.default_rng(3), COUNT, max_duration=300.0)
     assert_agrees(FilterModel.from_scenario(scenario), X)

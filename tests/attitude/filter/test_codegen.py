@@ -107,7 +107,7 @@ def test_generated_step_is_one_filter_step(name):
     weights = rng.uniform(0.5, 2.0, n)
     constants, step = step_constants(suite, STEP, weights), STEP
     decays = [np.exp(-step / each.correlation_time) for each in suite.processes.values()]
-    sigmas = [each.sigma for each in suite.processes.values()]
+    sigmas = [np.broadcast_to(each.sigma, 3) for each in suite.processes.values()]
     W = np.zeros((at.constants + len(constants), lanes))
     W[at.constants :] = constants[:, None]
     pattern = transition_pattern(suite)
@@ -121,7 +121,7 @@ def test_generated_step_is_one_filter_step(name):
         noisy = np.isin(np.arange(m), [i for i, _ in pattern])
         Q = np.cov(rng.standard_normal((m, 3 * m))) * np.outer(noisy, noisy)
         F[k:, k:] = np.diag(np.repeat(decays, 3))
-        Q[k:, k:] = np.diag(np.repeat(sigmas, 3) ** 2 * (1.0 - np.repeat(decays, 3) ** 2))
+        Q[k:, k:] = np.diag(np.ravel(sigmas) ** 2 * (1.0 - np.repeat(decays, 3) ** 2))
         C, dC = (np.linalg.qr(rng.standard_normal((3, 3)))[0] for _ in range(2))
         references = rng.standard_normal((suite.n_vectors, 3))
         vectors = rng.standard_normal((len(names), 3))

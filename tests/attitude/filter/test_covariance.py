@@ -59,7 +59,7 @@ def test_update_is_equation_4(name, seed):
     P = random_covariance(rng, suite.n_states)
     for sensor in suite.sensors:
         v, R = rng.standard_normal(3), np.diag(rng.uniform(0.1, 1.0, len(sensor.noise())))
-        gradient = rng.standard_normal((sensor.n_gradient, 3))
+        gradient = rng.standard_normal((suite.n_gradient(sensor), 3))
         H = suite.measurement_matrix(sensor, v, gradient=gradient)
         K = P @ H.T @ np.linalg.inv(R + H @ P @ H.T)
         columns = [Vec3(*column) for column in gradient]

@@ -9,7 +9,6 @@ from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Scenario, evalua
 from mgeo_attitude.criteria.objectives import OBJECTIVES
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.scenario import PathLimit, Prior
-from mgeo_attitude.sensors.suite import state_units
 from scipy.spatial.transform import Rotation
 
 from .agreement import assert_agrees, designs
@@ -32,7 +31,7 @@ def scenario(**changes):
 
 def known(of, rng, share=0.3):
     """The scenario after a calibration that left a share of 1-sigmas, all of them correlated."""
-    n = 3 * len(state_units(of.gyro, of.sensors))
+    n = of.suite.n_states
     sigma = share * FilterModel.from_scenario(of).initial_sigma
     mixed = rng.standard_normal((n, n)) + 2.0 * np.eye(n)
     correlation = mixed @ mixed.T
@@ -55,15 +54,19 @@ def known(of, rng, share=0.3):
         {"sensors": [{"kind": "star-tracker"}, {"kind": "magnetometer"}]},
         {
             "sensors": [
-                {"kind": "sun-sensor", "albedo": 0.05, "sample_interval": 4.0},
+                {"kind": "sun-sensor", "sample_interval": 4.0},
                 {
                     "kind": "magnetometer",
                     "initial_scale_factor": 0.02,
-                    "field_error_nt": 100.0,
-                    "orbit_error_m": 1000.0,
-                    "considered": ["orbit_error", "scale_factor"],
+                    "considered": ["scale_factor"],
                 },
-            ]
+            ],
+            "world": {
+                "albedo": 0.05,
+                "field_error_nt": 100.0,
+                "orbit_error_m": [1000.0, 100.0, 100.0],
+                "considered": ["orbit_error"],
+            },
         },
     ],
     ids=["cubesat", "full gyro", "star tracker", "varying and considered"],
@@ -99,17 +102,15 @@ def test_a_run_that_is_cut_in_two_is_the_whole_run():
     x = np.array([0.5, 0.3, -0.2, 200.0, -0.3, 0.6, 0.2, 250.0, 0.2, -0.4, 0.7, 300.0])
     whole = evaluate(model, x[None], covariance=True).covariance[0]
     k = 225  # steps of 2 s: the first two maneuvers
-    first = reference_run(
-        dataclasses.replace(model, references=model.references[: k + 1],
-                            available=model.available[: k + 1]),
-        x,
-    )  # fmt: skip
+    tables = ("references", "available", "directions", "radii")
+    until = {name: getattr(model, name)[: k + 1] for name in tables}
+    since = {name: getattr(model, name)[k:] for name in tables}
+    first = reference_run(dataclasses.replace(model, **until), x)
     assert first.times[-1] == 450.0
     sigma = first.sigma[-1]
     rest = dataclasses.replace(
         model,
-        references=model.references[k:],
-        available=model.available[k:],
+        **since,
         initial_sigma=sigma,
         initial_correlation=first.covariance / np.outer(sigma, sigma),
         initial_attitude=first.attitude[-1],

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, Magnetometer, Scenario, Sensor, SunSensor, evaluate
+from mgeo_attitude import FilterModel, Magnetometer, Scenario, Sensor, SunSensor, World, evaluate
 from mgeo_attitude.scenario import Convergence
 from mgeo_attitude.sensors import GaussMarkov
 
@@ -40,11 +40,13 @@ def test_what_is_over_a_duration_are_the_moments_of_an_ornstein_uhlenbeck_proces
 
 def test_a_process_that_nothing_measures_keeps_its_variance():
     suite = SUITES["varying errors"]
-    model = FilterModel.from_scenario(scenario(gyro=suite.gyro, sensors=suite.sensors))
+    model = FilterModel.from_scenario(
+        scenario(gyro=suite.gyro, sensors=suite.sensors, world=suite.world)
+    )
     blind = dataclasses.replace(model, available=np.zeros_like(model.available))
-    np.testing.assert_allclose(variances(blind, "sun.albedo"), 0.05**2, rtol=1e-12)
-    np.testing.assert_allclose(variances(blind, "mag.field_error"), 0.002**2, rtol=1e-12)
-    assert (variances(model, "sun.albedo")[1:] < 0.9 * 0.05**2).all()
+    np.testing.assert_allclose(variances(blind, "world.albedo"), 0.05**2, rtol=1e-12)
+    np.testing.assert_allclose(variances(blind, "world.field_error"), 0.002**2, rtol=1e-12)
+    assert (variances(model, "world.albedo")[1:] < 0.9 * 0.05**2).all()
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,9 @@ def test_sampled_at_an_interval_a_filter_of_any_step_knows_the_same():
     every = tuple(dataclasses.replace(s, sample_interval=None) for s in suite.sensors)
 
     def known(step, these):
-        found = FilterModel.from_scenario(scenario(gyro=suite.gyro, sensors=these, step=step))
+        found = FilterModel.from_scenario(
+            scenario(gyro=suite.gyro, sensors=these, world=suite.world, step=step)
+        )
         return evaluate(found, PLAN, history=True).variances[0][:: round(4.0 / step)]
 
     finest = known(1.0, sensors)
@@ -113,12 +117,12 @@ def test_sampled_at_an_interval_a_filter_of_any_step_knows_the_same():
 
 
 def test_errors_that_vary_or_are_considered_have_no_weight_unless_given():
-    sensors = (SunSensor(albedo=0.05), Magnetometer(considered=("bias",)))
-    model = FilterModel.from_scenario(scenario(sensors=sensors))
+    sensors, world = (SunSensor(), Magnetometer(considered=("bias",))), World(albedo=0.05)
+    model = FilterModel.from_scenario(scenario(sensors=sensors, world=world))
     blocks = model.suite.blocks
     weights = dict(zip(blocks, model.weights[::3], strict=True))
-    assert [block for block in blocks if not weights[block]] == ["sun.albedo", "mag.bias"]
-    given = scenario(sensors=sensors, trace_weights={"sun.albedo": 2.0})
+    assert [block for block in blocks if not weights[block]] == ["world.albedo", "mag.bias"]
+    given = scenario(sensors=sensors, world=world, trace_weights={"world.albedo": 2.0})
     assert FilterModel.from_scenario(given).weights[6:9].tolist() == [2.0] * 3
     assert [blocks[i // 3] for i in model.suite.calibrated[::3]] == [
         block for block in blocks if weights[block]
@@ -132,15 +136,10 @@ def test_the_full_cubesat_stops_at_a_floor():
     full = dataclasses.replace(
         Scenario.cubesat_6u_full(), duration=ten, convergence=Convergence(window=ten)
     )
-    sun, mag = full.sensors
-    calm = (
-        dataclasses.replace(sun, albedo=0.0),
-        dataclasses.replace(mag, field_error_nt=0.0, orbit_error_m=0.0, considered=()),
-    )
     plan = [1.0, 0.0, 0.0, 667.0, 0.0, 1.0, 0.0, 667.0, 0.0, 0.0, 1.0, 666.0]
     sigma = []
-    for sensors in (full.sensors, calm):
-        model = FilterModel.from_scenario(dataclasses.replace(full, sensors=sensors))
+    for world in (full.world, World()):
+        model = FilterModel.from_scenario(dataclasses.replace(full, world=world))
         found = evaluate(model, plan, history=True).variances[0]
         worst = np.sqrt(found.reshape(len(found), -1, 3).max(axis=2))
         sigma.append(dict(zip(model.suite.blocks, worst.T, strict=True)))

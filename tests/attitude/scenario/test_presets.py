@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 
 import pytest
 from mgeo_attitude import Suite
+from mgeo_attitude.fields import to_table
 from mgeo_attitude.scenario import Convergence, Orbit, Scenario
 from mgeo_attitude.scenario.presets import PRESETS
 from mgeo_attitude.sensors import Magnetometer, SunSensor
@@ -109,16 +110,16 @@ def test_a_preset_is_named_after_itself() -> None:
 
 def test_the_full_cubesat_has_every_error_and_is_the_cubesat_otherwise() -> None:
     plain, full = Scenario.cubesat_6u(), Scenario.cubesat_6u_full()
-    suite = Suite(full.gyro, full.sensors)
+    suite = full.suite
     assert suite.blocks == (
         "attitude",
         "gyro.bias",
         "gyro.scale_factor",
         "gyro.misalignment",
         "gyro.nonorthogonality",
-        "sun.albedo",
-        "mag.field_error",
-        "mag.orbit_error",
+        "world.albedo",
+        "world.field_error",
+        "world.orbit_error",
         "sun.misalignment",
         "sun.bias",
         "mag.misalignment",
@@ -132,18 +133,10 @@ def test_the_full_cubesat_has_every_error_and_is_the_cubesat_otherwise() -> None
             "initial_scale_factor",
             "initial_misalignment_deg",
             "initial_nonorthogonality_deg",
-            "albedo",
-            "field_error_nt",
-            "orbit_error_m",
         ],
         0.0,
     )
-    gone = {
-        "albedo_correlation_time",
-        "field_error_correlation_time",
-        "orbit_error_correlation_time",
-    }
-    table, expected = full.to_dict(), plain.to_dict()
+    table, expected = full.to_dict(), plain.to_dict() | {"world": to_table(full.world)}
     for key, values in off.items():
         if key in table["gyro"]:
             table["gyro"][key] = values
@@ -151,6 +144,6 @@ def test_the_full_cubesat_has_every_error_and_is_the_cubesat_otherwise() -> None
             for sensor in one["sensors"]:
                 if key in sensor and key != "initial_misalignment_deg":
                     sensor[key] = values
-                for name in ("sample_interval", "considered", *gone):
+                for name in ("sample_interval", "considered"):
                     sensor.pop(name, None)
     assert table | {"name": "cubesat_6u"} == expected

@@ -65,11 +65,11 @@ def test_times_are_multiples_of_the_step() -> None:
         ({"sensors": ()}, "sensors = []: expected at least one sensor"),
         (
             {"sensors": (SunSensor(name="a"), Magnetometer(name="a"))},
-            "sensors[1].name = 'a': expected a name that no other sensor nor the gyro has",
+            "sensors[1].name = 'a': expected a name that no other sensor has, nor gyro or world",
         ),
         (
             {"sensors": (SunSensor(name="gyro"),)},
-            "sensors[0].name = 'gyro': expected a name that no other sensor nor the gyro has",
+            "sensors[0].name = 'gyro': expected a name that no other sensor has, nor gyro or world",
         ),
         (
             {"sensors": (SunSensor(name="a.b"),)},

@@ -118,7 +118,7 @@ def test_an_epoch_with_an_offset_is_converted_to_utc() -> None:
         ),
         (
             "[[sensors]]\nkind = 'magnetometer'\n[[sensors]]\nkind = 'magnetometer'",
-            "sensors[1].name = 'mag': expected a name that no other sensor nor the gyro has",
+            "sensors[1].name = 'mag': expected a name that no other sensor has, nor gyro or world",
         ),
         (
             "[[sensors]]\nkind = 'magnetometer'\nsample_interval = 1.5",
@@ -138,7 +138,7 @@ def test_an_epoch_with_an_offset_is_converted_to_utc() -> None:
         ),
         (
             "[[sensors]]\nkind = 'magnetometer'\nconsidered = ['field_error']",
-            "sensors[0].considered[0] = 'field_error': unknown state (known: 'misalignment', 'bias",
+            "world.considered[0] = 'field_error': unknown state (known: )",
         ),
         (
             "[[sensors]]\nkind = 'magnetometer'\nconsidered = ['bias', 'bias']",
@@ -149,8 +149,8 @@ def test_an_epoch_with_an_offset_is_converted_to_utc() -> None:
             "gyro.considered[0] = 'biass': unknown state; did you mean",
         ),
         (
-            "[[sensors]]\nkind = 'sun-sensor'\nalbedo = 0.1\nalbedo_correlation_time = 0",
-            "sensors[0].albedo_correlation_time = 0: expected a number > 0 s",
+            "[world]\nalbedo = 0.1\nalbedo_correlation_time = 0",
+            "world.albedo_correlation_time = 0: expected a number > 0 s",
         ),
         ("[[sensors]]\nkind = 'radar'", "sensors[0].kind = 'radar': unknown kind (known: 'sun-"),
         ("[gyro]\nbias_decays = 1", "gyro.bias_decays: unknown key; did you mean 'bias_d"),

@@ -72,7 +72,9 @@ def test_a_first_attitude_whatever_it_is(scenario):
 )
 def test_any_suite(name):
     suite = SUITES[name]
-    of = dataclasses.replace(Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors)
+    of = dataclasses.replace(
+        Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors, world=suite.world
+    )
     of = short(of, 6000.0 if name == "no Sun sensor" else 1500.0)
     telemetry = flown(of, 7)
     found = calibrate(of, telemetry)

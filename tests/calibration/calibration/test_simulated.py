@@ -18,7 +18,9 @@ def test_the_estimates_are_those_of_calibrate(name):
     scenario = short(Scenario.paper(), 1200.0)
     if CASES[name]:
         suite = SUITES[CASES[name]]
-        scenario = dataclasses.replace(scenario, gyro=suite.gyro, sensors=suite.sensors)
+        scenario = dataclasses.replace(
+            scenario, gyro=suite.gyro, sensors=suite.sensors, world=suite.world
+        )
     found = simulate_calibrations(scenario, PLAN, 3, seed=5)
     assert found.times.tolist() == [1200.0]
     for run, generator in enumerate(np.random.default_rng(5).spawn(3)):

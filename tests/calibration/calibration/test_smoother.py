@@ -47,7 +47,8 @@ def scenario(name, **gyro):
     suite = SUITES[name]
     gyro = dataclasses.replace(suite.gyro, **gyro)
     return short(
-        dataclasses.replace(Scenario.paper(), gyro=gyro, sensors=suite.sensors), float(STEPS)
+        dataclasses.replace(Scenario.paper(), gyro=gyro, sensors=suite.sensors, world=suite.world),
+        float(STEPS),
     )
 
 

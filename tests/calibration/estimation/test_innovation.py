@@ -43,12 +43,12 @@ CASES += [(SUITES["orbit error"], 2), (SUITES["considered"], 1)]
 CASES += [(SUITES["two angles"], 0), (SUITES["two angles"], 1)]
 
 
-def look(sensor):
+def look(suite, sensor):
     """What a sensor looks at, GCRS, and the columns of its gradient."""
     if sensor.unit_length:
         v = V / np.linalg.norm(V)
         return v, np.array(tangents(v))
-    return V, GRADIENT[: sensor.n_gradient]
+    return V, GRADIENT[: suite.n_gradient(sensor)]
 
 
 def estimate(suite, C, x):
@@ -88,7 +88,7 @@ def measured(suite, sensor, C, x):
         return C @ vector
 
     own = {state: x[first : first + 3] for state, first in suite.places(sensor).items()}
-    v, columns = look(sensor)
+    v, columns = look(suite, sensor)
     gradient = [C @ column for column in columns]
     report = sensor.measured(SimpleNamespace(to_body=to_body, gradient=gradient, **own), C @ v)
     return as_array(report)[None]
@@ -96,7 +96,7 @@ def measured(suite, sensor, C, x):
 
 def expanded(suite, index, y, C, x):
     """Innovation, dense H and dense matrices of second derivatives."""
-    v, gradient = look(suite.sensors[index])
+    v, gradient = look(suite, suite.sensors[index])
     r = innovation(suite, index, as_reported(y), v, estimate(suite, C, x), gradient=gradient)
     states, H = jacobian(r)
     m, n = len(r.value), suite.n_states
@@ -159,7 +159,7 @@ def test_moments_of_second_order_are_those_of_samples(suite, index):
     """Mean and covariance of ½ eᵀ B e by the traces of dense matrices."""
     C, x, e = random(suite, seed=4)
     y = measured(suite, suite.sensors[index], *perturbed(suite, C, x, e))
-    at, (v, gradient) = estimate(suite, C, x), look(suite.sensors[index])
+    at, (v, gradient) = estimate(suite, C, x), look(suite, suite.sensors[index])
     found = innovation(suite, index, as_reported(y), v, at, gradient=gradient)
     B = expanded(suite, index, y, C, x)[2]
     root = np.random.default_rng(5).standard_normal((suite.n_states, suite.n_states))
@@ -178,7 +178,7 @@ def test_at_zero_the_derivative_is_the_declared_H(name):
         for C in (np.eye(3), Rotation.random(random_state=6).as_matrix()):
             y = measured(suite, sensor, C, x)
             H = in_space(suite, index, y, C, x)[1]
-            v, gradient = look(sensor)
+            v, gradient = look(suite, sensor)
             declared = suite.measurement_matrix(sensor, C @ v, C, gradient @ C.T)
             if sensor.unit_length:
                 declared = (gradient @ C.T).T @ declared

@@ -23,7 +23,9 @@ def model(request):
         Scenario.cubesat_6u(), duration=STEPS, convergence=Convergence(window=STEPS)
     )
     suite = SUITES[request.param]
-    scenario = dataclasses.replace(scenario, gyro=suite.gyro, sensors=suite.sensors)
+    scenario = dataclasses.replace(
+        scenario, gyro=suite.gyro, sensors=suite.sensors, world=suite.world
+    )
     return FilterModel.from_scenario(scenario)
 
 

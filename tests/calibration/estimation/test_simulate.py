@@ -12,10 +12,10 @@ import pytest
 from mgeo_attitude import (
     Environment,
     Gyro,
-    Magnetometer,
     Scenario,
     Sensor,
     SunSensor,
+    World,
     evaluate,
     validity,
 )
@@ -93,17 +93,16 @@ def test_a_gyro_with_every_error_is_consistent(paper):
 @pytest.mark.parametrize("considered", [(), pytest.param(("field_error",), marks=pytest.mark.slow)])
 def test_errors_that_vary_are_estimated_or_considered_consistently(paper, considered):
     scenario, environment = paper
-    sensors = (
-        SunSensor(albedo=0.05, albedo_correlation_time=60.0),
-        Magnetometer(
-            field_error_nt=1000.0,
-            field_error_correlation_time=30.0,
-            orbit_error_m=20_000.0,
-            considered=considered,
-        ),
+    world = World(
+        albedo=0.05,
+        albedo_correlation_time=60.0,
+        field_error_nt=1000.0,
+        field_error_correlation_time=30.0,
+        orbit_error_m=(20_000.0, 20_000.0, 20_000.0),
+        considered=considered,
     )
-    result = run((dataclasses.replace(scenario, sensors=sensors), environment), 40)
-    assert result.blocks[2:5] == ("sun.albedo", "mag.field_error", "mag.orbit_error")
+    result = run((dataclasses.replace(scenario, world=world), environment), 40)
+    assert result.blocks[2:5] == ("world.albedo", "world.field_error", "world.orbit_error")
     report = consistency(result, since=200.0)
     assert report["nees"].passed, report.table()
     assert report["nis sun"].passed, report.table()

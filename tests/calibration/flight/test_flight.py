@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from mgeo_attitude import FilterModel, Gyro, Magnetometer, Scenario, SunSensor
+from mgeo_attitude import FilterModel, Gyro, Magnetometer, Scenario, SunSensor, World
 from mgeo_attitude.scenario import Convergence, InitialConditions
 from mgeo_calibration.flight import draw
 from mgeo_calibration.flight.flight import at_rest
@@ -135,11 +135,8 @@ def test_gyro_noise_is_the_markov_process_of_equation_2():
 
 def test_errors_of_sensors_are_ornstein_uhlenbeck_processes():
     """Stationary, with the autocovariance σ² exp(-t / τ) of the closed form, and independent."""
-    sensors = (
-        SunSensor(albedo=0.05, albedo_correlation_time=15.0),
-        Magnetometer(field_error_nt=80),
-    )
-    model = FilterModel.from_scenario(short(Scenario.paper(), sensors=sensors, step=2.0))
+    world = World(albedo=0.05, albedo_correlation_time=15.0, field_error_nt=80)
+    model = FilterModel.from_scenario(short(Scenario.paper(), world=world, step=2.0))
     F, Q = at_rest(model)
     expected = np.repeat([np.exp(-2.0 / 15.0), np.exp(-2.0 / 300.0)], 3)
     np.testing.assert_allclose(np.diag(F)[6:], expected, rtol=1e-13)
@@ -161,11 +158,8 @@ def test_errors_of_sensors_are_ornstein_uhlenbeck_processes():
 
 def test_what_light_from_the_earth_does_turns_with_the_sky_not_with_the_body(model):
     """And what the field is beside its model: at two attitudes the same vector in GCRS."""
-    sensors = (
-        SunSensor(albedo=0.05),
-        Magnetometer(field_error_nt=100.0, orbit_error_m=1000.0),
-    )
-    seen = FilterModel.from_scenario(short(Scenario.paper(), sensors=sensors))
+    world = World(albedo=0.05, field_error_nt=100.0, orbit_error_m=(1000.0, 100.0, 100.0))
+    seen = FilterModel.from_scenario(short(Scenario.paper(), world=world))
     usual, other = none(seen, DURATION), none(seen, DURATION)
     albedo, field, orbit = np.random.default_rng(8).standard_normal((3, 3))
     other.errors[6:15] = np.concatenate([albedo, field, orbit])
@@ -195,14 +189,13 @@ def test_a_bias_that_does_not_drift_stays(model):
     assert noise[:, :3].std() == pytest.approx(np.sqrt(at_rest(steady)[1][0, 0]), rel=0.3)
 
 
-def test_sensors_measure_where_they_see(model):
-    available = model.available.copy()
+def test_sensors_measure_where_they_see():
+    narrow = SunSensor(boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0)
+    of = short(Scenario.paper(), sensors=(narrow, Magnetometer()))
+    seen = FilterModel.from_scenario(of)
+    available = seen.available.copy()
     available[50:80, 0] = False
-    narrow = dataclasses.replace(
-        model.suite.sensors[0], boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0
-    )
-    suite = dataclasses.replace(model.suite, sensors=(narrow, model.suite.sensors[1]))
-    seen = dataclasses.replace(model, suite=suite, available=available)
+    seen = dataclasses.replace(seen, available=available)
     draws = none(seen, DURATION)
     draws.errors[:3] = theta = np.array([0.5, 0.8, -0.3])
     record = estimated(seen, PLAN, np.arange(DURATION + 1), draws)

@@ -102,7 +102,9 @@ def test_a_tracker_reports_the_body_s_attitude_with_noise_about_its_boresight():
 def test_truth_with_errors_that_vary_explains_what_is_reported(name):
     """What is left of reports, once the truth is taken out, is noise as loud as declared."""
     suite = SUITES[name]
-    of = dataclasses.replace(short(Scenario.paper(), 2000.0), sensors=suite.sensors)
+    of = dataclasses.replace(
+        short(Scenario.paper(), 2000.0), sensors=suite.sensors, world=suite.world
+    )
     of = dataclasses.replace(of, gyro=suite.gyro)
     telemetry, model = fly(of, PLAN, 2), FilterModel.from_scenario(of)
     truth = telemetry.truth

@@ -13,7 +13,7 @@ from mgeo_attitude.bound.gyro import Drift, along_attitude, corners, recursion, 
 from mgeo_attitude.bound.samples import Samples, samples
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors.suite import Suite, considered_blocks
+from mgeo_attitude.sensors.suite import Suite
 
 
 def limit(scenario: Scenario, model: FilterModel | None = None) -> LimitCurves:
@@ -54,8 +54,10 @@ def _inertial(model: FilterModel, told: Samples, known: Floats) -> Iterator[tupl
     axes[:3, :3] = model.initial_attitude
     start = np.linalg.inv(axes.T @ known[np.ix_(places, places)] @ axes)
     walk = suite.diffusion()[0] * model.step
-    each = [(1.0, walk), *(suite.processes[name].over(model.step) for name in names[1:])]
-    decay, noise = np.repeat(each, 3, axis=0).T
+    decay, noise = np.repeat([(1.0, walk)], 3 * len(names), axis=0).T
+    for i, name in enumerate(names[1:], start=1):
+        own = slice(3 * i, 3 * i + 3)
+        decay[own], noise[own] = suite.processes[name].over(model.step)
     covariances = recursion(start, decay, noise, told.together)
     for i, name in enumerate(names):
         own = slice(3 * i, 3 * i + 3)
@@ -99,7 +101,10 @@ def _of_sensors(model: FilterModel, told: Samples, known: Floats) -> Iterator[tu
         own = _states(model.suite, name)
         start, process = known[np.ix_(own, own)], model.suite.processes.get(name)
         if process is not None:
-            yield name, _mean(samples_tell.trace, start, *process.over(model.step))
+            decay, noise = process.over(model.step)
+            # the harmonic mean of a sum is not below the sum of harmonic means
+            least_noise = 3.0 / np.sum(1.0 / np.broadcast_to(noise, 3))
+            yield name, _mean(samples_tell.trace, start, decay, least_noise)
         elif samples_tell.matrix is not None:
             gained = np.cumsum(samples_tell.matrix, axis=0)
             yield name, in_these_axes(np.linalg.inv(start + gained))
@@ -112,10 +117,10 @@ def _considered(model: FilterModel) -> Iterator[tuple[str, Block]]:
     suite = model.suite
     diffusion, start = suite.diffusion(), model.initial_covariance
     rest = suite.dynamics_matrix(np.zeros(3))
-    for name in considered_blocks(suite.gyro, suite.sensors):
+    for name in suite.considered_blocks:
         own = _states(suite, name)
         varies = own[0] < suite.n_dynamic
-        decay, walk = (-rest[own[0], own[0]], diffusion[own[0]]) if varies else (0.0, 0.0)
+        decay, walk = (-rest[own[0], own[0]], diffusion[own]) if varies else (0.0, np.zeros(3))
         now = unobserved(start[np.ix_(own, own)], decay, walk, model.times)
         yield name, in_these_axes(now)
 

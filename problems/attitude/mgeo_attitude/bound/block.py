@@ -70,14 +70,16 @@ def filled(known: Floats, gained: Floats) -> Floats:
     return variances
 
 
-def unobserved(start: Floats, decay: float, walk: float, times: Floats) -> Floats:
-    """Covariance of an error e' = -λ e + noise of a density that nothing measures.
+def unobserved(start: Floats, decay: float, walk: Floats, times: Floats) -> Floats:
+    """Covariance of an error e' = -λ e + noise of densities that nothing measures.
 
     Parameters
     ----------
     start : array, shape (3, 3)
     decay : float
         λ [1/s].
+    walk : array, shape (3,)
+        Densities per axis.
     times : array, shape (n,)
         [s]
 

@@ -6,6 +6,7 @@ attitude is seen at some of them.
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -58,7 +59,7 @@ class Samples:
     attitude : array, shape (n_steps + 1,)
         Trace of the information about the attitude; not less than there is.
     own : dict of Told
-        Of each other block of a sensor.
+        Of each other block of sensors and the world.
     uneven : tuple of str
         Sensors whose noise differs by axes so that a bound gives something away.
     """
@@ -78,8 +79,13 @@ def samples(model: FilterModel) -> Samples:
     NoLimit
         If a sensor's samples depend on the attitude in a way for which there is no bound.
     """
-    found = [_of_sensor(model, index) for index in range(len(model.suite.sensors))]
-    inertial = ("attitude", *(name for each in found for name in each.inertial[1:]))
+    every = range(len(model.suite.sensors))
+    found = [_of_sensor(model, index) for index in every]
+    own = {name for each in found for name in each.own}
+    # what one sensor sees in these axes, and another that shares it does not
+    if apart := own.intersection(name for each in found for name in each.inertial):
+        found = [_of_sensor(model, index, apart) for index in every]
+    inertial = tuple(dict.fromkeys(name for each in found for name in each.inertial))
     n = len(model.references)
     together = np.zeros((n, 3 * len(inertial), 3 * len(inertial)))
     for each in found:
@@ -89,13 +95,25 @@ def samples(model: FilterModel) -> Samples:
         inertial,
         together,
         np.sum([each.attitude for each in found], axis=0),
-        {name: told for each in found for name, told in each.own.items()},
+        _added(told for each in found for told in each.own.items()),
         tuple(name for each in found for name in each.uneven),
     )
 
 
-def _of_sensor(model: FilterModel, index: int) -> Samples:
-    """The same of one sensor."""
+def _added(found: Iterable[tuple[str, Told]]) -> dict[str, Told]:
+    """What all sensors tell of each block: of the world's more than one may."""
+    total: dict[str, Told] = {}
+    for name, told in found:
+        known = total.setdefault(name, told)
+        if known is not told:
+            parts = [each.matrix for each in (known, told) if each.matrix is not None]
+            matrix = np.add(*parts) if len(parts) == 2 else None
+            total[name] = Told(known.trace + told.trace, matrix)
+    return total
+
+
+def _of_sensor(model: FilterModel, index: int, apart: Collection[str] = ()) -> Samples:
+    """The same of one sensor, without some errors that vary among those `inertial`."""
     sensor = model.suite.sensors[index]
     seen = model.available[:, index].copy()
     seen[0] = False  # the filter's first update is a step after the start
@@ -107,7 +125,7 @@ def _of_sensor(model: FilterModel, index: int) -> Samples:
 
     precision = 1.0 / np.array(sensor.noise())
     most = np.full(len(precision), precision.max())  # noise that is nowhere more than it is
-    own = [f"{sensor.name}.{state}" for state in sensor.states()]
+    own = list(model.suite.blocks_of(sensor).values())
     uneven = False
 
     def told(names: list[str], weights: Floats) -> tuple[Floats, bool, bool]:
@@ -120,7 +138,7 @@ def _of_sensor(model: FilterModel, index: int) -> Samples:
         """Zero where there is none."""
         return np.where(seen.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0)
 
-    varying = [name for name in own if name in model.suite.processes]
+    varying = [name for name in own if name in model.suite.processes and name not in apart]
     for inertial in (["attitude", *varying], ["attitude"]):
         together, same, _ = told(inertial, most)
         if same:
@@ -157,7 +175,7 @@ class _Looks:
 
     def __init__(self, model: FilterModel, index: int) -> None:
         self.sensor = model.suite.sensors[index]
-        self.suite = Suite(model.suite.gyro, (self.sensor,))
+        self.suite = Suite(model.suite.gyro, (self.sensor,), model.suite.world)
         rows = model.suite.gradient_rows(index)
         self.vectors = model.references[:, [index, *range(rows.start, rows.stop)]]
 

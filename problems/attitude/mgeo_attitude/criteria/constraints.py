@@ -14,7 +14,7 @@ from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.fields import InvalidValue, expect
 from mgeo_attitude.filter.path_limits import excess_along
 from mgeo_attitude.scenario.settings import RequiredSigma
-from mgeo_attitude.sensors.suite import Suite, block_units
+from mgeo_attitude.sensors.suite import block_units
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment.pointing import Place
@@ -185,7 +185,7 @@ def _path_limit(index: int, limit: PathLimit) -> Constraint:
 
 def _required_sigma(scenario: Scenario) -> Constraint:
     """Of the worst axis of each 3-vector of the state."""
-    suite = Suite(scenario.gyro, scenario.sensors)
+    suite = scenario.suite
     required = RequiredSigma(scenario.required_sigma).of(suite.units)
     limits = (
         Limit(

@@ -48,7 +48,7 @@ def objective(name: str, suite: Suite) -> Objective:
 
 def indicators(names: Sequence[str], F: Floats, scenario: Scenario) -> Floats:
     """Values of the named objectives, shape (n, n_obj), as indicators should see them."""
-    suite = Suite(scenario.gyro, scenario.sensors)
+    suite = scenario.suite
     pairs = zip(names, F.T, strict=True)
     return np.column_stack([objective(name, suite).indicator(f, scenario) for name, f in pairs])
 

@@ -199,7 +199,7 @@ def _noisy(model: FilterModel, spread: float, generator: np.random.Generator) ->
         _times(part, float(np.exp(spread * chance)))
         for part, chance in zip(parts, generator.standard_normal(len(parts)), strict=True)
     )
-    return dataclasses.replace(model, suite=Suite(gyro, tuple(sensors)))
+    return dataclasses.replace(model, suite=Suite(gyro, tuple(sensors), model.suite.world))
 
 
 def _times(part: Any, factor: float) -> Any:

@@ -53,6 +53,8 @@ class Environment:
         False where the Earth covers more than half of the Sun (umbra and half the penumbra).
     origin : Course, optional
         What the tables were computed from; None for tables of one's own.
+    earthlight : array (n, 3), optional
+        What light from the Earth adds to the Sun's unit vector; see `World.around`.
 
     Raises
     ------
@@ -70,10 +72,12 @@ class Environment:
     field: Floats
     sunlit: Bools
     origin: Course | None = None
+    earthlight: Floats | None = None
 
     def __post_init__(self) -> None:
         n = np.size(self.times)
-        for name in ("times", "position", "velocity", "sun", "field"):
+        light = () if self.earthlight is None else ("earthlight",)
+        for name in ("times", "position", "velocity", "sun", "field", *light):
             table = np.array(getattr(self, name), dtype=np.float64)
             if not np.isfinite(table).all():
                 raise ValueError(f"{name}: expected finite numbers, found NaN or infinity")

@@ -1,4 +1,4 @@
-"""Where Sun and Moon are, and how much of the Sun the Earth covers.
+"""Where Sun and Moon are, how much of the Sun the Earth covers, and what light it throws back.
 
 The Sun: IAU SOFA's planetary theory (VSOP2000, as epv00), in GCRS axes. The direction is
 geometric: light time and the aberration by the Earth's motion (0.0057°) are not in it, as an ideal
@@ -18,6 +18,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import ASTRONOMICAL_UNIT, EARTH_RADIUS, SUN_RADIUS
 from mgeo_attitude.environment.time_frames import Instants
 
+_INCIDENCES = 32  # points of the integral over the lit Earth, which is then good to 1e-4
 _SMALLEST_SEPARATION = 1e-9  # rad; keeps the division by it finite on the shadow's axis
 
 
@@ -57,6 +58,47 @@ def lit_fraction(position: Floats, sun: Floats) -> Floats:
     sun_sector = a * a * np.arccos(np.clip(x / a, -1.0, 1.0))
     earth_sector = b * b * np.arccos(np.clip((c - x) / b, -1.0, 1.0))
     return np.asarray(1.0 - (sun_sector + earth_sector - c * half_chord) / (a * a * np.pi))
+
+
+def earthlight(position: Floats, sun: Floats) -> Floats:
+    """Light from the Earth as a vector, in units of direct sunlight, shape (n, 3).
+
+    Its part along any direction is what a flat cell looking there gets by the cosine law, less
+    what one looking the other way gets: what adds to the vector of a coarse Sun sensor. The Earth
+    is a sphere of albedo 1 that throws light back by Lambert's law: D. D. V. Bhanderi, T. Bak,
+    Modeling Earth Albedo for Satellites in Earth Orbit, AIAA GNC 2005, with one reflectivity in
+    place of maps. The Earth's is 0.29 in the mean (G. L. Stephens et al., The albedo of Earth,
+    Reviews of Geophysics 53, 2015).
+
+    Parameters
+    ----------
+    position : array, shape (n, 3)
+        Satellite [m].
+    sun : array, shape (n, 3)
+        Unit vectors to the Sun, in the same axes.
+    """
+    r = np.linalg.norm(position, axis=1, keepdims=True)
+    up = position / r
+    cosine = np.sum(up * sun, axis=1, keepdims=True)  # of the Sun's zenith angle below
+    ahead = sun - cosine * up
+    sine = np.linalg.norm(ahead, axis=1, keepdims=True)
+    ahead = ahead / np.maximum(sine, _SMALLEST_SEPARATION)
+    # over rings of the visible cap, by the angle at which their light leaves the ground: about the
+    # nadir they have the radius `nadir` seen from the satellite, `arc` from the Earth's center
+    nodes, weights = np.polynomial.legendre.leggauss(_INCIDENCES)
+    leaving = 0.25 * np.pi * (nodes + 1.0)
+    nadir = np.arcsin(EARTH_RADIUS / r * np.sin(leaving))
+    arc = leaving - nadir
+    turn = EARTH_RADIUS / r * np.cos(leaving) / np.cos(nadir)  # of nadir by leaving
+    # sunlight on a ring is a + b cos φ, where that is positive: |φ| below `lit`
+    a, b = cosine * np.cos(arc), sine * np.sin(arc)
+    lit = np.arccos(np.clip(-a / np.maximum(b, 1e-300), -1.0, 1.0))
+    whole = 2.0 * (a * lit + b * np.sin(lit))
+    forward = 2.0 * a * np.sin(lit) + b * (lit + 0.5 * np.sin(2.0 * lit))
+    ring = 0.25 * weights * turn * np.sin(nadir)  # over π, of a Lambert surface
+    down = np.sum(ring * whole * np.cos(nadir), axis=1, keepdims=True)
+    along = np.sum(ring * forward * np.sin(nadir), axis=1, keepdims=True)
+    return np.asarray(along * ahead - down * up)
 
 
 def moon_position(at: Instants) -> Floats:

@@ -83,9 +83,9 @@ def step_parts(
     m = suite.n_kinematic
     Q = {(i, j): code.slot(at.Q + slot_of(i, j)) for i in range(m) for j in range(i + 1)}
     for first in range(m, suite.n_dynamic, 3):
-        decay, variance = constants(code, 2)
+        decay, *variances = constants(code, 4)
         F |= {(i, i): decay for i in range(first, first + 3)}
-        Q |= {(i, i): variance for i in range(first, first + 3)}
+        Q |= {(first + i, first + i): variance for i, variance in enumerate(variances)}
     covariance.predict(Triangle(code, at.scratch), n, F, Q)
 
     if monitors.limits:
@@ -171,7 +171,7 @@ def step_constants(
 ) -> np.ndarray:
     """The constants of a `step` [s], for trace `weights` of shape (n_states,).
 
-    Decay and new variance of each Gauss-Markov process of a sensor; those of the path limits
+    Decay and new variances of each Gauss-Markov process; those of the path limits
     (`path_limits.cone_constants`); for each sensor in turn its noise variances, axis and cosine
     of the half-angle of its views (and the sine, if it looks at a disc), and the square of its
     greatest rate, if it has one; those of the `required` 1-sigmas that are
@@ -183,7 +183,10 @@ def step_constants(
 
 def instrument_constants(suite: Suite, step: float, limits: Sequence[PathLimit] = ()) -> np.ndarray:
     """The first of the `step_constants`: what sensors and path limits give, at any state."""
-    processes = [value for each in suite.processes.values() for value in each.over(step)]
+    processes: list[float] = []
+    for process in suite.processes.values():
+        decay, variance = process.over(step)
+        processes.extend([decay, *np.broadcast_to(variance, 3)])
     values: list[float] = []
     for sensor in suite.sensors:
         values.extend(sigma**2 for sigma in sensor.noise())

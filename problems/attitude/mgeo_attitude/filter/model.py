@@ -29,8 +29,8 @@ from mgeo_attitude.maneuvers.coils import CoilDrive
 from mgeo_attitude.maneuvers.schedule import Schedule, Turning, schedule
 from mgeo_attitude.maneuvers.slew import SlewLimits
 from mgeo_attitude.scenario.settings import RequiredSigma, TraceWeights
-from mgeo_attitude.sensors import Gyro, Sensor
-from mgeo_attitude.sensors.suite import Suite, uncalibrated
+from mgeo_attitude.sensors import Gyro, Sensor, World
+from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
     from mgeo_attitude.scenario import PathLimit, Scenario
@@ -158,12 +158,11 @@ class FilterModel:
             environment.require(scenario)
         if not scenario.eclipse:
             environment = environment.without_shadow()
-        suite = Suite(scenario.gyro, scenario.sensors)
+        suite = scenario.suite
         references, available = inertial_vectors(suite, environment)
         for index, sensor in enumerate(suite.sensors):
             available[:, index] &= sampled(sensor, scenario.step, len(available))
-        unlearned = uncalibrated(suite.gyro, suite.sensors)
-        weights = np.repeat(TraceWeights(scenario.trace_weights).of(suite.blocks, unlearned), 3)
+        weights = TraceWeights(scenario.trace_weights).of(suite.blocks, suite.uncalibrated)
         required = RequiredSigma(scenario.required_sigma)
         watches = tuple(map(Watch.of, scenario.path_limits))
         names = directions_of(suite, Monitors(watches))
@@ -178,7 +177,7 @@ class FilterModel:
             initial_sigma=sigma if prior is None else prior.sigma,
             initial_correlation=np.eye(len(sigma)) if prior is None else prior.correlation,
             initial_states=np.zeros_like(sigma) if prior is None else prior.estimates,
-            weights=weights,
+            weights=np.repeat(weights, 3),
             window_steps=round(scenario.convergence.window / scenario.step),
             relative_decrease=scenario.convergence.relative_decrease,
             allow_rise=scenario.convergence.allow_rise,
@@ -294,7 +293,7 @@ class FilterModel:
             tuple(self.suite.considered.tolist()),
             (*limits, *((view.direction, view.inside) for view in views)),
             len(self.instrument_constants),
-            tuple(map(slopes, self.suite.sensors)),
+            tuple(slopes(sensor, self.suite.world) for sensor in self.suite.sensors),
         )
 
     @cached_property
@@ -314,11 +313,11 @@ class FilterModel:
 
 
 @lru_cache(maxsize=1000)
-def slopes(sensor: Sensor) -> bytes:
-    """H of a sensor by its own states, somewhere: its numbers are part of the kernel."""
-    somewhere = np.array([0.36, -0.48, 0.8])
-    gradient = [np.roll(somewhere, k + 1) for k in range(sensor.n_gradient)]
-    H = Suite(Gyro(), (sensor,)).measurement_matrix(sensor, somewhere, gradient=gradient)
+def slopes(sensor: Sensor, world: World) -> bytes:
+    """H of a sensor, somewhere: its numbers are part of the kernel."""
+    suite, somewhere = Suite(Gyro(), (sensor,), world), np.array([0.36, -0.48, 0.8])
+    gradient = [np.roll(somewhere, k + 1) for k in range(suite.n_gradient(sensor))]
+    H = suite.measurement_matrix(sensor, somewhere, gradient=gradient)
     return bytes((H + 0.0).tobytes())  # no negative zero
 
 
@@ -331,7 +330,7 @@ def sampled(sensor: Sensor, step: float, n: int) -> Bools:
 
 def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bools]:
     """`FilterModel.references` and `FilterModel.available` of all samples, at whatever interval."""
-    n = len(environment.times)
+    n, environment = len(environment.times), suite.world.around(environment)
     references = np.zeros((n, suite.n_vectors, 3))
     available = np.ones((n, len(suite.sensors)), dtype=bool)
     for index, sensor in enumerate(suite.sensors):
@@ -340,7 +339,5 @@ def inertial_vectors(suite: Suite, environment: Environment) -> tuple[Floats, Bo
             references[:, index] = reference
         if mask is not None:
             available[:, index] = mask
-        if sensor.n_gradient:
-            columns = sensor.gradient(environment).swapaxes(1, 2)
-            references[:, suite.gradient_rows(index)] = columns
+        references[:, suite.gradient_rows(index)] = suite.gradient(sensor, environment)
     return references, available

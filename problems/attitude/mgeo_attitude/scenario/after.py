@@ -63,7 +63,7 @@ def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
             raise InvalidValue(key, overrides[key], expected)
     try:
         before = read(document["scenario"])
-        prior = prior_of(document, before.gyro, before.sensors)
+        prior = prior_of(document, before.suite)
     except InvalidValue as error:
         raise error.under("after") from None
     time = float(document["time_s"])

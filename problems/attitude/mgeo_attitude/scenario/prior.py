@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue, Validated, expect, from_table, quantity
-from mgeo_attitude.sensors import Gyro, Sensor
-from mgeo_attitude.sensors.suite import state_units
+from mgeo_attitude.sensors.suite import Suite
 
 #: Quaternions and matrices are written with all their digits.
 _ROUNDING = 1e-9
@@ -75,7 +74,7 @@ class Prior(Validated):
         return 0.5 * (correlation + correlation.T)
 
 
-def prior_of(document: Mapping[str, Any], gyro: Gyro, sensors: Iterable[Sensor]) -> Prior:
+def prior_of(document: Mapping[str, Any], suite: Suite) -> Prior:
     """Attitude, rate, estimates and covariance of a calibration's document.
 
     Raises
@@ -83,23 +82,25 @@ def prior_of(document: Mapping[str, Any], gyro: Gyro, sensors: Iterable[Sensor])
     InvalidValue, InvalidType
         For states of another satellite, or what is no attitude, rate, estimate or covariance.
     """
-    rows = list(states_of(document, gyro, sensors).values())
+    rows = list(states_of(document, suite).values())
     given = {key: document[key] for key in ("quaternion", "rate_deg_s", "covariance")}
     return from_table(Prior, {**given, "states": rows})
 
 
-def states_of(
-    document: Mapping[str, Any], gyro: Gyro, sensors: Iterable[Sensor]
-) -> Mapping[str, Any]:
+def states_of(document: Mapping[str, Any], suite: Suite) -> Mapping[str, Any]:
     """The states of a document by their blocks, which are a satellite's but for the attitude.
+
+    In older documents what is now the world's is a sensor's.
 
     Raises
     ------
     InvalidValue
         For those of another satellite.
     """
-    states: Mapping[str, Any] = document["states"]
-    blocks = list(state_units(gyro, sensors))[1:]
+    given: Mapping[str, Any] = document["states"]
+    shared = {name.partition(".")[2]: name for name in suite.blocks if name.startswith("world.")}
+    states = {shared.get(name.rpartition(".")[2], name): row for name, row in given.items()}
+    blocks = list(suite.blocks[1:])
     expect(list(states) == blocks, "states", list(states), ", ".join(blocks))
     return states
 

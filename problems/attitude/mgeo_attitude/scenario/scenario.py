@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -31,6 +31,7 @@ from mgeo_attitude.scenario.after import going_on
 from mgeo_attitude.scenario.coils import Coils, assumed, check_coils
 from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.initial import InitialConditions, Sight
+from mgeo_attitude.scenario.older import updated
 from mgeo_attitude.scenario.path_limits import PathLimit
 from mgeo_attitude.scenario.presets import PRESETS, on_preset
 from mgeo_attitude.scenario.prior import Prior
@@ -48,8 +49,8 @@ from mgeo_attitude.scenario.settings import (
 )
 from mgeo_attitude.scenario.toml import ScenarioFileError, read_toml, to_toml
 from mgeo_attitude.scenario.wheels import Wheels
-from mgeo_attitude.sensors import SENSORS, Gyro, Sensor
-from mgeo_attitude.sensors.suite import state_units, uncalibrated
+from mgeo_attitude.sensors import SENSORS, Gyro, Sensor, World
+from mgeo_attitude.sensors.suite import Suite
 
 _MAX_COUNT = 2**31  # with more steps than this any remainder would be within rounding
 # What is kept of each step would fill the memory: of the run, once; of the window, for each design.
@@ -86,6 +87,9 @@ class Scenario(Validated):
     sensors: tuple[Sensor, ...] = quantity(
         kinds=Kinds("kind", SENSORS), doc="sensors, at least one, each with its own name"
     )
+    world: World = quantity(
+        factory=World, doc="errors of field, orbit and light from the Earth, shared by all sensors"
+    )
     initial: InitialConditions = quantity(
         factory=InitialConditions,
         doc="attitude and body rate at the start, and what is known of it",
@@ -121,8 +125,8 @@ class Scenario(Validated):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_name(self.name)
-        units = state_units(self.gyro, self.sensors)
-        self._check_together(units)
+        units = self.suite.units
+        self._check_together(self.suite)
         object.__setattr__(self, "epoch", self.epoch.astimezone(UTC))
         try:
             object.__setattr__(self, "orbit", self.orbit.for_run(self.epoch, self.duration))
@@ -132,6 +136,11 @@ class Scenario(Validated):
         keys = [unit.key(block) for block, unit in units.items()]
         check_blocks("required_sigma", self.required_sigma, keys)
         check_objectives(self.objectives, units, bool(self.required_sigma))
+
+    @property
+    def suite(self) -> Suite:
+        """Gyro, sensors and world as one error state."""
+        return Suite(self.gyro, self.sensors, self.world)
 
     @property
     def n_steps(self) -> int:
@@ -216,13 +225,14 @@ class Scenario(Validated):
         InvalidValue, InvalidType
             Naming the full key (``orbit.eccentricity``): unknown, missing or of a bad value.
         """
+        table = updated(table)
         if "after" in table:
             table = going_on(table, Scenario.from_dict)
         return from_table(Scenario, _in_folder(on_preset(table), folder), "preset")
 
     def to_toml(self) -> str:
         """The scenario as a TOML document with a comment on every key."""
-        units = state_units(self.gyro, self.sensors)
+        units = self.suite.units
         keys = {
             "trace_weights": units,
             "required_sigma": [unit.key(block) for block, unit in units.items()],
@@ -257,7 +267,7 @@ class Scenario(Validated):
         """Write `to_toml` to a file, which is replaced as a whole or not at all."""
         write_file(Path(path), self.to_toml().encode())
 
-    def _check_together(self, units: Iterable[str]) -> None:
+    def _check_together(self, suite: Suite) -> None:
         """Refuse, with an InvalidValue, what does not go with other fields."""
         step, window = f"step = {self.step!r} s", self.convergence.window
         most = f"at most duration = {self.duration!r} s"
@@ -299,15 +309,14 @@ class Scenario(Validated):
         for i, name in enumerate(names):
             key, sound = f"sensors[{i}].name", re.fullmatch(r"[\w-]+", name, re.ASCII)
             expect(sound, key, name, "letters, digits, '-' and '_'")
-            new = name not in ("gyro", *names[:i])
-            expect(new, key, name, "a name that no other sensor nor the gyro has")
+            new = name not in ("gyro", "world", *names[:i])
+            expect(new, key, name, "a name that no other sensor has, nor gyro or world")
 
         weights = TraceWeights(self.trace_weights)
-        unlearned = uncalibrated(self.gyro, self.sensors)
-        some = any(weights.of(units, unlearned))
+        some = any(weights.of(suite.blocks, suite.uncalibrated))
         expect(some, "trace_weights", dict(weights), "a weight above 0")
         if self.prior is not None:
-            blocks, found = list(units)[1:], len(self.prior.states)
+            blocks, found = suite.blocks[1:], len(self.prior.states)
             same = f"{len(blocks)} rows, of {', '.join(blocks)}"
             expect(found == len(blocks), "prior.states", f"{found} rows", same)
         for i, limit in enumerate(self.path_limits if self.prior is None else ()):

@@ -5,6 +5,7 @@ from mgeo_attitude.sensors.direction_sensors import HorizonSensor, TwoAxisSunSen
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.star_tracker import StarTracker
 from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
+from mgeo_attitude.sensors.world import World
 
 #: Sensor classes by the ``kind`` that names them in a scenario file.
 SENSORS: dict[str, type[Sensor]] = {
@@ -21,5 +22,6 @@ __all__ = [
     "StarTracker",
     "SunSensor",
     "TwoAxisSunSensor",
+    "World",
     "sigma_of",
 ]

@@ -32,31 +32,31 @@ class GaussMarkov:
 
     Attributes
     ----------
-    sigma : float
-        1-sigma per axis, the same at all times.
+    sigma : float or tuple of three
+        1-sigma, of each axis if they differ; the same at all times.
     correlation_time : float
         τ [s].
     """
 
-    sigma: float
+    sigma: float | tuple[float, float, float]
     correlation_time: float
 
     @property
-    def density(self) -> float:
-        """Power spectral density of the noise that drives it, per axis."""
-        return 2.0 * self.sigma**2 / self.correlation_time
+    def density(self) -> Any:
+        """Power spectral density of the noise that drives it, per axis; a number or three."""
+        return 2.0 * np.square(self.sigma) / self.correlation_time
 
     def over(self, duration: Any) -> tuple[Any, Any]:
         """Factor by which it decays over a duration [s], and the variance that comes new.
 
-        Of an array of durations arrays.
+        Of an array of durations arrays; its last axis goes with those of `sigma`, if they differ.
         """
         ratio = duration / self.correlation_time
-        return np.exp(-ratio), -(self.sigma**2) * np.expm1(-2.0 * ratio)
+        return np.exp(-ratio), -np.square(self.sigma) * np.expm1(-2.0 * ratio)
 
 
-def sigma_of(state: float | GaussMarkov) -> float:
-    """Initial 1-sigma of a state."""
+def sigma_of(state: float | GaussMarkov) -> float | tuple[float, float, float]:
+    """Initial 1-sigma of a state, of each axis if they differ."""
     return state.sigma if isinstance(state, GaussMarkov) else state
 
 
@@ -108,6 +108,13 @@ class Sensor(Validated, ABC):
         A constant has its initial 1-sigma per axis, an error that varies the process it is.
         """
 
+    def sees(self) -> tuple[str, ...]:
+        """Errors of the world that it sees, of the names of `World.states`.
+
+        Those that the world has are in `measure`'s and `measured`'s `x` as its own are.
+        """
+        return ()
+
     @abstractmethod
     def measure(self, x: Any, v: Vec3) -> Any:
         """Measurement error as a linear function of the error state: up to three numbers.
@@ -115,9 +122,10 @@ class Sensor(Validated, ABC):
         Parameters
         ----------
         x : namespace of Vec3
-            ``x.theta`` is the attitude error [rad], others are the sensor's own `states`.
-            ``x.to_body`` turns a GCRS vector into body axes; ``x.gradient`` are the columns of its
-            `gradient` there, as `Vec3`.
+            ``x.theta`` is the attitude error [rad], others are the sensor's own `states` and what
+            it `sees`, where the world has it. ``x.to_body`` turns a GCRS vector into body axes;
+            ``x.gradient`` are the columns of its `gradient` there, as `Vec3`, and then those of the
+            derivative by the orbit's error, where it sees that.
         v : Vec3
             The `inertial_vector` in body axes.
 
@@ -136,8 +144,8 @@ class Sensor(Validated, ABC):
         Parameters
         ----------
         x : namespace
-            The sensor's own `states`, shape (..., 3); one of `rotations` is an argument for
-            `rotate`; and ``x.to_body`` and ``x.gradient``, see `measure`.
+            The sensor's own `states` and what it `sees`, shape (..., 3); one of `rotations` is an
+            argument for `rotate`; and ``x.to_body`` and ``x.gradient``, see `measure`.
         v : array, shape (..., 3)
             The `inertial_vector` in body axes.
 
@@ -168,13 +176,20 @@ class Sensor(Validated, ABC):
         """Vector it looks at, GCRS, shape (n_steps + 1, 3); None where `measure` uses none."""
         return None
 
+    def by_position(self, environment: Environment) -> Floats:
+        """Derivative of the `inertial_vector` by the position, if it `sees` the orbit's error.
+
+        Shape (n_steps + 1, 3, 3), GCRS, for a position in units of `POSITION_UNIT`.
+        """
+        raise NotImplementedError(f"{type(self).__name__} does not see an orbit error")
+
     @property
     def n_gradient(self) -> int:
         """How many columns the `gradient` has that `measure` uses."""
         return 0
 
     def gradient(self, environment: Environment) -> Floats:
-        """Derivative of the `inertial_vector` by the position, or by whatever it is for.
+        """Derivative of the `inertial_vector` by whatever it is for.
 
         Shape (n_steps + 1, 3, n_gradient), GCRS.
         """

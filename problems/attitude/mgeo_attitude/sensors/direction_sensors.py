@@ -61,10 +61,12 @@ class DirectionSensor(VectorSensor):
         return 2
 
     def gradient(self, environment: Environment) -> Floats:
-        """By the two angles: unit vectors across the direction."""
+        """By the two angles: vectors across the direction, of the length that takes its own out."""
         v = self.inertial_vector(environment)
         assert v is not None
-        return np.stack(tangents(v), axis=-1)
+        length = np.linalg.norm(v, axis=1, keepdims=True)  # of light from Sun and Earth it is not 1
+        across: Floats = np.stack(tangents(v / length), axis=-1) / length[:, :, None]
+        return across
 
 
 def carried(v: Floats, w: Floats) -> Floats:

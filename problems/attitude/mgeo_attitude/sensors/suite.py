@@ -2,66 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.fields.units import DEG, DIMENSIONLESS, Unit
 from mgeo_attitude.geometry.vector import Vec3
-from mgeo_attitude.sensors import GaussMarkov, Gyro, Sensor, sigma_of
+from mgeo_attitude.sensors import GaussMarkov, Gyro, Sensor, World, sigma_of
 
+if TYPE_CHECKING:
+    from mgeo_attitude.environment import Environment
 
-def state_units(gyro: Gyro, sensors: Iterable[Sensor]) -> dict[str, Unit]:
-    """Unit of each 3-vector of the error state for people and scenario files, by its name."""
-    owners: dict[str, Gyro | Sensor] = {"gyro": gyro} | {sensor.name: sensor for sensor in sensors}
-    units = {
-        f"{name}.{state}": owner.units.get(state, DIMENSIONLESS)
-        for name, owner in owners.items()
-        for state in owner.states()
-    }
-    varying, own = processes(owners.values()), [f"gyro.{state}" for state in gyro.states()]
-    first = {block: units[block] for block in (*own, *varying)}  # the filter has them before others
-    return {"attitude": DEG} | first | units
-
-
-def processes(owners: Iterable[Gyro | Sensor]) -> dict[str, GaussMarkov]:
-    """States of sensors that are Gauss-Markov processes, by the names of their blocks."""
-    return {
-        f"{owner.name}.{state}": value
-        for owner in owners
-        if isinstance(owner, Sensor)
-        for state, value in owner.states().items()
-        if isinstance(value, GaussMarkov)
-    }
-
-
-def considered_blocks(gyro: Gyro, sensors: Iterable[Sensor]) -> tuple[str, ...]:
-    """Blocks of the state that are considered, not estimated."""
-    own = [f"gyro.{state}" for state in gyro.considered]
-    return (*own, *(f"{each.name}.{state}" for each in sensors for state in each.considered))
-
-
-def uncalibrated(gyro: Gyro, sensors: Sequence[Sensor]) -> frozenset[str]:
-    """Blocks of the state that no plan makes smaller for good: they vary, or are considered."""
-    return frozenset((*processes(sensors), *considered_blocks(gyro, sensors)))
+Owner = Gyro | Sensor | World
 
 
 @dataclass(frozen=True)
 class Suite:
-    """A gyro and the sensors that aid it.
+    """A gyro, the sensors that aid it, and the world that they see.
 
     The error state is a list of 3-vectors, here called blocks: the attitude error, the gyro's
-    states, then those of each sensor in turn. For the paper's suite these are θ, b, φ, δs, ψ, δB.
-    Errors of sensors that vary (`GaussMarkov`) come before all constants of sensors.
+    states, then those of the world, which all sensors share, and of each sensor in turn. For the
+    paper's suite these are θ, b, φ, δs, ψ, δB. Errors of world and sensors that vary
+    (`GaussMarkov`) come before all constants of sensors.
     """
 
     gyro: Gyro
     sensors: tuple[Sensor, ...]
+    world: World = field(default_factory=World)
+
+    @cached_property
+    def owners(self) -> dict[str, Owner]:
+        """Whose the states are, by the names that prefix their blocks."""
+        sensors = {sensor.name: sensor for sensor in self.sensors}
+        return {"gyro": self.gyro, "world": self.world, **sensors}
 
     @cached_property
     def blocks(self) -> tuple[str, ...]:
@@ -70,8 +48,14 @@ class Suite:
 
     @cached_property
     def units(self) -> dict[str, Unit]:
-        """Unit of each block for people, in the order of `blocks`."""
-        return state_units(self.gyro, self.sensors)
+        """Unit of each block for people and scenario files, in the order of `blocks`."""
+        units = {
+            f"{name}.{state}": owner.units.get(state, DIMENSIONLESS)
+            for name, owner in self.owners.items()
+            for state in owner.states()
+        }
+        first = (*(f"gyro.{state}" for state in self.gyro.states()), *self.processes)
+        return {"attitude": DEG} | {block: units[block] for block in first} | units
 
     @property
     def n_states(self) -> int:
@@ -84,34 +68,66 @@ class Suite:
 
     @property
     def n_dynamic(self) -> int:
-        """Number of leading states that are not constant by nature: with the sensors' processes."""
+        """Number of leading states that are not constant by nature: with the processes."""
         return self.n_kinematic + 3 * len(self.processes)
 
     @cached_property
     def processes(self) -> dict[str, GaussMarkov]:
-        """Gauss-Markov processes of sensors by their blocks, which follow the kinematic ones."""
-        return processes(self.sensors)
+        """Gauss-Markov processes by their blocks, which follow the kinematic ones."""
+        return {
+            f"{name}.{state}": value
+            for name, owner in self.owners.items()
+            for state, value in owner.states().items()
+            if isinstance(value, GaussMarkov)
+        }
+
+    @cached_property
+    def considered_blocks(self) -> tuple[str, ...]:
+        """Blocks that are considered: not estimated, but their covariance counts."""
+        owners = self.owners.items()
+        return tuple(f"{name}.{state}" for name, owner in owners for state in owner.considered)
 
     @cached_property
     def considered(self) -> Ints:
-        """States that are considered: not estimated, but their covariance counts."""
-        return self._states(considered_blocks(self.gyro, self.sensors))
+        """Their states."""
+        return self._states(self.considered_blocks)
+
+    @cached_property
+    def uncalibrated(self) -> frozenset[str]:
+        """Blocks that no plan makes smaller for good: they vary, or are considered."""
+        return frozenset((*self.processes, *self.considered_blocks))
 
     @cached_property
     def calibrated(self) -> Ints:
-        """States that a plan calibrates: neither processes of sensors nor considered."""
-        left_out = uncalibrated(self.gyro, self.sensors)
-        return self._states([block for block in self.blocks if block not in left_out])
+        """States of all others."""
+        return self._states([block for block in self.blocks if block not in self.uncalibrated])
+
+    def n_gradient(self, sensor: Sensor) -> int:
+        """How many columns the `gradient` of a sensor has here."""
+        return sensor.n_gradient + 3 * ("orbit_error" in self.blocks_of(sensor))
+
+    def gradient(self, sensor: Sensor, environment: Environment) -> Floats:
+        """Columns of its `Sensor.gradient`, then those by an orbit error that it sees.
+
+        Shape (n_steps + 1, `n_gradient`, 3), GCRS.
+        """
+        parts = [np.zeros((len(environment.times), 3, 0))]
+        if sensor.n_gradient:
+            parts.append(sensor.gradient(environment))
+        if "orbit_error" in self.blocks_of(sensor):
+            by_position = sensor.by_position(environment)
+            parts.append(self.world.by_orbit_error(by_position, environment))
+        return np.concatenate(parts, axis=2).swapaxes(1, 2)
 
     @cached_property
     def n_vectors(self) -> int:
         """Number of vectors that the orbit gives: one for each sensor, then all gradients."""
-        return len(self.sensors) + sum(sensor.n_gradient for sensor in self.sensors)
+        return len(self.sensors) + sum(map(self.n_gradient, self.sensors))
 
     def gradient_rows(self, index: int) -> slice:
         """Which of these vectors are the columns of a sensor's gradient; empty if it has none."""
-        first = len(self.sensors) + sum(s.n_gradient for s in self.sensors[:index])
-        return slice(first, first + self.sensors[index].n_gradient)
+        first = len(self.sensors) + sum(map(self.n_gradient, self.sensors[:index]))
+        return slice(first, first + self.n_gradient(self.sensors[index]))
 
     @cached_property
     def rotations(self) -> tuple[int, ...]:
@@ -120,18 +136,28 @@ class Suite:
         placed = ((state, first, o) for o in owners for state, first in self.places(o).items())
         return (0, *(first for state, first, owner in placed if state in owner.rotations))
 
+    def blocks_of(self, owner: Gyro | Sensor) -> dict[str, str]:
+        """Blocks that the gyro adds, or that enter what a sensor measures, by their states.
+
+        A sensor's are its own and those of the world that it sees.
+        """
+        if isinstance(owner, Gyro):
+            return {state: f"gyro.{state}" for state in owner.states()}
+        known = self.world.states()
+        seen = {state: f"world.{state}" for state in owner.sees() if state in known}
+        return {state: f"{owner.name}.{state}" for state in owner.states()} | seen
+
     def places(self, owner: Gyro | Sensor) -> dict[str, int]:
-        """Number of the first of the three states of each of the gyro's or a sensor's states."""
-        name = "gyro" if isinstance(owner, Gyro) else owner.name
-        return {state: 3 * self.blocks.index(f"{name}.{state}") for state in owner.states()}
+        """Number of the first of the three states of each of `blocks_of`."""
+        return {state: 3 * self.blocks.index(b) for state, b in self.blocks_of(owner).items()}
 
     def initial_sigma(self, attitude_sigma: float) -> Floats:
         """Initial 1-sigma of every state, shape (n_states,), for an attitude 1-sigma [rad]."""
         sigmas = np.full(self.n_states, attitude_sigma)
-        owners: tuple[Gyro | Sensor, ...] = (self.gyro, *self.sensors)
-        for owner in owners:
-            for state, value in owner.states().items():
-                first = self.places(owner)[state]
+        for name, owner in self.owners.items():
+            states: Mapping[str, float | GaussMarkov] = owner.states()
+            for state, value in states.items():
+                first = 3 * self.blocks.index(f"{name}.{state}")
                 sigmas[first : first + 3] = sigma_of(value)
         return sigmas
 
@@ -154,7 +180,7 @@ class Suite:
         gradient : sequence of Vec3
             Columns of its gradient in body axes.
         """
-        own = {state: self._block(column, f"{sensor.name}.{state}") for state in sensor.states()}
+        own = {s: self._block(column, block) for s, block in self.blocks_of(sensor).items()}
         theta = self._block(column, "attitude")
         x = SimpleNamespace(theta=theta, to_body=to_body, gradient=gradient, **own)
         return tuple(sensor.measure(x, v))
@@ -216,7 +242,8 @@ class Suite:
         """Diagonal of the process-noise density of the dynamic states, shape (n_dynamic,)."""
         density = self.gyro.diffusion()
         gyro = [density.get(state, 0.0) for state in ("theta", *self.gyro.states())]
-        return np.repeat([*gyro, *(process.density for process in self.processes.values())], 3)
+        varying = [np.broadcast_to(each.density, 3) for each in self.processes.values()]
+        return np.concatenate([np.repeat(gyro, 3), *varying])
 
     def _states(self, blocks: Iterable[str]) -> Ints:
         """States of blocks, one after the other."""

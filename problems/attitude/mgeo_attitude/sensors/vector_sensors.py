@@ -15,17 +15,11 @@ from mgeo_attitude.fields.units import ARCMIN, DEG, PPM, Unit
 from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import shear as shear_components
-from mgeo_attitude.sensors.base import NAME, GaussMarkov, Sensor
+from mgeo_attitude.sensors.base import NAME, Sensor
+from mgeo_attitude.sensors.world import FIELD_UNIT_NT, NT, POSITION_UNIT
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment
-
-#: Unit of the field inside the filter [nT], so that every state is of order one or less.
-FIELD_UNIT_NT = 50_000.0
-_NT = Unit("nT", "nt", FIELD_UNIT_NT)
-
-#: Unit of errors of the position inside the filter [m].
-POSITION_UNIT = 1000.0
 
 
 class VectorSensor(Sensor):
@@ -47,13 +41,12 @@ class VectorSensor(Sensor):
 class SunSensor(VectorSensor):
     """y_s = [s×]θ - [s×]φ + δs + w_s (equation 2), blind in eclipse.
 
-    Optional is what light from the Earth adds to a coarse sensor's vector, a Gauss-Markov process
-    in GCRS axes.
+    Light from the Earth adds to a coarse sensor's vector; see `World`.
     """
 
     kind: ClassVar[str] = "sun-sensor"
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "albedo": ARCMIN}
+    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN}
 
     name: str = quantity("sun", doc=NAME)
     noise_deg: float = positive(2.0, unit="deg", doc="noise per sample, 1-sigma per axis")
@@ -78,14 +71,8 @@ class SunSensor(VectorSensor):
         open_low=True,
         doc="half-angle of the field of view; 180 sees everywhere",
     )
-    albedo: float = quantity(
-        0.0,
-        low=0.0,
-        doc="error of the unit vector by light from the Earth, 1-sigma per axis; 0 leaves the "
-        "states out",
-    )
-    albedo_correlation_time: float = positive(
-        600.0, unit="s", doc="correlation time of the error by light from the Earth"
+    sees_albedo: bool = quantity(
+        True, doc="whether light from the Earth adds to what it measures, if the world has any"
     )
 
     def __post_init__(self) -> None:
@@ -93,34 +80,35 @@ class SunSensor(VectorSensor):
         if not any(self.boresight):
             raise InvalidValue("boresight", self.boresight, "expected a direction, not zero")
 
-    def states(self) -> dict[str, float | GaussMarkov]:
-        states: dict[str, float | GaussMarkov] = {
+    def states(self) -> dict[str, float]:
+        return {
             "misalignment": math.radians(self.initial_misalignment_deg),
             "bias": self.initial_bias,
         }
-        if self.albedo:
-            states["albedo"] = GaussMarkov(self.albedo, self.albedo_correlation_time)
-        return states
+
+    def sees(self) -> tuple[str, ...]:
+        return ("albedo",) if self.sees_albedo else ()
 
     def measure(self, x: Any, v: Vec3) -> Any:
         y = super().measure(x, v)
-        return y + x.to_body(x.albedo) if self.albedo else y
+        return y + x.to_body(x.albedo) if hasattr(x, "albedo") else y
 
     def measured(self, x: Any, v: Any) -> Any:
-        return super().measured(x, v + x.to_body(x.albedo) if self.albedo else v)
+        return super().measured(x, v + x.to_body(x.albedo) if hasattr(x, "albedo") else v)
 
     def noise(self) -> tuple[float, ...]:
         sigma = math.radians(self.noise_deg)
         return (sigma, sigma, sigma)
 
     def inertial_vector(self, environment: Environment) -> Floats:
-        return environment.sun
+        light = environment.earthlight if self.sees_albedo else None
+        return environment.sun if light is None else environment.sun + light
 
     def views(self) -> tuple[Cone, ...]:
         if self.field_of_view_deg == 180.0:
             return ()
         half_angle = math.radians(self.field_of_view_deg)
-        return (Cone("", unit(self.boresight), half_angle, inside=True),)
+        return (Cone("sun", unit(self.boresight), half_angle, inside=True),)
 
     def available(self, environment: Environment) -> Bools | None:
         return None if environment.sunlit.all() else environment.sunlit
@@ -130,22 +118,20 @@ class SunSensor(VectorSensor):
 class Magnetometer(VectorSensor):
     """y_m = [B×]θ - [B×]ψ + δB + w_B (equation 2), with B in units of 50 µT.
 
-    Optional are errors of scale factor and non-orthogonality, such as soft iron makes, and two
-    Gauss-Markov processes in GCRS axes: what the field is beside its model, and how far the
-    satellite is from where the model is asked; see `measured`.
+    Optional are errors of scale factor and non-orthogonality, such as soft iron makes. It sees what
+    the field is beside its model, and how far the satellite is from where the model is asked, if
+    the `World` says so; see `measured`.
     """
 
     kind: ClassVar[str] = "magnetometer"
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_nt",)
     units: ClassVar[Mapping[str, Unit]] = {
         "misalignment": DEG,
-        "bias": _NT,
+        "bias": NT,
         "scale_factor": PPM,
         "nonorthogonality": DEG,
-        "field_error": _NT,
-        "orbit_error": Unit("m", "m", POSITION_UNIT),
     }
-    channel_unit: ClassVar[Unit] = _NT
+    channel_unit: ClassVar[Unit] = NT
 
     name: str = quantity("mag", doc=NAME)
     noise_nt: float = positive(500.0, unit="nT", doc="noise per sample, 1-sigma per axis")
@@ -168,28 +154,9 @@ class Magnetometer(VectorSensor):
         doc="initial non-orthogonality, half of what two axes are off a right angle, 1-sigma; "
         "0 leaves the states out",
     )
-    field_error_nt: float = quantity(
-        0.0,
-        unit="nT",
-        low=0.0,
-        doc="error of the field's model, 1-sigma per axis; 0 leaves the states out",
-    )
-    field_error_correlation_time: float = positive(
-        300.0, unit="s", doc="correlation time of the error of the field's model along the orbit"
-    )
-    orbit_error_m: float = quantity(
-        0.0,
-        unit="m",
-        low=0.0,
-        doc="error of the position at which the model is asked, 1-sigma per axis; 0 leaves the "
-        "states out",
-    )
-    orbit_error_correlation_time: float = positive(
-        20000.0, unit="s", doc="correlation time of the error of the position"
-    )
 
-    def states(self) -> dict[str, float | GaussMarkov]:
-        states: dict[str, float | GaussMarkov] = {
+    def states(self) -> dict[str, float]:
+        states = {
             "misalignment": math.radians(self.initial_misalignment_deg),
             "bias": self.initial_bias_nt / FIELD_UNIT_NT,
         }
@@ -197,13 +164,10 @@ class Magnetometer(VectorSensor):
             states["scale_factor"] = self.initial_scale_factor
         if self.initial_nonorthogonality_deg:
             states["nonorthogonality"] = math.radians(self.initial_nonorthogonality_deg)
-        if self.field_error_nt:
-            sigma, time = self.field_error_nt / FIELD_UNIT_NT, self.field_error_correlation_time
-            states["field_error"] = GaussMarkov(sigma, time)
-        if self.orbit_error_m:
-            sigma, time = self.orbit_error_m / POSITION_UNIT, self.orbit_error_correlation_time
-            states["orbit_error"] = GaussMarkov(sigma, time)
         return states
+
+    def sees(self) -> tuple[str, ...]:
+        return ("field_error", "orbit_error")
 
     def measure(self, x: Any, v: Vec3) -> Any:
         y = super().measure(x, v)
@@ -211,10 +175,10 @@ class Magnetometer(VectorSensor):
             y = y + scale(v, x.scale_factor)
         if self.initial_nonorthogonality_deg:
             y = y + shear_components(v, x.nonorthogonality)
-        if self.field_error_nt:
+        if hasattr(x, "field_error"):
             y = y + x.to_body(x.field_error)
-        if self.orbit_error_m:
-            for error, column in zip(x.orbit_error, x.gradient, strict=True):
+        if hasattr(x, "orbit_error"):
+            for error, column in zip(x.orbit_error, x.gradient[-3:], strict=True):
                 y = y + Vec3(*(error * component for component in column))
         return y
 
@@ -227,10 +191,10 @@ class Magnetometer(VectorSensor):
         M. D. Shuster, Complete Linear Attitude-Independent Magnetometer Calibration, Journal of the
         Astronautical Sciences 50 (2002) 477-490.)
         """
-        if self.field_error_nt:
+        if hasattr(x, "field_error"):
             v = v + x.to_body(x.field_error)
-        if self.orbit_error_m:
-            for axis, column in enumerate(x.gradient):
+        if hasattr(x, "orbit_error"):
+            for axis, column in enumerate(x.gradient[-3:]):
                 v = v + x.orbit_error[..., [axis]] * column
         field = v
         if self.initial_scale_factor:
@@ -246,11 +210,7 @@ class Magnetometer(VectorSensor):
     def inertial_vector(self, environment: Environment) -> Floats:
         return environment.field / FIELD_UNIT_NT
 
-    @property
-    def n_gradient(self) -> int:
-        return 3 if self.orbit_error_m else 0
-
-    def gradient(self, environment: Environment) -> Floats:
-        """By the position, of the dipole that has the field's value there."""
+    def by_position(self, environment: Environment) -> Floats:
+        """Of the dipole that has the field's value there."""
         scale = POSITION_UNIT / FIELD_UNIT_NT
         return scale * dipole_gradient(environment.position, environment.field)

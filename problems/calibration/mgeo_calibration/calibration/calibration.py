@@ -75,8 +75,8 @@ class Calibration:
 
     @property
     def suite(self) -> Suite:
-        """Gyro and sensors."""
-        return Suite(self.scenario.gyro, self.scenario.sensors)
+        """Gyro, sensors and world."""
+        return self.scenario.suite
 
     @property
     def utc(self) -> str:

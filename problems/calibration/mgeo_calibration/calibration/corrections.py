@@ -10,8 +10,8 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields.units import Unit
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.geometry.rotation import matrix, shear
-from mgeo_attitude.sensors import Gyro, Sensor
-from mgeo_attitude.sensors.suite import Suite, uncalibrated
+from mgeo_attitude.sensors import Gyro, Sensor, World
+from mgeo_attitude.sensors.suite import Suite
 
 #: Of the gyro in telemetry.
 DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))
@@ -26,14 +26,13 @@ def uplink(suite: Suite, states: Floats) -> dict[str, Any]:
         In the filter's units.
     """
     found: dict[str, Any] = {}
-    left_out = uncalibrated(suite.gyro, suite.sensors)
-    owners: tuple[Gyro | Sensor, ...] = (suite.gyro, *suite.sensors)
-    for owner in owners:
-        name = getattr(owner, "name", "gyro")
+    for name, owner in suite.owners.items():
+        if isinstance(owner, World):  # whose errors are nobody's to take out
+            continue
         constants = {
             state: states[first : first + 3]
             for state, first in suite.places(owner).items()
-            if f"{name}.{state}" not in left_out
+            if f"{name}.{state}" in suite.blocks and f"{name}.{state}" not in suite.uncalibrated
         }
         found[name] = _corrections(owner, constants)
     return found

@@ -90,7 +90,7 @@ def _consequences(calibration: Calibration) -> dict[str, Any]:
 def _calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
     for key, kind in _ESTIMATES.items():
         entry(table, key, kind)
-    prior = prior_of(table, scenario.gyro, scenario.sensors)
+    prior = prior_of(table, scenario.suite)
     names = [sensor.name for sensor in scenario.sensors]
     tests = _tests(SensorTest, table, "tests")
     given = {"prior_tests": [], "model_tests": [], "notes": [], **table}

@@ -13,7 +13,6 @@ from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.documents import opened, read_document, scenario_of, written
 from mgeo_attitude.scenario.prior import check_quaternion, states_of
-from mgeo_attitude.sensors.suite import Suite
 from scipy.spatial.transform import Rotation
 
 from mgeo.cli.output import Output
@@ -49,7 +48,7 @@ def _truth(text: str, plan: ManeuverPlan) -> Truth:
     table = opened(text, FORMAT, VERSION)
     before = scenario_of(table)
     entry(table, "states", dict)
-    states = states_of(table, plan.scenario.gyro, plan.scenario.sensors)
+    states = states_of(table, plan.scenario.suite)
     rows = [entry(states, block, list[float], "states.") for block in states]
     expect({len(row) for row in rows} == {3}, "states", states, "three numbers each")
     quaternion = entry(table, "quaternion", list[float])
@@ -102,7 +101,7 @@ def truth_document(
     ``table`` has ``value`` where a calibration's has ``estimate``.
     """
     assert telemetry.truth is not None
-    suite = Suite(plan.scenario.gyro, plan.scenario.sensors)
+    suite = plan.scenario.suite
     states = telemetry.truth.states[-1]
     return {
         "format": FORMAT,

@@ -102,7 +102,7 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     """
     if scenario.prior is not None:
         telemetry = _since_epoch(scenario, telemetry)
-    suite = Suite(scenario.gyro, scenario.sensors)
+    suite = scenario.suite
     readings = telemetry.readings(suite)
     there = np.isfinite(telemetry.gyro_deg_s[:, 0])
     there |= np.any([np.isfinite(rows[:, 0, 0]) for rows in readings], axis=0)

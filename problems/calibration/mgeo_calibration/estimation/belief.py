@@ -45,13 +45,13 @@ class Belief:
     @classmethod
     def of(cls, scenario: Scenario) -> Belief:
         """What an earlier calibration has found, if there was one, or else the `initial` one."""
-        suite, prior = Suite(scenario.gyro, scenario.sensors), scenario.prior
+        suite, prior = scenario.suite, scenario.prior
         if prior is None:
             return cls.initial(suite)
         return cls(suite, prior.attitude.T, prior.estimates, prior.sigma, prior.correlation)
 
     def without_attitude(self) -> Belief:
-        """The same of constants, and nothing of the attitude and of errors of sensors that vary."""
+        """The same of constants, and nothing of the attitude and of errors that vary."""
         unknown = np.r_[:3, self.suite.n_kinematic : self.suite.n_dynamic]
         correlation, sigma, states = self.correlation.copy(), self.sigma.copy(), self.states.copy()
         correlation[unknown], correlation[:, unknown], states[unknown] = 0.0, 0.0, 0.0

@@ -285,8 +285,9 @@ def discretized(suite: Suite, rates: Floats, durations: Floats) -> tuple[Floats,
         Q,
     )
     for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):
-        for i in range(first, first + 3):
-            F[:, i, i], Q[:, i, i] = process.over(durations)
+        decay, variance = process.over(durations[:, None])
+        own = range(first, first + 3)
+        F[:, own, own], Q[:, own, own] = decay, variance
     return F, Q
 
 

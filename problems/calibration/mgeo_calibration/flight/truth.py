@@ -7,11 +7,10 @@ from mgeo_attitude.fields import declared, require_same
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.scenario import InitialConditions, Scenario
 from mgeo_attitude.sensors.readings import n_vectors
-from mgeo_attitude.sensors.suite import Suite
 
 #: Keys of a scenario in which a truth may differ, and those that say nothing of a flight. Of
 #: `initial` that is how well the attitude is known: what is flown starts from the believed one.
-FREE = ("epoch", "eclipse", "orbit", "gyro", "sensors", "initial", "name", "objectives")
+FREE = ("epoch", "eclipse", "orbit", "gyro", "sensors", "world", "initial", "name", "objectives")
 
 
 def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -> FilterModel:
@@ -25,7 +24,7 @@ def other_truth(truth: Scenario, scenario: Scenario, environment: Environment) -
     require_same("truth", truth, scenario, [key for key in declared(Scenario) if key not in FREE])
     start = [key for key in declared(InitialConditions) if key != "attitude_deg"]
     require_same("truth.initial", truth.initial, scenario.initial, start)
-    real, believed = (Suite(one.gyro, one.sensors) for one in (truth, scenario))
+    real, believed = (one.suite for one in (truth, scenario))
     for what, found, expected in (
         ("sensors", *([sensor.name for sensor in suite.sensors] for suite in (real, believed))),
         ("states", real.blocks, believed.blocks),

@@ -12,7 +12,7 @@ pytest.importorskip(
     "Basilisk", reason='flights by Basilisk: pip install "./problems/attitude[basilisk]"'
 )
 
-from mgeo_calibration.flight.basilisk.simulation import Drawn, simulate
+from mgeo_calibration.flight.basilisk.simulation import Drawn, Outside, simulate
 
 #: Three maneuvers, the second of them cut short by rounding up to a step.
 PLAN = np.array([0.5, 0.3, -0.2, 200.3, -0.3, 0.6, 0.2, 250.0, 0.2, -0.4, 0.7, 300.0])
@@ -27,7 +27,8 @@ def short(scenario: Scenario, duration: float, **changes) -> Scenario:
 def errorless(model) -> Drawn:
     """No error at all, of a run of a model."""
     zero, bias = np.zeros(model.suite.n_states), np.zeros((model.n_steps, 3))
-    return Drawn(model.initial_attitude, model.initial_rate, zero, zero.copy(), bias)
+    outside = Outside(*np.zeros((2, model.n_steps + 1, 3)))
+    return Drawn(model.initial_attitude, model.initial_rate, zero, zero.copy(), bias, outside)
 
 
 def seen(scenario, motion, drawn, vehicle, environment, seed=1):

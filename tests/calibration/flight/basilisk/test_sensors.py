@@ -2,6 +2,7 @@
 
 import dataclasses
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,10 +14,11 @@ from mgeo_attitude import (
     StarTracker,
     SunSensor,
     TwoAxisSunSensor,
+    World,
 )
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.sensors.vector_sensors import FIELD_UNIT_NT
+from mgeo_attitude.sensors.world import FIELD_UNIT_NT
 from mgeo_calibration import calibrate
 from mgeo_calibration.flight.basilisk import Vehicle, fly
 from scipy.spatial.transform import Rotation
@@ -226,3 +228,31 @@ def test_normalized_sun_vectors_are_calibrated_as_claimed():
         found.append(normalized(calibration, telemetry)[0])
     low, high = chi2.ppf([0.005, 0.995], 3 * 18) / (3 * 18)
     assert low < np.mean(found) < high
+
+
+def test_errors_of_the_world_are_what_sensors_measure():
+    """By their own `measured`; a wrong orbit's field is IGRF's here and a dipole's there."""
+    world = World(
+        earth_albedo=0.3,
+        albedo=0.05,
+        albedo_correlation_time=20.0,
+        field_error_nt=3000.0,
+        field_error_correlation_time=20.0,
+        orbit_error_m=(3000.0, 100.0, 100.0),
+    )
+    scenario = short(Scenario.paper(), 60.0, sensors=QUIET, world=world)
+    found, model = fly(scenario, PLAN, 5), FilterModel.from_scenario(scenario)
+    truth, suite = found.truth, model.suite
+
+    def to_body(vector):
+        return np.einsum("kij,kj->ki", truth.attitude, vector)
+
+    for index, close in ((0, 1e-6), (1, 100.0)):
+        sensor = suite.sensors[index]
+        rows = model.references[:, suite.gradient_rows(index)].swapaxes(0, 1)
+        x = {state: truth.states[:, i : i + 3] for state, i in suite.places(sensor).items()}
+        for size, states in ((1.0, x), (0.0, {key: x[key] for key in ("misalignment", "bias")})):
+            at = SimpleNamespace(to_body=to_body, gradient=[*map(to_body, rows)], **states)
+            expected = sensor.measured(at, to_body(model.references[:, index]))
+            off = found.sensors[sensor.name] - expected * sensor.channel_unit.factor
+            assert (np.nanmax(np.abs(off)) < close) == bool(size), sensor.name

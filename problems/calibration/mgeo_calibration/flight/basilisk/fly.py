@@ -29,7 +29,7 @@ from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.coils import Coiled
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
-from mgeo_calibration.flight.flight import draw, fly_run
+from mgeo_calibration.flight.flight import draw, fly_run, of_world
 from mgeo_calibration.flight.own import commanded, going_on, sent_down
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
@@ -89,7 +89,7 @@ def fly(
         a design that is no plan, or an `environment` of another scenario.
     """
     require_basilisk()
-    from mgeo_calibration.flight.basilisk.simulation import Drawn, simulate
+    from mgeo_calibration.flight.basilisk.simulation import Drawn, Outside, simulate
 
     if scenario.turned_by_coils and vehicle is not None:
         raise InvalidValue("vehicle", vehicle, "nothing for a scenario whose coils turn it")
@@ -123,6 +123,7 @@ def fly(
             model.initial_states,
             drawn.errors,
             mean_bias,
+            Outside.of(scenario, environment, of_world(model, drawn)),
         ),
         flying,
         environment,

@@ -19,7 +19,7 @@ from mgeo_attitude.sensors import (
     SunSensor,
     TwoAxisSunSensor,
 )
-from mgeo_attitude.sensors.vector_sensors import FIELD_UNIT_NT
+from mgeo_attitude.sensors.world import FIELD_UNIT_NT
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.surroundings import Surroundings
@@ -43,12 +43,15 @@ class Sources:
     surroundings : Surroundings
     field, shadow : modules
         Of Basilisk; None where the scenario needs none.
+    light : array, shape (m, 3)
+        What adds to the Sun's unit vector at each step, GCRS; there may be more than there are.
     """
 
     satellite: Any
     surroundings: Surroundings
     field: Any
     shadow: Any
+    light: Floats
 
 
 @dataclass(frozen=True)
@@ -127,8 +130,8 @@ def coarse_sun_sensors(
     noise. They report in full sunlight: in the penumbra the vector would be short. Of a sensor that
     measures two angles the length says nothing.
     """
-    heads, noise = [], sensor.noise()[0]
-    for axis, bias in zip(matrix(errors["misalignment"]), errors["bias"], strict=True):
+    heads, mount, noise = [], matrix(errors["misalignment"]), sensor.noise()[0]
+    for axis, bias in zip(mount, errors["bias"], strict=True):
         for sign in (1.0, -1.0):
             head = coarseSunSensor.CoarseSunSensor()
             head.RNGSeed, head.fov, head.nHat_B = seeds(), math.pi / 2, (sign * axis).tolist()
@@ -151,9 +154,11 @@ def coarse_sun_sensors(
 
     def vectors(of: Mapping[str, Any]) -> Floats:
         cosines = of[sensor.name].CosValue[:, :6]
-        reported: Floats = np.where(
-            _seen(sensor, of)[:, None], cosines[:, 0::2] - cosines[:, 1::2], np.nan
-        )
+        found = cosines[:, 0::2] - cosines[:, 1::2]
+        if "albedo" in sensor.sees():
+            to_body = Rotation.from_mrp(of[f"{sensor.name} state"].sigma_BN).inv()
+            found += to_body.apply(sources.light[: len(found)]) @ mount.T
+        reported: Floats = np.where(_seen(sensor, of)[:, None], found, np.nan)
         if sensor.unit_length:
             reported /= np.linalg.norm(reported, axis=1, keepdims=True)
         return reported[:, None]

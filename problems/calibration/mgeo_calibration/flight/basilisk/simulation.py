@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from Basilisk.architecture import bskLogging
@@ -21,6 +21,7 @@ from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Magnetometer
 from mgeo_attitude.sensors.suite import Suite
+from mgeo_attitude.sensors.world import FIELD_UNIT_NT, POSITION_UNIT
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.flight.basilisk.coils import Coiled, coil_control
@@ -32,6 +33,7 @@ from mgeo_calibration.flight.basilisk.control import (
 )
 from mgeo_calibration.flight.basilisk.instruments import INSTRUMENTS, Sources, rate_gyro
 from mgeo_calibration.flight.basilisk.surroundings import (
+    FieldBesideModel,
     Surroundings,
     central_body,
     field_coefficients,
@@ -43,6 +45,38 @@ from mgeo_calibration.flight.basilisk.vehicle import Vehicle
 
 #: Longest step of dynamics and control [s]; the scenario's step is cut into equal parts.
 LONGEST_STEP = 1.0
+
+
+class Outside(NamedTuple):
+    """What field and light are beside field model and Sun at n + 1 samples, GCRS.
+
+    Attributes
+    ----------
+    field : array, shape (n + 1, 3)
+        [nT]
+    light : array, shape (n + 1, 3)
+        Added to the Sun's unit vector.
+    """
+
+    field: Floats
+    light: Floats
+
+    @classmethod
+    def of(
+        cls, scenario: Scenario, environment: Environment, errors: Mapping[str, Floats]
+    ) -> Outside:
+        """By errors of the world, shape (n + 1, 3); the field of a wrong orbit is IGRF's there."""
+        world, n = scenario.world, len(environment.times)
+        mean, field = world.around(environment).earthlight, np.zeros((n, 3))
+        if "orbit_error" in errors:
+            axes = world.by_orbit_error(np.tile(np.eye(3), (n, 1, 1)), environment)
+            off = POSITION_UNIT * np.einsum("kij,kj->ki", axes, errors["orbit_error"])
+            there = Environment.at(scenario, environment.times, environment.position + off)
+            field = there.field - environment.field
+        return cls(
+            field + FIELD_UNIT_NT * errors.get("field_error", 0.0),
+            (np.zeros((n, 3)) if mean is None else mean) + errors.get("albedo", 0.0),
+        )
 
 
 @dataclass(frozen=True)
@@ -61,6 +95,8 @@ class Drawn:
         Gyro and sensor states at the start.
     bias : array, shape (n, 3)
         Mean of the gyro's bias over each step [rad/s].
+    outside : Outside
+        What is beside the models of field and light.
     """
 
     start: Floats
@@ -68,6 +104,7 @@ class Drawn:
     believed: Floats
     errors: Floats
     bias: Floats
+    outside: Outside
 
 
 @dataclass(frozen=True)
@@ -108,13 +145,14 @@ def simulate(
     Nothing but seeds of noise is taken from the generator.
     """
     bskLogging.setDefaultLogLevel(bskLogging.BSK_ERROR)
-    suite, n = Suite(scenario.gyro, scenario.sensors), scenario.n_steps
+    suite, n = scenario.suite, scenario.n_steps
     parts = math.ceil(scenario.step / LONGEST_STEP)
     h = scenario.step / parts
     nanoseconds = round(h * 1e9)
 
     def errors_of(owner: Any) -> dict[str, Floats]:
-        return {name: drawn.errors[i : i + 3] for name, i in suite.places(owner).items()}
+        places = suite.places(owner).items()
+        return {name: drawn.errors[i : i + 3] for name, i in places if name in owner.states()}
 
     def seed() -> int:
         return int(generator.integers(1, 2**31 - 1))
@@ -129,9 +167,12 @@ def simulate(
             coefficients = Path(folder, "igrf.COF")
             coefficients.write_text(field_coefficients(middle(environment, scenario.epoch)))
             modules.append(field := field_model(satellite, surroundings, coefficients))
+            if (beside := drawn.outside.field).any():
+                modules.append(field := FieldBesideModel(field, beside, parts * nanoseconds))
         if scenario.eclipse:
             modules.append(shadow := shadow_model(satellite, surroundings))
-        sources = Sources(satellite, surroundings, field, shadow)
+        light = np.repeat(drawn.outside.light, parts, axis=0)
+        sources = Sources(satellite, surroundings, field, shadow, light)
         own = errors_of(suite.gyro)
         imu = rate_gyro(suite.gyro, own, h, sources, seed())
         instruments = [

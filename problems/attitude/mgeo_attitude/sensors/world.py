@@ -1,0 +1,124 @@
+"""Errors of what is outside the satellite: of the field, of the orbit, of light from the Earth.
+
+Each is one 3-vector of the error state, whatever the number of sensors that see it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment.sun_moon import earthlight
+from mgeo_attitude.fields import Validated, expect, positive, quantity
+from mgeo_attitude.fields.units import ARCMIN, Unit
+from mgeo_attitude.sensors.base import CONSIDERED, GaussMarkov, check_considered
+
+if TYPE_CHECKING:
+    from mgeo_attitude.environment import Environment
+
+#: Unit of the field inside the filter [nT], so that every state is of order one or less.
+FIELD_UNIT_NT = 50_000.0
+NT = Unit("nT", "nt", FIELD_UNIT_NT)
+
+#: Unit of errors of the position inside the filter [m].
+POSITION_UNIT = 1000.0
+
+
+@dataclass(frozen=True)
+class World(Validated):
+    """What field, orbit and light from the Earth are beside their models.
+
+    Gauss-Markov processes, all off unless wanted. Those of field and light are in GCRS axes.
+    """
+
+    #: See `Sensor.units`.
+    units: ClassVar[Mapping[str, Unit]] = {
+        "albedo": ARCMIN,
+        "field_error": NT,
+        "orbit_error": Unit("m", "m", POSITION_UNIT),
+    }
+
+    field_error_nt: float = quantity(
+        0.0,
+        unit="nT",
+        low=0.0,
+        doc="error of the field's model, 1-sigma per axis; 0 leaves the states out",
+    )
+    field_error_correlation_time: float = positive(
+        300.0, unit="s", doc="correlation time of the error of the field's model along the orbit"
+    )
+    orbit_error_m: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 0.0),
+        unit="m",
+        low=0.0,
+        doc="error of the position at which the model is asked, 1-sigma along track, across and "
+        "radial; zeros leave the states out",
+    )
+    orbit_error_axes: str = quantity(
+        "orbital",
+        choices=("orbital", "inertial"),
+        doc="axes in which it varies, and has these 1-sigmas: along, across and radial, or GCRS",
+    )
+    orbit_error_correlation_time: float = positive(
+        20000.0, unit="s", doc="correlation time of the error of the position"
+    )
+    earth_albedo: float = quantity(
+        0.0,
+        low=0.0,
+        high=1.0,
+        doc="share of sunlight that the Earth throws back, as a matt sphere, onto Sun sensors that "
+        "see it; 0 leaves that out",
+    )
+    albedo: float = quantity(
+        0.0,
+        low=0.0,
+        doc="error of the unit vector by light from the Earth beside that, 1-sigma per axis; "
+        "0 leaves the states out",
+    )
+    albedo_correlation_time: float = positive(
+        600.0, unit="s", doc="correlation time of the error by light from the Earth"
+    )
+    considered: tuple[str, ...] = quantity((), doc=CONSIDERED)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        size = self.orbit_error_m
+        expect(all(size) == any(size), "orbit_error_m", size, "three numbers > 0 m, or all zero")
+        check_considered(self.considered, self.states())
+
+    def states(self) -> dict[str, GaussMarkov]:
+        """Error states that it adds, 3-vectors; see `Sensor.states`."""
+        along, across, radial = (sigma / POSITION_UNIT for sigma in self.orbit_error_m)
+        field = self.field_error_nt / FIELD_UNIT_NT
+        found = {
+            "albedo": GaussMarkov(self.albedo, self.albedo_correlation_time),
+            "field_error": GaussMarkov(field, self.field_error_correlation_time),
+            "orbit_error": GaussMarkov((along, across, radial), self.orbit_error_correlation_time),
+        }
+        return {state: process for state, process in found.items() if np.any(process.sigma)}
+
+    def around(self, environment: Environment) -> Environment:
+        """An environment with the mean of what light from the Earth adds to the Sun's."""
+        if not self.earth_albedo:
+            return environment
+        light = self.earth_albedo * earthlight(environment.position, environment.sun)
+        return dataclasses.replace(environment, earthlight=light)
+
+    def by_orbit_error(self, gradient: Floats, environment: Environment) -> Floats:
+        """The derivative by the orbit error's state of what has a `gradient` by the position.
+
+        Both of shape (n, 3, 3), GCRS in rows, and `gradient` in columns.
+        """
+        if self.orbit_error_axes == "inertial":
+            return gradient
+        radial = environment.position / np.linalg.norm(environment.position, axis=1)[:, None]
+        across = np.cross(environment.position, environment.velocity)
+        across /= np.linalg.norm(across, axis=1)[:, None]
+        axes = np.stack([np.cross(across, radial), across, radial], axis=2)
+        found: Floats = gradient @ axes
+        return found

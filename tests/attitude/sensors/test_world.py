@@ -1,0 +1,151 @@
+"""One state per source of error, whoever sees it; and what older files say of it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import (
+    Environment,
+    FilterModel,
+    Gyro,
+    Magnetometer,
+    Scenario,
+    StarTracker,
+    Suite,
+    SunSensor,
+    World,
+    evaluate,
+)
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.scenario import Convergence
+from mgeo_attitude.sensors.world import FIELD_UNIT_NT, POSITION_UNIT
+
+WORLD = World(albedo=0.05, field_error_nt=150.0, orbit_error_m=(2000.0, 100.0, 300.0))
+PLAN = np.array([[0.5, -0.3, 0.8, 80.0, -0.7, 0.9, 0.1, 60.0, 0.2, 0.4, -0.9, 500.0]])
+
+
+def short(**changes):
+    return dataclasses.replace(
+        Scenario.paper(), duration=60.0, convergence=Convergence(window=60.0), **changes
+    )
+
+
+def test_all_sensors_that_see_an_error_see_the_same_states():
+    fine = SunSensor(name="fine", sees_albedo=False)
+    suite = Suite(
+        Gyro(),
+        (SunSensor(), fine, Magnetometer(), Magnetometer(name="outer"), StarTracker()),
+        WORLD,
+    )
+    assert suite.blocks[2:5] == ("world.albedo", "world.field_error", "world.orbit_error")
+    v, gradient = np.array([0.3, -0.5, 0.8]), np.random.default_rng(1).standard_normal((3, 3))
+    shared = slice(6, 15)
+    sun, fine, mag, outer, tracker = (
+        suite.measurement_matrix(sensor, v, gradient=gradient[: suite.n_gradient(sensor)])
+        for sensor in suite.sensors
+    )
+    none = np.zeros((3, 3))
+    np.testing.assert_array_equal(sun[:, shared], np.hstack([np.eye(3), none, none]))
+    np.testing.assert_array_equal(mag[:, shared], np.hstack([none, np.eye(3), gradient.T]))
+    np.testing.assert_array_equal(outer[:, shared], mag[:, shared])
+    assert not fine[:, shared].any()
+    assert not tracker[:, shared].any()
+    assert (outer[:, -9:-3] != mag[:, -9:-3]).any()  # its own constants are its own
+
+
+def test_sigmas_differ_by_axis_and_stay_what_they_are():
+    scenario = short(world=WORLD)
+    model = FilterModel.from_scenario(scenario)
+    blind = dataclasses.replace(model, available=np.zeros_like(model.available))
+    first = 3 * model.suite.blocks.index("world.orbit_error")
+    variances = evaluate(blind, PLAN, history=True).variances[0][:, first : first + 3]
+    expected = np.square([2.0, 0.1, 0.3])
+    np.testing.assert_allclose(variances, np.tile(expected, (len(variances), 1)), rtol=1e-12)
+
+
+def test_an_error_along_track_moves_the_field_as_it_is_farther_along():
+    """Against IGRF where the satellite is seconds later; a dipole's gradient is good to 12 %."""
+    scenario = short(world=WORLD)
+    environment = Environment.from_scenario(scenario)
+    model = FilterModel.from_scenario(scenario, environment)
+    rows = model.suite.gradient_rows(1)
+    speed = np.linalg.norm(environment.velocity, axis=1)
+    radial = environment.position / np.linalg.norm(environment.position, axis=1)[:, None]
+    normal = np.cross(radial, environment.velocity / speed[:, None])
+    for column, direction in zip(
+        model.references[:, rows].swapaxes(0, 1),
+        (environment.velocity / speed[:, None], normal, radial),
+        strict=True,
+    ):
+        off = 5000.0 * direction  # less than a degree across the field's finest structure
+        there = Environment.at(scenario, environment.times, environment.position + off).field
+        expected = (there - environment.field) / FIELD_UNIT_NT / (5000.0 / POSITION_UNIT)
+        size = np.linalg.norm(expected, axis=1).max()
+        np.testing.assert_allclose(column, expected, rtol=0, atol=0.3 * size)
+
+
+def test_light_from_the_earth_is_in_what_a_coarse_sensor_looks_at():
+    whole = Scenario.paper()
+    sensors = (SunSensor(), SunSensor(name="fine", sees_albedo=False))
+    plain, lit = (
+        FilterModel.from_scenario(dataclasses.replace(whole, sensors=sensors, world=world))
+        for world in (World(), World(earth_albedo=0.3))
+    )
+    added = lit.references - plain.references
+    assert not added[:, 1].any()
+    assert 0.01 < np.linalg.norm(added[:, 0], axis=1).max() < 0.3
+
+
+@pytest.mark.parametrize(
+    ("world", "message"),
+    [
+        ({"orbit_error_m": (1.0, 0.0, 0.0)}, "orbit_error_m = .*expected three numbers > 0 m, or"),
+        ({"orbit_error_axes": "body"}, "orbit_error_axes = 'body': expected one of 'orbital'"),
+        ({"earth_albedo": 30.0}, r"earth_albedo = 30.0: expected a number in \[0, 1\]"),
+        ({"considered": ("albedo",)}, r"considered\[0\] = 'albedo': unknown state"),
+    ],
+)
+def test_a_world_that_cannot_be_is_refused(world, message):
+    with pytest.raises(InvalidValue, match=message):
+        World(**world)
+
+
+def older(*sensors, preset="paper", **more):
+    return Scenario.from_dict({"preset": preset, "sensors": list(sensors), **more})
+
+
+MAG = {"kind": "magnetometer", "field_error_nt": 150.0, "orbit_error_m": 1000.0}
+OFF = {"kind": "magnetometer", "name": "b", "field_error_nt": 0.0, "orbit_error_m": 0.0}
+
+
+def test_a_file_with_one_magnetometer_is_the_same_satellite():
+    with pytest.warns(DeprecationWarning, match=r"field_error_nt.*now in \[world\]"):
+        scenario = older(MAG | {"considered": ["orbit_error", "bias"]})
+    assert scenario.world == World(
+        field_error_nt=150.0,
+        orbit_error_m=(1000.0, 1000.0, 1000.0),
+        orbit_error_axes="inertial",
+        considered=("orbit_error",),
+    )
+    assert scenario.sensors == (Magnetometer(considered=("bias",)),)
+    assert older({"kind": "magnetometer", "field_error_nt": 0.0}).world == World()
+
+
+def test_what_several_sensors_had_alike_is_one_error_and_else_refused():
+    with pytest.warns(DeprecationWarning, match=r"now in \[world\]"):
+        assert older(MAG, MAG | {"name": "b"}).world.field_error_nt == 150.0
+    expected = r"sensors\[1\].field_error_nt: is the world's, the same for all sensors: give field"
+    with pytest.raises(InvalidValue, match=expected):
+        older(MAG, OFF)
+    sun = {"kind": "sun-sensor", "albedo": 0.05}
+    with pytest.warns(DeprecationWarning, match=r"now in \[world\]"):
+        seen = older(sun, sun | {"name": "b", "albedo": 0.0})
+    assert [each.sees_albedo for each in seen.sensors] == [True, False]
+    with pytest.warns(DeprecationWarning, match=r"now in \[world\]"):
+        full = older(MAG | {"field_error_nt": 50.0}, preset="cubesat_6u_full")
+    assert (full.world.field_error_nt, full.world.albedo) == (50.0, 0.05)
+
+
+def test_no_sensor_is_called_the_world():
+    with pytest.raises(InvalidValue, match=r"sensors\[0\].name = 'world': expected a name that no"):
+        short(sensors=(Magnetometer(name="world"),))
