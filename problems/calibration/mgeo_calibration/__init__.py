@@ -20,6 +20,7 @@ __all__ = [
     "TelemetryMapping",
     "Verification",
     "calibrate",
+    "calibrate_alone",
     "consistency",
     "fly",
     "read_telemetry",
@@ -32,6 +33,7 @@ _HOMES = {
     "mgeo_calibration.calibration": (
         "Calibration",
         "calibrate",
+        "calibrate_alone",
         "simulate_calibrations",
     ),
     "mgeo_calibration.estimation": (

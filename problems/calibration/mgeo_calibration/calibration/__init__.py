@@ -1,5 +1,6 @@
 """What telemetry says of gyro and sensors: estimated, tested, written, drawn and read back."""
 
+from mgeo_calibration.calibration.alone import StrengthCalibration, calibrate_alone
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.document import from_json, read_json, to_json
 from mgeo_calibration.calibration.from_telemetry import calibrate
@@ -11,7 +12,9 @@ __all__ = [
     "Calibration",
     "History",
     "SensorTest",
+    "StrengthCalibration",
     "calibrate",
+    "calibrate_alone",
     "from_json",
     "read_json",
     "simulate_calibrations",

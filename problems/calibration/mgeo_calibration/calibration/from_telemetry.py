@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.scenario import Scenario
@@ -73,6 +74,8 @@ def calibrate(
     """
     if not 0.0 < gate < 0.5:
         raise ValueError(f"gate = {gate!r}: expected a probability in (0, 0.5)")
+    if mapping is not None and mapping.gyro.holds == "unknown":
+        raise InvalidValue("gyro.holds", "unknown", "expected none, or that of calibrate_alone")
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
     data = batch(scenario, telemetry)

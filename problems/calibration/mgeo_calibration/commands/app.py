@@ -201,6 +201,7 @@ def calibrate(
     attitude. Outliers are left out, and listed.
     """
     from mgeo_calibration.calibration import calibrate as calibrated
+    from mgeo_calibration.calibration.alone import calibrate_alone
     from mgeo_calibration.commands import calibrate as command
     from mgeo_calibration.telemetry import TelemetryMapping
 
@@ -210,9 +211,16 @@ def calibrate(
         picked = command.flown_plan(plan, pick, time, solution)
         flown = picked.plan if picked else None
         read = TelemetryMapping.from_toml(mapping) if mapping else None
-        found = calibrated(command.scenario_of(scenario, flown), telemetry, read)
+        of, output = command.scenario_of(scenario, flown), Output(quiet, json)
+        if read is not None and read.gyro.holds == "unknown":
+            if out:
+                raise ValueError('--out: expected none: holds = "unknown" leaves only a table')
+            alone = calibrate_alone(of, telemetry, read)
+            command.print_alone(alone, output)
+            output.result(command.alone_document(alone))
+            raise typer.Exit(ExitCode.INCOMPLETE if alone.failures else ExitCode.DONE)
+        found = calibrated(of, telemetry, read)
         promised = found.compare(flown) if flown else None
-    output = Output(quiet, json)
     command.print_calibration(found, promised, picked, output)
     files: list[str] = []
     try:

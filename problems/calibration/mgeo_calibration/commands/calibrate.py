@@ -17,6 +17,7 @@ from mgeo.runs.prepare import read_scenario
 from mgeo.store.atomic import check_writable, write_files
 from mgeo.terminal import plain
 from mgeo_calibration.calibration import Calibration, to_json
+from mgeo_calibration.calibration.alone import StrengthCalibration
 from mgeo_calibration.calibration.document import document
 from mgeo_calibration.calibration.report import report_html
 
@@ -99,6 +100,25 @@ def print_calibration(
     for told in calibration.notes:
         output.print(note(told))
     output.print("", plain(calibration.conclusion, "bold"))
+
+
+def print_alone(found: StrengthCalibration, output: Output) -> None:
+    """Print what the strength of the field says."""
+    output.print(
+        *titled("Errors of magnetometers", found.table.set_index("block")),
+        "",
+        plain(found.conclusion, "bold"),
+    )
+
+
+def alone_document(found: StrengthCalibration) -> dict[str, Any]:
+    """The same as JSON values."""
+    return {
+        "table": found.table.to_dict("records"),
+        "covariance": {name: P.tolist() for name, P in found.covariance.items()},
+        "conclusion": found.conclusion,
+        "supported": not found.failures,
+    }
 
 
 def calibration_document(

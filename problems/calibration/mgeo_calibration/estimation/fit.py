@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,6 +12,7 @@ from scipy.stats import chi2
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.field_strength import start_states
 from mgeo_calibration.estimation.implausible import check_normalized, implausible
 from mgeo_calibration.estimation.linearization import Trajectory
 from mgeo_calibration.estimation.orders import check_orders
@@ -85,11 +86,12 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
         sensor's readings are outliers.
     """
     N = len(batch.times)
-    states = np.tile(belief.states, (N, 1))
-    where = stretch(directions(batch, accumulated(batch, states)), N)
+    begin = replace(belief, states=start_states(batch, belief))
+    states = np.tile(begin.states, (N, 1))
+    where = stretch(directions(batch, accumulated(batch, states), states), N)
     check_normalized(batch)
-    check_orders(batch, where, belief)
-    check_unit_of_rates(batch, where, belief)
+    check_orders(batch, where, begin)
+    check_unit_of_rates(batch, where, begin)
     reach = carried_for(batch, belief.sigma[3:6], _ASTRAY)
     least = min(FIRST, max(_FEWEST, where.stop - where.start, reach))
     at = Trajectory(np.tile(np.eye(3), (N, 1, 1)), states)

@@ -46,13 +46,13 @@ def check_orders(batch: Batch, where: slice, belief: Belief) -> None:
         return
     part, states = checked(batch, where, belief)
     relative = accumulated(part, states)
-    found = _disagreement(part, relative)
+    found = _disagreement(part, relative, states)
     for i in trackers:
         for words, order, inverse in ORDERS:
             sensors = list(part.sensors)
             sensors[i] = reread(sensors[i], order, inverse)
             other = dataclasses.replace(part, sensors=tuple(sensors))
-            if _disagreement(other, relative) < _BETTER * found:
+            if _disagreement(other, relative, states) < _BETTER * found:
                 raise ValueError(
                     f"{batch.suite.sensors[i].name}: its quaternions agree with gyro and other "
                     f"sensors if they are read as {words}: expected scalar last, from GCRF to the "
@@ -69,9 +69,9 @@ def reread(axes: Floats, order: tuple[int, ...], inverse: bool) -> Floats:
     return found
 
 
-def _disagreement(batch: Batch, relative: Floats) -> float:
+def _disagreement(batch: Batch, relative: Floats, states: Floats) -> float:
     """Median square residual of the sensor that agrees least with one attitude."""
-    seen = directions(batch, relative)
+    seen = directions(batch, relative, states)
     rotation, _ = wahba(seen, np.ones(len(seen.samples), dtype=bool))
     square = ((seen.inertial - seen.body @ rotation.T) ** 2).sum(axis=1)
     return max(float(np.median(square[seen.sensor == one])) for one in np.unique(seen.sensor))

@@ -60,7 +60,7 @@ def first_attitude(batch: Batch, states: Floats) -> tuple[Floats, slice]:
         If nowhere vectors are far enough apart.
     """
     relative = accumulated(batch, states)
-    seen = directions(batch, relative)
+    seen = directions(batch, relative, states)
     where = stretch(seen, len(batch.times))
     chosen = (seen.samples >= where.start) & (seen.samples < where.stop)
     rotation, _ = wahba(seen, chosen)
@@ -108,7 +108,7 @@ def check_unit_of_rates(batch: Batch, where: slice, belief: Belief) -> None:
 
     def residual(factor: float) -> float:
         scaled = replace(part, gyro=factor * part.gyro, change=factor * part.change)
-        seen = directions(scaled, accumulated(scaled, states))
+        seen = directions(scaled, accumulated(scaled, states), states)
         return wahba(seen, np.ones(len(seen.samples), dtype=bool))[1]
 
     least = _CHANCE * np.linalg.norm(belief.sigma[3:6])
@@ -132,11 +132,22 @@ def accumulated(batch: Batch, states: Floats) -> Floats:
     return R
 
 
-def directions(batch: Batch, relative: Floats) -> Directions:
-    """All vectors of all sensors; those of a sensor of several are the axes of GCRS."""
+def directions(batch: Batch, relative: Floats, states: Floats) -> Directions:
+    """All vectors of all sensors; those of a sensor of several are the axes of GCRS.
+
+    Parameters
+    ----------
+    relative : array, shape (N, 3, 3)
+        See `accumulated`.
+    states : array, shape (N, n_states)
+        Whose biases are taken out of vectors.
+    """
     samples, sensors, weights, body, inertial = [], [], [], [], []
     for index, rows in enumerate(batch.sensors):
         k = np.flatnonzero(np.isfinite(rows[:, 0, 0]))
+        place = batch.suite.places(batch.suite.sensors[index]).get("bias")
+        if rows.shape[1] == 1 and place is not None:
+            rows = rows - states[:, None, place : place + 3]
         for i in range(rows.shape[1]):
             known = (
                 batch.vectors[k, index]

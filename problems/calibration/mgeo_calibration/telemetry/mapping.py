@@ -98,9 +98,9 @@ class GyroChannels(Channels):
     range_deg_s: float | None = positive(None, unit="deg/s", doc="rate at which it saturates")
     holds: str | None = quantity(
         None,
-        choices=("lvlh", "inertial"),
-        doc="there is no gyro, and the satellite is known to hold these axes; dcm or quaternion "
-        "turns LVLH (x forward, z down) to body axes",
+        choices=("lvlh", "inertial", "unknown"),
+        doc="there is no gyro, and the satellite holds these axes; dcm or quaternion turns LVLH "
+        "(x forward, z down) to body axes; of unknown ones, magnetometers are calibrated alone",
     )
 
     def __post_init__(self) -> None:

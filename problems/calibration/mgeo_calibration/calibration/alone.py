@@ -1,0 +1,118 @@
+"""Magnetometers where nothing is known of attitude and rate: by the strength of the field alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors import Magnetometer
+from mgeo_attitude.sensors.suite import Suite
+
+from mgeo_calibration.calibration.calibration import telemetry_units
+from mgeo_calibration.calibration.sensor_tests import correlation_bound, nis_bounds
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.field_strength import BLOCKS, by_strength
+from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
+
+#: What is said of it wherever it is shown.
+ALONE = (
+    "by the strength of the field alone, without attitude: misalignments are not to be found, nor "
+    "are errors that vary"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class StrengthCalibration:
+    """Bias, scale factor and nonorthogonality of magnetometers.
+
+    Attributes
+    ----------
+    table : DataFrame
+        As `Calibration.table`, of those blocks.
+    covariance : dict of str to array, shape (9, 9)
+        By magnetometer, of those blocks in the filter's units.
+    failures : list of str
+        What residuals say against it; none is what one wants.
+    """
+
+    table: pd.DataFrame
+    covariance: dict[str, np.ndarray]
+    failures: list[str]
+
+    @property
+    def conclusion(self) -> str:
+        """In one line."""
+        if not self.failures:
+            return f"the residuals support it; {ALONE}"
+        return f"the residuals do not support it: {'; '.join(self.failures)}; {ALONE}"
+
+
+def calibrate_alone(
+    scenario: Scenario,
+    telemetry: Telemetry | pd.DataFrame | Path | str,
+    mapping: TelemetryMapping | None = None,
+) -> StrengthCalibration:
+    """Calibrate the magnetometers of a scenario, each alone.
+
+    Parameters
+    ----------
+    telemetry, mapping
+        As of `calibrate`; a mapping with ``holds = "unknown"`` under ``gyro`` asks for no gyro.
+
+    Raises
+    ------
+    ValueError, OSError, ImportError
+        From `read_telemetry`; or without a magnetometer, or for one that its readings do not tell.
+    """
+    if not isinstance(telemetry, Telemetry):
+        telemetry = read_telemetry(telemetry, scenario, mapping)
+    suite = Suite(scenario.gyro, scenario.sensors)
+    data, belief, units = batch(scenario, telemetry), Belief.of(scenario), telemetry_units(suite)
+    rows, covariances, failures = [], {}, []
+    magnetometers = [k for k, s in enumerate(suite.sensors) if isinstance(s, Magnetometer)]
+    if not magnetometers:
+        raise ValueError(
+            "sensors: expected a magnetometer, whose field has a strength that is known"
+        )
+    for index in magnetometers:
+        name = suite.sensors[index].name
+        try:
+            found = by_strength(data, index, belief)
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from None
+        covariances[name] = found.covariance
+        sigma = np.sqrt(np.diag(found.covariance))
+        for number, block in enumerate(f"{name}.{part}" for part in BLOCKS):
+            if block not in units:
+                continue
+            first = 3 * suite.blocks.index(block)
+            for i, axis in enumerate("xyz"):
+                k, unit = 3 * number + i, units[block]
+                values = found.values[k], sigma[k], belief.sigma[first + i]
+                rows.append((block, axis, unit.text, *(float(v) * unit.factor for v in values)))
+        failures += _failures(name, found.residuals, 2 * len(magnetometers))
+    columns = ["block", "axis", "unit", "estimate", "sigma", "prior_sigma"]
+    return StrengthCalibration(pd.DataFrame(rows, columns=columns), covariances, failures)
+
+
+def _failures(name: str, residuals: np.ndarray, tests: int) -> list[str]:
+    found, square = [], float((residuals**2).mean())
+    low, high = nis_bounds(len(residuals), tests)
+    if not low <= square <= high:
+        how = "more" if square > 1.0 else "less"
+        found.append(
+            f"the strength that {name} measures scatters {how} than its noise (chi-square "
+            f"{square:.3f} a reading, expected {low:.3f} to {high:.3f})"
+        )
+    next_to = abs(float((residuals[1:] * residuals[:-1]).mean())) / square
+    if next_to > (most := correlation_bound(len(residuals), tests)):
+        less = np.sqrt((1.0 + next_to) / (1.0 - next_to))  # as of a first-order process
+        found.append(
+            f"residuals of {name} are not white (correlation {next_to:.3f}, expected at most "
+            f"{most:.3f}): sigmas are too small, about {less:.2g} times"
+        )
+    return found

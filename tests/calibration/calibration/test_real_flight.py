@@ -1,0 +1,75 @@
+"""A magnetometer that was in orbit, beside an affine fit that knows nothing of filters."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mgeo_attitude import Environment, Scenario
+from mgeo_calibration import TelemetryMapping, calibrate, calibrate_alone, read_telemetry
+from mgeo_calibration.commands.app import app
+from typer.testing import CliRunner
+
+FOLDER = Path(__file__).parent / "real"
+TABLE = FOLDER / "iss_magnetometer.csv"
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    return Scenario.from_toml(FOLDER / "iss.toml")
+
+
+@pytest.fixture(scope="module")
+def telemetry(scenario):
+    mapping = TelemetryMapping.from_toml(FOLDER / "columns.toml")
+    return read_telemetry(TABLE, scenario, mapping)
+
+
+@pytest.fixture(scope="module")
+def affine(scenario, telemetry):
+    """Bias [nT] of m = A B + b for any A, least squares, with the field along LVLH."""
+    environment = Environment.at(scenario, telemetry.times)
+    down = -environment.position
+    right = np.cross(down, environment.velocity)
+    axes = [np.cross(right, down), right, down]
+    unit = [axis / np.linalg.norm(axis, axis=1)[:, None] for axis in axes]
+    field = np.column_stack([(environment.field * axis).sum(axis=1) for axis in unit])
+    known = np.column_stack([field, np.ones(len(field))])
+    return np.linalg.lstsq(known, telemetry.sensors["mag"], rcond=None)[0][3]
+
+
+def bias(table):
+    return table[table["block"] == "mag.bias"]["estimate"].to_numpy()
+
+
+def test_the_bias_is_that_of_an_affine_fit_and_what_is_not_white_is_said(
+    scenario, telemetry, affine
+):
+    assert telemetry.times[0] == pytest.approx(-0.542743)  # before the epoch, to a microsecond
+    np.testing.assert_allclose(affine, [27600.0, 19700.0, -4300.0], atol=100.0)
+    found = calibrate(scenario, telemetry)
+    np.testing.assert_allclose(bias(found.table()), affine, atol=600.0)
+    assert not found.supported
+    assert "innovations of mag are not white" in found.conclusion
+
+
+def test_by_strength_alone_it_is_near_and_its_sigmas_are_said_to_be_too_small(
+    scenario, telemetry, affine
+):
+    found = calibrate_alone(scenario, telemetry)
+    rows = found.table[found.table["block"] == "mag.bias"]
+    correlation = 0.85  # of residuals one after the other: so much do they say less
+    sigma = rows["sigma"].to_numpy() * np.sqrt((1.0 + correlation) / (1.0 - correlation))
+    assert (np.abs(bias(found.table) - affine) / sigma).max() < 4.0
+    assert "residuals of mag are not white (correlation 0.8" in found.conclusion
+    assert "misalignments are not to be found" in found.conclusion
+
+
+def test_the_command_does_so_where_the_mapping_says_that_nothing_is_known(tmp_path):
+    mapping = tmp_path / "columns.toml"
+    mapping.write_text((FOLDER / "columns.toml").read_text().replace("lvlh", "unknown"))
+    command = ["calibrate", str(TABLE), "--scenario", str(FOLDER / "iss.toml")]
+    done = CliRunner().invoke(app, [*command, "--mapping", str(mapping)])
+    assert done.exit_code == 3, done.output
+    assert "by the strength of the field alone" in " ".join(done.output.split())
+    refused = CliRunner().invoke(app, [*command, "--mapping", str(mapping), "--out", str(tmp_path)])
+    assert "--out: expected none" in str(refused.exception)
