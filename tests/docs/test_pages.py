@@ -264,6 +264,23 @@ def test_every_key_of_a_prior_is_on_the_page():
         assert f"| `{key}` |" in page("calibration.md")
 
 
+def test_which_satellite_leads_to_files_that_can_be_started_from(tmp_path, monkeypatch):
+    text = page("which-satellite.md")
+    rows = re.findall(r"^\| .*\]\((scenarios/[\w-]+\.toml)\) \| `(\w+)` \|$", text, re.MULTILINE)
+    assert {preset for _, preset in rows} == {"cubesat_1u", "cubesat_6u", "microsatellite"}
+    for file, preset in rows:
+        table = tomllib.loads(page(file))
+        assert table["preset"] == preset
+        AttitudeManeuverProblem(Scenario.from_dict(table))
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(DOCS / "scenarios", "docs/scenarios")
+    (command,) = blocks("which-satellite.md", "sh")
+    run(command.strip(), "--evaluations", "60", "--quiet")
+    shown = run("mgeo attitude show runs/1u --pick best")
+    assert "ramp to maneuver 1" in shown
+    assert "assumed to be free" not in shown
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("objectives", [["t_end", "trace"], ["log_det", "angle", "t_end"]])
 def test_the_command_with_limits(objectives, tmp_path, monkeypatch):

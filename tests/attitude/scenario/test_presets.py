@@ -6,6 +6,7 @@ import dataclasses
 import math
 from datetime import UTC, datetime
 
+import numpy as np
 import pytest
 from mgeo_attitude import Suite
 from mgeo_attitude.fields import to_table
@@ -103,7 +104,9 @@ def test_only_the_papers_runs_may_end_on_a_rise() -> None:
 def test_a_preset_is_named_after_itself() -> None:
     assert {name: Scenario.from_dict({"preset": name}).name for name in PRESETS} == {
         "paper": "paper",
+        "cubesat_1u": "cubesat_1u",
         "cubesat_6u": "cubesat_6u",
+        "microsatellite": "microsatellite",
         "cubesat_6u_full": "cubesat_6u_full",
     }
 
@@ -147,3 +150,19 @@ def test_the_full_cubesat_has_every_error_and_is_the_cubesat_otherwise() -> None
                 for name in ("sample_interval", "considered"):
                     sensor.pop(name, None)
     assert table | {"name": "cubesat_6u"} == expected
+
+
+def test_the_small_cubesat_is_turned_by_coils_and_the_large_satellite_by_wheels() -> None:
+    small, large = Scenario.cubesat_1u(), Scenario.microsatellite()
+    assert small.turned_by_coils
+    assert small.coils is not None
+    turns, area, ampere = 450, 0.0049, 3.3 / 107.0
+    assert small.coils.max_dipole == pytest.approx([turns * area * ampere] * 3, rel=1e-3)
+    assert small.duration == pytest.approx(2.0 * small.orbit.period, abs=small.step)
+    assert not large.turned_by_coils
+    assert large.wheels is not None
+    x, y, z = 0.6, 0.7, 0.87
+    sides = np.array([y * y + z * z, x * x + z * z, x * x + y * y])
+    np.testing.assert_allclose(large.wheels.inertia, 110.0 / 12.0 * sides, rtol=1e-3)
+    assert [sensor.kind for sensor in large.sensors].count("star-tracker") == 2
+    assert small.assumed == large.assumed == ()

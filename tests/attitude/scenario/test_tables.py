@@ -12,11 +12,13 @@ import pytest
 from hypothesis import given, settings
 from mgeo_attitude.fields import InvalidType, InvalidValue
 from mgeo_attitude.scenario import KeyProblem, Orbit, Scenario, TLEOrbit
+from mgeo_attitude.scenario.presets import PRESETS
 from mgeo_attitude.sensors import Gyro, Sensor, StarTracker, SunSensor
 
 from .strategies import scenarios
 from .test_orbit import ISS_1, ISS_2
 
+KNOWN = ", ".join(map(repr, PRESETS))
 PAPER = {"preset": "paper"}
 
 
@@ -197,11 +199,11 @@ def test_keys_of_older_files_are_told_the_new_ones(override: dict[str, Any], mes
         ),
         (
             {"preset": 6},
-            "preset = 6: unknown preset (known: 'paper', 'cubesat_6u', 'cubesat_6u_full')",
+            f"preset = 6: unknown preset (known: {KNOWN})",
         ),
         (
             {"preset": []},
-            "preset = []: unknown preset (known: 'paper', 'cubesat_6u', 'cubesat_6u_full')",
+            f"preset = []: unknown preset (known: {KNOWN})",
         ),
         (
             {"orbit": {"propagator": "j22"}},

@@ -60,7 +60,8 @@ def test_every_key_has_a_comment() -> None:
     uncommented = [line for line in lines if " = " in line and " # " not in line]
     assert uncommented[1:] == []
     assert uncommented == [
-        '# only what differs: preset = "paper" or "cubesat_6u" or "cubesat_6u_full"'
+        '# only what differs: preset = "paper" or "cubesat_1u" or "cubesat_6u" or '
+        '"cubesat_6u_full" or "microsatellite"'
     ]
 
 

@@ -13,7 +13,7 @@ from mgeo_attitude.fields import InvalidValue, known_names
 Table = dict[str, Any]
 
 #: Names of the presets; each is a file of this folder.
-PRESETS = ("paper", "cubesat_6u", "cubesat_6u_full")
+PRESETS = ("paper", "cubesat_1u", "cubesat_6u", "cubesat_6u_full", "microsatellite")
 
 
 def on_preset(table: Mapping[str, Any]) -> Table:

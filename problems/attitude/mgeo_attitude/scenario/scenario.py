@@ -187,6 +187,16 @@ class Scenario(Validated):
         return Scenario.from_dict({"preset": "paper"})
 
     @staticmethod
+    def cubesat_1u() -> Scenario:
+        """A cubesat of one unit that coils alone turn; its file says where its figures are from."""
+        return Scenario.from_dict({"preset": "cubesat_1u"})
+
+    @staticmethod
+    def microsatellite() -> Scenario:
+        """110 kg with two star trackers and wheels; its file says where its figures are from."""
+        return Scenario.from_dict({"preset": "microsatellite"})
+
+    @staticmethod
     def cubesat_6u() -> Scenario:
         """A 6U cubesat with small instruments, in the paper's orbit with its eclipses.
 
