@@ -60,7 +60,7 @@ def integrated(field, attitude, rate, design, step, coils):
         off = (off and k not in begins) or np.linalg.norm(error) <= near
         middle = 0.5 * (field[k] + field[k + 1])
         b = Rotation.from_quat(q).inv().apply(middle)
-        dipole = np.cross(b, -J @ error / 10.0) / (b @ b)
+        dipole = np.cross(b, np.cross(w, J @ w) - J @ error / 10.0) / (b @ b)
         dipole = (0.0 if off else 1.0) * dipole / max(1.0, *np.abs(dipole) / most) + residual
 
         def motion(_, y, dipole=dipole, middle=middle):

@@ -54,6 +54,8 @@ class Picked:
             return []
         ends = "the slew back begins" if plan.slew_back else "commands end"
         hold = ": hold the last rate until then" if kept < math.inf and not plan.slew_back else ""
+        if plan.scenario.turned_by_coils:  # it moves freely, whatever is commanded
+            hold = ""
         return [
             f"Note: {ends} after {span(plan.t_end)}, when the filter has converged if the plan is "
             f"flown exactly; {within(kept)}{hold}"

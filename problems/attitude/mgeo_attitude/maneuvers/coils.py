@@ -3,10 +3,12 @@
 What is flown is not what is asked for. At each filter step whose maneuver's rate has not been
 reached yet, the dipole is that of the cross-product law
 
-    m = b x τ / |b|²,   τ = -J (ω - ω_plan) / T,
+    m = b × τ / |b|²,   τ = ω × J ω - J (ω - ω_plan) / T,
 
 of which no component is greater than its coil gives: else all are smaller alike. Its torque m × b
-is the part of τ across the field b. The dipole is held for a step, and the body moves by Euler's
+is the part of τ across the field b. (Stickler and Alfriend, Elementary Magnetic Attitude Control
+System, Journal of Spacecraft and Rockets 13 (1976) 282-287; the first term takes out what turns
+an axis that is not principal.) The dipole is held for a step, and the body moves by Euler's
 equations J dω/dt = m × b - ω × J ω. Once the rate is within the detumble rate of the plan's, the
 coils are off until the next maneuver.
 

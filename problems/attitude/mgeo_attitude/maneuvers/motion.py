@@ -29,9 +29,14 @@ def attitudes(
     """
     C = np.empty((n_steps + 1, 3, 3))
     C[0] = np.eye(3) if initial is None else initial
-    for omega, first, last in zip(rates, starts, [*starts[1:], n_steps], strict=True):
-        steps = np.arange(first, min(last, n_steps) + 1)
-        if steps.size:
+    ends = np.minimum(np.append(starts[1:], n_steps), n_steps)
+    # ramps, and coils, have a stretch in each step, which are turns to be made at once
+    alone = Rotation.from_rotvec(-step * rates).as_matrix() if len(rates) else np.empty((0, 3, 3))
+    for omega, turn, first, last in zip(rates, alone, starts.tolist(), ends.tolist(), strict=True):
+        if last == first + 1:
+            C[last] = turn @ C[first]
+        elif last > first:
+            steps = np.arange(first, last + 1)
             turns = Rotation.from_rotvec(-np.outer((steps - first) * step, omega))
             C[steps] = turns.as_matrix() @ C[first]
     return C

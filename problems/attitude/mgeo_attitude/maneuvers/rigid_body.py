@@ -51,6 +51,10 @@ def driven(body, law, field, plan, step, mean, end, free):  # type: ignore[no-un
                 for a in range(3):
                     middle[a] = (rates[i, m, a] - rate[a]) / response
                 _product(inertia, middle, torque)
+                _product(inertia, rate, middle)
+                _cross(rate, middle, middle)
+                for a in range(3):
+                    torque[a] += middle[a]
                 _limited(b, torque, largest, dipole)
             for a in range(3):
                 dipole[a] += residual[a]

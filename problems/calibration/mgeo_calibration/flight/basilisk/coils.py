@@ -97,7 +97,8 @@ def coil_control(
             error = rate - coiled.rates[k // parts]
             self.off = self.off and not coiled.begins[k // parts]
             self.off = self.off or bool(np.linalg.norm(error) <= drive.near)
-            dipole = np.cross(b, -drive.inertia @ error / drive.response) / (b @ b)
+            torque = np.cross(rate, drive.inertia @ rate) - drive.inertia @ error / drive.response
+            dipole = np.cross(b, torque) / (b @ b)
             dipole /= max(1.0, float(np.abs(dipole / drive.max_dipole).max()))
             command = messaging.MTBCmdMsgPayload()
             command.mtbDipoleCmds = (dipole * (not self.off) + drive.residual_dipole).tolist()
