@@ -43,7 +43,8 @@ OF_CALIBRATION = {
     "flight": {"telemetry"},
     "estimation": {"flight", "telemetry"},
     "verification": {"estimation"},
-    "calibration": {"estimation", "flight", "telemetry"},
+    "diagnosis": {"estimation", "telemetry"},
+    "calibration": {"diagnosis", "estimation", "flight", "telemetry"},
 }
 #: What stands beside the rooms, and any of them may import.
 SINGLE = {

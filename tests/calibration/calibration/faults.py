@@ -3,9 +3,11 @@
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import UTC, datetime
 
 import numpy as np
 from mgeo_attitude import Scenario
+from mgeo_attitude.environment.time_frames import gcrs_to_itrs, instants
 from mgeo_calibration import Telemetry
 
 from .flights import PLAN, short
@@ -112,3 +114,109 @@ SCORED = {
         lambda rng: Craft(behind=sign(rng) * rng.uniform(2.0, 6.0)),
     ),
 }
+
+
+def shifted(seconds):
+    """With other times."""
+    return lambda telemetry, rng: dataclasses.replace(
+        telemetry, times=seconds(telemetry.times, rng)
+    )
+
+
+def flipped(rows, rng):
+    return rows * np.where(np.arange(3) == rng.integers(3), -1.0, 1.0)
+
+
+def swapped(rows, rng):
+    k = rng.integers(3)
+    order = np.arange(3)
+    order[[k, k - 1]] = order[[k - 1, k]]
+    return rows[:, order]
+
+
+def frozen(t, rows, rng):
+    a = int(rng.integers(200, 1500))
+    rows[a : a + int(rng.integers(300, 1200))] = rows[a]
+    return rows
+
+
+def filled(t, rows, rng):
+    rows[rng.random(len(rows)) < rng.uniform(0.05, 0.2)] = -9999.0
+    return rows
+
+
+def filled_in_one(t, rows, rng):
+    rows[rng.random(len(rows)) < rng.uniform(0.06, 0.2), rng.integers(3)] = -99999.0
+    return rows
+
+
+def clipped(t, rows, rng):
+    k = rng.integers(3)
+    rows[:, k] = np.minimum(rows[:, k], np.quantile(rows[:, k], rng.uniform(0.7, 0.9)))
+    return rows
+
+
+def in_itrf(telemetry, rng):
+    position, _ = SCENARIO.orbit.propagate(SCENARIO.epoch, telemetry.times)
+    rotation = gcrs_to_itrs(instants(SCENARIO.epoch, telemetry.times))
+    return dataclasses.replace(telemetry, position=np.einsum("nij,nj->ni", rotation, position))
+
+
+def days_since(*date):
+    since = (SCENARIO.epoch - datetime(*date, tzinfo=UTC)).total_seconds()
+    return shifted(lambda t, rng: (t + since) / 86400.0)
+
+
+#: Of telemetry that cannot be calibrated, or ends wrong.
+GROSS = {
+    "magnetometer frozen": Fault("mag does not change from ", spoil=sensor("mag", frozen)),
+    "fill values": Fault(r"mag_\w is -9999 in .*fill value", spoil=sensor("mag", filled)),
+    "fill values of a channel": Fault(
+        r"mag_\w is -99999 in .*fill value", spoil=sensor("mag", filled_in_one)
+    ),
+    "magnetometer clipped": Fault(r"mag_\w is .*it is clipped", spoil=sensor("mag", clipped)),
+    "magnetometer flipped": Fault(
+        "mag agrees with all else if its axes are ",
+        spoil=sensor("mag", lambda t, rows, rng: flipped(rows, rng)),
+    ),
+    "Sun sensor flipped": Fault(
+        "sun agrees with all else if its axes are ",
+        spoil=sensor("sun", lambda t, rows, rng: flipped(rows, rng)),
+    ),
+    "magnetometer swapped": Fault(
+        "mag agrees with all else if its axes are ",
+        spoil=sensor("mag", lambda t, rows, rng: swapped(rows, rng)),
+    ),
+    "gyro flipped": Fault(
+        "gyro agrees with all else if its axes are ",
+        spoil=gyro(lambda t, rows, rng: flipped(rows, rng)),
+    ),
+    "gyro of the other sign": Fault(
+        r"gyro agrees with all else if its axes are \(-x, -y, -z\)",
+        spoil=gyro(lambda t, rows, rng: -rows),
+    ),
+    "gyro times ten": Fault(
+        "gyro: the vectors turn as if its rates were a tenth as large",
+        spoil=gyro(lambda t, rows, rng: 10.0 * rows),
+    ),
+    "gyro in deg/h": Fault(
+        "gyro: the vectors turn as if its rates were in deg/h",
+        spoil=gyro(lambda t, rows, rng: 3600.0 * rows),
+    ),
+    "minutes": Fault("times are in minutes", spoil=shifted(lambda t, rng: t / 60.0)),
+    "milliseconds": Fault("times are in milliseconds", spoil=shifted(lambda t, rng: 1e3 * t)),
+    "days": Fault("times are in days", spoil=shifted(lambda t, rng: t / 86400.0)),
+    "Excel": Fault("times are days of Excel", spoil=days_since(1899, 12, 30)),
+    "MJD": Fault("times are modified Julian dates", spoil=days_since(1858, 11, 17)),
+    "local time": Fault(
+        r"times are \d+(\.5)? h (ahead of|behind) UTC",
+        spoil=shifted(lambda t, rng: t + 1800.0 * sign(rng) * rng.integers(2, 24)),
+    ),
+    "ITRF": Fault("position turns with the Earth", spoil=in_itrf),
+    "a late sensor": Fault(r"mag is \d.* s late", late("mag", 1.5, 3.0)),
+    "far along the orbit": Fault(
+        r"the satellite is .* (behind|ahead of) its orbit",
+        lambda rng: Craft(behind=sign(rng) * rng.uniform(100.0, 1000.0)),
+    ),
+}
+FAULTS = SCORED | GROSS

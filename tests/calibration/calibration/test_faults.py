@@ -8,13 +8,15 @@ import pytest
 from mgeo_attitude.sensors import StarTracker, TwoAxisSunSensor
 from mgeo_calibration import calibrate
 from mgeo_calibration import fly as fly_plan
+from mgeo_calibration.calibration import from_json, to_json
 from mgeo_calibration.calibration.questions import questions
+from mgeo_calibration.diagnosis import causes
 from mgeo_calibration.estimation import score
 from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import fit
 
-from .faults import MOTION, SCENARIO, SCORED, Fault
+from .faults import GROSS, MOTION, SCENARIO, SCORED, Fault
 from .flights import PLAN, short
 from .independent import Craft, fly
 
@@ -89,10 +91,43 @@ def test_sensors_of_two_angles_and_trackers_are_asked():
     assert re.match(r"tracker is (0\.9\d|1\.0\d) ± 0\.0\d s late", late.failures[0])
 
 
+@pytest.mark.parametrize(
+    "kind",
+    ["magnetometer frozen", "fill values", "Sun sensor flipped", "Excel", "local time", "ITRF"],
+)
+def test_a_cause_is_seen_without_any_attitude(kind):
+    assert re.match(GROSS[kind].cause, seen(GROSS[kind], 7)[0])
+
+
+def test_no_cause_is_seen_of_a_healthy_flight():
+    for seed in (1, 2):
+        assert seen(Fault(""), seed) == ()
+
+
+def test_the_cause_stands_in_front_of_what_was_refused():
+    """It was "are orbit, epoch and mounting frames those of the satellite?" alone."""
+    with pytest.raises(ValueError, match=r"^times are in minutes, not seconds \(the estimate does"):
+        first_line(GROSS["minutes"], 1)
+
+
+def test_causes_are_part_of_files():
+    found = calibrate(SCENARIO, GROSS["magnetometer clipped"].fly(1))
+    assert found.causes
+    assert found.failures[0] == found.causes[0]
+    again = from_json(to_json(found))
+    assert (again.causes, again.conclusion) == (found.causes, found.conclusion)
+
+
+def seen(fault, seed):
+    telemetry = fault.fly(seed)
+    return causes(SCENARIO, telemetry, batch(SCENARIO, telemetry))
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("seeds", [range(3)], ids=["3 of each"])
-def test_nine_of_ten_faults_are_named(seeds):
-    named = {kind: [named_right(fault, seed) for seed in seeds] for kind, fault in SCORED.items()}
+@pytest.mark.parametrize("kinds", [SCORED, GROSS], ids=["small", "gross"])
+def test_nine_of_ten_faults_are_named(kinds):
+    """One of each kind; see `faults.FAULTS`."""
+    named = {kind: named_right(fault, 21) for kind, fault in kinds.items()}
     assert np.mean(list(named.values())) >= 0.9, named
 
 

@@ -52,6 +52,9 @@ class Calibration:
         Of the estimate against what was believed before; none in files of earlier versions.
     model_tests : tuple of ModelTest
         Of what the scenario says beside; none in files of earlier versions.
+    causes : tuple of str
+        Why prior, model or innovations speak against it, in words, as far as that is seen without
+        any attitude; none in files of earlier versions.
     notes : tuple of str
         What else telemetry says, in words.
     rejected : tuple of (time [s], name of sensor, chi-square)
@@ -70,6 +73,7 @@ class Calibration:
     rejected: tuple[tuple[float, str, float], ...]
     prior_tests: tuple[PriorTest, ...] = ()
     model_tests: tuple[ModelTest, ...] = ()
+    causes: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     history: History | None = field(default=None, repr=False)
 
@@ -119,14 +123,15 @@ class Calibration:
     def failures(self) -> list[str]:
         """What prior, model and innovations say against it, in words; none is what one wants.
 
-        What is far from its prior, or what the scenario does not say, comes first, that with the
-        greatest chi-square before the other: it makes good readings look bad.
+        The `causes` come first. What is far from its prior, or what the scenario does not say,
+        follows, that with the greatest chi-square before the other: it makes good readings look
+        bad.
         """
         said = [words for test in self.tests for words in test.failures()]
         named = [(test.chi_square, test.words) for test in self.model_tests if test.named]
         far = sorted(contradictions(self.prior_tests), reverse=True)
         first, second = sorted((far, named), key=lambda causes: causes[:1], reverse=True)
-        return [words for _, words in first + second] + said
+        return [*self.causes, *(words for _, words in first + second), *said]
 
     @property
     def supported(self) -> bool:

@@ -1,10 +1,10 @@
 """Calibrations as files: JSON that reads back.
 
 ``scenario``, ``time_s``, ``quaternion``, ``rate_deg_s``, ``states``, ``covariance``, ``tests``,
-``prior_tests``, ``model_tests``, ``notes`` and ``rejected`` are the calibration; a file without
-``prior_tests``, ``model_tests`` or ``notes`` is of an earlier version. ``utc``, ``table``,
-``uplink`` and ``conclusion`` follow from them; on reading they are computed again, and a file that
-says something else is refused.
+``prior_tests``, ``model_tests``, ``causes``, ``notes`` and ``rejected`` are the calibration; a file
+without ``prior_tests``, ``model_tests``, ``causes`` or ``notes`` is of an earlier version. ``utc``,
+``table``, ``uplink`` and ``conclusion`` follow from them; on reading they are computed again, and a
+file that says something else is refused.
 """
 
 from __future__ import annotations
@@ -73,6 +73,7 @@ def _keys(calibration: Calibration) -> dict[str, Any]:
         "tests": [vars(test) for test in calibration.tests],
         "prior_tests": [vars(test) for test in calibration.prior_tests],
         "model_tests": [vars(test) for test in calibration.model_tests],
+        "causes": list(calibration.causes),
         "notes": list(calibration.notes),
         "rejected": [list(one) for one in calibration.rejected],
     }
@@ -93,7 +94,7 @@ def _calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
     prior = prior_of(table, scenario.suite)
     names = [sensor.name for sensor in scenario.sensors]
     tests = _tests(SensorTest, table, "tests")
-    given = {"prior_tests": [], "model_tests": [], "notes": [], **table}
+    given = {"prior_tests": [], "model_tests": [], "causes": [], "notes": [], **table}
     prior_tests = _tests(PriorTest, given, "prior_tests")
     model_tests = _tests(ModelTest, given, "model_tests")
     notes = tuple(entry(given, "notes", list[str]))
@@ -115,6 +116,7 @@ def _calibration(table: Mapping[str, Any], scenario: Scenario) -> Calibration:
         rejected=rejected,
         prior_tests=prior_tests,
         model_tests=model_tests,
+        causes=tuple(entry(given, "causes", list[str])),
         notes=notes,
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.scenario import Scenario
 
+from mgeo_calibration import diagnosis
 from mgeo_calibration.calibration import model_tests as models
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.history import History
@@ -36,6 +38,8 @@ from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemet
 
 #: Probability that a reading without fault is taken for an outlier.
 GATE = 1e-5
+#: By how much noise is taken to be larger where readings do not fit at all.
+_WIDER = (5.0, 20.0, 80.0)
 
 
 def calibrate(
@@ -78,9 +82,39 @@ def calibrate(
         raise InvalidValue("gyro.holds", "unknown", "expected none, or that of calibrate_alone")
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)
-    data = batch(scenario, telemetry)
-    belief = Belief.of(scenario)
-    found = fit(data, belief, gate)
+    belief, data = Belief.of(scenario), None
+    try:
+        data = batch(scenario, telemetry)
+        found = fit(data, belief, gate)
+    except ValueError as error:
+        causes = diagnosis.causes(scenario, telemetry, data)
+        causes = causes or (_from_a_wide_fit(data, belief, gate) if data else ())
+        if not causes:
+            raise
+        raise ValueError(f"{causes[0]} ({error})") from error
+    made = _concluded(scenario, telemetry, belief, found)
+    if made.supported:
+        return made
+    return dataclasses.replace(made, causes=diagnosis.causes(scenario, telemetry, data))
+
+
+def _from_a_wide_fit(data: Batch, belief: Belief, gate: float) -> tuple[str, ...]:
+    """What the model is named to be without, once noise is taken to be as large as it has to be."""
+    for factor in _WIDER:
+        wide = dataclasses.replace(data, noise=factor * data.noise)
+        try:
+            solution = fit(wide, belief, gate).solution
+        except ValueError:
+            continue
+        asked = questions(solution, {})
+        tests, _ = models.model_tests(solution, asked, len(asked), 1.0)
+        return tuple(test.words for test in tests if test.named)
+    return ()
+
+
+def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: Fit) -> Calibration:
+    """What a fit says, and the tests of it."""
+    data = found.batch
     last = found.solution.estimate
     past = filtered(found.solution)
     states, covariance = at_the_end(belief, found)

@@ -18,6 +18,13 @@ LENGTHS = (10, 30, 100, 300, 1000, 3000)
 SPREAD = 0.03
 #: Units that a gyro's rates may be in by mistake, and what they would have to be multiplied by.
 _UNITS = {"rad/s": np.degrees(1.0), "deg/h": 1.0 / 3600.0, "rev/min": 6.0, "mdeg/s": 1e-3}
+#: The same and scales that are wrong, in words.
+RATE_FACTORS = {f"in {unit}": factor for unit, factor in _UNITS.items()} | {
+    "ten times as large": 10.0,
+    "a tenth as large": 0.1,
+    "a hundred times as large": 100.0,
+    "a hundredth as large": 0.01,
+}
 _BETTER = 0.1  # a unit is called wrong if another leaves this share of the residual
 _CHECKED = 300  # samples that are looked at, at most
 _FEWEST = 10

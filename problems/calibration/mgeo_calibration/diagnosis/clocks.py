@@ -1,0 +1,197 @@
+"""Times and positions that do not fit field and Sun, seen without any attitude.
+
+How strong the field is and how far it is from the Sun do not depend on the attitude, but on time
+and place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+import numpy as np
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.environment.constants import DAY
+from mgeo_attitude.environment.frames import to_gcrs
+from mgeo_attitude.environment.time_frames import instants
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors import Magnetometer, SunSensor
+
+from mgeo_calibration.telemetry import Telemetry
+
+#: Samples that are looked at, at most.
+_SAMPLES = 200
+_FEWEST = 12
+#: A cause leaves this share of the misfit, this one of that of lengths, and no more than that.
+_BETTER, _NOT_WORSE, _WELL = 0.25, 0.5, 0.08
+_FINE = 0.01  # of lengths: where no other time or place would be better
+#: Units that times may be in [s].
+_UNITS = {"milliseconds": 1e-3, "microseconds": 1e-6, "minutes": 60.0, "hours": 3600.0, "days": DAY}
+#: What ground systems count from, and in what [s].
+_CALENDARS = {
+    "days of Excel": (datetime(1899, 12, 30, tzinfo=UTC), DAY),
+    "modified Julian dates": (datetime(1858, 11, 17, tzinfo=UTC), DAY),
+    "Julian dates": (datetime(1858, 11, 17, tzinfo=UTC), DAY),
+    "days since 1970": (datetime(1970, 1, 1, tzinfo=UTC), DAY),
+    "days since 2000": (datetime(2000, 1, 1, 12, tzinfo=UTC), DAY),
+    "Unix seconds": (datetime(1970, 1, 1, tzinfo=UTC), 1.0),
+    "Unix milliseconds": (datetime(1970, 1, 1, tzinfo=UTC), 1e-3),
+    "GPS seconds": (datetime(1980, 1, 6, tzinfo=UTC), 1.0),
+    "seconds since J2000": (datetime(2000, 1, 1, 12, tzinfo=UTC), 1.0),
+}
+_JULIAN = 2_400_000.5  # of the modified ones
+_YEARS = 3.0 * 365.25 * DAY  # about the epoch in which telemetry is
+_HALF_HOUR = 1800.0
+_STEADY = 5e-3  # by how much an orbit's plane may turn [rad]
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """m samples of a magnetometer, with a Sun sensor's where it reported.
+
+    Attributes
+    ----------
+    times : array, shape (m,)
+    field : array, shape (m, 3)
+        [nT]
+    sun : array, shape (m, 3)
+        Of unit length, or NaN.
+    position : array, shape (m, 3), optional
+    """
+
+    times: Floats
+    field: Floats
+    sun: Floats
+    position: Floats | None
+
+    def misfit(self, around: Environment) -> tuple[float, float]:
+        """Medians of what is left of lengths, and of angles, without the magnetometer's bias.
+
+        |y|² - |B|² is 2 b·y - |b|² of a bias b (R. Alonso, M. D. Shuster, TWOSTEP, Journal of the
+        Astronautical Sciences 50 (2002) 433-451).
+        """
+        B = around.field
+        design = np.column_stack([self.field, np.ones(len(B))])
+        more = (self.field**2).sum(axis=1) - (B**2).sum(axis=1)
+        found = np.linalg.lstsq(design / np.abs(design).max(axis=0), more, rcond=None)[0]
+        found /= np.abs(design).max(axis=0)
+        size = float(np.median(np.linalg.norm(B, axis=1)))
+        lengths = float(np.median(np.abs(more - design @ found))) / (2.0 * size**2)
+        unbiased = self.field - 0.5 * found[:3]
+        cosine = (self.sun * unbiased).sum(axis=1) / np.linalg.norm(unbiased, axis=1)
+        should = (around.sun * B).sum(axis=1) / np.linalg.norm(B, axis=1)
+        both = np.isfinite(cosine)
+        if both.sum() < _FEWEST:
+            return lengths, 0.0
+        return lengths, float(np.median(np.abs(cosine - should)[both]))
+
+
+def clock_causes(scenario: Scenario, telemetry: Telemetry) -> Iterator[str]:
+    """In words: first what is seen of times alone, then what fits field and Sun far better."""
+    if words := _calendar(scenario, telemetry.times):
+        yield words
+        return
+    if telemetry.position is not None and _turns_with_the_earth(scenario, telemetry):
+        yield "position turns with the Earth, as in ITRF (ECEF): expected GCRS"
+        return
+    seen = _seen(scenario, telemetry)
+    if seen is None:
+        return
+    lengths, angles = _misfit(scenario, seen, seen.times)
+    if lengths < _FINE:
+        return
+    found = {}
+    for words, times, behind in _candidates(scenario, seen):
+        left = _misfit(scenario, seen, times, behind)
+        if left[0] < _NOT_WORSE * lengths and sum(left) < _BETTER * (lengths + angles):
+            found[words] = sum(left)
+    best = min(found, key=lambda words: found[words], default="")
+    if best and found[best] < _WELL:
+        yield best
+
+
+def _candidates(scenario: Scenario, seen: Seen) -> Iterator[tuple[str, Floats, float]]:
+    """Words, the times they mean, and by how much the satellite is behind its orbit [s]."""
+    t = seen.times
+    for unit, factor in _UNITS.items():
+        yield f"times are in {unit}, not seconds", factor * t, 0.0
+    for half_hours in range(-28, 29):
+        if half_hours:
+            hours, side = abs(half_hours) / 2.0, "ahead of" if half_hours > 0 else "behind"
+            words = f"times are {hours:g} h {side} UTC: local time?"
+            yield words, t - half_hours * _HALF_HOUR, 0.0
+    if seen.position is None:
+        for behind in np.arange(-2760.0, 2761.0, 120.0):
+            if behind:
+                side = "behind" if behind > 0.0 else "ahead of"
+                words = (
+                    f"the satellite is about {abs(behind):.0f} s {side} its orbit along the track: "
+                    "are elements and epoch of the same time?"
+                )
+                yield words, t, float(behind)
+
+
+def _misfit(
+    scenario: Scenario, seen: Seen, times: Floats, behind: float = 0.0
+) -> tuple[float, float]:
+    """Infinite where no environment is known."""
+    try:
+        position = seen.position
+        if behind:
+            position, _ = scenario.orbit.propagate(scenario.epoch, times - behind)
+        return seen.misfit(Environment.at(scenario, times, position))
+    except (ValueError, OverflowError):
+        return np.inf, np.inf
+
+
+def _seen(scenario: Scenario, telemetry: Telemetry) -> Seen | None:
+    """Samples of the first magnetometer, with those of the first Sun sensor."""
+    mags = [sensor.name for sensor in scenario.sensors if isinstance(sensor, Magnetometer)]
+    suns = [sensor.name for sensor in scenario.sensors if isinstance(sensor, SunSensor)]
+    if not mags:
+        return None
+    field = telemetry.sensors[mags[0]]
+    sun = telemetry.sensors[suns[0]] if suns else np.full_like(field, np.nan)
+    there = np.isfinite(field[:, 0])
+    if (there & np.isfinite(sun[:, 0])).sum() > _SAMPLES // 2:
+        there &= np.isfinite(sun[:, 0])
+    k = np.flatnonzero(there)
+    if len(k) < _FEWEST:
+        return None
+    k = k[np.unique(np.linspace(0, len(k) - 1, _SAMPLES).astype(int))]
+    with np.errstate(invalid="ignore"):
+        direction = sun[k] / np.linalg.norm(sun[k], axis=1)[:, None]
+    return Seen(telemetry.times[k], field[k], direction, telemetry.positions(telemetry.times[k]))
+
+
+def _calendar(scenario: Scenario, times: Floats) -> str | None:
+    """Times that are those of the epoch if they are counted from elsewhere."""
+    step = float(np.median(np.diff(times)))
+    for words, (start, unit) in _CALENDARS.items():
+        since = times[0] - (_JULIAN if words == "Julian dates" else 0.0)
+        off = since * unit - (scenario.epoch - start).total_seconds()
+        right = abs(off) < _YEARS and 1e-4 < step * unit < 3600.0
+        if right and (unit == 1.0 or not 1e-3 < step < 3600.0):
+            return f"times are {words}: expected seconds since the epoch, or ISO 8601"
+    return None
+
+
+def _turns_with_the_earth(scenario: Scenario, telemetry: Telemetry) -> bool:
+    """Whether the orbit's plane stays far better once positions are taken to be in ITRF."""
+    assert telemetry.position is not None
+    k = np.flatnonzero(np.isfinite(telemetry.position[:, 0]))
+    if len(k) < _FEWEST:
+        return False
+    k = k[np.unique(np.linspace(0, len(k) - 1, _FEWEST).astype(int))]
+    position, at = telemetry.position[k], instants(scenario.epoch, telemetry.times[k])
+    given, turned = (_tilt(each) for each in (position, to_gcrs("ITRF", at, position, None)[0]))
+    return bool(given > _STEADY and turned < _BETTER * given)
+
+
+def _tilt(position: Floats) -> float:
+    """By how much the plane of an orbit turns [rad]."""
+    normal = np.cross(position[:-1], position[1:])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    return float(np.linalg.norm(normal - normal[0], axis=1).max())
