@@ -58,7 +58,9 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
     text = run(*arguments).stdout
     found = calibrate(scenario, telemetry)
     promised = found.compare(ManeuverPlan(scenario, PLAN))
-    printed = table(text, "1-sigma that the plan promised, and achieved: plan.json")
+    printed = table(
+        text, f"1-sigma that the plan promised for {found.time:.6g} s, and achieved: plan.json"
+    )
     assert printed["mag bias x"][1:3] == [
         f"{promised.loc['mag bias x', name]:.4g}" for name in ("predicted", "achieved")
     ]
@@ -68,7 +70,13 @@ def test_files_and_what_a_plan_promised(run, flight, tmp_path):
     np.testing.assert_array_equal(written["estimate"].astype(float), found.table()["estimate"])
     attitude = pd.read_csv(out / "attitude.csv", dtype=str)
     np.testing.assert_array_equal(attitude["q1"].astype(float), found.attitude["q1"])
-    assert "What the plan promised" in (out / "calibration.html").read_text()
+    page = (out / "calibration.html").read_text()
+    assert f"What the plan promised for {found.time:.6g} s" in page
+    assert 'class="dataframe wrapped"' in page  # what is to be sent up breaks where it must
+    assert page.count("<td>dcm, row 3</td>") == len(scenario.sensors)
+    own = found.table()
+    np.testing.assert_array_equal(promised["unit"][3:], own["unit"])
+    np.testing.assert_allclose(promised["achieved"][3:], own["sigma"], rtol=1e-12)
     assert "exists" in run(*arguments, code=2).stderr
     run(*arguments, "--overwrite", "--quiet")
 
@@ -80,7 +88,8 @@ def test_the_plan_may_be_a_solution_of_a_run(run, folder, front, tmp_path):
     text = run("calibrate", tmp_path / "t.csv", "--plan", folder, *picked).stdout
     found = calibrate(front.problem.scenario, tmp_path / "t.csv")
     promised = found.compare(front.plan("best"))
-    title = f"1-sigma that the plan promised, and achieved: solution {picked[1]} of {len(front.X)}"
+    which = f"solution {picked[1]} of {len(front.X)}"
+    title = f"1-sigma that the plan promised for {found.time:.6g} s, and achieved: {which}"
     printed = table(text, title)
     assert printed["mag bias x"][1] == f"{promised.loc['mag bias x', 'predicted']:.4g}"
 

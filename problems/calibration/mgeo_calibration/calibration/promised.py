@@ -10,12 +10,14 @@ from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.view.observability import States
 
+from mgeo_calibration.calibration.calibration import telemetry_units
+
 
 def promised(suite: Suite, time: float, covariance: Floats, plan: ManeuverPlan) -> pd.DataFrame:
     """Per state ``unit``, ``predicted`` and ``achieved`` 1-sigma, and their ratio.
 
     The plan's linear covariance is that at the calibration's last sample, or at the end of the
-    plan's scenario if that is earlier.
+    plan's scenario if that is earlier: ``attrs["time_s"]``. Units are those of telemetry.
 
     Parameters
     ----------
@@ -35,15 +37,19 @@ def promised(suite: Suite, time: float, covariance: Floats, plan: ManeuverPlan) 
         )
     history = filter_history(model.endless, plan.trajectory.commanded)
     k = int(np.argmin(np.abs(history.times - time)))
-    states = States.of(model.suite)
-    predicted = history.sigma[k] * states.factors
-    achieved = np.sqrt(np.diag(covariance)) * states.factors
-    return pd.DataFrame(
+    units = {"attitude": suite.units["attitude"], **telemetry_units(suite)}
+    each = [units[block] for block in suite.blocks for _ in "xyz"]
+    factors = np.array([unit.factor for unit in each])
+    predicted = history.sigma[k] * factors
+    achieved = np.sqrt(np.diag(covariance)) * factors
+    found = pd.DataFrame(
         {
-            "unit": states.units,
+            "unit": [unit.text for unit in each],
             "predicted": predicted,
             "achieved": achieved,
             "achieved / predicted [-]": achieved / predicted,
         },
-        index=pd.Index(states.names, name="state"),
+        index=pd.Index(States.of(model.suite).names, name="state"),
     )
+    found.attrs["time_s"] = float(history.times[k])
+    return found

@@ -30,7 +30,8 @@ def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) 
         _table(calibration.table().set_index("block")),
     ]
     if promised is not None:
-        parts += ["<h2>What the plan promised</h2>", _table(promised.reset_index())]
+        title = f"What the plan promised for {promised.attrs['time_s']:.6g} s"
+        parts += [f"<h2>{title}</h2>", _table(promised.reset_index())]
     figures = calibration.figures()
     parts += [figures.pop("constants"), "<h2>Innovations</h2>"]
     parts.append(_table(calibration.test_table().T.reset_index()))
@@ -50,12 +51,14 @@ def report_html(calibration: Calibration, promised: pd.DataFrame | None = None) 
 
 
 def _uplink(calibration: Calibration) -> str:
-    rows = [
-        {"of": owner, "number": name, "value": _text(value)}
-        for owner, entry in calibration.uplink().items()
-        for name, value in entry.items()
-    ]
-    return _table(pd.DataFrame(rows))
+    rows = []
+    for owner, entry in calibration.uplink().items():
+        for name, value in entry.items():
+            lines = {name: value}
+            if isinstance(value, list) and isinstance(value[0], list):
+                lines = {f"{name}, row {i}": row for i, row in enumerate(value, 1)}
+            rows += [{"of": owner, "number": at, "value": _text(v)} for at, v in lines.items()]
+    return _table(pd.DataFrame(rows), classes="wrapped")
 
 
 def _text(value: object) -> str:
@@ -64,10 +67,10 @@ def _text(value: object) -> str:
     return f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
-def _table(frame: pd.DataFrame) -> str:
+def _table(frame: pd.DataFrame, classes: str | None = None) -> str:
     """Numbers to five digits; all text is escaped."""
     shown = frame.reset_index() if frame.index.name else frame
     text: str = shown.map(lambda x: f"{x:.5g}" if isinstance(x, float) else x).to_html(
-        index=False, border=0
+        index=False, border=0, classes=classes
     )
     return text

@@ -95,7 +95,8 @@ def print_calibration(
         note("before, after: rms of the residuals without and with the calibration"),
     )
     if promised is not None and picked is not None:
-        title = f"1-sigma that the plan promised, and achieved: {picked.name}"
+        time = f"{promised.attrs['time_s']:.6g} s"
+        title = f"1-sigma that the plan promised for {time}, and achieved: {picked.name}"
         output.print(*titled(title, promised), *picked.doubts())
     for told in calibration.notes:
         output.print(note(told))
