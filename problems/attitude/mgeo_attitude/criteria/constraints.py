@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from mgeo_attitude.filter.evaluator import Evaluation
     from mgeo_attitude.scenario import PathLimit, Scenario
 
+#: Label of the constraint that a plan is over before its window ends.
+END = "end of the plan"
+
 #: A rate at its limit may be above it by what conversions round.
 _ROUNDING = 1.0 + 1e-12
 
@@ -77,6 +80,9 @@ def constraints(scenario: Scenario) -> list[Constraint]:
     if wheels is not None and wheels.max_torque is not None and wheels.budgeted:
         limit = Limit("wheel torque", _budgeted_torque, wheels.max_torque, "N m")
         found.append(Constraint(limit.label, (limit,)))
+    if scenario.windows:  # the slew back after it is looked at in `view.margins`
+        limit = Limit(END, lambda result: result.t_end, scenario.deadline, "s")
+        found.append(Constraint(END, (limit,)))
     found += [_path_limit(i, limit) for i, limit in enumerate(scenario.path_limits)]
     if scenario.required_sigma:
         found.append(_required_sigma(scenario))

@@ -20,6 +20,7 @@ from mgeo_attitude.scenario.settings import (
     ManeuverLimits,
     RequiredSigma,
     TraceWeights,
+    Window,
 )
 from mgeo_attitude.scenario.toml import ScenarioFileError
 from mgeo_attitude.scenario.wheels import Wheels
@@ -43,6 +44,7 @@ __all__ = [
     "TLEOrbit",
     "TraceWeights",
     "Wheels",
+    "Window",
     "scenario_schema",
 ]
 

@@ -43,9 +43,12 @@ from mgeo_attitude.scenario.settings import (
     ManeuverLimits,
     RequiredSigma,
     TraceWeights,
+    Window,
+    at,
     check_blocks,
     check_name,
     check_objectives,
+    check_windows,
 )
 from mgeo_attitude.scenario.toml import ScenarioFileError, read_toml, to_toml
 from mgeo_attitude.scenario.wheels import Wheels
@@ -115,6 +118,9 @@ class Scenario(Validated):
         doc="cones that a direction must stay out of, or in, along the way",
         formerly="keep_outs",
     )
+    windows: tuple[Window, ...] = quantity(
+        (), doc="times in which a plan may be flown, one of them at the epoch; none is any time"
+    )
     flight: FlightErrors | None = quantity(
         None, doc="flights over which plans are judged; without it each is flown exactly"
     )
@@ -146,6 +152,20 @@ class Scenario(Validated):
     def n_steps(self) -> int:
         """Number of steps of the whole duration."""
         return round(self.duration / self.step)
+
+    @property
+    def deadline(self) -> float:
+        """When a plan has to be over, slew back included [s]; infinite without windows.
+
+        It is over even if it begins as late as the flights that it is judged over.
+        """
+        ends = [(each.end - self.epoch).total_seconds() for each in at(self.windows, self.epoch)]
+        return max(ends) - self._latest_start if ends else math.inf
+
+    @property
+    def _latest_start(self) -> float:
+        """By how much a plan may begin late [s]."""
+        return 0.0 if self.flight is None else self.flight.start_delay
 
     @property
     def turned_by_coils(self) -> bool:
@@ -314,6 +334,7 @@ class Scenario(Validated):
         )
         expect(inside, "epoch", epoch.isoformat(), years)
 
+        check_windows(self.windows, epoch, window + self._latest_start)
         names = [sensor.name for sensor in self.sensors]
         expect(names, "sensors", [], "at least one sensor")
         for i, name in enumerate(names):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.criteria.constraints import Limit
+from mgeo_attitude.criteria.constraints import END, Limit
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.environment.pointing import Place
 from mgeo_attitude.fields import InvalidValue
@@ -64,15 +64,17 @@ def _row(limit: Limit, excess: float) -> Row:
 def has_limits_after(scenario: Scenario) -> bool:
     """Whether plans go on after they have converged, and something limits how."""
     wheels = scenario.wheels
-    limited = scenario.path_limits or (wheels is not None and wheels.budgeted)
+    budgeted = wheels is not None and wheels.budgeted
+    limited = scenario.path_limits or scenario.windows or budgeted
     return bool(limited and (scenario.flight or scenario.maneuvers.slew_back))
 
 
 def all_after(plans: Plans) -> list[dict[str, Row]]:
     """`limits_after` of each plan, until it ends; {} if there is none.
 
-    Path limits, and the budget of wheels, are looked at while the rate is held for late flights and
-    in a slew back, some 0.1 s a design. Nothing is known of one whose covariance was lost.
+    Path limits, the budget of wheels, and the end of the window, are looked at while the rate is
+    held for late flights and in a slew back, some 0.1 s a design. Nothing is known of one whose
+    covariance was lost.
     """
     problem, result = plans.problem, plans.exactly
     found: list[dict[str, Row]] = [{} for _ in plans.X]
@@ -88,12 +90,19 @@ def all_after(plans: Plans) -> list[dict[str, Row]]:
         except InvalidValue:
             longest = problem.scenario.duration
             found[i]["time of the slew back"] = ("s", np.inf, "at most", longest, -np.inf)
+        latest = problem.scenario.deadline
+        if latest < np.inf:
+            found[i][f"{END}, with what follows"] = _end(edges[-1], latest)
         for (start, end), while_ in zip(pairwise(edges), AFTER, strict=False):
             if start < end:
                 found[i] |= limits_after(
                     model, trajectory, start, end, result.covariance[i, :3, :3], while_
                 )
     return found
+
+
+def _end(time: float, latest: float) -> Row:
+    return "s", time, "at most", latest, latest - time
 
 
 def remarks(plans: Plans, these: str) -> list[str]:

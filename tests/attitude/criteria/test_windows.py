@@ -1,0 +1,69 @@
+"""Windows in which a plan has to be flown as a whole."""
+
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.plan import ManeuverPlan
+
+EPOCH = datetime(2018, 6, 5, tzinfo=UTC)
+OPEN = {"start": "2018-06-04T23:50:00Z", "end": "2018-06-05T00:12:30Z"}
+LATER = {"start": "2018-06-05T06:00:00Z", "end": "2018-06-05T07:00:00+00:00"}
+DESIGN = (0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0)
+
+
+def scenario(windows=(OPEN, LATER), **changed):
+    table = {"preset": "paper", "duration": 900.0, "convergence": {"window": 60.0}}
+    return Scenario.from_dict(table | {"windows": list(windows)} | changed)
+
+
+def test_the_window_at_the_epoch_is_a_constraint_on_the_end():
+    problem = AttitudeManeuverProblem(scenario())
+    assert problem.scenario.deadline == 750.0
+    assert problem.constraint_names == ("end of the plan",)
+    X = np.array([DESIGN, np.tile([0.9, -0.8, 0.7, 290.0], 3)])
+    F, G = problem.evaluate(X, return_values_of=["F", "G"])
+    np.testing.assert_allclose(G[:, 0], F[:, 0] / 750.0 - 1.0, rtol=1e-12, atol=1e-12)
+    assert G.min() < 0.0 < G.max()
+
+
+def test_a_plan_that_begins_late_has_to_be_over_too():
+    late = scenario(flight={"start_delay": 200.0, "count": 2})
+    assert late.deadline == 550.0
+
+
+def test_a_slew_back_has_to_be_over_too():
+    """It is looked at in the plan's table, where the search sees its calibration alone."""
+    table = {"maneuvers": {"slew_back": True}}
+    plan = ManeuverPlan(scenario([OPEN | {"end": "2018-06-05T00:08:00Z"}], **table), DESIGN)
+    rows = plan.constraints()
+    assert rows.loc["end of the plan", "kept"] == (plan.t_end <= 480.0)
+    whole = rows.loc["end of the plan, with what follows"]
+    assert whole["value"] == plan.duration > plan.t_end
+    assert whole["kept"] == (plan.duration <= 480.0)
+
+
+def test_windows_are_kept_in_files_and_none_is_any_time():
+    given = scenario()
+    assert Scenario.from_toml(given.to_toml()) == given
+    assert Scenario.from_dict(given.to_dict()) == given
+    assert Scenario.paper().deadline == np.inf
+    assert "windows" not in Scenario.paper().to_dict()
+
+
+@pytest.mark.parametrize(
+    ("windows", "key", "words"),
+    [
+        ([LATER], "epoch", "a start in one of the windows, 2018-06-05T06:00:00Z"),
+        ([OPEN | {"end": "2018-06-05T00:00:30Z"}], "windows[0].end", "60 s or more"),
+        ([OPEN | {"end": "2018-06-04T23:00:00Z"}], "windows[0].end", "later than start"),
+        ([OPEN | {"start": "2018-06-04T23:50:00"}], "windows[0].start", "a UTC offset"),
+    ],
+)
+def test_what_no_plan_fits_in_is_refused(windows, key, words):
+    with pytest.raises(InvalidValue) as refused:
+        scenario(windows)
+    assert str(refused.value).startswith(key)
+    assert words in str(refused.value)
