@@ -117,7 +117,50 @@ def test_a_document_that_is_no_calibration_s(first, key, value, message):
         Scenario.from_dict({"after": document})
 
 
-@pytest.mark.parametrize("key", ["epoch", "preset", "prior"])
+def test_a_later_epoch_carries_what_is_known_until_then(first):
+    """Beside a filter that goes there in small steps of its own, with nothing to measure."""
+    found, _ = first
+    changes = {
+        "epoch": "2018-06-06T00:00:00Z",
+        "duration": 600.0,
+        "initial": {"attitude_deg": 2.0, "pointing": "nadir"},
+    }
+    after = found.scenario_after(changes)
+    gap = (after.epoch - found.scenario.epoch).total_seconds() - found.time
+    assert gap > 3600.0
+    gyro, P, x = after.gyro, found.covariance[3:, 3:].copy(), found.states[3:].copy()
+    steps, F = 20000, np.ones(len(x))
+    h = gap / steps
+    F[:3] -= gyro.bias_decay * h
+    for _ in range(steps):
+        x *= F
+        P *= F[:, None] * F
+        P[range(3), range(3)] += gyro.rate_random_walk**2 * h
+    np.testing.assert_allclose(after.prior.estimates[3:], x, rtol=1e-4, atol=1e-15)
+    np.testing.assert_allclose(after.prior.sigma[3:] ** 2, np.diag(P), rtol=1e-4)
+    covariance = np.array(after.prior.covariance)
+    np.testing.assert_allclose(covariance[3:, 3:], P, rtol=1e-4, atol=1e-18)
+    np.testing.assert_allclose(covariance[:3, :3], np.radians(2.0) ** 2 * np.eye(3))
+    assert not covariance[:3, 3:].any()
+    # it points as another scenario that begins so, on the same orbit
+    around = Environment.from_scenario(after)
+    whole = Environment.at(found.scenario, found.time + gap + after.times)
+    np.testing.assert_allclose(around.position, whole.position, rtol=0, atol=1e-3)
+    free = dataclasses.replace(after, prior=None)
+    expected = free.initial_attitude(Environment.from_scenario(free))
+    np.testing.assert_allclose(after.prior.attitude, expected, atol=1e-12)
+    AttitudeManeuverProblem(after)
+    from_toml = changes | {"epoch": after.epoch}
+    assert found.scenario_after(from_toml) == after
+
+
+@pytest.mark.parametrize("epoch", ["2018-06-04T00:00:00Z", "soon", "2018-06-06T00:00:00", 3])
+def test_an_epoch_before_the_calibration_or_none_is_refused(first, epoch):
+    with pytest.raises(InvalidValue, match=r"^epoch = .*: expected .* after that of the calibrat"):
+        first[0].scenario_after({"epoch": epoch})
+
+
+@pytest.mark.parametrize("key", ["preset", "prior"])
 def test_what_follows_from_the_calibration_is_not_said_twice(first, key):
     with pytest.raises(InvalidValue, match=f"{key} = 'x': expected no {key} beside a calibration"):
         first[0].scenario_after({key: "x"})

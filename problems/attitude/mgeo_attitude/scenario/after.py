@@ -5,15 +5,18 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from datetime import timedelta
+from datetime import datetime, timedelta
 from typing import Any
 
 import numpy as np
 
-from mgeo_attitude.environment.time_frames import elapsed
+from mgeo_attitude.environment.environment import Environment
+from mgeo_attitude.environment.time_frames import as_utc, elapsed
 from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, expect, to_table
+from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.scenario.presets import Table, overridden
 from mgeo_attitude.scenario.prior import Prior, prior_of
+from mgeo_attitude.sensors.suite import Suite
 
 #: What a calibration's document says of where a run goes on.
 ENTRIES: Mapping[str, Any] = {
@@ -26,7 +29,9 @@ ENTRIES: Mapping[str, Any] = {
 }
 
 #: Keys that follow from the calibration, or from its scenario.
-GIVEN = ("preset", "epoch", "prior")
+GIVEN = ("preset", "prior")
+#: An epoch this much after the calibration is its own [s]: epochs are given to a microsecond.
+_SAME_INSTANT = 1e-3
 
 #: What a calibration concludes if neither innovations nor prior are against it.
 SUPPORTED = "the innovations support it"
@@ -42,6 +47,9 @@ _SIGMAS = 6.0
 
 def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
     """The table over the scenario that goes on from the calibration that its ``after`` is.
+
+    With an ``epoch`` in the table it begins then: what varies has varied until then, see `carried`,
+    and attitude and rate are those of ``initial``, of which the calibration knows nothing.
 
     Parameters
     ----------
@@ -67,13 +75,65 @@ def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
     except InvalidValue as error:
         raise error.under("after") from None
     time = float(document["time_s"])
-    epoch = before.epoch + timedelta(seconds=time)
-    epoch -= timedelta(seconds=elapsed(before.epoch, epoch) - time)  # leap seconds
     base = before.to_dict()
-    base["epoch"] = epoch.isoformat()
-    base["orbit"] |= to_table(before.orbit.later(time))
-    base["prior"] = to_table(_within_limits(prior, before))
-    return overridden(base, overrides)
+    if "epoch" not in overrides:
+        epoch = before.epoch + timedelta(seconds=time)
+        epoch -= timedelta(seconds=elapsed(before.epoch, epoch) - time)  # leap seconds
+        base["epoch"] = epoch.isoformat()
+        base["orbit"] |= to_table(before.orbit.later(time))
+        base["prior"] = to_table(_within_limits(prior, before))
+        return overridden(base, overrides)
+    later = elapsed(before.epoch, _epoch(overrides["epoch"]))
+    at_end = f"an instant after that of the calibration, {document.get('utc', f'{time} s')}"
+    expect(later > time - _SAME_INSTANT, "epoch", overrides["epoch"], at_end)
+    base["orbit"] |= to_table(before.orbit.later(later))
+    base["prior"] = None
+    table = overridden(base, overrides)
+    table["prior"] = to_table(carried(prior, before.suite, max(0.0, later - time), read(table)))
+    return table
+
+
+def carried(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior:
+    """A prior after a time in which nothing was measured.
+
+    The gyro's bias decays and drifts and errors that vary do so; constants stay as they are known.
+    Attitude and rate are those in which the scenario begins, uncorrelated with all else.
+
+    Parameters
+    ----------
+    duration : float
+        [s]
+    scenario : Scenario
+        Which begins then.
+    """
+    decay, new = np.ones(suite.n_states), np.zeros(suite.n_states)
+    rate, density = suite.gyro.bias_decay, suite.diffusion()[3:6]
+    decay[3:6] = math.exp(-rate * duration)
+    new[3:6] = density * (-math.expm1(-2.0 * rate * duration) / (2.0 * rate) if rate else duration)
+    for process, first in zip(
+        suite.processes.values(), range(suite.n_kinematic, suite.n_dynamic, 3), strict=True
+    ):
+        decay[first : first + 3], new[first : first + 3] = process.over(duration)
+    covariance = decay[:, None] * np.array(prior.covariance) * decay + np.diag(new)
+    covariance[:3], covariance[:, :3] = 0.0, 0.0
+    covariance[:3, :3] = scenario.initial_attitude_covariance
+    at = Environment.at(scenario, np.zeros(1))
+    quaternion = quaternions(scenario.initial_attitude(at)[None])[0]
+    return Prior(
+        quaternion=tuple(quaternion.tolist()),
+        rate_deg_s=tuple(np.degrees(scenario.initial_rate(at)).tolist()),
+        states=tuple(map(tuple, (decay * prior.estimates)[3:].reshape(-1, 3).tolist())),
+        covariance=tuple(map(tuple, covariance.tolist())),
+    )
+
+
+def _epoch(value: Any) -> datetime:
+    try:
+        epoch = datetime.fromisoformat(value) if isinstance(value, str) else value
+        return as_utc(epoch)
+    except (ValueError, AttributeError):
+        expected = "expected a date and time with a UTC offset, after that of the calibration"
+        raise InvalidValue("epoch", value, expected) from None
 
 
 def _checked(document: Any) -> Mapping[str, Any]:

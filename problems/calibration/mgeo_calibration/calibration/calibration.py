@@ -217,7 +217,9 @@ class Calibration:
         """The scenario that goes on from here: plans are searched, flown and calibrated from it.
 
         Its epoch is the last sample, its `Scenario.prior` has attitude, rate, estimates and the
-        whole covariance. All else stays but for the `changes`, as in `Scenario.from_dict`:
+        whole covariance. With an ``epoch`` among the changes it is a later one: constants are known
+        as well as before, the gyro's bias has drifted by its model, attitude and rate are those of
+        ``initial``. All else stays but for the `changes`, as in `Scenario.from_dict`:
         ``{"maneuvers": {"count": 2}}``. A rate above the limit of maneuvers or wheels by no more
         than the gyro's noise is at the limit.
 
