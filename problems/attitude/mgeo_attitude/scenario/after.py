@@ -12,7 +12,7 @@ import numpy as np
 
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.time_frames import as_utc, elapsed
-from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, expect, to_table
+from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, expect, from_table, to_table
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.scenario.presets import Table, overridden
 from mgeo_attitude.scenario.prior import Prior, prior_of
@@ -119,12 +119,13 @@ def carried(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior
     covariance[:3, :3] = scenario.initial_attitude_covariance
     at = Environment.at(scenario, np.zeros(1))
     quaternion = quaternions(scenario.initial_attitude(at)[None])[0]
-    return Prior(
-        quaternion=tuple(quaternion.tolist()),
-        rate_deg_s=tuple(np.degrees(scenario.initial_rate(at)).tolist()),
-        states=tuple(map(tuple, (decay * prior.estimates)[3:].reshape(-1, 3).tolist())),
-        covariance=tuple(map(tuple, covariance.tolist())),
-    )
+    table = {
+        "quaternion": quaternion.tolist(),
+        "rate_deg_s": np.degrees(scenario.initial_rate(at)).tolist(),
+        "states": (decay * prior.estimates)[3:].reshape(-1, 3).tolist(),
+        "covariance": covariance.tolist(),
+    }
+    return from_table(Prior, table)
 
 
 def _epoch(value: Any) -> datetime:

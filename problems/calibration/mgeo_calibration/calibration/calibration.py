@@ -12,13 +12,11 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.time_stamps import utc_texts
 from mgeo_attitude.fields.units import Unit
 from mgeo_attitude.geometry.quaternion import quaternions
-from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.after import SUPPORTED
 from mgeo_attitude.sensors.suite import Suite
-from scipy.spatial.transform import Rotation
 
-from mgeo_calibration.calibration.corrections import DEG_S, uplink
+from mgeo_calibration.calibration.corrections import in_units, telemetry_units, uplink
 from mgeo_calibration.calibration.history import History
 from mgeo_calibration.calibration.model_tests import ModelTest
 from mgeo_calibration.calibration.prior_tests import PriorTest, contradictions
@@ -263,19 +261,3 @@ class Calibration:
 
     def _values(self, block: str) -> Floats:
         return in_units(self.suite, self.states, block)
-
-
-def telemetry_units(suite: Suite) -> dict[str, Unit]:
-    """Unit of each block but the attitude; of a bias that of the readings in telemetry."""
-    units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
-    biases = {f"{sensor.name}.bias": sensor.channel_unit for sensor in suite.sensors}
-    return {block: biases.get(block, unit) for block, unit in units.items()} | {"gyro.bias": DEG_S}
-
-
-def in_units(suite: Suite, states: Floats, block: str) -> Floats:
-    """A block of states in its unit, shape (3,); of a rotation its rotation vector."""
-    first = 3 * suite.blocks.index(block)
-    values = states[first : first + 3]
-    if first in suite.rotations:
-        values = Rotation.from_matrix(matrix(values)).as_rotvec()
-    return values * telemetry_units(suite)[block].factor

@@ -12,6 +12,7 @@ from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.geometry.rotation import matrix, shear
 from mgeo_attitude.sensors import Gyro, Sensor, World
 from mgeo_attitude.sensors.suite import Suite
+from scipy.spatial.transform import Rotation
 
 #: Of the gyro in telemetry.
 DEG_S = Unit("deg/s", "deg_s", float(np.degrees(1.0)))
@@ -57,3 +58,19 @@ def _corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[
     if {"scale_factor", "nonorthogonality"} & constants.keys():
         entry["correction"] = np.linalg.solve(stretch, R.T).tolist()
     return entry
+
+
+def telemetry_units(suite: Suite) -> dict[str, Unit]:
+    """Unit of each block but the attitude; of a bias that of the readings in telemetry."""
+    units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
+    biases = {f"{sensor.name}.bias": sensor.channel_unit for sensor in suite.sensors}
+    return {block: biases.get(block, unit) for block, unit in units.items()} | {"gyro.bias": DEG_S}
+
+
+def in_units(suite: Suite, states: Floats, block: str) -> Floats:
+    """A block of states in its unit, shape (3,); of a rotation its rotation vector."""
+    first = 3 * suite.blocks.index(block)
+    values = states[first : first + 3]
+    if first in suite.rotations:
+        values = Rotation.from_matrix(matrix(values)).as_rotvec()
+    return values * telemetry_units(suite)[block].factor

@@ -10,7 +10,7 @@ from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.sensors.suite import Suite
 from mgeo_attitude.view.observability import States
 
-from mgeo_calibration.calibration.calibration import telemetry_units
+from mgeo_calibration.calibration.corrections import telemetry_units
 
 
 def promised(suite: Suite, time: float, covariance: Floats, plan: ManeuverPlan) -> pd.DataFrame:

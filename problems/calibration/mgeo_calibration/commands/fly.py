@@ -19,7 +19,7 @@ from mgeo.cli.output import Output
 from mgeo.store.atomic import write_file
 from mgeo.terminal import plain
 from mgeo.validation.tables import entry
-from mgeo_calibration.calibration.calibration import in_units, telemetry_units
+from mgeo_calibration.calibration.corrections import in_units, telemetry_units
 from mgeo_calibration.telemetry import Telemetry, Truth
 
 SIMULATORS = ("own", "basilisk")
