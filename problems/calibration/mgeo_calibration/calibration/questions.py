@@ -105,10 +105,9 @@ def _of_sensor(
         at = batch.times[0] + _steepest(score) * (batch.times[-1] - batch.times[0])
         return f"{offset} changes by {sizes * _range(score):.3g} {unit}, most about {at:.0f} s"
 
-    asked = {
-        f"{name}.delay": Question(made.delay(solution, index), late, f"{name}.delay"),
-        f"{name}.drift": Question(made.wander(solution, index), wanders, _SPLIT),
-    }
+    asked = {f"{name}.drift": Question(made.wander(solution, index), wanders, _SPLIT)}
+    if "delay" not in sensor.states():
+        asked[f"{name}.delay"] = Question(made.delay(solution, index), late, f"{name}.delay")
     for state in ("scale_factor", "nonorthogonality"):
         if isinstance(sensor, Magnetometer) and state not in sensor.states():
             size, of, key = _ERRORS[state]

@@ -31,6 +31,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "calibrate": (
         "mgeo attitude calibrate telemetry.csv --scenario mine.toml --out calibration",
         "mgeo attitude calibrate telemetry.csv --plan plan.json --mapping columns.toml",
+        "mgeo attitude calibrate telemetry.csv --scenario mine.toml --diagnose --fit noise",
     ),
 }
 
@@ -190,6 +191,16 @@ def calibrate(
         Path | None,
         typer.Option(metavar="DIR", help="Also write JSON, CSV and an HTML report there."),
     ] = None,
+    fit: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KEY,...",
+            help="Calibrate again with states, such as mag.scale_factor, or noise from the data.",
+        ),
+    ] = None,
+    diagnose: Annotated[
+        bool, typer.Option("--diagnose", help="Print all that is tested, not only what fails.")
+    ] = False,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
     json: Json = False,
@@ -201,6 +212,7 @@ def calibrate(
     attitude. Outliers are left out, and listed.
     """
     from mgeo_calibration.calibration import calibrate as calibrated
+    from mgeo_calibration.calibration.added import calibrate_with
     from mgeo_calibration.calibration.alone import calibrate_alone
     from mgeo_calibration.commands import calibrate as command
     from mgeo_calibration.telemetry import TelemetryMapping
@@ -219,9 +231,15 @@ def calibrate(
             command.print_alone(alone, output)
             output.result(command.alone_document(alone))
             raise typer.Exit(ExitCode.INCOMPLETE if alone.failures else ExitCode.DONE)
-        found = calibrated(of, telemetry, read)
+        first = found = calibrated(of, telemetry, read)
         promised = found.compare(flown) if flown else None
+        if fit is not None:
+            found = calibrate_with(first, telemetry, read, fit.split(","))
     command.print_calibration(found, promised, picked, output)
+    if diagnose:
+        command.print_tests(found, output)
+    if fit is not None:
+        command.print_beside(first, found, output)
     files: list[str] = []
     try:
         with bad_input():

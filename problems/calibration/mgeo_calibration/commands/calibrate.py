@@ -17,6 +17,7 @@ from mgeo.runs.prepare import read_scenario
 from mgeo.store.atomic import check_writable, write_files
 from mgeo.terminal import plain
 from mgeo_calibration.calibration import Calibration, to_json
+from mgeo_calibration.calibration.added import beside, noise_of
 from mgeo_calibration.calibration.alone import StrengthCalibration
 from mgeo_calibration.calibration.document import document
 from mgeo_calibration.calibration.report import report_html
@@ -101,6 +102,25 @@ def print_calibration(
     for told in calibration.notes:
         output.print(note(told))
     output.print("", plain(calibration.conclusion, "bold"))
+
+
+def print_tests(calibration: Calibration, output: Output) -> None:
+    """Print all that was asked, and what the answers are."""
+    asked = calibration.model_table()[["says", "chi_square", "freedom", "p", "named", "key"]]
+    output.print(*titled("Beside what the scenario says", asked))
+    output.print(*titled("Estimate and prior", calibration.prior_table()))
+    for cause in calibration.causes:
+        output.print(f"seen without any attitude: {cause}")
+
+
+def print_beside(first: Calibration, second: Calibration, output: Output) -> None:
+    """Print what a calibration says of another with fewer states or other noise."""
+    output.print(
+        *titled("With and without what was added", beside(first, second)),
+        note("moved: by how many of its 1-sigmas"),
+        note(f"noise: {noise_of(second)}"),
+        note(f"without: {first.conclusion}"),
+    )
 
 
 def print_alone(found: StrengthCalibration, output: Output) -> None:

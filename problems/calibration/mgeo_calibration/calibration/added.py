@@ -1,0 +1,129 @@
+"""A calibration again with states or noise that the first has asked for, beside it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import pandas as pd
+from mgeo_attitude.fields import InvalidValue, known_names
+from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors import Gyro, Sensor
+
+from mgeo_calibration.calibration.calibration import Calibration
+from mgeo_calibration.calibration.from_telemetry import calibrate
+from mgeo_calibration.telemetry import Telemetry, TelemetryMapping
+
+#: Asks for the noise of the sensors.
+NOISE = "noise"
+#: What a state that is added may be, 1-sigma, in the unit of its key.
+SIZES = {"scale_factor": 0.02, "misalignment_deg": 1.0, "nonorthogonality_deg": 1.0, "delay_s": 1.0}
+T = TypeVar("T", Gyro, Sensor)
+_ROUNDS = 3  # what is an outlier depends on the noise
+
+
+def calibrate_with(
+    found: Calibration,
+    telemetry: Telemetry | pd.DataFrame | Path | str,
+    mapping: TelemetryMapping | None,
+    keys: Sequence[str],
+) -> Calibration:
+    """Calibrate again, with states added to the scenario of a calibration, or noise from the data.
+
+    Parameters
+    ----------
+    keys : sequence of str
+        ``mag.scale_factor``, ``gyro.misalignment``... and `NOISE`.
+
+    Raises
+    ------
+    InvalidValue
+        For a key that adds nothing, or a scenario that goes on from a calibration.
+    ValueError, OSError
+        From `calibrate`.
+    """
+    scenario = with_states(found.scenario, [key for key in keys if key != NOISE])
+    again = calibrate(scenario, telemetry, mapping) if scenario != found.scenario else found
+    for _ in range(_ROUNDS if NOISE in keys else 0):
+        again = calibrate(with_noise(again), telemetry, mapping)
+    return again
+
+
+def with_states(scenario: Scenario, keys: Sequence[str]) -> Scenario:
+    """The scenario with states that it is without, of about the size that they usually have."""
+    options = addable(scenario)
+    for key in keys:
+        if key not in options:
+            expected = f"expected something that can be added{known_names(key, [*options, NOISE])}"
+            raise InvalidValue("fit", key, expected)
+    if keys and scenario.prior is not None:
+        raise InvalidValue("fit", keys[0], "expected no earlier calibration, which is without it")
+
+    def grown(owner: T) -> T:
+        name = getattr(owner, "name", "gyro")
+        asked = [options[key] for key in keys if key.partition(".")[0] == name]
+        more: dict[str, Any] = {field: SIZES[field.removeprefix("initial_")] for field in asked}
+        return dataclasses.replace(owner, **more)
+
+    return dataclasses.replace(
+        scenario,
+        gyro=grown(scenario.gyro),
+        sensors=tuple(grown(sensor) for sensor in scenario.sensors),
+    )
+
+
+def addable(scenario: Scenario) -> dict[str, str]:
+    """States that a scenario is without, and the field of each that adds it."""
+    found = {}
+    owners: tuple[Any, ...] = (scenario.gyro, *scenario.sensors)
+    for owner in owners:
+        for field in dataclasses.fields(owner):
+            size = field.name.removeprefix("initial_")
+            if size in SIZES and field.name != size and not getattr(owner, field.name):
+                state = size.removesuffix("_deg").removesuffix("_s")
+                found[f"{getattr(owner, 'name', 'gyro')}.{state}"] = field.name
+    return found
+
+
+def with_noise(found: Calibration) -> Scenario:
+    """The scenario of a calibration with 1-sigmas of the sensors as its innovations have them."""
+    factors = {test.sensor: float(np.sqrt(test.nis)) for test in found.tests}
+    sensors = tuple(
+        dataclasses.replace(
+            sensor,
+            **{
+                name: getattr(sensor, name) * factors.get(sensor.name, 1.0)
+                for name in sensor.noise_parameters
+            },
+        )
+        for sensor in found.scenario.sensors
+    )
+    return dataclasses.replace(found.scenario, sensors=sensors)
+
+
+def beside(first: Calibration, second: Calibration) -> pd.DataFrame:
+    """What both say of the states of the second: estimates, 1-sigmas, and how far they are apart.
+
+    ``moved`` is the difference over the second's 1-sigma, of a state that the first is without from
+    zero.
+    """
+    columns = ["estimate", "sigma"]
+    keys = ["block", "axis", "unit"]
+    old, new = (each.table().set_index(keys)[columns] for each in (first, second))
+    table = new.join(old, rsuffix=" before")
+    table["moved"] = (table["estimate"] - table["estimate before"].fillna(0.0)) / table["sigma"]
+    return table.reset_index(["axis", "unit"])[
+        ["axis", "unit", "estimate before", "sigma before", "estimate", "sigma", "moved"]
+    ]
+
+
+def noise_of(calibration: Calibration) -> str:
+    """The 1-sigmas of sensors as a scenario has them, in words."""
+    return ", ".join(
+        f"{sensor.name}.{name} = {getattr(sensor, name):.4g}"
+        for sensor in calibration.scenario.sensors
+        for name in sensor.noise_parameters
+    )
