@@ -29,8 +29,8 @@ def table():
         ],
         "magnetometers": [grade("mag", 0.5), grade("better", 2.0, noise_nt=50.0)],
         "sun_sensors": [
-            grade("coarse", 0.25, field_of_view_deg=80.0),
-            grade("fine", 4.0, field_of_view_deg=60.0, noise_deg=0.1),
+            grade("coarse", 0.25, half_angle_deg=80.0),
+            grade("fine", 4.0, half_angle_deg=60.0, noise_deg=0.1),
         ],
         "star_trackers": [grade("tracker", 8.0)],
     }

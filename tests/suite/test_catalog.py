@@ -65,9 +65,9 @@ def changed(table, place, value):
         (("gyros", 0, "noise_nt"), 1.0, r"gyros\[0\]\.noise_nt: unknown key"),
         (("sun_sensors", 0, "boresight"), [1, 0, 0], r"sun_sensors\[0\]\.boresight: unknown key"),
         (
-            ("sun_sensors", 1, "field_of_view_deg"),
+            ("sun_sensors", 1, "half_angle_deg"),
             180.0,
-            r"sun_sensors\[1\]\.field_of_view_deg = 180\.0: expected that all or none see every",
+            r"sun_sensors\[1\]\.half_angle_deg = 180\.0: expected that all or none see every",
         ),
         (
             ("sun_sensors", 1, "initial_bias"),

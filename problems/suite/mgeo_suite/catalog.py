@@ -205,7 +205,7 @@ def _has_none(key: str) -> Callable[[Any], bool]:
 #: What all entries of a section have or none, by key.
 _ALIKE: Mapping[str, Mapping[str, tuple[Callable[[Any], bool], str]]] = {
     "sun_sensors": {
-        "field_of_view_deg": (lambda head: not head.views(), "see everywhere (180)"),
+        "half_angle_deg": (lambda head: not head.views(), "see everywhere (180)"),
         "initial_bias": (lambda head: not head.initial_bias, "have no bias states (0)"),
     },
     "star_trackers": {

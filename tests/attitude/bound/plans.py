@@ -73,7 +73,7 @@ def hard(step: float = 20.0) -> dict[str, Scenario]:
             sensors=[sun | {"considered": ["bias"]}, mag], gyro={"considered": ["bias"]}
         ),
         "seldom": of(sensors=[sun | {"sample_interval": 100.0}, mag | {"sample_interval": 40.0}]),
-        "views": of(sensors=[sun | {"field_of_view_deg": 70.0}, mag]),
+        "views": of(sensors=[sun | {"half_angle_deg": 70.0}, mag]),
         "suite": of(duration=900.0),
     }
     after = {f"{name}, after": with_prior(plain[name], 5) for name in ("calibrated", "considered")}

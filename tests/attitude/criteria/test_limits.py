@@ -236,7 +236,7 @@ def test_what_a_sensor_does_not_see_it_cannot_calibrate(limit):
     X = designs(4)
     night = {"epoch": datetime(2018, 6, 5, 0, 35, tzinfo=UTC)}
     narrow = tuple(
-        dataclasses.replace(s, field_of_view_deg=40.0) if isinstance(s, SunSensor) else s
+        dataclasses.replace(s, half_angle_deg=40.0) if isinstance(s, SunSensor) else s
         for s in Scenario.paper().sensors
     )
     changes = {"sensors": narrow} if limit == "field of view" else {"eclipse": True}

@@ -26,8 +26,8 @@ SUITES = {
     "two Sun sensors": Suite(
         Gyro(),
         (
-            SunSensor(name="sun_x", boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0),
-            SunSensor(name="sun_z", boresight=(0.0, 1.0, -2.0), field_of_view_deg=100.0),
+            SunSensor(name="sun_x", boresight=(1.0, 0.0, 0.0), half_angle_deg=60.0),
+            SunSensor(name="sun_z", boresight=(0.0, 1.0, -2.0), half_angle_deg=100.0),
             Magnetometer(),
         ),
     ),
@@ -73,7 +73,7 @@ SUITES = {
         Gyro(initial_scale_factor=1e-3),
         (
             Magnetometer(name="inner"),
-            SunSensor(boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0),
+            SunSensor(boresight=(1.0, 0.0, 0.0), half_angle_deg=60.0),
             Magnetometer(),
         ),
         World(
@@ -101,7 +101,7 @@ SUITES = {
     "two angles": Suite(
         Gyro(),
         (
-            TwoAxisSunSensor(boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0),
+            TwoAxisSunSensor(boresight=(1.0, 0.0, 0.0), half_angle_deg=60.0),
             HorizonSensor(sun_exclusion_deg=40.0, considered=("bias",), sample_interval=2.0),
             Magnetometer(),
         ),

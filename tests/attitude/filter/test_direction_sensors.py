@@ -101,9 +101,7 @@ def test_a_horizon_sensor_looks_at_the_earth_where_it_is_made_for():
 
 
 def test_the_sun_and_an_earth_out_of_sight_blind_it():
-    sensor = HorizonSensor(
-        boresight=(0.0, 0.0, 2.0), field_of_view_deg=60.0, sun_exclusion_deg=50.0
-    )
+    sensor = HorizonSensor(boresight=(0.0, 0.0, 2.0), half_angle_deg=60.0, sun_exclusion_deg=50.0)
     model = FilterModel.from_scenario(scenario(sensor, Magnetometer(), eclipse=True))
     attitude = Rotation.random(len(model.times), random_state=4).as_matrix()
     seen = can_measure(model, 0, attitude, np.zeros((model.n_steps, 3)))

@@ -24,7 +24,7 @@ def scenario(**changes):
         "step": 2.0,
         "convergence": {"window": 60.0, "relative_decrease": 0.05},
         "maneuvers": {"max_acceleration_deg_s2": 0.05},
-        "sensors": [{"kind": "sun-sensor", "field_of_view_deg": 80.0}, {"kind": "magnetometer"}],
+        "sensors": [{"kind": "sun-sensor", "half_angle_deg": 80.0}, {"kind": "magnetometer"}],
     }
     return Scenario.from_dict(table | changes)
 

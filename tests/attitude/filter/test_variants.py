@@ -29,20 +29,20 @@ def variant(model, suite, weights=None):
     )
 
 
-SIDE = {"boresight": (1.0, 0.2, 0.0), "field_of_view_deg": 70.0}
+SIDE = {"boresight": (1.0, 0.2, 0.0), "half_angle_deg": 70.0}
 
 
 @pytest.fixture(scope="module")
 def models(short):
     """Four of one form: gyros, noises, fields of view, initial 1-sigmas and weights differ."""
-    top = SunSensor(name="b", boresight=(0, 0, 1), field_of_view_deg=50.0)
+    top = SunSensor(name="b", boresight=(0, 0, 1), half_angle_deg=50.0)
     sensors = SunSensor(name="a", **SIDE), top, Magnetometer()
     requirement = {"attitude_deg": 1.0}
     scenario = dataclasses.replace(short, sensors=sensors, required_sigma=requirement)
     model = FilterModel.from_scenario(scenario)
     better = Gyro(angle_random_walk_deg_per_sqrt_h=0.3, initial_bias_deg_s=0.002, bias_decay=1e-4)
     other = SunSensor(name="a", noise_deg=0.2, initial_bias=0.1, boresight=(0, 1, 0),
-                      field_of_view_deg=120.0)  # fmt: skip
+                      half_angle_deg=120.0)  # fmt: skip
     return [
         model,
         variant(model, Suite(better, sensors)),

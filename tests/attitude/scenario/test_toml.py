@@ -22,14 +22,14 @@ from mgeo_attitude.scenario import (
     TLEOrbit,
 )
 from mgeo_attitude.scenario.presets import PRESETS
-from mgeo_attitude.sensors import SENSORS, Gyro
+from mgeo_attitude.sensors import SENSORS, Gyro, World
 
 from .strategies import scenarios
 from .test_orbit import ISS_1, ISS_2
 
 SECTIONS = (
     Scenario, Orbit, TLEOrbit, EphemerisOrbit, OrbitFile, Gyro, InitialConditions,
-    ManeuverLimits, Convergence, *SENSORS.values(),
+    ManeuverLimits, Convergence, World, *SENSORS.values(),
 )  # fmt: skip
 
 
@@ -40,6 +40,7 @@ def test_presets_round_trip_exactly(preset: str) -> None:
     assert Scenario.from_toml(f'preset = "{preset}"') == scenario
 
 
+@pytest.mark.filterwarnings("ignore::mgeo_attitude.scenario.plausible.Implausible")
 @settings(max_examples=50, deadline=None)
 @given(scenario=scenarios())
 def test_scenarios_round_trip_exactly(scenario: Scenario) -> None:

@@ -149,3 +149,10 @@ def test_what_several_sensors_had_alike_is_one_error_and_else_refused():
 def test_no_sensor_is_called_the_world():
     with pytest.raises(InvalidValue, match=r"sensors\[0\].name = 'world': expected a name that no"):
         short(sensors=(Magnetometer(name="world"),))
+
+
+def test_a_field_of_view_of_older_files_is_read_as_what_it_was():
+    sun = {"kind": "sun-sensor", "field_of_view_deg": 60.0}
+    with pytest.warns(DeprecationWarning, match="field_of_view_deg of sensors is half of it, and"):
+        assert older(sun).sensors == (SunSensor(half_angle_deg=60.0),)
+    assert older(sun | {"field_of_view_deg": 180.0}).sensors == (SunSensor(),)

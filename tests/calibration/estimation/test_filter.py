@@ -36,7 +36,7 @@ def flown(request):
     wide = FilterModel.from_scenario(scenario)
     ahead = Motion.of(wide, PLAN, STEPS).attitude[30] @ wide.references[30, 0]
     sun, *others = scenario.sensors
-    narrow = dataclasses.replace(sun, boresight=tuple(ahead), field_of_view_deg=20.0)
+    narrow = dataclasses.replace(sun, boresight=tuple(ahead), half_angle_deg=20.0)
     model = FilterModel.from_scenario(dataclasses.replace(scenario, sensors=(narrow, *others)))
     generators = np.random.default_rng(8).spawn(RUNS)
     flights = [runs.flown(model, PLAN, draw(model, STEPS, generator)) for generator in generators]

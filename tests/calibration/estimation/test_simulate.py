@@ -195,7 +195,7 @@ def test_the_truth_has_eclipses_and_fields_of_view_of_its_own():
         np.testing.assert_array_equal(updates, [[seen, 150]] * 2)
     sun, *others = scenario.sensors
     narrow = dataclasses.replace(
-        scenario, sensors=(dataclasses.replace(sun, field_of_view_deg=40.0), *others)
+        scenario, sensors=(dataclasses.replace(sun, half_angle_deg=40.0), *others)
     )
     seen = run((scenario, environment), 2, truth=narrow).updates
     assert 0 < seen[:, :, 0].sum() < 2 * 150

@@ -190,7 +190,7 @@ def test_a_bias_that_does_not_drift_stays(model):
 
 
 def test_sensors_measure_where_they_see():
-    narrow = SunSensor(boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0)
+    narrow = SunSensor(boresight=(1.0, 0.0, 0.0), half_angle_deg=60.0)
     of = short(Scenario.paper(), sensors=(narrow, Magnetometer()))
     seen = FilterModel.from_scenario(of)
     available = seen.available.copy()

@@ -37,7 +37,7 @@ class Quantity:
     """What a field holds: its meaning, unit, and allowed range (numbers) or choices (strings).
 
     `kinds` are the classes of a section, or sections, of which a table has to name one; `formerly`
-    is the key that the field had in older files.
+    is the key that the field had in older files. Outside of `usual` a value is told, not refused.
     """
 
     doc: str = ""
@@ -49,6 +49,7 @@ class Quantity:
     choices: tuple[str, ...] = ()
     kinds: Kinds | None = None
     formerly: str = ""
+    usual: tuple[float, float] | None = None
 
     def bounds(self) -> dict[str, Any]:
         """The finite ends of the range, as pydantic's `Field` takes them."""

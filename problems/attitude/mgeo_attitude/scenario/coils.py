@@ -22,7 +22,10 @@ class Coils(Validated):
         unit="A m²", doc="greatest dipole along body x, y and z"
     )
     inertia: tuple[float, float, float] | None = positive(
-        None, unit="kg m²", doc="moments of inertia about body x, y and z; with wheels, theirs"
+        None,
+        unit="kg m²",
+        doc="moments of inertia about body x, y and z; with wheels, theirs",
+        usual=(1e-5, 1e4),
     )
     products_of_inertia: tuple[float, float, float] = quantity(
         (0.0, 0.0, 0.0), unit="kg m²", doc="entries xy, xz and yz of the inertia matrix"

@@ -14,11 +14,13 @@ _OF_SENSORS = {
     "field_error": ("field_error_nt", "field_error_correlation_time"),
     "orbit_error": ("orbit_error_m", "orbit_error_correlation_time"),
 }
+#: Keys of sensors that have other names now.
+_NOW = {"field_of_view_deg": "half_angle_deg"}
 _KEYS = [key for keys in _OF_SENSORS.values() for key in keys]
 
 
 def updated(table: Mapping[str, Any]) -> dict[str, Any]:
-    """A table in which errors of field, orbit and light from the Earth are the world's.
+    """A table of today's keys, in which errors of field, orbit and light are the world's.
 
     A suite in which one sensor had each is the same satellite. What several had alike is now one
     error; a Sun sensor without albedo beside one with it does not see it.
@@ -31,6 +33,8 @@ def updated(table: Mapping[str, Any]) -> dict[str, Any]:
     sensors = table.get("sensors")
     if not isinstance(sensors, list | tuple):
         return dict(table)
+    table = {**table, "sensors": [_renamed(each) for each in sensors]}
+    sensors = table["sensors"]
     world: dict[str, Any] = {}
     lit = any(isinstance(each, Mapping) and each.get("albedo") for each in sensors)
     kept = [_without(world, f"sensors[{i}]", each, lit) for i, each in enumerate(sensors)]
@@ -48,6 +52,20 @@ def updated(table: Mapping[str, Any]) -> dict[str, Any]:
     given = table.get("world", {})
     both = {**world, **given} if isinstance(given, Mapping) else given
     return {**table, "sensors": kept, "world": both}
+
+
+def _renamed(sensor: Any) -> Any:
+    """A sensor's table with `_NOW` in place of older keys."""
+    if not isinstance(sensor, Mapping):
+        return sensor
+    for key in _NOW.keys() & sensor.keys():
+        if sensor[key] != 180.0:  # which sees everywhere: nobody takes it for a full angle
+            warnings.warn(
+                f"{key} of sensors is half of it, and now {_NOW[key]}; gone in 0.4",
+                DeprecationWarning,
+                stacklevel=4,
+            )
+    return {_NOW.get(key, key): value for key, value in sensor.items()}
 
 
 def _without(world: dict[str, Any], place: str, sensor: Any, lit: bool) -> Any:

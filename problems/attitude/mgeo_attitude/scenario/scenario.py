@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -79,7 +80,7 @@ class Scenario(Validated):
         unit="s", doc="longest time to converge, a multiple of the step; a slew back may end later"
     )
     step: float = positive(1.0, unit="s", doc="time step of the filter")
-    eclipse: bool = quantity(False, doc="whether the Earth's shadow blinds the Sun sensors")
+    eclipse: bool = quantity(True, doc="whether the Earth's shadow blinds the Sun sensors")
     objectives: tuple[str, ...] = quantity(
         PAPER, doc=f"what to minimize, of {', '.join(NAMES)}, {TRACE_OF}BLOCK,BLOCK..."
     )
@@ -286,12 +287,22 @@ class Scenario(Validated):
         ------
         ScenarioFileError
             (ValueError) Naming the file and the key, or the line where it is no TOML.
+
+        Warns
+        -----
+        Implausible
+            Of what looks like a slip; see `implausible`.
         """
+        from mgeo_attitude.scenario.plausible import Implausible, implausible
+
         origin, folder, table = read_toml(source)
         try:
-            return Scenario.from_dict(table, folder)
+            scenario = Scenario.from_dict(table, folder)
         except ValueError as error:
             raise ScenarioFileError(f"{origin}: {error}") from error
+        for line in implausible(scenario):
+            warnings.warn(f"{origin}: {line}", Implausible, stacklevel=2)
+        return scenario
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write `to_toml` to a file, which is replaced as a whole or not at all."""

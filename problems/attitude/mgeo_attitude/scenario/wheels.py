@@ -66,12 +66,19 @@ def inertia_matrix(
     Raises
     ------
     InvalidValue
-        Naming ``products_of_inertia``, if it is not positive definite.
+        Naming ``products_of_inertia``, if it is not positive definite, or ``inertia``, if no body
+        has such principal moments: none is more than the sum of the other two.
     """
     (xx, yy, zz), (xy, xz, yz) = moments, products
     J = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     definite = f"a positive definite inertia matrix with {moments} on the diagonal"
-    expect(np.linalg.eigvalsh(J)[0] > 0.0, "products_of_inertia", products, definite)
+    least, middle, most = np.linalg.eigvalsh(J)
+    expect(least > 0.0, "products_of_inertia", products, definite)
+    possible = (
+        f"moments of which no body has more than the sum of the other two; the principal ones are "
+        f"{least:.4g}, {middle:.4g} and {most:.4g}"
+    )
+    expect(most <= (least + middle) * (1.0 + 1e-9), "inertia", moments, possible)
     return J
 
 
@@ -85,7 +92,7 @@ class Wheels(Validated):
     """
 
     inertia: tuple[float, float, float] = positive(
-        unit="kg m²", doc="moments of inertia about body x, y and z"
+        unit="kg m²", doc="moments of inertia about body x, y and z", usual=(1e-5, 1e4)
     )
     products_of_inertia: tuple[float, float, float] = quantity(
         (0.0, 0.0, 0.0), unit="kg m²", doc="entries xy, xz and yz of the inertia matrix"

@@ -85,7 +85,9 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
     kind: ClassVar[str] = "two-axis-sun-sensor"
 
     name: str = quantity("sun", doc=NAME)
-    noise_deg: float = positive(0.5, unit="deg", doc="noise per sample, 1-sigma of each angle")
+    noise_deg: float = positive(
+        0.5, unit="deg", doc="noise per sample, 1-sigma of each angle", usual=(0.001, 10.0)
+    )
 
     def noise(self) -> tuple[float, ...]:
         return super().noise()[:2]
@@ -105,7 +107,9 @@ class HorizonSensor(DirectionSensor):
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN}
 
     name: str = quantity("horizon", doc=NAME)
-    noise_deg: float = positive(0.1, unit="deg", doc="noise per sample, 1-sigma of each angle")
+    noise_deg: float = positive(
+        0.1, unit="deg", doc="noise per sample, 1-sigma of each angle", usual=(0.001, 10.0)
+    )
     initial_misalignment_deg: float = positive(
         0.5, unit="deg", doc="initial misalignment, 1-sigma per axis"
     )
@@ -113,13 +117,14 @@ class HorizonSensor(DirectionSensor):
     boresight: tuple[float, float, float] = quantity(
         (0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)"
     )
-    field_of_view_deg: float = quantity(
+    half_angle_deg: float = quantity(
         180.0,
         unit="deg",
         low=0.0,
         high=180.0,
         open_low=True,
         doc="half-angle of the cone that nadir has to be in; 180 sees everywhere",
+        formerly="field_of_view_deg",
     )
     sun_exclusion_deg: float | None = quantity(
         None,
@@ -163,8 +168,8 @@ class HorizonSensor(DirectionSensor):
 
     def views(self) -> tuple[Cone, ...]:
         axis, found = unit(self.boresight), []
-        if self.field_of_view_deg < 180.0:
-            found.append(Cone("", axis, math.radians(self.field_of_view_deg), inside=True))
+        if self.half_angle_deg < 180.0:
+            found.append(Cone("", axis, math.radians(self.half_angle_deg), inside=True))
         if self.sun_exclusion_deg is not None:
             found.append(Cone("sun", axis, math.radians(self.sun_exclusion_deg), inside=False))
         return tuple(found)

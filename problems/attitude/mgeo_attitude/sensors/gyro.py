@@ -41,6 +41,7 @@ class Gyro(Validated):
         0.01,
         unit="deg/sqrt(h)",
         doc="angle random walk, 1-sigma",
+        usual=(5e-5, 5.0),
         formerly="angle_random_walk_deg_sqrt_h",
     )
     rate_random_walk: float = quantity(

@@ -50,9 +50,11 @@ class StarTracker(Sensor):
     channels: ClassVar[tuple[str, ...]] = ("q1", "q2", "q3", "q4")
 
     name: str = quantity("tracker", doc=NAME)
-    noise_arcsec: float = positive(10.0, unit="arcsec", doc="noise about the cross axes, 1-sigma")
+    noise_arcsec: float = positive(
+        10.0, unit="arcsec", doc="noise about the cross axes, 1-sigma", usual=(0.1, 1000.0)
+    )
     roll_noise_arcsec: float = positive(
-        60.0, unit="arcsec", doc="noise about the boresight, 1-sigma"
+        60.0, unit="arcsec", doc="noise about the boresight, 1-sigma", usual=(0.5, 6000.0)
     )
     initial_misalignment_deg: float = positive(
         0.2,

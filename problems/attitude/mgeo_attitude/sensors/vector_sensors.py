@@ -49,7 +49,9 @@ class SunSensor(VectorSensor):
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN}
 
     name: str = quantity("sun", doc=NAME)
-    noise_deg: float = positive(2.0, unit="deg", doc="noise per sample, 1-sigma per axis")
+    noise_deg: float = positive(
+        2.0, unit="deg", doc="noise per sample, 1-sigma per axis", usual=(0.005, 50.0)
+    )
     initial_misalignment_deg: float = positive(
         1.0,
         unit="deg",
@@ -63,13 +65,14 @@ class SunSensor(VectorSensor):
     boresight: tuple[float, float, float] = quantity(
         (0.0, 0.0, 1.0), doc="direction it looks in, body axes (any length)"
     )
-    field_of_view_deg: float = quantity(
+    half_angle_deg: float = quantity(
         180.0,
         unit="deg",
         low=0.0,
         high=180.0,
         open_low=True,
         doc="half-angle of the field of view; 180 sees everywhere",
+        formerly="field_of_view_deg",
     )
     sees_albedo: bool = quantity(
         True, doc="whether light from the Earth adds to what it measures, if the world has any"
@@ -105,9 +108,9 @@ class SunSensor(VectorSensor):
         return environment.sun if light is None else environment.sun + light
 
     def views(self) -> tuple[Cone, ...]:
-        if self.field_of_view_deg == 180.0:
+        if self.half_angle_deg == 180.0:
             return ()
-        half_angle = math.radians(self.field_of_view_deg)
+        half_angle = math.radians(self.half_angle_deg)
         return (Cone("sun", unit(self.boresight), half_angle, inside=True),)
 
     def available(self, environment: Environment) -> Bools | None:
@@ -134,7 +137,9 @@ class Magnetometer(VectorSensor):
     channel_unit: ClassVar[Unit] = NT
 
     name: str = quantity("mag", doc=NAME)
-    noise_nt: float = positive(500.0, unit="nT", doc="noise per sample, 1-sigma per axis")
+    noise_nt: float = positive(
+        500.0, unit="nT", doc="noise per sample, 1-sigma per axis", usual=(1.0, 1e4)
+    )
     initial_misalignment_deg: float = positive(
         1.0,
         unit="deg",

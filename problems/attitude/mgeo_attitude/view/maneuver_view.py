@@ -92,12 +92,13 @@ class ManeuverView(Plans):
         return at_best.impossible(self.problem)
 
     def notes(self) -> list[str]:
-        """What is assumed of how it turns, and where the covariance was not found true."""
+        """What looks like a slip or is assumed, and where the covariance was not found true."""
+        from mgeo_attitude.scenario.plausible import implausible
         from mgeo_attitude.scenario.validity import validity  # imports scipy
 
         scenario = self.problem.scenario
         found = [f"{line} (docs/consistency.md): verify a plan" for line in validity(scenario)]
-        return [*scenario.assumed, *found]
+        return [*implausible(scenario), *scenario.assumed, *found]
 
     def front_summary(self, F: ArrayLike) -> dict[str, float]:
         """How many points of a front converge in the first orbit, and how many later.

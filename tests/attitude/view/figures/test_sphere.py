@@ -29,7 +29,7 @@ def test_a_circle_is_where_directions_are_as_far_from_its_axis(axis, degrees):
 
 def test_path_limits_and_fields_of_view_are_drawn():
     sun, *others = Scenario.cubesat_6u().sensors
-    narrow = dataclasses.replace(sun, boresight=(0.0, 0.0, 1.0), field_of_view_deg=60.0)
+    narrow = dataclasses.replace(sun, boresight=(0.0, 0.0, 1.0), half_angle_deg=60.0)
     scenario = dataclasses.replace(
         Scenario.cubesat_6u(),
         duration=600.0,

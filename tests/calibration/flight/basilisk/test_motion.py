@@ -332,7 +332,7 @@ assert not {"pooch", "requests"} & set(sys.modules), "what fetches data was impo
 def test_sensors_of_a_kind_are_told_apart():
     """Two Sun sensors, one magnetometer, in the order of the scenario."""
     sensors = (
-        SunSensor(name="sun_x", boresight=(1.0, 0.0, 0.0), field_of_view_deg=60.0),
+        SunSensor(name="sun_x", boresight=(1.0, 0.0, 0.0), half_angle_deg=60.0),
         Magnetometer(),
         SunSensor(name="sun_all"),
     )
