@@ -112,6 +112,15 @@ SUITES = {
             orbit_error_correlation_time=300.0,
         ),
     ),
+    "a tracker says what body axes are": Suite(
+        Gyro(initial_misalignment_deg=0.1, bias_instability_deg_per_h=2.0, bias_decay=1e-3),
+        (
+            # a finer one takes seven digits of the first variance at once
+            StarTracker(initial_misalignment_deg=0.0, noise_arcsec=30.0),
+            SunSensor(),
+            Magnetometer(initial_misalignment_deg=0.0),
+        ),
+    ),
     "cubesat_6u_full": Suite(FULL.gyro, FULL_SENSORS, FULL.world),
     "every constant": Suite(
         Gyro(

@@ -144,7 +144,7 @@ def test_a_missing_key_of_a_section_says_what_it_takes() -> None:
         ),
         (
             {"gyro": {"bias": 1.0}},
-            "gyro.bias: unknown key; did you mean 'bias_decay' or 'initial_bias_d",
+            "gyro.bias: unknown key; did you mean 'bias_instability_deg_per_h'",
         ),
         ({"initial": {"attitude": 1.0}}, "initial.attitude: unknown key; did you mean 'attitude_"),
         ({"maneuvers": {"counts": 1}}, "maneuvers.counts: unknown key; did you mean 'count'?"),

@@ -324,6 +324,9 @@ class Scenario(Validated):
             f"{step}; or a step below {180.0 / (math.sqrt(3.0) * rate):.4g} s"
         )
         expect(rate < fastest, "maneuvers.max_rate_deg_s", rate, slow)
+        gyro_range = self.gyro.range_deg_per_s
+        within = f"at most gyro.range_deg_per_s = {gyro_range!r}"
+        expect(gyro_range is None or rate <= gyro_range, "maneuvers.max_rate_deg_s", rate, within)
         for i, sensor in enumerate(self.sensors):
             interval, key = sensor.sample_interval, f"sensors[{i}].sample_interval"
             fits = interval is None or _is_multiple(interval, self.step)

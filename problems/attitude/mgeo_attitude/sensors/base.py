@@ -211,6 +211,11 @@ class Sensor(Validated, ABC):
         return None
 
 
+def tilt(misalignment_deg: float) -> dict[str, float]:
+    """States of a sensor's misalignment; none if it is zero: then it says what body axes are."""
+    return {"misalignment": math.radians(misalignment_deg)} if misalignment_deg else {}
+
+
 def check_considered(considered: Sequence[str], states: Collection[str]) -> None:
     """Refuse, with an InvalidValue, what is none of the states, or twice there."""
     for i, state in enumerate(considered):

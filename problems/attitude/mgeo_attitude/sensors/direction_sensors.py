@@ -17,7 +17,7 @@ from mgeo_attitude.fields.units import ARCMIN, DEG, Unit
 from mgeo_attitude.geometry.rotation import cross, direction, dot, rotate, tangents
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME
+from mgeo_attitude.sensors.base import NAME, tilt
 from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor
 
 if TYPE_CHECKING:
@@ -110,8 +110,12 @@ class HorizonSensor(DirectionSensor):
     noise_deg: float = positive(
         0.1, unit="deg", doc="noise per sample, 1-sigma of each angle", usual=(0.001, 10.0)
     )
-    initial_misalignment_deg: float = positive(
-        0.5, unit="deg", doc="initial misalignment, 1-sigma per axis"
+    initial_misalignment_deg: float = quantity(
+        0.5,
+        unit="deg",
+        low=0.0,
+        doc="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what body "
+        "axes are",
     )
     initial_bias: float = positive(0.002, doc="initial bias of the unit vector, 1-sigma per axis")
     boresight: tuple[float, float, float] = quantity(
@@ -154,7 +158,7 @@ class HorizonSensor(DirectionSensor):
 
     def states(self) -> dict[str, float]:
         return {
-            "misalignment": math.radians(self.initial_misalignment_deg),
+            **tilt(self.initial_misalignment_deg),
             "bias": self.initial_bias,
         }
 

@@ -10,12 +10,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import Validated, positive, quantity
+from mgeo_attitude.fields import Validated, expect, positive, quantity
 from mgeo_attitude.fields.units import DEG, DEG_H, PPM, Unit
 from mgeo_attitude.geometry.rotation import rotate, shear, unrotate
 from mgeo_attitude.geometry.vector import Vec3, cross, scale
 from mgeo_attitude.geometry.vector import shear as shear_components
 from mgeo_attitude.sensors.base import CONSIDERED, check_considered
+
+_ALLAN_PEAK = 0.437
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,12 @@ class Gyro(Validated):
     rate_random_walk: float = quantity(
         3e-8, unit="rad/s^1.5", low=0.0, doc="rate random walk that drives the bias, 1-sigma"
     )
+    bias_instability_deg_per_h: float | None = positive(
+        None,
+        unit="deg/h",
+        doc="bias instability, the floor of the Allan deviation, in place of rate_random_walk",
+        usual=(1e-4, 100.0),
+    )
     bias_decay: float = quantity(
         1e-5, unit="1/s", low=0.0, doc="inverse correlation time of the bias"
     )
@@ -73,10 +81,16 @@ class Gyro(Validated):
         doc="initial non-orthogonality, half of what two axes are off a right angle, 1-sigma; "
         "0 leaves the states out",
     )
+    range_deg_per_s: float | None = positive(
+        None, unit="deg/s", doc="greatest rate about an axis that it measures; no plan is faster"
+    )
     considered: tuple[str, ...] = quantity((), doc=CONSIDERED)
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        floor = self.bias_instability_deg_per_h
+        lasting = "nothing with bias_decay = 0: without it the Allan deviation has no floor"
+        expect(not floor or self.bias_decay, "bias_instability_deg_per_h", floor, lasting)
         check_considered(self.considered, self.states())
 
     def states(self) -> dict[str, float]:
@@ -144,9 +158,21 @@ class Gyro(Validated):
             stretched = stretched + shear(x.nonorthogonality, rate)
         return stretched
 
+    @property
+    def drift(self) -> float:
+        """Rate random walk that drives the bias [rad/s^1.5].
+
+        A Markov process driven by q with the correlation time T has an Allan deviation of at most
+        0.437 q √T, at 1.89 T: IEEE Std 952-1997, annex C.1.5. That is its bias instability here.
+        """
+        if self.bias_instability_deg_per_h is None:
+            return self.rate_random_walk
+        floor = math.radians(self.bias_instability_deg_per_h) / 3600.0
+        return floor * math.sqrt(self.bias_decay) / _ALLAN_PEAK
+
     def diffusion(self) -> dict[str, float]:
         """Power spectral density of the noise that drives each state, per axis."""
         return {
             "theta": (math.radians(self.angle_random_walk_deg_per_sqrt_h) / 60.0) ** 2,
-            "bias": self.rate_random_walk**2,
+            "bias": self.drift**2,
         }

@@ -17,7 +17,7 @@ from mgeo_attitude.fields.units import DEG, Unit
 from mgeo_attitude.geometry.rotation import across, cross, dot, rotate, unrotate
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME, Sensor
+from mgeo_attitude.sensors.base import NAME, Sensor, tilt
 
 _ARCSEC_PER_DEG = 3600.0
 
@@ -56,10 +56,12 @@ class StarTracker(Sensor):
     roll_noise_arcsec: float = positive(
         60.0, unit="arcsec", doc="noise about the boresight, 1-sigma", usual=(0.5, 6000.0)
     )
-    initial_misalignment_deg: float = positive(
+    initial_misalignment_deg: float = quantity(
         0.2,
         unit="deg",
-        doc="initial misalignment, 1-sigma per axis",
+        low=0.0,
+        doc="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what body "
+        "axes are",
         formerly="misalignment_deg",
     )
 
@@ -90,15 +92,17 @@ class StarTracker(Sensor):
         return bool((self.axes == np.eye(3)).all())
 
     def states(self) -> dict[str, float]:
-        return {"misalignment": math.radians(self.initial_misalignment_deg)}
+        return tilt(self.initial_misalignment_deg)
 
     def measure(self, x: Any, v: Vec3) -> Vec3:
-        error: Vec3 = x.theta - x.misalignment
+        error: Vec3 = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta
         return Vec3(*(inner(error, Vec3(*axis)) for axis in self.axes.tolist()))
 
     def measured(self, x: Any, v: Any) -> tuple[Any, ...]:
         """The axes of GCRS, in those of the body as the tracker has them."""
-        return tuple(rotate(x.misalignment, x.to_body(axis)) for axis in np.eye(3))
+        axes = tuple(map(x.to_body, np.eye(3)))
+        mounted = hasattr(x, "misalignment")
+        return tuple(rotate(x.misalignment, axis) for axis in axes) if mounted else axes
 
     def with_noise(self, measured: tuple[Any, ...], noise: Floats) -> tuple[Floats, ...]:
         """The axes turned by R(-Tᵀ noise), so that the `innovation` is the noise."""

@@ -15,7 +15,7 @@ from mgeo_attitude.fields.units import ARCMIN, DEG, PPM, Unit
 from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import shear as shear_components
-from mgeo_attitude.sensors.base import NAME, Sensor
+from mgeo_attitude.sensors.base import NAME, Sensor, tilt
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, NT, POSITION_UNIT
 
 if TYPE_CHECKING:
@@ -25,16 +25,17 @@ if TYPE_CHECKING:
 class VectorSensor(Sensor):
     """A sensor that measures the vector v it looks at: y = [v×]θ - [v×]μ + b (equation 2).
 
-    Its states are a misalignment μ and a bias b.
+    Its states are a misalignment μ, unless it says what body axes are, and a bias b.
     """
 
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
 
     def measure(self, x: Any, v: Vec3) -> Any:
-        return cross(v, x.theta - x.misalignment) + x.bias
+        turned = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta
+        return cross(v, turned) + x.bias
 
     def measured(self, x: Any, v: Any) -> Any:
-        return rotate(x.misalignment, v) + x.bias
+        return (rotate(x.misalignment, v) if hasattr(x, "misalignment") else v) + x.bias
 
 
 @dataclass(frozen=True)
@@ -52,10 +53,12 @@ class SunSensor(VectorSensor):
     noise_deg: float = positive(
         2.0, unit="deg", doc="noise per sample, 1-sigma per axis", usual=(0.005, 50.0)
     )
-    initial_misalignment_deg: float = positive(
+    initial_misalignment_deg: float = quantity(
         1.0,
         unit="deg",
-        doc="initial misalignment, 1-sigma per axis",
+        low=0.0,
+        doc="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what body "
+        "axes are",
         formerly="misalignment_deg",
     )
     initial_bias: float = positive(
@@ -85,7 +88,7 @@ class SunSensor(VectorSensor):
 
     def states(self) -> dict[str, float]:
         return {
-            "misalignment": math.radians(self.initial_misalignment_deg),
+            **tilt(self.initial_misalignment_deg),
             "bias": self.initial_bias,
         }
 
@@ -140,10 +143,12 @@ class Magnetometer(VectorSensor):
     noise_nt: float = positive(
         500.0, unit="nT", doc="noise per sample, 1-sigma per axis", usual=(1.0, 1e4)
     )
-    initial_misalignment_deg: float = positive(
+    initial_misalignment_deg: float = quantity(
         1.0,
         unit="deg",
-        doc="initial misalignment, 1-sigma per axis",
+        low=0.0,
+        doc="initial misalignment, 1-sigma per axis; 0 leaves the states out: it says what body "
+        "axes are",
         formerly="misalignment_deg",
     )
     initial_bias_nt: float = positive(
@@ -162,7 +167,7 @@ class Magnetometer(VectorSensor):
 
     def states(self) -> dict[str, float]:
         states = {
-            "misalignment": math.radians(self.initial_misalignment_deg),
+            **tilt(self.initial_misalignment_deg),
             "bias": self.initial_bias_nt / FIELD_UNIT_NT,
         }
         if self.initial_scale_factor:

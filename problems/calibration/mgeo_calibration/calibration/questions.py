@@ -63,7 +63,7 @@ def _of_gyro(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Qu
     def drifted(score: Score) -> str:
         return (
             f"gyro.bias drifts by {size * _range(score):.2g} deg/s, more than "
-            f"rate_random_walk = {gyro.rate_random_walk:g} explains"
+            f"rate_random_walk = {gyro.drift:g} explains"
         )
 
     asked = {

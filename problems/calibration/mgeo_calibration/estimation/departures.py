@@ -71,9 +71,9 @@ def along_track(solution: Solution) -> Departure:
 def vector_error(solution: Solution, index: int, state: str) -> Departure:
     """Scale factors or non-orthogonality of one, of a sensor of vectors that has none."""
     batch, at = solution.batch, solution.trajectory
-    first = batch.suite.places(batch.suite.sensors[index])["misalignment"]
+    first = batch.suite.places(batch.suite.sensors[index]).get("misalignment")
     body = np.einsum("nji,nj->ni", at.attitude, batch.vectors[:, index])
-    mounted = matrix(at.states[0, first : first + 3])
+    mounted = np.eye(3) if first is None else matrix(at.states[0, first : first + 3])
     return Departure(width=3, reads={index: mounted @ _columns(state, body)})
 
 
@@ -153,7 +153,11 @@ def _offset(solution: Solution, index: int) -> Floats:
     """By an offset of ten times the noise of a sensor along each axis, shape (N, 3, 3)."""
     suite = solution.batch.suite
     sensor = suite.sensors[index]
-    columns = _by(solution, index, suite.places(sensor)[constant(sensor)])
+    places = suite.places(sensor)
+    if (state := constant(sensor)) in places:
+        columns = _by(solution, index, places[state])
+    else:  # a misalignment that it has not would turn its readings as the attitude's error back
+        columns = -_by(solution, index, 0)
     offset: Floats = 10.0 * float(np.max(sensor.noise())) * columns
     return offset
 

@@ -111,7 +111,7 @@ def fly(
     )
     bias = drawn.gyro[:, :3]
     # a random walk between two known ends has this mean and this spread about it
-    spread = gyro.rate_random_walk * np.sqrt(model.step / 12.0)
+    spread = gyro.drift * np.sqrt(model.step / 12.0)
     mean_bias = 0.5 * (bias[:-1] + bias[1:]) + spread * generator.standard_normal((n, 3))
     ramped = dataclasses.replace(model, slew_limits=limits)
     seen = simulate(

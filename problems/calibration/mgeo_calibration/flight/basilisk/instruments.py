@@ -108,7 +108,7 @@ def three_axis_magnetometer(
     tam.ModelTag, tam.RNGSeed = sensor.name, seeds()
     tam.stateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
     tam.magInMsg.subscribeTo(sources.field.envOutMsgs[0])
-    tam.dcm_SB = matrix(errors["misalignment"]).tolist()
+    tam.dcm_SB = matrix(errors.get("misalignment", np.zeros(3))).tolist()
     tam.senBias = (_TESLA * errors["bias"]).tolist()
     tam.senNoiseStd = (_TESLA * np.array(sensor.noise())).tolist()
     tam.setAMatrix(WHITE)
@@ -130,7 +130,7 @@ def coarse_sun_sensors(
     noise. They report in full sunlight: in the penumbra the vector would be short. Of a sensor that
     measures two angles the length says nothing.
     """
-    heads, mount, noise = [], matrix(errors["misalignment"]), sensor.noise()[0]
+    heads, mount, noise = [], matrix(errors.get("misalignment", np.zeros(3))), sensor.noise()[0]
     for axis, bias in zip(mount, errors["bias"], strict=True):
         for sign in (1.0, -1.0):
             head = coarseSunSensor.CoarseSunSensor()
@@ -188,7 +188,7 @@ def star_tracker(
     tracker = starTracker.StarTracker()
     tracker.ModelTag, tracker.RNGSeed = sensor.name, seeds()
     tracker.scStateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
-    mount = matrix(errors["misalignment"])
+    mount = matrix(errors.get("misalignment", np.zeros(3)))
     tracker.dcm_CB = mount.tolist()
     # its noise is a rotation about body axes, ours about the tracker's
     tracker.PMatrix = ((sensor.axes @ mount).T @ np.diag(sensor.noise())).tolist()
