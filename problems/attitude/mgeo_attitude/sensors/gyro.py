@@ -84,6 +84,9 @@ class Gyro(Validated):
     range_deg_per_s: float | None = positive(
         None, unit="deg/s", doc="greatest rate about an axis that it measures; no plan is faster"
     )
+    quantization_deg_per_s: float | None = positive(
+        None, unit="deg/s", doc="steps in which flights report rates, and calibrations read them"
+    )
     considered: tuple[str, ...] = quantity((), doc=CONSIDERED)
 
     def __post_init__(self) -> None:

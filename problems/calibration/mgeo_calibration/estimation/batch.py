@@ -128,7 +128,9 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     off = gyro_spikes(suite, telemetry)
     rates -= off
     gyro, change, missing, breaks = _steps(times, at, rates, usual)
-    step, sigma = np.radians(telemetry.step_of("gyro")), gyro_noise(suite, usual)
+    declared = suite.gyro.quantization_deg_per_s or 0.0
+    step = np.radians(np.maximum(telemetry.step_of("gyro"), declared))
+    sigma = gyro_noise(suite, usual)
     counted = angle_variance(rates, usual, step, sigma)
     # vectors say whether the body has turned so: all parts of a sample are off together
     stands = covered(at)[:, None]

@@ -97,15 +97,19 @@ def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
 
 def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
     """The readings of a flight as telemetry, with their truth."""
-    suite, rates = model.suite, flight.readings.gyro
+    suite, rates = model.suite, np.degrees(flight.readings.gyro)
+    step = suite.gyro.quantization_deg_per_s
+    if step is not None:
+        rates = step * np.round(rates / step)
     return Telemetry(
         times=model.times,
-        gyro_deg_s=np.vstack([np.full(3, np.nan), np.degrees(rates)]),
+        gyro_deg_s=np.vstack([np.full(3, np.nan), rates]),
         sensors={
             sensor.name: to_channels(sensor, vectors)
             for sensor, vectors in zip(suite.sensors, flight.readings.sensors, strict=True)
         },
         truth=true_states(model, flight),
+        steps={} if step is None else {"gyro": np.full(3, step)},
     )
 
 
