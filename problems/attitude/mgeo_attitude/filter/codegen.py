@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 
 CHECK = "check"
 
+#: Less than any excess over a path limit [rad].
+NO_EXCESS = -10.0
+
 
 def step_parts(
     suite: Suite,
@@ -112,7 +115,11 @@ def step_parts(
                     radius, grown = limb_given
                     limb = radius - there.share * grown
                 P, end = Triangle(code), (axis, v)
-                value = excess_code(here, end, sigmas, limb, P, watch.inside, value)
+                if watch.timed:
+                    now = excess_code(here, end, sigmas, limb, P, watch.inside, NO_EXCESS)
+                    value = value + now.choose(constants(code, 1)[0], 1.0, 0.0)
+                else:
+                    value = excess_code(here, end, sigmas, limb, P, watch.inside, value)
             code.store(at.monitors + k, value)
 
     gates = count(at.constants - sum(gated))

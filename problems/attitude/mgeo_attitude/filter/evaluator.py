@@ -47,6 +47,7 @@ class Evaluation:
     path_angle : array, shape (n, n_path_limits)
         Least angle [rad] between the direction and the axis of each path limit, less the margin for
         the unknown attitude; to keep in, the greatest, with the margin. See `path_limits.excess`.
+        Of a limit that may be exceeded for some time the time for which it is [s].
     t_required : array, shape (n,)
         Time from which on all required 1-sigmas are met until `t_end` [s]; infinite if they are not
         met then, or there are none.
@@ -145,6 +146,8 @@ def evaluate(
     path_angle = np.where([watch.inside for watch in monitors.limits], path, -path)
     plain = [watch.plain for watch in monitors.limits]
     path_angle = np.where(plain, np.arccos(np.clip(path, -1.0, 1.0)), path_angle)
+    timed = [watch.timed for watch in monitors.limits]
+    path_angle = np.where(timed, model.step * path, path_angle)
     t_required = np.full(n, np.inf)
     if monitors.states:
         met = ran.watched[:, -1] > 0.0

@@ -122,12 +122,17 @@ def angle_sigma(axis: Floats, direction: Floats, covariance: Floats) -> Floats:
 
 
 def cone_constants(limits: Sequence[PathLimit]) -> Floats:
-    """What the kernel needs of path limits: of each its axis, and the margin if there is one."""
+    """What the kernel needs of path limits: of each its axis, and the margin if there is one.
+
+    And the bound of what may be exceeded for some time.
+    """
     values: list[float] = []
     for limit in limits:
         values.extend(limit.cone().axis)
         if Watch.of(limit).margin:
             values.append(limit.attitude_sigmas)
+        if Watch.of(limit).timed:
+            values.append(limit.bound)
     return np.array(values)
 
 
@@ -138,7 +143,7 @@ def excess_code(
     radius: Symbol | None,
     P: Any,
     inside: bool,
-    until_now: Symbol,
+    until_now: Symbol | float,
 ) -> Symbol:
     """The kernel's `excess`, no less than what it was until now.
 

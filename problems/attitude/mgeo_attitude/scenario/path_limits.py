@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from mgeo_attitude.environment.directions import DIRECTIONS, Cone
-from mgeo_attitude.fields import Validated, expect, quantity
+from mgeo_attitude.fields import Validated, expect, positive, quantity
 from mgeo_attitude.geometry.vector import unit
 from mgeo_attitude.scenario.settings import check_name
 
@@ -39,6 +39,10 @@ class PathLimit(Validated):
         3.0, low=0.0, doc="margin for the unknown attitude, in 1-sigmas of the angle; 0 is none"
     )
 
+    may_exceed: float | None = positive(
+        None, unit="s", doc="for how long in all, in whole steps, it may be exceeded; none is never"
+    )
+
     def __post_init__(self) -> None:
         super().__post_init__()
         check_name(self.name)
@@ -53,6 +57,11 @@ class PathLimit(Validated):
         """What is limited, for people: ``Sun off camera``, ``nadir in antenna``."""
         way = "in" if self.keep_in else "off"
         return f"{DIRECTIONS[self.reference].label} {way} {self.name}"
+
+    @property
+    def bound(self) -> float:
+        """What an excess of `filter.path_limits` must not be above [rad]."""
+        return math.radians(self.half_angle_deg) * (1.0 if self.keep_in else -1.0)
 
     def cone(self) -> Cone:
         """The cone, in rad."""

@@ -160,6 +160,17 @@ def limits_after(
         excess = excess_along(
             cone, limit.attitude_sigmas, at, scenario.epoch, attitude, turn, known
         )
+        if limit.may_exceed is not None:  # each time by itself: what was used before is not told
+            beyond = model.step * float(np.count_nonzero(excess[1:] > limit.bound))
+            least = limit.may_exceed - beyond
+            rows[f"{limit.label}, time exceeded"] = (
+                "s",
+                beyond,
+                "at most",
+                limit.may_exceed,
+                least,
+            )
+            continue
         worst = np.degrees(max(float(excess.max()), -np.pi))  # of a Sun that never shines
         if cone.inside:
             rows[limit.label] = ("deg", worst, "at most", bound, bound - worst)

@@ -1,0 +1,68 @@
+"""Plans of a satellite that coils turn: what is commanded, what is exported, what is assumed."""
+
+import numpy as np
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.plan import ManeuverPlan, aem_text, commands, from_json, to_json
+from scipy.spatial.transform import Rotation
+
+DESIGN = (0.1, -0.2, 1.5, 300.0, 0.0, 0.0, 0.0, 200.0, 1.0, 0.0, 0.2, 250.0)
+
+
+@pytest.fixture(scope="module")
+def plan():
+    table = {"preset": "cubesat_1u", "duration": 900.0, "convergence": {"window": 60.0}}
+    limit = {"boresight": [0.0, 0.0, 1.0], "half_angle_deg": 10.0, "attitude_sigmas": 0.0}
+    limit |= {"reference": "nadir"}
+    return ManeuverPlan(Scenario.from_dict(table | {"path_limits": [limit]}), DESIGN)
+
+
+def test_commands_are_what_is_asked_for_not_what_is_flown(plan):
+    table = commands(plan)
+    begun = int((table["start_s"] < plan.duration).sum())
+    assert table["what"].tolist() == ["maneuver 1", "maneuver 2", "maneuver 3"][:begun]
+    rates = table[[f"rate_{axis}_deg_s" for axis in "xyz"]].to_numpy()
+    np.testing.assert_array_equal(rates, np.reshape(DESIGN, (-1, 4))[:begun, :3])
+    assert table["start_s"].tolist() == [0.0, 300.0, 500.0][:begun]
+    assert table["duration_s"].sum() == plan.duration
+
+
+def test_the_exported_attitude_is_that_of_the_motion(plan):
+    model, step = plan.problem.model, plan.scenario.step
+    rows = [
+        line.split()[1:5]
+        for block in aem_text(plan, spacing=step).split("DATA_START\n")[1:]
+        for line in block.split("DATA_STOP")[0].splitlines()
+    ]
+    found = Rotation.from_quat(np.array(rows, dtype=float)).inv().as_matrix()
+    motion = Motion.of(model, DESIGN, round(plan.duration / step))
+    first, last = motion.attitude[0], motion.attitude[-1]
+    np.testing.assert_allclose(found[[0, -1]], [first, last], rtol=0.0, atol=1e-12)
+    assert len(found) == len(motion.attitude) + len(plan.phases) - 1  # edges twice
+
+
+def test_path_limits_are_of_the_motion(plan):
+    """The least angle from nadir at samples is not below that of the constraint."""
+    (row,) = plan.constraints().to_dict("records")
+    steps = slice(plan.steps(plan.t_end) + 1)
+    position, boresight = plan.problem.environment.position[steps], plan.attitude[steps, 2]
+    nadir = -position / np.linalg.norm(position, axis=1, keepdims=True)
+    angles = np.degrees(np.arccos((nadir * boresight).sum(axis=1)))
+    assert row["value"] == pytest.approx(angles.min(), abs=2.0 * plan.scenario.step)
+    assert row["value"] <= angles.min() + 1e-9
+
+
+def test_it_is_read_back_and_nothing_is_assumed_of_it(plan):
+    assert from_json(to_json(plan)) == plan
+    assert plan.scenario.assumed == ()
+
+
+def test_what_is_taken_for_granted_of_a_satellite_is_told():
+    (line,) = Scenario.paper().assumed
+    assert line.startswith("body rates are assumed to be free: ")
+    wheels = {"inertia": [1.0, 1.0, 1.0], "max_momentum": 1.0, "residual_dipole": [0.1, 0.0, 0.0]}
+    both = {"wheels": wheels, "coils": {"max_dipole": [1.0, 1.0, 1.0]}}
+    (line,) = Scenario.from_dict({"preset": "paper"} | both).assumed
+    assert "none is dumped by the coils" in line
+    assert Scenario.from_dict({"preset": "paper", "wheels": wheels}).assumed == ()
