@@ -121,6 +121,15 @@ SUITES = {
             Magnetometer(initial_misalignment_deg=0.0),
         ),
     ),
+    "late": Suite(
+        Gyro(),
+        (
+            TwoAxisSunSensor(initial_delay_s=0.5),
+            StarTracker(initial_delay_s=0.2, boresight=(1.0, -2.0, 0.5)),
+            Magnetometer(initial_delay_s=1.0),
+        ),
+        World(orbit_error_m=(1000.0, 1000.0, 1000.0)),
+    ),
     "cubesat_6u_full": Suite(FULL.gyro, FULL_SENSORS, FULL.world),
     "every constant": Suite(
         Gyro(
@@ -144,6 +153,7 @@ FAST = (
     "considered",
     "every constant",
     "two angles",
+    "late",
 )
 
 

@@ -134,7 +134,9 @@ def test_generated_step_is_one_filter_step(name):
         W[at.rotation : at.F, lane] = dC.ravel()
         W[at.F : at.Q, lane] = [F[i, j] for i, j in pattern]
         W[at.Q : at.turn, lane] = Q[np.tril_indices(k)]
-        W[at.rate : at.trace, lane] = rate**2
+        omega = rng.standard_normal(3)
+        W[at.rate : at.omega, lane] = rate**2
+        W[at.omega : at.trace, lane] = omega[: at.trace - at.omega]
         views = [
             number
             for name, vector in seen.items()
@@ -155,7 +157,7 @@ def test_generated_step_is_one_filter_step(name):
             if (index == 0 and not gate) or hidden:
                 continue
             gradient = references[suite.gradient_rows(index)] @ (dC @ C).T
-            H = suite.measurement_matrix(sensor, v, dC @ C, gradient)
+            H = suite.measurement_matrix(sensor, v, dC @ C, gradient, omega)
             P = schmidt(P, H, np.diag(np.square(sensor.noise())), suite.considered)
         expected.append((P, dC @ C, weights @ np.diag(P)))
     if names:

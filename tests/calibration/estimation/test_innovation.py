@@ -1,14 +1,13 @@
 """The innovation and its derivatives against scipy's rotations, the declared H and differences."""
 
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from mgeo_attitude import Gyro, StarTracker, Suite, SunSensor
 from mgeo_attitude.geometry.rotation import dot, matrix, rotate, tangents
 from mgeo_attitude.sensors.direction_sensors import carried
-from mgeo_attitude.sensors.readings import as_array, as_reported
+from mgeo_attitude.sensors.readings import as_array, as_reported, taken
 from mgeo_calibration.estimation.estimate import Estimate
 from mgeo_calibration.estimation.innovation import innovation, jacobian, second_moments
 from scipy.spatial.transform import Rotation
@@ -17,6 +16,8 @@ from ...attitude.filter.suites import SUITES, every_suite
 from ...attitude.geometry.test_rotation import as_scipy
 
 V = np.array([0.3, -0.5, 0.9])
+CHANGE = np.array([[0.02, 0.03, -0.01]])
+RATE = np.array([0.3, -0.1, 0.2])
 GRADIENT = np.array([[0.5, 0.1, -0.3], [0.1, -0.9, 0.2], [-0.3, 0.2, 0.4]])
 
 
@@ -41,14 +42,16 @@ CASES += [(OWN, 0), (SUITES["soft iron"], 1)]
 CASES += [(SUITES["varying errors"], 0), (SUITES["varying errors"], 1)]
 CASES += [(SUITES["orbit error"], 2), (SUITES["considered"], 1)]
 CASES += [(SUITES["two angles"], 0), (SUITES["two angles"], 1)]
+CASES += [(SUITES["late"], index) for index in range(3)]
 
 
 def look(suite, sensor):
-    """What a sensor looks at, GCRS, and the columns of its gradient."""
+    """What a sensor looks at, GCRS: the vector, and what else `Suite.looks` has."""
+    change = CHANGE[: len(sensor.delay())]
     if sensor.unit_length:
         v = V / np.linalg.norm(V)
-        return v, np.array(tangents(v))
-    return V, GRADIENT[: suite.n_gradient(sensor)]
+        return v, np.vstack([*tangents(v), *change])
+    return V, np.vstack([GRADIENT[: suite.n_gradient(sensor) - len(change)], change])
 
 
 def estimate(suite, C, x):
@@ -88,16 +91,16 @@ def measured(suite, sensor, C, x):
         return C @ vector
 
     own = {state: x[first : first + 3] for state, first in suite.places(sensor).items()}
-    v, columns = look(suite, sensor)
-    gradient = [C @ column for column in columns]
-    report = sensor.measured(SimpleNamespace(to_body=to_body, gradient=gradient, **own), C @ v)
+    v, further = look(suite, sensor)
+    report = sensor.measured(*taken(sensor, own, [v, *further], to_body, RATE))
     return as_array(report)[None]
 
 
 def expanded(suite, index, y, C, x):
     """Innovation, dense H and dense matrices of second derivatives."""
     v, gradient = look(suite, suite.sensors[index])
-    r = innovation(suite, index, as_reported(y), v, estimate(suite, C, x), gradient=gradient)
+    at = estimate(suite, C, x)
+    r = innovation(suite, index, as_reported(y), v, at, gradient=gradient, rate=RATE)
     states, H = jacobian(r)
     m, n = len(r.value), suite.n_states
     dense, second = np.zeros((m, n)), np.zeros((m, n, n))
@@ -160,7 +163,7 @@ def test_moments_of_second_order_are_those_of_samples(suite, index):
     C, x, e = random(suite, seed=4)
     y = measured(suite, suite.sensors[index], *perturbed(suite, C, x, e))
     at, (v, gradient) = estimate(suite, C, x), look(suite, suite.sensors[index])
-    found = innovation(suite, index, as_reported(y), v, at, gradient=gradient)
+    found = innovation(suite, index, as_reported(y), v, at, gradient=gradient, rate=RATE)
     B = expanded(suite, index, y, C, x)[2]
     root = np.random.default_rng(5).standard_normal((suite.n_states, suite.n_states))
     P = root @ root.T
@@ -179,9 +182,9 @@ def test_at_zero_the_derivative_is_the_declared_H(name):
             y = measured(suite, sensor, C, x)
             H = in_space(suite, index, y, C, x)[1]
             v, gradient = look(suite, sensor)
-            declared = suite.measurement_matrix(sensor, C @ v, C, gradient @ C.T)
+            declared = suite.measurement_matrix(sensor, C @ v, C, gradient @ C.T, RATE)
             if sensor.unit_length:
-                declared = (gradient @ C.T).T @ declared
+                declared = (gradient[:2] @ C.T).T @ declared
             np.testing.assert_allclose(H, declared, atol=1e-15)
 
 

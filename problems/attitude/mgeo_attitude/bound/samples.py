@@ -121,7 +121,7 @@ def _of_sensor(model: FilterModel, index: int, apart: Collection[str] = ()) -> S
     probed = here[np.linspace(0, len(here) - 1, min(len(here), _PROBED)).astype(int)]
     looks = _Looks(model, index)
     straight = looks.at(np.eye(3))
-    turned = [looks.at(C, probed) for C in map(matrix, _PROBES)]
+    turned = [looks.at(matrix(probe), probed, probe) for probe in _PROBES]
 
     precision = 1.0 / np.array(sensor.noise())
     most = np.full(len(precision), precision.max())  # noise that is nowhere more than it is
@@ -176,13 +176,15 @@ class _Looks:
     def __init__(self, model: FilterModel, index: int) -> None:
         self.sensor = model.suite.sensors[index]
         self.suite = Suite(model.suite.gyro, (self.sensor,), model.suite.world)
-        rows = model.suite.gradient_rows(index)
-        self.vectors = model.references[:, [index, *range(rows.start, rows.stop)]]
+        self.vectors = model.references[:, model.suite.looks(index)]
 
-    def at(self, C: Floats, which: slice | np.ndarray = slice(None)) -> dict[str, Floats]:
+    def at(
+        self, C: Floats, which: slice | np.ndarray = slice(None), rate: Floats | None = None
+    ) -> dict[str, Floats]:
         """Columns of H by blocks, those of the attitude error in axes of GCRS."""
         v, *gradient = np.moveaxis(self.vectors[which] @ C.T, 1, 0)
-        H = self.suite.measurement_matrix(self.sensor, v, C, gradient)
+        rates = None if rate is None else np.broadcast_to(rate, v.shape)
+        H = self.suite.measurement_matrix(self.sensor, v, C, gradient, rates)
         blocks = {name: H[..., 3 * i : 3 * i + 3] for i, name in enumerate(self.suite.blocks)}
         return blocks | {"attitude": blocks["attitude"] @ C}
 

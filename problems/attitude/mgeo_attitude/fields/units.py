@@ -28,5 +28,6 @@ DIMENSIONLESS = Unit("-", "", 1.0)
 #: Of a part of a unit vector: the angle by which it turns the vector, if it is small.
 ARCMIN = Unit("arcmin", "", 60.0 * math.degrees(1.0))
 PPM = Unit("ppm", "", 1e6)
+SECOND = Unit("s", "s", 1.0)
 DEG = Unit("deg", "deg", math.degrees(1.0))
 DEG_H = Unit("deg/h", "deg_h", 3600.0 * math.degrees(1.0))

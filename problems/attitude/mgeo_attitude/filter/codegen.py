@@ -125,6 +125,7 @@ def step_parts(
     gates = count(at.constants - sum(gated))
     for index, sensor in enumerate(suite.sensors):
         code = part(f"update_{index}")
+        rate = Vec3(*code.slots(at.omega, 3))
         v = in_body_axes(code, "references", index)
         variances = constants(code, len(sensor.noise()))
         rows = suite.gradient_rows(index)
@@ -141,7 +142,7 @@ def step_parts(
         if sensor.max_rate() < np.inf:
             gate = gate * constants(code, 1)[0].choose(code.slot(at.rate), 1.0, 0.0)
         measure = partial(
-            suite.measure, sensor, v, to_body=partial(to_body, code), gradient=gradient
+            suite.measure, sensor, v, to_body=partial(to_body, code), gradient=gradient, rate=rate
         )
         P = Triangle(code, at.scratch)
         covariance.update(P, n, measure, variances, gate, considered)

@@ -116,7 +116,7 @@ def settled_for(recent, lane, now, k, factor):
 
 
 @njit(
-    "void(UniTuple(int64, 3), UniTuple(int64, 12), UniTuple(int64[::1], 2),"
+    "void(UniTuple(int64, 3), UniTuple(int64, 13), UniTuple(int64[::1], 2),"
     "UniTuple(int64[::1], 5), float64[:,::1],"
     "Tuple((float64[:,:,::1], int64[:,::1], int64[::1], int64[::1])),"
     "Tuple((float64[:,:,:,::1], float64[:,::1], int64[:,::1], float64)), float64[:,::1],"
@@ -196,8 +196,8 @@ def run(
     stops, end_step, settled = steps
     watched, final = at_end
     n_jobs, n_maneuvers = len(designs), starts.shape[1]
-    attitude, monitors, rotation, _, _, turned, rate = layout[:7]
-    trace_slot, pivot, _, given, first_constant = layout[7:]
+    attitude, monitors, rotation, _, _, turned, rate, omega_slot = layout[:8]
+    trace_slot, pivot, _, given, first_constant = layout[8:]
     n_constants = constants.shape[1]
     W, recent = workspace(first_constant + n_constants, lanes), ring(window, lanes)
     for k in range(n_constants):
@@ -245,9 +245,12 @@ def run(
                 load_maneuver(W, lane, rotation, rates[i, m - 1], own)
                 if turned < rate:
                     load_turn(W, lane, turned, rates[i, m - 1], dt)
-                if rate < trace_slot:
-                    omega = rates[i, m - 1]
+                omega = rates[i, m - 1]
+                if rate < omega_slot:
                     W[rate, lane] = omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2
+                if omega_slot < trace_slot:
+                    for axis in range(3):
+                        W[omega_slot + axis, lane] = omega[axis]
                 maneuver[lane] = m
             due = min(stops[i], k - k % CHECK_PERIOD + CHECK_PERIOD)
             if m < n_maneuvers:

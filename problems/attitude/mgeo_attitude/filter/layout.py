@@ -85,6 +85,7 @@ class Layout(NamedTuple):
     what the orbit gives at the step; the `constants` are the same for all candidates. A maneuver's
     `rate`, squared [rad²/s²], is there only if a sensor has a greatest one; its `turn` only if
     there are path limits: the unit axis of what a step turns by, the angle, its sine and cosine.
+    The `omega` itself [rad/s] is there only if a sensor has a delay.
     """
 
     attitude: int
@@ -94,6 +95,7 @@ class Layout(NamedTuple):
     Q: int
     turn: int
     rate: int
+    omega: int
     trace: int
     pivot: int
     scratch: int
@@ -112,7 +114,8 @@ def layout(suite: Suite, gated: tuple[bool, ...], monitors: Monitors = NO_MONITO
     n_transition = len(transition_pattern(suite))
     rated = any(sensor.max_rate() < np.inf for sensor in suite.sensors)
     kept, maneuver = [slots_of(n), 9, monitors.total], [9, n_transition, slots_of(m)]
-    optional = [6 if monitors.limits else 0, int(rated)]
+    late = any(sensor.delay() for sensor in suite.sensors)
+    optional = [6 if monitors.limits else 0, int(rated), 3 if late else 0]
     return Layout(*accumulate([*kept, *maneuver, *optional, 1, 1, slots_of(n), given]))
 
 

@@ -175,7 +175,7 @@ class FilterModel:
             references=references,
             available=available,
             initial_sigma=sigma if prior is None else prior.sigma,
-            initial_correlation=np.eye(len(sigma)) if prior is None else prior.correlation,
+            initial_correlation=suite.initial_correlation if prior is None else prior.correlation,
             initial_states=np.zeros_like(sigma) if prior is None else prior.estimates,
             weights=np.repeat(weights, 3),
             window_steps=round(scenario.convergence.window / scenario.step),
@@ -317,7 +317,7 @@ def slopes(sensor: Sensor, world: World) -> bytes:
     """H of a sensor, somewhere: its numbers are part of the kernel."""
     suite, somewhere = Suite(Gyro(), (sensor,), world), np.array([0.36, -0.48, 0.8])
     gradient = [np.roll(somewhere, k + 1) for k in range(suite.n_gradient(sensor))]
-    H = suite.measurement_matrix(sensor, somewhere, gradient=gradient)
+    H = suite.measurement_matrix(sensor, somewhere, gradient=gradient, rate=somewhere)
     return bytes((H + 0.0).tobytes())  # no negative zero
 
 

@@ -183,13 +183,13 @@ def _measurements(
     H: list[Floats] = []
     R: list[float] = []
     seen: list[Bools] = []
+    before = np.vstack([rates[:1], rates])  # of the step that leads to a sample
     for index, sensor in enumerate(model.suite.sensors):
-        rows = model.suite.gradient_rows(index)
         v, *gradient = (
             np.einsum("kij,kj->ki", attitude, model.references[:, row])
-            for row in (index, *range(rows.start, rows.stop))
+            for row in model.suite.looks(index)
         )
-        H.append(model.suite.measurement_matrix(sensor, v, attitude, gradient))
+        H.append(model.suite.measurement_matrix(sensor, v, attitude, gradient, before))
         R.extend(sigma**2 for sigma in sensor.noise())
         seen.extend([can_measure(model, index, attitude, rates)] * len(sensor.noise()))
     return np.concatenate(H, axis=1), np.array(R), np.stack(seen, axis=1)

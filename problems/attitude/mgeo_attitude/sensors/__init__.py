@@ -1,6 +1,6 @@
 """Gyro and sensors: their parameters, their error models, and their readings as arrays."""
 
-from mgeo_attitude.sensors.base import GaussMarkov, Sensor, sigma_of
+from mgeo_attitude.sensors.base import Alike, GaussMarkov, Sensor, State, sigma_of
 from mgeo_attitude.sensors.direction_sensors import HorizonSensor, TwoAxisSunSensor
 from mgeo_attitude.sensors.gyro import Gyro
 from mgeo_attitude.sensors.star_tracker import StarTracker
@@ -14,12 +14,14 @@ SENSORS: dict[str, type[Sensor]] = {
 
 __all__ = [
     "SENSORS",
+    "Alike",
     "GaussMarkov",
     "Gyro",
     "HorizonSensor",
     "Magnetometer",
     "Sensor",
     "StarTracker",
+    "State",
     "SunSensor",
     "TwoAxisSunSensor",
     "World",

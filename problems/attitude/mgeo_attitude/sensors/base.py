@@ -15,7 +15,7 @@ import numpy as np
 
 from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
-from mgeo_attitude.fields import InvalidValue, Validated, known_names, positive, quantity
+from mgeo_attitude.fields import InvalidValue, Validated, expect, known_names, positive, quantity
 from mgeo_attitude.fields.units import DIMENSIONLESS, Unit
 from mgeo_attitude.geometry.vector import Vec3
 
@@ -55,9 +55,29 @@ class GaussMarkov:
         return np.exp(-ratio), -np.square(self.sigma) * np.expm1(-2.0 * ratio)
 
 
-def sigma_of(state: float | GaussMarkov) -> float | tuple[float, float, float]:
+@dataclass(frozen=True)
+class Alike:
+    """A constant whose three numbers hardly differ: one number, in a state of 3-vectors.
+
+    Attributes
+    ----------
+    sigma : float
+        Initial 1-sigma of each.
+    correlation : float
+        Of any two of them at the start; they differ by √(2 (1 - correlation)) sigma, 1-sigma.
+    """
+
+    sigma: float
+    correlation: float = 0.9999
+
+
+#: What is declared of a state: the initial 1-sigma of a constant, or more.
+State = float | GaussMarkov | Alike
+
+
+def sigma_of(state: State) -> float | tuple[float, float, float]:
     """Initial 1-sigma of a state, of each axis if they differ."""
-    return state.sigma if isinstance(state, GaussMarkov) else state
+    return state.sigma if isinstance(state, GaussMarkov | Alike) else state
 
 
 NAME = "name, unique in the suite; prefixes the sensor's states"
@@ -96,16 +116,36 @@ class Sensor(Validated, ABC):
         doc="time between samples, a multiple of the filter's step; without it one in every step",
     )
     considered: tuple[str, ...] = quantity((), kw_only=True, doc=CONSIDERED)
+    initial_delay_s: float = quantity(
+        0.0,
+        unit="s",
+        low=0.0,
+        kw_only=True,
+        doc="unknown constant time by which its readings are older than their time, 1-sigma; 0 "
+        "leaves the states out",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_considered(self.considered, self.states())
+        expect(
+            not self.initial_delay_s or "delay" in self.states(),
+            "initial_delay_s",
+            self.initial_delay_s,
+            f"0: {self.kind} has no state of this name",
+        )
+
+    def delay(self) -> dict[str, State]:
+        """The state of its `initial_delay_s`, if there is one, for its `states`."""
+        return {"delay": Alike(self.initial_delay_s)} if self.initial_delay_s else {}
 
     @abstractmethod
-    def states(self) -> Mapping[str, float | GaussMarkov]:
+    def states(self) -> Mapping[str, State]:
         """Error states it adds, 3-vectors.
 
-        A constant has its initial 1-sigma per axis, an error that varies the process it is.
+        A constant has its initial 1-sigma per axis, an error that varies the process it is. A
+        `delay` is not for `measure` and `measured`: attitude and vectors are given to them of the
+        time at which the reading was taken.
         """
 
     def sees(self) -> tuple[str, ...]:
@@ -123,9 +163,10 @@ class Sensor(Validated, ABC):
         ----------
         x : namespace of Vec3
             ``x.theta`` is the attitude error [rad], others are the sensor's own `states` and what
-            it `sees`, where the world has it. ``x.to_body`` turns a GCRS vector into body axes;
-            ``x.gradient`` are the columns of its `gradient` there, as `Vec3`, and then those of the
-            derivative by the orbit's error, where it sees that.
+            it `sees`, where the world has it; ``x.moved`` is by how much `v` is another vector,
+            body axes. ``x.to_body`` turns a GCRS vector into body axes; ``x.gradient`` are the
+            columns of its `gradient` there, as `Vec3`, and then those of the derivative by the
+            orbit's error, where it sees that.
         v : Vec3
             The `inertial_vector` in body axes.
 

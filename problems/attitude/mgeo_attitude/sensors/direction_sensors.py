@@ -13,11 +13,11 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.fields import expect, positive, quantity
-from mgeo_attitude.fields.units import ARCMIN, DEG, Unit
+from mgeo_attitude.fields.units import ARCMIN, DEG, SECOND, Unit
 from mgeo_attitude.geometry.rotation import cross, direction, dot, rotate, tangents
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME, tilt
+from mgeo_attitude.sensors.base import NAME, State, tilt
 from mgeo_attitude.sensors.vector_sensors import SunSensor, VectorSensor
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ class HorizonSensor(DirectionSensor):
 
     kind: ClassVar[str] = "horizon-sensor"
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN}
+    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "delay": SECOND}
 
     name: str = quantity("horizon", doc=NAME)
     noise_deg: float = positive(
@@ -156,11 +156,11 @@ class HorizonSensor(DirectionSensor):
             f"more than lowest_altitude_km = {low!r}",
         )
 
-    def states(self) -> dict[str, float]:
+    def states(self) -> dict[str, State]:
         return {
             **tilt(self.initial_misalignment_deg),
             "bias": self.initial_bias,
-        }
+        } | self.delay()
 
     def noise(self) -> tuple[float, ...]:
         return (math.radians(self.noise_deg),) * 2

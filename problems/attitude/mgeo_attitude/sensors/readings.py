@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.geometry.rotation import rotate
 from mgeo_attitude.sensors.base import Sensor
 
 
@@ -48,9 +49,44 @@ def as_reported(array: Floats) -> Any:
 
 def n_vectors(sensor: Sensor) -> int:
     """How many vectors the sensor reports; NotImplementedError if it does not say."""
-    zero = dict.fromkeys(sensor.states(), np.zeros(3))
-    x = SimpleNamespace(to_body=lambda vector: vector, gradient=np.zeros((3, 3)), **zero)
-    return len(as_array(sensor.measured(x, np.array([1.0, 0.0, 0.0]))))
+    zero, still = dict.fromkeys(sensor.states(), np.zeros(3)), np.zeros(3)
+    looks = [np.array([1.0, 0.0, 0.0]), *np.zeros((sensor.n_gradient + len(sensor.delay()), 3))]
+    return len(as_array(sensor.measured(*taken(sensor, zero, looks, lambda vector: vector, still))))
+
+
+def taken(
+    sensor: Sensor,
+    states: Mapping[str, Any],
+    looks: Sequence[Floats],
+    to_body: Callable[[Any], Any],
+    rate: Floats,
+) -> tuple[SimpleNamespace, Any]:
+    """The arguments of `Sensor.measured` at the time at which a reading was taken.
+
+    A delay turns the body back, at the rate it has; the vector goes back along its change. That is
+    so about each body axis and along it by its own part of the delay, which are `Alike`.
+
+    Parameters
+    ----------
+    states : mapping
+        As `Sensor.measured` has them, and its ``delay``.
+    looks : sequence of arrays, shape (..., 3)
+        What it looks at, GCRS, see `Suite.looks`.
+    to_body : function
+        From GCRS to body axes at the time of the sample.
+    rate : array, shape (..., 3)
+        Of the body [rad/s].
+    """
+    late = states.get("delay")
+
+    def then(vector: Any) -> Any:
+        turned = to_body(vector)
+        return turned if late is None else rotate(late * rate, turned)
+
+    v, *more = map(then, looks)
+    if late is not None:
+        v = v - late * more.pop()
+    return SimpleNamespace(**{**states, "to_body": then, "gradient": more}), v
 
 
 def in_threes(numbers: Iterable[Sequence[float] | Floats]) -> Floats:

@@ -13,11 +13,11 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.fields import expect, positive, quantity
-from mgeo_attitude.fields.units import DEG, Unit
+from mgeo_attitude.fields.units import DEG, SECOND, Unit
 from mgeo_attitude.geometry.rotation import across, cross, dot, rotate, unrotate
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
-from mgeo_attitude.sensors.base import NAME, Sensor, tilt
+from mgeo_attitude.sensors.base import NAME, Sensor, State, tilt
 
 _ARCSEC_PER_DEG = 3600.0
 
@@ -46,7 +46,7 @@ class StarTracker(Sensor):
     kind: ClassVar[str] = "star-tracker"
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_arcsec", "roll_noise_arcsec")
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG}
+    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "delay": SECOND}
     channels: ClassVar[tuple[str, ...]] = ("q1", "q2", "q3", "q4")
 
     name: str = quantity("tracker", doc=NAME)
@@ -91,8 +91,8 @@ class StarTracker(Sensor):
         """Whether T is none."""
         return bool((self.axes == np.eye(3)).all())
 
-    def states(self) -> dict[str, float]:
-        return tilt(self.initial_misalignment_deg)
+    def states(self) -> dict[str, State]:
+        return tilt(self.initial_misalignment_deg) | self.delay()
 
     def measure(self, x: Any, v: Vec3) -> Vec3:
         error: Vec3 = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta

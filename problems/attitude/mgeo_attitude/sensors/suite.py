@@ -12,13 +12,14 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.fields.units import DEG, DIMENSIONLESS, Unit
-from mgeo_attitude.geometry.vector import Vec3
-from mgeo_attitude.sensors import GaussMarkov, Gyro, Sensor, World, sigma_of
+from mgeo_attitude.geometry.vector import Vec3, scale
+from mgeo_attitude.sensors import Alike, GaussMarkov, Gyro, Sensor, State, World, sigma_of
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment
 
 Owner = Gyro | Sensor | World
+STILL = Vec3(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -104,10 +105,13 @@ class Suite:
 
     def n_gradient(self, sensor: Sensor) -> int:
         """How many columns the `gradient` of a sensor has here."""
-        return sensor.n_gradient + 3 * ("orbit_error" in self.blocks_of(sensor))
+        orbit = 3 * ("orbit_error" in self.blocks_of(sensor))
+        return sensor.n_gradient + orbit + len(sensor.delay())
 
     def gradient(self, sensor: Sensor, environment: Environment) -> Floats:
         """Columns of its `Sensor.gradient`, then those by an orbit error that it sees.
+
+        Of a sensor with a delay the last one is the derivative of its vector by time.
 
         Shape (n_steps + 1, `n_gradient`, 3), GCRS.
         """
@@ -117,6 +121,11 @@ class Suite:
         if "orbit_error" in self.blocks_of(sensor):
             by_position = sensor.by_position(environment)
             parts.append(self.world.by_orbit_error(by_position, environment))
+        if sensor.delay():
+            vector, change = sensor.inertial_vector(environment), np.zeros(parts[0].shape[:2])
+            if vector is not None and len(change) > 1:
+                change = np.gradient(vector, environment.times, axis=0)
+            parts.append(change[:, :, None])
         return np.concatenate(parts, axis=2).swapaxes(1, 2)
 
     @cached_property
@@ -125,9 +134,14 @@ class Suite:
         return len(self.sensors) + sum(map(self.n_gradient, self.sensors))
 
     def gradient_rows(self, index: int) -> slice:
-        """Which of these vectors are the columns of a sensor's gradient; empty if it has none."""
+        """Which of these vectors are the columns of a sensor's `gradient`; empty if it has none."""
         first = len(self.sensors) + sum(map(self.n_gradient, self.sensors[:index]))
         return slice(first, first + self.n_gradient(self.sensors[index]))
+
+    def looks(self, index: int) -> list[int]:
+        """All of these vectors that are a sensor's, in this order."""
+        rows = self.gradient_rows(index)
+        return [index, *range(rows.start, rows.stop)]
 
     @cached_property
     def rotations(self) -> tuple[int, ...]:
@@ -155,11 +169,22 @@ class Suite:
         """Initial 1-sigma of every state, shape (n_states,), for an attitude 1-sigma [rad]."""
         sigmas = np.full(self.n_states, attitude_sigma)
         for name, owner in self.owners.items():
-            states: Mapping[str, float | GaussMarkov] = owner.states()
+            states: Mapping[str, State] = owner.states()
             for state, value in states.items():
                 first = 3 * self.blocks.index(f"{name}.{state}")
                 sigmas[first : first + 3] = sigma_of(value)
         return sigmas
+
+    @cached_property
+    def initial_correlation(self) -> Floats:
+        """Of the errors at the start, shape (n_states, n_states)."""
+        correlation = np.eye(self.n_states)
+        for sensor in self.sensors:
+            for state, value in sensor.states().items():
+                if isinstance(value, Alike):
+                    own = self.places(sensor)[state] + np.arange(3)
+                    correlation[np.ix_(own, own)] += value.correlation * (1.0 - np.eye(3))
+        return correlation
 
     def measure(
         self,
@@ -168,6 +193,7 @@ class Suite:
         column: Sequence[Any],
         to_body: Callable[[Vec3], Vec3] = lambda vector: vector,
         gradient: Sequence[Vec3] = (),
+        rate: Vec3 = STILL,
     ) -> tuple[Any, ...]:
         """Apply a sensor's H to a state column: the numbers of `Sensor.measure`.
 
@@ -178,11 +204,16 @@ class Suite:
         to_body : function
             From GCRS to body axes; default: they are the same.
         gradient : sequence of Vec3
-            Columns of its gradient in body axes.
+            Columns of its gradient in body axes, see `gradient_rows`.
+        rate : Vec3
+            Of the body [rad/s], which matters where there is a delay: see `readings.taken`.
         """
         own = {s: self._block(column, block) for s, block in self.blocks_of(sensor).items()}
-        theta = self._block(column, "attitude")
-        x = SimpleNamespace(theta=theta, to_body=to_body, gradient=gradient, **own)
+        theta, moved = self._block(column, "attitude"), STILL
+        if late := own.pop("delay", None):
+            *gradient, change = gradient
+            theta, moved = theta - scale(late, rate), -scale(late, change)
+        x = SimpleNamespace(theta=theta, moved=moved, to_body=to_body, gradient=gradient, **own)
         return tuple(sensor.measure(x, v))
 
     def derivative(self, column: Sequence[Any], omega: Vec3) -> list[Any]:
@@ -209,6 +240,7 @@ class Suite:
         v: Floats,
         attitude: Floats | None = None,
         gradient: Sequence[Floats] = (),
+        rate: Floats | None = None,
     ) -> Floats:
         """H of one sensor for its reference vector in body axes.
 
@@ -219,6 +251,8 @@ class Suite:
             GCRS to body; default: body axes along those of GCRS.
         gradient : sequence of arrays, shape (..., 3)
             The columns of the sensor's gradient, body axes; none if it has none.
+        rate : array, shape (..., 3), optional
+            Of the body [rad/s]; default: at rest.
 
         Returns
         -------
@@ -228,12 +262,13 @@ class Suite:
         components = Vec3(*np.moveaxis(v, -1, 0))
         columns = [Vec3(*np.moveaxis(column, -1, 0)) for column in gradient]
         C = np.eye(3) if attitude is None else attitude
+        turning = STILL if rate is None else Vec3(*np.moveaxis(rate, -1, 0))
 
         def to_body(vector: Vec3) -> Vec3:
             return Vec3(*(sum(C[..., i, k] * vk for k, vk in enumerate(vector)) for i in range(3)))
 
         for j, unit in enumerate(np.eye(self.n_states)):
-            y = self.measure(sensor, components, list(unit), to_body, columns)
+            y = self.measure(sensor, components, list(unit), to_body, columns, turning)
             for i, entry in enumerate(y):
                 H[..., i, j] = entry
         return H

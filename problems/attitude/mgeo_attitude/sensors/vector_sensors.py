@@ -11,11 +11,11 @@ from mgeo_attitude._typing import Bools, Floats
 from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.environment.field import dipole_gradient
 from mgeo_attitude.fields import InvalidValue, positive, quantity
-from mgeo_attitude.fields.units import ARCMIN, DEG, PPM, Unit
+from mgeo_attitude.fields.units import ARCMIN, DEG, PPM, SECOND, Unit
 from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import shear as shear_components
-from mgeo_attitude.sensors.base import NAME, Sensor, tilt
+from mgeo_attitude.sensors.base import NAME, Sensor, State, tilt
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, NT, POSITION_UNIT
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class VectorSensor(Sensor):
 
     def measure(self, x: Any, v: Vec3) -> Any:
         turned = x.theta - x.misalignment if hasattr(x, "misalignment") else x.theta
-        return cross(v, turned) + x.bias
+        return cross(v, turned) + x.bias + x.moved
 
     def measured(self, x: Any, v: Any) -> Any:
         return (rotate(x.misalignment, v) if hasattr(x, "misalignment") else v) + x.bias
@@ -47,7 +47,7 @@ class SunSensor(VectorSensor):
 
     kind: ClassVar[str] = "sun-sensor"
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
-    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN}
+    units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "delay": SECOND}
 
     name: str = quantity("sun", doc=NAME)
     noise_deg: float = positive(
@@ -86,11 +86,11 @@ class SunSensor(VectorSensor):
         if not any(self.boresight):
             raise InvalidValue("boresight", self.boresight, "expected a direction, not zero")
 
-    def states(self) -> dict[str, float]:
+    def states(self) -> dict[str, State]:
         return {
             **tilt(self.initial_misalignment_deg),
             "bias": self.initial_bias,
-        }
+        } | self.delay()
 
     def sees(self) -> tuple[str, ...]:
         return ("albedo",) if self.sees_albedo else ()
@@ -136,6 +136,7 @@ class Magnetometer(VectorSensor):
         "bias": NT,
         "scale_factor": PPM,
         "nonorthogonality": DEG,
+        "delay": SECOND,
     }
     channel_unit: ClassVar[Unit] = NT
 
@@ -165,8 +166,8 @@ class Magnetometer(VectorSensor):
         "0 leaves the states out",
     )
 
-    def states(self) -> dict[str, float]:
-        states = {
+    def states(self) -> dict[str, State]:
+        states: dict[str, State] = {
             **tilt(self.initial_misalignment_deg),
             "bias": self.initial_bias_nt / FIELD_UNIT_NT,
         }
@@ -174,7 +175,7 @@ class Magnetometer(VectorSensor):
             states["scale_factor"] = self.initial_scale_factor
         if self.initial_nonorthogonality_deg:
             states["nonorthogonality"] = math.radians(self.initial_nonorthogonality_deg)
-        return states
+        return states | self.delay()
 
     def sees(self) -> tuple[str, ...]:
         return ("field_error", "orbit_error")

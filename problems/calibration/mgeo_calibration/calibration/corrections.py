@@ -49,6 +49,8 @@ def _corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[
         elif state == "bias":
             unit = DEG_S if isinstance(owner, Gyro) else owner.channel_unit
             entry |= {"bias": (unit.factor * value).tolist(), "unit": unit.text}
+        elif state == "delay":
+            entry["delay_s"] = float(value.mean())
         else:
             entry[state] = value.tolist()
     if "scale_factor" in constants:

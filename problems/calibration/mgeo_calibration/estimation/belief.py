@@ -40,7 +40,7 @@ class Belief:
     def initial(cls, suite: Suite) -> Belief:
         """No error, with the initial 1-sigmas of gyro and sensors, and nothing of the attitude."""
         sigma = suite.initial_sigma(UNKNOWN)
-        return cls(suite, None, np.zeros_like(sigma), sigma, np.eye(len(sigma)))
+        return cls(suite, None, np.zeros_like(sigma), sigma, suite.initial_correlation)
 
     @classmethod
     def of(cls, scenario: Scenario) -> Belief:

@@ -21,7 +21,7 @@ from mgeo_attitude.sensors.readings import Readings, as_reported
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.estimate import Estimate, reset
-from mgeo_calibration.estimation.innovation import innovation, jacobian, second_moments
+from mgeo_calibration.estimation.innovation import STILL, innovation, jacobian, second_moments
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +96,10 @@ class ErrorStateFilter:
             before, nis = estimate, np.full((len(sensors), len(readings)), np.nan)
             for index, reported in enumerate(sensors):
                 if not np.isnan(reported[k]).all():
-                    estimate, nis[index] = self.update(estimate, index, reported[k], vectors[k])
+                    rate = rates[max(k - 1, 0)]
+                    estimate, nis[index] = self.update(
+                        estimate, index, reported[k], vectors[k], rate
+                    )
             yield before, estimate, nis
 
     def predict(
@@ -137,7 +140,12 @@ class ErrorStateFilter:
         return Estimate(estimate.places, rotations, states, P)
 
     def update(
-        self, estimate: Estimate, index: int, readings: Floats, vectors: Floats
+        self,
+        estimate: Estimate,
+        index: int,
+        readings: Floats,
+        vectors: Floats,
+        rate: Floats = STILL,
     ) -> tuple[Estimate, Floats]:
         """By the readings of a sensor, equation (4); states that are considered stay as they are.
 
@@ -149,6 +157,8 @@ class ErrorStateFilter:
             NaN in runs in which it reports nothing; nothing changes there.
         vectors : array, shape (n_vectors, 3)
             What the sensors look at and their gradients, GCRS.
+        rate : array, shape (3,)
+            Of the body [rad/s]; see `readings.taken`.
 
         Returns
         -------
@@ -164,6 +174,7 @@ class ErrorStateFilter:
             y,
             vectors[index],
             gradient=tuple(vectors[self.suite.gradient_rows(index)]),
+            rate=rate,
         )
         at, e, nis = estimate, np.zeros_like(estimate.states), np.zeros(0)
         for iteration in range(options.iterations):

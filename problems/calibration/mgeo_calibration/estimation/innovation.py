@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.geometry.rotation import multiply
+from mgeo_attitude.sensors.readings import taken
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.estimate import Estimate
 from mgeo_calibration.estimation.taylor import Taylor, uncertain, uncertain_rotation
+
+STILL = np.zeros(3)
 
 
 def innovation(
@@ -25,6 +27,7 @@ def innovation(
     aligned: bool = False,
     gradient: Sequence[Floats] = (),
     kind: type[Taylor] = Taylor,
+    rate: Floats = STILL,
 ) -> Taylor:
     """Innovation as a polynomial in the errors of an estimate, by numbers of their blocks.
 
@@ -39,7 +42,9 @@ def innovation(
     aligned : bool
         Whether the estimate of every rotation but the attitude is taken to be none.
     gradient : sequence of arrays, shape (3,)
-        Columns of its gradient, GCRS, if it has one.
+        What else it looks at, GCRS; see `Suite.looks`.
+    rate : array, shape (3,) or (r, 3)
+        Of the body [rad/s]; see `readings.taken`.
     kind : type
         `Taylor`, or `Linear` for the first derivatives alone.
     """
@@ -59,8 +64,7 @@ def innovation(
             own[state] = uncertain_rotation(None if aligned else known, first // 3, kind=kind)
         else:
             own[state] = uncertain(estimate.states[first : first + 3].T, first // 3, kind)
-    x = SimpleNamespace(to_body=to_body, gradient=[to_body(each) for each in gradient], **own)
-    predicted = sensor.measured(x, to_body(vector))
+    predicted = sensor.measured(*taken(sensor, own, [vector, *gradient], to_body, rate))
     found: Taylor = sensor.innovation(y, predicted)
     return found
 

@@ -200,7 +200,8 @@ def steps(batch: Batch, at: Trajectory, parts: Partition) -> Steps:
 
 def sightings(batch: Batch, at: Trajectory, parts: Partition) -> Sightings:
     """The readings of all sensors."""
-    each = [sighting(batch, index, at) for index in range(len(batch.suite.sensors))]
+    rates = turns(batch, at.states)[0]
+    each = [sighting(batch, index, at, rates) for index in range(len(batch.suite.sensors))]
     s, N, p = len(each), len(batch.times), max(len(one.states) for one in each)
     found = Sightings(
         there=np.zeros((s, N), dtype=bool),
@@ -227,8 +228,11 @@ def sightings(batch: Batch, at: Trajectory, parts: Partition) -> Sightings:
     return found
 
 
-def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
-    """The readings of a sensor of the suite, by its number."""
+def sighting(batch: Batch, index: int, at: Trajectory, rates: Floats | None = None) -> Sighting:
+    """The readings of a sensor of the suite, by its number; `rates` saves finding those of `turns`.
+
+    A sensor that is late has seen the body turn at the rate of the step to the sample.
+    """
     suite = batch.suite
     samples = np.flatnonzero(np.isfinite(batch.sensors[index][:, 0, 0]))
     m = len(suite.sensors[index].noise())
@@ -244,7 +248,12 @@ def sighting(batch: Batch, index: int, at: Trajectory) -> Sighting:
     y = as_reported(batch.sensors[index][samples])
     vectors = batch.vectors[samples]
     gradient = [vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]]
-    r = innovation(suite, index, y, vectors[:, index], estimate, gradient=gradient, kind=Linear)
+    if rates is None:
+        rates = turns(batch, at.states)[0]
+    rate = rates[np.maximum(samples - 1, 0)]
+    r = innovation(
+        suite, index, y, vectors[:, index], estimate, gradient=gradient, kind=Linear, rate=rate
+    )
     found, H = jacobian(r)
     H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
     return Sighting(samples, r.value.T, found, H, noise)

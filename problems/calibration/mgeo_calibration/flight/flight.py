@@ -12,7 +12,7 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.transition import transition
 from mgeo_attitude.geometry.rotation import matrix, vector
 from mgeo_attitude.maneuvers.motion import Motion
-from mgeo_attitude.sensors.readings import Readings, as_array, in_threes
+from mgeo_attitude.sensors.readings import Readings, as_array, in_threes, taken
 from mgeo_attitude.sensors.suite import Suite
 from scipy.linalg import block_diag
 from scipy.signal import lfilter
@@ -169,10 +169,9 @@ def _reported(
         )
         return turned
 
-    v = to_body(model.references[:, index])
-    columns = model.references[:, model.suite.gradient_rows(index)].swapaxes(0, 1)
-    gradient = [to_body(column) for column in columns]
-    report = sensor.measured(SimpleNamespace(to_body=to_body, gradient=gradient, **x), v)
+    looks = model.references[:, model.suite.looks(index)].swapaxes(0, 1)
+    rate = np.vstack([rates[:1], rates])  # of the step that leads to a sample
+    report = sensor.measured(*taken(sensor, x, list(looks), to_body, rate))
     seen = can_measure(model, index, attitude, rates)
     seen[0] = False  # the start is what is believed
     reported = as_array(sensor.with_noise(report, noise[:, : len(sensor.noise())]))

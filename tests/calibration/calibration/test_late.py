@@ -1,0 +1,90 @@
+"""Readings that are older than their time, by a simulation of its own."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import NoLimit, Scenario, limit
+from mgeo_attitude.fields import InvalidValue
+from mgeo_calibration import calibrate, consistency, simulate
+
+from ...attitude.filter.suites import SUITES
+from .flights import PLAN, short
+from .independent import Craft, fly, steady
+
+SCENARIOS = {
+    "paper": short(Scenario.paper(), 3000.0),
+    "cubesat_6u": short(Scenario.cubesat_6u(), 3000.0),
+}
+
+
+def with_delays(scenario, sigma=0.5):
+    sensors = tuple(dataclasses.replace(each, initial_delay_s=sigma) for each in scenario.sensors)
+    return dataclasses.replace(scenario, sensors=sensors)
+
+
+def off(calibration, block, true):
+    """Errors of a state in 1-sigmas."""
+    first = 3 * calibration.suite.blocks.index(block)
+    own = slice(first, first + 3)
+    return (calibration.states[own] - true) / np.sqrt(np.diag(calibration.covariance)[own])
+
+
+def found(name, delays, seed):
+    """Errors of all constants of sensors in 1-sigmas."""
+    telemetry = fly(SCENARIOS[name], steady(PLAN), seed, Craft(late=delays))
+    calibration = calibrate(with_delays(SCENARIOS[name]), telemetry)
+    assert calibration.supported
+    first = 3 * calibration.suite.blocks.index("mag.delay")
+    told = calibration.uplink()["mag"]["delay_s"]
+    np.testing.assert_allclose(calibration.states[first : first + 3], told, atol=0.01)
+    true = dict(zip(("sun.misalignment", "sun.bias", "mag.misalignment", "mag.bias"),
+                    telemetry.truth.states[-1, 6:].reshape(4, 3), strict=True))  # fmt: skip
+    true |= {f"{sensor}.delay": delay for sensor, delay in delays.items()}
+    return {block: off(calibration, block, value) for block, value in true.items()}
+
+
+def test_delays_of_two_sensors_are_found_beside_all_else():
+    for block, each in found("cubesat_6u", {"sun": 0.25, "mag": 0.5}, 1).items():
+        assert np.abs(each).max() < (3.0 if "delay" in block else 4.0)
+
+
+def test_without_the_state_a_delay_is_taken_for_a_misalignment():
+    scenario = SCENARIOS["cubesat_6u"]
+    telemetry = fly(scenario, steady(PLAN), 1, Craft(late={"mag": 0.5}))
+    calibration = calibrate(scenario, telemetry)
+    assert np.abs(off(calibration, "sun.misalignment", telemetry.truth.states[-1, 6:9])).max() > 5.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("delay", [0.0, 0.25, 0.5, 1.0])
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_delays_are_found_within_three_sigma(name, delay):
+    """In three flights each; both sensors, the Sun's half as late."""
+    for seed in range(3):
+        errors = found(name, {"sun": 0.5 * delay, "mag": delay}, seed)
+        assert np.abs(errors["sun.delay"]).max() < 3.0
+        assert np.abs(errors["mag.delay"]).max() < 3.0
+
+
+def test_the_filter_knows_delays_as_it_claims():
+    """Drawn from the scenario, of a Sun sensor, a star tracker and a magnetometer."""
+    suite = SUITES["late"]
+    of = dataclasses.replace(Scenario.paper(), gyro=suite.gyro, sensors=suite.sensors)
+    report = consistency(simulate(short(of, 240.0), PLAN, 30, seed=3), since=100.0)
+    for name in ("nees", "nis sun", "nis tracker", "nis mag"):
+        assert report[name].passed, report.table()
+
+
+def test_what_a_delay_asks_for():
+    with pytest.raises(NoLimit, match=r"sun\.delay depends on the attitude"):
+        limit(with_delays(SCENARIOS["paper"]))
+
+    @dataclasses.dataclass(frozen=True)
+    class Own(type(SCENARIOS["paper"].sensors[0])):
+        def states(self):
+            return {"misalignment": 0.1, "bias": 0.1}
+
+    with pytest.raises(InvalidValue, match=r"initial_delay_s = 0\.5: expected 0: sun-sensor has"):
+        Own(initial_delay_s=0.5)
+    assert "delay" not in Own().delay()
