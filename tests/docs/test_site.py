@@ -248,7 +248,7 @@ def test_a_browser_draws_the_interactive_figure(site, browser, tmp_path):
         ("notebooks/2_comparing_algorithms", 3, 2),
         ("paper", 3, 5),
         ("studies/tuning", 1, 2),
-        ("studies/results", 3, 22),
+        ("studies/results", 3, 23),
     ],
 )
 def test_a_browser_draws_what_code_on_a_page_shows(site, browser, tmp_path, page, figures, tables):
