@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import is_dataclass
 from datetime import timedelta
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +13,6 @@ from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.element_set import MAX_AGE, ElementSet
 from mgeo_attitude.fields import declared
 from mgeo_attitude.sensors import Magnetometer
-
-if TYPE_CHECKING:
-    from mgeo_attitude.scenario import Scenario
 
 #: Where IGRF, a field without currents outside the Earth, is one: geocentric distance in Earth
 #: radii above which the ring current's field is no longer small beside it, and altitude [m] below
@@ -29,7 +26,7 @@ class Implausible(UserWarning):
     """A value that looks like a slip: another unit, or what the model is not made for."""
 
 
-def implausible(scenario: Scenario) -> tuple[str, ...]:
+def implausible(scenario: Any) -> tuple[str, ...]:
     """What looks like a slip, each in a line that names the key; empty if nothing does."""
     return (*_unusual(scenario), *_out_of_range(scenario), *_too_old(scenario))
 
@@ -54,7 +51,7 @@ def _unusual(section: Any, place: str = "") -> Iterator[str]:
                     break
 
 
-def _out_of_range(scenario: Scenario) -> Iterator[str]:
+def _out_of_range(scenario: Any) -> Iterator[str]:
     if not any(isinstance(sensor, Magnetometer) for sensor in scenario.sensors):
         return
     times = np.linspace(0.0, scenario.duration, _SAMPLES)
@@ -68,7 +65,7 @@ def _out_of_range(scenario: Scenario) -> Iterator[str]:
         yield f"orbit: down to {1e-3 * least:.0f} km: nothing orbits below {1e-3 * _LOWEST:g} km"
 
 
-def _too_old(scenario: Scenario) -> Iterator[str]:
+def _too_old(scenario: Any) -> Iterator[str]:
     orbit = scenario.orbit
     if not isinstance(orbit, ElementSet):
         return
