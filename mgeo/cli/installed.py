@@ -18,7 +18,7 @@ def list_problems(output: Output) -> None:
     found = [_described(plugin) for plugin in installed_plugins()]
     output.result({"problems": found})
     if not found:
-        output.print("no problem is installed; the first to try: pip install mgeo-attitude")
+        output.print("no problem is installed; the first to try: pip install ./problems/attitude")
         return
     rows, errors = [], []
     for one in found:

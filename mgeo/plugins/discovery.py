@@ -312,7 +312,7 @@ _KINDS: Mapping[str, tuple[str, Callable[[object], bool], str]] = {
 def _alternatives(name: str, noun: str, plugins: Iterable[Plugin]) -> str:
     names = sorted({plugin.name for plugin in plugins})
     if not names:
-        return f": no {noun} is installed (the first to try: pip install mgeo-attitude)"
+        return f": no {noun} is installed (in a checkout: pip install ./problems/attitude)"
     from mgeo.validation.arguments import did_you_mean
 
     return f": installed are {', '.join(names)}{did_you_mean(name, names)}"

@@ -46,8 +46,8 @@ for _name in (*_OF_PLANS, *_FIGURES, *_OF_NONE):
 def not_installed(what: str) -> ImportError:
     """That something is of mgeo-calibration, and how that is had."""
     return ImportError(
-        f"{what} is of mgeo-calibration, which is not installed: pip install mgeo-calibration, or "
-        "./problems/calibration of a checkout"
+        f"{what} is of mgeo-calibration, which is not installed: pip install "
+        "./problems/calibration in a checkout"
     )
 
 

@@ -38,7 +38,7 @@ def test_a_plugin_that_does_not_load_is_listed_with_its_error():
 def test_nothing_installed(monkeypatch):
     monkeypatch.setattr("mgeo.plugins.discovery.entry_points", lambda group: ())
     _, lines = listed()
-    assert "pip install mgeo-attitude" in lines[0]
+    assert "pip install ./problems/attitude" in lines[0]
 
 
 def test_every_algorithm_is_listed_with_what_it_takes(mgeo, monkeypatch):

@@ -105,5 +105,5 @@ def test_an_entry_point_without_distribution_still_loads():
 
 def test_nothing_installed_says_what_to_install(monkeypatch):
     monkeypatch.setattr("mgeo.plugins.discovery.entry_points", lambda group: ())
-    with pytest.raises(PluginError, match="pip install mgeo-attitude"):
+    with pytest.raises(PluginError, match=r"pip install \./problems/attitude"):
         load_problem("attitude")
