@@ -123,6 +123,26 @@ def seen(fault, seed):
     return causes(SCENARIO, telemetry, batch(SCENARIO, telemetry))
 
 
+def test_a_bias_that_follows_a_channel_of_the_table_is_told():
+    """A magnetometer's bias of 12 nT per degree, beside channels of which nothing follows."""
+    telemetry = fly(SCENARIO, MOTION, 6)
+    rng, t = np.random.default_rng(6), telemetry.times
+    frame = telemetry.frame()
+    frame["temperature"] = 20.0 + 8.0 * np.sin(2.0 * np.pi * t / 1700.0 + 1.0)
+    for k in range(6):
+        frame[f"current_{k}"] = np.cumsum(rng.standard_normal(len(t)))
+    frame["mode"] = "nominal"
+    assert calibrate(SCENARIO, frame).supported
+    frame["mag_y"] += 12.0 * frame["temperature"]
+    found = calibrate(SCENARIO, frame)
+    said = re.match(
+        r"mag\.bias follows temperature by ([0-9.]+) ± ([0-9.]+) nT along y", found.failures[0]
+    )
+    size, sigma = map(float, said.groups())
+    assert abs(size - 12.0) < 4.0 * sigma + 0.5
+    assert sigma < 1.0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kinds", [SCORED, GROSS], ids=["small", "gross"])
 def test_nine_of_ten_faults_are_named(kinds):

@@ -38,6 +38,7 @@ from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemet
 
 #: Probability that a reading without fault is taken for an outlier.
 GATE = 1e-5
+_MOST = 4  # channels beside, of which each has a question for gyro and every sensor
 #: By how much noise is taken to be larger where readings do not fit at all.
 _WIDER = (5.0, 20.0, 80.0)
 
@@ -118,8 +119,9 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
     last = found.solution.estimate
     past = filtered(found.solution)
     states, covariance = at_the_end(belief, found)
-    asked = questions(found.solution, {})
-    n_tests = number_of_tests(belief) + len(asked)
+    channels, left_out = _channels(telemetry, data, past)
+    asked = questions(found.solution, channels)
+    n_tests = number_of_tests(belief) + len(asked) + left_out * (1 + len(past.innovations))
     n_tests += 2 * sum(len(each.samples) > 0 for each in past.innovations)
     tests = _tests(found, past, n_tests)
     model_tests, doubts = models.model_tests(
@@ -143,6 +145,23 @@ def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: 
         ),
         history=_history(found, past),
     )
+
+
+def _channels(telemetry: Telemetry, data: Batch, past: Filtered) -> tuple[dict[str, Floats], int]:
+    """The `_MOST` channels that innovations follow most, at the samples; how many others."""
+    found = {}
+    for name, values in telemetry.others.items():
+        channel = np.interp(data.times, telemetry.times, values)
+        if np.ptp(channel) > 0.0:
+            scaled = (channel - channel.mean()) / channel.std()
+            told = sum(
+                float(np.square(scaled[each.samples] @ each.whitened).sum())
+                / max(len(each.samples), 1)
+                for each in past.innovations
+            )
+            found[name] = told, channel
+    most = sorted(found, key=lambda name: -found[name][0])[:_MOST]
+    return {name: found[name][1] for name in most}, len(found) - len(most)
 
 
 def at_the_end(belief: Belief, found: Fit) -> tuple[Floats, Floats]:

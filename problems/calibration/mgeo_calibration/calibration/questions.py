@@ -41,7 +41,7 @@ def questions(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Q
     Parameters
     ----------
     channels : mapping of str to array, shape (N,)
-        What else was measured at the samples; on a scale of order one.
+        What else was measured at the samples, in any unit.
     """
     asked = _of_gyro(solution, channels) | _of_orbit(solution)
     for index in range(len(solution.batch.suite.sensors)):
@@ -81,8 +81,8 @@ def _of_gyro(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Qu
             departure = made.gyro_error(solution, state)
             asked[f"gyro.{state}"] = Question(departure, says, f"gyro.{key}")
     for name, channel in channels.items():
-        says = partial(_worst, f"gyro.bias follows {name} by", size, "deg/s")
-        departure = made.gyro_follows(solution, channel)
+        says = partial(_worst, f"gyro.bias follows {name} by", size / np.ptp(channel), "deg/s")
+        departure = made.gyro_follows(solution, _scaled(channel))
         asked[f"gyro.{name}"] = Question(departure, says, _TAKEN_OUT)
     return asked
 
@@ -115,8 +115,8 @@ def _of_sensor(
             departure = made.vector_error(solution, index, state)
             asked[f"{name}.{state}"] = Question(departure, says, f"{name}.{key}")
     for other, channel in channels.items():
-        says = partial(_worst, f"{offset} follows {other} by", sizes, unit)
-        departure = made.follows(solution, index, channel)
+        says = partial(_worst, f"{offset} follows {other} by", sizes / np.ptp(channel), unit)
+        departure = made.follows(solution, index, _scaled(channel))
         asked[f"{name}.{other}"] = Question(departure, says, _TAKEN_OUT)
     return asked
 
@@ -156,6 +156,12 @@ def _worst(words: str, factor: float, unit: str, score: Score) -> str:
     axis = int(np.argmax(np.abs(score.estimate) / score.sigma))
     value = sized(factor * score.estimate[axis], factor * score.sigma[axis])
     return " ".join(filter(None, (words, value, unit, f"along {'xyz'[axis]}")))
+
+
+def _scaled(channel: Floats) -> Floats:
+    """On a scale of order one, from its mean."""
+    scaled: Floats = (channel - channel.mean()) / np.ptp(channel)
+    return scaled
 
 
 def _delay(score: Score) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -88,6 +88,22 @@ def numbers(column: pd.Series) -> Floats:
         name = f"row {row + 1}, {column.name} = {_shown(column.iloc[row])}"
         raise ValueError(f"{name}: expected a number")
     return values
+
+
+def other_columns(frame: pd.DataFrame, used: Collection[int]) -> dict[str, Floats]:
+    """Columns of numbers at other places, by their names, that change and are mostly there."""
+    found = {}
+    for place, name in enumerate(frame.columns):
+        if place in used:
+            continue
+        try:
+            values = numbers(frame.iloc[:, place])
+        except (ValueError, TypeError):
+            continue
+        there = np.isfinite(values)
+        if 2 * there.sum() > len(values) and np.ptp(values[there]) > 0.0:
+            found[str(name)] = values
+    return found
 
 
 def _plain(cells: list[Any]) -> list[float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ from mgeo_calibration.telemetry.columns import (
     find_columns,
     has_columns,
     numbers,
+    other_columns,
     seconds,
     with_unit,
 )
@@ -40,7 +41,7 @@ def read_telemetry(
 
     Rows may stand in any order and repeat each other; those of one time are put together, so that
     sensors may have rows of their own. An entry is empty where there was no sample; a vector of
-    three zeros is none, either. Columns that are not asked for are left out. Names differ neither
+    three zeros is none, either. Other columns of numbers are `others`. Names differ neither
     by case nor by a unit in brackets, which says what is in the column unless the mapping does.
 
     Parameters
@@ -99,6 +100,8 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
     table = np.column_stack(
         [column.sign * numbers(frame.iloc[:, column.place]) for column in [*columns.values()][1:]]
     )
+    other = other_columns(frame, {column.place for column in columns.values()})
+    other = _merged_channels(times, other)
     times, table = _merged(times, table, wanted[1:])
     found, first = {}, 0
     for name, (_, own) in asked.items():
@@ -129,6 +132,7 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
         sensors=sensors,
         position=None if where is None else _turned(where, asked["position"][0], "m"),
         steps=steps,
+        others=other,
     )
     check_telemetry(telemetry, scenario, measured=no_gyro is None)
     return telemetry
@@ -156,6 +160,16 @@ def _merged(times: Floats, table: Floats, names: Sequence[str]) -> tuple[Floats,
             f"and {high[row, column]!r}: expected one of the two"
         )
     return times[first], low
+
+
+def _merged_channels(times: Floats, channels: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Channels at all times in their order, by lines over what is missing."""
+    order, at = np.argsort(times, kind="stable"), np.unique(times)
+    found = {}
+    for name, values in channels.items():
+        there = order[np.isfinite(values[order])]
+        found[name] = np.interp(at, times[there], values[there])
+    return found
 
 
 def _turned(rows: Floats, entry: Channels, unit: str) -> Floats:

@@ -56,6 +56,8 @@ class Telemetry:
         Satellite [m], GCRS, if it is not to follow from the scenario's orbit; see `positions`.
     truth : Truth, optional
         Beside what a simulation reports; it is no part of tables and files.
+    others : mapping of str to array, shape (n,)
+        What else was measured at these times, such as temperatures and currents, in any unit.
     steps : mapping of str to array, shape (3,) or (4,)
         In which ``gyro`` and sensors count, where that cannot be seen, as they were mounted
         otherwise; see `step_of`.
@@ -72,6 +74,7 @@ class Telemetry:
     sensors: Mapping[str, Floats] = field(default_factory=dict)
     position: Floats | None = None
     truth: Truth | None = None
+    others: Mapping[str, Floats] = field(default_factory=dict)
     steps: Mapping[str, Floats] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -117,6 +120,7 @@ class Telemetry:
             gyro_deg_s=self.gyro_deg_s[:n],
             sensors={name: rows[:n] for name, rows in self.sensors.items()},
             position=None if self.position is None else self.position[:n],
+            others={name: values[:n] for name, values in self.others.items()},
             steps=self.steps,
             truth=truth and Truth(attitude=truth.attitude[:n], states=truth.states[:n]),
         )
