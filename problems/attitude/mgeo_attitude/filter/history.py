@@ -97,3 +97,32 @@ def can_measure(model: FilterModel, index: int, attitude: Floats, rates: Floats)
         mask &= (cosine >= np.cos(view.half_angle + radius)) == view.inside
     mask[1:] &= np.einsum("ki,ki->k", rates, rates) <= sensor.max_rate() ** 2
     return mask
+
+
+def measurements(
+    model: FilterModel, attitude: Floats, rates: Floats
+) -> tuple[Floats, Floats, Bools]:
+    """H and the diagonal of R of all m rows of sensors, and which are seen, at every sample.
+
+    Parameters
+    ----------
+    attitude, rates : arrays
+        See `can_measure`.
+
+    Returns
+    -------
+    H, R, seen : arrays, shapes (n_steps + 1, m, n_states), (m,) and (n_steps + 1, m)
+    """
+    H: list[Floats] = []
+    R: list[float] = []
+    seen: list[Bools] = []
+    before = np.vstack([rates[:1], rates])  # of the step that leads to a sample
+    for index, sensor in enumerate(model.suite.sensors):
+        v, *gradient = (
+            np.einsum("kij,kj->ki", attitude, model.references[:, row])
+            for row in model.suite.looks(index)
+        )
+        H.append(model.suite.measurement_matrix(sensor, v, attitude, gradient, before))
+        R.extend(sigma**2 for sigma in sensor.noise())
+        seen.extend([can_measure(model, index, attitude, rates)] * len(sensor.noise()))
+    return np.concatenate(H, axis=1), np.array(R), np.stack(seen, axis=1)

@@ -15,9 +15,9 @@ from filterpy.kalman import KalmanFilter
 from numpy.typing import ArrayLike
 from scipy.linalg import block_diag, expm
 
-from mgeo_attitude._typing import Bools, Floats, Ints
+from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.filter.evaluator import evaluate
-from mgeo_attitude.filter.history import FilterHistory, can_measure
+from mgeo_attitude.filter.history import FilterHistory, measurements
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.motion import attitudes
 
@@ -77,7 +77,7 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
     rates, starts, over = plan.rates[0], plan.starts[0], plan.over[0]
     attitude = attitudes(rates, starts, model.n_steps, model.step, model.initial_attitude)
     stretch = np.searchsorted(starts, np.arange(model.n_steps), side="right") - 1
-    H, R, seen = _measurements(model, attitude, rates[stretch])
+    H, R, seen = measurements(model, attitude, rates[stretch])
     counts = [len(sensor.noise()) for sensor in model.suite.sensors]
     own = [slice(last - m, last) for m, last in zip(counts, np.cumsum(counts), strict=True)]
 
@@ -174,22 +174,3 @@ def van_loan(model: FilterModel, omega: Floats) -> tuple[Floats, Floats]:
     Q = F @ exponential[:m, m:]
     constant = suite.n_states - m
     return block_diag(F, np.eye(constant)), block_diag(Q, np.zeros((constant, constant)))
-
-
-def _measurements(
-    model: FilterModel, attitude: Floats, rates: Floats
-) -> tuple[Floats, Floats, Bools]:
-    """H and the diagonal of R of all sensors' rows, and which rows are seen, at every sample."""
-    H: list[Floats] = []
-    R: list[float] = []
-    seen: list[Bools] = []
-    before = np.vstack([rates[:1], rates])  # of the step that leads to a sample
-    for index, sensor in enumerate(model.suite.sensors):
-        v, *gradient = (
-            np.einsum("kij,kj->ki", attitude, model.references[:, row])
-            for row in model.suite.looks(index)
-        )
-        H.append(model.suite.measurement_matrix(sensor, v, attitude, gradient, before))
-        R.extend(sigma**2 for sigma in sensor.noise())
-        seen.extend([can_measure(model, index, attitude, rates)] * len(sensor.noise()))
-    return np.concatenate(H, axis=1), np.array(R), np.stack(seen, axis=1)

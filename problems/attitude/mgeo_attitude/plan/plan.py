@@ -300,6 +300,29 @@ class ManeuverPlan(Validated):
         """What each phase bought; see `observability.contributions`."""
         return observability.contributions(self.problem.model, self.design, self.history)
 
+    @cached_property
+    def _budget(self) -> pd.DataFrame:
+        return observability.budget(self.problem.model, self.design, self.history)
+
+    def budget(self) -> pd.DataFrame:
+        """What of each 1-sigma at `t_end` is from which source; see `observability.budget`."""
+        return self._budget.copy()
+
+    def reasons(self) -> list[str]:
+        """Why required 1-sigmas, or that of the attitude, are no smaller, a line for each."""
+        limit = at_best.known_limit(self.problem)
+        return observability.reasons(self.problem.model, self._budget, self.history, limit)
+
+    def sensor_use(self) -> pd.DataFrame:
+        """For how long each sensor measured in each phase until `t_end` [s]."""
+        model, n = self.problem.model, len(self.history.times) - 1
+        plan = model.schedule(np.array([self.design]))
+        stretch = np.searchsorted(plan.starts[0], np.arange(n), side="right") - 1
+        calibration = [phase for phase in self.phases if phase.end <= self.t_end]
+        return observability.sensor_use(
+            model, calibration, self.history.attitude, plan.rates[0][stretch]
+        )
+
     def correlations(self) -> pd.DataFrame:
         """Correlations of the errors at `t_end`; see `observability.correlations`."""
         return observability.correlations(self.problem.model, self.history.covariance)

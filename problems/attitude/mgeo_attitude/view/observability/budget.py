@@ -1,0 +1,127 @@
+"""Why a plan leaves what it leaves: the error budget, and how long each sensor measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.bound import LimitCurves
+from mgeo_attitude.filter.error_budget import error_budget
+from mgeo_attitude.filter.history import FilterHistory, can_measure
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.maneuvers.phases import Phase
+from mgeo_attitude.sensors.suite import block_units
+
+#: Share of an initial 1-sigma from which on nothing was learned.
+_NOTHING = 0.9
+#: How many of the largest parts are told.
+_TOLD = 3
+
+
+def budget(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.DataFrame:
+    """What of the 1-sigma of the worst body axis at the end is from which source.
+
+    One row a source, one column for each 3-vector of the state, in the unit its name carries, and a
+    last row ``all``. Squares add up to that of ``all``, 1-sigmas do not; see
+    `filter.error_budget`.
+    """
+    found = error_budget(model, design, history.t_end)
+    columns = {}
+    for block, unit in enumerate(block_units(model.suite)):
+        axis = _worst(history, block)
+        parts = np.append(found.variances[:, axis], found.variances[:, axis].sum())
+        columns[f"{unit.label} [{unit.unit}]"] = np.sqrt(parts) * unit.factor
+    return pd.DataFrame(columns, index=pd.Index([*found.sources, "all"], name="source"))
+
+
+def reasons(
+    model: FilterModel, table: pd.DataFrame, history: FilterHistory, limit: LimitCurves | None
+) -> list[str]:
+    """For each 3-vector with a requirement, or else the attitude, a line: why it is no smaller.
+
+    Parameters
+    ----------
+    table : DataFrame
+        The `budget`.
+    limit : LimitCurves, optional
+        What no maneuver can beat; None where it is not known.
+    """
+    units, lines = block_units(model.suite), []
+    asked = [b for b in range(len(units)) if np.isfinite(model.required_sigma[3 * b])] or [0]
+    for block in asked:
+        unit, column = units[block], table.iloc[:, block]
+        *parts, whole = zip(column.index, column, strict=True)
+        largest = sorted(parts, key=lambda part: -part[1])[:_TOLD]
+        told = ", ".join(f"{sigma:.3g} {source}" for source, sigma in largest)
+        axis = "xyz"[_worst(history, block) % 3]
+        line = f"{unit.label} {axis} {whole[1]:.3g} {unit.unit}: {told}"
+        lines.append(line + _help(model, largest[0][0], history, limit))
+    return lines
+
+
+def _help(
+    model: FilterModel, source: str, history: FilterHistory, limit: LimitCurves | None
+) -> str:
+    """What would make the largest part smaller."""
+    for block, unit in enumerate(block_units(model.suite)):
+        if source == f"initial {unit.label}":
+            own = slice(3 * block, 3 * block + 3)
+            left = float((history.sigma[-1] / model.initial_sigma)[own].max())
+            learned = "nothing was learned of it" if left > _NOTHING else "it is not yet observed"
+            text = (
+                f"; {learned} ({left:.0%} of its initial 1-sigma is left): another turn, more "
+                "time, or know it better at the start"
+            )
+            if limit is not None:
+                step = round(history.t_end / model.step)
+                least = float(limit.sigma(model.suite.blocks[block])[step]) * unit.factor
+                text += f"; no maneuver can leave less than {least:.3g} {unit.unit} of it by then"
+            return text
+    if source.startswith("initial "):
+        return ""
+    return "; more time, or less of this noise"
+
+
+def sensor_use(
+    model: FilterModel, phases: Sequence[Phase], attitude: ArrayLike, rates: ArrayLike
+) -> pd.DataFrame:
+    """For how long each sensor could measure in each phase [s].
+
+    Parameters
+    ----------
+    attitude : array, shape (n + 1, 3, 3)
+        GCRS to body at the steps of the filter.
+    rates : array, shape (n, 3)
+        Body rate in each step [rad/s].
+
+    Returns
+    -------
+    DataFrame
+        One row a phase, with its ``duration [s]``, and a column ``NAME [s]`` for each sensor: the
+        number of its samples times the time between them.
+    """
+    C, omega = np.asarray(attitude), np.asarray(rates)
+    edges = [(round(p.start / model.step), round(p.end / model.step)) for p in phases]
+    columns: dict[str, object] = {"duration [s]": [phase.duration for phase in phases]}
+    for index, sensor in enumerate(model.suite.sensors):
+        seen = _measured(model, index, C, omega)
+        every = sensor.sample_interval or model.step
+        columns[f"{sensor.name} [s]"] = [
+            every * int(seen[first + 1 : last + 1].sum()) for first, last in edges
+        ]
+    return pd.DataFrame(columns, index=[phase.label for phase in phases])
+
+
+def _measured(model: FilterModel, index: int, attitude: Floats, rates: Floats) -> Bools:
+    n = model.n_steps
+    whole = np.concatenate([attitude, np.repeat(attitude[-1:], n + 1 - len(attitude), axis=0)])
+    turning = np.concatenate([rates, np.zeros((n - len(rates), 3))])
+    return can_measure(model, index, whole, turning)
+
+
+def _worst(history: FilterHistory, block: int) -> int:
+    return 3 * block + int(history.sigma[-1, 3 * block : 3 * block + 3].argmax())
