@@ -50,7 +50,7 @@ def printed(monkeypatch, tmp_path):
         for line in text.splitlines():
             # a path is the one thing that is not broken
             assert len(line) <= 80 or os.sep in line.split()[-1], line
-            assert not re.search(r"[^=\]}R]\.\.\.", line.replace("FILE...", "")), line
+            assert not re.search(r"[^=,\]}R]\.\.\.", line.replace("FILE...", "")), line
         return text
 
     return invoke
