@@ -148,16 +148,17 @@ def _misfit(
 
 def _seen(scenario: Scenario, telemetry: Telemetry) -> Seen | None:
     """Samples of the first magnetometer, with those of the first Sun sensor."""
-    mags = [sensor.name for sensor in scenario.sensors if isinstance(sensor, Magnetometer)]
-    suns = [sensor.name for sensor in scenario.sensors if isinstance(sensor, SunSensor)]
+    there = [sensor for sensor in scenario.sensors if sensor.name in telemetry.sensors]
+    mags = [sensor.name for sensor in there if isinstance(sensor, Magnetometer)]
+    suns = [sensor.name for sensor in there if isinstance(sensor, SunSensor)]
     if not mags:
         return None
     field = telemetry.sensors[mags[0]]
     sun = telemetry.sensors[suns[0]] if suns else np.full_like(field, np.nan)
-    there = np.isfinite(field[:, 0])
-    if (there & np.isfinite(sun[:, 0])).sum() > _SAMPLES // 2:
-        there &= np.isfinite(sun[:, 0])
-    k = np.flatnonzero(there)
+    seen = np.isfinite(field[:, 0])
+    if (seen & np.isfinite(sun[:, 0])).sum() > _SAMPLES // 2:
+        seen &= np.isfinite(sun[:, 0])
+    k = np.flatnonzero(seen)
     if len(k) < _FEWEST:
         return None
     k = k[np.unique(np.linspace(0, len(k) - 1, _SAMPLES).astype(int))]
