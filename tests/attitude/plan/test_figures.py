@@ -6,7 +6,7 @@ from mgeo_attitude.plan.figures import plan_figures
 
 def test_numbers(plan):
     figures = plan_figures(plan)
-    assert list(figures) == ["rates", "contributions", "correlation"]
+    assert list(figures) == ["rates", "contributions", "budget", "correlation"]
     rates = figures["rates"].data[0]
     np.testing.assert_array_equal(rates.x, [0.0, 100.0, plan.t_end])
     np.testing.assert_allclose(rates.y, [0.5, 0.3, 0.3])
@@ -20,3 +20,7 @@ def test_numbers(plan):
     np.testing.assert_allclose(lines["mag bias"].customdata, worst)
     np.testing.assert_allclose(lines["mag bias"].y, worst / 2000.0)
     assert len(lines["mag bias"].x) == len(set(lines["mag bias"].x)) == len(table)
+    shares = np.array([bar.x for bar in figures["budget"].data], dtype=float)
+    np.testing.assert_allclose(shares.sum(axis=0), 100.0)
+    assert [bar.name for bar in figures["budget"].data] == list(plan.budget().index[:-1])
+    np.testing.assert_array_equal(figures["budget"].data[0].customdata, plan.budget().iloc[0])

@@ -15,7 +15,7 @@ from mgeo_attitude.view.figures.style import line
 
 
 def plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
-    """Figures ``rates`` (against time), ``contributions`` (of phases) and ``correlation``."""
+    """Figures ``rates``, ``contributions`` (of phases), ``budget`` and ``correlation``."""
     flown = Solutions(
         numbers=np.zeros(1, dtype=np.int64),
         X=np.array([plan.design]),
@@ -26,6 +26,7 @@ def plan_figures(plan: ManeuverPlan) -> dict[str, go.Figure]:
     return {
         "rates": maneuvers_figure(plan.problem, flown),
         "contributions": _contributions(plan),
+        "budget": _budget(plan),
         "correlation": _correlation(plan),
     }
 
@@ -55,6 +56,32 @@ def _contributions(plan: ManeuverPlan) -> go.Figure:
     return figure.update_yaxes(
         log_axis(worst / worst[0]), title_text="1-sigma / initial 1-sigma [-]"
     )
+
+
+def _budget(plan: ManeuverPlan) -> go.Figure:
+    """One bar per 3-vector of the state: what share of its worst axis' variance is from where."""
+    table = plan.budget()
+    share = 100.0 * (table / table.loc["all"]) ** 2
+    figure = go.Figure()
+    for index, source in enumerate(table.index[:-1]):
+        figure.add_bar(
+            y=table.columns,
+            x=share.loc[source],
+            name=source,
+            orientation="h",
+            marker={"color": COLORS[index % len(COLORS)], "pattern": {"shape": _pattern(index)}},
+            customdata=table.loc[source],
+            hovertemplate=f"{source} %{{customdata:.3g}} (%{{x:.1f}} % of the variance)",
+        )
+    finished(figure, "Error budget at t_end", "share of the variance of the worst body axis")
+    figure.update_layout(barmode="stack", height=320 + 30 * len(table.columns))
+    figure.update_yaxes(autorange="reversed", title_text="")
+    return figure.update_xaxes(range=[0.0, 100.0], title_text="share of the variance [%]")
+
+
+def _pattern(index: int) -> str:
+    """Bars of one color differ by it."""
+    return ("", "/", "x", ".")[index // len(COLORS) % 4]
 
 
 def _correlation(plan: ManeuverPlan) -> go.Figure:
