@@ -160,7 +160,7 @@ def test_figures(run, folder, tmp_path):
     path = tmp_path / "plan.html"
     run("show", folder, "--html", path)
     html = path.read_text(encoding="utf-8")
-    assert html.count('class="plotly-graph-div"') == 3
+    assert html.count('class="plotly-graph-div"') == 4
     run("show", folder, "--html", path, code=2)
     run("show", folder, "--html", path, "--overwrite")
     assert path.read_text(encoding="utf-8") == html
