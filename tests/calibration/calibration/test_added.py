@@ -9,7 +9,7 @@ from mgeo_calibration import calibrate
 from mgeo_calibration.calibration.added import addable, beside, calibrate_with, noise_of
 
 from .faults import MOTION, SCENARIO
-from .independent import fly
+from .independent import Craft, fly
 
 SCALE = np.array([0.01, -0.004, 0.002])
 
@@ -53,3 +53,14 @@ def test_what_cannot_be_added_is_refused(flight, first):
     )
     with pytest.raises(InvalidValue, match=r"fit = 'mag\.scale_factor': expected no earlier"):
         calibrate_with(going_on, flight, None, ["mag.scale_factor"])
+
+
+def test_a_delay_that_was_told_is_found():
+    telemetry = fly(SCENARIO, MOTION, 5, Craft(late={"mag": 0.2}))
+    first = calibrate(SCENARIO, telemetry)
+    assert first.failures[0].endswith(": mag.initial_delay_s")
+    found = calibrate_with(first, telemetry, None, ["mag.delay"])
+    assert found.supported, found.conclusion
+    delay = found.table().set_index("block").loc[["mag.delay"]].iloc[0]
+    assert abs(delay["estimate"] - 0.2) < 4.0 * delay["sigma"]
+    assert delay["sigma"] < 0.05

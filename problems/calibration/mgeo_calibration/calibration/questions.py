@@ -107,7 +107,8 @@ def _of_sensor(
 
     asked = {f"{name}.drift": Question(made.wander(solution, index), wanders, _SPLIT)}
     if "delay" not in sensor.states():
-        asked[f"{name}.delay"] = Question(made.delay(solution, index), late, f"{name}.delay")
+        key = f"{name}.initial_delay_s"
+        asked[f"{name}.delay"] = Question(made.delay(solution, index), late, key)
     for state in ("scale_factor", "nonorthogonality"):
         if isinstance(sensor, Magnetometer) and state not in sensor.states():
             size, of, key = _ERRORS[state]
