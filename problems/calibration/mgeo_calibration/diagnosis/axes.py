@@ -15,6 +15,7 @@ from mgeo_calibration.estimation.start import RATE_FACTORS
 #: Windows that are looked at, samples in each, and the angle that the body should turn by [rad].
 _WINDOWS, _SAMPLES, _TURN = 24, 60, 0.5
 _LONGEST, _FEWEST = 600, 5
+_ASTRAY = 0.5  # by how much the gyro's bias may turn a window, 1-sigma [rad]
 _WILD = 3.0  # a step does not turn by more [rad]
 #: A cause leaves this share of the misfit; of those that leave hardly more the simplest is taken.
 _BETTER, _AS_GOOD = 0.2, 1.5
@@ -28,6 +29,9 @@ def axes_causes(batch: Batch) -> Iterator[str]:
     windows = _windows(batch)
     seen = [_seen(batch, i, windows) for i in range(len(batch.sensors)) if _is_vector(batch, i)]
     if not len(windows) or not seen:
+        return
+    lasts = float(np.median(batch.times[windows[:, -1]] - batch.times[windows[:, 0]]))
+    if np.sqrt(3.0) * batch.suite.gyro.states()["bias"] * lasts > _ASTRAY:
         return
     rates = (batch.gyro * batch.durations[:, None])[windows[:, :-1]]
     turned = _turned(rates)

@@ -142,7 +142,7 @@ def _misfit(
         if behind:
             position, _ = scenario.orbit.propagate(scenario.epoch, times - behind)
         return seen.misfit(Environment.at(scenario, times, position))
-    except (ValueError, OverflowError):
+    except (ValueError, ArithmeticError):
         return np.inf, np.inf
 
 
