@@ -4,7 +4,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mgeo_calibration.calibration import Calibration, calibrate, simulate_calibrations
+    from mgeo_calibration.calibration import (
+        Calibration,
+        StrengthCalibration,
+        calibrate,
+        calibrate_alone,
+        simulate_calibrations,
+    )
     from mgeo_calibration.estimation import Estimator, MonteCarlo, consistency, simulate
     from mgeo_calibration.flight import fly
     from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
@@ -16,6 +22,7 @@ __all__ = [
     "Calibration",
     "Estimator",
     "MonteCarlo",
+    "StrengthCalibration",
     "Telemetry",
     "TelemetryMapping",
     "Verification",
@@ -32,6 +39,7 @@ __all__ = [
 _HOMES = {
     "mgeo_calibration.calibration": (
         "Calibration",
+        "StrengthCalibration",
         "calibrate",
         "calibrate_alone",
         "simulate_calibrations",

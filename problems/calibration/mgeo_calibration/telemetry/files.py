@@ -6,6 +6,7 @@ import csv
 import io
 import re
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -126,7 +127,7 @@ def _are_units(cells: list[str]) -> bool:
 
 def _by_pandas(path: Path, package: str, read: Callable[[], Any]) -> pd.DataFrame:
     try:
-        __import__(package)
+        import_module(package)
     except ImportError:
         kind = path.suffix.lstrip(".")
         raise ImportError(
