@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from mgeo._foreign import foreign
-from mgeo.cli.options import flag
+from mgeo.cli.options import FLAGS
 from mgeo.cli.output import Output
 from mgeo.plugins.discovery import Plugin, installed_plugins, load_problem, preset_names
 from mgeo.plugins.protocol import problem_size
@@ -49,8 +49,15 @@ def list_algorithms(name: str | None, output: Output) -> None:
     if name is not None:
         found = _parameters(name)
         output.result(found)
-        rows = [[flag(p["name"]), _text(p["default"]), p["meaning"]] for p in found["parameters"]]
-        output.print(f"{name}: {found['about']}", table(("parameter", "default", "what"), rows))
+        rows = [
+            [FLAGS.get(p["name"], p["name"]), _text(p["default"]), p["meaning"]]
+            for p in found["parameters"]
+        ]
+        output.print(
+            f"{name}: {found['about']}",
+            table(("parameter", "default", "what"), rows),
+            "a parameter without -- is given by --set NAME=VALUE",
+        )
         return
     every = []
     for each in algorithm_names():

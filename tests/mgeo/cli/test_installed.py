@@ -63,7 +63,7 @@ def test_one_algorithm_says_what_its_class_says(mgeo):
     assert lines[0].startswith("mgeo-directed: ")
     text = " ".join(" ".join(lines).split())
     assert "--walkers 16 " in text
-    assert "--set momentum=... 0.6,0.6 " in text
+    assert "momentum 0.6,0.6 " in text
     assert inspect.getdoc(MGEODirected).partition("\n")[0] in text
     refused = mgeo("algorithms", "mgeo-directid")
     assert refused.exit_code == 2
