@@ -13,6 +13,7 @@ if TYPE_CHECKING:
         MGEOVar,
     )
     from mgeo.algorithms.archive import ParetoArchive
+    from mgeo.algorithms.starting import SuggestedSampling
     from mgeo.evaluation.evaluator import EvaluationError, TolerantEvaluator
     from mgeo.plugins.view import View, view_of
     from mgeo.store.checkpoint import Checkpoint, resume
@@ -32,6 +33,7 @@ __all__ = [
     "MGEOVar",
     "ParetoArchive",
     "Recorder",
+    "SuggestedSampling",
     "TolerantEvaluator",
     "View",
     "__version__",
@@ -51,6 +53,7 @@ _HOMES = {
         "MGEOVar",
     ),
     "mgeo.algorithms.archive": ("ParetoArchive",),
+    "mgeo.algorithms.starting": ("SuggestedSampling",),
     "mgeo.plugins.view": ("View", "view_of"),
     "mgeo.store.checkpoint": ("Checkpoint", "resume"),
     "mgeo.evaluation.evaluator": ("EvaluationError", "TolerantEvaluator"),

@@ -18,7 +18,8 @@ from mgeo.algorithms.coding import BitCode, RealCode
 from mgeo.algorithms.constructors import call, keywords, named, values
 from mgeo.algorithms.display import ArchiveOutput
 from mgeo.algorithms.run_state import RunState
-from mgeo.algorithms.variables import Variables, given_starts
+from mgeo.algorithms.starting import SuggestedSampling, given_starts
+from mgeo.algorithms.variables import Variables
 from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import individuals, values_of
 from mgeo.validation.arguments import refuse_unknown, validate_integer
@@ -65,7 +66,8 @@ class ExtremalOptimization(Algorithm, ABC):
     n_walkers : number of walkers.
     sampling : starting points of the first walkers: array of up to (n_walkers, n_var), population
         or pymoo `Sampling`; the others start at random. Where walkers are strings of bits, points
-        are rounded to the nearest string. Starting points are not evaluated themselves.
+        are rounded to the nearest string. Starting points are not evaluated themselves, but for
+        those of a `SuggestedSampling`.
     archive_size : largest number of points in the front, None for all of them.
     options : options of every pymoo algorithm: `termination` (5000 // n_walkers generations unless
         given), `callback`, `output`, `verbose`, `seed`, `save_history`, ...
@@ -106,6 +108,7 @@ class ExtremalOptimization(Algorithm, ABC):
             validate_integer("archive_size", archive_size, low=1)
         self.archive_size = archive_size
         self._asked: Any = None
+        self._n_suggested = 0  # of those asked for, the first
 
     def __repr__(self) -> str:
         return call(self, ExtremalOptimization)
@@ -248,7 +251,14 @@ class ExtremalOptimization(Algorithm, ABC):
         self.forget(np.arange(self.n_walkers))
 
     def _initialize_infill(self) -> Population:
-        return self._infill()
+        if not isinstance(self.sampling, SuggestedSampling):
+            return self._infill()
+        # of the walkers: those of a run that is resumed before this are where they were
+        begin = self.variables.designs(self.code.decode(self.walkers[: self.sampling.n]))
+        candidates = self._infill()
+        self._n_suggested = len(begin)
+        self._asked = np.concatenate([begin, self._asked])
+        return Population.merge(individuals(begin), candidates)
 
     def _initialize_advance(self, infills: Any = None, **kwargs: Any) -> None:
         self._advance(infills, **kwargs)
@@ -259,8 +269,10 @@ class ExtremalOptimization(Algorithm, ABC):
 
     def _advance(self, infills: Any = None, **kwargs: Any) -> None:
         F, violation, tolerated = self._told(infills)
-        entered = self.front.add(F, infills, violation)
-        progress = self.accept(F, tolerated)
+        own = slice(self._n_suggested, None)
+        self._n_suggested = 0
+        entered = self.front.add(F, infills, violation)[own]
+        progress = self.accept(F[own], tolerated[own])
         self.restart_idle(progress, np.any(entered.reshape(self.n_walkers, -1), axis=1))
         self.pop = infills
         self._asked = None

@@ -123,6 +123,15 @@ def solve(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all randomness.")] = 1,
+    starts: Annotated[
+        int, typer.Option(min=0, help="Designs that the problem suggests, to begin with.")
+    ] = 0,
+    polish: Annotated[
+        bool,
+        typer.Option(
+            "--polish", help="Let the problem refine what was found, in addition to the budget."
+        ),
+    ] = False,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -176,6 +185,8 @@ def solve(
             evaluations=evaluations,
             seed=seed,
             robust=robust,
+            starts=starts,
+            polish=polish,
         )
         persistence = RunPersistence(folder, run.configuration, run.algorithm, record=record)
         check_folder(folder, overwrite=overwrite)

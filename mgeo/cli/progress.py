@@ -80,7 +80,7 @@ class Progress:
         if self._first is None:  # the first step may include compiling: its time is not typical
             self._first = state.evaluations, state.elapsed
         now = time.monotonic()
-        last = _has_ended(state)
+        last = state.ended
         if last:
             self._request.settle()
         if self._console is None or (now < self._next and not last):
@@ -102,7 +102,7 @@ class Progress:
             lines.append(plain(f"first generation  {clock(time.monotonic() - self._begun)}"))
         else:
             state, quantities = self._latest
-            ended = _has_ended(state)
+            ended = state.ended
             bar = Table.grid(padding=(0, 2))
             done = min(state.evaluations, state.budget)
             bar.add_row(ProgressBar(state.budget, done, width=40), plain(_evaluations(state)))
@@ -134,7 +134,10 @@ def run_title(run: RunConfiguration, *, whole: bool = False) -> str:
             key: value for key, value in told.items() if _json(value) != _json(defaults.get(key))
         }
     values = ", ".join(f"{key} = {value}" for key, value in told.items())
-    return f"{run.problem} · {run.algorithm}{f' ({values})' if values else ''} · seed {run.seed}"
+    parts = [run.problem, f"{run.algorithm}{f' ({values})' if values else ''}", f"seed {run.seed}"]
+    parts += [f"{run.starts} starts"] if run.starts else []
+    parts += ["polished"] if run.polish else []
+    return " · ".join(parts)
 
 
 def task(run: RunConfiguration, problem: Problem, *, verbose: bool = False) -> str:
@@ -158,10 +161,6 @@ def _json(value: Any) -> str:
     return json.dumps(value, default=str)
 
 
-def _has_ended(state: State) -> bool:
-    return state.stopped or state.evaluations >= state.budget
-
-
 def _evaluations(state: State) -> str:
     return f"{state.evaluations:,} of {state.budget:,} evaluations"
 
@@ -169,6 +168,8 @@ def _evaluations(state: State) -> str:
 def _quantities(state: State, persistence: RunPersistence | None) -> dict[str, str]:
     _, F = state.front()
     shown = {"front": f"{len(F):,}"}
+    if state.refinement is not None:
+        shown["polished"] = f"{int(state.refinement.changed.sum()):,}"
     failed = sum(state.failures.values())
     if failed:
         shown["failed"] = f"{failed:,}"

@@ -94,6 +94,10 @@ def print_results(
     took = f"{outcome.evaluations:,} evaluations in {clock(outcome.wall_time_s)}"
     output.print(f"{outcome.status} after {took}; {size}")
     output.print(*found.remarks)
+    if outcome.refined:
+        output.print(f"polished: {outcome.refined:,} solutions of the search are better by it")
+    if outcome.unrefined:
+        output.print(f"not polished to the end: {outcome.unrefined}")
     if outcome.failures:
         output.print(_failures(outcome))
     if not len(outcome.F) and found.dead_end is None:

@@ -6,7 +6,7 @@ else than it should, is a `PluginError` that names it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar
 
@@ -125,6 +125,38 @@ def robust(problem: Problem) -> Problem:
     if options(found) is None:
         raise PluginError(f"robust() of problem {type(problem).__name__} has no options()")
     return found
+
+
+def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
+    """What its ``refine(X)`` gives in the place of solutions, bit by bit, each shape (n, n_var).
+
+    Raises
+    ------
+    PluginError
+        If it has none, or that raises, or gives something else.
+    """
+    owner = f"of problem {type(problem).__name__}"
+    if getattr(problem, "refine", None) is None:
+        raise PluginError(f"refine {owner} is missing: expected a run without --polish")
+    try:
+        with foreign():
+            steps = iter(problem.refine(X.copy()))
+        while True:
+            with foreign():
+                given = next(steps, None)
+                table = None if given is None else np.array(given, dtype=float)
+            if table is None:
+                return
+            if table.shape != X.shape or not np.isfinite(table).all():
+                raise PluginError(
+                    f"refine(X) {owner} gives {given!r:.80}: expected finite numbers of shape "
+                    f"{X.shape}"
+                )
+            yield table
+    except PluginError:
+        raise
+    except Exception as error:  # whatever a problem raises: foreign code
+        raise PluginError(f"refine {owner} raised {type(error).__name__}: {error}") from error
 
 
 def fingerprint(thing: Any) -> str:

@@ -24,6 +24,7 @@ from pymoo.core.mixed import (
     MixedVariableSampling,
 )
 from pymoo.core.repair import NoRepair
+from pymoo.core.sampling import Sampling
 from pymoo.operators.crossover.pcx import PCX
 from pymoo.operators.crossover.pntx import TwoPointCrossover
 from pymoo.operators.crossover.sbx import SBX
@@ -41,6 +42,7 @@ from pymoo.operators.sampling.rnd import (
 from pymoo.operators.selection.tournament import TournamentSelection, compare
 
 from mgeo.algorithms.base import ExtremalOptimization
+from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.algorithms.variables import KINDS, Variables, kind_of_type
 from mgeo.runs.unit_box import UnitBox
 
@@ -123,6 +125,27 @@ def fitted(algorithm: Algorithm, problem: Problem, name: str = "") -> Algorithm:
     if kind not in (None, "real"):
         algorithm = _with_operators(algorithm, problem, kind, name)
     return _seeded(algorithm)
+
+
+def with_suggested(algorithm: Algorithm, n: int) -> Algorithm:
+    """The algorithm, beginning with n designs that the problem suggests.
+
+    Raises
+    ------
+    ValueError : if it takes none, or fewer.
+    """
+    name = type(algorithm).__name__
+    most = getattr(algorithm, "n_walkers", None) or getattr(algorithm, "pop_size", None)
+    if most is not None and n > most:
+        raise ValueError(f"starts = {n}: expected at most {most}, with which {name} begins")
+    if isinstance(algorithm, ExtremalOptimization):
+        return _with(algorithm, sampling=SuggestedSampling(n))
+    begin: Any = getattr(algorithm, "initialization", None)
+    if not isinstance(getattr(begin, "sampling", None), Sampling):
+        raise ValueError(f"starts = {n}: {name} takes no designs to begin with: expected 0")
+    return _with(
+        algorithm, initialization=_with(begin, sampling=SuggestedSampling(n, begin.sampling))
+    )
 
 
 def _declared(problem: Problem) -> bool:

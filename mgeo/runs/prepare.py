@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
@@ -19,6 +20,7 @@ from mgeo.runs.algorithms import (
     default_algorithm,
     default_evaluations,
 )
+from mgeo.runs.operators import with_suggested
 from mgeo.runs.solve import State, follow, set_up
 from mgeo.store.reading import parse_json, parse_toml, read_text
 from mgeo.store.run import Notes, Outcome, RunConfiguration
@@ -53,7 +55,7 @@ class PreparedRun:
         problem = load_problem(configuration.problem, configuration.options)
         algorithm = build_algorithm(configuration.algorithm, configuration.parameters, problem)
         run = cls(configuration, problem, algorithm)
-        run._set_up()
+        run.check()
         return run
 
     def solve(
@@ -62,14 +64,44 @@ class PreparedRun:
         persistence: RunPersistence | None = None,
     ) -> Outcome:
         """Run it to the end of its budget (see `mgeo.runs.solve.solve`)."""
-        algorithm = self._set_up() if self.notes is None else self.algorithm
-        budget = self.configuration.evaluations
-        return follow(self.problem, algorithm, budget, callback, persistence, self.notes)
+        run = self.configuration
+        algorithm = self.algorithm
+        if self.notes is None:
+            algorithm = self._set_up(run.starts)
+        return follow(
+            self.problem,
+            algorithm,
+            run.evaluations,
+            callback,
+            persistence,
+            self.notes,
+            polish=run.polish,
+        )
 
-    def _set_up(self) -> Algorithm:
+    def check(self) -> None:
+        """Refuse what could not be run, before anything is evaluated or suggested.
+
+        Raises
+        ------
+        ValueError
+            If a part of it is refused.
+        """
+        run = self.configuration
+        self._set_up()
+        if run.starts:
+            with_suggested(self.algorithm, run.starts)
+            if getattr(self.problem, "starts", None) is None:
+                raise ValueError(
+                    f"{run.problem} suggests no designs to begin with: expected starts = 0"
+                )
+        if run.polish:  # a problem refuses of none what it would refuse of any
+            for _ in protocol.refinement(self.problem, np.empty((0, self.problem.n_var))):
+                pass
+
+    def _set_up(self, starts: int = 0) -> Algorithm:
         run = self.configuration
         protocol.column_names(self.problem)  # wrong ones are refused before anything is evaluated
-        return set_up(self.problem, self.algorithm, run.evaluations, run.seed)
+        return set_up(self.problem, self.algorithm, run.evaluations, run.seed, starts)
 
 
 def prepare(
@@ -81,12 +113,16 @@ def prepare(
     evaluations: int | None = None,
     seed: int = 1,
     robust: bool = False,
+    starts: int = 0,
+    polish: bool = False,
 ) -> PreparedRun:
     """A new run whose configuration leaves nothing to defaults that may change.
 
     The problem's own ``options()`` are written out, the algorithm's parameters completed; without
     an algorithm it is the `default_algorithm`, and the budget is `default_evaluations` if none is
-    given. A `robust` run is one of the problem that this problem's ``robust()`` gives.
+    given. A `robust` run is one of the problem that this problem's ``robust()`` gives. It begins
+    with `starts` of the problem's suggestions and ends, with `polish`, with the problem's
+    refinement.
 
     Raises
     ------
@@ -109,13 +145,15 @@ def prepare(
         "parameters": complete,
         "evaluations": evaluations,
         "seed": seed,
+        "starts": starts,
+        "polish": polish,
     }
     try:  # as a file gives it, so that a run made now and one made again are the same
         data = json.loads(json.dumps(data, allow_nan=False))
     except (TypeError, ValueError) as error:
         raise ValueError(f"the options of {problem!r} are no JSON values: {error}") from error
     run = PreparedRun(checked(RunConfiguration, data), built, optimizer)
-    run._set_up()
+    run.check()
     return run
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from pathlib import Path
 
+from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.algorithms.state import end_at
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import build_algorithm, keeps_checkpoints
@@ -63,6 +64,8 @@ def resume_run(
     budget = configuration.evaluations
     run = resume(path, problem, ("n_eval", budget), algorithm=same, check=check)
     run.evaluator.warn = False  # the outcome tells
+    if configuration.starts:  # walkers are at them already; what is left is to evaluate them
+        run.sampling = SuggestedSampling(configuration.starts)
     made = run.evaluator.n_eval
     if evaluations is not None and generations is not None:
         raise ValueError("evaluations and generations are both given: expected one of them")

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import copy
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pymoo.core.population import Population
 
 from mgeo._typing import FloatArray
 from mgeo.algorithms.staged import MGEOStaged, is_rough
@@ -16,14 +17,14 @@ from mgeo.evaluation.evaluator import TolerantEvaluator
 from mgeo.evaluation.individuals import as_numbers, succeeded
 from mgeo.plugins.protocol import column_names, constraint_names
 from mgeo.runs.meters import HypervolumeMeter, NearestMeter
-from mgeo.runs.operators import fitted
+from mgeo.runs.operators import fitted, with_suggested
 from mgeo.runs.pymoo_algorithms import seed_archives
+from mgeo.runs.refine import Refinement
 from mgeo.store.run import Hypervolume, Nearest, Notes, Outcome
 from mgeo.store.run_persistence import RunPersistence
 
 if TYPE_CHECKING:
     from pymoo.core.algorithm import Algorithm
-    from pymoo.core.population import Population
     from pymoo.core.problem import Problem
 
 IDLE_STEPS = 100  # without an evaluation, after which an algorithm has no new candidate
@@ -48,6 +49,8 @@ class State:
         self._clock = time.perf_counter()
         self.started = datetime.now(UTC)
         self.rough = 0  # evaluations until the last one that gave an estimate
+        self.refinement: Refinement | None = None
+        self.to_refine = False  # once the budget is used, until that has come to an end
         if notes is not None:
             self.rough = notes.rough
             self.started = notes.started
@@ -66,6 +69,21 @@ class State:
         self.stopped = True
 
     @property
+    def ended(self) -> bool:
+        """Whether there is nothing left to do."""
+        return self.stopped or (self.evaluations >= self.budget and not self.to_refine)
+
+    def refine(self) -> Iterator[None]:
+        """Let the problem refine what was found, step by step."""
+        found = self._found()
+        self.refinement = Refinement(self._problem, found)
+        for tried in self.refinement:
+            self._meter.see(tried)
+            self._front = self.refinement.front
+            yield
+        self.to_refine = False
+
+    @property
     def failures(self) -> dict[str, int]:
         """How many of the evaluations so far failed why (see `mgeo.TolerantEvaluator`)."""
         return dict(getattr(self._algorithm.evaluator, "causes", {}))
@@ -81,11 +99,16 @@ class State:
         Candidates that failed are none. Of a staged run `F` is an estimate before its last stage.
         """
         n_var, n_obj = self._problem.n_var, self._problem.n_obj
-        if self._front is None or not len(self._front):
+        feasible = self._found()
+        if not len(feasible):
             return np.empty((0, n_var)), np.empty((0, n_obj))
-        feasible = self._front[self._front.get("feas") & succeeded(self._front)]
         X, F = feasible.get("X", "F")
         return as_numbers(self._problem, X).astype(float), F.astype(float).reshape(-1, n_obj)
+
+    def _found(self) -> Population:
+        if self._front is None or not len(self._front):
+            return Population()
+        return self._front[self._front.get("feas") & succeeded(self._front)]
 
     def notes(self) -> dict[str, Any]:
         """What a run that goes on from here has to know, as JSON values."""
@@ -156,6 +179,8 @@ def follow(
     callback: Callable[[State], object] | None = None,
     persistence: RunPersistence | None = None,
     notes: Notes | None = None,
+    *,
+    polish: bool = False,
 ) -> Outcome:
     """Go on with an algorithm that is set up or resumed, as `solve` does.
 
@@ -165,8 +190,12 @@ def follow(
         Evaluations that the algorithm's termination stands for.
     notes
         Of the checkpoint from which it is resumed; None for a new run.
+    polish
+        Whether the problem refines what was found, once the budget is used. No checkpoint holds
+        that: a run that ended amid it, and is resumed, begins it again, to the same end.
     """
     state = State(problem, algorithm, budget, notes)
+    state.to_refine = polish
     if persistence is not None:
         persistence.begin(algorithm, state.notes)
     amid = False  # a generation
@@ -192,22 +221,43 @@ def follow(
         state.update()
         if persistence is not None and not amid:
             persistence.conclude()
+    if state.to_refine and not state.stopped:
+        _refine(state, callback)
     return _outcome(state)
 
 
-def set_up(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int) -> Algorithm:
+def _refine(state: State, callback: Callable[[State], object] | None) -> None:
+    try:
+        for _ in state.refine():
+            if callback is not None:
+                callback(state)
+            if state.stopped:
+                return
+    except KeyboardInterrupt:  # what was found up to the last whole step is kept
+        state.stop()
+    if callback is not None:
+        callback(state)
+
+
+def set_up(
+    problem: Problem, algorithm: Algorithm, evaluations: int, seed: int, starts: int = 0
+) -> Algorithm:
     """A copy of `algorithm`, ready for its first step; nothing is evaluated yet.
+
+    It begins with so many of the designs that the problem suggests as `starts` says.
 
     Raises
     ------
     ValueError
-        If `evaluations` or `seed` is out of range, or the algorithm refuses the problem.
+        If `evaluations` or `seed` is out of range, or the algorithm refuses the problem, or the
+        designs.
     """
     if evaluations < 1:
         raise ValueError(f"evaluations = {evaluations}: expected >= 1")
     if seed < 0:
         raise ValueError(f"seed = {seed}: expected >= 0")
-    ready = copy.deepcopy(fitted(algorithm, problem))
+    ready = fitted(algorithm, problem)
+    ready = copy.deepcopy(with_suggested(ready, starts) if starts else ready)
     ready.evaluator = TolerantEvaluator.like(ready.evaluator)
     ready.evaluator.warn = False  # the outcome tells
     ready.setup(problem, termination=("n_eval", evaluations), seed=seed)
@@ -218,6 +268,8 @@ def set_up(problem: Problem, algorithm: Algorithm, evaluations: int, seed: int) 
 def _outcome(state: State) -> Outcome:
     X, F = state.front()
     order = np.lexsort(F.T[::-1])
+    amid = state.stopped and (state.evaluations < state.budget or state.to_refine)
+    refined = state.refinement
     return Outcome(
         X=X[order],
         F=F[order],
@@ -225,11 +277,13 @@ def _outcome(state: State) -> Outcome:
         objectives=state.objectives,
         constraints=state.constraints,
         nearest=Nearest.none() if len(F) else state.nearest,
-        status="interrupted" if state.stopped and state.evaluations < state.budget else "finished",
+        status="interrupted" if amid else "finished",
         evaluations=state.evaluations,
         hypervolume=state.hypervolume(F),
         started=state.started,
         wall_time_s=state.elapsed,
         failures=state.failures,
         rough=state.rough,
+        refined=0 if refined is None else int(refined.changed.sum()),
+        unrefined="" if refined is None else refined.error,
     )

@@ -30,6 +30,10 @@ class RunConfiguration(Table):
         The budget.
     seed
         Of all randomness.
+    starts
+        How many designs that the problem suggests the search begins with.
+    polish
+        Whether the problem refines what the search has found.
     """
 
     problem: str
@@ -38,6 +42,8 @@ class RunConfiguration(Table):
     parameters: dict[str, Any]
     evaluations: int = Field(ge=1)
     seed: int = Field(ge=0)
+    starts: int = Field(default=0, ge=0)
+    polish: bool = False
 
 
 class Hypervolume(Table):
@@ -87,6 +93,8 @@ class Outcome(Table):
     feasible solution was found. ``nearest`` is then what came nearest to the ``constraints``.
     ``started`` is UTC, ``wall_time_s`` in seconds. ``failures`` tells how many of the evaluations
     failed why, ``rough`` how many of the first gave no more than estimates (see `mgeo.MGEOStaged`).
+    ``refined`` tells in how many places of the search's front a refinement has put something
+    better, ``unrefined`` why one that was asked for has come to no end.
     """
 
     model_config = ConfigDict(extra="ignore", arbitrary_types_allowed=True)
@@ -95,6 +103,8 @@ class Outcome(Table):
     evaluations: int
     failures: dict[str, int] = Field(default_factory=dict)
     rough: int = 0
+    refined: int = 0
+    unrefined: str = ""
     hypervolume: Hypervolume | None
     variables: Names
     objectives: Names

@@ -12,6 +12,7 @@ from pymoo.core.problem import Problem
 from mgeo._typing import FloatArray
 from mgeo.algorithms.coding import RealCode
 from mgeo.algorithms.dominance import nondominated
+from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.algorithms.variables import KINDS, Variables, designs_of
 from mgeo.evaluation.individuals import as_numbers
 from mgeo.figures.motion import check_motion
@@ -54,6 +55,7 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
     _check_grouping(problem, X, values, rtol)
     _check_copies(problem, X, values)
     _check_presentation(problem, X, values["F"])
+    _check_search(problem, X, seed)
     _check_options(problem, X, values)
 
 
@@ -179,6 +181,23 @@ def _check_presentation(problem: Problem, X: FloatArray, F: FloatArray) -> None:
         for name, figure in figures.items():
             with no_error(f"solution_figures()[{i}][{name!r}], a figure that moves or does not"):
                 check_motion(figure)
+
+
+def _check_search(problem: Problem, X: FloatArray, seed: int) -> None:
+    """What it suggests to a search, and what it makes of what that has found."""
+    if hasattr(problem, "starts"):
+        for n in (1, 3):
+            first, again = (
+                SuggestedSampling(n).suggested(problem, n, np.random.default_rng(seed))
+                for _ in range(2)
+            )
+            require_equal(again, first, "starts(n, random_state), of the same seed")
+            with no_error("starts(n, random_state), within the bounds"):
+                evaluated(problem, first)
+    if hasattr(problem, "refine"):
+        for rows in (X[:0], X[:2]):
+            with no_error("refine(X)"):
+                next(protocol.refinement(problem, rows), None)
 
 
 def _asked(problem: Problem, method: str, **given: FloatArray) -> Any:

@@ -20,6 +20,7 @@ class Run:
     """A run under way, as its callback sees it: a fifth is done, after a first generation."""
 
     budget, objectives, failures = 60_000, ("t_end [s]", "trace"), {}
+    refinement = None
 
     def __init__(self, volume=COMPARABLE, n=1234):
         self.volume, self.n = volume, n
@@ -30,6 +31,10 @@ class Run:
 
     def hypervolume(self, F):
         return self.volume
+
+    @property
+    def ended(self):
+        return self.stopped or self.evaluations >= self.budget
 
     def stop(self):
         self.stopped = True

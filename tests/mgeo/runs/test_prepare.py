@@ -22,6 +22,8 @@ def test_a_configuration_states_everything():
         "parameters": json.loads(json.dumps(complete_parameters(DEFAULT, {"n_walkers": 5}))),
         "evaluations": 1000 * 5 * 2,
         "seed": 1,
+        "starts": 0,
+        "polish": False,
     }
 
 

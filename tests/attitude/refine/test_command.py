@@ -1,0 +1,52 @@
+"""Starts and polish as a run in a folder has them."""
+
+import numpy as np
+
+from mgeo.runs.prepare import prepare
+from mgeo.runs.resume import resume_run
+from mgeo.store.run_persistence import RunPersistence
+
+SHORT = {
+    "preset": "paper",
+    "duration": 600.0,
+    "step": 2.0,
+    "maneuvers": {"count": 3},
+    "convergence": {"rule": "end"},
+}
+SIZE = {"evaluations": 240, "parameters": {"n_walkers": 4}}
+
+
+class Killed(BaseException):
+    pass
+
+
+def test_a_run_that_is_killed_amid_its_polish_ends_as_one_that_was_not(tmp_path):
+    run = prepare("attitude", SHORT, starts=2, polish=True, **SIZE)
+
+    def kill(state):
+        if state.refinement is not None:
+            raise Killed
+
+    try:
+        run.solve(kill, RunPersistence(tmp_path, run.configuration, run.algorithm))
+    except Killed:
+        outcome = resume_run(tmp_path).solve()
+    expected = prepare("attitude", SHORT, starts=2, polish=True, **SIZE).solve()
+    np.testing.assert_array_equal(outcome.X, expected.X)
+    np.testing.assert_array_equal(outcome.F, expected.F)
+    search = prepare("attitude", SHORT, starts=2, **SIZE).solve()
+    assert expected.refined > 0
+    assert expected.hypervolume.value > search.hypervolume.value
+
+
+def test_robust_plans_keep_what_their_flights_keep():
+    flown = SHORT | {"flight": {"count": 8, "quantile": 0.75}}
+    search, polished = (
+        prepare("attitude", flown, polish=polish, algorithm="mgeo-staged", **SIZE).solve()
+        for polish in (False, True)
+    )
+    problem = prepare("attitude", flown, **SIZE).problem
+    np.testing.assert_array_equal(problem.evaluate(polished.X), polished.F)
+    assert polished.refined > 0
+    for before in search.F:
+        assert (before >= polished.F).all(axis=1).any()

@@ -1,0 +1,188 @@
+"""A run that begins with what its problem suggests, and ends with what it refines."""
+
+import json
+
+import numpy as np
+import pytest
+
+from mgeo import read_record
+from mgeo.plugins.discovery import load_problem
+from mgeo.runs.prepare import PreparedRun, prepare
+from mgeo.runs.resume import resume_run
+from mgeo.store.run import RunConfiguration
+from mgeo.store.run_persistence import RunPersistence
+
+pytestmark = pytest.mark.usefixtures("stand_in")
+SMALL = {"n_walkers": 4}
+
+
+def begun(starts=0, polish=False, **options):
+    options = {"parameters": SMALL, "evaluations": 160, "seed": 2} | options
+    return prepare("cantilever", starts=starts, polish=polish, **options)
+
+
+def keep(run, folder, record=False):
+    return RunPersistence(folder, run.configuration, run.algorithm, record=record)
+
+
+def test_what_is_refined_takes_the_place_of_what_was_found():
+    search, outcome = begun().solve(), begun(polish=True).solve()
+    assert outcome.evaluations == search.evaluations
+    assert (search.refined, outcome.refined) == (0, (search.X[:, 1] > 0.2).sum())
+    assert (outcome.X[:, 1] == 0.2).all()
+    F = load_problem("cantilever").evaluate(outcome.X)
+    np.testing.assert_array_equal(F, outcome.F)
+    for before in search.F:
+        assert (before >= outcome.F).all(axis=1).any()
+    assert outcome.hypervolume.value > search.hypervolume.value
+
+
+@pytest.mark.parametrize("algorithm", ["mgeo-directed", "mgeo-real", "mgeo-canonical"])
+def test_suggested_designs_are_the_first_of_a_run(algorithm, tmp_path):
+    run = begun(starts=3, algorithm=algorithm)
+    outcome = run.solve(persistence=keep(run, tmp_path, record=True))
+    record = read_record(tmp_path / "evaluations")
+    assert len(record) == outcome.evaluations
+    np.testing.assert_allclose(record["length [m]"][:3], 0.2)
+    assert record["generation"][2] == 1
+    again = PreparedRun.of(run.configuration).solve()
+    np.testing.assert_array_equal(again.F, outcome.F)
+
+
+def test_pymoos_algorithms_begin_with_them_too():
+    run = begun(starts=3, algorithm="nsga2", parameters={"population": 8}, evaluations=8)
+    assert (run.solve().X[:, 1] == 0.2).sum() == 3
+
+
+class Killed(BaseException):
+    pass
+
+
+@pytest.mark.parametrize("step", [0, 1, 5])
+def test_a_run_that_was_killed_while_it_refines_ends_as_it_would_have(step, tmp_path):
+    run = begun(polish=True)
+    steps = []
+
+    def kill(state):
+        if state.refinement is not None:
+            steps.append(state.evaluations)
+            if len(steps) > step:
+                raise Killed
+
+    with pytest.raises(Killed):
+        run.solve(kill, keep(run, tmp_path))
+    expected, resumed = begun(polish=True).solve(), resume_run(tmp_path)
+    assert resumed.configuration == run.configuration
+    outcome = resumed.solve()
+    np.testing.assert_array_equal(outcome.X, expected.X)
+    assert (outcome.refined, outcome.status) == (expected.refined, "finished")
+
+
+@pytest.mark.parametrize("amid", [False, True])
+def test_a_run_that_was_killed_before_its_first_generation_begins_with_the_same(amid, tmp_path):
+    run = begun(starts=3)
+
+    class Impatient(RunPersistence):
+        def begin(self, algorithm, notes):
+            super().begin(algorithm, notes)
+            if amid:
+                algorithm.evaluator.callback = None
+                algorithm.ask()
+            raise Killed
+
+    with pytest.raises(Killed):
+        run.solve(persistence=Impatient(tmp_path, run.configuration, run.algorithm))
+    outcome, expected = resume_run(tmp_path).solve(), begun(starts=3).solve()
+    np.testing.assert_array_equal(outcome.X, expected.X)
+    assert outcome.evaluations == expected.evaluations
+
+
+@pytest.mark.parametrize("kind", ["stop", "interrupt"])
+def test_who_stops_it_keeps_what_is_refined(kind, tmp_path):
+    run, seen = begun(polish=True), []
+
+    def stop(state):
+        if state.refinement is not None and not state.stopped:
+            assert not state.ended
+            seen.append(state.front()[1])
+            if len(seen) == 4:
+                if kind == "interrupt":
+                    raise KeyboardInterrupt
+                state.stop()
+
+    outcome = run.solve(stop, keep(run, tmp_path))
+    assert outcome.status == "interrupted"
+    assert outcome.refined == 2
+    assert sorted(outcome.F[:, 0]) == sorted(seen[-1][:, 0])
+    assert resume_run(tmp_path).solve().refined > 2
+
+
+def test_a_search_that_is_stopped_is_not_refined():
+    run = begun(polish=True)
+    outcome = run.solve(lambda state: state.stop())
+    assert (outcome.status, outcome.refined) == ("interrupted", 0)
+
+
+def refines(monkeypatch, method):
+    monkeypatch.setattr(type(load_problem("cantilever")), "refine", method)
+
+
+def longer(self, X):
+    yield X + np.array([0.0, 0.01])
+
+
+def breaks(self, X):
+    if len(X):
+        better = X.copy()
+        better[0, 1] = 0.2
+        yield better
+        raise RuntimeError("no more")
+
+
+def shorter_table(self, X):
+    yield X[:0] if len(X) else X
+
+
+@pytest.mark.parametrize(
+    ("method", "kept", "message"),
+    [
+        (longer, slice(None), ""),
+        (breaks, slice(1, None), "refine of problem Cantilever raised RuntimeError: no more"),
+        (shorter_table, slice(None), "expected finite numbers of shape"),
+    ],
+)
+def test_what_fails_or_is_no_better_keeps_what_was_given(method, kept, message, monkeypatch):
+    search = begun().solve()
+    refines(monkeypatch, method)
+    outcome = begun(polish=True).solve()
+    assert message in outcome.unrefined
+    assert bool(outcome.unrefined) == bool(message)
+    assert outcome.refined == (method is breaks)
+    assert outcome.status == "finished"
+    of_search = {tuple(row) for row in search.X}
+    assert len([row for row in outcome.X if tuple(row) in of_search]) >= len(outcome.X) - 1
+
+
+def test_what_cannot_be_asked_of_a_problem_is_told_before_the_search(monkeypatch):
+    def none(self, X):
+        raise ValueError("two objectives alone")
+
+    refines(monkeypatch, none)
+    with pytest.raises(ValueError, match="refine of problem Cantilever raised ValueError: two"):
+        begun(polish=True)
+    monkeypatch.delattr(type(load_problem("cantilever")), "refine")
+    with pytest.raises(ValueError, match="refine of problem Cantilever is missing"):
+        begun(polish=True)
+    with pytest.raises(ValueError, match=r"starts = 5: expected at most 4, with which MGEODirect"):
+        begun(starts=5)
+    with pytest.raises(ValueError, match="starts = 1: RandomSearch takes no designs"):
+        begun(starts=1, algorithm="random", parameters={})
+    monkeypatch.delattr(type(load_problem("cantilever")), "starts")
+    with pytest.raises(ValueError, match="cantilever suggests no designs to begin with"):
+        begun(starts=1)
+
+
+def test_a_configuration_of_an_older_run_has_neither():
+    old = json.loads(json.dumps(begun().configuration.model_dump()))
+    del old["starts"], old["polish"]
+    assert RunConfiguration(**old) == begun().configuration
