@@ -50,7 +50,10 @@ def coarse(scenario: Scenario, step: float) -> Scenario:
     """The same at another step, with a sample in each."""
     sensors = tuple(dataclasses.replace(each, sample_interval=None) for each in scenario.sensors)
     duration = scenario.duration // step * step
-    return dataclasses.replace(scenario, step=step, duration=duration, sensors=sensors)
+    coils = scenario.coils  # a dipole is held for a step
+    if coils is not None:
+        coils = dataclasses.replace(coils, response=max(coils.response, 2.0 * step))
+    return dataclasses.replace(scenario, step=step, duration=duration, sensors=sensors, coils=coils)
 
 
 def hard(step: float = 20.0) -> dict[str, Scenario]:

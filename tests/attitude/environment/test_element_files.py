@@ -137,6 +137,7 @@ def test_messages_that_sgp4_reads_give_its_orbits(name: str) -> None:
     assert "VANGUARD 1 1958-002B 5" in orbit.source or "VANGUARD 1 5" in orbit.source
 
 
+@pytest.mark.filterwarnings("ignore:.*the field is not IGRF")  # 4 Earth radii away
 def test_scenarios_of_files(tmp_path: Path) -> None:
     """By the key `file` alone, or by the propagator's names; what is kept needs no file."""
     (tmp_path / "real.omm").write_bytes(OMM.read_bytes())

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 #: A quarter of a turn about z, then rest.
 QUARTER = [0.0, 0.0, 0.5, 180.0, 0.0, 0.0, 0.0, 100.0]
-WHEELS = {"inertia": [0.1, 0.2, 0.3], "products_of_inertia": [0.01, -0.02, 0.03]}
+WHEELS = {"inertia": [0.15, 0.2, 0.3], "products_of_inertia": [0.01, -0.02, 0.03]}
 LIMITS = {
     "none": {},
     "acceleration": {"maneuvers": {"max_acceleration_deg_s2": 0.05}},

@@ -13,7 +13,6 @@ import numpy as np
 from mgeo_attitude.environment.environment import Environment
 from mgeo_attitude.environment.time_frames import as_utc, elapsed
 from mgeo_attitude.fields import InvalidType, InvalidValue, KeyProblem, expect, from_table, to_table
-from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.scenario.presets import Table, overridden
 from mgeo_attitude.scenario.prior import Prior, prior_of
 from mgeo_attitude.sensors.suite import Suite
@@ -106,6 +105,8 @@ def carried(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior
     scenario : Scenario
         Which begins then.
     """
+    from mgeo_attitude.geometry.quaternion import quaternions  # imports scipy
+
     decay, new = np.ones(suite.n_states), np.zeros(suite.n_states)
     rate, density = suite.gyro.bias_decay, suite.diffusion()[3:6]
     decay[3:6] = math.exp(-rate * duration)
