@@ -113,6 +113,8 @@ def fit(batch: Batch, belief: Belief, gate: float) -> Fit:
         at.attitude[low:high] = found.solution.estimate.attitude
         at.states[low:high] = found.solution.estimate.states
         rejected[:, low:high] = found.rejected
+        if high - low < N:
+            del found  # which the next would stand beside
     check(found, gate)
     return found
 
@@ -137,7 +139,8 @@ def settle(
     limit = limits(batch.suite, gate)[:, None]
     if rejected is None:
         rejected = np.zeros((len(batch.sensors), len(batch.times)), dtype=bool)
-    for number in range(_ROUNDS):
+    number = 0
+    while True:
         solution = solve(batch, belief, at, _ITERATIONS, last, rejected)
         known = spread(solution)
         left, squares = residuals(solution, known)
@@ -146,10 +149,11 @@ def settle(
         if number >= _RETURNS:
             beyond |= rejected
         ended = not solution.settled(last) or np.array_equal(beyond, rejected)
-        if ended or number == _ROUNDS - 1:
-            break
+        number += 1
+        if ended or number == _ROUNDS:
+            return Fit(rejected, left, squares, solution, known)
         rejected, at = beyond, solution.estimate
-    return Fit(rejected, left, squares, solution, known)
+        del solution, known  # which the next would stand beside
 
 
 def limits(suite: Suite, gate: float) -> Floats:

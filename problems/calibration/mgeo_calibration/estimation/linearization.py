@@ -18,6 +18,9 @@ from mgeo_calibration.estimation.innovation import innovation, jacobian
 from mgeo_calibration.estimation.kernels import load
 from mgeo_calibration.estimation.taylor import Linear
 
+#: Samples whose derivatives are formed at once: so many columns of all would need much memory.
+_SPAN = 20000
+
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
@@ -239,6 +242,20 @@ def sighting(batch: Batch, index: int, at: Trajectory, rates: Floats | None = No
     noise = batch.noise[index, :m]
     if not len(samples):
         return Sighting(samples, np.zeros((0, m)), samples, np.zeros((0, m, 0)), noise)
+    rate = (turns(batch, at.states)[0] if rates is None else rates)[np.maximum(samples - 1, 0)]
+    cuts = range(0, len(samples), _SPAN)
+    each = (
+        _differences(batch, index, at, samples[k : k + _SPAN], rate[k : k + _SPAN]) for k in cuts
+    )
+    z, H, states = zip(*each, strict=True)
+    return Sighting(samples, np.concatenate(z), states[0], np.concatenate(H), noise)
+
+
+def _differences(
+    batch: Batch, index: int, at: Trajectory, samples: Ints, rate: Floats
+) -> tuple[Floats, Floats, Ints]:
+    """z and H of some readings, and the states that H is of."""
+    suite = batch.suite
     places = np.arange(3)[:, None] + np.array(suite.rotations)
     states = at.states[samples].T
     rotations = np.empty((3, 3, len(suite.rotations), len(samples)))
@@ -248,15 +265,12 @@ def sighting(batch: Batch, index: int, at: Trajectory, rates: Floats | None = No
     y = as_reported(batch.sensors[index][samples])
     vectors = batch.vectors[samples]
     gradient = [vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]]
-    if rates is None:
-        rates = turns(batch, at.states)[0]
-    rate = rates[np.maximum(samples - 1, 0)]
     r = innovation(
         suite, index, y, vectors[:, index], estimate, gradient=gradient, kind=Linear, rate=rate
     )
     found, H = jacobian(r)
     H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
-    return Sighting(samples, r.value.T, found, H, noise)
+    return r.value.T, H, found
 
 
 def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floats,

@@ -150,13 +150,16 @@ def solve(
     for _ in range(iterations):
         if found.settled(last):
             break
-        share = 1.0
+        # all else of the solution would be as large as that of the next
+        cost, at, growth = found.cost, found.trajectory, found.steps.growth
+        share, e, e_c = 1.0, found.e, found.e_c
         for _ in range(_HALVINGS):
-            better = linear_solution(batch, belief, found.moved(share), parts, rejected)
-            if better.cost <= found.cost * (1.0 + 1e-9):
+            del found
+            reached = moved(at, parts, growth, share * e, share * e_c, batch.suite)
+            found = linear_solution(batch, belief, reached, parts, rejected)
+            if found.cost <= cost * (1.0 + 1e-9):
                 break
             share *= 0.5
-        found = better
     return found
 
 
