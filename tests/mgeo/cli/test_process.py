@@ -1,5 +1,6 @@
 """The command as a process of its own: pipes, signals, start-up."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -36,7 +37,7 @@ def started(arguments, environment, folder):
 
 def wait_for_progress(process):
     for line in process.stderr:
-        if "evaluations" in line:
+        if re.search(r"\d of [\d,]+ evaluations", line):  # the first line says what is to be done
             return
     raise RuntimeError(f"the run ended early: {process.stdout.read()}")
 
