@@ -227,7 +227,7 @@ def test_after_a_kill_the_run_goes_on_and_after_a_signal_too(mgeo, stand_in_envi
     assert refused.exit_code == 2
     assert "or go on with mgeo resume a" in refused.stderr
     with start(tmp_path, slow, "resume", "a") as process:
-        wait_for(lambda: " of " in process.stderr.readline(), process)
+        wait_for(lambda: re.search(r"\d of [\d,]+ evaluations", process.stderr.readline()), process)
         process.send_signal(signal.SIGINT)
         output, errors = process.communicate(timeout=300)
     assert process.returncode == 130, errors
