@@ -113,7 +113,7 @@ def beside(first: Calibration, second: Calibration) -> pd.DataFrame:
     columns = ["estimate", "sigma"]
     keys = ["block", "axis", "unit"]
     old, new = (each.table().set_index(keys)[columns] for each in (first, second))
-    table = new.join(old, rsuffix=" before")
+    table = new.join(old.add_suffix(" before"))
     table["moved"] = (table["estimate"] - table["estimate before"].fillna(0.0)) / table["sigma"]
     return table.reset_index(["axis", "unit"])[
         ["axis", "unit", "estimate before", "sigma before", "estimate", "sigma", "moved"]

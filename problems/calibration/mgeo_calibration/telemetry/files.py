@@ -23,6 +23,9 @@ _SEPARATORS = (";", "\t", ",")  # the first of them that the header has
 _COMMENT = "#"
 _LOOKED_AT = 100  # rows that say whether commas are decimal
 _COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
+#: From version 3.1 on pandas reads every number exactly, and warns of being told to.
+_WARNS = tuple(map(int, pd.__version__.split(".")[:2])) >= (3, 1)
+_EXACT: dict[str, Any] = {} if _WARNS else {"float_precision": "round_trip"}
 _EMPTY = {text for word in MISSING for text in (word, word.upper(), word.title(), "NaN")}
 
 
@@ -84,7 +87,7 @@ def table_of(text: str) -> pd.DataFrame:
         return pd.DataFrame(columns=names)
     first_cells = (cell for _, line in rows[:_LOOKED_AT] for cell in _cells(line, separator))
     comma = separator != "," and any(map(_COMMA.fullmatch, first_cells))
-    frame = pd.read_csv(
+    frame: pd.DataFrame = pd.read_csv(
         io.StringIO("\n".join(line for _, line in rows)),
         sep=separator,
         decimal="," if comma else ".",
@@ -92,8 +95,8 @@ def table_of(text: str) -> pd.DataFrame:
         skipinitialspace=True,
         keep_default_na=False,
         na_values=sorted(_EMPTY),
-        float_precision="round_trip",
         low_memory=False,
+        **_EXACT,
     )
     return frame.set_axis(pd.Index(names), axis=1)
 
