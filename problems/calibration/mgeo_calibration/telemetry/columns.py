@@ -18,7 +18,6 @@ from mgeo_calibration.telemetry.files import MISSING
 from mgeo_calibration.telemetry.mapping import Channels
 
 _OFFSET = re.compile(r"(.*\d\d:\d\d\S*)([+-])(\d\d):?(\d\d)")
-_WITH_UNIT = re.compile(r"\s*(.*?)\s*[\[(](.*)[\])]\s*")
 _OTHER_NAMES = {"µ": "u", "μ": "u", "°": "deg", "dps": "deg/s", "sec": "s", "none": "-", "1": "-"}
 _OTHER_TIMES = ("ms", "us", "min", "h", "d")
 
@@ -50,8 +49,7 @@ def find_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> dict[str, Column
         if len(places) > 1 or any(k == other.place for k in places for other in found.values()):
             raise ValueError(f"column {bare!r} is there, or asked for, twice")
         for k in places:
-            unit = _WITH_UNIT.fullmatch(names[k])
-            found[name] = Column(k, sign, unit[2].strip() if unit else "")
+            found[name] = Column(k, sign, _parts(names[k])[1])
         missing += [] if places else [bare]
     if missing:
         raise ValueError(f"missing columns {', '.join(missing)}: there are {', '.join(names)}")
@@ -60,8 +58,17 @@ def find_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> dict[str, Column
     return found
 
 
+def _parts(name: object) -> tuple[str, str]:
+    """A name, and the unit in brackets at its end, if there is one."""
+    text = str(name).strip()
+    opening = min((k for mark in "[(" if (k := text.find(mark)) >= 0), default=-1)
+    if opening < 0 or text[-1] not in "])":
+        return text, ""
+    return text[:opening].strip(), text[opening + 1 : -1].strip()
+
+
 def _plain_name(name: object) -> str:
-    return _WITH_UNIT.sub(r"\1", str(name)).strip().casefold()
+    return _parts(name)[0].casefold()
 
 
 def with_unit(name: str, entry: Channels, columns: Sequence[Column]) -> Channels:
@@ -144,7 +151,7 @@ def seconds(column: pd.Series, form: str, scenario: Scenario) -> Floats:
     """Seconds of SI since the epoch, of numbers, calendar times or texts of ISO 8601."""
     epoch, name = scenario.epoch, str(column.name)
     times: Floats
-    if (unit := _WITH_UNIT.fullmatch(name)) and unit[2] in _OTHER_TIMES and form != "unix-ms":
+    if _parts(name)[1] in _OTHER_TIMES and form != "unix-ms":
         raise ValueError(f"{name}: expected seconds since the epoch, Unix times or ISO 8601")
     if column.dtype.kind not in "iufM" and not math.isinf(_number(column.iloc[0])):
         column = pd.Series(numbers(column), name=name)
