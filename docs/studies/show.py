@@ -23,13 +23,13 @@ HERE = Path(__file__).parent
 
 def load(name: str) -> tuple[Study, dict[str, Comparison]]:
     """A study and what is kept of it, by problem."""
-    study = read_study(HERE / f"{name}.toml")
+    study = read_study(HERE / f"{name}.toml", imports=False)
     return study, {label: read_comparison(place) for label, place in _places(name, study).items()}
 
 
 def size(name: str) -> Markdown:
     """How much of a study is kept, and by what it was made."""
-    study = read_study(HERE / f"{name}.toml")
+    study = read_study(HERE / f"{name}.toml", imports=False)
     made = [
         json.loads((place / PROVENANCE).read_text(encoding="utf-8"))
         for place in _places(name, study).values()
@@ -85,7 +85,7 @@ def functions_ahead(name: str, rivals: Sequence[str], budgets: Sequence[int]) ->
     """Against each rival after each budget: on how many functions the control is ahead on most of
     their problems, and on which it is behind on most, the worst first."""
     values = pd.read_csv(HERE / "data" / name / "values.csv")
-    control = read_study(HERE / f"{name}.toml").control
+    control = read_study(HERE / f"{name}.toml", imports=False).control
     rows = {}
     for rival in rivals:
         for evaluations in budgets:
@@ -103,7 +103,9 @@ def functions_ahead(name: str, rivals: Sequence[str], budgets: Sequence[int]) ->
 def mean_values(name: str, budgets: Sequence[int]) -> Markdown:
     """Mean hypervolume over the problems of a study after each budget, 0 where there is none."""
     values = pd.read_csv(HERE / "data" / name / "values.csv")
-    names = [algorithm.label for algorithm in read_study(HERE / f"{name}.toml").algorithms]
+    names = [
+        algorithm.label for algorithm in read_study(HERE / f"{name}.toml", imports=False).algorithms
+    ]
     means = values[names].clip(lower=0.0).groupby(values["evaluations"]).mean().loc[list(budgets)]
     texts = means.map("{:.3f}".format).set_axis([f"{each:,}" for each in budgets])
     return table(texts.T.rename_axis("algorithm"))
