@@ -116,7 +116,7 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     known = _parameters(name)
     if "n_walkers" in known:
         parameters = constructors.with_n_walkers(parameters)
-    if ":" in name or name not in ALGORITHMS or name in FAMILY:
+    if not _is_pymoos(name):
         parameters = constructors.without_constants(_class(name), parameters)
     for key in parameters:
         if key not in known:
@@ -145,7 +145,7 @@ def described(name: str) -> tuple[str, list[dict[str, Any]]]:
     """
     defaults = complete_parameters(name, {})
     cls = _class(name)
-    if name in ALGORITHMS and name not in FAMILY:
+    if _is_pymoos(name):
         about, meanings = f"{cls.__module__}.{cls.__qualname__}", {"population": "its size"}
     else:
         about = (inspect.getdoc(cls) or "").partition("\n")[0]
@@ -165,6 +165,11 @@ def keeps_checkpoints(name: str) -> bool:
     Of ``module:Class``, which is not imported because a file names it, that is taken for granted.
     """
     return ":" in name or issubclass(_class(name), ExtremalOptimization)
+
+
+def _is_pymoos(name: str) -> bool:
+    """Whether only its population can be set: it is neither of the family nor of a plugin."""
+    return name in ALGORITHMS and name not in FAMILY
 
 
 def _class(name: str) -> Any:
@@ -189,7 +194,7 @@ def _built(name: str, cls: Any, parameters: Mapping[str, Any]) -> Algorithm:
 
 def _parameters(name: str) -> dict[str, Any]:
     """All parameters of an algorithm and their defaults, `inspect.Parameter.empty` for none."""
-    if name in ALGORITHMS and name not in FAMILY:
+    if _is_pymoos(name):
         return {"population": 100}
     cls, left_out = _class(name), {*_NOT_SET}
     root: type = ExtremalOptimization
