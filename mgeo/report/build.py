@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from importlib.resources import files
 from pathlib import Path
 
 from markupsafe import Markup
@@ -62,14 +61,8 @@ def report_html(folder: Path | str) -> str:
         solutions=run.outcome.X.tolist(),
         data=data,
         json=Markup(script_json(data)),
-        style=_asset("report.css"),
         library=Markup(get_plotlyjs()),
-        script=Markup("").join(_asset(f"{name}.js") for name in ("figures", "motion", "report")),
     )
-
-
-def _asset(name: str) -> Markup:
-    return Markup(files("mgeo.report").joinpath("assets", name).read_text(encoding="utf-8"))
 
 
 def read_subject(folder: Path) -> tuple[Run, Problem, list[RepresentativeSolution], str]:

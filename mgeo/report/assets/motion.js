@@ -141,3 +141,120 @@ function player(node, figure) {
   show();
   return box;
 }
+
+// On paper nothing moves: what turns, as it stands when each phase begins and at the end ----------
+const MOST_STILLS = 9;
+
+/** Times that are worth a still: of up to so many phases the starts, and the end. */
+function stillTimes({ end, phases }) {
+  const starts = phases.filter((phase) => !phase.shaded && phase.from < end).map((phase) => phase.from);
+  const times = [...new Set([0, ...starts])].sort((a, b) => a - b).slice(0, MOST_STILLS - 1);
+  return [...times, end];
+}
+
+/** Across, up and toward the eye of a camera as plotly places it. */
+function projection({ x, y, z }) {
+  const far = Math.hypot(x, y, z);
+  const flat = Math.hypot(x, y) || 1;
+  const across = [-y / flat, x / flat, 0];
+  const [a, b, c] = [x / far, y / far, z / far];
+  const up = [b * across[2] - c * across[1], c * across[0] - a * across[2], a * across[1] - b * across[0]];
+  const dot = (v, p) => v[0] * p[0] + v[1] * p[1] + v[2] * p[2];
+  return (point) => [dot(across, point), -dot(up, point), dot([a, b, c], point)];
+}
+
+/** A node of SVG with attributes. */
+function svg(name, attributes) {
+  const node = document.createElementNS("http://www.w3.org/2000/svg", name);
+  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+  return node;
+}
+
+/** Corners, in order, of the convex hull of points in a plane: Andrew's monotone chain. */
+function hull(points) {
+  const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+  const half = (given) => {
+    const chain = [];
+    for (const p of given) {
+      while (chain.length > 1) {
+        const [a, b] = chain.slice(-2);
+        if ((b[0] - a[0]) * (p[1] - a[1]) > (b[1] - a[1]) * (p[0] - a[0])) break;
+        chain.pop();
+      }
+      chain.push(p);
+    }
+    return chain.slice(0, -1);
+  };
+  return [...half(sorted), ...half(sorted.reverse())];
+}
+
+/** A trace as SVG, in parts with how near the eye each is: of a mesh its outline. */
+function shapes(trace, points, seen) {
+  const gap = (x) => x === null || Number.isNaN(x);
+  const flat = points[0].map((x, i) => (gap(x) ? null : seen([x, points[1][i], points[2][i]])));
+  const at = (p) => `${p[0].toFixed(3)},${p[1].toFixed(3)}`;
+  const near = (some) => some.reduce((sum, p) => sum + p[2], 0) / some.length;
+  const { opacity = 1, mode = "lines", marker = {}, line = {} } = trace;
+  const look = (part) => (typeof part.color === "string" ? part.color : "#767676");
+  if (trace.type === "mesh3d") {
+    const some = flat.filter(Boolean);
+    const fill = trace.color || "#9aa3ad";
+    return [[near(some), svg("polygon", { points: hull(some).map(at).join(" "), fill, opacity: 0.6 * opacity })]];
+  }
+  const drawn = [];
+  let run = [];
+  for (const point of mode.includes("lines") ? [...flat, null] : []) {
+    if (point) run.push(point);
+    else if (run.length) {
+      const stroke = { fill: "none", stroke: look(line), opacity, "stroke-width": 0.006 * (line.width || 2) };
+      drawn.push([near(run), svg("polyline", { points: run.map(at).join(" "), ...stroke })]);
+      run = [];
+    }
+  }
+  const each = (value, i) => (Array.isArray(value) ? value[i] : value);
+  flat.forEach((point, i) => {
+    if (!point) return;
+    const size = each(marker.size === undefined ? 6 : marker.size, i);
+    if (mode.includes("markers") && size) {
+      drawn.push([point[2], svg("circle", { cx: point[0], cy: point[1], r: 0.006 * size, fill: look(marker), opacity })]);
+    }
+    if (mode.includes("text") && each(trace.text, i)) {
+      const label = svg("text", { x: point[0] + 0.03, y: point[1] - 0.03, "font-size": 0.17, fill: "#222222" });
+      label.textContent = each(trace.text, i);
+      drawn.push([9, label]);
+    }
+  });
+  return drawn;
+}
+
+/** A picture of each of the times, for paper. */
+function stills(figure) {
+  const moves = movement(figure);
+  const eye = ((figure.layout.scene || {}).camera || {}).eye || { x: 1.25, y: 1.25, z: 1.25 };
+  const seen = projection(eye);
+  const box = document.createElement("div");
+  box.className = "stills printed-only";
+  const here = figure.data.map((trace) => ["x", "y", "z"].map((key) => Array.from(numbers(trace[key] || []))));
+  const known = figure.data.map((trace) => trace.type === "mesh3d" || trace.type === "scatter3d");
+  let size = 1;
+  for (const [k, points] of here.entries()) {
+    if (known[k]) points[0].forEach((x, i) => x !== null && !Number.isNaN(x) && (size = Math.max(size, Math.hypot(x, points[1][i], points[2][i]))));
+  }
+  for (const time of stillTimes(moves)) {
+    const now = moves.at(time);
+    const all = figure.data.flatMap((trace, k) => {
+      if (!known[k] || trace.visible === false) return [];
+      const turned = moves.which.indexOf(k);
+      const points = turned < 0 ? here[k] : ["x", "y", "z"].map((key) => now[key][turned]);
+      return shapes(turned < 0 ? trace : { ...trace, opacity: now.opacity[turned] }, points, seen);
+    });
+    all.sort((a, b) => a[0] - b[0]);
+    const room = 1.1 * size;
+    const picture = svg("svg", { viewBox: `${-room} ${-room} ${2 * room} ${2 * room}`, role: "img" });
+    picture.append(...all.map(([, node]) => node));
+    const told = document.createElement("figcaption");
+    told.textContent = [`${time.toFixed(0)} s`, ...moves.names(time)].join(" · ");
+    box.appendChild(document.createElement("figure")).append(picture, told);
+  }
+  return box;
+}

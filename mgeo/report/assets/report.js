@@ -1,12 +1,13 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const byId = (id) => document.getElementById(id);
 let chosen = null;
+let button = 0; // of the front's, that is pressed
 
 // Front --------------------------------------------------------------------------------------
 
 /** The trace and position of a solution on the front. */
-function located(row) {
-  for (const trace of data.front.data) {
+function located(traces, row) {
+  for (const trace of traces) {
     const index = (trace.customdata || []).indexOf(row);
     if (index >= 0) return { trace, index };
   }
@@ -31,12 +32,13 @@ function drawFront() {
     byId("front").textContent = "More than three objectives: choose from the list or the table.";
     return;
   }
-  const found = located(chosen);
+  const front = pressed(data.front, button);
+  const found = located(front.data, chosen);
   const mark = [];
   if (found) {
     const { trace, index } = found;
     const ring = { symbol: "circle-open", size: 18, line: { width: 3 } };
-    ring.color = getComputedStyle(document.documentElement).getPropertyValue("--accent").trim();
+    ring.color = color("accent");
     const point = { type: trace.type, mode: "markers", marker: ring, hoverinfo: "skip" };
     for (const key of ["x", "y", "z"]) if (trace[key]) point[key] = [trace[key][index]];
     for (const key of ["xaxis", "yaxis", "scene"]) if (trace[key]) point[key] = trace[key];
@@ -44,7 +46,7 @@ function drawFront() {
   }
   const node = byId("front");
   const narrow = node.clientWidth < 500;
-  const layout = structuredClone(data.front.layout);
+  const layout = front.layout;
   layout.height = narrow ? 420 : 560;
   layout.uirevision = "front"; // a click does not undo a zoom
   layout.clickmode = "event";
@@ -55,11 +57,16 @@ function drawFront() {
     const below = { orientation: "h", x: 0, xanchor: "left", y: -0.25, yref: "paper", yanchor: "top" };
     layout.legend = { ...layout.legend, ...below };
   }
-  return draw(node, { data: [...data.front.data, ...mark], layout }).then(() => {
+  return draw(node, { data: [...front.data, ...mark], layout }).then(() => {
     node.removeAllListeners("plotly_click");
     node.on("plotly_click", (event) => {
       const row = event.points.map((point) => point.customdata).find(Number.isInteger);
       if (row !== undefined) choose(row);
+    });
+    node.removeAllListeners("plotly_buttonclicked");
+    node.on("plotly_buttonclicked", (event) => {
+      button = event.active;
+      setTimeout(drawFront); // plotly itself knows nothing of the mark
     });
   });
 }
@@ -136,7 +143,7 @@ async function play(box) {
   const figure = box.moving;
   await draw(box.firstChild, figure, false);
   if (box.moving !== figure) return; // another solution was chosen meanwhile
-  box.replaceChildren(box.firstChild, player(box.firstChild, figure));
+  box.replaceChildren(box.firstChild, player(box.firstChild, figure), stills(figure));
 }
 
 function drawFigures(row) {
@@ -158,6 +165,7 @@ function drawFigures(row) {
     place.replaceChildren(place.firstChild); // without another figure's controls
     seen.unobserve(place);
     if (!place.moving) return draw(place.firstChild, figure, false);
+    place.appendChild(stills(figure));
     place.firstChild.style.minHeight = `${figure.layout.height || 400}px`;
     seen.observe(place);
   }));
@@ -287,5 +295,11 @@ if (data.table) {
   makeTable();
   chosen = asked();
 }
+function printed(on) {
+  document.documentElement.classList.toggle("printed", on);
+  redraw();
+}
+addEventListener("beforeprint", () => printed(true));
+addEventListener("afterprint", () => printed(false));
 dark.addEventListener("change", redraw);
 redraw();

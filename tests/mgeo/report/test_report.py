@@ -312,10 +312,10 @@ def test_a_large_front_has_every_solution_and_few_details(solved):
 
 
 def test_colors_of_both_themes_can_be_read():
-    css = files("mgeo.report").joinpath("assets", "report.css").read_text(encoding="utf-8")
+    css = files("mgeo.figures").joinpath("assets", "theme.css").read_text(encoding="utf-8")
     themes = [
         dict(re.findall(r"--(\w+): (#\w+)", part))
-        for part in re.findall(r":root \{.*?\}", css, re.S)
+        for part in re.findall(r":root[^{]*\{.*?\}", css, re.S)
     ]
     assert len(themes) == 2
     for colors in themes:

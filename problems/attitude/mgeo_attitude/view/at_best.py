@@ -103,22 +103,24 @@ def remarks(plans: Plans, these: str, rows: Ints) -> list[str]:
     ]
 
 
-def under(problem: ManeuverProblem, t_end: Floats) -> tuple[Floats, Floats] | None:
-    """Times [s] from a little before the first `t_end` to the last, and the limit of the trace.
+def under(problem: ManeuverProblem, t_end: Floats) -> Floats:
+    """The limit from a little before the first `t_end` to the last, shape (k, 3).
 
-    None where it is not known. Of plans that are judged over flights it is that of every flight,
-    whose times differ: the least until then.
+    Times [s], trace, and 1-sigma of the attitude about the worst body axis [deg]; no rows where it
+    is not known. Of plans that are judged over flights it is that of every flight, whose times
+    differ: the least until then.
     """
     found = known_limit(problem) if holds_over_flights(problem.scenario) else None
     if found is None:
-        return None
+        return np.empty((0, 3))
     ends = [0.8 * np.nanmin(t_end), np.nanmax(t_end)]
     first, last = np.searchsorted(found.times, ends).clip(max=len(found.times) - 1)
     shown = np.unique(np.linspace(first, last, _SHOWN).round().astype(np.int64))
-    trace = found.trace
+    curves = np.column_stack([found.trace, np.degrees(found.sigma("attitude"))])
     if problem.scenario.flight:
-        trace = np.minimum.accumulate(trace)
-    return found.times[shown], trace[shown]
+        curves = np.minimum.accumulate(curves)
+    limit: Floats = np.column_stack([found.times, curves])[shown]
+    return limit
 
 
 def beside(model: FilterModel, found: LimitCurves, history: FilterHistory) -> pd.DataFrame:

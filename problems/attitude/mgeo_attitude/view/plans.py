@@ -14,13 +14,17 @@ from mgeo.plugins.view import View
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import OBJECTIVES
-from mgeo_attitude.criteria.robustness import FlightSamples, judged
+from mgeo_attitude.criteria.robustness import FlightSamples, kept_by, over_flights
 from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.filter.accuracy import attitude_sigma_deg
 from mgeo_attitude.scenario import FlightErrors
 from mgeo_attitude.view.protocol import ManeuverProblem
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from mgeo_attitude.filter.evaluator import Evaluation
+    from mgeo_attitude.filter.model import FilterModel
 
 #: What `Plans.promises` asks for, in words.
 MOST_FLIGHTS = "9 of 10 flights"
@@ -130,9 +134,15 @@ class Plans(View):
     @cached_property
     def kept(self) -> Floats:
         """Objectives that most of 200 other flights keep, shape (n, n_obj)."""
-        return self._kept()
+        return self._kept()[:, :-1]
+
+    @property
+    def kept_sigma_deg(self) -> Floats:
+        """1-sigma of the attitude about the worst body axis that they keep [deg], shape (n,)."""
+        return self._kept()[:, -1]
 
     def _kept(self, flights: int = 200, share: float = 0.9, seed: int | None = None) -> Floats:
+        """Objectives and the 1-sigma of the attitude [deg] side by side."""
         problem = self.problem
         errors = problem.scenario.flight or FlightErrors()
         errors = dataclasses.replace(
@@ -143,9 +153,13 @@ class Plans(View):
             mean=False,
         )
 
+        def known(model: FilterModel, ran: Evaluation) -> Floats:
+            objectives = problem.valued(model, ran)[:, : problem.n_obj]
+            return np.column_stack([objectives, attitude_sigma_deg(ran.covariance)])
+
         def run(X: Floats) -> Floats:
-            flown = problem.flown(FlightSamples(problem.scenario, problem.model, errors), X)
-            return judged(flown, problem.n_obj, errors)[:, : problem.n_obj]
+            samples = FlightSamples(problem.scenario, problem.model, errors)
+            return kept_by(over_flights(samples, X, known, problem.threads, True), share)
 
         return self._cache(errors).complete(self.X, run)
 
@@ -173,7 +187,10 @@ class Plans(View):
 
         columns: dict[str, Floats] = {}
         both = zip(
-            self.problem.obj_names, self.promised.T, self._kept(flights, share, seed).T, strict=True
+            self.problem.obj_names,
+            self.promised.T,
+            self._kept(flights, share, seed).T[:-1],
+            strict=True,
         )
         for label, told, found in both:
             columns |= {f"promised {label}": told, f"kept {label}": found}

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound import LimitCurves
-from mgeo_attitude.criteria.robustness import FlightSample, FlightSamples
+from mgeo_attitude.criteria.robustness import FlightSamples
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.scenario import Scenario
@@ -30,7 +29,6 @@ class ManeuverProblem(Protocol):
 
     def valued(self, model: FilterModel, result: Evaluation) -> Floats: ...
     def judged(self, X: Floats) -> Floats: ...
-    def flown(self, flights: Iterable[FlightSample], X: Floats) -> Floats: ...
     def view(self, X: Any) -> Any: ...
     @property
     def environment(self) -> Environment: ...

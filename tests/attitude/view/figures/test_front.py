@@ -2,11 +2,16 @@
 
 import dataclasses
 import re
+from datetime import timedelta
 
 import numpy as np
 import pytest
 from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.criteria.robustness import draw_flights
+from mgeo_attitude.filter.accuracy import attitude_sigma_deg
+from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.scenario import FlightErrors, PathLimit
+from mgeo_attitude.scenario.settings import Window
 from mgeo_attitude.view.figures.front import front_figure
 from mgeo_attitude.view.figures.solutions import Solutions
 from mgeo_attitude.view.plans import spread
@@ -19,6 +24,11 @@ from mgeo.plugins import view_of
 @pytest.fixture(scope="module")
 def figure(problem, X):
     return problem.view(X).figures()["front"]
+
+
+def named(figure, name):
+    (found,) = (trace for trace in figure.data if trace.name == name)
+    return found
 
 
 def drawn(F, **more):
@@ -65,7 +75,9 @@ def test_hover_text_is_the_plan(problem, X, F):
             maneuvers = m1, m2, m3
             assert bool(flights) == (number in looked_at)
             for line in flights:
-                found = re.fullmatch(r"9 of 10 flights keep t_end (\S+) s, trace (\S+)", line)
+                found = re.fullmatch(
+                    r"9 of 10 flights keep t_end (\S+) s, trace (\S+), attitude \S+ deg", line
+                )
                 assert float(found[1]) == kept["kept t_end [s]"][number]
                 assert float(found[2]) == pytest.approx(kept["kept trace [-]"][number], rel=1e-3)
             assert attitude == f"attitude {sigma[number]:.3g} deg (1-sigma, worst body axis)"
@@ -85,8 +97,8 @@ def test_what_flights_keep_has_a_boundary_of_its_own(figure, problem, X):
         problem.view(X[spread(len(X))]).promises()[["kept t_end [s]", "kept trace [-]"]].to_numpy()
     )
     safe = kept[front_rows(kept)]
-    np.testing.assert_array_equal(np.column_stack([figure.data[3].x, figure.data[3].y]), safe)
-    assert figure.data[3].name == "kept by 9 of 10 flights"
+    drawn = named(figure, "kept by 9 of 10 flights")
+    np.testing.assert_array_equal(np.column_stack([drawn.x, drawn.y]), safe)
 
 
 def test_a_front_over_flights_is_that_of_its_own_promises(problem, X):
@@ -98,7 +110,7 @@ def test_a_front_over_flights_is_that_of_its_own_promises(problem, X):
 
 
 def test_plans_that_do_not_converge_or_keep_no_limits_say_so():
-    _, first, second, endless = drawn([[900, 1e-4], [11984, 2e-5]], longest=11984.0).data
+    _, first, second, endless, *_ = drawn([[900, 1e-4], [11984, 2e-5]], longest=11984.0).data
     assert (list(first.x), list(second.x), list(endless.x)) == ([900], [], [11984])
     assert (endless.name, list(endless.customdata)) == ("not converged", [1])
     title = drawn([[900, 1e-4], [1000, 2e-5]], dead_end=True).layout.title.text
@@ -113,12 +125,12 @@ def test_a_problem_knows_its_dead_end_and_its_longest_run(problem, X):
     figure = AttitudeManeuverProblem(scenario).view(X[:3]).figures()["front"]
     assert "3 plans, none of which keeps all limits" in figure.layout.title.text
     # as do most flights of them, which is no time to be kept
-    assert [len(trace.x) for trace in figure.data[1:-1]] == [0, 0, 3]
+    assert len(named(figure, "not converged").x) == 3
+    assert not named(figure, "plans").showlegend
 
 
 def test_no_point_is_below_what_no_maneuver_can_beat(figure, problem, X, F):
-    least = figure.data[-1]
-    assert least.name == "no maneuver can beat"
+    least = named(figure, "no maneuver can beat")
     assert least.x[0] < F[:, 0].min()
     assert least.x[-1] == F[:, 0].max()
     np.testing.assert_array_equal(
@@ -131,8 +143,66 @@ def test_flights_that_begin_late_have_no_such_curve(problem, X):
     flight = FlightErrors(count=2, start_delay=60.0)
     coarse = dataclasses.replace(problem.scenario, flight=flight, step=4.0, duration=1200.0)
     late = AttitudeManeuverProblem(coarse)
-    drawn = late.view(X[:3]).figures()["front"].data
-    assert "no maneuver can beat" not in [trace.name for trace in drawn]
+    drawn = late.view(X[:3]).figures()["front"]
+    assert named(drawn, "no maneuver can beat").visible is False
+
+
+@pytest.fixture(scope="module")
+def engineers(problem, X):
+    """Six plans of a satellite with a requirement and a window, and its problem."""
+    window = Window(
+        start=problem.scenario.epoch, end=problem.scenario.epoch + timedelta(seconds=3000.0)
+    )
+    scenario = dataclasses.replace(
+        problem.scenario, required_sigma={"attitude_deg": 1.0}, windows=(window,)
+    )
+    of = AttitudeManeuverProblem(scenario)
+    return of, of.view(X[:6]).figures()["front"]
+
+
+def test_requirements_are_drawn_in_degrees_with_the_window_and_the_knee(engineers, X):
+    problem, figure = engineers
+    points, required = named(figure, "plans"), named(figure, "required, 1 deg")
+    sigma = problem.view(X[:6]).describe()["attitude 1-sigma [deg]"]
+    np.testing.assert_allclose(points.y, sigma[points.customdata])
+    assert "[deg]" in figure.layout.yaxis.title.text
+    assert list(required.y) == [1.0, 1.0]
+    assert required.visible
+    texts = [note.text for note in figure.layout.annotations]
+    assert "window closes" in texts
+    assert figure.layout.xaxis.range[1] > 3000.0
+    knee = named(figure, "knee")
+    assert (knee.x[0], knee.y[0]) in list(zip(points.x, points.y, strict=True))
+    least = named(figure, "no maneuver can beat")
+    limit = np.degrees(problem.limit_curves.sigma("attitude"))
+    np.testing.assert_array_equal(least.y, np.interp(least.x, problem.limit_curves.times, limit))
+
+
+def test_a_button_shows_the_trace_instead(engineers, X):
+    problem, figure = engineers
+    attitude, trace = figure.layout.updatemenus[0].buttons
+    assert (attitude.label, trace.label) == ("attitude", "trace")
+    changes, layout, where = trace.args
+    assert list(where) == list(range(len(figure.data)))
+    place = [each.name for each in figure.data].index("plans")
+    F = problem.view(X[:6]).promised
+    np.testing.assert_array_equal(changes["y"][place], F[figure.data[place].customdata, 1])
+    assert layout["yaxis.title.text"].startswith("trace")
+    assert layout["yaxis.tickvals"] is None
+    required = [each.name for each in figure.data].index("required, 1 deg")
+    assert attitude.args[0]["visible"][required]
+    assert not changes["visible"][required]
+
+
+def test_what_flights_keep_of_the_attitude_is_that_of_each_flight(problem, X):
+    """Against one flight after another, each by itself."""
+    view = problem.view(X[:2])
+    errors = dataclasses.replace(FlightErrors(), count=20, seed=FlightErrors().seed + 1)
+    sigma = [
+        attitude_sigma_deg(evaluate(each.model, each.flown(X[:2]), 1, covariance=True).covariance)
+        for each in draw_flights(problem.scenario, problem.model, errors)
+    ]
+    np.testing.assert_array_equal(view.kept_sigma_deg, np.sort(sigma, axis=0)[17])
 
 
 def test_axes(figure, problem):
@@ -145,7 +215,10 @@ def test_axes(figure, problem):
     assert layout.xaxis2.side == "top"
     for value, text in zip(layout.xaxis2.tickvals, layout.xaxis2.ticktext, strict=True):
         assert value == pytest.approx(float(text) * period)
-    assert max(layout.xaxis2.tickvals) >= 11984.0
+    # to where plans end, not to the end of the run
+    last = max(max(trace.x) for trace in figure.data if len(trace.x))
+    assert last < layout.xaxis.range[1] < 1.1 * last
+    assert max(layout.xaxis2.tickvals) >= layout.xaxis.range[1]
     # plotly draws an axis only if some trace lies on it
     assert "x2" in {trace.xaxis for trace in figure.data}
     (line,) = layout.shapes
@@ -154,7 +227,10 @@ def test_axes(figure, problem):
 
 def test_title_counts_as_the_front_summary_does(figure, problem, F):
     first, second = view_of(problem).front_summary(F).values()
-    assert f"first orbit {first}, second orbit {second};" in figure.layout.title.text
+    said = f"first orbit {first}" + (f", second orbit {second}" if second else "")
+    assert f"{said};" in figure.layout.title.text
+    both = drawn([[900, 1e-4], [7000, 1e-5], [8000, 1e-6]]).layout.title.text
+    assert "first orbit 1, second orbit 2;" in both
 
 
 def test_longer_runs_have_later_orbits(problem, X, F):
@@ -162,15 +238,14 @@ def test_longer_runs_have_later_orbits(problem, X, F):
     rows = np.arange(2)
     figure = front_figure(scenario, Solutions(rows, X[rows], F[rows], np.ones(2), ("a", "b")))
     assert figure.data[2].name == "later orbits"
-    ticks = np.array(figure.layout.xaxis2.tickvals)
-    assert len(ticks) <= 21
-    assert ticks[-1] >= 20000.0
+    assert len(figure.layout.xaxis2.tickvals) <= 22
 
 
 @pytest.mark.parametrize("F", [[[1000.0, 1e-4]], [[11984.0, 2e-6]]])
 def test_a_single_point(F):
     figure = drawn(F)
     assert sum(len(trace.x) for trace in figure.data[1:]) == 1
+    assert "orbit 0" not in figure.layout.title.text
     assert "<html>" in figure.to_html()
 
 

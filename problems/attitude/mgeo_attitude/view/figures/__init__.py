@@ -35,19 +35,24 @@ def figures(plans: Plans) -> dict[str, go.Figure]:
     problem, solutions = plans.problem, Solutions.of(plans)
     ends = [problem.n_obj, problem.n_obj + problem.n_ieq_constr]
     own, excess, _ = np.split(plans.values[solutions.numbers], ends, axis=1)
-    few = solutions.chosen(knee(indicators(problem.objectives, own, problem.scenario)))
+    bend = knee(indicators(problem.objectives, own, problem.scenario))
+    few = solutions.chosen(bend)
     front = {}
     if problem.objectives == PAPER:
         rows = spread(len(solutions.X))
-        known = np.full(own.shape, np.nan)
-        known[rows] = plans.take(solutions.numbers[rows]).kept
+        looked_at = plans.take(solutions.numbers[rows])
+        known = np.full((len(own), 3), np.nan)
+        known[rows] = np.column_stack([looked_at.kept, looked_at.kept_sigma_deg])
         longest = problem.model.longest
         known[known[:, 0] >= longest] = np.nan  # so many flights do not converge at all
-        promised = dataclasses.replace(solutions, F=own)
-        dead_end = bool((excess > 0.0).any(axis=1).all())
-        least = at_best.under(problem, own[:, 0])
         front["front"] = front_figure(
-            problem.scenario, promised, known, longest=longest, dead_end=dead_end, least=least
+            problem.scenario,
+            dataclasses.replace(solutions, F=own),
+            known,
+            longest=longest,
+            dead_end=bool((excess > 0.0).any(axis=1).all()),
+            least=at_best.under(problem, own[:, 0]),
+            bend=bend,
         )
     return front | {
         "maneuvers": maneuvers_figure(problem, few, plans.held_until[few.numbers]),

@@ -1,0 +1,91 @@
+// Figures in the colors of the page: light, dark, and on paper ----------------------------------
+const dark = matchMedia("(prefers-color-scheme: dark)");
+const NARROW = 500; // px, below which a legend stands under its plot
+
+const color = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+
+/** The layout in the colors of the page. */
+function themed(layout, narrow) {
+  const axis = { gridcolor: color("rule"), zerolinecolor: color("rule"), linecolor: color("soft") };
+  axis.automargin = true;
+  const result = structuredClone(layout);
+  result.paper_bgcolor = result.plot_bgcolor = "rgba(0,0,0,0)";
+  result.font = { ...result.font, color: color("ink") };
+  const tip = { color: color("ink") };
+  result.hoverlabel = { ...result.hoverlabel, bgcolor: color("panel"), font: tip };
+  result.legend = { ...result.legend, bgcolor: "rgba(0,0,0,0)", bordercolor: color("rule") };
+  result.modebar = { bgcolor: "rgba(0,0,0,0)", color: color("soft"), activecolor: color("accent") };
+  result.xaxis = result.xaxis || {};
+  result.yaxis = result.yaxis || {};
+  for (const key of Object.keys(result)) {
+    if (/^[xy]axis\d*$/.test(key)) Object.assign(result[key], axis);
+    if (/^scene\d*$/.test(key)) {
+      for (const name of ["xaxis", "yaxis", "zaxis"]) {
+        result[key][name] = { ...result[key][name], ...axis, backgroundcolor: color("panel") };
+      }
+    }
+  }
+  for (const note of result.annotations || []) note.font = { ...note.font, color: color("soft") };
+  for (const menu of result.updatemenus || []) {
+    Object.assign(menu, { bgcolor: color("panel"), bordercolor: color("rule"), font: tip });
+  }
+  const scale = (result.coloraxis || {}).colorscale; // what is white is the page
+  if (scale) result.coloraxis.colorscale = scale.map(([at, c]) => [at, c === "#ffffff" ? color("paper") : c]);
+  if (narrow) result.font.size = 11;
+  return result;
+}
+
+/** Relative luminance of WCAG 2.1. */
+function luminance(rgb) {
+  const linear = rgb.map((v) => (v <= 10 ? v / 3294 : ((v / 255 + 0.055) / 1.055) ** 2.4));
+  return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2];
+}
+
+/** A color that stands out from the page: mixed with that of the text as far as it must be. */
+function readable(given) {
+  const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
+  const [ink, paper] = ["ink", "paper"].map((name) => rgb(color(name)));
+  const contrast = (one) => {
+    const [a, b] = [luminance(one), luminance(paper)];
+    return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  };
+  const least = luminance(paper) < luminance(ink) ? 4.5 : 3;
+  let mixed = rgb(given);
+  for (let i = 0; i < 10 && contrast(mixed) < least; i++) {
+    mixed = mixed.map((value, j) => Math.round(0.9 * value + 0.1 * ink[j]));
+  }
+  return `rgb(${mixed})`;
+}
+
+function recolored(tree) {
+  if (Array.isArray(tree)) return tree.map(recolored);
+  if (tree === null || typeof tree !== "object" || ArrayBuffer.isView(tree)) return tree;
+  const fit = (key, value) =>
+    key === "color" && /^#[0-9a-f]{6}$/i.test(value) ? readable(value) : recolored(value);
+  return Object.fromEntries(Object.entries(tree).map(([k, v]) => [k, fit(k, v)]));
+}
+
+/** Let a drawing be scaled to the width of a printed page. */
+function scalable(plot) {
+  const svgs = plot.querySelectorAll(".svg-container > .main-svg");
+  for (const svg of svgs) svg.setAttribute("viewBox", `0 0 ${svg.getAttribute("width")} ${svg.getAttribute("height")}`);
+  if (svgs.length) plot.style.setProperty("--shape", `${svgs[0].getAttribute("width")} / ${svgs[0].getAttribute("height")}`);
+}
+
+/** On a phone a legend stands below its plot, where it covers neither points nor labels. */
+async function fit(plot) {
+  if (plot.clientWidth >= NARROW) return;
+  const boxes = (parts) => Array.from(plot.querySelectorAll(parts), (part) => part.getBoundingClientRect());
+  const small = { "margin.l": 60, "margin.r": 10, "font.size": 11, "legend.orientation": "h" };
+  if (plot.layout.coloraxis) small["coloraxis.showscale"] = false;
+  await Plotly.relayout(plot, small);
+  // the legend takes room from the plot, of whose height its place is a share: look again
+  for (let i = 0; i < 3 && boxes(".nsewdrag").length; i++) {
+    const areas = boxes(".nsewdrag");
+    const [top, end] = [Math.min(...areas.map((area) => area.top)), Math.max(...areas.map((area) => area.bottom))];
+    const labels = Math.max(end, ...boxes(".g-xtitle, .xtick").map((label) => label.bottom));
+    const place = { x: 0, xanchor: "left", yanchor: "top", yref: "paper", y: (end - labels - 10) / (end - top) };
+    const layout = Object.entries(place).map(([key, value]) => [`legend.${key}`, value]);
+    await Plotly.relayout(plot, Object.fromEntries(layout));
+  }
+}
