@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
 from pathlib import Path
@@ -16,13 +16,14 @@ from pymoo.core.problem import Problem
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.aliases import ShownByView
-from mgeo_attitude.bound import LimitCurves, limit
+from mgeo_attitude.bound import LimitCurves, limit, limit_of_starts
 from mgeo_attitude.criteria.constraints import check_start, constraints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import Objective, indicators, objective
 from mgeo_attitude.criteria.robustness import FlightSample, FlightSamples, judged, over_flights
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
 from mgeo_attitude.scenario import FlightErrors, Scenario
 
@@ -33,12 +34,15 @@ if TYPE_CHECKING:
 #: What a robust run is judged by, if its scenario does not say.
 _ROBUST = FlightErrors(count=512, quantile=0.95)
 _GROW = 0, 16, 64  # of them in the stages of a search before the last
+#: Problems of one start that stay in memory.
+_MOST_BEGUN = 64
 
 
 class AttitudeManeuverProblem(ShownByView, Problem):
     """Minimize time to converge and final trace over constant-rate maneuvers, equation (5).
 
-    Variables are ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn; objectives are
+    Variables are ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn and, if the scenario
+    has a ``maneuvers.latest_start``, last the start [s] after the epoch; objectives are
     t_end [s] and the trace of the filter's covariance then (rad², rad²/s² and dimensionless
     squares, weighted by the scenario's trace weights), unless others are asked for. Limits of the
     scenario are inequality constraints: see `constraint_names`.
@@ -100,7 +104,7 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         elif asked:
             changes["flight"] = dataclasses.replace(scenario.flight or FlightErrors(), **asked)
         self.scenario = scenario = dataclasses.replace(scenario, **changes)
-        check_start(scenario)
+        self._start_times = check_start(scenario)
         self.threads = threads
         self.objectives = scenario.objectives
         self._count = scenario.flight.count if scenario.flight else 0  # of flights
@@ -109,26 +113,91 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         self.constraint_names = tuple(entry.label for entry in constraints(scenario))
         limits = scenario.maneuvers
         greatest = np.array([limits.max_rate_deg_s] * 3 + [limits.max_duration])
-        super().__init__(
-            n_var=VARIABLES_PER_MANEUVER * limits.count,
-            n_obj=len(self.objectives),
-            n_ieq_constr=len(self.constraint_names),
-            xl=np.tile(greatest * [-1.0, -1.0, -1.0, 0.0], limits.count),
-            xu=np.tile(greatest, limits.count),
-            vtype=float,
-        )
+        xl = np.tile(greatest * [-1.0, -1.0, -1.0, 0.0], limits.count)
+        xu = np.tile(greatest, limits.count)
         names = [*(f"omega_{axis}_{{}} [deg/s]" for axis in "xyz"), "duration_{} [s]"]
         self.var_names = [name.format(m + 1) for m in range(limits.count) for name in names]
+        if limits.latest_start is not None:
+            xl, xu = np.append(xl, 0.0), np.append(xu, limits.latest_start)
+            self.var_names.append("start [s]")
+        super().__init__(
+            n_var=len(self.var_names),
+            n_obj=len(self.objectives),
+            n_ieq_constr=len(self.constraint_names),
+            xl=xl,
+            xu=xu,
+            vtype=float,
+        )
 
     @cached_property
     def environment(self) -> Environment:
-        """Orbit, Sun, field and shadow of the scenario; computed once, when first needed."""
+        """Orbit, Sun, field and shadow of the scenario; computed once, when first needed.
+
+        Of one whose start is free, those of the first start; as is the `model`.
+        """
+        if self.start_times is not None:
+            return self.start_times.surroundings(0)
         return Environment.from_scenario(self.scenario)
 
     @cached_property
     def model(self) -> FilterModel:
         """Tables of the filter; computed once, when first needed."""
+        if self.start_times is not None:
+            return self.start_times.at(0)
         return FilterModel.from_scenario(self.scenario, self.environment)
+
+    @cached_property
+    def start_times(self) -> StartTimes | None:
+        """Models of all starts, if the scenario leaves it free; computed once."""
+        if self.scenario.maneuvers.latest_start is None:
+            return None
+        return StartTimes.of(self.scenario, self._start_times)
+
+    def begun(self, x: ArrayLike) -> tuple[AttitudeManeuverProblem, Floats]:
+        """The problem of the start that a design chose, and its maneuvers, shape (4 m,).
+
+        The problem itself and the design where the start is not free.
+        """
+        design = np.asarray(x, dtype=float)
+        if self.start_times is None:
+            return self, design
+        (maneuvers,), (number,) = self.start_times.split(design)
+        return self._beginning(int(number)), maneuvers
+
+    def _beginning(self, number: int) -> AttitudeManeuverProblem:
+        """The problem of a start time, which shares the tables."""
+        known: dict[int, AttitudeManeuverProblem] = self.__dict__.setdefault("_begun", {})
+        if number not in known:
+            starts = self.start_times
+            assert starts is not None  # or nobody asks
+            time = float(starts.times[number])
+            found = AttitudeManeuverProblem(self.scenario.starting(time), threads=self.threads)
+            found.__dict__["environment"] = starts.surroundings(number)
+            found.__dict__["model"] = starts.at(number)
+            if len(known) >= _MOST_BEGUN:
+                known.pop(next(iter(known)))
+            known[number] = found
+        return known[number]
+
+    def run(
+        self,
+        X: Floats,
+        vary: Callable[[FilterModel], FilterModel] | None = None,
+        **asked: Any,
+    ) -> Evaluation:
+        """What the filter makes of designs flown exactly, see `evaluator.evaluate`.
+
+        Parameters
+        ----------
+        vary : function, optional
+            What to fly in place of the model, made of it.
+        """
+        from mgeo_attitude.filter.evaluator import evaluate  # compiles
+
+        if self.start_times is not None:
+            return self.start_times.evaluate(X, self.threads, vary=vary, **asked)
+        model = self.model if vary is None else vary(self.model)
+        return evaluate(model, X, self.threads, **asked)
 
     @cached_property
     def limit_curves(self) -> LimitCurves:
@@ -139,13 +208,19 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         NoLimit
             Where none can be proved.
         """
+        if self.start_times is not None:
+            return limit_of_starts(self.scenario, self.start_times)
         return limit(self.scenario, self.model)
 
     @cached_property
     def flights(self) -> FlightSamples | None:
         """Flights over which plans are judged; None if they are flown exactly."""
         errors = self.scenario.flight
-        return None if errors is None else FlightSamples(self.scenario, self.model, errors)
+        return None if errors is None else self.flights_of(errors)
+
+    def flights_of(self, errors: FlightErrors) -> FlightSamples:
+        """Flights drawn of other errors than the scenario's."""
+        return FlightSamples(self.scenario, self.start_times or self.model, errors)
 
     def at_stage(self, stage: int) -> AttitudeManeuverProblem:
         """The problem as a stage of a search judges it, from 0; see `mgeo.MGEOStaged`.
@@ -163,7 +238,7 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         designs = np.asarray(X, dtype=float)
         if designs.ndim != 2 or designs.shape[1] != self.n_var:
             raise ValueError(f"X of shape {designs.shape}: expected (n, {self.n_var})")
-        decode(designs)  # tells of a bad design by its place among all of them
+        decode(designs[:, : VARIABLES_PER_MANEUVER * self.scenario.maneuvers.count])  # tells of bad
         ends = [self.n_obj, self.n_obj + self.n_ieq_constr]
         out["F"], out["G"], _ = np.split(self.judged(designs), ends, axis=1)
 
@@ -176,12 +251,8 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         return self._cache.complete(X, self._run)
 
     def _run(self, X: Floats) -> Floats:
-        # with the compiler, for which a list of problems need not wait
-        from mgeo_attitude.filter.evaluator import evaluate
-
         if self.flights is None or not self._count:
-            ran = evaluate(self.model, X, self.threads, covariance=self._needs_covariance)
-            return self.valued(self.model, ran)
+            return self.valued(self.model, self.run(X, covariance=self._needs_covariance))
         return judged(
             self.flown(self.flights.first(self._count), X), self.n_obj, self.flights.errors
         )

@@ -99,14 +99,9 @@ def recursion(start: Floats, decay: Floats, noise: Floats, information: Floats) 
     array, shape (n, k, k)
         P after each sample.
     """
-    covariances = np.empty_like(information)
-    factors, added, identity = np.outer(decay, decay), np.diag(noise), np.eye(len(start))
-    told = np.any(information.reshape(len(information), -1), axis=1)
-    covariances[0] = P = start
-    for i in range(1, len(information)):
-        P = P * factors + added
-        if told[i]:
-            P = np.linalg.solve(identity + P @ information[i], P)
-            P = 0.5 * (P + P.T)
-        covariances[i] = P
-    return covariances
+    from mgeo_attitude.bound.recursion import covariances  # compiles
+
+    found = np.empty(information.shape)
+    told = np.asarray(information, dtype=float)
+    covariances(np.array(start, dtype=float, order="C"), decay.copy(), noise.copy(), told, found)
+    return found

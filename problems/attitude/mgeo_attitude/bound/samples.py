@@ -70,6 +70,20 @@ class Samples:
     own: dict[str, Told]
     uneven: tuple[str, ...]
 
+    def part(self, first: int, last: int) -> Samples:
+        """Of a run that begins at a sample, before which it takes none."""
+
+        def of(values: Floats) -> Floats:
+            own = values[first:last].copy()
+            own[0] = 0.0
+            return own
+
+        own = {
+            name: Told(of(told.trace), None if told.matrix is None else of(told.matrix))
+            for name, told in self.own.items()
+        }
+        return Samples(self.inertial, of(self.together), of(self.attitude), own, self.uneven)
+
 
 def samples(model: FilterModel) -> Samples:
     """What the samples of a model tell.

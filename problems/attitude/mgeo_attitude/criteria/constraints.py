@@ -14,6 +14,7 @@ from mgeo_attitude.environment.directions import DIRECTIONS
 from mgeo_attitude.fields import InvalidValue, expect
 from mgeo_attitude.filter.path_limits import excess_along
 from mgeo_attitude.scenario.settings import RequiredSigma
+from mgeo_attitude.scenario.windows import deadlines
 from mgeo_attitude.sensors.suite import block_units
 
 if TYPE_CHECKING:
@@ -33,7 +34,8 @@ class Limit:
     """A number that a plan must not exceed or, with `least`, not fall below.
 
     `measured` is that of each design, shape (n,), NaN for one without result; the `bound` above 0
-    is in its unit. It is shown in `unit`, to which `factor` leads.
+    is in its unit. It is shown in `unit`, to which `factor` leads. Where the bound depends on when
+    a plan begins, `bound_from` gives it at starts [s] after the epoch.
     """
 
     label: str
@@ -42,10 +44,14 @@ class Limit:
     unit: str
     factor: float = 1.0
     least: bool = False
+    bound_from: Callable[[Floats], Floats] | None = None
 
     def excess(self, result: Evaluation) -> Floats:
         """By how much each design violates it, as a fraction of the bound, shape (n,)."""
-        share = self.measured(result) / self.bound
+        bound: Floats | float = self.bound
+        if self.bound_from is not None and result.start is not None:
+            bound = self.bound_from(result.start)
+        share = self.measured(result) / bound
         return 1.0 - share if self.least else share - 1.0
 
 
@@ -81,7 +87,8 @@ def constraints(scenario: Scenario) -> list[Constraint]:
         limit = Limit("wheel torque", _budgeted_torque, wheels.max_torque, "N m")
         found.append(Constraint(limit.label, (limit,)))
     if scenario.windows:  # the slew back after it is looked at in `view.margins`
-        limit = Limit(END, lambda result: result.t_end, scenario.deadline, "s")
+        last, of_start = scenario.deadline, partial(deadlines, scenario)
+        limit = Limit(END, lambda result: result.t_end, last, "s", bound_from=of_start)
         found.append(Constraint(END, (limit,)))
     found += [_path_limit(i, limit) for i, limit in enumerate(scenario.path_limits)]
     if scenario.required_sigma:
@@ -89,23 +96,37 @@ def constraints(scenario: Scenario) -> list[Constraint]:
     return found
 
 
-def check_start(scenario: Scenario) -> None:
-    """Refuse limits that no plan keeps, because the attitude and the rate at the start are given.
+def check_start(scenario: Scenario) -> Floats:
+    """Times [s] at which plans may begin, ascending, without those at which all break a limit.
+
+    The attitude and the rate are given then.
 
     Raises
     ------
     InvalidValue
-        For a rate above that of maneuvers or the momentum of wheels, or a path limit that is
-        violated, if only by its margin.
+        If none is left: for a rate above that of maneuvers or the momentum of wheels, or a path
+        limit that is violated, if only by its margin.
     """
-    initial = scenario.initial
+    initial, times = scenario.initial, scenario.start_times
     moving = initial.rate_deg_s is not None or initial.pointing != "inertial"
-    if moving or scenario.prior is not None or scenario.path_limits:
-        from mgeo_attitude.environment.pointing import Place  # imports scipy
+    if not (moving or scenario.prior is not None or scenario.path_limits):
+        return times
+    from mgeo_attitude.environment.pointing import Place  # imports scipy
 
-        at = Place.at(scenario, np.zeros(1))
-        _check_rate(scenario, scenario.initial_rate(at))
-        _check_path(scenario, at if scenario.eclipse else at.without_shadow())
+    every = Place.at(scenario, times)
+    every = every if scenario.eclipse else every.without_shadow()
+    sound, refused = np.zeros(len(times), dtype=bool), None
+    for i in range(len(times)):
+        at = every.row(i)
+        try:
+            _check_rate(scenario, scenario.initial_rate(at))
+            _check_path(scenario, at)
+            sound[i] = True
+        except InvalidValue as error:
+            refused = refused or error
+    if refused is not None and not sound.any():
+        raise refused
+    return times[sound]
 
 
 def _check_rate(scenario: Scenario, rate: Floats) -> None:

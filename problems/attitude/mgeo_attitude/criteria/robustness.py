@@ -22,6 +22,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario.flight import FlightErrors
@@ -42,7 +43,7 @@ class FlightSample:
 
     Attributes
     ----------
-    model : FilterModel
+    model : FilterModel or StartTimes
         Tables from the true attitude at the start, at the true time.
     rates : array, shape (m, 3)
         Added to the rate of each maneuver [deg/s].
@@ -54,27 +55,43 @@ class FlightSample:
         The model with the noise of this flight, which its filter knows; none if it is as believed.
     """
 
-    model: FilterModel
+    model: FilterModel | StartTimes
     rates: Floats
     durations: Floats
     delay: float
     variants: tuple[FilterModel, ...] = ()
+    noise: Callable[[FilterModel], FilterModel] | None = None
 
     def flown(self, designs: Floats) -> Floats:
-        """What becomes of designs, shape (n, 4 m); a duration below zero is none."""
-        maneuvers = designs.reshape(-1, len(self.rates), VARIABLES_PER_MANEUVER).copy()
+        """What becomes of designs, shape (n, 4 m or one more); a duration below zero is none."""
+        flown = designs.copy()
+        count = VARIABLES_PER_MANEUVER * len(self.rates)
+        maneuvers = designs[:, :count].reshape(-1, len(self.rates), VARIABLES_PER_MANEUVER).copy()
         maneuvers[:, :, :3] += self.rates
         maneuvers[:, :, 3] = np.maximum(maneuvers[:, :, 3] + self.durations, 0.0)
-        return maneuvers.reshape(designs.shape)
+        flown[:, :count] = maneuvers.reshape(-1, count)
+        return flown
+
+    def run(self, designs: Floats, covariance: bool) -> Evaluation:
+        """What the filter makes of designs in this flight, in one thread."""
+        from mgeo_attitude.filter.evaluator import evaluate  # compiles
+
+        flown = self.flown(designs)
+        if isinstance(self.model, StartTimes):
+            later = round(self.delay / self.model.scenario.step)
+            return self.model.evaluate(flown, 1, later, self.noise, covariance=covariance)
+        return evaluate(self.model, flown, 1, covariance=covariance, variants=self.variants)
 
 
 def draw_flights(
     scenario: Scenario,
-    model: FilterModel,
+    model: FilterModel | StartTimes,
     errors: FlightErrors,
     numbers: Iterable[int] | None = None,
 ) -> list[FlightSample]:
     """Draw the flights of a scenario whose exact one is `model`, or those of some numbers.
+
+    Where the start is free, a delay is of whole sets of samples: its flights are in the same table.
 
     Raises
     ------
@@ -84,7 +101,7 @@ def draw_flights(
     """
     attitude, rate = errors.attitude_deg, errors.rate_error_deg_s
     known = None
-    if scenario.prior is not None:
+    if scenario.prior is not None and isinstance(model, FilterModel):
         known = np.linalg.cholesky(model.initial_covariance[:6, :6])
     attitude = scenario.initial.attitude_deg if attitude is None else attitude
     rate = scenario.gyro.initial_bias_deg_s if rate is None else rate
@@ -95,7 +112,7 @@ def draw_flights(
         off, rates = np.radians(attitude) * chance[:3], rate * chance[3:]
         if known is not None:
             error = known @ chance
-            if errors.attitude_deg is None:
+            if errors.attitude_deg is None and isinstance(model, FilterModel):
                 off = model.initial_attitude.T @ error[:3]
             if errors.rate_error_deg_s is None:  # who believes in too large a bias turns too fast
                 rates = -np.degrees(error[3:])
@@ -103,10 +120,16 @@ def draw_flights(
         rates = rates + errors.maneuver_rate_error_deg_s * generator.standard_normal((count, 3))
         durations = errors.duration_error * generator.standard_normal(count)
         delay = errors.start_delay * generator.random()
-        later = _delayed(scenario, delay) if delay else model
-        turned = later.turned(turn)
-        variants = (_noisy(turned, errors.noise_spread, generator),) if errors.noise_spread else ()
-        flights.append(FlightSample(turned, rates, durations, delay, variants))
+        noise = _noise(scenario.suite, errors.noise_spread, generator)
+        if isinstance(model, StartTimes):
+            together = model.sampling * scenario.step
+            delay = together * np.floor(delay / together)
+            flight = FlightSample(model.turned(turn), rates, durations, delay, noise=noise)
+        else:
+            turned = (_delayed(scenario, delay) if delay else model).turned(turn)
+            variants = () if noise is None else (noise(turned),)
+            flight = FlightSample(turned, rates, durations, delay, variants)
+        flights.append(flight)
     return flights
 
 
@@ -122,13 +145,18 @@ class FlightSamples:
         Of which they are drawn.
     """
 
-    def __init__(self, scenario: Scenario, model: FilterModel, errors: FlightErrors) -> None:
+    def __init__(
+        self, scenario: Scenario, model: FilterModel | StartTimes, errors: FlightErrors
+    ) -> None:
         self._draw = partial(draw_flights, scenario, model, errors)
         self.errors = errors
+        # tables of a free start are as many times larger
+        size = len(model.whole.references) / model.n_steps if isinstance(model, StartTimes) else 1
+        self._most = int(KEPT / size)
 
     @cached_property
     def _kept(self) -> list[FlightSample]:
-        return self._draw(range(min(len(self), KEPT)))
+        return self._draw(range(min(len(self), self._most)))
 
     def __len__(self) -> int:
         return self.errors.count
@@ -139,7 +167,7 @@ class FlightSamples:
     def first(self, count: int) -> Iterator[FlightSample]:
         """So many of them."""
         yield from self._kept[:count]
-        for number in range(KEPT, count):
+        for number in range(self._most, count):
             yield from self._draw([number])
 
 
@@ -155,12 +183,11 @@ def over_flights(
     Flights are run side by side, each in one thread: the result does not depend on how many. A
     few are in memory at once.
     """
-    from mgeo_attitude.filter.evaluator import available_threads, evaluate  # compiles
+    from mgeo_attitude.filter.evaluator import available_threads  # compiles
 
     def one(flight: FlightSample) -> Floats:
-        flown = flight.flown(designs)
-        ran = evaluate(flight.model, flown, 1, covariance=covariance, variants=flight.variants)
-        return values(flight.model, ran)
+        own = flight.model.at(0) if isinstance(flight.model, StartTimes) else flight.model
+        return values(own, flight.run(designs, covariance))
 
     found: list[Floats] = []
     remaining = iter(flights)
@@ -192,14 +219,19 @@ def judged(values: Floats, n_objectives: int, errors: FlightErrors) -> Floats:
     return np.hstack([found, kept_by(limits, errors.kept)])
 
 
-def _noisy(model: FilterModel, spread: float, generator: np.random.Generator) -> FilterModel:
-    """The model with noise of gyro and sensors that is off by a factor each."""
-    parts: list[Any] = [model.suite.gyro, *model.suite.sensors]
+def _noise(
+    suite: Suite, spread: float, generator: np.random.Generator
+) -> Callable[[FilterModel], FilterModel] | None:
+    """Of a model the same with noise of gyro and sensors that is off by a factor each, if any."""
+    if not spread:
+        return None
+    parts: list[Any] = [suite.gyro, *suite.sensors]
     gyro, *sensors = (
         _times(part, float(np.exp(spread * chance)))
         for part, chance in zip(parts, generator.standard_normal(len(parts)), strict=True)
     )
-    return dataclasses.replace(model, suite=Suite(gyro, tuple(sensors), model.suite.world))
+    noisy = Suite(gyro, tuple(sensors), suite.world)
+    return lambda model: dataclasses.replace(model, suite=noisy)
 
 
 def _times(part: Any, factor: float) -> Any:

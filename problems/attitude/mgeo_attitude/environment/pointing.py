@@ -48,9 +48,13 @@ class Place(NamedTuple):
         return cls(times, position, velocity, sun_direction(position, sun), lit)
 
     @classmethod
-    def first_of(cls, environment: Environment) -> Self:
-        """That of the first row of its tables."""
-        return cls(*(getattr(environment, name)[:1] for name in cls._fields))
+    def first_of(cls, environment: Environment, row: int = 0) -> Self:
+        """That of the first row of its tables, or of another one."""
+        return cls(*(getattr(environment, name)[row : row + 1] for name in cls._fields))
+
+    def row(self, number: int) -> Self:
+        """One of them."""
+        return type(self)(*(getattr(self, name)[number : number + 1] for name in self._fields))
 
     def without_shadow(self) -> Self:
         """The same with the Sun shining always."""

@@ -27,7 +27,7 @@ from mgeo_attitude.filter.variants import (
     initial_values,
 )
 from mgeo_attitude.filter.wheel_load import wheel_loads
-from mgeo_attitude.maneuvers.schedule import Schedule
+from mgeo_attitude.maneuvers.schedule import Schedule, scheduled
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,8 @@ class Evaluation:
         `momentum.MomentumBudget`. NaN without one.
     plan : Schedule
         What is flown.
+    start : array, shape (n,), optional
+        When each design begins [s] after the epoch; None where all begin then.
 
     A covariance that lost positivity gives NaN in `t_end` and `trace`.
     """
@@ -68,6 +70,25 @@ class Evaluation:
     t_required: Floats
     wheel_load: Floats
     plan: Schedule
+    start: Floats | None = None
+
+
+class Begins(NamedTuple):
+    """Where the variants of a model begin, if not all at the first row of its own table.
+
+    Attributes
+    ----------
+    table : array, shape (n_samples, n_given)
+        A `FilterModel.table` that has the rows of all of them.
+    gated : tuple of bool
+        Of the same model: what a part of its rows does not gate, another one may.
+    rows : array of int, shape (n_variants,)
+        The first of each.
+    """
+
+    table: Floats
+    gated: tuple[bool, ...]
+    rows: Ints
 
 
 def evaluate(
@@ -79,6 +100,7 @@ def evaluate(
     variants: Sequence[FilterModel] = (),
     which: Ints | None = None,
     until: ArrayLike | None = None,
+    begins: Begins | None = None,
 ) -> Evaluation:
     """Run the covariance filter over every design, shape (n, 4 m).
 
@@ -104,6 +126,9 @@ def evaluate(
     until : array_like of int, shape (n,) or (), optional
         Steps at which runs end, from 1 to n_steps, in place of the rule of convergence: a maneuver
         that lasts longer is cut short, the last rate is held.
+    begins : Begins, optional
+        Where the variants begin; they may then differ in how they do, too: in attitude, rate, and
+        what turns them.
 
     Raises
     ------
@@ -111,22 +136,28 @@ def evaluate(
         If a variant has other states than the model, considers others, or a constant more or less;
         or if there are path limits and a design turns by 180 deg or more in a step.
     """
-    plan = model.schedule(designs)
-    _check_turns(model, plan)
-    n, monitors = len(plan.rates), model.monitors
     variants = variants or [model]
     check_variants(model, variants)
+    if begins is None:
+        plan = model.schedule(designs)
+    else:
+        plan = scheduled([each.schedule for each in variants], designs, np.asarray(which))
+    _check_turns(model, plan)
+    n, monitors = len(plan.rates), model.monitors
     flown_by = np.zeros(n, dtype=np.int64) if which is None else np.asarray(which, dtype=np.int64)
     if until is None and model.rule == "end":
         until = np.clip(plan.over, 1, model.n_steps)
-    stops, run = np.full(n, model.n_steps), partial(_run, model, variants, flown_by, plan, threads)
+    stops, run = (
+        np.full(n, model.n_steps),
+        partial(_run, model, variants, begins, flown_by, plan, threads),
+    )
     if until is not None:
         stops[:] = until
         # all that lasts until then, so that designs of one plan and other ends are told apart
         plan_until = dataclasses.replace(plan, over=stops)
-        run = partial(_run, model.unending, variants, flown_by, plan_until, threads)
+        run = partial(_run, model.unending, variants, begins, flown_by, plan_until, threads)
     elif model.rule != "trace":
-        run = partial(_run, model.endless, variants, flown_by, plan, threads)
+        run = partial(_run, model.endless, variants, begins, flown_by, plan, threads)
         whole = run(stops, factor=model.factor)
         settled = whole.settled if model.rule == "settling" else _required_from(whole)
         stops = np.clip(settled, plan.over, model.n_steps)
@@ -155,9 +186,13 @@ def evaluate(
     full = _symmetric(ran.final, model.suite.n_states)
     wheel_load = np.full((n, 2), np.nan)
     if model.budget is not None:
-        wheel_load = wheel_loads(
-            model.budget, plan, ran.end_step, model.step, threads or available_threads()
-        )
+        of_wheels = partial(wheel_loads, step=model.step, threads=threads or available_threads())
+        if begins is None:
+            wheel_load = of_wheels(model.budget, plan, ran.end_step)
+        for number, each in enumerate(variants if begins else ()):
+            own = np.flatnonzero(flown_by == number)
+            assert each.budget is not None  # variants have what the model has
+            wheel_load[own] = of_wheels(each.budget, plan.take(own), ran.end_step[own])
     return Evaluation(t_end, trace, ran.record, full, path_angle, t_required, wheel_load, plan)
 
 
@@ -187,6 +222,7 @@ class _Ran(NamedTuple):
 def _run(
     model: FilterModel,
     variants: Sequence[FilterModel],
+    begins: Begins | None,
     flown_by: Ints,
     plan: Schedule,
     threads: int | None,
@@ -197,8 +233,10 @@ def _run(
 ) -> _Ran:
     """Run the designs until they converge or stop, in whatever threads there are."""
     suite, n, monitors = model.suite, len(stops), model.monitors
-    kernel, driver = load_kernel(suite, model.gated, monitors), load_driver()
-    at = layout(suite, model.gated, monitors)
+    if begins is None:
+        begins = Begins(model.table, model.gated, np.zeros(len(variants), dtype=np.int64))
+    kernel, driver = load_kernel(suite, begins.gated, monitors), load_driver()
+    at = layout(suite, begins.gated, monitors)
     # A history is recorded step by step, so every design is then run by itself from the start.
     jobs = (
         separate(flown_by)
@@ -220,9 +258,15 @@ def _run(
         (np.zeros(1, dtype=np.int64), np.zeros(n_jobs, dtype=np.int64)),
         jobs[:5],
         states,
-        (np.ascontiguousarray(plan.rates), np.ascontiguousarray(plan.starts), plan.over, flown_by),
+        (
+            np.ascontiguousarray(plan.rates),
+            np.ascontiguousarray(plan.starts),
+            plan.over,
+            flown_by,
+            begins.rows,
+        ),
         (*dynamics_of(variants), np.array(transition_pattern(suite)), model.step),
-        model.table,
+        begins.table,
         constants_of(model, variants),
         (model.window_steps, model.relative_decrease, model.allow_rise, factor),
         (stops, end_step, settled),

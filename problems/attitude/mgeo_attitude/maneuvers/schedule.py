@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -112,6 +113,17 @@ class Schedule:
     maneuver: Ints
     free: Bools | None = None
 
+    def take(self, rows: Ints) -> Schedule:
+        """Of some of the designs."""
+        return Schedule(
+            self.rates[rows],
+            self.end_rates[rows],
+            self.starts[rows],
+            self.over[rows],
+            self.maneuver[rows],
+            None if self.free is None else self.free[rows],
+        )
+
     def steady(self) -> Bools:
         """Which stretches are no step on the way to a maneuver's rate, shape (n, k)."""
         if self.free is not None:
@@ -197,6 +209,38 @@ def schedule(
     plan.rates[row, column], plan.end_rates[row, column] = mean, end
     plan.starts[row, column] = np.where(start < n_steps, start, NEVER)
     plan.maneuver[row, column] = which % m
+    return plan
+
+
+def scheduled(
+    by: Sequence[Callable[[Floats], Schedule]], designs: ArrayLike, which: Ints
+) -> Schedule:
+    """What is flown of designs, shape (n, 4 m), each by one of several functions like `schedule`.
+
+    Rows of fewer stretches than others end in some that are never flown.
+    """
+    table = np.atleast_2d(np.asarray(designs, dtype=float))
+    parts: dict[int, Schedule] = {
+        k: by[k](table[which == k]) for k in np.unique(which).tolist() or [0]
+    }
+    if len(parts) == 1:
+        return next(iter(parts.values()))
+    shape = len(table), max((part.starts.shape[1] for part in parts.values()), default=0)
+    coils = any(part.free is not None for part in parts.values())
+    plan = Schedule(
+        rates=np.zeros((*shape, 3)),
+        end_rates=np.zeros((*shape, 3)),
+        starts=np.full(shape, NEVER),
+        over=np.empty(len(table), dtype=np.int64),
+        maneuver=np.zeros(shape, dtype=np.int64),
+        free=np.zeros(shape, dtype=bool) if coils else None,
+    )
+    for k, part in parts.items():
+        rows, width = np.flatnonzero(which == k), part.starts.shape[1]
+        for name in ("rates", "end_rates", "starts", "maneuver", "free"):
+            if getattr(part, name) is not None:
+                getattr(plan, name)[rows, :width] = getattr(part, name)
+        plan.over[rows] = part.over
     return plan
 
 

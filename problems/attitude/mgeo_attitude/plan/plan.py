@@ -14,7 +14,7 @@ from typing_extensions import deprecated
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.environment.time_stamps import utc_texts
-from mgeo_attitude.fields import InvalidValue, Validated, quantity
+from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
 from mgeo_attitude.filter.accuracy import attitude_accuracy_deg, attitude_sigma_deg
 from mgeo_attitude.filter.history import FilterHistory, filter_history
 from mgeo_attitude.geometry.quaternion import quaternions
@@ -60,6 +60,9 @@ class ManeuverPlan(Validated):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        latest = self.scenario.maneuvers.latest_start
+        given = "none in the scenario of a plan, whose epoch is its start: see from_design"
+        expect(latest is None, "scenario.maneuvers.latest_start", latest, given)
         problem = self.problem
         if len(self.design) != problem.n_var:
             raise InvalidValue(
@@ -79,6 +82,8 @@ class ManeuverPlan(Validated):
     def from_design(cls, problem: AttitudeManeuverProblem, x: ArrayLike) -> ManeuverPlan:
         """The plan of a design vector, shape (n_var,), sharing the problem's tables.
 
+        Where the start is free, the plan's scenario is that of the start that the design chose.
+
         Raises
         ------
         ValueError, TypeError
@@ -87,8 +92,10 @@ class ManeuverPlan(Validated):
         design = np.asarray(x, dtype=float)
         if design.ndim != 1:
             raise ValueError(f"x of shape {design.shape}: expected ({problem.n_var},)")
-        plan = cls(problem.scenario, tuple(design.tolist()))
-        plan.__dict__["problem"] = problem
+        begun, maneuvers = problem.begun(design)
+        plan = cls(begun.scenario, tuple(maneuvers.tolist()))
+        if begun is problem:
+            plan.__dict__["problem"] = problem
         return plan
 
     @cached_property

@@ -19,7 +19,6 @@ from mgeo.store.run_folder import FRONT_FILE, NEAREST_FILE, RUN_FILE, read_run
 from mgeo.validation.tables import errors_of
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.fields import InvalidValue
-from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.plan.documents import TOLERANCE
 from mgeo_attitude.plan.plan import ManeuverPlan
 from mgeo_attitude.problem import AttitudeManeuverProblem
@@ -87,7 +86,7 @@ class Front:
             raise ValueError(f"solution {number}: expected 0 to {len(self.X) - 1}")
         with errors_of(self.path):
             plan = ManeuverPlan.from_design(self.problem, self.X[number])
-            values = plan.problem.evaluate(self.X[number], return_values_of=["F"]).tolist()
+            values = self.problem.evaluate(self.X[number], return_values_of=["F"]).tolist()
             for name, value, found in zip(
                 self.problem.obj_names, self.F[number], values, strict=True
             ):
@@ -148,7 +147,7 @@ class Front:
         if self.problem.objectives == PAPER:
             F = self.F
         else:
-            result = evaluate(self.problem.model, self.X, self.problem.threads)
+            result = self.problem.run(self.X)
             F = np.column_stack([result.t_end, result.trace])
         rows = front_rows(F)
         return rows, F[rows, 0]

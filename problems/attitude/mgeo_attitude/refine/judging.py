@@ -9,6 +9,8 @@ import numpy as np
 
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.start_times import StartTimes
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.at_time import AtTime
 from mgeo_attitude.scenario import Scenario
 
@@ -24,13 +26,31 @@ class PlanProblem(Protocol):
     objectives: tuple[str, ...]
 
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any: ...
+    def begun(self, x: Any) -> tuple[PlanProblem, Floats]: ...
     @property
     def model(self) -> FilterModel: ...
+    @property
+    def start_times(self) -> StartTimes | None: ...
 
 
-def at_time(problem: PlanProblem, name: str = "trace") -> AtTime:
-    """What designs of a problem are worth at any time, flown exactly."""
-    return AtTime(problem.scenario, problem.model, name, problem.threads)
+def parts(problem: PlanProblem, designs: Floats) -> tuple[Floats, Floats]:
+    """Maneuvers, shape (n, 4 m), and starts, shape (n, 1), or (n, 0) where they are not free."""
+    at = VARIABLES_PER_MANEUVER * problem.scenario.maneuvers.count
+    return designs[:, :at], designs[:, at:]
+
+
+def begins_with(maneuvers: Floats, start: Floats) -> Floats:
+    """Designs of maneuvers, shape (n, 4 m), that have a start, shape (1,) or (0,)."""
+    return np.hstack([maneuvers, np.tile(start, (len(maneuvers), 1))])
+
+
+def at_time(problem: PlanProblem, name: str = "trace", start: Floats | None = None) -> AtTime:
+    """What maneuvers of a problem are worth at any time from a start on, flown exactly."""
+    own = problem
+    if start is not None and start.size:
+        none = np.zeros(VARIABLES_PER_MANEUVER * problem.scenario.maneuvers.count)
+        own, _ = problem.begun(np.append(none, start))
+    return AtTime(own.scenario, own.model, name, problem.threads)
 
 
 def judged_by(problem: PlanProblem) -> Judge:

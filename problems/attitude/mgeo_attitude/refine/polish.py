@@ -14,7 +14,14 @@ from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.at_time import AtTime, ending_at, smooth_objective, stretched
 from mgeo_attitude.refine.descent import descend
 from mgeo_attitude.refine.held import held_rates
-from mgeo_attitude.refine.judging import Judge, PlanProblem, at_time, judged_by
+from mgeo_attitude.refine.judging import (
+    Judge,
+    PlanProblem,
+    at_time,
+    begins_with,
+    judged_by,
+    parts,
+)
 from mgeo_attitude.refine.splitting import without_unneeded
 from mgeo_attitude.refine.starts import receding_horizon
 
@@ -50,14 +57,14 @@ def polish(
     ----------
     problem : AttitudeManeuverProblem
         Whose objectives are the time and one that tells how much is known.
-    designs : array_like, shape (n, 4 m)
-        Within the problem's bounds.
+    designs : array_like, shape (n, n_var)
+        Within the problem's bounds. A free start stays as it is.
     most, iterations : int
         How many plans are polished, and the most iterations for each.
 
     Returns
     -------
-    array, shape (n, 4 m)
+    array, shape (n, n_var)
 
     Raises
     ------
@@ -74,7 +81,8 @@ def polish_steps(
     problem: PlanProblem, designs: ArrayLike, most: int = MOST, iterations: int = ITERATIONS
 ) -> Iterator[Floats]:
     """What `polish` has after each plan, each table as good as the one before or better."""
-    at, judge = at_time(problem, smooth_objective(problem.objectives)), judged_by(problem)
+    name, judge = smooth_objective(problem.objectives), judged_by(problem)
+    at = at_time(problem, name)
     found = np.atleast_2d(np.array(designs, dtype=float))
     if not found.size:
         return
@@ -95,10 +103,12 @@ def polish_steps(
             ends = _learning(at, front.F[row, 0])
             if ends is None or row in done:
                 continue
-            begins = _begins(at, front.X[row], learned, ends, horizon=rows == most)
+            (plan,), (start,) = parts(problem, front.X[[row]])
+            at = at_time(problem, name, start)
+            begins = _begins(at, plan, learned, ends, horizon=rows == most)
             best = begins[at.best(begins, ends)]
             learned.append(descend(at, best, ends, each))
-            better = _ended(at, learned[-1])
+            better = begins_with(_ended(at, learned[-1]), start)
             front.take(better[: _FLOWN if flown else _JUDGED])
             shapes.extend(better[:_TRIED])
             done.add(int(row))
@@ -194,7 +204,10 @@ def _ended(at: AtTime, learned: Floats) -> Floats:
 
 
 def _at_other_times(at: AtTime, shapes: list[Floats], times: Floats) -> Floats:
-    """Polished plans as they are made longer or shorter, or cut, to end at other times."""
+    """Polished plans as they are made longer or shorter, or cut, to end at other times.
+
+    Each from its own start, if that is free.
+    """
     longest, held = at.scenario.maneuvers.max_duration, VARIABLES_PER_MANEUVER * _holds(at)
     tried = []
     for t_end in np.unique(times):
@@ -203,7 +216,8 @@ def _at_other_times(at: AtTime, shapes: list[Floats], times: Floats) -> Floats:
             continue
         time = steps * at.model.step
         for shape in _nearest(at, shapes, time, _TRIED):
-            body, tail = np.split(shape, [shape.size - held])
+            maneuvers = VARIABLES_PER_MANEUVER * at.scenario.maneuvers.count
+            body, tail = np.split(shape, [maneuvers - held])  # with its start
             longer = stretched(body, time / _total(shape), longest)
             tried += [np.append(each, tail) for each in (ending_at(body, time, longest), longer)]
     if not tried:
@@ -213,4 +227,5 @@ def _at_other_times(at: AtTime, shapes: list[Floats], times: Floats) -> Floats:
 
 
 def _total(design: Floats) -> float:
-    return float(design.reshape(-1, VARIABLES_PER_MANEUVER)[:, 3].sum())
+    """Of all maneuvers [s]; a start that follows them does not count."""
+    return float(design[VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER].sum())

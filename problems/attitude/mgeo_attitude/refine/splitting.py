@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER, decode
-from mgeo_attitude.refine.judging import PlanProblem, judged_by
+from mgeo_attitude.refine.judging import PlanProblem, judged_by, parts
 
 
 def split(designs: ArrayLike, count: int) -> Floats:
@@ -56,24 +56,26 @@ def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
     ----------
     problem : AttitudeManeuverProblem
         By whose objectives and limits.
-    designs : array_like, shape (n, 4 m)
+    designs : array_like, shape (n, n_var)
 
     Returns
     -------
-    array, shape (n, 4 m)
+    array, shape (n, n_var)
     """
-    decode(designs)
     found = np.atleast_2d(np.array(designs, dtype=float))
-    n, count = len(found), found.shape[1] // VARIABLES_PER_MANEUVER
+    decode(parts(problem, found)[0])
+    n, count = len(found), problem.scenario.maneuvers.count
     if not n or count < 2:
         return found
     judge = judged_by(problem)
     F, violation = judge(found)
     rows, longest = np.arange(n), problem.scenario.maneuvers.max_duration
     while len(rows):
-        left_out, which = _each_left_out(found[rows], longest)
+        maneuvers, begins = parts(problem, found[rows])
+        left_out, which = _each_left_out(maneuvers, longest)
         if not len(which):
             break
+        left_out = np.hstack([left_out, begins[which]])
         tried, kept = judge(left_out)
         of = rows[which]
         good = (tried <= F[of]).all(axis=1) & (kept <= violation[of])

@@ -34,11 +34,11 @@ def receding_horizon(at: AtTime, count: int, time: float) -> Floats:
 
 
 def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> Floats:
-    """Designs to begin a search with, shape (n, 4 m), for as many times.
+    """Designs to begin a search with, shape (n, n_var), for as many times.
 
     Times are spread evenly in their logarithm, each drawn within its share. By the rule "trace" of
     convergence a plan learns until a window before its time, and then holds a rate at which it
-    learns little more; by any other it learns to its end.
+    learns little more; by any other it learns to its end. A free start is drawn, too.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> F
     n : int
         From 0.
     random_state : numpy Generator
-        Draws the times.
+        Draws the times, and starts.
 
     Raises
     ------
@@ -67,12 +67,16 @@ def starts(problem: PlanProblem, n: int, random_state: np.random.Generator) -> F
     )
     shares = (np.arange(n) + random_state.random(n)) / max(n, 1)
     times = first * (max(last, first) / first) ** shares
+    begins = np.empty((n, 0))
+    if problem.start_times is not None:
+        begins = random_state.choice(problem.start_times.times, (n, 1))
     found = np.empty((n, VARIABLES_PER_MANEUVER * count))
     for row, time in enumerate(times):
+        at = at_time(problem, start=begins[row])
         plan = receding_horizon(at, learning, float(time))
         if holds:
             held = held_rates(plan, scenario.maneuvers.max_rate_deg_s)
             soonest, *_ = at.by_convergence(held)[0]
             plan = held[soonest]
         found[row] = plan
-    return found
+    return np.hstack([found, begins])

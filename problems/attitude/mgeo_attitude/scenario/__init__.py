@@ -20,13 +20,14 @@ from mgeo_attitude.scenario.settings import (
     ManeuverLimits,
     RequiredSigma,
     TraceWeights,
-    Window,
 )
 from mgeo_attitude.scenario.toml import ScenarioFileError
 from mgeo_attitude.scenario.wheels import Wheels
+from mgeo_attitude.scenario.windows import Contact, Window
 
 __all__ = [
     "Coils",
+    "Contact",
     "Convergence",
     "EphemerisOrbit",
     "FlightErrors",

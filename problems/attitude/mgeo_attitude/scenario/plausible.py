@@ -54,7 +54,7 @@ def _unusual(section: Any, place: str = "") -> Iterator[str]:
 def _out_of_range(scenario: Any) -> Iterator[str]:
     if not any(isinstance(sensor, Magnetometer) for sensor in scenario.sensors):
         return
-    times = np.linspace(0.0, scenario.duration, _SAMPLES)
+    times = np.linspace(0.0, _last(scenario), _SAMPLES)
     distance = np.linalg.norm(scenario.orbit.propagate(scenario.epoch, times)[0], axis=1)
     if (most := float(distance.max()) / EARTH_RADIUS) > _HIGHEST:
         yield (
@@ -69,9 +69,14 @@ def _too_old(scenario: Any) -> Iterator[str]:
     orbit = scenario.orbit
     if not isinstance(orbit, ElementSet):
         return
-    age = scenario.epoch + timedelta(seconds=scenario.duration) - orbit.instant
+    age = scenario.epoch + timedelta(seconds=_last(scenario)) - orbit.instant
     if age > MAX_AGE:
         yield (
             f"orbit: at the end of the run the element set is {age / timedelta(days=1):.1f} days "
             f"old, and tens of kilometers off: it is good for {MAX_AGE.days}"
         )
+
+
+def _last(scenario: Any) -> float:
+    """When the last of its runs ends at the latest [s]."""
+    return float(scenario.duration + (scenario.maneuvers.latest_start or 0.0))

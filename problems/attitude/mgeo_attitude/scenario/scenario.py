@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 import re
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,6 +19,7 @@ from mgeo.store.atomic import write_file
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.environment.orbit import ORBITS, AnyOrbit
+from mgeo_attitude.environment.time_frames import elapsed
 from mgeo_attitude.fields import (
     InvalidValue,
     Kinds,
@@ -44,15 +46,13 @@ from mgeo_attitude.scenario.settings import (
     ManeuverLimits,
     RequiredSigma,
     TraceWeights,
-    Window,
-    at,
     check_blocks,
     check_name,
     check_objectives,
-    check_windows,
 )
 from mgeo_attitude.scenario.toml import ScenarioFileError, read_toml, to_toml
 from mgeo_attitude.scenario.wheels import Wheels
+from mgeo_attitude.scenario.windows import Contact, Window, deadlines, start_times
 from mgeo_attitude.sensors import SENSORS, Gyro, Sensor, World
 from mgeo_attitude.sensors.suite import Suite
 
@@ -120,7 +120,10 @@ class Scenario(Validated):
         formerly="keep_outs",
     )
     windows: tuple[Window, ...] = quantity(
-        (), doc="times in which a plan may be flown, one of them at the epoch; none is any time"
+        (), doc="times in which a plan may be flown from start to end; none is any time"
+    )
+    contacts: tuple[Contact, ...] = quantity(
+        (), doc="ground contacts, in one of which a plan begins; none is any time"
     )
     flight: FlightErrors | None = quantity(
         None, doc="flights over which plans are judged; without it each is flown exactly"
@@ -136,7 +139,8 @@ class Scenario(Validated):
         self._check_together(self.suite)
         object.__setattr__(self, "epoch", self.epoch.astimezone(UTC))
         try:
-            object.__setattr__(self, "orbit", self.orbit.for_run(self.epoch, self.duration))
+            last = self.duration + (self.maneuvers.latest_start or 0.0)
+            object.__setattr__(self, "orbit", self.orbit.for_run(self.epoch, last))
         except InvalidValue as error:
             raise error.under("orbit") from None
         check_blocks("trace_weights", self.trace_weights, units)
@@ -160,13 +164,23 @@ class Scenario(Validated):
 
         It is over even if it begins as late as the flights that it is judged over.
         """
-        ends = [(each.end - self.epoch).total_seconds() for each in at(self.windows, self.epoch)]
-        return max(ends) - self._latest_start if ends else math.inf
+        return float(deadlines(self, np.zeros(1))[0])
 
     @property
-    def _latest_start(self) -> float:
-        """By how much a plan may begin late [s]."""
-        return 0.0 if self.flight is None else self.flight.start_delay
+    def start_times(self) -> Floats:
+        """When a plan may begin, [s] after the epoch, ascending: then, unless the start is free."""
+        return start_times(self)
+
+    def starting(self, time: float) -> Scenario:
+        """The same whose plans begin at a time [s] after the epoch, which is then theirs."""
+        epoch = self.epoch + timedelta(seconds=time)
+        epoch -= timedelta(seconds=elapsed(self.epoch, epoch) - time)  # leap seconds
+        return dataclasses.replace(
+            self,
+            epoch=epoch,
+            orbit=self.orbit.later(time),
+            maneuvers=dataclasses.replace(self.maneuvers, latest_start=None, start_interval=None),
+        )
 
     @property
     def turned_by_coils(self) -> bool:
@@ -341,14 +355,15 @@ class Scenario(Validated):
         epoch, start, end = self.epoch, FIELD_MODEL_START, FIELD_MODEL_END
         zone = epoch.utcoffset() is not None
         expect(zone, "epoch", epoch.isoformat(), "a UTC offset, such as a Z at the end")
-        inside = start <= epoch <= end and self.duration <= (end - epoch).total_seconds()
+        last = self.duration + (self.maneuvers.latest_start or 0.0)
+        inside = start <= epoch <= end and last <= (end - epoch).total_seconds()
         years = (
             f"a run of duration = {self.duration!r} s inside the field model IGRF-14, from "
             f"{start:%Y-%m-%d} to {end:%Y-%m-%d} UTC"
         )
         expect(inside, "epoch", epoch.isoformat(), years)
 
-        check_windows(self.windows, epoch, window + self._latest_start)
+        self._check_starts()
         names = [sensor.name for sensor in self.sensors]
         expect(names, "sensors", [], "at least one sensor")
         for i, name in enumerate(names):
@@ -375,6 +390,22 @@ class Scenario(Validated):
             # of a disc the angle counts from its limb: what is left depends on where that is
             fits = limit.attitude_sigmas < fewest or limit.cone().disc
             expect(fits, f"path_limits[{i}].attitude_sigmas", limit.attitude_sigmas, far)
+
+    def _check_starts(self) -> None:
+        """Refuse, with an InvalidValue, starts that do not go with other fields, or none."""
+        limits, key = self.maneuvers, "maneuvers.start_interval"
+        if limits.latest_start is not None:
+            samples = [sensor.sample_interval or self.step for sensor in self.sensors]
+            for span in (self.step, *samples):
+                fits = _is_multiple(limits.between_starts, span)
+                of_all = f"a multiple of {span!r} s, a step or sample interval"
+                expect(fits, key, limits.between_starts, of_all)
+            few = (limits.latest_start + self.duration) / self.step <= _MAX_STEPS["duration"]
+            most = f"with duration at most {_MAX_STEPS['duration']} times step = {self.step!r} s"
+            expect(few, "maneuvers.latest_start", limits.latest_start, most)
+            later = "no free start after a calibration, which knows attitude and errors of one time"
+            expect(self.prior is None, "maneuvers.latest_start", limits.latest_start, later)
+        start_times(self)
 
 
 def scenario_schema() -> dict[str, Any]:

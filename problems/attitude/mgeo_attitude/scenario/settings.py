@@ -1,4 +1,4 @@
-"""The small sections of a scenario: maneuvers, convergence, windows, weights, names of objectives.
+"""The small sections of a scenario: maneuvers, convergence, weights, names of objectives.
 
 `criteria.objectives` computes what the names say.
 """
@@ -8,10 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 
 from mgeo_attitude.fields import InvalidValue, Validated, expect, known_names, positive, quantity
 from mgeo_attitude.fields.units import Unit
+
+#: Time between starts that may be chosen, if none is given [s].
+_BETWEEN_STARTS = 60.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,9 +28,32 @@ class ManeuverLimits(Validated):
         unit="deg/s²",
         doc="greatest angular acceleration per axis; without it rates change at once",
     )
+    latest_start: float | None = positive(
+        None,
+        unit="s",
+        doc="a plan begins when it is best, so long after the epoch at most; without it at the "
+        "epoch",
+    )
+    start_interval: float | None = positive(
+        None,
+        unit="s",
+        doc="time between such starts, a multiple of the step and of all sample intervals; 60 if "
+        "none is given",
+    )
     slew_back: bool = quantity(
         False, doc="whether a plan ends, after t_end, with a slew back to the attitude of [initial]"
     )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        needed = "none without latest_start, up to which a plan may begin at such intervals"
+        alone = self.latest_start is None and self.start_interval is not None
+        expect(not alone, "start_interval", self.start_interval, needed)
+
+    @property
+    def between_starts(self) -> float:
+        """Time between starts [s]."""
+        return _BETWEEN_STARTS if self.start_interval is None else self.start_interval
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,47 +81,6 @@ class Convergence(Validated):
     allow_rise: bool = quantity(
         False, doc="whether a trace that rose over the window counts as converged too"
     )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Window(Validated):
-    """A time in which a plan may be flown as a whole; both ends are converted to UTC."""
-
-    start: datetime = quantity(doc="no plan begins earlier; with its UTC offset")
-    end: datetime = quantity(doc="every plan is over by then, with the slew back")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for key in ("start", "end"):
-            time = getattr(self, key)
-            zone = time.utcoffset() is not None
-            expect(zone, key, time.isoformat(), "a UTC offset, such as a Z at the end")
-            object.__setattr__(self, key, time.astimezone(UTC))
-        later = f"later than start = {self.start.isoformat()}"
-        expect(self.end > self.start, "end", self.end.isoformat(), later)
-
-
-def at(windows: Iterable[Window], time: datetime) -> list[Window]:
-    """Those of the windows that are open at a time."""
-    return [window for window in windows if window.start <= time < window.end]
-
-
-def check_windows(windows: Sequence[Window], epoch: datetime, least: float) -> None:
-    """Refuse, with an InvalidValue, an epoch in none, or too late for a plan of `least` [s]."""
-    open_then = at(windows, epoch)
-    spans = ", ".join(
-        f"{w.start:%Y-%m-%dT%H:%M:%SZ} to {w.end:%Y-%m-%dT%H:%M:%SZ}" for w in windows
-    )
-    within = f"a start in one of the windows, {spans}"
-    expect(open_then or not windows, "epoch", epoch.isoformat(), within)
-    if open_then:
-        window = max(open_then, key=lambda each: each.end)
-        long = (window.end - epoch).total_seconds() >= least
-        expected = (
-            f"{least:g} s or more after the epoch, convergence.window and flight.start_delay: no "
-            "plan is over sooner"
-        )
-        expect(long, f"windows[{windows.index(window)}].end", window.end.isoformat(), expected)
 
 
 class Numbers(Mapping[str, float]):

@@ -12,6 +12,7 @@ from mgeo.algorithms.dominance import nondominated
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.bound import NoLimit
 from mgeo_attitude.criteria.objectives import OBJECTIVES
+from mgeo_attitude.environment.time_stamps import utc_texts
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.settings import PAPER
@@ -32,13 +33,13 @@ def describe(plans: Plans) -> pd.DataFrame:
     Columns: the objectives of the paper; ``t_end [orbits]``; ``trace / limit [-]``, how near the
     trace comes to what no maneuver can beat, if that is known; ``maneuver time [s]``, the sum of
     all durations; ``slew back until [s]``, if there is one, which may be after the scenario's
-    duration; one text per maneuver, its rates about body x / y / z [deg/s] and its duration [s];
-    and for each 3-vector of the error state the predicted 1-sigma at t_end of its worst body axis
-    (the largest of the three, as comparable to a data sheet's value per axis); and of each
-    objective what 9 of 10 flights keep, see `Plans.promises`. If the scenario has
-    flights of its own, what is promised over these and what is kept comes first, and the paper's
-    objectives are said to be of a plan that is flown exactly. A design whose covariance lost
-    positivity has NaN in objectives and 1-sigmas. A design that is no plan is a ValueError.
+    duration; ``start UTC``, if it is free; one text per maneuver, its rates about body x / y / z
+    [deg/s] and its duration [s]; and for each 3-vector of the error state the predicted 1-sigma at
+    t_end of its worst body axis (the largest of the three, as comparable to a data sheet's value
+    per axis); and of each objective what 9 of 10 flights keep, see `Plans.promises`. If the
+    scenario has flights of its own, what is promised over these and what is kept comes first, and
+    the paper's objectives are said to be of a plan that is flown exactly. A design whose covariance
+    lost positivity has NaN in objectives and 1-sigmas. A design that is no plan is a ValueError.
     """
     import pandas as pd
 
@@ -46,7 +47,8 @@ def describe(plans: Plans) -> pd.DataFrame:
     variances = np.diagonal(result.covariance, axis1=1, axis2=2)
     sigma = np.sqrt(np.where(np.isnan(result.t_end)[:, None], np.nan, variances))
     t_end_name, trace_name = (OBJECTIVES[name].label for name in PAPER)
-    durations = designs[:, VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
+    maneuvers = designs[:, : VARIABLES_PER_MANEUVER * problem.scenario.maneuvers.count]
+    durations = maneuvers[:, VARIABLES_PER_MANEUVER - 1 :: VARIABLES_PER_MANEUVER]
     columns: dict[str, object] = {
         t_end_name: result.t_end,
         "t_end [orbits]": result.t_end / problem.scenario.orbit.period,
@@ -57,7 +59,10 @@ def describe(plans: Plans) -> pd.DataFrame:
     columns["maneuver time [s]"] = durations.sum(axis=1)
     if problem.scenario.maneuvers.slew_back:
         columns["slew back until [s]"] = plans.ends
-    texts = [maneuver_texts(x) for x in designs]
+    if problem.start_times is not None:
+        begins = problem.start_times.times[problem.start_times.split(designs)[1]]
+        columns["start UTC"] = utc_texts(problem.scenario.epoch, begins)
+    texts = [maneuver_texts(x) for x in maneuvers]
     for m in range(durations.shape[1]):
         name = f"maneuver {m + 1}: x / y / z [deg/s] for d [s]"
         columns[name] = [text[m] for text in texts]
@@ -87,8 +92,9 @@ def front_summary(scenario: Scenario, F: ArrayLike) -> dict[str, float]:
 
 
 def maneuver_texts(x: Floats) -> list[str]:
-    """Each maneuver of a design as ``x / y / z for duration``, in deg/s and s."""
+    """Each maneuver of a design as ``x / y / z for duration``, in deg/s and s; not its start."""
+    maneuvers = x[: len(x) - len(x) % VARIABLES_PER_MANEUVER]
     return [
         f"{' / '.join(f'{rate:+.3f}' for rate in rates)} for {duration:.1f}"
-        for *rates, duration in x.reshape(-1, VARIABLES_PER_MANEUVER)
+        for *rates, duration in maneuvers.reshape(-1, VARIABLES_PER_MANEUVER)
     ]

@@ -48,7 +48,14 @@ class ManeuverView(Plans):
         problem = self.problem
         excesses = self.values[:, problem.n_obj + problem.n_ieq_constr :]
         limits = [limit for c in constraints(problem.scenario) for limit in c.limits]
-        return tables(limits, excesses, all_after(self))
+        if problem.start_times is None:
+            return tables(limits, excesses, all_after(self))
+        found = []
+        for x, row, after in zip(self.X, excesses, all_after(self), strict=True):
+            bounds = constraints(problem.begun(x)[0].scenario)  # those of its own start
+            limits = [limit for constraint in bounds for limit in constraint.limits]
+            found += tables(limits, row[None], [after])
+        return found
 
     def remarks(self) -> list[str]:
         """How many plans of a front keep what they promise, and their limits to the end.

@@ -80,23 +80,23 @@ def all_after(plans: Plans) -> list[dict[str, Row]]:
     found: list[dict[str, Row]] = [{} for _ in plans.X]
     if not has_limits_after(problem.scenario):
         return found
-    model = problem.model
     for i in np.flatnonzero(np.isfinite(result.t_end)):
         times = float(result.t_end[i]), float(plans.held_until[i])
-        trajectory = Trajectory(problem.scenario, model, plans.X[i], *times)
+        own, maneuvers = problem.begun(plans.X[i])
+        trajectory = Trajectory(own.scenario, own.model, maneuvers, *times)
         edges = [trajectory.t_end, trajectory.held_until]
         try:
             edges.append(trajectory.end)
         except InvalidValue:
             longest = problem.scenario.duration
             found[i]["time of the slew back"] = ("s", np.inf, "at most", longest, -np.inf)
-        latest = problem.scenario.deadline
+        latest = own.scenario.deadline
         if latest < np.inf:
             found[i][f"{END}, with what follows"] = _end(edges[-1], latest)
         for (start, end), while_ in zip(pairwise(edges), AFTER, strict=False):
             if start < end:
                 found[i] |= limits_after(
-                    model, trajectory, start, end, result.covariance[i, :3, :3], while_
+                    own.model, trajectory, start, end, result.covariance[i, :3, :3], while_
                 )
     return found
 

@@ -14,7 +14,7 @@ from mgeo.plugins.view import View
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
 from mgeo_attitude.criteria.objectives import OBJECTIVES
-from mgeo_attitude.criteria.robustness import FlightSamples, kept_by, over_flights
+from mgeo_attitude.criteria.robustness import kept_by, over_flights
 from mgeo_attitude.fields import InvalidValue
 from mgeo_attitude.filter.accuracy import attitude_sigma_deg
 from mgeo_attitude.scenario import FlightErrors
@@ -106,12 +106,10 @@ class Plans(View):
     @cached_property
     def _exact_run(self) -> Floats:
         """`exactly` and, if the problem has no flights, the `values`, side by side."""
-        from mgeo_attitude.filter.evaluator import evaluate  # compiles
-
         problem = self.problem
 
         def run(X: Floats) -> Floats:
-            ran = evaluate(problem.model, X, problem.threads, covariance=True)
+            ran = problem.run(X, covariance=True)
             known = [
                 ran.t_end,
                 ran.trace,
@@ -158,7 +156,7 @@ class Plans(View):
             return np.column_stack([objectives, attitude_sigma_deg(ran.covariance)])
 
         def run(X: Floats) -> Floats:
-            samples = FlightSamples(problem.scenario, problem.model, errors)
+            samples = problem.flights_of(errors)
             return kept_by(over_flights(samples, X, known, problem.threads, True), share)
 
         return self._cache(errors).complete(self.X, run)
@@ -247,7 +245,8 @@ class Plans(View):
         found = np.full(len(self.X), np.nan)
         for i in np.flatnonzero(np.isfinite(t_end)):
             times = float(t_end[i]), float(self.held_until[i])
-            trajectory = Trajectory(problem.scenario, problem.model, self.X[i], *times)
+            own, maneuvers = problem.begun(self.X[i])
+            trajectory = Trajectory(own.scenario, own.model, maneuvers, *times)
             try:
                 found[i] = trajectory.end
             except InvalidValue:

@@ -27,13 +27,9 @@ def remarks(plans: Plans, these: str) -> list[str]:
     rule = scenario.convergence.rule
     if not scenario.required_sigma or rule in ("settling", "end"):
         return []
-    from mgeo_attitude.filter.evaluator import evaluate  # compiles
-
-    other = dataclasses.replace(model, rule="required" if rule == "trace" else "trace")
-    found = {
-        rule: plans.exactly.t_end,
-        other.rule: evaluate(other, X, problem.threads).t_end,
-    }
+    other = "required" if rule == "trace" else "trace"
+    by_other = problem.run(X, lambda model: dataclasses.replace(model, rule=other)).t_end
+    found = {rule: plans.exactly.t_end, other: by_other}
     trace, required = found["trace"], found["required"]
     if rule == "trace":
         sooner = int((required < trace).sum())
@@ -44,9 +40,9 @@ def remarks(plans: Plans, these: str) -> list[str]:
         )
         return [line] if sooner else []
     fastest = int(np.nanargmin(required))
-    ran = evaluate(model.endless, X[[fastest]], problem.threads, history=True)
+    ran = problem.run(X[[fastest]], lambda model: model.endless, history=True)
     met = (np.sqrt(ran.variances[0]) <= model.required_sigma).all(axis=1)
-    over = int(model.schedule(X[[fastest]]).over[0])
+    over = int(ran.plan.over[0])
     first = model.step * (over + int(np.argmax(met[over:])))
     if not met[over:].any() or required[fastest] - first < scenario.convergence.window:
         return []

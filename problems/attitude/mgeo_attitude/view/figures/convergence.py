@@ -11,7 +11,6 @@ from plotly.subplots import make_subplots
 
 from mgeo.figures.style import finished, log_axis
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.sensors.suite import block_units
 from mgeo_attitude.view.figures.solutions import Solutions
 from mgeo_attitude.view.figures.style import line, panels_height
@@ -70,7 +69,7 @@ def curves(problem: ManeuverProblem, solutions: Solutions) -> list[tuple[Floats,
     """For each solution, times [s], shape (k,), and the panels' values then, (1 + n_blocks, k)."""
     model = problem.model
     factors = [block.factor for block in block_units(model.suite)]
-    result = evaluate(model, solutions.X, problem.threads, history=True)
+    result = problem.run(solutions.X, history=True)
     lines = []
     for t_end, history in zip(result.t_end, result.variances, strict=True):
         steps = sample_steps(round(t_end / model.step))

@@ -10,7 +10,6 @@ import plotly.graph_objects as go
 
 from mgeo.figures.style import COLORS, GRAY, literal, log_axis
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import Flown
 from mgeo_attitude.maneuvers.trajectory import Trajectory
@@ -42,23 +41,26 @@ def solution_figures(plans: Plans) -> Iterator[dict[str, go.Figure]]:
     """
     problem, designs, t_ends = plans.problem, plans.X, plans.exactly.t_end
     model = problem.model
-    shadow = _shadow(problem)
-    inertial = directions(problem.environment)
+    if problem.start_times is None:
+        shadow, inertial = _shadow(problem), directions(problem.environment)
     size = max(1, _CHUNK_FLOATS // ((model.n_steps + 1) * model.suite.n_states))
     for start in range(0, len(designs), size):
         chunk = np.ascontiguousarray(designs[start : start + size])
-        result = evaluate(model, chunk, problem.threads, history=True)
+        result = problem.run(chunk, history=True)
         times = (all_[start : start + size] for all_ in (t_ends, plans.held_until))
         for x, t_end, until, variances in zip(chunk, *times, result.variances, strict=True):
             if not np.isfinite(t_end):
                 yield {}
                 continue
-            trajectory = Trajectory(problem.scenario, model, x, t_end, until)
+            own, maneuvers = problem.begun(x)
+            if problem.start_times is not None:
+                shadow, inertial = _shadow(own), directions(own.environment)
+            trajectory = Trajectory(own.scenario, own.model, maneuvers, t_end, until)
             figures = {
-                "rates": _rates(problem, trajectory.flown),
-                "motion": motion(problem, trajectory, inertial, shadow),
-                "directions": _directions(problem, trajectory.attitude, t_end),
-                **_errors(problem, t_end, variances),
+                "rates": _rates(own, trajectory.flown),
+                "motion": motion(own, trajectory, inertial, shadow),
+                "directions": _directions(own, trajectory.attitude, t_end),
+                **_errors(own, t_end, variances),
             }
             for name in figures.keys() - {"motion", "directions"}:
                 end = trajectory.flown.times[-1] if name == "rates" else t_end

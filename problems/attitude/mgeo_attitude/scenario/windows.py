@@ -1,0 +1,128 @@
+"""When a plan may begin and has to be over: windows, ground contacts, and the starts they leave."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
+
+if TYPE_CHECKING:
+    from mgeo_attitude.scenario.scenario import Scenario
+
+#: Starts of which the best is looked for: each has a limit of its own.
+MOST_STARTS = 2000
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Span(Validated):
+    """From a start to an end, both converted to UTC."""
+
+    start: datetime
+    end: datetime
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for key in ("start", "end"):
+            time = getattr(self, key)
+            zone = time.utcoffset() is not None
+            expect(zone, key, time.isoformat(), "a UTC offset, such as a Z at the end")
+            object.__setattr__(self, key, time.astimezone(UTC))
+        later = f"later than start = {self.start.isoformat()}"
+        expect(self.end > self.start, "end", self.end.isoformat(), later)
+
+    def __str__(self) -> str:
+        return f"{self.start:%Y-%m-%dT%H:%M:%SZ} to {self.end:%Y-%m-%dT%H:%M:%SZ}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Window(_Span):
+    """A time in which a plan may be flown as a whole; both ends are converted to UTC."""
+
+    start: datetime = quantity(doc="no plan begins earlier; with its UTC offset")
+    end: datetime = quantity(doc="every plan is over by then, with the slew back")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contact(_Span):
+    """A ground contact, in which a plan may be commanded to begin; both ends are converted."""
+
+    start: datetime = quantity(doc="the contact begins; with its UTC offset")
+    end: datetime = quantity(doc="it ends: a plan has begun by then, and may go on")
+
+
+def seconds(epoch: datetime, spans: Sequence[_Span]) -> Floats:
+    """Starts and ends [s] after an epoch, shape (k, 2)."""
+    return np.array(
+        [[(t - epoch).total_seconds() for t in (span.start, span.end)] for span in spans]
+    ).reshape(-1, 2)
+
+
+def deadlines(scenario: Scenario, starts: Floats) -> Floats:
+    """When plans that begin at `starts` [s] after the epoch have to be over, [s] after that.
+
+    Infinite without windows; minus infinity where none is open. It is so even if a plan begins as
+    late as the flights that it is judged over.
+    """
+    starts = np.asarray(starts, dtype=float)
+    if not scenario.windows:
+        return np.full(starts.shape, np.inf)
+    late = 0.0 if scenario.flight is None else scenario.flight.start_delay
+    first, last = seconds(scenario.epoch, scenario.windows).T[:, :, None]
+    is_open = (first <= starts) & (starts < last)
+    ends: Floats = np.where(is_open, last - starts - late, -np.inf).max(axis=0)
+    return ends
+
+
+def start_times(scenario: Scenario) -> Floats:
+    """When plans may begin [s] after the epoch, ascending; at the epoch unless it is free.
+
+    Raises
+    ------
+    InvalidValue
+        If they may not, or no plan that begins then would be over in time.
+    """
+    limits = scenario.maneuvers
+    last = limits.latest_start
+    interval = limits.between_starts
+    count = 0 if last is None else math.floor(last / interval + 1e-9)
+    times = interval * np.arange(count + 1, dtype=float)
+    key: str = "epoch"
+    value: object = scenario.epoch.isoformat()
+    if last is not None:
+        fewest = last / (MOST_STARTS - 1)
+        few = f"at least {fewest:.4g} s, so that latest_start has at most {MOST_STARTS} of them"
+        expect(count < MOST_STARTS, "maneuvers.start_interval", interval, few)
+        key, value = "maneuvers.latest_start", last
+    for name, spans in (("windows", scenario.windows), ("contacts", scenario.contacts)):
+        if spans:
+            begin, end = seconds(scenario.epoch, spans).T[:, :, None]
+            times = times[((begin <= times) & (times < end)).any(axis=0)]
+            within = f"a start in one of the {name}, {', '.join(map(str, spans))}"
+            if name == "contacts" and scenario.windows:
+                within += ", and in a window"
+            expect(len(times) > 0, key, value, within)
+    return _in_time(scenario, times)
+
+
+def _in_time(scenario: Scenario, times: Floats) -> Floats:
+    """Of start times those after which the shortest plan is over in time."""
+    left, least = deadlines(scenario, times), scenario.convergence.window
+    if (left >= least).any():
+        return times[left >= least]
+    best = int(left.argmax())
+    first, last = seconds(scenario.epoch, scenario.windows).T
+    index = int(np.where((first <= times[best]) & (times[best] < last), last, -np.inf).argmax())
+    window, late = scenario.windows[index], last[index] - times[best] - left[best]
+    after = "the epoch" if scenario.maneuvers.latest_start is None else "the first start in it"
+    expected = (
+        f"expected {least + late:g} s or more after {after}, convergence.window and "
+        "flight.start_delay: no plan is over sooner"
+    )
+    raise InvalidValue(f"windows[{index}].end", window.end.isoformat(), expected)
