@@ -21,6 +21,10 @@ FULL_SENSORS = tuple(dataclasses.replace(each, sample_interval=None) for each in
 
 SUITES = {
     "paper": Suite(Gyro(), (SunSensor(), Magnetometer())),
+    "noise by axis": Suite(
+        Gyro(),
+        (SunSensor(noise_deg=(0.5, 1.0, 4.0)), Magnetometer(noise_nt=(100.0, 500.0, 2000.0))),
+    ),
     "no magnetometer": Suite(Gyro(), (SunSensor(),)),
     "no Sun sensor": Suite(Gyro(), (Magnetometer(),)),
     "two Sun sensors": Suite(

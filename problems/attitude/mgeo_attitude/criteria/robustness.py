@@ -26,6 +26,7 @@ from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario.flight import FlightErrors
+from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.suite import Suite
 
 if TYPE_CHECKING:
@@ -240,9 +241,7 @@ def _times(part: Any, factor: float) -> Any:
         raise ValueError(
             f"flight.noise_spread: {type(part).__name__} does not name its noise_parameters"
         )
-    return dataclasses.replace(
-        part, **{name: factor * getattr(part, name) for name in part.noise_parameters}
-    )
+    return with_noise(part, factor)
 
 
 def _delayed(scenario: Scenario, delay: float) -> FilterModel:

@@ -70,9 +70,9 @@ def _checked_type(hint: Any, spec: Quantity) -> Any:
     entries = get_args(hint)
     if get_origin(hint) is tuple:
         return tuple[tuple(e if e is Ellipsis else _checked_type(e, spec) for e in entries)]  # type: ignore[misc]
-    if any(get_origin(entry) is tuple for entry in entries):  # or None
-        (numbers,) = (entry for entry in entries if entry is not NoneType)
-        return _checked_type(numbers, spec) | None
+    if any(get_origin(entry) is tuple for entry in entries):  # or None, or one number for all
+        kinds = (e if e is NoneType else _checked_type(e, spec) for e in entries)
+        return Union[tuple(kinds)]  # noqa: UP007
     if get_origin(hint) is Annotated:  # Mapping[str, float], made a subclass of Numbers
         number: Any = _checked_type(float, spec)
         nested = dict[str, number | dict[str, number]]
@@ -110,7 +110,11 @@ def _in_words(error: ErrorDetails, section: Any) -> InvalidValue:
         places.pop()  # it is the list that is too short
     for place in places:
         if get_origin(annotation) in (Union, UnionType):  # with None, which has no places
-            (annotation,) = (kind for kind in get_args(annotation) if kind is not NoneType)
+            several = [kind for kind in get_args(annotation) if kind is not NoneType]
+            if len(several) > 1:  # a number or a tuple of them: of neither is it a place
+                kind = "value"
+                break
+            (annotation,) = several
         entries = get_args(annotation)
         if isinstance(place, str):  # of a mapping, or the entry's key if that is refused
             key, value, annotation = f"{key}.{place}", error["input"], entries[-1]

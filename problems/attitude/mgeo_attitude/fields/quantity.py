@@ -83,6 +83,8 @@ class Quantity:
             classes = tuple(kind for kind in get_args(annotation) if kind is not NoneType)
             if len(classes) < len(get_args(annotation)):
                 return f"nothing or {self._takes(Union[classes], table)}"  # noqa: UP007
+            if any(get_origin(kind) is tuple for kind in classes):
+                return " or ".join(self._takes(kind, table) for kind in classes)
         if get_origin(annotation) is tuple:
             entries = get_args(annotation)
             count = "" if entries[-1] is Ellipsis else f"{len(entries)} x "

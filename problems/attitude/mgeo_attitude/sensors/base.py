@@ -5,11 +5,12 @@ Errors that are neither constant nor white are first-order Gauss-Markov processe
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -21,6 +22,10 @@ from mgeo_attitude.geometry.vector import Vec3
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment
+
+
+#: A gyro or a sensor.
+Noisy = TypeVar("Noisy")
 
 
 @dataclass(frozen=True)
@@ -250,6 +255,21 @@ class Sensor(Validated, ABC):
     def available(self, environment: Environment) -> Bools | None:
         """Samples at which it can measure, if it sees, shape (n_steps + 1,); None for all."""
         return None
+
+
+def by_axis(sigma: float | tuple[float, float, float]) -> tuple[float, float, float]:
+    """Of each axis, where one number may stand for all."""
+    return sigma if isinstance(sigma, tuple) else (sigma, sigma, sigma)
+
+
+def with_noise(part: Noisy, factor: float) -> Noisy:
+    """A gyro or sensor with its noise times a factor."""
+
+    def times(sigma: Any) -> Any:
+        return tuple(map(times, sigma)) if isinstance(sigma, tuple) else factor * sigma
+
+    names = part.noise_parameters  # type: ignore[attr-defined]
+    return dataclasses.replace(part, **{name: times(getattr(part, name)) for name in names})  # type: ignore[type-var]
 
 
 def tilt(misalignment_deg: float) -> dict[str, float]:

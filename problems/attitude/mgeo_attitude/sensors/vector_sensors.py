@@ -15,7 +15,7 @@ from mgeo_attitude.fields.units import ARCMIN, DEG, PPM, SECOND, Unit
 from mgeo_attitude.geometry.rotation import rotate, shear
 from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
 from mgeo_attitude.geometry.vector import shear as shear_components
-from mgeo_attitude.sensors.base import NAME, Sensor, State, tilt
+from mgeo_attitude.sensors.base import NAME, Sensor, State, by_axis, tilt
 from mgeo_attitude.sensors.world import FIELD_UNIT_NT, NT, POSITION_UNIT
 
 if TYPE_CHECKING:
@@ -50,8 +50,11 @@ class SunSensor(VectorSensor):
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "delay": SECOND}
 
     name: str = quantity("sun", doc=NAME)
-    noise_deg: float = positive(
-        2.0, unit="deg", doc="noise per sample, 1-sigma per axis", usual=(0.005, 50.0)
+    noise_deg: float | tuple[float, float, float] = positive(
+        2.0,
+        unit="deg",
+        doc="noise per sample, 1-sigma per axis, alike or of each",
+        usual=(0.005, 50.0),
     )
     initial_misalignment_deg: float = quantity(
         1.0,
@@ -103,8 +106,8 @@ class SunSensor(VectorSensor):
         return super().measured(x, v + x.to_body(x.albedo) if hasattr(x, "albedo") else v)
 
     def noise(self) -> tuple[float, ...]:
-        sigma = math.radians(self.noise_deg)
-        return (sigma, sigma, sigma)
+        x, y, z = by_axis(self.noise_deg)
+        return (math.radians(x), math.radians(y), math.radians(z))
 
     def inertial_vector(self, environment: Environment) -> Floats:
         light = environment.earthlight if self.sees_albedo else None
@@ -141,8 +144,11 @@ class Magnetometer(VectorSensor):
     channel_unit: ClassVar[Unit] = NT
 
     name: str = quantity("mag", doc=NAME)
-    noise_nt: float = positive(
-        500.0, unit="nT", doc="noise per sample, 1-sigma per axis", usual=(1.0, 1e4)
+    noise_nt: float | tuple[float, float, float] = positive(
+        500.0,
+        unit="nT",
+        doc="noise per sample, 1-sigma per axis, alike or of each",
+        usual=(1.0, 1e4),
     )
     initial_misalignment_deg: float = quantity(
         1.0,
@@ -215,8 +221,8 @@ class Magnetometer(VectorSensor):
         return super().measured(x, field)
 
     def noise(self) -> tuple[float, float, float]:
-        sigma = self.noise_nt / FIELD_UNIT_NT
-        return (sigma, sigma, sigma)
+        x, y, z = by_axis(self.noise_nt)
+        return (x / FIELD_UNIT_NT, y / FIELD_UNIT_NT, z / FIELD_UNIT_NT)
 
     def inertial_vector(self, environment: Environment) -> Floats:
         return environment.field / FIELD_UNIT_NT

@@ -12,6 +12,7 @@ import pandas as pd
 from mgeo_attitude.fields import InvalidValue, known_names
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Gyro, Sensor
+from mgeo_attitude.sensors.base import with_noise as scaled_noise
 
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.from_telemetry import calibrate
@@ -92,14 +93,7 @@ def with_noise(found: Calibration) -> Scenario:
     """The scenario of a calibration with 1-sigmas of the sensors as its innovations have them."""
     factors = {test.sensor: float(np.sqrt(test.nis)) for test in found.tests}
     sensors = tuple(
-        dataclasses.replace(
-            sensor,
-            **{
-                name: getattr(sensor, name) * factors.get(sensor.name, 1.0)
-                for name in sensor.noise_parameters
-            },
-        )
-        for sensor in found.scenario.sensors
+        scaled_noise(sensor, factors.get(sensor.name, 1.0)) for sensor in found.scenario.sensors
     )
     return dataclasses.replace(found.scenario, sensors=sensors)
 
@@ -123,7 +117,13 @@ def beside(first: Calibration, second: Calibration) -> pd.DataFrame:
 def noise_of(calibration: Calibration) -> str:
     """The 1-sigmas of sensors as a scenario has them, in words."""
     return ", ".join(
-        f"{sensor.name}.{name} = {getattr(sensor, name):.4g}"
+        f"{sensor.name}.{name} = {_text(getattr(sensor, name))}"
         for sensor in calibration.scenario.sensors
         for name in sensor.noise_parameters
     )
+
+
+def _text(sigma: float | tuple[float, ...]) -> str:
+    if isinstance(sigma, tuple):
+        return f"[{', '.join(map(_text, sigma))}]"
+    return f"{sigma:.4g}"

@@ -45,7 +45,7 @@ def check_normalized(batch: Batch) -> None:
         seen = np.isfinite(rows[:, 0, 0])
         if not isinstance(sensor, SunSensor) or sensor.unit_length or seen.sum() < _FEWEST:
             continue
-        length, noise = _length(rows[seen, 0]), sensor.noise()[0]
+        length, noise = _length(rows[seen, 0]), min(sensor.noise())
         scatter = float(np.median(np.abs(length - np.median(length))))
         if scatter < _NORMALIZED * noise:
             raise ValueError(

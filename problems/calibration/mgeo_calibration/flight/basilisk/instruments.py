@@ -130,8 +130,9 @@ def coarse_sun_sensors(
     noise. They report in full sunlight: in the penumbra the vector would be short. Of a sensor that
     measures two angles the length says nothing.
     """
-    heads, mount, noise = [], matrix(errors.get("misalignment", np.zeros(3))), sensor.noise()[0]
-    for axis, bias in zip(mount, errors["bias"], strict=True):
+    heads, mount = [], matrix(errors.get("misalignment", np.zeros(3)))
+    each = (*sensor.noise(), sensor.noise()[-1])[:3]  # of two angles they are alike
+    for axis, bias, noise in zip(mount, errors["bias"], each, strict=True):
         for sign in (1.0, -1.0):
             head = coarseSunSensor.CoarseSunSensor()
             head.RNGSeed, head.fov, head.nHat_B = seeds(), math.pi / 2, (sign * axis).tolist()

@@ -1,0 +1,58 @@
+"""Noise of each axis, where one number stands for all."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, FilterModel, Magnetometer, Scenario, SunSensor
+from mgeo_attitude.fields import InvalidType, InvalidValue
+from mgeo_attitude.filter.reference import agreement
+from mgeo_attitude.scenario import scenario_schema
+from mgeo_attitude.sensors.base import with_noise
+
+DESIGN = np.array([[0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]])
+
+
+def scenario(**mag):
+    table = {"preset": "paper", "duration": 400.0, "convergence": {"window": 60.0}}
+    return Scenario.from_dict(
+        table | {"sensors": [{"kind": "sun-sensor"}, {"kind": "magnetometer", **mag}]}
+    )
+
+
+def test_three_numbers_alike_are_one():
+    one, three = (scenario(noise_nt=each) for each in (500.0, [500.0, 500.0, 500.0]))
+    found = [AttitudeManeuverProblem(each).evaluate(DESIGN) for each in (one, three)]
+    assert found[0].tolist() == found[1].tolist()
+    assert Scenario.from_toml(three.to_toml()) == three
+    assert Scenario.from_dict(three.to_dict()) == three
+
+
+def test_each_axis_counts_with_its_own_noise():
+    """As filterpy has it; the worse axis of the sensor is the worse bias, body at rest."""
+    uneven = scenario(noise_nt=[100.0, 500.0, 2000.0])
+    found = agreement(FilterModel.from_scenario(uneven), DESIGN)
+    assert found.same_end
+    assert found.difference < 1e-9
+
+
+def test_noise_is_scaled_axis_by_axis():
+    louder = with_noise(Magnetometer(noise_nt=(1.0, 2.0, 3.0)), 2.0)
+    assert louder.noise_nt == (2.0, 4.0, 6.0)
+    assert with_noise(SunSensor(noise_deg=1.0), 0.5).noise_deg == 0.5
+    even = dataclasses.replace(louder, noise_nt=4.0)
+    assert even.noise() == pytest.approx((louder.noise()[1],) * 3, rel=1e-15)
+
+
+@pytest.mark.parametrize("noise", [[1.0, 2.0], [1.0, 2.0, 0.0], [1.0, 2.0, "3"], "500", 0.0])
+def test_what_is_neither_a_number_nor_three_is_refused(noise):
+    words = r"sensors\[1\]\.noise_nt = .*expected a number > 0 nT or a list of 3 x \(a number"
+    with pytest.raises((InvalidType, InvalidValue), match=words):
+        scenario(noise_nt=noise)
+
+
+def test_the_schema_knows_both():
+    properties = scenario_schema()["$defs"]["Magnetometer"]["properties"]
+    number, three = properties["noise_nt"]["anyOf"]
+    assert number == {"exclusiveMinimum": 0.0, "type": "number"}
+    assert (three["type"], three["minItems"], three["maxItems"]) == ("array", 3, 3)
