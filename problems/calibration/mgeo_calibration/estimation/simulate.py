@@ -17,6 +17,7 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.nearest import nearest
 from mgeo_attitude.filter.path_limits import angle_from
 from mgeo_attitude.geometry.rotation import multiply
+from mgeo_attitude.maneuvers.coils import CoilDrive
 from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.scenario import Scenario
@@ -27,6 +28,7 @@ from mgeo_calibration.estimation.estimate import Estimate
 from mgeo_calibration.estimation.filter import ErrorStateFilter, Estimator
 from mgeo_calibration.estimation.monte_carlo import MonteCarlo, Record
 from mgeo_calibration.flight import Flight, draw, fly_run, other_truth
+from mgeo_calibration.flight.flight import moved
 
 #: Runs that are computed side by side, one such part after the other. In threads they would mostly
 #: wait for the interpreter, which has some hundred short operations to begin in each step.
@@ -54,8 +56,8 @@ def simulate(
     the estimator believes the scenario's attitude and every error zero; the true ones are drawn
     from the scenario. The estimator is an error-state filter that feeds its errors back.
 
-    Coils, too, are taken to make the plan's rates, though of another attitude they make others, as
-    in `flight.fly`.
+    Coils make other rates of another attitude, so that each flight has a motion of its own, as in
+    `flight.fly`; the estimator, which has the gyro's, propagates its covariance at the plan's.
 
     After `t_end` the last rate is held or, if the scenario asks for it, the slew back is flown and
     then the law's rate held, to the end of the scenario's duration.
@@ -115,7 +117,15 @@ def simulate(
     for first, last in pairwise(ends):
         flights = [given.flight(generator) for generator in generators[first:last]]
         found.append(
-            record(model, flights, estimator or Estimator(), samples, given.real, n_watched)
+            record(
+                model,
+                flights,
+                estimator or Estimator(),
+                samples,
+                given.real,
+                n_watched,
+                given.motion.rates,
+            )
         )
     labels = tuple(limit.label for limit in scenario.path_limits)
     return given.monte_carlo(found, samples, labels)
@@ -132,6 +142,7 @@ class Planned:
     model, real : FilterModel
         What the estimator believes, and what is true.
     motion : Motion
+        As planned.
     t_end : float
         When the linear filter has converged [s].
     variances : array, shape (n_steps + 1, n_states)
@@ -147,8 +158,14 @@ class Planned:
     variances: Floats
 
     def flight(self, generator: np.random.Generator) -> Flight:
-        """One of them, with its own errors."""
-        return fly_run(self.real, self.motion, draw(self.real, self.model.n_steps, generator))
+        """One of them, with its own errors.
+
+        Coils make other rates of another attitude, so that each has a motion of its own.
+        """
+        draws, motion = draw(self.real, self.model.n_steps, generator), self.motion
+        if isinstance(self.model.slew_limits, CoilDrive):
+            motion = moved(self.model, self.design, self.model.n_steps, draws.errors)
+        return fly_run(self.real, motion, draws)
 
     def monte_carlo(
         self, found: Sequence[Record], samples: Ints, path_limits: tuple[str, ...] = ()
@@ -210,6 +227,7 @@ def record(
     samples: Ints,
     real: FilterModel | None = None,
     n_watched: int = 0,
+    planned_rates: Floats | None = None,
 ) -> Record:
     """Estimate from the readings of flights of one plan, and compare with their truth.
 
@@ -221,8 +239,11 @@ def record(
         To record, increasing; nothing is estimated after the last.
     real : FilterModel, optional
         Whose path limits are watched, along its directions, until the first `n_watched` samples.
+    planned_rates : array, shape (n, 3), optional
+        At which covariances are propagated [rad/s]; default: those of the first flight.
     """
     n_runs, m, suite, motion = len(flights), len(samples), model.suite, flights[0].motion
+    rates = motion.rates if planned_rates is None else planned_rates
     watched = real or model
     start, states, gyro = (
         np.stack([getattr(flight, name) for flight in flights], axis=-1)
@@ -239,18 +260,21 @@ def record(
     estimates = ErrorStateFilter(suite, estimator).run(
         Estimate.at_start(model, n_runs),
         [flight.readings for flight in flights],
-        motion.rates,
+        rates,
         model.references,
     )
     cones = [limit.cone() for limit in watched.path_limits]
     passages = [watched.passage(cone.direction, slice(n_watched)) for cone in cones]
-    turns = np.vstack([np.zeros(3), model.step * motion.rates])
+    turns = np.vstack([np.zeros(3), model.step * rates])
     d, row = 3 + gyro.shape[1], 0
+    flown = motion.attitude[..., None]
+    if any(flight.motion is not motion for flight in flights):  # as those of coils
+        flown = np.stack([flight.motion.attitude for flight in flights], axis=-1)
     for k, (before, after, nis) in enumerate(estimates):
-        attitude = multiply(motion.attitude[k][..., None], start)
+        attitude = multiply(flown[k], start)
         if k < n_watched:
             off = multiply(attitude, before.rotations[:, :, 0])
-            steered = multiply(off, motion.attitude[k][..., None])
+            steered = multiply(off, flown[k])
             for index, (cone, passage) in enumerate(zip(cones, passages, strict=True)):
                 now = passage.rows(slice(k, k + 1))
                 # a controller on the estimate would have made it the plan's
