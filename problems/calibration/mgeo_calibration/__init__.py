@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from mgeo_calibration.calibration import (
         Calibration,
+        CannotCalibrate,
         StrengthCalibration,
         calibrate,
         calibrate_alone,
@@ -20,6 +21,7 @@ __version__: str
 
 __all__ = [
     "Calibration",
+    "CannotCalibrate",
     "Estimator",
     "MonteCarlo",
     "StrengthCalibration",
@@ -39,6 +41,7 @@ __all__ = [
 _HOMES = {
     "mgeo_calibration.calibration": (
         "Calibration",
+        "CannotCalibrate",
         "StrengthCalibration",
         "calibrate",
         "calibrate_alone",

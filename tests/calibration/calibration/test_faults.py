@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from mgeo_attitude.sensors import StarTracker, TwoAxisSunSensor
-from mgeo_calibration import calibrate
+from mgeo_calibration import CannotCalibrate, calibrate
 from mgeo_calibration import fly as fly_plan
 from mgeo_calibration.calibration import from_json, to_json
 from mgeo_calibration.calibration.questions import questions
@@ -160,3 +160,18 @@ def named_right(fault: Fault, seed: int) -> bool:
     except ValueError as error:
         line = str(error)
     return re.match(fault.cause, line) is not None
+
+
+def test_what_no_estimate_follows_from_has_tables():
+    """Of a satellite far behind, with noise that is larger."""
+    scenario = short(SCENARIO, 900.0)
+    telemetry = fly(scenario, MOTION, 1, Craft(behind=45.0), duration=900.0)
+    asked = batch(scenario, telemetry), Belief.of(scenario), 1e-5
+    refused = CannotCalibrate("it does not settle", {"times": ()}, *asked)
+    assert str(refused).startswith("the satellite is 4")
+    assert str(refused).endswith("(it does not settle)")
+    assert refused.check_table().loc["times", "says"] == "nothing"
+    assert refused.model_table().loc["orbit.along_track", "named"]
+    assert refused.noise_factor > 1.0
+    seen = CannotCalibrate("it does not settle", {"times": ("in days",)}, *asked)
+    assert (str(seen), seen.model_tests) == ("in days (it does not settle)", ())

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from mgeo_attitude import Scenario
 from mgeo_attitude.plan import ManeuverPlan, write_plan
-from mgeo_calibration import calibrate
+from mgeo_calibration import calibrate, fly
 from mgeo_calibration.calibration import read_json
 from mgeo_calibration.commands.calibrate import FILES
 
@@ -113,6 +113,46 @@ def test_a_calibration_that_is_not_supported_has_another_exit_code(run, flight, 
     done = run("calibrate", folder / "telemetry.csv", "--scenario", tmp_path / "q.toml", code=3)
     last = done.stdout.splitlines()[-1]
     assert last.startswith("the innovations do not support it: mag scatters more than its noise")
+
+
+def test_a_satellite_that_just_tumbles_has_a_plan_of_nothing(run, tmp_path):
+    """Coils that are off: its rate changes, and nobody has asked for it."""
+    text = """preset = "cubesat_6u"
+duration = 600.0
+initial.rate_deg_s = [0.9, -0.6, 0.8]
+[coils]
+max_dipole = [0.2, 0.2, 0.2]
+inertia = [0.185, 0.144, 0.061]
+"""
+    (tmp_path / "s.toml").write_text(text)
+    scenario = Scenario.from_toml(tmp_path / "s.toml")
+    telemetry = fly(scenario, [], 1)
+    assert np.ptp(telemetry.gyro_deg_s[1:], axis=0).min() > 0.3
+    telemetry.to_csv(tmp_path / "t.csv")
+    nothing = ManeuverPlan(scenario, ())
+    write_plan(nothing, tmp_path / "nothing.json")
+    expected = calibrate(scenario, telemetry).compare(nothing)
+    assert 0.8 < expected["achieved / predicted [-]"].min() < 1.3
+    for plan, name in (("[]", "no maneuver"), (tmp_path / "nothing.json", "nothing.json")):
+        arguments = ("--scenario", tmp_path / "s.toml", "--plan", plan)
+        shown = run("calibrate", tmp_path / "t.csv", *arguments).stdout
+        printed = table(shown, f"1-sigma that the plan promised for 600 s, and achieved: {name}")
+        assert printed["mag bias x"][1] == f"{expected.loc['mag bias x', 'predicted']:.4g}"
+
+
+def test_all_that_is_tested_is_printed_where_nothing_is_calibrated(run, flight, tmp_path):
+    folder, _, telemetry = flight
+    fast = dataclasses.replace(telemetry, gyro_deg_s=3600.0 * telemetry.gyro_deg_s)
+    fast.to_csv(tmp_path / "t.csv")
+    command = ("calibrate", tmp_path / "t.csv", "--plan", folder / "plan.json")
+    says = "gyro: the vectors turn as if its rates were in deg/h"
+    done = run(*command, "--diagnose", code=2)
+    assert done.stderr.startswith(f"Error: {says} (")
+    assert table(done.stdout, "Without any attitude")["axes"] == [says]
+    found = json.loads(run(*command, "--diagnose", "--json", code=2).stdout)
+    assert found["refused"].startswith(says)
+    assert found["checks"][2] == {"check": "axes", "says": says}
+    assert run(*command, code=2).stdout == ""
 
 
 @pytest.mark.parametrize(

@@ -62,6 +62,14 @@ def decode(designs: ArrayLike) -> tuple[Floats, Floats]:
     return rates, durations
 
 
+def holding(rate: Floats) -> Floats:
+    """The design of a plan of nothing, shape (4,): the rate at the start [rad/s] is held.
+
+    A satellite that coils turn moves freely, as they are off.
+    """
+    return np.append(np.degrees(rate), 0.0)
+
+
 def maneuver_steps(durations: Floats, step: float) -> tuple[Ints, Ints]:
     """First step of each maneuver, and the step at which the last one is over.
 

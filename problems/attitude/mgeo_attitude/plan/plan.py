@@ -19,6 +19,7 @@ from mgeo_attitude.filter.accuracy import attitude_accuracy_deg, attitude_sigma_
 from mgeo_attitude.filter.history import FilterHistory, filter_history
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.maneuvers.phases import HELD, Phase
+from mgeo_attitude.maneuvers.schedule import holding
 from mgeo_attitude.maneuvers.slew_back import SlewBack
 from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.problem import AttitudeManeuverProblem
@@ -46,7 +47,8 @@ class ManeuverPlan(Validated):
     ----------
     scenario : Scenario
     design : sequence of float
-        ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn.
+        ωx, ωy, ωz [deg/s] and duration [s] of each maneuver in turn; empty for a plan of nothing,
+        whose maneuvers hold the rate at the start for no time and then on.
 
     Raises
     ------
@@ -64,6 +66,13 @@ class ManeuverPlan(Validated):
         given = "none in the scenario of a plan, whose epoch is its start: see from_design"
         expect(latest is None, "scenario.maneuvers.latest_start", latest, given)
         problem = self.problem
+        nothing = tuple(
+            np.tile(holding(problem.model.initial_rate), self.scenario.maneuvers.count).tolist()
+        )
+        if not self.design:
+            object.__setattr__(self, "design", nothing)
+        if self.design == nothing:  # a tumble may be faster than maneuvers
+            return
         if len(self.design) != problem.n_var:
             raise InvalidValue(
                 "design",

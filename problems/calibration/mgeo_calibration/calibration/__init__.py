@@ -5,11 +5,13 @@ from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.document import from_json, read_json, to_json
 from mgeo_calibration.calibration.from_telemetry import calibrate
 from mgeo_calibration.calibration.history import History
+from mgeo_calibration.calibration.refused import CannotCalibrate
 from mgeo_calibration.calibration.sensor_tests import SensorTest
 from mgeo_calibration.calibration.simulated import simulate_calibrations
 
 __all__ = [
     "Calibration",
+    "CannotCalibrate",
     "History",
     "SensorTest",
     "StrengthCalibration",

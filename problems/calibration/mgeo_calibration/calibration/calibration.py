@@ -18,7 +18,7 @@ from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.calibration.corrections import in_units, telemetry_units, uplink
 from mgeo_calibration.calibration.history import History
-from mgeo_calibration.calibration.model_tests import ModelTest
+from mgeo_calibration.calibration.model_tests import ModelTest, model_table
 from mgeo_calibration.calibration.prior_tests import PriorTest, contradictions
 from mgeo_calibration.calibration.sensor_tests import SensorTest
 
@@ -168,9 +168,7 @@ class Calibration:
 
     def model_table(self) -> pd.DataFrame:
         """A row for each test of what the scenario says, see `ModelTest`."""
-        columns = [field.name for field in fields(ModelTest)]
-        frame = pd.DataFrame([vars(test) for test in self.model_tests], columns=columns)
-        return frame.set_index("name").drop(columns="p_least")
+        return model_table(self.model_tests)
 
     def rejected_table(self) -> pd.DataFrame:
         """A row for each outlier: ``time``, ``sensor``, ``chi_square``."""

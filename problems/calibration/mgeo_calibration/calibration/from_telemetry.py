@@ -19,6 +19,7 @@ from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.history import History
 from mgeo_calibration.calibration.prior_tests import number_of_tests, prior_tests
 from mgeo_calibration.calibration.questions import questions
+from mgeo_calibration.calibration.refused import CannotCalibrate
 from mgeo_calibration.calibration.sensor_tests import (
     SIGNIFICANCE,
     SensorTest,
@@ -39,8 +40,6 @@ from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemet
 #: Probability that a reading without fault is taken for an outlier.
 GATE = 1e-5
 _MOST = 4  # channels beside, of which each has a question for gyro and every sensor
-#: By how much noise is taken to be larger where readings do not fit at all.
-_WIDER = (5.0, 20.0, 80.0)
 
 
 def calibrate(
@@ -74,8 +73,9 @@ def calibrate(
     Raises
     ------
     ValueError, OSError, ImportError
-        From `read_telemetry`; or for readings of another unit or of other sensors, an attitude that
-        does not follow from them, more outliers than not, or an estimate that does not settle.
+        From `read_telemetry`; or, as `CannotCalibrate`, for readings of another unit or of other
+        sensors, an attitude that does not follow from them, more outliers than not, or an estimate
+        that does not settle.
     """
     if not 0.0 < gate < 0.5:
         raise ValueError(f"gate = {gate!r}: expected a probability in (0, 0.5)")
@@ -88,29 +88,12 @@ def calibrate(
         data = batch(scenario, telemetry)
         found = fit(data, belief, gate)
     except ValueError as error:
-        causes = diagnosis.causes(scenario, telemetry, data)
-        causes = causes or (_from_a_wide_fit(data, belief, gate) if data else ())
-        if not causes:
-            raise
-        raise ValueError(f"{causes[0]} ({error})") from error
+        checks = diagnosis.checks(scenario, telemetry, data)
+        raise CannotCalibrate(str(error), checks, data, belief, gate) from error
     made = _concluded(scenario, telemetry, belief, found)
     if made.supported:
         return made
     return dataclasses.replace(made, causes=diagnosis.causes(scenario, telemetry, data))
-
-
-def _from_a_wide_fit(data: Batch, belief: Belief, gate: float) -> tuple[str, ...]:
-    """What the model is named to be without, once noise is taken to be as large as it has to be."""
-    for factor in _WIDER:
-        wide = dataclasses.replace(data, noise=factor * data.noise)
-        try:
-            solution = fit(wide, belief, gate).solution
-        except ValueError:
-            continue
-        asked = questions(solution, {})
-        tests, _ = models.model_tests(solution, asked, len(asked), 1.0)
-        return tuple(test.words for test in tests if test.named)
-    return ()
 
 
 def _concluded(scenario: Scenario, telemetry: Telemetry, belief: Belief, found: Fit) -> Calibration:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
+import pandas as pd
 from mgeo_attitude._typing import Floats
 
 from mgeo_calibration.calibration.questions import Question, sized
@@ -97,6 +98,13 @@ def model_tests(
             )
         )
     return tuple(tests), _notes(solution, found, named)
+
+
+def model_table(tests: Sequence[ModelTest]) -> pd.DataFrame:
+    """A row for each."""
+    columns = [field.name for field in fields(ModelTest)]
+    frame = pd.DataFrame([vars(test) for test in tests], columns=columns)
+    return frame.set_index("name").drop(columns="p_least")
 
 
 def scatter_of(tests: Sequence[SensorTest]) -> float:

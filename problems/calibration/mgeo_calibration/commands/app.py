@@ -140,8 +140,10 @@ def fly(
     simulators.
     """
     from mgeo_attitude.commands.files import check_targets, load_plan
+    from mgeo_attitude.commands.show import rows
 
     from mgeo_calibration.commands import fly as command
+    from mgeo_calibration.flight.as_flown import as_flown
 
     with bad_input(USERS):
         check_targets([out], overwrite, (".csv",))
@@ -152,10 +154,14 @@ def fly(
         telemetry = command.flown(plan, simulator, vehicle, seed, before)
         telemetry = telemetry if until is None else telemetry.until(until)
         document = command.truth_document(plan, telemetry, simulator, seed)
+        came_to = as_flown(plan, telemetry)
         files = command.write_flight(telemetry, out, truth, document)
     output = Output(quiet, json)
-    command.print_flight(picked, telemetry, simulator, files, output)
-    output.result({"files": files, "samples": len(telemetry.times), "truth": document})
+    command.print_flight(picked, telemetry, came_to, simulator, files, output)
+    as_rows = rows(came_to)
+    output.result(
+        {"files": files, "samples": len(telemetry.times), "truth": document, "as_flown": as_rows}
+    )
 
 
 @app.command(epilog=epilog("calibrate", EXAMPLES))
@@ -174,7 +180,8 @@ def calibrate(
     plan: Annotated[
         Path | None,
         typer.Option(
-            metavar="RUN|PLAN.json", help="Compare with the 1-sigmas that a plan promised."
+            metavar="RUN|PLAN.json|[]",
+            help="Compare with the 1-sigmas that a plan promised, [] with those of no maneuver.",
         ),
     ] = None,
     pick: Pick = None,
@@ -214,13 +221,14 @@ def calibrate(
     from mgeo_calibration.calibration import calibrate as calibrated
     from mgeo_calibration.calibration.added import calibrate_with
     from mgeo_calibration.calibration.alone import calibrate_alone
+    from mgeo_calibration.calibration.refused import CannotCalibrate
     from mgeo_calibration.commands import calibrate as command
     from mgeo_calibration.telemetry import TelemetryMapping
 
     with bad_input(USERS):
         if out:
             command.check_folder(out, overwrite)
-        picked = command.flown_plan(plan, pick, time, solution)
+        picked = command.flown_plan(plan, pick, time, solution, scenario)
         flown = picked.plan if picked else None
         read = TelemetryMapping.from_toml(mapping) if mapping else None
         of, output = command.scenario_of(scenario, flown), Output(quiet, json)
@@ -231,7 +239,13 @@ def calibrate(
             command.print_alone(alone, output)
             output.result(command.alone_document(alone))
             raise typer.Exit(ExitCode.INCOMPLETE if alone.failures else ExitCode.DONE)
-        first = found = calibrated(of, telemetry, read)
+        try:
+            first = found = calibrated(of, telemetry, read)
+        except CannotCalibrate as refused:
+            if diagnose:
+                command.print_refusal(refused, output)
+                output.result(command.refusal_document(refused))
+            raise
         promised = found.compare(flown) if flown else None
         if fit is not None:
             found = calibrate_with(first, telemetry, read, fit.split(","))

@@ -20,8 +20,11 @@ from mgeo_calibration.calibration import Calibration, to_json
 from mgeo_calibration.calibration.added import beside, noise_of
 from mgeo_calibration.calibration.alone import StrengthCalibration
 from mgeo_calibration.calibration.document import document
+from mgeo_calibration.calibration.refused import CannotCalibrate
 from mgeo_calibration.calibration.report import report_html
 
+#: In place of a plan: no maneuver.
+NOTHING = Path("[]")
 #: Files of a folder; what tells that the others are complete goes last.
 FILES = ("calibration.csv", "attitude.csv", "calibration.html", "calibration.json")
 
@@ -42,9 +45,15 @@ def scenario_of(text: str | None, plan: ManeuverPlan | None) -> Scenario:
 
 
 def flown_plan(
-    source: Path | None, pick: str | None, time: float | None, solution: int | None
+    source: Path | None,
+    pick: str | None,
+    time: float | None,
+    solution: int | None,
+    scenario: str | None,
 ) -> Picked | None:
-    """The plan that was flown, if one is named; raises as `load_plan`."""
+    """The plan that was flown, if one is named; raises as `load_plan` and `scenario_of`."""
+    if source == NOTHING:
+        return Picked(ManeuverPlan(scenario_of(scenario, None), ()), "no maneuver")
     if source is not None:
         return load_plan(source, pick, time, solution)
     for flag, value in {"--pick": pick, "--time": time, "--solution": solution}.items():
@@ -104,10 +113,31 @@ def print_calibration(
     output.print("", plain(calibration.conclusion, "bold"))
 
 
+#: Columns of tests of what the scenario says, as they are printed.
+_ASKED = ["says", "chi_square", "freedom", "p", "named", "key"]
+
+
+def print_refusal(refused: CannotCalibrate, output: Output) -> None:
+    """Print all that was tested of telemetry of which no calibration comes."""
+    output.print(*titled("Without any attitude", refused.check_table()))
+    if refused.model_tests:
+        title = f"Beside what the scenario says, with noise {refused.noise_factor:g} times as large"
+        output.print(*titled(title, refused.model_table()[_ASKED]))
+
+
+def refusal_document(refused: CannotCalibrate) -> dict[str, Any]:
+    """The same as JSON values."""
+    return {
+        "refused": str(refused),
+        "checks": rows(refused.check_table()),
+        "noise_factor": refused.noise_factor,
+        "model_tests": rows(refused.model_table()),
+    }
+
+
 def print_tests(calibration: Calibration, output: Output) -> None:
     """Print all that was asked, and what the answers are."""
-    asked = calibration.model_table()[["says", "chi_square", "freedom", "p", "named", "key"]]
-    output.print(*titled("Beside what the scenario says", asked))
+    output.print(*titled("Beside what the scenario says", calibration.model_table()[_ASKED]))
     output.print(*titled("Estimate and prior", calibration.prior_table()))
     for cause in calibration.causes:
         output.print(f"seen without any attitude: {cause}")

@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from mgeo_attitude.commands.files import Picked
+from mgeo_attitude.commands.show import note, titled
 from mgeo_attitude.environment.time_frames import elapsed
 from mgeo_attitude.fields import expect
 from mgeo_attitude.geometry.quaternion import quaternions
@@ -130,15 +132,33 @@ def write_flight(telemetry: Telemetry, out: Path, truth: Path | None, document: 
     return [str(out), str(truth)]
 
 
+def limited(frame: pd.DataFrame) -> pd.DataFrame:
+    """A table of what is to be kept as it fits a terminal: bound and limit in one column."""
+    shown = frame.drop(columns="bound")
+    limits = zip(frame["bound"], frame["limit"], strict=True)
+    shown["limit"] = [f"{bound} {limit:.4g}" if bound else "" for bound, limit in limits]
+    none = (frame["bound"] == "").to_numpy()
+    for name in {"kept", "broken [%]"} & set(shown.columns):
+        shown[name] = ["" if n else value for n, value in zip(none, shown[name], strict=True)]
+    return shown
+
+
 def print_flight(
-    picked: Picked, telemetry: Telemetry, simulator: str, files: list[str], output: Output
+    picked: Picked,
+    telemetry: Telemetry,
+    came_to: pd.DataFrame,
+    simulator: str,
+    files: list[str],
+    output: Output,
 ) -> None:
-    """Print what was flown, and where it is."""
+    """Print what was flown, what it came to (`as_flown`), and where it is."""
     output.print(
         plain(picked.answer, "bold"),
         *picked.doubts(),
         *(f"Note: it breaks a limit: {line}" for line in picked.plan.violations()),
         f"{len(telemetry.times)} samples to {telemetry.times[-1]:.6g} s of gyro, "
         f"{', '.join(telemetry.sensors)}, flown by {simulator}",
+        *titled(f"The plan until {came_to.attrs['time_s']:.6g} s, and as flown", limited(came_to)),
+        note("both without margin"),
         *(f"wrote {file}" for file in files),
     )

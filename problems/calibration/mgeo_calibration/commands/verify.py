@@ -11,6 +11,8 @@ from mgeo_attitude.plan.run_folder import PROBLEM
 
 from mgeo.cli.output import Output
 from mgeo.terminal import plain
+from mgeo_calibration.commands.fly import limited
+from mgeo_calibration.verification.ends import told
 from mgeo_calibration.verification.remedies import conclusion, findings, power, remedies
 from mgeo_calibration.verification.verification import LEVEL, Verification
 
@@ -40,6 +42,11 @@ def print_verification(picked: Picked, found: Verification, output: Output) -> N
             *titled("path limits broken", found.path_limits),
             note("steered by the estimate, and flown open loop, of all flights"),
         )
+    if len(found.ends):
+        output.print(
+            *titled("Flights that are turned by what their gyro says", limited(found.ends)),
+            *(note(line) for line in told(found.ends)),
+        )
 
 
 def verification_document(picked: Picked, found: Verification, seed: int) -> dict[str, Any]:
@@ -50,7 +57,7 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
         "title": f"{found.n_runs} simulated flights of the plan with t_end {plan.t_end:.6g} s and "
         f"trace {plan.trace:.5g}, seed {seed}",
         "conclusion": f"{_broken(plan)}{conclusion(found)}; NEES per state {found.nees:.3f}; "
-        f"{power(found)}{_limits(found)}",
+        f"{power(found)}{_limits(found)}" + "".join(f"; {line}" for line in told(found.ends)),
         "findings": [] if found.achieved else findings(found),
         "remedies": remedies(plan, found),
         "level": LEVEL,
@@ -65,6 +72,7 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
         "achieved": bool(found.achieved),
         "violations": plan.violations(),
         "path_limits": rows(found.path_limits),
+        "ends": rows(found.ends),
         "promises": rows(plan.promises()),
     }
 

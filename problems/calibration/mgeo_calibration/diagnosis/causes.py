@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from mgeo_attitude.scenario import Scenario
 
 from mgeo_calibration.diagnosis.axes import axes_causes
@@ -13,19 +11,24 @@ from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.telemetry import Telemetry
 
 
-def causes(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> tuple[str, ...]:
-    """All that is seen without any attitude, the most certain first.
+def checks(
+    scenario: Scenario, telemetry: Telemetry, data: Batch | None
+) -> dict[str, tuple[str, ...]]:
+    """What is seen without any attitude, in words, by what is looked at; the most certain first.
 
     Parameters
     ----------
     data : Batch, optional
         What was made of telemetry, if it could be.
     """
+    return {
+        "numbers": tuple(channel_causes(telemetry)),
+        "times": tuple(clock_causes(scenario, telemetry)),
+        "axes": () if data is None else tuple(axes_causes(data)),
+    }
 
-    def found() -> Iterator[str]:
-        yield from channel_causes(telemetry)
-        yield from clock_causes(scenario, telemetry)
-        if data is not None:
-            yield from axes_causes(data)
 
-    return tuple(found())
+def causes(scenario: Scenario, telemetry: Telemetry, data: Batch | None) -> tuple[str, ...]:
+    """All that `checks` say."""
+    found = checks(scenario, telemetry, data)
+    return tuple(words for said in found.values() for words in said)

@@ -19,6 +19,7 @@ from mgeo_attitude.filter.path_limits import angle_from
 from mgeo_attitude.geometry.rotation import multiply
 from mgeo_attitude.maneuvers.coils import CoilDrive
 from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.maneuvers.schedule import holding
 from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.scenario.validity import OutsideValidity, validity
@@ -69,7 +70,8 @@ def simulate(
     scenario : Scenario
         What the estimator believes, and from which the truth is drawn unless `truth` is given.
     design : array_like, shape (4 m,)
-        Rates [deg/s] and duration [s] of each maneuver, as in `AttitudeManeuverProblem`.
+        Rates [deg/s] and duration [s] of each maneuver, as in `AttitudeManeuverProblem`; ``[]``
+        for none.
     n_runs : int
     seed : int or Generator, optional
         Where the runs' streams are spawned from; None takes fresh entropy.
@@ -206,6 +208,7 @@ def planned(
     environment = environment or Environment.from_scenario(scenario)
     model = FilterModel.from_scenario(scenario, environment)
     real = model if truth is None else other_truth(truth, scenario, environment)
+    plan = plan if plan.size else holding(model.initial_rate)
     t_end = float(evaluate(model, plan).t_end[0])
     whole = Trajectory(scenario, model, plan, t_end).commanded
     (variances,) = evaluate(model.endless, whole, history=True).variances

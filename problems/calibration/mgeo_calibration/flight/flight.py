@@ -100,6 +100,28 @@ class Flight:
     readings: Readings
 
 
+def coning(begin: Floats, end: Floats, step: float) -> Floats:
+    """Mean of the rate over steps less the vector of their turn by their time [rad/s].
+
+    To the third order in the step, of rates that change evenly from those at its begin to those at
+    its end, shape (n, 3) (J. E. Bortz, A New Mathematical Formulation for Strapdown Inertial
+    Navigation, IEEE Transactions on Aerospace and Electronic Systems AES-7 (1971) 61-66).
+    """
+    difference: Floats = -step / 12.0 * np.cross(begin, end)
+    return difference
+
+
+def unsteady(planned: FilterModel, design: Floats, n_steps: int, start: Floats) -> Floats:
+    """`coning` of a design's n steps, from an attitude as `Flight.start` tells."""
+    body = planned.turned(start.T)
+    if body.slew_limits is None:  # rates change between steps
+        return np.zeros((n_steps, 3))
+    plan = body.schedule(design[None], n_steps)
+    stretch = np.searchsorted(plan.starts[0], np.arange(n_steps), side="right") - 1
+    end = plan.end_rates[0][stretch]
+    return coning(np.vstack([body.initial_rate, end[:-1]]), end, body.step)
+
+
 def moved(planned: FilterModel, design: Floats, n_steps: int, errors: Floats) -> Motion:
     """The motion of a design when the attitude at the start is off by the errors drawn.
 
@@ -115,21 +137,28 @@ def _start(planned: Floats, errors: Floats) -> Floats:
     return matrix(-errors[:3] @ planned)
 
 
-def fly_run(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
-    """Fly a plan with the errors that were drawn."""
+def gyro_of(model: FilterModel, rates: Floats, draws: Draws) -> tuple[Floats, Floats]:
+    """`Flight.gyro` and what the gyro reports, shape (n, 3), of a body that turns at such rates."""
     suite, (F, _) = model.suite, at_rest(model)
-    start, errors = _start(motion.attitude[0], draws.errors), draws.errors.copy()
-    errors[:3] = 0.0
-    gyro = np.vstack([errors[3 : len(F)], draws.gyro_noise[:, 3:]])
+    gyro = np.vstack([draws.errors[3 : len(F)], draws.gyro_noise[:, 3:]])
     for state, decay in zip(gyro.T, np.diag(F)[3:], strict=True):
         state[:] = lfilter([1.0], [1.0, -decay], state)  # a Gauss-Markov process
     x = {name: gyro[:-1, first - 3 : first] for name, first in suite.places(suite.gyro).items()}
     # what bias and noise turn the attitude by in a step is reported as their mean over it
     x["bias"] = -(np.diag(F[:3, 3:6]) * x["bias"] + draws.gyro_noise[:, :3]) / model.step
+    return gyro, suite.gyro.measured(SimpleNamespace(**x), rates)
+
+
+def fly_run(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
+    """Fly a plan with the errors that were drawn."""
+    suite = model.suite
+    start, errors = _start(motion.attitude[0], draws.errors), draws.errors.copy()
+    errors[:3] = 0.0
+    gyro, reported = gyro_of(model, motion.rates, draws)
     attitude = motion.attitude @ start
     readings = Readings(
         np.full(len(motion.rates), model.step),
-        suite.gyro.measured(SimpleNamespace(**x), motion.rates),
+        reported,
         tuple(
             _reported(model, index, attitude, motion.rates, errors, gyro, draws.noise[:, index])
             for index in range(len(suite.sensors))

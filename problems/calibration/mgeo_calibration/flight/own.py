@@ -11,11 +11,12 @@ from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import vector
+from mgeo_attitude.maneuvers.schedule import holding
 from mgeo_attitude.maneuvers.trajectory import Trajectory
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.readings import to_channels
 
-from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run, moved
+from mgeo_calibration.flight.flight import Draws, Flight, draw, fly_run, moved, unsteady
 from mgeo_calibration.flight.truth import other_truth
 from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 
@@ -41,7 +42,7 @@ def fly(
     Parameters
     ----------
     plan : ManeuverPlan or array_like, shape (4 m,)
-        Or its design: rates [deg/s] and duration [s] of each maneuver.
+        Or its design: rates [deg/s] and duration [s] of each maneuver; ``[]`` for none.
     seed : int or Generator, optional
         None takes fresh entropy.
     truth : Scenario, optional
@@ -68,7 +69,10 @@ def fly(
     n = model.n_steps
     draws = going_on(model, draw(model, n, np.random.default_rng(seed)), after)
     motion = moved(planned, design, n, draws.errors)
-    return sent_down(model, fly_run(model, motion, draws))
+    flight = fly_run(model, motion, draws)
+    mean = flight.readings.gyro + unsteady(planned, design, n, flight.start)
+    readings = dataclasses.replace(flight.readings, gyro=mean)
+    return sent_down(model, dataclasses.replace(flight, readings=readings))
 
 
 def going_on(model: FilterModel, draws: Draws, after: Truth | None) -> Draws:
@@ -86,8 +90,9 @@ def going_on(model: FilterModel, draws: Draws, after: Truth | None) -> Draws:
 
 
 def commanded(scenario: Scenario, plan: Any, model: FilterModel) -> Floats:
-    """The design of a plan, with the slew back that the scenario asks for."""
+    """The design of a plan, if only of nothing, with the slew back that the scenario asks for."""
     design = np.asarray(getattr(plan, "design", plan), dtype=float)
+    design = design if design.size else holding(model.initial_rate)
     if not scenario.maneuvers.slew_back:
         return design
     held = getattr(plan, "held_until", 0.0)

@@ -34,10 +34,22 @@ class Truth:
     states : array, shape (n, n_states)
         States of gyro and sensors, in the filter's units, rotations as vectors of
         `rotation.rotate`; zero for the attitude.
+    wheel_momentum : array, shape (n, k), optional
+        Of each wheel, where a simulation has wheels [N m s].
     """
 
     attitude: Floats
     states: Floats
+    wheel_momentum: Floats | None = None
+
+    def first(self, n: int) -> Truth:
+        """At the first n samples."""
+        wheels = self.wheel_momentum
+        return Truth(
+            attitude=self.attitude[:n],
+            states=self.states[:n],
+            wheel_momentum=None if wheels is None else wheels[:n],
+        )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -122,7 +134,7 @@ class Telemetry:
             position=None if self.position is None else self.position[:n],
             others={name: values[:n] for name, values in self.others.items()},
             steps=self.steps,
-            truth=truth and Truth(attitude=truth.attitude[:n], states=truth.states[:n]),
+            truth=truth and truth.first(n),
         )
 
     def to_csv(self, path: Path | str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
@@ -12,6 +12,7 @@ from scipy.stats import chi2
 
 from mgeo.studies.statistics import holm
 from mgeo_calibration.estimation import simulate
+from mgeo_calibration.verification.ends import ends
 
 #: Probability of calling a plan and its filter wrong that are right, in all tests together.
 LEVEL = 0.01
@@ -44,6 +45,8 @@ class Verification:
         Its p-value, corrected.
     path_limits : DataFrame
         How often each path limit was truly broken; see `MonteCarlo.broken_limits`.
+    ends : DataFrame
+        Where flights end that are turned by their gyro, and what they keep; see `ends`.
     """
 
     n_runs: int
@@ -51,6 +54,7 @@ class Verification:
     nees: float
     nees_p: float
     path_limits: pd.DataFrame
+    ends: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def worse(self) -> list[str]:
@@ -126,4 +130,5 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
         },
         index=pd.Index(states.names, name="state"),
     )
-    return Verification(n_runs, table, nees, float(p[-1]), flights.broken_limits())
+    broken, where = flights.broken_limits(), ends(plan, n_runs, seed)
+    return Verification(n_runs, table, nees, float(p[-1]), broken, where)

@@ -65,7 +65,7 @@ def fly(
     Parameters
     ----------
     plan : ManeuverPlan or array_like, shape (4 m,)
-        Or its design: rates [deg/s] and duration [s] of each maneuver.
+        Or its design: rates [deg/s] and duration [s] of each maneuver; ``[]`` for none.
     seed : int or Generator, optional
         The same seed, the same telemetry, bit by bit; None takes fresh entropy.
     vehicle : Vehicle, optional
@@ -133,7 +133,10 @@ def fly(
     motion = Motion(turns.as_rotvec() / model.step, seen.attitude @ drawn.start.T)
     sensors = _reported(model, seen.attitude, motion.rates, seen.sensors)
     readings = Readings(np.full(n, model.step), seen.gyro, sensors)
-    return sent_down(model, dataclasses.replace(drawn, motion=motion, readings=readings))
+    sent = sent_down(model, dataclasses.replace(drawn, motion=motion, readings=readings))
+    assert sent.truth is not None
+    wheels = seen.wheels if seen.wheels.size else None
+    return dataclasses.replace(sent, truth=dataclasses.replace(sent.truth, wheel_momentum=wheels))
 
 
 def _reported(

@@ -42,6 +42,7 @@ from mgeo_calibration.flight.basilisk.surroundings import (
     shadow_model,
 )
 from mgeo_calibration.flight.basilisk.vehicle import Vehicle
+from mgeo_calibration.flight.flight import coning
 
 #: Longest step of dynamics and control [s]; the scenario's step is cut into equal parts.
 LONGEST_STEP = 1.0
@@ -123,6 +124,8 @@ class Seen:
         Mean of the reported rate over each step [rad/s].
     sensors : tuple of arrays, shape (n + 1, k, 3)
         As in `Readings`.
+    wheels : array, shape (n + 1, k)
+        Momentum of each wheel [N m s]; none of a satellite that coils turn.
     """
 
     attitude: Floats
@@ -130,6 +133,7 @@ class Seen:
     field: Floats
     gyro: Floats
     sensors: tuple[Floats, ...]
+    wheels: Floats
 
 
 def simulate(
@@ -190,9 +194,12 @@ def simulate(
             reference = Reference.of(motion, drawn.rate, scenario.step, parts)
             guidance = Guidance(imu, reference, drawn.rate, corrected, bias, nanoseconds)
             loop = [guidance, *control_loop(vehicle, guidance, effector, configuration)]
+            spins = effector.rwSpeedOutMsg.recorder()
         modules.insert(1, effector)
         modules += [imu, *(one for i in instruments for one in i.modules), *loop]
         records = {"state": satellite.scStateOutMsg.recorder(), "gyro": imu.sensorOutMsg.recorder()}
+        if not coiled:
+            records["wheels"] = spins
         if field is not None:
             records["field"] = field.envOutMsgs[0].recorder()
         for instrument in instruments:
@@ -206,13 +213,28 @@ def simulate(
     run.ConfigureStopTime(n * parts * nanoseconds)
     run.ExecuteSimulation()
     state, turns = records["state"], records["gyro"].DRFramePlatform[1:].reshape(n, parts, 3)
+    attitude = Rotation.from_mrp(state.sigma_BN[::parts]).inv().as_matrix()
+    # it tells the turn since its last step
+    rates = state.omega_BN_B[::parts]
+    gyro = _composed(turns) / scenario.step + coning(rates[:-1], rates[1:], scenario.step)
     return Seen(
-        Rotation.from_mrp(state.sigma_BN[::parts]).inv().as_matrix(),
+        attitude,
         state.r_BN_N[::parts],
         1e9 * records["field"].magField_N[::parts] if field else np.zeros((0, 3)),
-        _composed(turns) / scenario.step,
+        gyro,
         tuple(_after_start(one.vectors(records)[::parts]) for one in instruments),
+        _held(vehicle, spins, configuration)[::parts]
+        if isinstance(vehicle, Vehicle)
+        else np.zeros((n + 1, 0)),
     )
+
+
+def _held(vehicle: Vehicle, spins: Any, configuration: Any) -> Floats:
+    """Momentum of each wheel [N m s]."""
+    count = len(vehicle.wheels.axes)
+    inertia = np.array(configuration.read().JsList[:count])
+    held: Floats = spins.wheelSpeeds[:, :count] * inertia
+    return held
 
 
 def _corrected(suite: Suite, states: Floats) -> Callable[[Floats], Floats]:
