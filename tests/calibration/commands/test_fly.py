@@ -3,6 +3,7 @@
 import dataclasses
 import importlib.util
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from mgeo_attitude.plan import ManeuverPlan, read_json, write_plan
 from mgeo_attitude.scenario import Convergence
 from mgeo_calibration.calibration import calibrate
 from mgeo_calibration.flight import fly
+from mgeo_calibration.flight.as_flown import END, as_flown
 from mgeo_calibration.telemetry import read_telemetry
 
 BASILISK = pytest.mark.skipif(
@@ -40,6 +42,8 @@ def test_telemetry_is_what_python_gets_and_truth_has_the_calibration_s_names(run
     text = run("fly", path, "--seed", 3, "--out", out, "--truth", truth).stdout
     assert "601 samples to 600 s of gyro, sun, mag, flown by own" in text
     expected = fly(found.scenario, found, 3)
+    off = as_flown(found, expected).loc[END, "flown"]
+    assert re.search(rf"\noff the plan, end +deg +0 +{off:.4g} *\n", text)
     read = read_telemetry(out, found.scenario)
     np.testing.assert_array_equal(read.gyro_deg_s, expected.gyro_deg_s[-len(read.times) :])
     document = json.loads(truth.read_text())

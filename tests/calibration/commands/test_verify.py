@@ -12,6 +12,7 @@ from mgeo_attitude.plan import ManeuverPlan, read_json, write_plan
 from mgeo_attitude.scenario import PathLimit
 from mgeo_attitude.scenario.validity import OutsideValidity
 from mgeo_calibration.commands.verify import verification_document
+from mgeo_calibration.verification.ends import told
 from mgeo_calibration.verification.verification import verify
 
 from mgeo.report.build import report_html
@@ -150,6 +151,11 @@ def test_a_broken_path_limit_is_told(run, tmp_path):
     assert "path limits broken" in text
     document = json.loads(run(*arguments, "--json", code=3).stdout)
     assert "Sun off camera broken in 100 % of flights" in document["conclusion"]
+    assert f"; {told(found.ends)[0]}" in document["conclusion"]
+    assert told(found.ends)[0] in " ".join(text.split())
+    assert "Sun off camera broken in 100 %" in told(found.ends)[0]
+    assert document["ends"][2]["as flown"] == "Sun off camera"
+    assert document["ends"][2]["broken [%]"] == 100.0
     (row,) = document["path_limits"]
     assert row["path limit"] == "Sun off camera"
     assert row["steered: flights [%]"] == 100.0

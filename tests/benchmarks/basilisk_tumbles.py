@@ -1,0 +1,131 @@
+"""Flies tumbles, and Sun sensors of unit vectors, by Basilisk: is what `calibrate` claims true?
+
+    OMP_NUM_THREADS=1 python -m tests.benchmarks.basilisk_tumbles 50  # flights of each kind
+
+Results are kept in docs/basilisk_tumbles.jsonl, a flight a line; one that is there already is not
+flown again. At the end the table of docs/basilisk.md is written.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache
+from itertools import product
+from typing import Any
+
+import numpy as np
+from mgeo_attitude import Environment, Scenario
+from mgeo_attitude.scenario import Coils, Convergence, InitialConditions
+from mgeo_attitude.sensors import TwoAxisSunSensor
+from mgeo_calibration.calibration import calibrate
+from mgeo_calibration.flight.basilisk import Vehicle, fly
+
+from .basilisk import PLANS, ROOT, errors
+from .basilisk_document import DOCUMENT, band
+from .consistency_document import with_table
+
+RESULTS = ROOT / "docs" / "basilisk_tumbles.jsonl"
+DURATION = 3000.0
+FIRST_SEED = 48000
+#: Rates [deg/s] of satellites that nothing turns.
+TUMBLES = {"paper": (0.8, -0.6, 1.1), "cubesat_6u": (3.0, -2.0, 3.0)}
+#: Whether it tumbles, and whether its Sun sensor reports unit vectors.
+KINDS = {
+    "tumbles": (True, False),
+    "flies a plan, unit vectors": (False, True),
+    "tumbles, unit vectors": (True, True),
+}
+
+
+@cache
+def scenario(name: str, kind: str) -> tuple[Scenario, Environment]:
+    """Of a preset, with its environment."""
+    tumbles, normalized = KINDS[kind]
+    given = Scenario.from_dict({"preset": name})
+    sun, mag = given.sensors
+    changes: dict[str, Any] = {}
+    if normalized:
+        changes["sensors"] = (
+            TwoAxisSunSensor(
+                name="sun",
+                noise_deg=sun.noise_deg,
+                initial_misalignment_deg=sun.initial_misalignment_deg,
+            ),
+            mag,
+        )
+    if tumbles:  # coils that are off: Euler's equations without torque
+        body = Vehicle.of(given).wheels.inertia
+        changes["coils"] = Coils(max_dipole=(0.2, 0.2, 0.2), inertia=body)
+        changes["initial"] = InitialConditions(
+            rate_deg_s=TUMBLES[name], attitude_deg=given.initial.attitude_deg
+        )
+    made = dataclasses.replace(
+        given, duration=DURATION, convergence=Convergence(window=DURATION), **changes
+    )
+    return made, Environment.from_scenario(made)
+
+
+def run(case: tuple[str, str, int]) -> dict[str, Any]:
+    """One flight, and its calibration."""
+    name, kind, number = case
+    of, environment = scenario(name, kind)
+    design = [] if KINDS[kind][0] else PLANS[name][1]["design"]
+    row: dict[str, Any] = {"key": list(case)}
+    seed = FIRST_SEED + 1000 * list(KINDS).index(kind) + number  # no draw twice
+    telemetry = fly(of, design, seed, environment=environment)
+    try:
+        found = calibrate(of, telemetry)
+    except ValueError as error:
+        return row | {"refused": str(error)}
+    assert telemetry.truth is not None
+    e, P = errors(found, telemetry.truth), found.covariance
+    z = e / np.sqrt(np.diag(P))
+    return row | {
+        "nees": round(float(e @ np.linalg.solve(P, e)) / len(e), 4),
+        "greatest": round(float(np.abs(z).max()), 2),
+        "rms": [round(float(each), 3) for each in np.sqrt((z.reshape(-1, 3) ** 2).mean(axis=1))],
+        "supported": bool(found.supported),
+    }
+
+
+def stored() -> list[dict[str, Any]]:
+    text = RESULTS.read_text(encoding="utf-8") if RESULTS.exists() else ""
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def table(rows: list[dict[str, Any]]) -> Iterator[str]:
+    """A row for each preset and kind."""
+    yield "| preset | satellite | flights | NEES per state | of perfect ones, 99 % | supported |"
+    yield "| --- | --- | ---: | ---: | --- | ---: |"
+    for name, kind in product(TUMBLES, KINDS):
+        found = [row for row in rows if row["key"][:2] == [name, kind] and "nees" in row]
+        if found:
+            of, _ = scenario(name, kind)
+            low, high = band(len(found) * of.suite.n_states)
+            nees = np.mean([row["nees"] for row in found])
+            share = np.mean([row["supported"] for row in found])
+            yield (
+                f"| {name} | {kind} | {len(found)} | {nees:.3f} | {low:.3f} to {high:.3f} | "
+                f"{share:.0%} |".replace("%", " %")
+            )
+
+
+def main(n_flights: int) -> None:
+    known = {tuple(row["key"]) for row in stored()}
+    cases = [(name, kind, n) for n, kind, name in product(range(n_flights), KINDS, TUMBLES)]
+    with ProcessPoolExecutor(1) as pool, RESULTS.open("a", encoding="utf-8") as file:
+        for row in pool.map(run, [case for case in cases if case not in known]):
+            file.write(json.dumps(row) + "\n")
+            file.flush()
+    print(*table(stored()), sep="\n")
+    text = DOCUMENT.read_text(encoding="utf-8")
+    if "begin of tumbles" in text:
+        DOCUMENT.write_text(with_table(text, "tumbles", "\n".join(table(stored()))), "utf-8")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))

@@ -1,0 +1,199 @@
+"""Faults as large as just matter: which of them `calibrate` names, and what of healthy flights.
+
+    python -m tests.benchmarks.edge_of_mattering [kinds...]   # healthy is one
+
+The size of a fault is not chosen by what is named: it is that which moves the worst estimate of a
+flight by so many of its 1-sigmas (`SIGMAS`). What is named is asked of flights with other noise.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, partial
+
+import numpy as np
+from mgeo_attitude import Scenario
+from mgeo_calibration import Telemetry, calibrate
+from mgeo_calibration.calibration.from_telemetry import at_the_end
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.fit import fit
+
+from tests.calibration.calibration.faults import MOTION, SCENARIO, axis, gyro, sensor
+from tests.calibration.calibration.flights import short
+from tests.calibration.calibration.independent import Craft, fly
+
+SIGMAS, SEEDS = (3.0, 5.0), (1, 2, 3)
+HEALTHY = {"cubesat_6u": 100, "paper": 100}
+
+Spoil = Callable[[Telemetry, np.random.Generator], Telemetry]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A fault of any size: its cause, what is true or sent down, and the size to begin with."""
+
+    cause: str
+    first: float
+    craft: Callable[[float, np.random.Generator], Craft] = lambda size, rng: Craft()
+    spoil: Callable[[float], Spoil] = lambda size: lambda telemetry, rng: telemetry
+    scenario: Scenario = SCENARIO
+
+    def fly(self, size: float, seed: int, noise: int) -> Telemetry:
+        """A flight with the fault of a seed and the noise of another."""
+        rng = np.random.default_rng([seed, 480])
+        flown = fly(self.scenario, MOTION, noise, self.craft(size, rng))
+        return self.spoil(size)(with_temperature(flown), rng)
+
+    def off(self, size: float, seed: int) -> float:
+        """By how many 1-sigmas the fault moves the worst estimate away from the truth."""
+        error, sigma = errors(self.scenario, self.fly(size, seed, seed))
+        return float(np.abs((error - healthy_errors(self.scenario, seed)) / sigma).max())
+
+    def sizes(self, seed: int) -> tuple[float, ...]:
+        """That are off by `SIGMAS`, nearly in proportion to one near the first."""
+        near = self.first * SIGMAS[0] / self.off(self.first, seed)
+        slope = self.off(near, seed) / near
+        return tuple(sigmas / slope for sigmas in SIGMAS)
+
+
+def errors(scenario: Scenario, telemetry: Telemetry) -> tuple[np.ndarray, np.ndarray]:
+    """Truth less estimate of gyro and sensors at the last sample, and 1-sigmas."""
+    belief = Belief.of(scenario)
+    states, P = at_the_end(belief, fit(batch(scenario, telemetry), belief, 1e-5))
+    assert telemetry.truth is not None
+    return (telemetry.truth.states[-1] - states)[3:], np.sqrt(np.diag(P))[3:]
+
+
+@cache
+def healthy_errors(scenario: Scenario, seed: int) -> np.ndarray:
+    """With the same noise and no fault."""
+    return errors(scenario, with_temperature(fly(scenario, MOTION, seed)))[0]
+
+
+def with_temperature(flown: Telemetry) -> Telemetry:
+    return dataclasses.replace(flown, others={"temperature": temperature(flown.times)})
+
+
+def temperature(t: np.ndarray) -> np.ndarray:
+    return 20.0 + 8.0 * np.sin(2.0 * np.pi * t / 5992.0 + 1.0)
+
+
+def late(name: str) -> Callable[[float, np.random.Generator], Craft]:
+    return lambda size, rng: Craft(late={name: size})
+
+
+def scaled(size, t, rows, rng):
+    return rows * (1.0 + size * axis(rng))
+
+
+def sheared(size, t, rows, rng):
+    a, b, c = np.radians(size) * axis(rng)
+    return rows @ np.array([[1.0, a, b], [a, 1.0, c], [b, c, 1.0]])
+
+
+def stepped(size, t, rows, rng):
+    return rows + np.outer(t > rng.uniform(800.0, 2200.0), size * axis(rng))
+
+
+def ramp(size, t, rows, rng):
+    return rows + np.outer(t / 3000.0, size * axis(rng))
+
+
+def walk(size, t, rows, rng):
+    return rows + size * np.cumsum(rng.standard_normal(rows.shape), axis=0) / np.sqrt(len(t))
+
+
+def warmed(size, t, rows, rng):
+    return rows + np.outer((temperature(t) - 20.0) / 16.0, size * axis(rng))
+
+
+def of(where: Callable, change: Callable) -> Callable[[float], Spoil]:
+    """A change of readings, of any size."""
+    return lambda size: where(partial(change, size))
+
+
+MAG, SUN = partial(sensor, "mag"), partial(sensor, "sun")
+UNSURE = dataclasses.replace(
+    SCENARIO, gyro=dataclasses.replace(SCENARIO.gyro, initial_bias_deg_s=0.1)
+)
+DRIFTS, CHANGES = r"gyro\.bias (drifts|decays) by ", r"\.bias changes by "
+KINDS = {
+    "magnetometer late": Kind("mag is .* s late", 0.1, late("mag")),
+    "magnetometer early": Kind("mag is .* s early", -0.1, late("mag")),
+    "Sun sensor late": Kind("sun is .* s late", 0.1, late("sun")),
+    "Sun sensor early": Kind("sun is .* s early", -0.1, late("sun")),
+    "magnetometer's scale": Kind(r"mag\.scale_factor is ", 2e-3, spoil=of(MAG, scaled)),
+    "soft iron": Kind(r"mag\.nonorthogonality is ", 0.1, spoil=of(MAG, sheared)),
+    "gyro's scale": Kind(r"gyro\.scale_factor is ", 2e-3, spoil=of(gyro, scaled)),
+    "gyro's axes": Kind(r"gyro\.nonorthogonality is ", 0.1, spoil=of(gyro, sheared)),
+    "step of the magnetometer": Kind("mag" + CHANGES, 100.0, spoil=of(MAG, stepped)),
+    "step of the Sun sensor": Kind("sun" + CHANGES, 5e-3, spoil=of(SUN, stepped)),
+    "step of the gyro": Kind(DRIFTS, 2e-3, spoil=of(gyro, stepped)),
+    "drift of the magnetometer": Kind("mag" + CHANGES, 100.0, spoil=of(MAG, ramp)),
+    "drift of the Sun sensor": Kind("sun" + CHANGES, 5e-3, spoil=of(SUN, ramp)),
+    "drift of the gyro": Kind(DRIFTS, 2e-3, spoil=of(gyro, ramp)),
+    "walk of the gyro": Kind(DRIFTS, 2e-3, spoil=of(gyro, walk)),
+    "orbit": Kind(
+        "the satellite is .* its orbit", 2.0, lambda size, rng: Craft(behind=size)
+    ),
+    "magnetometer and temperature": Kind(
+        r"mag\.bias (follows temperature|changes) by ", 100.0, spoil=of(MAG, warmed)
+    ),
+    "Sun sensor and temperature": Kind(
+        r"sun\.bias (follows temperature|changes) by ", 5e-3, spoil=of(SUN, warmed)
+    ),
+    "gyro and temperature": Kind(
+        r"gyro\.bias (follows temperature|drifts) by ", 2e-3, spoil=of(gyro, warmed)
+    ),
+    "decay of the gyro's bias": Kind(
+        r"gyro\.bias (decays|drifts) by ",
+        0.02,
+        lambda size, rng: Craft(gyro_bias_deg_s=size * axis(rng), decay=0.0),
+        scenario=UNSURE,
+    ),
+}  # fmt: skip
+
+
+def first_line(scenario: Scenario, telemetry: Telemetry) -> str:
+    """Why a calibration is not supported; empty where it is."""
+    try:
+        found = calibrate(scenario, telemetry)
+    except ValueError as error:
+        return str(error)
+    return found.failures[0] if found.failures else ""
+
+
+def named(kind: Kind) -> None:
+    """Print what is said of flights with a fault."""
+    sizes = {seed: kind.sizes(seed) for seed in SEEDS}
+    for i, sigmas in enumerate(SIGMAS):
+        said = [
+            first_line(kind.scenario, kind.fly(sizes[seed][i], seed, 100 + seed)) for seed in SEEDS
+        ]
+        right = sum(re.match(kind.cause, line) is not None for line in said)
+        size = ", ".join(f"{sizes[seed][i]:.2g}" for seed in SEEDS)
+        others = [line[:60] or "nothing" for line in said if not re.match(kind.cause, line)]
+        print(f"  {sigmas:g} sigma, sizes {size}: {right} of {len(SEEDS)} {others}", flush=True)
+
+
+def healthy() -> None:
+    """Print how many flights without a fault have one named, or are not supported otherwise."""
+    for name, count in HEALTHY.items():
+        scenario = short(getattr(Scenario, name)(), 3000.0)
+        said = []
+        for seed in range(count):
+            flown = fly(scenario, MOTION, 7000 + seed)
+            if line := first_line(scenario, with_temperature(flown)):
+                said.append(line)
+        print(f"  {name}: {len(said)} of {count} {[line[:90] for line in said]}", flush=True)
+
+
+if __name__ == "__main__":
+    for kind in sys.argv[1:] or [*KINDS, "healthy"]:
+        print(kind, flush=True)
+        healthy() if kind == "healthy" else named(KINDS[kind])

@@ -1,0 +1,137 @@
+"""Where a satellite ends, and what it keeps as flown, against what is written down by hand."""
+
+import dataclasses
+import importlib.util
+
+import numpy as np
+import pytest
+from mgeo_attitude import Scenario
+from mgeo_attitude.plan import ManeuverPlan
+from mgeo_calibration import fly
+from mgeo_calibration.flight import draw
+from mgeo_calibration.flight.as_flown import END, GREATEST, MOMENTUM, as_flown, by_gyro, values
+from mgeo_calibration.telemetry import Telemetry
+from mgeo_calibration.verification.ends import BROKEN, HALF, MOST_OF, ends, told
+from scipy.spatial.transform import Rotation
+
+DESIGN = (0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0)
+#: Without margins: what is flown has none.
+LIMITS = [
+    {"name": "camera", "boresight": [1.0, 0.0, 0.0], "half_angle_deg": 20.0,
+     "attitude_sigmas": 0.0},
+    {"name": "array", "boresight": [0.0, 0.0, 1.0], "half_angle_deg": 100.0, "sense": "keep-in",
+     "may_exceed": 900.0, "attitude_sigmas": 0.0},
+]  # fmt: skip
+
+
+def planned(bias_deg_s=0.01, duration=1500.0, **changes):
+    """Nadir, three maneuvers and the way back, by three wheels."""
+    table = {
+        "preset": "cubesat_6u",
+        "duration": duration,
+        "initial": {"pointing": "nadir", "attitude_deg": 0.2},
+        "maneuvers": {"slew_back": True},
+        "gyro": {"initial_bias_deg_s": bias_deg_s},
+        "wheels": {
+            "inertia": [0.185, 0.144, 0.061],
+            "max_torque": 0.004,
+            "max_momentum": 0.015,
+            "initial_momentum": [0.001, -0.002, 0.0015],
+            "ramp_share": 0.5,
+        },
+        "path_limits": LIMITS,
+    }
+    return ManeuverPlan(Scenario.from_dict(table | changes), DESIGN)
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return planned()
+
+
+@pytest.mark.slow
+def test_a_plan_flown_as_it_is_keeps_what_it_keeps(plan):
+    """Wheels by the compiled budget, angles by the plan's own constraints without their margin."""
+    found = values(plan, plan.attitude)
+    assert (found[END], found[GREATEST]) == (0.0, 0.0)
+    rows = plan.constraints()["value"]
+    angle = min(rows["Sun off camera"], rows["Sun off camera in the slew back"])
+    assert found["Sun off camera"] == pytest.approx(angle, abs=1e-6)
+    load = max(rows["wheel momentum"], rows["wheel momentum in the slew back"])
+    assert found[MOMENTUM] == pytest.approx(load, rel=2e-3)
+
+
+def test_an_own_flight_is_off_by_its_first_attitude(plan):
+    telemetry = fly(plan.scenario, plan, 3)
+    found = as_flown(plan, telemetry)
+    assert found.attrs["time_s"] == plan.duration
+    n = len(plan.attitude)
+    off = Rotation.from_matrix(telemetry.truth.attitude[0] @ plan.attitude[0].T).magnitude()
+    assert found.loc[END, "flown"] == pytest.approx(np.degrees(off), rel=1e-9)
+    sun, lit = plan.problem.environment.sun[:n], plan.problem.environment.sunlit[:n]
+    body = np.einsum("kij,kj->ki", telemetry.truth.attitude[:n], sun)[lit]
+    least = np.degrees(np.arccos(body[:, 0])).min()
+    assert found.loc["Sun off camera", "flown"] == pytest.approx(least, abs=0.01)  # at samples
+    away = np.degrees(np.arccos(body[:, 2])) > 100.0
+    assert found.loc["Sun in array", "flown"] == pytest.approx(away.sum(), abs=3)
+    assert found.loc["Sun in array", ["bound", "limit", "kept"]].tolist() == ["at most", 900, True]
+    shorter = as_flown(plan, telemetry.until(200.0))
+    assert shorter.attrs["time_s"] == 200.0
+    with pytest.raises(ValueError, match="telemetry has no truth"):
+        as_flown(plan, dataclasses.replace(telemetry, truth=None))
+
+
+def test_a_gyro_s_bias_turns_the_satellite_away(plan):
+    """Of a constant bias alone, by as much as it adds up to along the turning axes."""
+    model = plan.problem.model
+    n = len(plan.attitude) - 1
+    draws = draw(model, n, np.random.default_rng(1))
+    bias = np.radians([0.01, -0.02, 0.015])
+    errors = np.zeros_like(draws.errors)
+    errors[3:6] = bias
+    still = dataclasses.replace(draws, errors=errors, gyro_noise=np.zeros_like(draws.gyro_noise))
+    attitude = by_gyro(plan, model, still, n)
+    expected, decay = plan.attitude[0], plan.scenario.gyro.bias_decay
+    for k, rate in enumerate(plan.trajectory.motion.rates[:n]):
+        turn = (rate - bias * np.exp(-decay * (k + 0.5))) * model.step
+        expected = Rotation.from_rotvec(-turn).as_matrix() @ expected
+    np.testing.assert_allclose(attitude[-1], expected, atol=1e-6)
+    assert values(plan, attitude)[END] > 2.0
+
+
+def test_flights_by_their_gyros_are_told(plan):
+    found = ends(plan, 12, 2)
+    assert (found["plan"][[END, GREATEST]] == 0.0).all()
+    assert found.loc[END, MOST_OF] > found.loc[END, HALF] > 1.0
+    camera = found.loc["Sun off camera"]
+    assert camera[MOST_OF] < camera[HALF]  # what nine of ten stay above
+    assert np.isnan(found.loc[END, BROKEN])
+    (line,) = told(found)
+    assert f"9 of 10 less than {found.loc[END, MOST_OF]:.3g} deg" in line
+    nearer = LIMITS[0] | {"half_angle_deg": camera["plan"] - 0.5}
+    tight = planned(path_limits=[nearer, LIMITS[1]])
+    assert tight.violations() == []
+    (line,) = told(ends(tight, 12, 2))
+    assert "; Sun off camera broken in " in line
+
+
+@pytest.mark.slow
+@pytest.mark.basilisk
+@pytest.mark.skipif(importlib.util.find_spec("Basilisk") is None, reason="needs bsk")
+def test_basilisk_ends_where_the_gyro_leads():
+    """Of 5 to 20 deg, though the plan keeps all; the same errors, but noise of its own."""
+    from mgeo_calibration.flight import basilisk
+
+    plan, off = planned(0.02), []
+    assert plan.violations() == []
+    model, n = plan.problem.model, len(plan.attitude) - 1
+    for seed in (0, 3):
+        telemetry: Telemetry = basilisk.fly(plan.scenario, plan, seed)
+        found = as_flown(plan, telemetry)["flown"]
+        draws = draw(model, n, np.random.default_rng(seed))
+        own = values(plan, by_gyro(plan, model, draws, n))
+        off.append(found[END])
+        assert found[END] == pytest.approx(own[END], rel=0.03, abs=0.3)
+        assert found["Sun off camera"] == pytest.approx(own["Sun off camera"], abs=0.6)
+        assert found[MOMENTUM] == pytest.approx(own[MOMENTUM], rel=0.02)
+    assert max(off) > 5.0
