@@ -249,6 +249,7 @@ def test_a_browser_draws_the_interactive_figure(site, browser, tmp_path):
         ("paper", 3, 5),
         ("studies/tuning", 1, 2),
         ("studies/results", 3, 23),
+        ("studies/directed", 1, 2),
     ],
 )
 def test_a_browser_draws_what_code_on_a_page_shows(site, browser, tmp_path, page, figures, tables):
