@@ -104,6 +104,18 @@ class ParetoArchive:
     individuals : (n,) the objects they belong to, a pymoo `Population`.
     violation : constraint violation that all points share; 0 if feasible, inf while empty.
     n_rejected : how many points were rejected as not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from mgeo import ParetoArchive
+    >>> archive = ParetoArchive(n_obj=2)
+    >>> points = np.array([[1.0, 3.0], [2.0, 2.0], [3.0, 2.5]])
+    >>> archive.add(points, np.array(["a", "b", "c"], dtype=object))
+    array([ True,  True, False])
+    >>> archive.F
+    array([[1., 3.],
+           [2., 2.]])
     """
 
     def __init__(self, n_obj: int, max_size: int | None = None) -> None:

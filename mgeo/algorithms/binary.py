@@ -75,6 +75,15 @@ class MGEOCanonical(BitStrings):
     F. L. de Sousa, F. M. Ramos, P. Paglione, R. M. Girardi, "New stochastic algorithm for design
     optimization", AIAA Journal 41 (2003) 1808-1818 (GEO). R. L. Galski, doctoral thesis,
     INPE-14795-TDI/1238 (2006) (M-GEO), as implemented in MGEO.jl, whose codes are plain.
+
+    Examples
+    --------
+    >>> from pymoo.optimize import minimize
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import MGEOCanonical
+    >>> result = minimize(ZDT1(n_var=4), MGEOCanonical(bits=10), ("n_eval", 3000), seed=1)
+    >>> result.F.shape[1], bool(result.F.min() < 0.01)
+    (2, True)
     """
 
     def layout(self) -> IntArray:
@@ -106,6 +115,15 @@ class MGEOVar(BitStrings):
     F. L. de Sousa, F. M. Ramos, P. Paglione, R. M. Girardi, "New stochastic algorithm for design
     optimization", AIAA Journal 41 (2003) 1808-1818 (GEO_var). I. Mainenti-Lopes, doctoral thesis,
     INPE-15384-TDI/1403 (2013), as implemented in MGEO.jl (M-GEO_var), whose codes are plain.
+
+    Examples
+    --------
+    >>> from pymoo.optimize import minimize
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import MGEOVar
+    >>> result = minimize(ZDT1(n_var=4), MGEOVar(bits=10), ("n_eval", 3000), seed=1)
+    >>> result.F.shape[1], bool(result.F.min() < 0.01)
+    (2, True)
     """
 
     evaluates_walkers = True

@@ -72,6 +72,15 @@ class MGEODirected(Moves):
     ------
     TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one;
         for one that was a parameter once and is a constant now, unless it is that.
+
+    Examples
+    --------
+    >>> from pymoo.optimize import minimize
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import MGEODirected
+    >>> result = minimize(ZDT1(n_var=4), MGEODirected(), ("n_eval", 2000), seed=1)
+    >>> result.F.shape[1], bool(result.F.min() < 0.01)
+    (2, True)
     """
 
     #: Probability a generation that a walker returns to its best point.

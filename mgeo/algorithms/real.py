@@ -108,6 +108,15 @@ class MGEOReal(RealSteps):
     I. Mainenti-Lopes, L. C. G. Souza, F. L. de Sousa, "Design of a nonlinear controller for a
     rigid-flexible satellite using multi-objective generalized extremal optimization with real
     codification", Shock and Vibration 19 (2012) 947-956. Public implementation: MGEO.jl.
+
+    Examples
+    --------
+    >>> from pymoo.optimize import minimize
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import MGEOReal
+    >>> result = minimize(ZDT1(n_var=4), MGEOReal(sigma=0.1), ("n_eval", 3000), seed=1)
+    >>> result.F.shape[1], bool(result.F.min() < 0.01)
+    (2, True)
     """
 
     def layout(self) -> IntArray:
@@ -146,6 +155,15 @@ class MGEOReal2(RealSteps):
     leobeckerdaluz/GEO_OptimizationAlgorithms (master's thesis at INPE), where "factorial" with
     s = 2 is called the original schedule; the thesis itself was not at hand. The step to several
     objectives, in the way of MGEO_real, is our reading.
+
+    Examples
+    --------
+    >>> from pymoo.optimize import minimize
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import MGEOReal2
+    >>> result = minimize(ZDT1(n_var=4), MGEOReal2(0.5, n_steps=4), ("n_eval", 3000), seed=1)
+    >>> result.F.shape[1], bool(result.F.min() < 0.01)
+    (2, True)
     """
 
     evaluates_walkers = True

@@ -55,6 +55,21 @@ class MGEOStaged(MGEODirected):
     Raises
     ------
     TypeError, ValueError : for a parameter of the wrong type or out of range, or an unknown one.
+
+    Examples
+    --------
+    >>> from pymoo.optimize import minimize
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import MGEOStaged
+    >>> class Sampled(ZDT1):
+    ...     samples = 64
+    ...     def at_stage(self, k):
+    ...         problem = Sampled(n_var=4)
+    ...         problem.samples = (4, 16, 64)[k]
+    ...         return problem
+    >>> result = minimize(Sampled(n_var=4), MGEOStaged(), ("n_eval", 500), seed=1)
+    >>> result.problem.samples
+    64
     """
 
     state: StagedState

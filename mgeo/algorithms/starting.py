@@ -33,6 +33,15 @@ class SuggestedSampling(Sampling):
     ------
     ValueError : for n below 1; when designs are drawn, if the algorithm begins with fewer, or the
         problem suggests none, or none that it could take.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from mgeo import MGEODirected, SuggestedSampling
+    >>> from mgeo_attitude import AttitudeManeuverProblem
+    >>> algorithm = MGEODirected(sampling=SuggestedSampling(10))
+    >>> AttitudeManeuverProblem().starts(2, np.random.default_rng(1)).shape
+    (2, 12)
     """
 
     def __init__(self, n: int, others: Sampling | None = None) -> None:

@@ -61,6 +61,22 @@ class TolerantEvaluator(Evaluator):
     n_failed : failed ones.
     causes : how many failed why; the first key is the first cause.
     n_in_a_row : failed since the last batch in which one succeeded.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from pymoo.algorithms.moo.nsga2 import NSGA2
+    >>> from pymoo.optimize import minimize
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import TolerantEvaluator
+    >>> class Fragile(ZDT1):
+    ...     def _evaluate(self, x, out, *args, **kwargs):
+    ...         super()._evaluate(x, out, *args, **kwargs)
+    ...         out["F"][x[:, 0] < 0.05] = np.nan
+    >>> tolerant = TolerantEvaluator()
+    >>> result = minimize(Fragile(4), NSGA2(), ("n_gen", 3), seed=1, evaluator=tolerant)
+    >>> bool(np.isfinite(result.F).all()), list(tolerant.causes)
+    (True, ['F[0] = nan'])
     """
 
     def __init__(self, *, patience: int = 100, warn: bool = True, **options: Any) -> None:

@@ -48,6 +48,21 @@ class View:
     ------
     ValueError
         For another shape.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import View
+    >>> class Prices(View):
+    ...     def describe(self):
+    ...         return pd.DataFrame({"price [EUR]": 100.0 * self.X[:, 0]})
+    >>> class Shop(ZDT1):
+    ...     def view(self, X):
+    ...         return Prices(self, X)
+    >>> Shop(n_var=2).view([0.25, 0.0]).describe()
+       price [EUR]
+    0         25.0
     """
 
     def __init__(self, problem: Problem, X: ArrayLike) -> None:
@@ -178,6 +193,13 @@ def view_of(problem: Problem, X: ArrayLike | None = None, F: FloatArray | None =
     ------
     PluginError
         (a ValueError) If the problem's ``view(X)`` raises, or gives something else.
+
+    Examples
+    --------
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import view_of
+    >>> type(view_of(ZDT1(n_var=2), [[0.25, 0.0]])).__name__
+    'View'
     """
     given = np.empty((0, problem.n_var)) if X is None else _numbers(problem, X)
     own = asked(problem, "view(X)", lambda made: isinstance(made, View), "a View", given)

@@ -36,6 +36,11 @@ def report_html(folder: Path | str) -> str:
         If the folder holds no run.
     ValueError, TypeError
         If a file in it is damaged, or the problem refuses the options in it.
+
+    Examples
+    --------
+    >>> from mgeo.report import report_html
+    >>> page = report_html("runs/first")  # doctest: +SKIP
     """
     folder = Path(folder)
     run, problem, chosen, title = read_subject(folder)

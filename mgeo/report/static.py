@@ -62,6 +62,11 @@ def static_figures(
         If kaleido or a browser is missing, or the browser does not start.
     FileNotFoundError, ValueError, TypeError
         See `mgeo.report.report_html`; a ValueError also for a figure that there is not.
+
+    Examples
+    --------
+    >>> from mgeo.report import static_figures
+    >>> files = static_figures("runs/first", ["pdf"], paper=True)  # doctest: +SKIP
     """
     found = _pictures(Path(folder))
     for name in only:

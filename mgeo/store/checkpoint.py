@@ -62,6 +62,16 @@ class Checkpoint(Callback):
     Raises
     ------
     FileNotFoundError : if the folder does not exist.
+
+    Examples
+    --------
+    >>> from pymoo.optimize import minimize
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import Checkpoint, MGEOReal
+    >>> save = Checkpoint("run.checkpoint")
+    >>> result = minimize(ZDT1(n_var=4), MGEOReal(0.1), ("n_gen", 5), seed=1, callback=save)
+    >>> save.generation
+    5
     """
 
     def __init__(
@@ -176,6 +186,18 @@ def resume(
         its class, sizes, bounds, options and values, and of this algorithm; or the termination
         cannot be saved in a file and no new one is given, or the new one is none.
     TypeError : for an option that `setup` does not take.
+
+    Examples
+    --------
+    >>> from pymoo.optimize import minimize
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import Checkpoint, MGEOReal, resume
+    >>> save, problem = Checkpoint("run.checkpoint"), ZDT1(n_var=4)
+    >>> _ = minimize(problem, MGEOReal(0.1), ("n_gen", 5), seed=1, callback=save)
+    >>> longer = resume("run.checkpoint", problem, ("n_gen", 10)).run()
+    >>> at_once = minimize(problem, MGEOReal(0.1), ("n_gen", 10), seed=1)
+    >>> bool((longer.F == at_once.F).all())
+    True
     """
     state, data = _read(path)
     own = identity(problem)

@@ -43,6 +43,17 @@ class Recorder(Callback):
     Raises
     ------
     NotADirectoryError : if `folder` is a file.
+
+    Examples
+    --------
+    >>> from pymoo.algorithms.moo.nsga2 import NSGA2
+    >>> from pymoo.optimize import minimize
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import Recorder, read_record
+    >>> record = Recorder("evaluations")
+    >>> result = minimize(ZDT1(n_var=2), NSGA2(20), ("n_gen", 3), seed=1, callback=record)
+    >>> read_record("evaluations").shape
+    (60, 6)
     """
 
     def __init__(
@@ -147,6 +158,16 @@ def read_record(folder: Path | str, columns: Sequence[str] | None = None) -> pd.
     ------
     FileNotFoundError : if there is no record.
     ValueError : if the record is damaged, or has no such column.
+
+    Examples
+    --------
+    >>> from pymoo.optimize import minimize
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import MGEOReal, Recorder, read_record
+    >>> record = Recorder("evaluations")
+    >>> result = minimize(ZDT1(n_var=2), MGEOReal(), ("n_gen", 3), seed=1, callback=record)
+    >>> read_record("evaluations", ["generation", "f1"]).groupby("generation").size().to_list()
+    [60, 60, 60]
     """
     import pandas as pd
 

@@ -31,7 +31,18 @@ _LINE = 80  # characters
 
 @dataclass(frozen=True, eq=False)
 class Tests:
-    """Whether algorithms differ in an indicator; see `statistics` for the columns."""
+    """Whether algorithms differ in an indicator; see `statistics` for the columns.
+
+    Examples
+    --------
+    >>> from pymoo.algorithms.moo.nsga2 import NSGA2
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import MGEOReal, compare
+    >>> algorithms = [MGEOReal(0.1), NSGA2(20)]
+    >>> comparison = compare(ZDT1(n_var=2), algorithms, n_eval=200, seeds=3, progress=False)
+    >>> comparison.tests("hypervolume").indicator
+    'hypervolume'
+    """
 
     indicator: str
     pairs: pd.DataFrame
@@ -53,6 +64,16 @@ class Comparison(Results):
     """Measured runs of several algorithms on one problem, and what follows from them.
 
     Its text is the `overview`, after `n_eval` evaluations.
+
+    Examples
+    --------
+    >>> from pymoo.algorithms.moo.nsga2 import NSGA2
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import MGEOReal, compare
+    >>> algorithms = [MGEOReal(0.1), NSGA2(20)]
+    >>> comparison = compare(ZDT1(n_var=2), algorithms, n_eval=200, seeds=[7], progress=False)
+    >>> comparison.algorithms
+    ('MGEOReal', 'NSGA2')
     """
 
     def __repr__(self) -> str:

@@ -97,6 +97,16 @@ def compare(
         For an argument that cannot be used.
     NothingToCompareError
         If every run failed (with the message of one of them), or none found a feasible solution.
+
+    Examples
+    --------
+    >>> from pymoo.algorithms.moo.nsga2 import NSGA2
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo import MGEODirected, compare
+    >>> algorithms = {"directed": MGEODirected(), "nsga2": NSGA2(20)}
+    >>> found = compare(ZDT1(n_var=4), algorithms, n_eval=500, seeds=3, n_jobs=1, progress=False)
+    >>> found.overview().index.to_list()
+    ['directed', 'nsga2']
     """
     named = _labeled(algorithms)
     n_eval = validate_integer("n_eval", n_eval, low=1)

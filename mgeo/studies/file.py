@@ -73,7 +73,24 @@ class AlgorithmConfiguration:
 
 @dataclass(frozen=True)
 class Study:
-    """What a study file says; `text` is the file."""
+    """What a study file says; `text` is the file.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from mgeo.studies import read_study
+    >>> text = '''
+    ... title = "Two algorithms"
+    ... evaluations = 200
+    ... seeds = [1, 2]
+    ... problems = [{name = "pymoo:zdt1"}]
+    ... algorithms = [{name = "mgeo-directed"}, {name = "nsga2"}]
+    ... '''
+    >>> _ = Path("study.toml").write_text(text)
+    >>> study = read_study("study.toml")
+    >>> study.seeds, [each.label for each in study.algorithms]
+    ((1, 2), ['mgeo-directed', 'nsga2'])
+    """
 
     title: str
     about: str
@@ -148,6 +165,21 @@ def read_study(path: Path | str, *, imports: bool = True) -> Study:
         If there is no such file.
     ValueError, TypeError
         If it is no valid study; the message names the file and the key.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from mgeo.studies import read_study
+    >>> text = '''
+    ... title = "Two algorithms"
+    ... evaluations = 200
+    ... seeds = [1, 2]
+    ... problems = [{name = "pymoo:zdt1"}]
+    ... algorithms = [{name = "mgeo-directed"}, {name = "nsga2"}]
+    ... '''
+    >>> _ = Path("study.toml").write_text(text)
+    >>> read_study("study.toml").title
+    'Two algorithms'
     """
     path = Path(path)
     if not path.exists():

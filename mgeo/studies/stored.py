@@ -66,6 +66,23 @@ def read_comparison(folder: Path | str) -> Comparison:
         If there is none.
     ValueError, TypeError
         If its problem is not installed, or a file is not as it was written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from mgeo.studies import read_comparison, read_study, run_study
+    >>> text = '''
+    ... title = "Two algorithms"
+    ... evaluations = 200
+    ... grid = 2
+    ... seeds = [1, 2]
+    ... problems = [{name = "pymoo:zdt1"}]
+    ... algorithms = [{name = "mgeo-directed"}, {name = "nsga2"}]
+    ... '''
+    >>> _ = Path("study.toml").write_text(text)
+    >>> _ = run_study(read_study("study.toml"), "results", n_jobs=1, progress=False)
+    >>> read_comparison("results").algorithms
+    ('mgeo-directed', 'nsga2')
     """
     folder = Path(folder)
     path = folder / PROVENANCE

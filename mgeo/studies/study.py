@@ -76,6 +76,23 @@ def run_study(
         If a folder cannot be written; that is tried before any run is made.
     NothingToCompareError
         If all runs of a problem failed, or none found a feasible solution; the others are done.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from mgeo.studies import read_study, run_study
+    >>> text = '''
+    ... title = "Two algorithms"
+    ... evaluations = 200
+    ... grid = 2
+    ... seeds = [1, 2]
+    ... problems = [{name = "pymoo:zdt1"}]
+    ... algorithms = [{name = "mgeo-directed"}, {name = "nsga2"}]
+    ... '''
+    >>> _ = Path("study.toml").write_text(text)
+    >>> found = run_study(read_study("study.toml"), "results", n_jobs=1, progress=False)
+    >>> list(found), Path("results/summary.md").exists()
+    (['zdt1'], True)
     """
     folder = Path(folder)
     built = build(study)

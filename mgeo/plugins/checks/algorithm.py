@@ -45,6 +45,12 @@ def check_algorithm(
     Raises
     ------
     CheckError : for the first rule that is broken.
+
+    Examples
+    --------
+    >>> from pymoo.algorithms.moo.nsga2 import NSGA2
+    >>> from mgeo.testing import check_algorithm
+    >>> check_algorithm(NSGA2(20), n_gen=3)
     """
     if isinstance(algorithm, type):
         with no_error(f"{algorithm.__name__}() must be constructible without arguments"):

@@ -43,6 +43,12 @@ def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: floa
     Raises
     ------
     CheckError : for the first rule that is broken.
+
+    Examples
+    --------
+    >>> from pymoo.problems.multi import ZDT1
+    >>> from mgeo.testing import check_problem
+    >>> check_problem(ZDT1(n_var=4))
     """
     require(isinstance(problem, Problem), f"{problem!r} is not a pymoo Problem")
     _check_bounds(problem)

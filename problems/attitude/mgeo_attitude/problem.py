@@ -71,6 +71,13 @@ class AttitudeManeuverProblem(ShownByView, Problem):
     TypeError, ValueError
         For a scenario of another type, a count below one, an objective that is not known, or a
         start that breaks a limit; see `constraints.check_start`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import AttitudeManeuverProblem, Scenario
+    >>> problem = AttitudeManeuverProblem(Scenario.cubesat_6u(), objectives=("t_end", "trace"))
+    >>> problem.n_var, problem.obj_names, problem.constraint_names
+    (12, ('t_end [s]', 'trace [-]'), ())
     """
 
     var_names: list[str]

@@ -79,6 +79,12 @@ class Catalog:
         tracker.
     faces : tuple of str
         Where Sun sensors can be, of `FACES`.
+
+    Examples
+    --------
+    >>> from mgeo_suite import Catalog
+    >>> [grade.name for grade in Catalog.default().gyros]
+    ['mems', 'mems-tactical', 'fog']
     """
 
     gyros: tuple[Grade, ...]

@@ -60,6 +60,13 @@ class SensorSuiteProblem(ShownByView, Problem):
     TypeError, ValueError
         For arguments of another type, an objective that is not known, or a scenario with flights,
         with requirements on sensors that a suite may not have, or with a start that breaks a limit.
+
+    Examples
+    --------
+    >>> from mgeo_suite import SensorSuiteProblem
+    >>> problem = SensorSuiteProblem(objectives=("price", "attitude", "t_end"))
+    >>> problem.n_obj, list(problem.vars)[:4]
+    (3, ['gyro', 'magnetometer', 'star tracker', 'Sun sensor +x'])
     """
 
     def __init__(

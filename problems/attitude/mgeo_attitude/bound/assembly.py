@@ -35,6 +35,13 @@ def limit(scenario: Scenario, model: FilterModel | None = None) -> LimitCurves:
     ------
     NoLimit
         Where none can be proved, and why.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario, limit
+    >>> curves = limit(Scenario.paper())
+    >>> curves.trace[[600, 1800]].round(8)
+    array([1.919e-05, 6.100e-06])
     """
     model = FilterModel.from_scenario(scenario) if model is None else model
     return _limit(scenario, model, samples(model))

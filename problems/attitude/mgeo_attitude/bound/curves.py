@@ -40,6 +40,13 @@ class LimitCurves:
         none does within the duration.
     given_away : tuple of str
         What the bound does not ask for, beside that each 3-vector counts as if all else were known.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario, limit
+    >>> scenario = Scenario.from_dict({"preset": "paper", "required_sigma": {"attitude_deg": 0.1}})
+    >>> limit(scenario).earliest
+    {'attitude_deg': 278.0}
     """
 
     times: Floats

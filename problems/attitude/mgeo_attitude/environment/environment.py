@@ -63,6 +63,14 @@ class Environment:
         `sun` that is not of unit length.
     TypeError
         If `sunlit` is not of bool.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from mgeo_attitude import Environment, Scenario
+    >>> environment = Environment.from_scenario(Scenario.paper())
+    >>> environment.position.shape, float(np.linalg.norm(environment.field[0]).round(-2))
+    ((11985, 3), 29600.0)
     """
 
     times: Floats

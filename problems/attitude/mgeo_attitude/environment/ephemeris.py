@@ -42,6 +42,21 @@ class EphemerisOrbit(Validated):
         position below ground or beyond the Earth's reach, a satellite that the Earth does not hold,
         or a sample that those around it miss by more than 1 km: it is wrong, they are too far
         apart, or the velocities are not those of the positions.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.scenario import EphemerisOrbit
+    >>> scenario = Scenario.paper()
+    >>> times = np.arange(0.0, 1200.0, 60.0)
+    >>> position, velocity = scenario.orbit.propagate(scenario.epoch, times)
+    >>> rows = {"times": times, "position": position, "velocity": velocity}
+    >>> samples = EphemerisOrbit(epoch=scenario.epoch, **{k: v.tolist() for k, v in rows.items()})
+    >>> at_90_s = scenario.epoch, np.array([90.0])
+    >>> at = [orbit.propagate(*at_90_s)[0] for orbit in (samples, scenario.orbit)]
+    >>> bool(abs(at[0] - at[1]).max() < 1e-3)  # m
+    True
     """
 
     propagator: ClassVar[str] = "ephemeris"

@@ -26,6 +26,22 @@ class MeanElements(ElementSet):
     ------
     InvalidValue, InvalidType
         For an element out of its range, or a perigee below the Earth's surface.
+
+    Examples
+    --------
+    >>> from datetime import UTC, datetime
+    >>> from mgeo_attitude.scenario import MeanElements
+    >>> elements = MeanElements(
+    ...     epoch=datetime(2008, 9, 20, 12, 25, tzinfo=UTC),
+    ...     mean_motion_rev_day=15.72,
+    ...     eccentricity=0.00067,
+    ...     inclination_deg=51.64,
+    ...     raan_deg=247.46,
+    ...     argument_of_perigee_deg=130.54,
+    ...     mean_anomaly_deg=325.03,
+    ... )
+    >>> round(elements.period)  # s
+    5496
     """
 
     propagator: ClassVar[str] = "mean-elements"

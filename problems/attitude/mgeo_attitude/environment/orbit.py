@@ -36,6 +36,20 @@ class Orbit(Validated):
     ------
     InvalidValue, InvalidType
         For an element out of its range, or a perigee below the Earth's surface.
+
+    Examples
+    --------
+    >>> from mgeo_attitude.scenario import Orbit
+    >>> orbit = Orbit(
+    ...     semi_major_axis=6.9e6,
+    ...     eccentricity=0.001,
+    ...     inclination_deg=97.5,
+    ...     raan_deg=10.0,
+    ...     argument_of_perigee_deg=0.0,
+    ...     true_anomaly_deg=0.0,
+    ... )
+    >>> round(orbit.period)  # s
+    5704
     """
 
     propagator: str = quantity(

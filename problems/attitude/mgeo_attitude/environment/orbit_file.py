@@ -36,6 +36,12 @@ class OrbitFile(Validated):
     ------
     InvalidValue, InvalidType
         For a value out of its range.
+
+    Examples
+    --------
+    >>> from mgeo_attitude.scenario import OrbitFile
+    >>> OrbitFile(file="stations.omm", object="25544").object
+    '25544'
     """
 
     propagator: ClassVar[str] = "file"

@@ -42,6 +42,15 @@ class TLEOrbit(ElementSet):
     InvalidValue, InvalidType
         For a line of the wrong length, number or checksum, lines of two satellites, an entry that
         is not a number, or a perigee below the Earth's surface.
+
+    Examples
+    --------
+    >>> from mgeo_attitude.scenario import TLEOrbit
+    >>> orbit = TLEOrbit(
+    ...     line1="1 25544U 98067A   08264.51782528 -.00002182  00000-0 -11606-4 0  2927",
+    ...     line2="2 25544  51.6416 247.4627 0006703 130.5360 325.0288 15.72125391563537")
+    >>> round(orbit.period)  # s
+    5496
     """
 
     propagator: ClassVar[str] = "sgp4"

@@ -60,6 +60,14 @@ class Evaluation:
         When each design begins [s] after the epoch; None where all begin then.
 
     A covariance that lost positivity gives NaN in `t_end` and `trace`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import FilterModel, Scenario, evaluate
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> found = evaluate(FilterModel.from_scenario(Scenario.paper()), [design], covariance=True)
+    >>> found.t_end, found.covariance.shape
+    (array([2337.]), (1, 18, 18))
     """
 
     t_end: Floats
@@ -135,6 +143,14 @@ def evaluate(
     ValueError
         If a variant has other states than the model, considers others, or a constant more or less;
         or if there are path limits and a design turns by 180 deg or more in a step.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import FilterModel, Scenario, evaluate
+    >>> model = FilterModel.from_scenario(Scenario.paper())
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> evaluate(model, [design, design], threads=2).t_end
+    array([2337., 2337.])
     """
     variants = variants or [model]
     check_variants(model, variants)

@@ -33,6 +33,14 @@ class FilterHistory:
         Names of the state's 3-vectors.
     converged : bool
         False where the run ended at the scenario's duration.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import FilterModel, Scenario, filter_history
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> history = filter_history(FilterModel.from_scenario(Scenario.paper()), design)
+    >>> history.converged, float(history.times[-1]), history.blocks[:2]
+    (True, 2337.0, ('attitude', 'gyro.bias'))
     """
 
     times: Floats
@@ -58,6 +66,14 @@ def filter_history(model: FilterModel, design: ArrayLike) -> FilterHistory:
     ------
     ValueError
         If the covariance loses positivity, so that nothing follows from it.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import FilterModel, Scenario, filter_history
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> history = filter_history(FilterModel.from_scenario(Scenario.paper()), design)
+    >>> bool(history.trace[-1] < history.trace[0])
+    True
     """
     found = evaluate(model, np.atleast_2d(np.asarray(design, dtype=float)), 1, True, True)
     t_end = found.t_end[0]

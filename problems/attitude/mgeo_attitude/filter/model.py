@@ -111,6 +111,13 @@ class FilterModel:
         Of wheels whose load does not follow from the rates alone.
     required_sigma : array, shape (n_states,)
         1-sigma that a plan must reach; infinite for a state without requirement.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import FilterModel, Scenario
+    >>> model = FilterModel.from_scenario(Scenario.paper())
+    >>> model.references.shape, model.step, model.initial_sigma.shape
+    ((11985, 2, 3), 1.0, (18,))
     """
 
     suite: Suite

@@ -57,7 +57,16 @@ class Agreement:
 
 
 def agreement(model: FilterModel, designs: ArrayLike) -> Agreement:
-    """Run designs, shape (n, 4 m), by `evaluate` and by `reference_run`."""
+    """Run designs, shape (n, 4 m), by `evaluate` and by `reference_run`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import FilterModel, Scenario, agreement
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 1000.0})
+    >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
+    >>> agreement(FilterModel.from_scenario(scenario), [design]).difference < 1e-9
+    True
+    """
     X = np.atleast_2d(np.asarray(designs, dtype=float))
     found = evaluate(model, X, history=True)
     same_end, difference, samples = True, 0.0, 0
@@ -72,7 +81,17 @@ def agreement(model: FilterModel, designs: ArrayLike) -> Agreement:
 
 
 def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
-    """Run the filter of equations (2) to (4) over one design, shape (4 m,)."""
+    """Run the filter of equations (2) to (4) over one design, shape (4 m,).
+
+    Examples
+    --------
+    >>> from mgeo_attitude import FilterModel, Scenario, reference_run
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 600.0})
+    >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
+    >>> history = reference_run(FilterModel.from_scenario(scenario), design)
+    >>> history.t_end
+    600.0
+    """
     plan = model.schedule(np.atleast_2d(np.asarray(design, dtype=float)))
     rates, starts, over = plan.rates[0], plan.starts[0], plan.over[0]
     attitude = attitudes(rates, starts, model.n_steps, model.step, model.initial_attitude)

@@ -66,6 +66,15 @@ def aem_text(
     ------
     ValueError
         For a text that the format does not allow, an unknown version, or a spacing not above zero.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan, aem_text
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> plan = ManeuverPlan(Scenario.paper(), design)
+    >>> print(aem_text(plan, object_name="MYSAT").splitlines()[0])
+    CCSDS_AEM_VERS = 1.0
     """
     if version not in get_args(Version):
         raise ValueError(f"version = {version!r}: expected one of {', '.join(get_args(Version))}")

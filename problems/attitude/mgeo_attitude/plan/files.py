@@ -38,6 +38,16 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **aem: Any) -> None:
         For another ending, or by `aem_text`.
     OSError
         If it cannot be written.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan, read_json, write_plan
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> plan = ManeuverPlan(Scenario.paper(), design)
+    >>> write_plan(plan, "plan.json")
+    >>> read_json("plan.json") == plan
+    True
     """
     write_file(path, plan_text(plan, path, aem).encode())
 
@@ -64,6 +74,15 @@ def to_csv(plan: ManeuverPlan) -> str:
 
     A column ``row``, such as 2/4, tells of rows that were lost. Lines that begin with # stand
     before the header where the plan violates constraints, and name them.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan, to_csv
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> plan = ManeuverPlan(Scenario.paper(), design)
+    >>> to_csv(plan).splitlines()[0].split(",")[:4]
+    ['row', 'phase', 'start [s]', 'end [s]']
     """
     table = plan.timeline()
     rows = [f"{i + 1}/{len(table)}" for i in range(len(table))]
@@ -73,12 +92,31 @@ def to_csv(plan: ManeuverPlan) -> str:
 
 
 def to_json(plan: ManeuverPlan) -> str:
-    """The plan as a JSON document; floats by repr, so that it reads back exactly."""
+    """The plan as a JSON document; floats by repr, so that it reads back exactly.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan, from_json, to_json
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> plan = ManeuverPlan(Scenario.paper(), design)
+    >>> from_json(to_json(plan)) == plan
+    True
+    """
     return written(_FORM.document(plan))
 
 
 def from_json(text: str) -> ManeuverPlan:
-    """Inverse of `to_json`; raises as `Form.read`."""
+    """Inverse of `to_json`; raises as `Form.read`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude.plan import from_json
+    >>> from_json("{}")
+    Traceback (most recent call last):
+        ...
+    ValueError: format = None: expected 'mgeo-attitude-plan'
+    """
     return _FORM.read(text)
 
 
@@ -91,6 +129,16 @@ def read_json(path: Path | str) -> ManeuverPlan:
         If it cannot be read.
     ValueError
         Naming the file and the key, see `from_json`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan, read_json, write_plan
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> plan = ManeuverPlan(Scenario.paper(), design)
+    >>> write_plan(plan, "plan.json")
+    >>> read_json("plan.json").design == plan.design
+    True
     """
     return read_document(path, from_json)
 

@@ -55,6 +55,15 @@ class ManeuverPlan(Validated):
     InvalidValue, InvalidType
         (ValueError, TypeError) For a design of another length than the scenario's maneuvers, or a
         value outside the bounds of their rates and durations.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> plan = ManeuverPlan(Scenario.paper(), design)
+    >>> plan.t_end, plan.accuracy()["after"].head(3).round(3).to_list()  # deg
+    (2337.0, [0.043, 0.046, 0.055])
     """
 
     scenario: Scenario = quantity(doc="what the plan is for")

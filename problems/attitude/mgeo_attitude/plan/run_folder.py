@@ -48,6 +48,12 @@ class Front:
     feasible : bool
         Whether they keep the scenario's limits; if not they are those of ``nearest.csv``, the
         nearest first.
+
+    Examples
+    --------
+    >>> from mgeo_attitude.plan import read_front
+    >>> front = read_front("runs/mine")  # doctest: +SKIP
+    >>> front.plan("knee").accuracy()  # doctest: +SKIP
     """
 
     path: Path
@@ -162,6 +168,14 @@ def read_front(folder: Path | str) -> Front:
         If a file is missing or cannot be read.
     ValueError
         Naming the file and what is wrong in it: the key, or the row and column.
+
+    Examples
+    --------
+    >>> from mgeo_attitude.plan import read_front
+    >>> read_front("runs/none")
+    Traceback (most recent call last):
+        ...
+    FileNotFoundError: runs/none holds no run: there is no run.json
     """
     folder = Path(folder)
     run = read_run(folder)

@@ -30,6 +30,19 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
 
     Columns: ``command``, from 1; ``what``; ``start_utc``; ``start_s`` after the scenario's epoch;
     ``duration_s``; and the body rates ``rate_x_deg_s``, ``rate_y_deg_s``, ``rate_z_deg_s``.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan, commands
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> plan = ManeuverPlan(Scenario.paper(), design)
+    >>> commands(plan)[["what", "start_s", "duration_s"]]
+             what  start_s  duration_s
+    0  maneuver 1      0.0       400.0
+    1  maneuver 2    400.0       500.0
+    2  maneuver 3    900.0       600.0
+    3   rate held   1500.0       837.0
     """
     found = _asked(plan) if plan.scenario.turned_by_coils else _followed(plan)
     starts = np.array([start for _, start, _ in found])
@@ -83,6 +96,15 @@ def to_uplink_csv(plan: ManeuverPlan) -> str:
     """The `commands` as CSV.
 
     Lines that begin with # stand before the header where the plan violates constraints.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan, to_uplink_csv
+    >>> design = [0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, -0.4, 0.7, 600.0]
+    >>> plan = ManeuverPlan(Scenario.paper(), design)
+    >>> to_uplink_csv(plan).splitlines()[1]
+    '1,maneuver 1,2018-06-05T00:00:00.000000,0.0,400.0,0.5,0.3,-0.2'
     """
     comments = "".join(f"# VIOLATED CONSTRAINT: {violation}\n" for violation in plan.violations())
     text: str = commands(plan).to_csv(index=False, lineterminator="\n")

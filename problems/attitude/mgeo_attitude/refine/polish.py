@@ -70,6 +70,17 @@ def polish(
     ------
     ValueError
         For a problem with other objectives.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from mgeo_attitude import AttitudeManeuverProblem, Scenario, polish
+    >>> scenario = Scenario.from_dict({"preset": "paper", "step": 4.0})
+    >>> problem = AttitudeManeuverProblem(scenario)
+    >>> designs = np.array([[0.5, 0.3, -0.2, 400.0, -0.3, 0.6, 0.2, 500.0, 0.2, 0.4, 0.7, 600.0]])
+    >>> better = polish(problem, designs, iterations=3)
+    >>> bool((problem.evaluate(better)[0] <= problem.evaluate(designs)[0]).all())
+    True
     """
     found = np.atleast_2d(np.array(designs, dtype=float))
     for better in polish_steps(problem, found, most, iterations):

@@ -28,6 +28,13 @@ def split(designs: ArrayLike, count: int) -> Floats:
     ------
     ValueError
         For designs of more maneuvers, or those that `decode` refuses.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import split
+    >>> split([[0.5, 0.0, 0.0, 100.0, 0.0, 0.5, 0.0, 40.0]], count=3)
+    array([[ 0.5,  0. ,  0. , 50. ,  0.5,  0. ,  0. , 50. ,  0. ,  0.5,  0. ,
+            40. ]])
     """
     _, durations = decode(designs)
     if durations.shape[1] > count:
@@ -61,6 +68,15 @@ def without_unneeded(problem: PlanProblem, designs: ArrayLike) -> Floats:
     Returns
     -------
     array, shape (n, n_var)
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from mgeo_attitude import AttitudeManeuverProblem, without_unneeded
+    >>> problem = AttitudeManeuverProblem()
+    >>> twice = np.array([[0.5, 0.3, -0.2, 400.0, 0.5, 0.3, -0.2, 500.0, 0.2, -0.4, 0.7, 600.0]])
+    >>> without_unneeded(problem, twice)[0, 3::4]
+    array([  0., 900., 600.])
     """
     found = np.atleast_2d(np.array(designs, dtype=float))
     decode(parts(problem, found)[0])

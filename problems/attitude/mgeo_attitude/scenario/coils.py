@@ -16,6 +16,12 @@ class Coils(Validated):
 
     Without wheels the rates of a plan are what is asked for, not what is flown: coils drive the
     body to each of them, then are off, and it moves freely until the next maneuver.
+
+    Examples
+    --------
+    >>> from mgeo_attitude.scenario import Coils
+    >>> Coils(max_dipole=(0.2, 0.2, 0.2), inertia=(0.002, 0.002, 0.002)).duty
+    0.8
     """
 
     max_dipole: tuple[float, float, float] = positive(

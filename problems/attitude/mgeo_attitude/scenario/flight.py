@@ -12,6 +12,12 @@ class FlightErrors(Validated):
     """Flights over which a plan is judged, each with errors drawn from these.
 
     Flight k of a seed is the same however many others there are.
+
+    Examples
+    --------
+    >>> from mgeo_attitude.scenario import FlightErrors
+    >>> FlightErrors(count=32, attitude_deg=5.0, rate_error_deg_s=0.01).quantile
+    0.9
     """
 
     count: int = quantity(16, low=1, high=10_000, doc="number of flights, the same for all plans")

@@ -70,6 +70,12 @@ class InitialConditions(Validated):
     The attitude is that of a *law*, at the epoch: fixed in inertial space, or a body axis that
     points at the Earth's center, along the velocity or at the Sun. Gyro and sensors carry the
     uncertainty of their own errors.
+
+    Examples
+    --------
+    >>> from mgeo_attitude.scenario import InitialConditions
+    >>> InitialConditions(pointing="nadir", attitude_deg=2.0).pointing
+    'nadir'
     """
 
     attitude_deg: float = quantity(

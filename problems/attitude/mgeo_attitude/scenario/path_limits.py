@@ -18,6 +18,12 @@ class PathLimit(Validated):
     Of the Earth, a disc, the angle counts from the limb: inside of it it is negative. The Sun
     counts while it shines. The axis is where the filter believes it: the cone is kept with a margin
     of `attitude_sigmas` times the 1-sigma of the angle; equation (14) of docs/theory.md.
+
+    Examples
+    --------
+    >>> from mgeo_attitude.scenario import PathLimit
+    >>> PathLimit(name="camera", boresight=(0.0, 0.0, 1.0), half_angle_deg=20.0).sense
+    'keep-out'
     """
 
     name: str = quantity("payload", doc="name of the limit, for people")

@@ -24,6 +24,19 @@ class Prior(Validated):
     They take the place of attitude and rate in ``[initial]`` and of all initial 1-sigmas. Numbers
     are in the filter's units (rad, rad/s, 1; a field in units of 50 µT); estimates of rotations are
     vectors of `rotation.rotate`, their errors those of the rotations that remain, R = R̂ R(e).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from mgeo_attitude.scenario import Prior
+    >>> prior = Prior(
+    ...     quaternion=(0.0, 0.0, 0.0, 1.0),
+    ...     rate_deg_s=(0.0, 0.06, 0.0),
+    ...     states=((0.0, 0.0, 0.0),) * 5,
+    ...     covariance=(1e-6 * np.eye(18)).tolist(),
+    ... )
+    >>> len(prior.states)
+    5
     """
 
     quaternion: tuple[float, float, float, float] = quantity(

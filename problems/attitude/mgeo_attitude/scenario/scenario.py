@@ -72,6 +72,14 @@ class Scenario(Validated):
     ------
     InvalidType, InvalidValue
         (TypeError, ValueError) Naming the key, its value and what was expected.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> scenario = Scenario.from_dict({"preset": "cubesat_6u", "duration": 5400.0})
+    >>> scenario.save("mine.toml")
+    >>> Scenario.from_toml("mine.toml") == scenario
+    True
     """
 
     name: str = quantity("custom", doc="name of the scenario, on one line")
@@ -413,6 +421,12 @@ def scenario_schema() -> dict[str, Any]:
 
     A file may leave out what its preset has, so only a file without one is told what is missing.
     What several keys say together, such as multiples of the step, is checked on reading only.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import scenario_schema
+    >>> scenario_schema()["properties"]["step"]["description"]
+    'time step of the filter [s]'
     """
     from mgeo_attitude.fields.checking import section_model
 

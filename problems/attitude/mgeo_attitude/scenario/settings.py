@@ -18,7 +18,14 @@ _BETWEEN_STARTS = 60.0
 
 @dataclass(frozen=True, kw_only=True)
 class ManeuverLimits(Validated):
-    """Bounds of the design vector."""
+    """Bounds of the design vector.
+
+    Examples
+    --------
+    >>> from mgeo_attitude.scenario import ManeuverLimits
+    >>> ManeuverLimits(count=6, max_rate_deg_s=0.5, max_duration=900.0, slew_back=True).count
+    6
+    """
 
     count: int = quantity(3, low=1, high=100, doc="number of constant-rate maneuvers")
     max_rate_deg_s: float = positive(1.0, unit="deg/s", doc="greatest body rate per axis")
@@ -58,7 +65,14 @@ class ManeuverLimits(Validated):
 
 @dataclass(frozen=True, kw_only=True)
 class Convergence(Validated):
-    """When a plan ends: with its last maneuver, or later, once the filter has converged."""
+    """When a plan ends: with its last maneuver, or later, once the filter has converged.
+
+    Examples
+    --------
+    >>> from mgeo_attitude.scenario import Convergence
+    >>> Convergence(rule="end").rule
+    'end'
+    """
 
     rule: str = quantity(
         "trace",
@@ -109,6 +123,13 @@ class TraceWeights(Numbers):
     """Weight, >= 0, of each state block in the trace.
 
     Where none is given it is 1, but 0 for errors that no plan makes smaller: `uncalibrated`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> scenario = Scenario.from_dict({"preset": "paper", "trace_weights": {"attitude": 10.0}})
+    >>> dict(scenario.trace_weights)
+    {'attitude': 10.0}
     """
 
     def of(self, blocks: Iterable[str], uncalibrated: Collection[str] = ()) -> tuple[float, ...]:
@@ -121,6 +142,14 @@ class RequiredSigma(Numbers):
 
     Keys end in the block's unit (`state_units`), in which the number is: ``attitude_deg``,
     ``gyro.bias_deg_h``, ``mag.bias_nt``; ``sun.bias``, parts of a unit vector, has none.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> required = {"attitude_deg": 0.1, "mag.bias_nt": 30.0}
+    >>> scenario = Scenario.from_dict({"preset": "paper", "required_sigma": required})
+    >>> dict(scenario.required_sigma)
+    {'attitude_deg': 0.1, 'mag.bias_nt': 30.0}
     """
 
     def of(self, units: Mapping[str, Unit]) -> tuple[float, ...]:

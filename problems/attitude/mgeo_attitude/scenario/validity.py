@@ -21,6 +21,13 @@ def validity(scenario: Scenario) -> tuple[str, ...]:
 
     Compares initial uncertainties with the map of docs/consistency.md, which sweeps one at a time
     from the presets. A scenario within it is no proof; `simulate` is.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario, validity
+    >>> wild = Scenario.from_dict({"preset": "paper", "initial": {"attitude_deg": 60.0}})
+    >>> validity(Scenario.paper()), len(validity(wild))
+    ((), 1)
     """
     if scenario.prior is not None:  # a calibration is better than all of these
         return ()

@@ -89,6 +89,12 @@ class Wheels(Validated):
     Their momentum and torque follow from the plan: together they hold what is the satellite's
     angular momentum but not the body's J ω. It is constant, in inertial axes, but for what gravity
     gradient and a residual dipole add (`filter.wheel_load`).
+
+    Examples
+    --------
+    >>> from mgeo_attitude.scenario import Wheels
+    >>> Wheels(inertia=(0.185, 0.144, 0.061), max_torque=1e-3, max_momentum=3e-3).allocation
+    'pseudo-inverse'
     """
 
     inertia: tuple[float, float, float] = positive(

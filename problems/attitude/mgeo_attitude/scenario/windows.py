@@ -43,7 +43,16 @@ class _Span(Validated):
 
 @dataclass(frozen=True, kw_only=True)
 class Window(_Span):
-    """A time in which a plan may be flown as a whole; both ends are converted to UTC."""
+    """A time in which a plan may be flown as a whole; both ends are converted to UTC.
+
+    Examples
+    --------
+    >>> from datetime import UTC, datetime
+    >>> from mgeo_attitude.scenario import Window
+    >>> start, end = (datetime(2026, 3, 1, hour, tzinfo=UTC) for hour in (10, 11))
+    >>> Window(start=start, end=end).end.hour
+    11
+    """
 
     start: datetime = quantity(doc="no plan begins earlier; with its UTC offset")
     end: datetime = quantity(doc="every plan is over by then, with the slew back")

@@ -41,6 +41,14 @@ class GaussMarkov:
         1-sigma, of each axis if they differ; the same at all times.
     correlation_time : float
         τ [s].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from mgeo_attitude import GaussMarkov
+    >>> drift = GaussMarkov(sigma=100.0, correlation_time=600.0)
+    >>> round(float(drift.sigma**2 * np.exp(-600.0 / drift.correlation_time)))  # after 600 s
+    3679
     """
 
     sigma: float | tuple[float, float, float]
@@ -96,6 +104,22 @@ class Sensor(Validated, ABC):
     A subclass is a frozen dataclass of parameters. `states`, `measure` and `noise` are all that it
     takes to enter the filter: the kernel is generated from `measure`. A sensor that is simulated,
     or calibrated, also says what it reports, without approximation: `measured`.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> from mgeo_attitude import Sensor
+    >>> @dataclass(frozen=True)
+    ... class Direction(Sensor):
+    ...     kind = "direction"
+    ...     def states(self):
+    ...         return {"bias": 0.01}
+    ...     def measure(self, x, v):
+    ...         return v + x.bias
+    ...     def noise(self):
+    ...         return (1e-3,) * 3
+    >>> Direction(name="beacon").states()
+    {'bias': 0.01}
     """
 
     kind: ClassVar[str]

@@ -80,6 +80,12 @@ class TwoAxisSunSensor(DirectionSensor, SunSensor):
     """A Sun sensor that reports two angles, or a vector that is normalized; blind in eclipse.
 
     What it reports is R(φ) s + δs but for its length, see `DirectionSensor`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import TwoAxisSunSensor
+    >>> list(TwoAxisSunSensor(noise_deg=0.1).states())
+    ['misalignment', 'bias']
     """
 
     kind: ClassVar[str] = "two-axis-sun-sensor"
@@ -100,6 +106,12 @@ class HorizonSensor(DirectionSensor):
     Nadir is geocentric: what the oblateness of the Earth, or of the layer that is seen, does to it
     is taken to be corrected, and its rest part of the bias. It measures at altitudes for which it
     is made, while the Sun is farther from the boresight than an exclusion angle.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import HorizonSensor
+    >>> HorizonSensor(noise_deg=0.2, sun_exclusion_deg=20.0).lowest_altitude_km
+    0.0
     """
 
     kind: ClassVar[str] = "horizon-sensor"

@@ -25,6 +25,12 @@ class Gyro(Validated):
     """Three-axis gyro: ω_m = ω + b + v_g.
 
     Optional are errors of scale factor, misalignment and non-orthogonality; see `measured`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Gyro
+    >>> Gyro(angle_random_walk_deg_per_sqrt_h=0.15, initial_scale_factor=1e-3).states()
+    {'bias': 0.00017453292519943296, 'scale_factor': 0.001}
     """
 
     #: See `Sensor.noise_parameters`.

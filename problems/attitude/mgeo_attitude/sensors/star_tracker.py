@@ -41,6 +41,12 @@ class StarTracker(Sensor):
     worse than about the two cross axes. What it reports is in body axes. It measures below a body
     rate, while Sun, Moon and the Earth's limb are farther from the boresight than its exclusion
     angles.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import StarTracker
+    >>> StarTracker(noise_arcsec=8.0, max_rate_deg_s=1.0, sun_exclusion_deg=40.0).states()
+    {'misalignment': 0.003490658503988659}
     """
 
     kind: ClassVar[str] = "star-tracker"

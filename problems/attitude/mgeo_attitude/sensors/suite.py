@@ -30,6 +30,13 @@ class Suite:
     states, then those of the world, which all sensors share, and of each sensor in turn. For the
     paper's suite these are θ, b, φ, δs, ψ, δB. Errors of world and sensors that vary
     (`GaussMarkov`) come before all constants of sensors.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Gyro, Magnetometer, Suite, SunSensor
+    >>> suite = Suite(Gyro(), (SunSensor(), Magnetometer()))
+    >>> suite.n_states, suite.blocks[:3]
+    (18, ('attitude', 'gyro.bias', 'sun.misalignment'))
     """
 
     gyro: Gyro

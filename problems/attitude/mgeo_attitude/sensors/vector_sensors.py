@@ -43,6 +43,12 @@ class SunSensor(VectorSensor):
     """y_s = [s×]θ - [s×]φ + δs + w_s (equation 2), blind in eclipse.
 
     Light from the Earth adds to a coarse sensor's vector; see `World`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import SunSensor
+    >>> SunSensor(noise_deg=0.3, boresight=(0.0, 0.0, -1.0), half_angle_deg=60.0).states()
+    {'misalignment': 0.017453292519943295, 'bias': 0.02}
     """
 
     kind: ClassVar[str] = "sun-sensor"
@@ -130,6 +136,12 @@ class Magnetometer(VectorSensor):
     Optional are errors of scale factor and non-orthogonality, such as soft iron makes. It sees what
     the field is beside its model, and how far the satellite is from where the model is asked, if
     the `World` says so; see `measured`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Magnetometer
+    >>> list(Magnetometer(noise_nt=100.0, initial_scale_factor=0.01).states())
+    ['misalignment', 'bias', 'scale_factor']
     """
 
     kind: ClassVar[str] = "magnetometer"

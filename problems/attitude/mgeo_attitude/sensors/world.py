@@ -34,6 +34,12 @@ class World(Validated):
     """What field, orbit and light from the Earth are beside their models.
 
     Gauss-Markov processes, all off unless wanted. Those of field and light are in GCRS axes.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import World
+    >>> list(World(field_error_nt=150.0, orbit_error_m=(2000.0, 200.0, 200.0)).states())
+    ['field_error', 'orbit_error']
     """
 
     #: See `Sensor.units`.

@@ -37,6 +37,16 @@ class StrengthCalibration:
         By magnetometer, of those blocks in the filter's units.
     failures : list of str
         What residuals say against it; none is what one wants.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_calibration import calibrate_alone, fly
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
+    >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
+    >>> found = calibrate_alone(scenario, fly(scenario, design, seed=1))
+    >>> found.table["block"].unique().tolist()
+    ['mag.bias']
     """
 
     table: pd.DataFrame
@@ -67,6 +77,16 @@ def calibrate_alone(
     ------
     ValueError, OSError, ImportError
         From `read_telemetry`; or without a magnetometer, or for one that its readings do not tell.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_calibration import calibrate_alone, fly
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
+    >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
+    >>> found = calibrate_alone(scenario, fly(scenario, design, seed=1))
+    >>> list(found.covariance), len(found.table)
+    (['mag'], 3)
     """
     if not isinstance(telemetry, Telemetry):
         telemetry = read_telemetry(telemetry, scenario, mapping)

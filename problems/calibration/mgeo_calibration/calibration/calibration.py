@@ -59,6 +59,19 @@ class Calibration:
         Outliers.
     history : History, optional
         Not in files.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_calibration import calibrate, fly
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
+    >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
+    >>> found = calibrate(scenario, fly(scenario, design, seed=1))
+    >>> found.table()[["block", "estimate", "sigma"]].head(3).round(4)
+           block  estimate   sigma
+    0  gyro.bias   -0.0136  0.0006
+    1  gyro.bias    0.0095  0.0004
+    2  gyro.bias    0.0040  0.0005
     """
 
     scenario: Scenario

@@ -76,6 +76,15 @@ def calibrate(
         From `read_telemetry`; or, as `CannotCalibrate`, for readings of another unit or of other
         sensors, an attitude that does not follow from them, more outliers than not, or an estimate
         that does not settle.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_calibration import calibrate, fly
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
+    >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
+    >>> calibrate(scenario, fly(scenario, design, seed=1)).supported
+    True
     """
     if not 0.0 < gate < 0.5:
         raise ValueError(f"gate = {gate!r}: expected a probability in (0, 0.5)")

@@ -64,6 +64,15 @@ def simulate_calibrations(
     ------
     ValueError, NotImplementedError
         As of `simulate`, and of `calibrate` from a flight.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_calibration import simulate_calibrations
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 400.0})
+    >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
+    >>> simulate_calibrations(scenario, design, n_runs=3, seed=1).errors.shape
+    (3, 1, 18)
     """
     given = planned(scenario, design, n_runs, truth, environment)
     generators = np.random.default_rng(seed).spawn(n_runs)

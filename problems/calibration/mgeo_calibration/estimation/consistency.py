@@ -84,6 +84,16 @@ def consistency(
     ------
     ValueError
         If there is no sample from `since` on, or the confidence is no probability.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_calibration import consistency, simulate
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 400.0})
+    >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
+    >>> result = simulate(scenario, design, n_runs=4, seed=1)
+    >>> consistency(result, since=200.0).table().index.to_list()[:3]
+    ['nees', 'nis sun', 'nis mag']
     """
     if not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence = {confidence!r}: expected a number in (0, 1)")

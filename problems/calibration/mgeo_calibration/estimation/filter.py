@@ -30,6 +30,12 @@ class Estimator(Validated):
 
     The default is what `docs/consistency.md` finds to pay; the other settings are there to be
     compared with it.
+
+    Examples
+    --------
+    >>> from mgeo_calibration import Estimator
+    >>> Estimator.plain() == Estimator(), Estimator().second_order
+    (False, True)
     """
 
     jacobians: str = quantity(

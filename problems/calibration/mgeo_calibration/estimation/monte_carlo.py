@@ -59,6 +59,16 @@ class MonteCarlo(Record):
         Labels of the scenario's path limits: ``Sun off camera``.
     broken : array, shape (n, 2, n_path_limits)
         Share of the time until `t_end` in which each was broken; see `broken_limits`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_calibration import simulate
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 400.0})
+    >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
+    >>> result = simulate(scenario, design, n_runs=4, seed=1)
+    >>> result.table().columns.to_list()[:4]
+    ['predicted', 'claimed', 'rms', 'ratio']
     """
 
     blocks: tuple[str, ...]

@@ -103,6 +103,16 @@ def simulate(
         differs in what it shares with the scenario, or an `environment` that is not the scenario's.
     NotImplementedError
         For a sensor that does not define `measured`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_calibration import simulate
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 400.0})
+    >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
+    >>> result = simulate(scenario, design, n_runs=4, seed=1)
+    >>> result.errors.shape
+    (4, 401, 18)
     """
     given = planned(scenario, design, n_runs, truth, environment)
     model, t_end = given.model, given.t_end

@@ -61,6 +61,16 @@ def fly(
     ------
     ValueError
         For a design that is no plan, or as `estimation.simulate`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_calibration import fly
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
+    >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
+    >>> telemetry = fly(scenario, design, seed=1)
+    >>> len(telemetry.times), {name: values.shape for name, values in telemetry.sensors.items()}
+    (901, {'sun': (901, 3), 'mag': (901, 3)})
     """
     environment = environment or Environment.from_scenario(scenario)
     planned = FilterModel.from_scenario(scenario, environment)

@@ -122,7 +122,19 @@ class SensorChannels(Channels):
 
 @dataclass(frozen=True, kw_only=True)
 class TelemetryMapping(Validated):
-    """How a table of one's own becomes `Telemetry`; what is not said is as `Telemetry.frame`."""
+    """How a table of one's own becomes `Telemetry`; what is not said is as `Telemetry.frame`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_calibration import TelemetryMapping, fly, read_telemetry
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
+    >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
+    >>> table = fly(scenario, design, seed=1).frame().rename(columns={"time": "t"})
+    >>> mapping = TelemetryMapping(time="t")
+    >>> len(read_telemetry(table, scenario, mapping).times)
+    901
+    """
 
     time: str = quantity("time", doc="column of seconds since the epoch or ISO 8601 times, UTC")
     time_format: str = quantity(

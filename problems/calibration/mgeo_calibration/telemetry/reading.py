@@ -60,6 +60,16 @@ def read_telemetry(
     ValueError
         Naming file, row and column of what is missing, no number, unknown, given twice with
         different values, stuck, saturated or outside the field model.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_calibration import fly, read_telemetry
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 900.0})
+    >>> design = [0.5, 0.3, -0.2, 300.0, -0.3, 0.6, 0.2, 300.0, 0.2, -0.4, 0.7, 300.0]
+    >>> fly(scenario, design, seed=1).frame().to_csv("telemetry.csv", index=False)
+    >>> read_telemetry("telemetry.csv", scenario).sensors["mag"].shape
+    (901, 3)
     """
     if isinstance(source, pd.DataFrame):
         return _telemetry(source, scenario, mapping or TelemetryMapping())

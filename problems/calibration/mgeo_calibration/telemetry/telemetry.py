@@ -79,6 +79,16 @@ class Telemetry:
     ValueError
         For an array of another shape, an infinity, a vector that is NaN in part, or times that are
         not finite or do not increase.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from mgeo_calibration import Telemetry
+    >>> times = np.arange(1.0, 4.0)
+    >>> sensors = {"mag": np.full((3, 3), 2e4)}
+    >>> telemetry = Telemetry(times=times, gyro_deg_s=np.zeros((3, 3)), sensors=sensors)
+    >>> telemetry.frame().columns.to_list()
+    ['time', 'gyro_x', 'gyro_y', 'gyro_z', 'mag_x', 'mag_y', 'mag_z']
     """
 
     times: Floats

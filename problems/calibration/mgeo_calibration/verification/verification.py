@@ -47,6 +47,17 @@ class Verification:
         How often each path limit was truly broken; see `MonteCarlo.broken_limits`.
     ends : DataFrame
         Where flights end that are turned by their gyro, and what they keep; see `ends`.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan
+    >>> from mgeo_calibration import verify
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 800.0})
+    >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
+    >>> plan = ManeuverPlan(scenario, design)
+    >>> verify(plan, n_runs=4).table.columns[:4].to_list()
+    ['unit', 'predicted', 'rms', 'rms / predicted [-]']
     """
 
     n_runs: int
@@ -92,6 +103,17 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
     ------
     ValueError
         For fewer than two runs, or a seed below zero.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Scenario
+    >>> from mgeo_attitude.plan import ManeuverPlan
+    >>> from mgeo_calibration import verify
+    >>> scenario = Scenario.from_dict({"preset": "paper", "duration": 800.0})
+    >>> design = [0.5, 0.3, -0.2, 100.0, -0.3, 0.6, 0.2, 100.0, 0.2, -0.4, 0.7, 100.0]
+    >>> plan = ManeuverPlan(scenario, design)
+    >>> verify(plan, n_runs=4).n_runs
+    4
     """
     for name, value, least in (("n_runs", n_runs, 2), ("seed", seed, 0)):
         if value < least:

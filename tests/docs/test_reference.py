@@ -1,0 +1,40 @@
+"""Every public name shows by an example how it is used, and the example gives what it says."""
+
+import doctest
+import inspect
+from importlib import import_module
+
+import pytest
+
+from tests.test_api import TABLE
+
+
+def shown():
+    """Public objects by name, each once, but for what is raised and warned of."""
+    found = {}
+    for module, names in TABLE.items():
+        for name in names:
+            each = getattr(import_module(module), name)
+            if not (isinstance(each, type) and issubclass(each, Exception)):
+                found.setdefault(id(each), (f"{module}.{name}", each))
+    return dict(found.values())
+
+
+def example(name, each):
+    return doctest.DocTestParser().get_doctest(inspect.getdoc(each), {}, name, None, None)
+
+
+def test_every_public_name_has_an_example():
+    assert [name for name, each in shown().items() if not example(name, each).examples] == []
+
+
+@pytest.mark.slow
+def test_examples_give_what_they_say(tmp_path, monkeypatch):
+    for name, each in shown().items():
+        folder = tmp_path / name
+        folder.mkdir()
+        monkeypatch.chdir(folder)
+        report = []
+        runner = doctest.DocTestRunner()
+        runner.run(example(name, each), out=report.append)
+        assert runner.failures == 0, "".join(report)
