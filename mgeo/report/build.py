@@ -30,6 +30,11 @@ _MOST_NEAR = 5  # cards of what comes nearest
 def report_html(folder: Path | str) -> str:
     """The report of a run folder.
 
+    Parameters
+    ----------
+    folder
+        That `mgeo solve` wrote.
+
     Raises
     ------
     FileNotFoundError

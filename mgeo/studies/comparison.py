@@ -33,6 +33,12 @@ _LINE = 80  # characters
 class Tests:
     """Whether algorithms differ in an indicator; see `statistics` for the columns.
 
+    Attributes
+    ----------
+    indicator : by which algorithms were compared.
+    pairs : a row for each two of them.
+    kruskal_wallis : whether there is any difference at all, None for fewer than three.
+
     Examples
     --------
     >>> from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -64,6 +70,13 @@ class Comparison(Results):
     """Measured runs of several algorithms on one problem, and what follows from them.
 
     Its text is the `overview`, after `n_eval` evaluations.
+
+    Attributes
+    ----------
+    table : indicators of each algorithm and seed after each number of ``evaluations`` of the grid.
+    runs : a row for each run: whether it finished, its wall time [s], its failures.
+    records : the finished runs by (algorithm, seed).
+    space : where the indicators were measured.
 
     Examples
     --------

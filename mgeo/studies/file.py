@@ -75,6 +75,16 @@ class AlgorithmConfiguration:
 class Study:
     """What a study file says; `text` is the file.
 
+    Attributes
+    ----------
+    title, about : what people are told.
+    evaluations, per_variable : of each run, or of each run for each variable of its problem.
+    seeds : of the runs of each algorithm on each problem.
+    grid : at how many, or which, numbers of evaluations fronts are measured.
+    control : label of the algorithm that the others are compared with, None for no such.
+    problems, algorithms : name, label, and options or parameters of each.
+    published : table of a publication to set beside, None for no such.
+
     Examples
     --------
     >>> from pathlib import Path

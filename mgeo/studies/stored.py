@@ -60,6 +60,10 @@ def read_comparison(folder: Path | str) -> Comparison:
     and nothing else, and its space no reference front. Where ``fronts.csv`` has not been kept,
     it has no records and no figures of fronts.
 
+    Parameters
+    ----------
+    folder : of one problem, with ``table.csv`` in it.
+
     Raises
     ------
     FileNotFoundError

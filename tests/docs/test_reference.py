@@ -2,9 +2,11 @@
 
 import doctest
 import inspect
+import re
 from importlib import import_module
 
 import pytest
+from mgeo_attitude.fields import Validated
 
 from tests.test_api import TABLE
 
@@ -38,3 +40,15 @@ def test_examples_give_what_they_say(tmp_path, monkeypatch):
         runner = doctest.DocTestRunner()
         runner.run(example(name, each), out=report.append)
         assert runner.failures == 0, "".join(report)
+
+
+def test_arguments_have_a_section():
+    """Settings declare theirs: the page has what they declare."""
+    for name, each in shown().items():
+        if not (isinstance(each, type) and issubclass(each, Validated)):
+            text = inspect.getdoc(each).partition("Examples\n")[0]
+            assert re.search(r"^(Parameters|Attributes)$", text, re.M) or not arguments(each), name
+
+
+def arguments(each):
+    return [name for name in inspect.signature(each).parameters if name != "self"]

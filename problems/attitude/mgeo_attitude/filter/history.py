@@ -62,6 +62,12 @@ def filter_history(model: FilterModel, design: ArrayLike) -> FilterHistory:
 
     `reference_run` gives the same by filterpy, in a hundred times as long.
 
+    Parameters
+    ----------
+    model : FilterModel
+    design : array_like, shape (4 m,)
+        Rates [deg/s] and duration [s] of each maneuver in turn.
+
     Raises
     ------
     ValueError

@@ -59,6 +59,11 @@ class Agreement:
 def agreement(model: FilterModel, designs: ArrayLike) -> Agreement:
     """Run designs, shape (n, 4 m), by `evaluate` and by `reference_run`.
 
+    Parameters
+    ----------
+    model : FilterModel
+    designs : array_like, shape (n, 4 m)
+
     Examples
     --------
     >>> from mgeo_attitude import FilterModel, Scenario, agreement
@@ -82,6 +87,12 @@ def agreement(model: FilterModel, designs: ArrayLike) -> Agreement:
 
 def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
     """Run the filter of equations (2) to (4) over one design, shape (4 m,).
+
+    Parameters
+    ----------
+    model : FilterModel
+    design : array_like, shape (4 m,)
+        Rates [deg/s] and duration [s] of each maneuver in turn.
 
     Examples
     --------

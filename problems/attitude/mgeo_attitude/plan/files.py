@@ -75,6 +75,10 @@ def to_csv(plan: ManeuverPlan) -> str:
     A column ``row``, such as 2/4, tells of rows that were lost. Lines that begin with # stand
     before the header where the plan violates constraints, and name them.
 
+    Parameters
+    ----------
+    plan : ManeuverPlan
+
     Examples
     --------
     >>> from mgeo_attitude import Scenario
@@ -94,6 +98,10 @@ def to_csv(plan: ManeuverPlan) -> str:
 def to_json(plan: ManeuverPlan) -> str:
     """The plan as a JSON document; floats by repr, so that it reads back exactly.
 
+    Parameters
+    ----------
+    plan : ManeuverPlan
+
     Examples
     --------
     >>> from mgeo_attitude import Scenario
@@ -109,6 +117,10 @@ def to_json(plan: ManeuverPlan) -> str:
 def from_json(text: str) -> ManeuverPlan:
     """Inverse of `to_json`; raises as `Form.read`.
 
+    Parameters
+    ----------
+    text : str
+
     Examples
     --------
     >>> from mgeo_attitude.plan import from_json
@@ -122,6 +134,10 @@ def from_json(text: str) -> ManeuverPlan:
 
 def read_json(path: Path | str) -> ManeuverPlan:
     """Read what `write_plan` wrote to a ``.json`` file.
+
+    Parameters
+    ----------
+    path : path
 
     Raises
     ------

@@ -162,6 +162,11 @@ class Front:
 def read_front(folder: Path | str) -> Front:
     """Read a run folder.
 
+    Parameters
+    ----------
+    folder : path
+        That `mgeo solve attitude` wrote.
+
     Raises
     ------
     OSError

@@ -31,6 +31,10 @@ def commands(plan: ManeuverPlan) -> pd.DataFrame:
     Columns: ``command``, from 1; ``what``; ``start_utc``; ``start_s`` after the scenario's epoch;
     ``duration_s``; and the body rates ``rate_x_deg_s``, ``rate_y_deg_s``, ``rate_z_deg_s``.
 
+    Parameters
+    ----------
+    plan : ManeuverPlan
+
     Examples
     --------
     >>> from mgeo_attitude import Scenario
@@ -96,6 +100,10 @@ def to_uplink_csv(plan: ManeuverPlan) -> str:
     """The `commands` as CSV.
 
     Lines that begin with # stand before the header where the plan violates constraints.
+
+    Parameters
+    ----------
+    plan : ManeuverPlan
 
     Examples
     --------

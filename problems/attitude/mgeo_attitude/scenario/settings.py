@@ -124,6 +124,11 @@ class TraceWeights(Numbers):
 
     Where none is given it is 1, but 0 for errors that no plan makes smaller: `uncalibrated`.
 
+    Parameters
+    ----------
+    values : mapping of str to float, optional
+        By names of blocks.
+
     Examples
     --------
     >>> from mgeo_attitude import Scenario
@@ -142,6 +147,11 @@ class RequiredSigma(Numbers):
 
     Keys end in the block's unit (`state_units`), in which the number is: ``attitude_deg``,
     ``gyro.bias_deg_h``, ``mag.bias_nt``; ``sun.bias``, parts of a unit vector, has none.
+
+    Parameters
+    ----------
+    values : mapping of str to float, optional
+        By keys; none asks for nothing.
 
     Examples
     --------

@@ -22,6 +22,10 @@ def validity(scenario: Scenario) -> tuple[str, ...]:
     Compares initial uncertainties with the map of docs/consistency.md, which sweeps one at a time
     from the presets. A scenario within it is no proof; `simulate` is.
 
+    Parameters
+    ----------
+    scenario : Scenario
+
     Examples
     --------
     >>> from mgeo_attitude import Scenario, validity

@@ -31,6 +31,13 @@ class Suite:
     paper's suite these are θ, b, φ, δs, ψ, δB. Errors of world and sensors that vary
     (`GaussMarkov`) come before all constants of sensors.
 
+    Parameters
+    ----------
+    gyro : Gyro
+    sensors : tuple of Sensor
+        With names of their own.
+    world : World, optional
+
     Examples
     --------
     >>> from mgeo_attitude import Gyro, Magnetometer, Suite, SunSensor

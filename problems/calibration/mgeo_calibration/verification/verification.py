@@ -99,6 +99,14 @@ def verify(plan: ManeuverPlan, n_runs: int = 200, seed: int = 1) -> Verification
 
     See `estimation.simulate`.
 
+    Parameters
+    ----------
+    plan : ManeuverPlan
+    n_runs : int
+        From 2.
+    seed : int
+        From 0.
+
     Raises
     ------
     ValueError
