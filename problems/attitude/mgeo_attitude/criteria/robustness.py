@@ -250,6 +250,7 @@ def _delayed(scenario: Scenario, delay: float) -> FilterModel:
         step=scenario.step,
         orbit=scenario.orbit,
         times=scenario.times + delay,
+        needs_field=scenario.needs_field,
     )
     tables = Environment.from_scenario(course)
     return FilterModel.from_scenario(

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.environment.constants import FIELD_MODEL_END, FIELD_MODEL_START
 from mgeo_attitude.environment.field import geomagnetic_field
 from mgeo_attitude.environment.orbit import AnyOrbit
 from mgeo_attitude.environment.sun_moon import lit_fraction, sun_direction, sun_position
@@ -23,7 +24,10 @@ KEYS = ("epoch", "duration", "step", "orbit")
 
 
 class Course(Protocol):
-    """Where the satellite is and when; a `Scenario` says more."""
+    """Where the satellite is and when; a `Scenario` says more.
+
+    One that says that it `needs_field` not is known beyond the years of the field's model.
+    """
 
     @property
     def epoch(self) -> datetime: ...
@@ -116,7 +120,8 @@ class Environment:
         Raises
         ------
         ValueError
-            If the run leaves the years of the field model or the orbit enters the Earth.
+            If a run that needs the field leaves the years of its model, or the orbit enters the
+            Earth.
         ImportError, SGP4Error
             From an orbit by an element set; see `ElementSet`.
         """
@@ -149,7 +154,8 @@ class Environment:
             position, velocity = scenario.orbit.propagate(scenario.epoch, times)
         else:
             velocity = np.gradient(position, times, axis=0)
-        sun, field = _sun_and_field(scenario.epoch, _bytes(times), _bytes(position))
+        needs_field = getattr(scenario, "needs_field", True)
+        sun, field = _sun_and_field(scenario.epoch, _bytes(times), _bytes(position), needs_field)
         return cls(
             times=times,
             position=position,
@@ -190,12 +196,19 @@ def _bytes(table: Floats) -> bytes:
 
 # A problem, its plans and their flights ask for the same run, each for itself.
 @lru_cache(maxsize=16)
-def _sun_and_field(epoch: datetime, times: bytes, position: bytes) -> tuple[Floats, Floats]:
-    """Earth to Sun [m] and field [nT] at positions [m], all (n, 3) in GCRS; what takes long."""
+def _sun_and_field(
+    epoch: datetime, times: bytes, position: bytes, needs_field: bool
+) -> tuple[Floats, Floats]:
+    """Earth to Sun [m] and field [nT] at positions [m], all (n, 3) in GCRS; what takes long.
+
+    A field that nothing needs but figures is outside the years of its model that of their end.
+    """
     after, where = np.frombuffer(times), np.frombuffer(position).reshape(-1, 3)
     at = instants(epoch, after)
     to_itrs = gcrs_to_itrs(at)
     middle = epoch + timedelta(seconds=0.5 * float(after[0] + after[-1]))
+    if not needs_field:
+        middle = min(max(middle, FIELD_MODEL_START), FIELD_MODEL_END)
     field = geomagnetic_field(rotate(to_itrs, where), middle)
     found = sun_position(at), rotate(np.swapaxes(to_itrs, 1, 2), field)
     for table in found:

@@ -125,6 +125,8 @@ class Sensor(Validated, ABC):
     kind: ClassVar[str]
     #: Those of its states that are rotations, for `rotation.rotate`; all others are sums.
     rotations: ClassVar[tuple[str, ...]] = ()
+    #: Whether it is of no use where the geomagnetic field is not known.
+    needs_field: ClassVar[bool] = True
     #: Those of its parameters that are 1-sigmas of noise.
     noise_parameters: ClassVar[tuple[str, ...]] = ()
     #: Units of its states for people and scenario files; one that is left out has none.

@@ -115,6 +115,7 @@ class HorizonSensor(DirectionSensor):
     """
 
     kind: ClassVar[str] = "horizon-sensor"
+    needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "delay": SECOND}
 

@@ -50,6 +50,7 @@ class StarTracker(Sensor):
     """
 
     kind: ClassVar[str] = "star-tracker"
+    needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_arcsec", "roll_noise_arcsec")
     rotations: ClassVar[tuple[str, ...]] = ("misalignment",)
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "delay": SECOND}

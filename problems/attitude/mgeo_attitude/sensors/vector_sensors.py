@@ -52,6 +52,7 @@ class SunSensor(VectorSensor):
     """
 
     kind: ClassVar[str] = "sun-sensor"
+    needs_field: ClassVar[bool] = False
     noise_parameters: ClassVar[tuple[str, ...]] = ("noise_deg",)
     units: ClassVar[Mapping[str, Unit]] = {"misalignment": DEG, "bias": ARCMIN, "delay": SECOND}
 

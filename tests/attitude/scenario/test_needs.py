@@ -1,0 +1,59 @@
+"""What a scenario cannot do without: a gyro, and the field only where something needs it."""
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.environment import Environment
+from mgeo_attitude.fields import InvalidType, InvalidValue
+
+LATE = {"preset": "paper", "epoch": "2031-03-21T00:00:00Z", "duration": 600.0}
+SHORT = {"convergence": {"window": 60.0}}
+TRACKER = {"sensors": [{"kind": "sun-sensor"}, {"kind": "star-tracker"}]}
+HORIZON = {"sensors": [{"kind": "two-axis-sun-sensor"}, {"kind": "horizon-sensor"}]}
+WHEELS = {"inertia": [0.1, 0.1, 0.1], "max_momentum": 0.1}
+
+
+@pytest.mark.parametrize("gyro", [False, "none", None, []])
+def test_a_scenario_without_gyro_is_told_in_a_line(gyro):
+    with pytest.raises(
+        InvalidType, match=r"gyro = .*the filter needs a gyro.*docs/errors\.md"
+    ) as no:
+        Scenario.from_dict({"preset": "paper", "gyro": gyro})
+    assert "\n" not in str(no.value)
+
+
+@pytest.mark.parametrize("sensors", [TRACKER, HORIZON], ids=["tracker", "horizon"])
+def test_years_without_a_model_of_the_field_do_for_what_needs_none(sensors):
+    """The Sun is where it is at an equinox; nothing follows from the field of the last year."""
+    scenario = Scenario.from_dict(LATE | SHORT | sensors)
+    assert not scenario.needs_field
+    problem = AttitudeManeuverProblem(scenario)
+    F = problem.evaluate(np.tile([0.3, -0.2, 0.1, 100.0], 3), return_values_of=["F"])
+    assert np.isfinite(F).all()
+    assert abs(problem.environment.sun[0] - [1.0, 0.0, 0.0]).max() < 0.01
+    last = Scenario.from_dict(LATE | SHORT | sensors | {"epoch": "2029-12-31T00:00:00Z"})
+    strength = [np.linalg.norm(Environment.from_scenario(s).field) for s in (scenario, last)]
+    assert strength[0] == pytest.approx(strength[1], rel=0.3)
+
+
+@pytest.mark.parametrize(
+    "needs",
+    [
+        {},
+        TRACKER | {"wheels": WHEELS | {"residual_dipole": [0.01, 0.0, 0.0]}},
+        TRACKER | {"coils": {"max_dipole": [0.2] * 3, "inertia": [0.01] * 3}},
+    ],
+    ids=["magnetometer", "dipole", "coils"],
+)
+def test_what_needs_the_field_is_refused_then(needs):
+    with pytest.raises(InvalidValue, match=r"epoch = .*IGRF-14.* or nothing that needs the field"):
+        Scenario.from_dict(LATE | SHORT | needs)
+
+
+def test_a_course_of_ones_own_is_refused_as_ever():
+    from types import SimpleNamespace
+
+    late = Scenario.from_dict(LATE | SHORT | TRACKER)
+    course = SimpleNamespace(epoch=late.epoch, step=1.0, orbit=late.orbit, times=late.times)
+    with pytest.raises(ValueError, match="IGRF-14"):
+        Environment.from_scenario(course)
