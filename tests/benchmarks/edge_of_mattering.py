@@ -23,7 +23,20 @@ from mgeo_calibration.estimation.batch import batch
 from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import fit
 
-from tests.calibration.calibration.faults import MOTION, SCENARIO, axis, gyro, sensor
+from tests.calibration.calibration.faults import (
+    MOTION,
+    SCENARIO,
+    axis,
+    gyro,
+    ramp,
+    scaled,
+    sensor,
+    sheared,
+    stepped,
+    temperature,
+    walk,
+    warmed,
+)
 from tests.calibration.calibration.flights import short
 from tests.calibration.calibration.independent import Craft, fly
 
@@ -79,42 +92,13 @@ def with_temperature(flown: Telemetry) -> Telemetry:
     return dataclasses.replace(flown, others={"temperature": temperature(flown.times)})
 
 
-def temperature(t: np.ndarray) -> np.ndarray:
-    return 20.0 + 8.0 * np.sin(2.0 * np.pi * t / 5992.0 + 1.0)
-
-
 def late(name: str) -> Callable[[float, np.random.Generator], Craft]:
     return lambda size, rng: Craft(late={name: size})
 
 
-def scaled(size, t, rows, rng):
-    return rows * (1.0 + size * axis(rng))
-
-
-def sheared(size, t, rows, rng):
-    a, b, c = np.radians(size) * axis(rng)
-    return rows @ np.array([[1.0, a, b], [a, 1.0, c], [b, c, 1.0]])
-
-
-def stepped(size, t, rows, rng):
-    return rows + np.outer(t > rng.uniform(800.0, 2200.0), size * axis(rng))
-
-
-def ramp(size, t, rows, rng):
-    return rows + np.outer(t / 3000.0, size * axis(rng))
-
-
-def walk(size, t, rows, rng):
-    return rows + size * np.cumsum(rng.standard_normal(rows.shape), axis=0) / np.sqrt(len(t))
-
-
-def warmed(size, t, rows, rng):
-    return rows + np.outer((temperature(t) - 20.0) / 16.0, size * axis(rng))
-
-
 def of(where: Callable, change: Callable) -> Callable[[float], Spoil]:
     """A change of readings, of any size."""
-    return lambda size: where(partial(change, size))
+    return lambda size: where(change(size))
 
 
 MAG, SUN = partial(sensor, "mag"), partial(sensor, "sun")

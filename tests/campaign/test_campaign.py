@@ -2,7 +2,7 @@
 
 import pytest
 
-from . import kinds
+from . import faulty_flights, kinds
 from .__main__ import campaign
 from .harness import run_case
 
@@ -29,6 +29,13 @@ def test_bad_input_of_all_kinds_is_refused_and_damages_nothing(block):
 def test_bad_telemetry_is_refused_and_damages_nothing(block):
     size = FLIGHTS // 4
     assert _failures(campaign(range(block * size, (block + 1) * size), kinds.TELEMETRY)) == []
+
+
+@pytest.mark.slow
+def test_faults_of_flights_are_named():
+    """Of every sixth kind one; `python -m tests.campaign.faulty_flights` makes as many as asked."""
+    results = faulty_flights.campaign(range(4, len(faulty_flights.KINDS), 6))
+    assert {result.outcome for result in results} <= {"right", "named"}, results
 
 
 def _failures(failed):

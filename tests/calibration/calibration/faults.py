@@ -87,13 +87,44 @@ def sheared(size):
     return change
 
 
+def changed(size, profile, rng):
+    """By an offset that goes as a profile along any axis, and is none at the end."""
+    return size * np.outer(profile - profile[-1], axis(rng))
+
+
 def stepped(size):
     """By a step in the bias somewhere in the middle."""
 
     def change(t, rows, rng):
-        return rows + np.outer(t > rng.uniform(800.0, 2200.0), size * axis(rng))
+        when = rng.uniform(800.0, 2200.0) / 3000.0 * t[-1]
+        return rows + changed(size, 1.0 * (t > when), rng)
 
     return change
+
+
+def ramp(size):
+    """By a drift of the bias."""
+    return lambda t, rows, rng: rows + changed(size, t / t[-1], rng)
+
+
+def walk(size):
+    """By a random walk of the bias."""
+
+    def change(t, rows, rng):
+        steps = rng.standard_normal(rows.shape) / np.sqrt(len(t))
+        return rows + size * (np.cumsum(steps, axis=0) - steps.sum(axis=0))
+
+    return change
+
+
+def temperature(t):
+    """Of a satellite in a low orbit [deg C]."""
+    return 20.0 + 8.0 * np.sin(2.0 * np.pi * t / 5992.0 + 1.0)
+
+
+def warmed(size):
+    """By a bias that follows the temperature."""
+    return lambda t, rows, rng: rows + changed(size, temperature(t) / 16.0, rng)
 
 
 #: Of about the least sizes that matter.

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.evaluator import available_threads
+from mgeo_attitude.maneuvers.coils import CoilDrive
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.readings import in_threes
 from numpy.typing import ArrayLike
@@ -22,6 +23,7 @@ from mgeo_calibration.estimation.monte_carlo import MonteCarlo, Record
 from mgeo_calibration.estimation.residuals import innovations
 from mgeo_calibration.estimation.simulate import Planned, planned
 from mgeo_calibration.flight import Flight
+from mgeo_calibration.flight.flight import unsteady
 from mgeo_calibration.flight.own import true_states
 from mgeo_calibration.telemetry.gyro_samples import turned
 
@@ -88,8 +90,11 @@ def _batch(scenario: Scenario, given: Planned, flight: Flight) -> Batch:
     calibration says what is known at the start.
     """
     model, first = given.model, 0 if scenario.prior else 1
-    rates = flight.readings.gyro[first:]
-    angle = turned(model.times[1:], flight.readings.gyro)
+    gyro = flight.readings.gyro
+    if isinstance(model.slew_limits, CoilDrive):  # in telemetry it is the mean of its rate
+        gyro = gyro + unsteady(model, given.design, len(gyro), flight.start)
+    rates = gyro[first:]
+    angle = turned(model.times[1:], gyro)
     return Batch(
         suite=model.suite,
         times=model.times[first:],
