@@ -24,8 +24,6 @@ from mgeo_calibration.estimation.belief import Belief
 from mgeo_calibration.estimation.fit import fit
 
 from tests.calibration.calibration.faults import (
-    MOTION,
-    SCENARIO,
     axis,
     gyro,
     ramp,
@@ -38,9 +36,11 @@ from tests.calibration.calibration.faults import (
     warmed,
 )
 from tests.calibration.calibration.flights import short
-from tests.calibration.calibration.independent import Craft, fly
+from tests.calibration.calibration.independent import Craft, fly, steady
+from tests.campaign.faulty_flights import DURATION, PLAN, SCENARIO
 
 SIGMAS, SEEDS = (3.0, 5.0), (1, 2, 3)
+MOTION = steady(PLAN)
 HEALTHY = {"cubesat_6u": 100, "paper": 100}
 
 Spoil = Callable[[Telemetry, np.random.Generator], Telemetry]
@@ -59,7 +59,7 @@ class Kind:
     def fly(self, size: float, seed: int, noise: int) -> Telemetry:
         """A flight with the fault of a seed and the noise of another."""
         rng = np.random.default_rng([seed, 480])
-        flown = fly(self.scenario, MOTION, noise, self.craft(size, rng))
+        flown = fly(self.scenario, MOTION, noise, self.craft(size, rng), DURATION)
         return self.spoil(size)(with_temperature(flown), rng)
 
     def off(self, size: float, seed: int) -> float:
@@ -85,7 +85,7 @@ def errors(scenario: Scenario, telemetry: Telemetry) -> tuple[np.ndarray, np.nda
 @cache
 def healthy_errors(scenario: Scenario, seed: int) -> np.ndarray:
     """With the same noise and no fault."""
-    return errors(scenario, with_temperature(fly(scenario, MOTION, seed)))[0]
+    return errors(scenario, with_temperature(fly(scenario, MOTION, seed, duration=DURATION)))[0]
 
 
 def with_temperature(flown: Telemetry) -> Telemetry:
@@ -168,10 +168,10 @@ def named(kind: Kind) -> None:
 def healthy() -> None:
     """Print how many flights without a fault have one named, or are not supported otherwise."""
     for name, count in HEALTHY.items():
-        scenario = short(getattr(Scenario, name)(), 3000.0)
+        scenario = short(getattr(Scenario, name)(), DURATION)
         said = []
         for seed in range(count):
-            flown = fly(scenario, MOTION, 7000 + seed)
+            flown = fly(scenario, MOTION, 7000 + seed, duration=DURATION)
             if line := first_line(scenario, with_temperature(flown)):
                 said.append(line)
         print(f"  {name}: {len(said)} of {count} {[line[:90] for line in said]}", flush=True)
