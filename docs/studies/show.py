@@ -165,11 +165,34 @@ def by_parts(study: Study, comparison: Comparison, parts: Sequence[float] = ()) 
     columns = {}
     for part in comparison.parts:
         values = comparison.summary()[(part.name, "mean")].map("{:.4f}".format)
-        rivals = against(comparison, study.control, part.name, control=True).reindex(values.index)
-        alike = rivals["p_holm"] >= LEVEL
-        values = values.where(~alike, values + "*")
-        columns[part.title] = values.where(alike | ~(rivals["A"] < 0.5), "**" + values + "**")
+        rivals = against(comparison, study.control, part.name, control=True)
+        columns[part.title] = _marked(values, rivals)
     return table(pd.DataFrame(columns).loc[comparison.order()].rename_axis("algorithm"))
+
+
+def on_each(name: str) -> Markdown:
+    """Mean hypervolume on each problem of a study, IGD+ where there is none.
+
+    A star where a rival is not significantly different from the control, in bold where it is ahead.
+    """
+    study, found = load(name)
+    assert study.control is not None
+    columns = {}
+    for label, comparison in found.items():
+        first = comparison.indicator()
+        values = comparison.summary()[(first.name, "mean")]
+        rivals = against(comparison, study.control, first.name, control=True)
+        title = label if first.larger else f"{label}, {first.title}"
+        columns[title] = _marked(values.map("{:.3f}".format), rivals)
+    return table(pd.DataFrame(columns).rename_axis("algorithm"))
+
+
+def _marked(values: "pd.Series[str]", rivals: pd.DataFrame) -> "pd.Series[str]":
+    """Texts with a star where a rival is like the control, in bold where it is ahead of it."""
+    rivals = rivals.reindex(values.index)
+    alike = rivals["p_holm"] >= LEVEL
+    values = values.where(~alike, values + "*")
+    return values.where(alike | ~(rivals["A"] < 0.5), "**" + values + "**")
 
 
 def means(found: Mapping[str, Comparison], suite: str) -> pd.DataFrame:

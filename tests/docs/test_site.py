@@ -248,7 +248,7 @@ def test_a_browser_draws_the_interactive_figure(site, browser, tmp_path):
         ("notebooks/2_comparing_algorithms", 3, 2),
         ("paper", 3, 5),
         ("studies/tuning", 1, 2),
-        ("studies/results", 3, 23),
+        ("studies/results", 3, 28),
         ("studies/directed", 1, 2),
     ],
 )

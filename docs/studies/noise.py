@@ -1,0 +1,78 @@
+"""Algorithms where every value is off by noise: how good what they find really is.
+
+    .venv/bin/python docs/studies/noise.py [SEEDS]
+
+from the folder above docs writes data/noise.csv: of the front of all evaluations, as the noisy
+values make it, the hypervolume of the exact values of its points.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from moocore import hypervolume
+from pymoo.core.problem import Problem
+
+from mgeo.plugins.discovery import load_problem
+from mgeo.runs.algorithms import build_algorithm
+from mgeo.studies.run import Task, record
+
+EVALUATIONS = 3_000
+LEVELS = (0.0, 0.05)  # standard deviation, of the front's extent
+PROBLEMS = {  # and the extent of their front
+    "shifted:wfg9": ({"n_var": 10, "n_obj": 2}, (2.0, 4.0)),
+}
+RIVALS = ("nsga2", "nsga3")
+
+
+class Noisy(Problem):
+    """Another problem, with normal noise on each objective; equal points have equal noise.
+
+    The noise is drawn by a generator that the point seeds: so a run repeats, and no algorithm gains
+    by evaluating a point twice, which none of these does.
+    """
+
+    def __init__(self, inner, deviations):
+        super().__init__(
+            n_var=inner.n_var, n_obj=inner.n_obj, xl=inner.xl, xu=inner.xu, vtype=float
+        )
+        self.inner, self.deviations = inner, np.asarray(deviations, dtype=float)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        points = np.ascontiguousarray(X, dtype=float)
+        drawn = [
+            np.random.default_rng(list(x.tobytes())).standard_normal(self.n_obj) for x in points
+        ]
+        out["F"] = self.inner.evaluate(points) + self.deviations * np.array(drawn)
+
+
+def quality(name, algorithm, level, seed):
+    """Hypervolume of the exact values of a noisy front, in units of the front's extent."""
+    options, extent = PROBLEMS[name]
+    inner = load_problem(name, options)
+    parameters = {} if algorithm == "mgeo-directed" else {"population": 100}
+    problem = Noisy(inner, level * np.array(extent))
+    found = record(
+        Task(problem, build_algorithm(algorithm, parameters, problem), EVALUATIONS, seed)
+    )
+    return hypervolume(inner.evaluate(found.X) / extent, ref=np.full(2, 1.1))
+
+
+def main():
+    seeds = range(1, 1 + (int(sys.argv[1]) if len(sys.argv) > 1 else 5))
+    rows = [
+        (name, level, algorithm, seed, quality(name, algorithm, level, seed))
+        for name in PROBLEMS
+        for level in LEVELS
+        for algorithm in ("mgeo-directed", *RIVALS)
+        for seed in seeds
+    ]
+    table = pd.DataFrame(rows, columns=["problem", "noise", "algorithm", "seed", "hypervolume"])
+    target = Path(__file__).parent / "data" / "noise.csv"
+    table.to_csv(target, index=False, lineterminator="\n", float_format="%.6g")
+    print(table.pivot_table("hypervolume", "algorithm", ["problem", "noise"]).round(3).to_string())
+
+
+if __name__ == "__main__":
+    main()
