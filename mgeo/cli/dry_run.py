@@ -42,12 +42,14 @@ def describe_run(run: PreparedRun, persistence: RunPersistence, output: Output) 
         "folder": str(persistence.folder),
         "files": ", ".join(files),
     }
-    told = ask(view, View.notes)
+    told, facts = ask(view, View.notes), ask(view, View.facts)
+    texts |= facts
     if told:
         texts["mind"] = "; ".join(told)
     found = {
         "configuration": configuration.model_dump(),
         **size,
+        "facts": dict(facts),
         "notes": told,
         "folder": str(persistence.folder),
         "files": files,

@@ -212,6 +212,10 @@ _RULES: dict[str, tuple[Callable[[Shown, Any], bool], str]] = {
         lambda view, given: _are_of(given, view) and all(map(_are_figures, given)),
         "{n} dicts of plotly figures",
     ),
+    "facts": (
+        lambda view, given: isinstance(given, Mapping) and _are_texts([*given, *given.values()]),
+        "a dict of texts by texts",
+    ),
     "front_summary": (lambda view, given: _are_numbers(given), "a dict of numbers"),
 }
 #: Methods of a view.

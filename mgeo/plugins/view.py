@@ -29,8 +29,8 @@ class View:
 
     A problem that has more to say than its numbers gives a subclass of it by a method ``view(X)``.
     A view is made once for its solutions, so that what it evaluates for one of its answers can be
-    a cached property, and serve all. Whatever concerns the problem alone, `impossible`, `notes`
-    and `front_summary`, needs no solutions: it is asked of a view of none.
+    a cached property, and serve all. Whatever concerns the problem alone, `impossible`, `facts`,
+    `notes` and `front_summary`, needs no solutions: it is asked of a view of none.
 
     Parameters
     ----------
@@ -151,6 +151,10 @@ class View:
     def impossible(self) -> list[str]:
         """Lines that say why nothing at all can keep the limits, and what to relax; here none."""
         return []
+
+    def facts(self) -> dict[str, str]:
+        """What the problem is about, by what is told, for ``--dry-run`` and reports; here none."""
+        return {}
 
     def notes(self) -> list[str]:
         """Lines about the problem as it stands, for ``--dry-run``; here none."""

@@ -22,7 +22,7 @@ from mgeo.plugins.protocol import SHOWN, ask
 from mgeo.plugins.view import View, view_of
 
 #: What a view of no solutions is asked.
-OF_NONE = {"impossible", "notes", "front_summary"}
+OF_NONE = {"impossible", "facts", "notes", "front_summary"}
 
 
 def check_problem(problem: Problem, seed: int = 0, n_points: int = 8, rtol: float = 1e-12) -> None:

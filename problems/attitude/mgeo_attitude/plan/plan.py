@@ -333,10 +333,20 @@ class ManeuverPlan(Validated):
         """What of each 1-sigma at `t_end` is from which source; see `observability.budget`."""
         return self._budget.copy()
 
+    @cached_property
+    def _remedies(self) -> pd.DataFrame:
+        rate = self.scenario.maneuvers.max_rate_deg_s
+        return observability.remedies(self.problem.model, self.design, self.t_end, rate)
+
+    def remedies(self) -> pd.DataFrame:
+        """What would make the 1-sigmas at `t_end` smaller; see `observability.remedies`."""
+        return self._remedies.copy()
+
     def reasons(self) -> list[str]:
         """Why required 1-sigmas, or that of the attitude, are no smaller, a line for each."""
         limit = at_best.known_limit(self.problem)
-        return observability.reasons(self.problem.model, self._budget, self.history, limit)
+        known = self._budget, self._remedies, self.history, limit
+        return observability.reasons(self.problem.model, *known)
 
     def sensor_use(self) -> pd.DataFrame:
         """For how long each sensor measured in each phase until `t_end` [s]."""

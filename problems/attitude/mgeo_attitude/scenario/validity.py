@@ -16,6 +16,25 @@ MAX_MISALIGNMENT_DEG = 1.0
 MAX_GYRO_BIAS_DEG_S = 0.01
 
 
+def examined(scenario: Scenario) -> list[tuple[str, float, float]]:
+    """Initial uncertainties by key, each with the largest at which the map has found it true."""
+    limits = [
+        ("initial.attitude_deg", scenario.initial.attitude_deg, MAX_ATTITUDE_DEG),
+        ("gyro.initial_bias_deg_s", scenario.gyro.initial_bias_deg_s, MAX_GYRO_BIAS_DEG_S),
+        (
+            "gyro.initial_misalignment_deg",
+            scenario.gyro.initial_misalignment_deg,
+            MAX_MISALIGNMENT_DEG,
+        ),
+    ]
+    for index, sensor in enumerate(scenario.sensors):
+        misalignment = getattr(sensor, "initial_misalignment_deg", 0.0)
+        limits.append(
+            (f"sensors[{index}].initial_misalignment_deg", misalignment, MAX_MISALIGNMENT_DEG)
+        )
+    return limits
+
+
 def validity(scenario: Scenario) -> tuple[str, ...]:
     """Why the linear covariance may promise more than a filter achieves; empty if it need not.
 
@@ -35,22 +54,8 @@ def validity(scenario: Scenario) -> tuple[str, ...]:
     """
     if scenario.prior is not None:  # a calibration is better than all of these
         return ()
-    limits = [
-        ("initial.attitude_deg", scenario.initial.attitude_deg, MAX_ATTITUDE_DEG),
-        ("gyro.initial_bias_deg_s", scenario.gyro.initial_bias_deg_s, MAX_GYRO_BIAS_DEG_S),
-        (
-            "gyro.initial_misalignment_deg",
-            scenario.gyro.initial_misalignment_deg,
-            MAX_MISALIGNMENT_DEG,
-        ),
-    ]
-    for index, sensor in enumerate(scenario.sensors):
-        misalignment = getattr(sensor, "initial_misalignment_deg", 0.0)
-        limits.append(
-            (f"sensors[{index}].initial_misalignment_deg", misalignment, MAX_MISALIGNMENT_DEG)
-        )
     return tuple(
         f"{key} = {value:g}: the linear covariance was found true up to {limit:g}"
-        for key, value, limit in limits
+        for key, value, limit in examined(scenario)
         if value > limit
     )

@@ -98,6 +98,12 @@ class ManeuverView(Plans):
         """Why no plan at all keeps the scenario's limits; see `at_best.impossible`."""
         return at_best.impossible(self.problem)
 
+    def facts(self) -> dict[str, str]:
+        """Orbit, light, margins at rest, where the covariance is believed; `satellite.facts`."""
+        from mgeo_attitude.view import satellite
+
+        return satellite.facts(self.problem)
+
     def notes(self) -> list[str]:
         """What looks like a slip or is assumed, and where the covariance was not found true."""
         from mgeo_attitude.scenario.plausible import implausible

@@ -5,7 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 from mgeo_attitude import Scenario
+from mgeo_attitude.filter.history import filter_history
+from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.plan import ManeuverPlan
+from mgeo_attitude.sensors.suite import block_units
 
 DESIGN = (0.4, -0.2, 0.1, 300.0, 0.3, 0.5, -0.4, 200.0, -0.6, 0.1, 0.2, 100.0)
 
@@ -33,6 +36,50 @@ def test_the_largest_part_is_told_first_and_the_limits_word_on_it(plan):
     assert f": {parts.max():.3g} {parts.idxmax()}, " in line
     if parts.idxmax().startswith("initial "):
         assert "no maneuver can leave less than" in line
+    best = plan.remedies().iloc[:, 0].nsmallest(2)
+    assert line.endswith(", ".join(f"{value:.3g} deg with {name}" for name, value in best.items()))
+
+
+def worst(model, design, t_end):
+    """By the reference filter, on its own tables."""
+    history = filter_history(model.endless, design)
+    sigma = history.sigma[round(t_end / model.step)].reshape(-1, 3).max(axis=1)
+    return sigma * [unit.factor for unit in block_units(model.suite)]
+
+
+def test_what_would_help_is_what_another_scenario_gives(plan):
+    """Each change made in the scenario, and run by the other filter."""
+    scenario, table, t_end = plan.scenario, plan.remedies(), plan.t_end
+    sun, mag = scenario.sensors
+    gyro = scenario.gyro
+    changed = {
+        "as it is": {},
+        "half the initial attitude": {
+            "initial": dataclasses.replace(scenario.initial, attitude_deg=2.5)
+        },
+        "half the noise of sun": {"sensors": (dataclasses.replace(sun, noise_deg=1.0), mag)},
+        "half the noise of gyro": {
+            "gyro": dataclasses.replace(gyro, angle_random_walk_deg_per_sqrt_h=0.005)
+        },
+    }
+    for name, changes in changed.items():
+        model = FilterModel.from_scenario(dataclasses.replace(scenario, **changes))
+        np.testing.assert_allclose(table.loc[name], worst(model, DESIGN, t_end), rtol=1e-9)
+
+
+def test_a_turn_more_is_a_plan_with_one_more_maneuver(plan):
+    scenario = dataclasses.replace(
+        plan.scenario, convergence=dataclasses.replace(plan.scenario.convergence, rule="end")
+    )
+    short = ManeuverPlan(scenario, DESIGN)
+    assert short.t_end == 600.0
+    table, most = short.remedies(), scenario.maneuvers.max_rate_deg_s
+    for name, more in {
+        "at the last rate": (*DESIGN[-4:-1], 300.0),
+        "about body y": (0.0, most, 0.0, 300.0),
+    }.items():
+        found = worst(short.problem.model, (*DESIGN, *more), 900.0)
+        np.testing.assert_allclose(table.loc[f"300 s more {name}"], found, rtol=1e-9)
 
 
 def test_in_the_shadow_no_second_of_a_sun_sensor_is_counted(plan):

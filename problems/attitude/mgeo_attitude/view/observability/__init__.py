@@ -4,6 +4,7 @@ from mgeo_attitude.view.observability.baselines import baselines, compare
 from mgeo_attitude.view.observability.budget import budget, reasons, sensor_use
 from mgeo_attitude.view.observability.contributions import contributions
 from mgeo_attitude.view.observability.covariance import correlations, least_observable, normalized
+from mgeo_attitude.view.observability.remedies import remedies
 from mgeo_attitude.view.observability.states import States
 
 __all__ = [
@@ -16,5 +17,6 @@ __all__ = [
     "least_observable",
     "normalized",
     "reasons",
+    "remedies",
     "sensor_use",
 ]

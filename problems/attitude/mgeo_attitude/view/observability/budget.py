@@ -15,6 +15,7 @@ from mgeo_attitude.filter.history import FilterHistory, can_measure
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.phases import Phase
 from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.view.observability.remedies import most
 
 #: Share of an initial 1-sigma from which on nothing was learned.
 _NOTHING = 0.9
@@ -39,7 +40,11 @@ def budget(model: FilterModel, design: ArrayLike, history: FilterHistory) -> pd.
 
 
 def reasons(
-    model: FilterModel, table: pd.DataFrame, history: FilterHistory, limit: LimitCurves | None
+    model: FilterModel,
+    table: pd.DataFrame,
+    changes: pd.DataFrame,
+    history: FilterHistory,
+    limit: LimitCurves | None,
 ) -> list[str]:
     """For each 3-vector with a requirement, or else the attitude, a line: why it is no smaller.
 
@@ -47,6 +52,8 @@ def reasons(
     ----------
     table : DataFrame
         The `budget`.
+    changes : DataFrame
+        The `remedies`.
     limit : LimitCurves, optional
         What no maneuver can beat; None where it is not known.
     """
@@ -59,31 +66,37 @@ def reasons(
         told = ", ".join(f"{sigma:.3g} {source}" for source, sigma in largest)
         axis = "xyz"[_worst(history, block) % 3]
         line = f"{unit.label} {axis} {whole[1]:.3g} {unit.unit}: {told}"
-        lines.append(line + _help(model, largest[0][0], history, limit))
+        line += _unlearned(model, largest[0][0], history, limit)
+        lines.append(line + _help(changes.iloc[:, block], unit.unit))
     return lines
 
 
-def _help(
+def _unlearned(
     model: FilterModel, source: str, history: FilterHistory, limit: LimitCurves | None
 ) -> str:
-    """What would make the largest part smaller."""
+    """How little was learned of the largest part, if that was there at the start."""
     for block, unit in enumerate(block_units(model.suite)):
-        if source == f"initial {unit.label}":
-            own = slice(3 * block, 3 * block + 3)
-            left = float((history.sigma[-1] / model.initial_sigma)[own].max())
-            learned = "nothing was learned of it" if left > _NOTHING else "it is not yet observed"
-            text = (
-                f"; {learned} ({left:.0%} of its initial 1-sigma is left): another turn, more "
-                "time, or know it better at the start"
-            )
-            if limit is not None:
-                step = round(history.t_end / model.step)
-                least = float(limit.sigma(model.suite.blocks[block])[step]) * unit.factor
-                text += f"; no maneuver can leave less than {least:.3g} {unit.unit} of it by then"
-            return text
-    if source.startswith("initial "):
-        return ""
-    return "; more time, or less of this noise"
+        if source != f"initial {unit.label}":
+            continue
+        own = slice(3 * block, 3 * block + 3)
+        left = float((history.sigma[-1] / model.initial_sigma)[own].max())
+        learned = "nothing was learned of it" if left > _NOTHING else "it is not yet observed"
+        text = f"; {learned} ({left:.0%} of its initial 1-sigma is left)"
+        if limit is not None:
+            step = round(history.t_end / model.step)
+            least = float(limit.sigma(model.suite.blocks[block])[step]) * unit.factor
+            text += f"; no maneuver can leave less than {least:.3g} {unit.unit} of it by then"
+        return text
+    return ""
+
+
+def _help(changes: pd.Series, unit: str) -> str:
+    """What would make it smaller, as the filter says."""
+    found = most(changes)
+    if found.empty:
+        return "; none of the changes looked at makes it smaller by 2 %"
+    told = ", ".join(f"{value:.3g} {unit} with {name}" for name, value in found.items())
+    return f"; it would be {told}"
 
 
 def sensor_use(

@@ -1,0 +1,145 @@
+"""What is worth knowing of a satellite before a search: orbit, light, margins at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.environment.constants import EARTH_RADIUS
+from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.scenario.validity import examined, validity
+
+if TYPE_CHECKING:
+    from mgeo_attitude.environment import Environment
+    from mgeo_attitude.scenario import Scenario
+    from mgeo_attitude.view.protocol import ManeuverProblem
+
+#: Times without Sun that are told.
+_MOST = 4
+
+
+def facts(problem: ManeuverProblem) -> dict[str, str]:
+    """The satellite of a problem in words, by what they are about; some 0.1 s."""
+    scenario, around = problem.scenario, problem.environment
+    edges = utc_texts(scenario.epoch, np.array([0.0, _until(scenario)]))
+    start, end = (text[:19] for text in edges)
+    found = {
+        "satellite": f"{scenario.name}, {start} to {end} UTC",
+        "orbit": _orbit(around),
+        "Sun": _sun(scenario, around),
+        "field": _field(around),
+        "turns": _turns(scenario),
+    }
+    at_rest = list(margins_at_rest(problem))
+    if at_rest:
+        found["at rest"] = f"held as at the start, until {end[11:19]}: {'; '.join(at_rest)}"
+    found["covariance"] = _believed(scenario)
+    return found
+
+
+def _until(scenario: Scenario) -> float:
+    """When the last plan is over [s]: at the end of the window, or of the run."""
+    return min(scenario.duration, scenario.deadline)
+
+
+def _orbit(around: Environment) -> str:
+    position, velocity = around.position, around.velocity
+    altitude = 1e-3 * (np.linalg.norm(position, axis=1) - EARTH_RADIUS)
+    normal = np.cross(position[0], velocity[0])
+    inclination = np.degrees(np.arccos(normal[2] / np.linalg.norm(normal)))
+    node = local_time_of_node(position[0], velocity[0], around.sun[0])
+    hours, minutes = divmod(round(60.0 * node), 60)
+    return (
+        f"{altitude.min():.0f} to {altitude.max():.0f} km above the Earth's equatorial radius, "
+        f"inclination {inclination:.2f} deg, ascending node at {hours % 24:02d}:{minutes:02d} "
+        "local solar time"
+    )
+
+
+def local_time_of_node(position: Floats, velocity: Floats, sun: Floats) -> float:
+    """Apparent solar time at the ascending node [h], from 0 to 24.
+
+    12 h where the node is below the Sun, one more for each 15 deg of right ascension east of it.
+
+    Parameters
+    ----------
+    position, velocity, sun : array, shape (3,)
+        Inertial, of whatever length.
+    """
+    normal = np.cross(position, velocity)
+    node = np.arctan2(normal[0], -normal[1])
+    east = np.degrees(node - np.arctan2(sun[1], sun[0]))
+    return float((12.0 + east / 15.0) % 24.0)
+
+
+def _sun(scenario: Scenario, around: Environment) -> str:
+    normal = np.cross(around.position[0], around.velocity[0])
+    beta = np.degrees(np.arcsin(around.sun[0] @ normal / np.linalg.norm(normal)))
+    text = f"{beta:+.1f} deg from the orbit's plane"
+    if not scenario.eclipse:
+        return f"{text}; the Earth's shadow is left out"
+    shown = around.times <= _until(scenario)
+    dark = np.concatenate([[False], ~around.sunlit[shown], [False]])
+    edges = np.flatnonzero(np.diff(dark)).reshape(-1, 2)
+    if not len(edges):
+        return f"{text}; shines throughout"
+    times = np.append(around.times[shown], around.times[shown][-1])
+    stamps = [utc_texts(scenario.epoch, times[edge]) for edge in edges[:_MOST]]
+    told = ", ".join(f"{a[11:19]} to {b[11:19]}" for a, b in stamps)
+    more = f" and {len(edges) - _MOST} times more" if len(edges) > _MOST else ""
+    return f"{text}; in the Earth's shadow {told} UTC{more}, {dark[1:-1].mean():.0%} of the time"
+
+
+def _field(around: Environment) -> str:
+    strength = np.linalg.norm(around.field, axis=1)
+    return f"{strength.min():,.0f} to {strength.max():,.0f} nT"
+
+
+def _turns(scenario: Scenario) -> str:
+    limits = scenario.maneuvers
+    text = f"{limits.count} maneuvers of at most {limits.max_rate_deg_s:g} deg/s about each axis"
+    if limits.max_acceleration_deg_s2 is not None:
+        text += f", {limits.max_acceleration_deg_s2:g} deg/s²"
+    by = "coils" if scenario.turned_by_coils else "wheels" if scenario.wheels else ""
+    return text + (f", by {by}" if by else "") + (", and a slew back" if limits.slew_back else "")
+
+
+def margins_at_rest(problem: ManeuverProblem) -> Iterator[str]:
+    """What cones and wheels with a budget leave if the attitude of the start is held, in lines.
+
+    The attitude is then as badly known as at the start.
+    """
+    from mgeo_attitude.maneuvers.trajectory import Trajectory  # imports scipy
+    from mgeo_attitude.view.margins import limits_after  # compiles
+
+    scenario, model = problem.scenario, problem.model
+    wheels = scenario.wheels
+    limited = bool(scenario.path_limits) or (wheels is not None and wheels.budgeted)
+    if not limited or scenario.turned_by_coils:  # which do not hold an attitude
+        return
+    until = model.step * min(int(_until(scenario) / model.step), model.n_steps)
+    still = np.zeros(problem.n_var)
+    trajectory = Trajectory(scenario, model, still, until, until)
+    known = scenario.initial_attitude_covariance
+    rows = limits_after(model, trajectory, 0.0, until, known, "at rest")
+    for label, (unit, value, bound, limit, margin) in rows.items():
+        state = "margin" if margin >= 0.0 else "EXCEEDED by"
+        yield (
+            f"{label.removesuffix(' at rest')} {value:.3g} {unit}, {bound} {limit:.3g} {unit}, "
+            f"{state} {abs(margin):.2g} {unit}"
+        )
+
+
+def _believed(scenario: Scenario) -> str:
+    """Where the linear covariance was found true, and where these errors are."""
+    if scenario.prior is not None:
+        return "the errors that a calibration leaves are small: it is believed"
+    beyond = validity(scenario)
+    if beyond:
+        return f"{'; '.join(beyond)}: verify a plan"
+    known = [(key, value, limit) for key, value, limit in examined(scenario) if value]
+    told = ", ".join(f"{key} = {value:g} (to {limit:g})" for key, value, limit in known)
+    return f"was found true with initial errors as large as these: {told}"

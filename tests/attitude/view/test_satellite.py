@@ -1,0 +1,54 @@
+"""What a dry run says of the satellite, against what the scenario is known to have."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.scenario import PathLimit
+from mgeo_attitude.view.satellite import facts, local_time_of_node
+
+
+def test_local_time_of_a_node():
+    """12 h below the Sun, 18 h a quarter of a turn east of it: any textbook."""
+    pole, node = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+    tilted = np.array([0.0, np.cos(1.7), np.sin(1.7)])  # of a retrograde orbit
+    for sun_at, hours in ((0.0, 12.0), (-90.0, 18.0), (90.0, 6.0), (180.0, 0.0)):
+        sun = np.array([np.cos(np.radians(sun_at)), np.sin(np.radians(sun_at)), 0.2])
+        assert local_time_of_node(node, tilted, sun) == pytest.approx(hours, abs=1e-9)
+    assert pole @ np.cross(node, tilted) < 0.0
+
+
+def test_the_papers_satellite():
+    scenario = dataclasses.replace(Scenario.paper(), eclipse=True)
+    found = facts(AttitudeManeuverProblem(scenario))
+    assert found["satellite"] == "paper, 2018-06-05T00:00:00 to 2018-06-05T03:19:44 UTC"
+    assert "node at 22:30 local" in found["orbit"]  # as its file says
+    assert "inclination 98.4" in found["orbit"]
+    low, high = map(float, re.findall(r"(\d+) to (\d+) km", found["orbit"])[0])
+    a, e = 7130.982, 0.001111
+    assert (low, high) == pytest.approx((a * (1 - e) - 6378.1, a * (1 + e) - 6378.1), abs=1.0)
+    problem = AttitudeManeuverProblem(scenario)
+    assert f"{1.0 - problem.environment.sunlit.mean():.0%} of the time" in found["Sun"]
+    assert "initial.attitude_deg = 5 (to 20)" in found["covariance"]
+
+
+def test_a_cone_at_rest_has_the_margin_of_its_axis_and_the_unknown_attitude():
+    problem = AttitudeManeuverProblem(
+        dataclasses.replace(
+            Scenario.paper(),
+            duration=600.0,
+            path_limits=(PathLimit(name="eye", boresight=(0.0, 0.0, 1.0), half_angle_deg=20.0),),
+        )
+    )
+    sun = problem.environment.sun @ problem.model.initial_attitude[2]
+    nearest = np.degrees(np.arccos(sun.max())) - 3.0 * 5.0
+    assert f"Sun off eye {nearest:.3g} deg, at least 20 deg" in facts(problem)["at rest"]
+
+
+def test_what_is_too_uncertain_is_told():
+    scenario = Scenario.paper()
+    wide = dataclasses.replace(scenario.initial, attitude_deg=60.0)
+    found = facts(AttitudeManeuverProblem(dataclasses.replace(scenario, initial=wide)))
+    assert "found true up to 20: verify a plan" in found["covariance"]
