@@ -268,16 +268,23 @@ def resume(
 
 @app.command(epilog=epilog("report"))
 def report(
-    folder: Annotated[
-        Path,
+    sources: Annotated[
+        list[Path],
         typer.Argument(
-            metavar="DIR",
-            help="Folder of the run.",
+            metavar="DIR [DIR]",
+            help="Folder of the run; two, or two solutions' files, are set side by side.",
             autocompletion=completion.runs_with("run.json"),
         ),
     ],
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="File to write [default: DIR/report.html].")
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="File to write [default: DIR/report.html, of two comparison.html]."
+        ),
+    ] = None,
+    solution: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=0, help="Solution to be reviewed [default: the knee]."),
     ] = None,
     png: Annotated[
         bool, typer.Option("--png", help="Also write the figures as PNG, into figures beside FILE.")
@@ -306,15 +313,26 @@ def report(
     """Write one HTML file about a run, to be attached to a review.
 
     It shows what was run, the front and the plan of each of its points, and opens without a
-    network. Pictures are of the front, the hypervolume, and the knee and the best solutions; they
-    need kaleido (pip install 'mgeo[png]') and Chrome or Chromium.
+    network. Printed, it is a document for a review of one solution. Pictures are of the front, the
+    hypervolume, and the knee and the best solutions; they need kaleido (pip install 'mgeo[png]')
+    and Chrome or Chromium.
     """
-    from mgeo.cli.report import write_report
+    from mgeo.cli.report import write_comparison, write_report
 
+    output = Output(quiet, json)
+    if len(sources) > 1:
+        with bad_input():
+            if len(sources) > 2:
+                raise ValueError(f"{len(sources)} runs: expected one, or two to be compared")
+            if png or pdf or figure or paper or solution is not None:
+                raise ValueError("of two runs there is a page only: expected no other options")
+        write_comparison(sources[0], sources[1], out, output)
+        return
     formats = [kind for kind, wanted in (("png", png), ("pdf", pdf or paper)) if wanted]
     if figure and not formats:
         formats = ["png"]
-    write_report(folder, out, formats, Output(quiet, json), only=figure or (), paper=paper)
+    (folder,) = sources
+    write_report(folder, out, formats, output, only=figure or (), paper=paper, solution=solution)
 
 
 @app.command(epilog=epilog("problems"))

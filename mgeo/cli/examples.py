@@ -23,6 +23,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo report runs/attitude-mgeo-directed-seed1 --out review.html",
         "mgeo report runs/attitude-mgeo-directed-seed1 --png --pdf",
         "mgeo report runs/attitude-mgeo-directed-seed1 --figure front --paper",
+        "mgeo report runs/first runs/second --out beside.html",
     ),
     "problems": ("mgeo problems", "mgeo problems --json | jq -r .problems[].name"),
     "algorithms": ("mgeo algorithms", "mgeo algorithms mgeo-directed"),

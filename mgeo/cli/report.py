@@ -7,11 +7,12 @@ from pathlib import Path
 
 from mgeo.cli.errors import bad_input
 from mgeo.cli.output import Output
-from mgeo.report import StaticExportError, report_html, static_figures
+from mgeo.report import StaticExportError, compare_html, report_html, static_figures
 from mgeo.store.atomic import check_writable, write_file, write_files
 
 REPORT_FILE = "report.html"
 FIGURES_FOLDER = "figures"
+COMPARISON_FILE = "comparison.html"
 
 
 def write_report(
@@ -22,6 +23,7 @@ def write_report(
     *,
     only: Sequence[str] = (),
     paper: bool = False,
+    solution: int | None = None,
 ) -> None:
     """Write the report of a run folder, into it unless `out` is given, and pictures beside it.
 
@@ -35,21 +37,16 @@ def write_report(
         Names of the pictures to write; then no report is written.
     paper
         See `mgeo.report.static_figures`.
+    solution
+        Number of the one to be reviewed.
     """
     path = out or folder / REPORT_FILE
     figures = path.parent / FIGURES_FOLDER
     with bad_input((ValueError, TypeError, OSError, StaticExportError)):
-        if path.suffix != ".html":  # an existing report is replaced, but nothing else
-            raise ValueError(f"--out {path}: expected a name that ends in .html")
-        if out and not out.parent.is_dir():
-            raise FileNotFoundError(f"--out {out}: there is no folder {out.parent}")
-        if path.parent.is_dir():
-            check_writable(path.parent)
-        if path.is_dir():
-            raise IsADirectoryError(f"{path} is a folder: expected a file, or none yet")
+        _check_page(path, out)
         if formats and figures.exists() and not figures.is_dir():
             raise FileExistsError(f"{figures} is a file: expected a folder to write figures into")
-        html = b"" if only else report_html(folder).encode()
+        html = b"" if only else report_html(folder, solution).encode()
         pictures = static_figures(folder, formats, only=only, paper=paper) if formats else {}
         if pictures:
             figures.mkdir(exist_ok=True)
@@ -69,3 +66,26 @@ def write_report(
             "figures": written,
         }
     )
+
+
+def write_comparison(one: Path, other: Path, out: Path | None, output: Output) -> None:
+    """Write two runs, or solutions' files, side by side, to `out` or into this folder."""
+    path = out or Path(COMPARISON_FILE)
+    with bad_input((ValueError, TypeError, OSError)):
+        _check_page(path, out)
+        html = compare_html(one, other).encode()
+        write_file(path, html)
+    output.print(f"written: {path} ({len(html) / 1e6:.1f} MB)")
+    output.result({"compared": [str(one), str(other)], "file": str(path), "bytes": len(html)})
+
+
+def _check_page(path: Path, out: Path | None) -> None:
+    """Refuse where no page could be written; an existing report is replaced, but nothing else."""
+    if path.suffix != ".html":
+        raise ValueError(f"--out {path}: expected a name that ends in .html")
+    if out and not out.parent.is_dir():
+        raise FileNotFoundError(f"--out {out}: there is no folder {out.parent}")
+    if path.parent.is_dir():
+        check_writable(path.parent)
+    if path.is_dir():
+        raise IsADirectoryError(f"{path} is a folder: expected a file, or none yet")

@@ -63,6 +63,12 @@ def report_page(title: str, parts: Sequence[str | go.Figure], library: bool | st
     return render("figures/assets/report.html", title=title, parts=written)
 
 
+def drawing(figure: go.Figure) -> Markup:
+    """A figure as a part of a page of one's own, which has the scripts of ``scripts.html``."""
+    tree, _ = _headed(figure)
+    return _div(tree, "figure", library=True, height=f"{tree['layout'].get('height') or HEIGHT}px")
+
+
 def _headed(figure: go.Figure) -> tuple[dict[str, Any], list[str]]:
     """The figure without its title, and the title's lines: a page breaks them where it must."""
     tree: dict[str, Any] = figure.to_dict()  # a copy that nobody validates once more

@@ -218,8 +218,12 @@ _RULES: dict[str, tuple[Callable[[Shown, Any], bool], str]] = {
     ),
     "front_summary": (lambda view, given: _are_numbers(given), "a dict of numbers"),
 }
-#: Methods of a view.
+#: Methods of a view of any number of solutions.
 SHOWN = tuple(_RULES)
+_RULES["review"] = (
+    lambda view, given: type(given).__name__ == "Review",
+    "a mgeo.plugins.review.Review",
+)
 
 
 def ask(view: Shown, method: Callable[Concatenate[Any, P], T], *args: P.args, **kw: P.kwargs) -> T:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
     from pymoo.core.problem import Problem
 
+    from mgeo.plugins.review import Review
+
 #: By how much equality constraints may be off, as in pymoo.
 TOLERANCE = 1e-4
 
@@ -147,6 +149,24 @@ class View:
     def solution_figures(self) -> list[dict[str, go.Figure]]:
         """For each solution small figures of it alone, which may move; here none."""
         return [{} for _ in self.X]
+
+    def review(self) -> Review:
+        """What a document for a review says of the only solution of this view.
+
+        Here its description and its limits.
+        """
+        from mgeo.plugins.review import Review, Section
+
+        described, (limits,) = ask(self, View.describe), ask(self, View.limits)
+        facts = ask(self, View.facts)
+        shown = described.T.rename(columns={described.index[0]: "value"})
+        sections = [Section("What it is about", tuple(f"{k}: {v}" for k, v in facts.items()))]
+        sections = sections if facts else []
+        sections.append(Section("Solution", table=shown))
+        if len(limits):
+            sections.append(Section("Limits", table=limits))
+        title, (answer,) = type(self.problem).__name__, ask(self, View.answers)
+        return Review(title, answer, tuple(sections))
 
     def impossible(self) -> list[str]:
         """Lines that say why nothing at all can keep the limits, and what to relax; here none."""

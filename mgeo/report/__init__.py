@@ -1,6 +1,7 @@
 """A run as one HTML file to attach to a review: what was run, the front, and each of its plans."""
 
 from mgeo.report.build import report_html
+from mgeo.report.compare import compare_html
 from mgeo.report.static import StaticExportError, static_figures
 
-__all__ = ["StaticExportError", "report_html", "static_figures"]
+__all__ = ["StaticExportError", "compare_html", "report_html", "static_figures"]

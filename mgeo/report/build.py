@@ -13,11 +13,12 @@ from pymoo.core.problem import Problem
 from mgeo.figures.page import render
 from mgeo.plugins.discovery import load_problem
 from mgeo.plugins.protocol import ask
-from mgeo.plugins.view import View, view_of
+from mgeo.plugins.review import cells, kinds_of
+from mgeo.plugins.view import View, is_own, view_of
 from mgeo.report.encode import figure_json, script_json
 from mgeo.report.history import recorded_history
 from mgeo.report.solutions import solutions_json
-from mgeo.report.verification import verifications
+from mgeo.report.verification import more_tables, verifications
 from mgeo.runs.answer import RepresentativeSolution, answer, representative_solutions
 from mgeo.runs.limits import dead_end
 from mgeo.store.run import Run
@@ -27,13 +28,15 @@ from mgeo.validation.tables import errors_of
 _MOST_NEAR = 5  # cards of what comes nearest
 
 
-def report_html(folder: Path | str) -> str:
+def report_html(folder: Path | str, solution: int | None = None) -> str:
     """The report of a run folder.
 
     Parameters
     ----------
     folder
         That `mgeo solve` wrote.
+    solution
+        Number of the one to be reviewed, with which the page opens; default: the knee.
 
     Raises
     ------
@@ -54,11 +57,22 @@ def report_html(folder: Path | str) -> str:
     history = recorded_history(folder, problem, run.outcome)
     view = view_of(problem, run.outcome.X, run.outcome.F)
     data = solutions_json(view, run, chosen, title) if chosen else {"table": None}
+    if solution is not None:
+        if not 0 <= solution < len(view.X):
+            raise ValueError(f"solution {solution}: expected 0 to {len(view.X) - 1}")
+        data["first"] = solution
+    review = None
+    if chosen and is_own(view, View.review):
+        first = int(data["first"] or 0)
+        review = ask(view.take([first]), View.review)
     data["history"] = None if history is None else figure_json(history)
     return render(
         "report/assets/report.html",
         title=title,
-        answer=answer(view) if found else None,
+        review=review,
+        cells=cells,
+        kinds_of=kinds_of,
+        answer=_answer(view, solution) if found else None,
         remarks=ask(view, View.remarks) if found else [],
         dead_end=dead_end(view) if nearest else None,
         folder=folder.resolve().name,
@@ -67,12 +81,21 @@ def report_html(folder: Path | str) -> str:
         outcome=run.outcome,
         options=json.dumps(run.configuration.options, indent=2, ensure_ascii=False),
         chosen=chosen,
+        more_tables=more_tables,
         verifications=list(verifications(folder, run, problem)),
         solutions=run.outcome.X.tolist(),
         data=data,
         json=Markup(script_json(data)),
         library=Markup(get_plotlyjs()),
     )
+
+
+def _answer(view: View, solution: int | None) -> str:
+    """What the solution is worth that the page opens with."""
+    if solution is None:
+        return str(answer(view))
+    (told,) = ask(view.take([solution]), View.answers)
+    return f"solution {solution} of {len(view.X):,}: {told}"
 
 
 def read_subject(folder: Path) -> tuple[Run, Problem, list[RepresentativeSolution], str]:

@@ -14,9 +14,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 from pymoo.core.problem import Problem
 
 from mgeo.plugins import protocol
+from mgeo.plugins.review import cells
 from mgeo.store.provenance import difference
 from mgeo.store.reading import read_json
 from mgeo.store.run import Run
@@ -24,6 +26,16 @@ from mgeo.store.run_folder import ABOUT, VERIFICATION_FILES, check_verification
 from mgeo.validation.tables import errors_of
 
 _LONGEST = 200  # characters of a difference, which may quote a whole list
+
+
+def more_tables(found: Mapping[str, Any]) -> Iterator[tuple[str, list[list[str]]]]:
+    """What else it tells in rows, lists of objects with the same keys, by name, titles first."""
+    for key, rows in found.items():
+        if not (isinstance(rows, list) and rows and all(isinstance(row, dict) for row in rows)):
+            continue
+        titles = list(rows[0])
+        if all(list(row) == titles for row in rows):
+            yield key.replace("_", " "), cells(pd.DataFrame(rows, columns=titles))
 
 
 def verifications(

@@ -290,6 +290,13 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         return cls(Scenario.from_dict(options) if options else None)
 
     @classmethod
+    def solution_of(cls, document: Mapping[str, Any]) -> tuple[Mapping[str, Any], Any] | None:
+        """Options and design of a plan's file, as JSON values; None of any other document."""
+        if document.get("format") != "mgeo-attitude-plan":
+            return None
+        return document.get("scenario", {}), document.get("design")
+
+    @classmethod
     def read_files(cls, options: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         """Options of a scenario file in `folder`, with the orbit's file that they name, if any."""
         orbit = options.get("orbit")

@@ -16,6 +16,8 @@ from mgeo_calibration.verification.ends import told
 from mgeo_calibration.verification.verification import verify
 
 from mgeo.report.build import report_html
+from mgeo.report.verification import verifications
+from mgeo.store.run_folder import read_run
 
 
 def test_a_plan_of_a_run(run, folder, front):
@@ -124,6 +126,27 @@ def test_conclusions(run, folder, flown, monkeypatch, p, nees_p, code, conclusio
     rows = [line for line in text.splitlines() if line.startswith(("attitude", "sun", "mag"))]
     assert len(rows) == len(made.table) - 3
     assert max(map(len, rows)) <= 80
+
+
+def test_a_run_keeps_how_its_plans_flew_whatever_way_they_were_named(
+    run, folder, front, flown, tmp_path, monkeypatch
+):
+    table = flown.table.assign(**{"p, predicted": 1.0, "p, claimed": 1.0})
+    made = dataclasses.replace(flown, table=table, nees_p=1.0)
+    monkeypatch.setattr("mgeo_calibration.verification.verification.verify", lambda *_: made)
+    own = shutil.copytree(folder, tmp_path / "run")
+    row = front.row("fastest")
+    run("verify", own, "--pick", "fastest", "--seed", "3", "--json")
+    kept = own / f"verification-solution{row}-seed3.json"
+    shown = {name: why for name, why, _ in verifications(own, read_run(own), front.problem)}
+    assert shown[kept.name] == ""
+    kept.unlink()
+    write_plan(front.plan("fastest"), own / "plan.json")
+    run("verify", own / "plan.json", "--seed", "3", "--quiet")
+    assert json.loads(kept.read_text())["design"] == front.X[row].tolist()
+    write_plan(front.plan("fastest"), tmp_path / "alone.json")
+    run("verify", tmp_path / "alone.json")
+    assert {path.name for path in tmp_path.iterdir()} == {"run", "alone.json"}
 
 
 def test_bad_input_has_another_exit_code(run, folder, tmp_path):

@@ -18,7 +18,7 @@ from mgeo_attitude.fields import InvalidValue, Validated, expect, quantity
 from mgeo_attitude.filter.accuracy import attitude_accuracy_deg, attitude_sigma_deg
 from mgeo_attitude.filter.history import FilterHistory, filter_history
 from mgeo_attitude.geometry.quaternion import quaternions
-from mgeo_attitude.maneuvers.phases import HELD, Phase
+from mgeo_attitude.maneuvers.phases import Phase
 from mgeo_attitude.maneuvers.schedule import holding
 from mgeo_attitude.maneuvers.slew_back import SlewBack
 from mgeo_attitude.maneuvers.trajectory import Trajectory
@@ -202,6 +202,11 @@ class ManeuverPlan(Validated):
         return self.trajectory.phases
 
     @property
+    def _calibration(self) -> list[Phase]:
+        """The phases until `t_end`."""
+        return [phase for phase in self.phases if phase.end <= self.t_end]
+
+    @property
     def slew_back(self) -> SlewBack | None:
         """How the plan goes on after `held_until`, if the scenario asks for it."""
         return self.trajectory.back
@@ -350,13 +355,8 @@ class ManeuverPlan(Validated):
 
     def sensor_use(self) -> pd.DataFrame:
         """For how long each sensor measured in each phase until `t_end` [s]."""
-        model, n = self.problem.model, len(self.history.times) - 1
-        plan = model.schedule(np.array([self.design]))
-        stretch = np.searchsorted(plan.starts[0], np.arange(n), side="right") - 1
-        calibration = [phase for phase in self.phases if phase.end <= self.t_end]
-        return observability.sensor_use(
-            model, calibration, self.history.attitude, plan.rates[0][stretch]
-        )
+        known = self._calibration, self.design, self.history
+        return observability.sensor_use(self.problem.model, *known)
 
     def correlations(self) -> pd.DataFrame:
         """Correlations of the errors at `t_end`; see `observability.correlations`."""
@@ -375,10 +375,7 @@ class ManeuverPlan(Validated):
             Default: the `observability.baselines` with maneuvers as long as the plan's in all.
         """
         if designs is None:
-            calibration = (phase for phase in self.phases if phase.end <= self.t_end)
-            maneuvers = (phase.duration for phase in calibration if phase.label != HELD)
-            time = max(sum(maneuvers), self.scenario.step)
-            designs = observability.baselines(self.scenario, time)
+            designs = observability.without_optimizer(self.scenario, self._calibration)
         return observability.compare(self.problem, {"plan": self.design, **designs}, self.t_end)
 
 

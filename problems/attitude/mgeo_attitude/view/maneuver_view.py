@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import plotly.graph_objects as go
 
+    from mgeo.plugins.review import Review
+
 #: By what share of a promise it may be missed.
 TOLERANCE = 0.1
 
@@ -93,6 +95,12 @@ class ManeuverView(Plans):
         from mgeo_attitude.view.figures import solution_figures
 
         return list(solution_figures(self))
+
+    def review(self) -> Review:
+        """The only plan as a document for a review; see `review.review`."""
+        from mgeo_attitude.view.review import review
+
+        return review(self)
 
     def impossible(self) -> list[str]:
         """Why no plan at all keeps the scenario's limits; see `at_best.impossible`."""

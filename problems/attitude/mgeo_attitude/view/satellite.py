@@ -10,6 +10,7 @@ import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import EARTH_RADIUS
 from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario.validity import examined, validity
 
 if TYPE_CHECKING:
@@ -121,7 +122,7 @@ def margins_at_rest(problem: ManeuverProblem) -> Iterator[str]:
     if not limited or scenario.turned_by_coils:  # which do not hold an attitude
         return
     until = model.step * min(int(_until(scenario) / model.step), model.n_steps)
-    still = np.zeros(problem.n_var)
+    still = np.zeros(VARIABLES_PER_MANEUVER * scenario.maneuvers.count)
     trajectory = Trajectory(scenario, model, still, until, until)
     known = scenario.initial_attitude_covariance
     rows = limits_after(model, trajectory, 0.0, until, known, "at rest")

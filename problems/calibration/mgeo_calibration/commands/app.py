@@ -48,7 +48,8 @@ def verify(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Also write the result; `mgeo report` shows RUN/verification*.json.",
+            help="Write the result there [default: of a run into its folder, as "
+            "verification-solutionN-seedS.json, for `mgeo report`].",
         ),
     ] = None,
     overwrite: Overwrite = False,
@@ -67,7 +68,11 @@ def verify(
     from mgeo_attitude.scenario.validity import OutsideValidity
 
     from mgeo.store.atomic import write_file
-    from mgeo_calibration.commands.verify import print_verification, verification_document
+    from mgeo_calibration.commands.verify import (
+        print_verification,
+        result_file,
+        verification_document,
+    )
     from mgeo_calibration.verification import verification
 
     output = Output(quiet, json)
@@ -80,11 +85,18 @@ def verify(
         for warning in told:
             output.note(f"Note: {warning.message}")
         document = verification_document(picked, found, seed)
+        target = out or result_file(source, document)
     print_verification(picked, found, output)
     output.result(document)
     with bad_input():
-        if out:
-            write_file(out, f"{json_text(document)}\n".encode())
+        try:
+            if target:
+                write_file(target, f"{json_text(document)}\n".encode())
+                output.print(f"written: {target}")
+        except OSError as error:
+            if out:
+                raise
+            output.note(f"Note: the run does not keep it: {error}")  # nobody asked for a file
     holds = found.achieved and not document["violations"]
     raise typer.Exit(ExitCode.DONE if holds else ExitCode.INCOMPLETE)
 

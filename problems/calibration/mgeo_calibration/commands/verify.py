@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from mgeo_attitude.commands.files import Picked
@@ -10,6 +12,7 @@ from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.plan.run_folder import PROBLEM
 
 from mgeo.cli.output import Output
+from mgeo.store.run_folder import RUN_FILE, read_run
 from mgeo.terminal import plain
 from mgeo_calibration.commands.fly import limited
 from mgeo_calibration.verification.ends import told
@@ -58,6 +61,7 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
         f"trace {plan.trace:.5g}, seed {seed}",
         "conclusion": f"{_broken(plan)}{conclusion(found)}; NEES per state {found.nees:.3f}; "
         f"{power(found)}{_limits(found)}" + "".join(f"; {line}" for line in told(found.ends)),
+        "seed": seed,
         "findings": [] if found.achieved else findings(found),
         "remedies": remedies(plan, found),
         "level": LEVEL,
@@ -75,6 +79,28 @@ def verification_document(picked: Picked, found: Verification, seed: int) -> dic
         "ends": rows(found.ends),
         "promises": rows(plan.promises()),
     }
+
+
+def result_file(source: Path, document: Mapping[str, Any]) -> Path | None:
+    """Where a result goes that nobody named a file for: the run that the plan is of, if any.
+
+    That is the folder itself, or the one in which the plan's file stands.
+    """
+    folder = source if source.is_dir() else source.parent
+    if not (folder / RUN_FILE).is_file():
+        return None
+    seed = document["seed"]
+    number = document["solution"]
+    if number is None:
+        number = next(
+            (
+                i
+                for i, x in enumerate(read_run(folder).outcome.X.tolist())
+                if x == document["design"]
+            ),
+            None,
+        )
+    return None if number is None else folder / f"verification-solution{number}-seed{seed}.json"
 
 
 def _broken(plan: ManeuverPlan) -> str:

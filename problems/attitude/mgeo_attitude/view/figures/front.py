@@ -206,24 +206,29 @@ def _summary(scenario: Scenario, F: Floats, *, papers: bool) -> str:
 def _span(scenario: Scenario, t_end: Floats, kept: Floats) -> list[float]:
     """What the axis of times shows [s]: from the start if that is near, until all is over."""
     first, last = float(t_end.min()), float(np.nanmax(np.append(t_end, kept)))
-    if scenario.deadline < _FAR * last:
-        last = max(last, scenario.deadline)
+    if _closes(scenario) < _FAR * last:
+        last = max(last, _closes(scenario))
     first = 0.0 if first < 0.5 * last else first
     room = 0.04 * (last - first) or 0.05 * last
     return [max(first - room, 0.0), last + room]
 
 
+def _closes(scenario: Scenario) -> float:
+    """When the window does [s]; infinite without one, or if each plan has its own start."""
+    return scenario.deadline if scenario.maneuvers.latest_start is None else math.inf
+
+
 def _mark_times(figure: go.Figure, scenario: Scenario, span: list[float]) -> None:
     """The orbital period and the end of the window, where they are within what is shown."""
     text = {"textangle": -90, "xanchor": "right", "yanchor": "top", "font": {"color": GRAY}}
-    marks = ((scenario.orbit.period, "one orbital period"), (scenario.deadline, "window closes"))
+    marks = ((scenario.orbit.period, "one orbital period"), (_closes(scenario), "window closes"))
     for time, name in marks:
         if span[0] < time < span[1]:
             line = {"color": GRAY, "width": 1.5, "dash": "dash"}
             figure.add_vline(x=time, line=line, annotation={"text": name, **text})
-    if scenario.deadline < span[1]:
+    if _closes(scenario) < span[1]:
         shade = {"fillcolor": "rgba(128,128,128,0.2)", "line": {"width": 0}, "layer": "below"}
-        figure.add_vrect(x0=scenario.deadline, x1=span[1], **shade)
+        figure.add_vrect(x0=_closes(scenario), x1=span[1], **shade)
 
 
 def _buttons(

@@ -1,6 +1,6 @@
 """What a plan teaches the filter, what it leaves unknown, and what simpler plans would do."""
 
-from mgeo_attitude.view.observability.baselines import baselines, compare
+from mgeo_attitude.view.observability.baselines import baselines, compare, without_optimizer
 from mgeo_attitude.view.observability.budget import budget, reasons, sensor_use
 from mgeo_attitude.view.observability.contributions import contributions
 from mgeo_attitude.view.observability.covariance import correlations, least_observable, normalized
@@ -19,4 +19,5 @@ __all__ = [
     "reasons",
     "remedies",
     "sensor_use",
+    "without_optimizer",
 ]

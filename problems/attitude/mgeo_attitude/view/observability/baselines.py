@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.maneuvers.phases import HELD, Phase
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors.suite import block_units
@@ -55,6 +56,14 @@ def baselines(
         "x, y, z in turn": _equal_shares(forward, duration),
         "x, y, z in turn, there and back": _equal_shares(there_and_back, duration),
     }
+
+
+def without_optimizer(
+    scenario: Scenario, calibration: Iterable[Phase]
+) -> dict[str, tuple[float, ...]]:
+    """The `baselines` with maneuvers as long in all as those of a plan, whose phases these are."""
+    maneuvers = (phase.duration for phase in calibration if phase.label != HELD)
+    return baselines(scenario, max(sum(maneuvers), scenario.step))
 
 
 def compare(problem: ManeuverProblem, designs: Mapping[str, ArrayLike], at: float) -> pd.DataFrame:

@@ -100,16 +100,14 @@ def _help(changes: pd.Series, unit: str) -> str:
 
 
 def sensor_use(
-    model: FilterModel, phases: Sequence[Phase], attitude: ArrayLike, rates: ArrayLike
+    model: FilterModel, phases: Sequence[Phase], design: ArrayLike, history: FilterHistory
 ) -> pd.DataFrame:
-    """For how long each sensor could measure in each phase [s].
+    """For how long each sensor could measure in each phase of a design [s].
 
     Parameters
     ----------
-    attitude : array, shape (n + 1, 3, 3)
-        GCRS to body at the steps of the filter.
-    rates : array, shape (n, 3)
-        Body rate in each step [rad/s].
+    phases
+        Those until the end of the `history`, which is the filter's run of the design.
 
     Returns
     -------
@@ -117,7 +115,9 @@ def sensor_use(
         One row a phase, with its ``duration [s]``, and a column ``NAME [s]`` for each sensor: the
         number of its samples times the time between them.
     """
-    C, omega = np.asarray(attitude), np.asarray(rates)
+    plan, n = model.schedule(np.atleast_2d(np.asarray(design, dtype=float))), len(history.times) - 1
+    stretch = np.searchsorted(plan.starts[0], np.arange(n), side="right") - 1
+    C, omega = history.attitude, plan.rates[0][stretch]
     edges = [(round(p.start / model.step), round(p.end / model.step)) for p in phases]
     columns: dict[str, object] = {"duration [s]": [phase.duration for phase in phases]}
     for index, sensor in enumerate(model.suite.sensors):

@@ -15,6 +15,7 @@ from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.coils import CoilDrive
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
+from mgeo_attitude.sensors.base import with_noise
 from mgeo_attitude.sensors.suite import Suite, block_units
 
 #: By what initial errors and noise are multiplied.
@@ -65,7 +66,8 @@ def remedies(
 def most(values: pd.Series, least: float = 0.02) -> pd.Series:
     """The two changes of a column of `remedies` that save most, more than a share `least`."""
     worth = values[values < (1.0 - least) * values[AS_IT_IS]]
-    return worth.sort_values(kind="stable")[:2]
+    two: pd.Series = worth.sort_values(kind="stable")[:2]
+    return two
 
 
 def _sigma(model: FilterModel, design: ArrayLike, step: int) -> Floats:
@@ -81,9 +83,8 @@ def _quieter(suite: Suite) -> Iterator[tuple[str, Suite]]:
     for i, part in enumerate(parts):
         if not part.noise_parameters:
             continue
-        noise = {name: _FACTOR * getattr(part, name) for name in part.noise_parameters}
-        gyro, *sensors = [*parts[:i], dataclasses.replace(part, **noise), *parts[i + 1 :]]
-        yield "gyro" if i == 0 else part.name, Suite(gyro, tuple(sensors), suite.world)
+        better = [*parts[:i], with_noise(part, _FACTOR), *parts[i + 1 :]]
+        yield "gyro" if i == 0 else part.name, Suite(better[0], tuple(better[1:]), suite.world)
 
 
 def _turned(

@@ -1,0 +1,170 @@
+"""A plan as a document for a review: satellite, sensors, limits, timeline, budget, alternatives."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from mgeo.plugins.review import Review, Section
+from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.fields import declared
+from mgeo_attitude.filter.history import filter_history
+from mgeo_attitude.maneuvers.phases import Phase
+from mgeo_attitude.maneuvers.trajectory import Trajectory
+from mgeo_attitude.sensors.suite import block_units
+from mgeo_attitude.view import at_best, observability, satellite
+from mgeo_attitude.view.observability.remedies import AS_IT_IS
+from mgeo_attitude.view.plans import MOST_FLIGHTS, Plans
+
+if TYPE_CHECKING:
+    from mgeo_attitude._typing import Floats
+    from mgeo_attitude.filter.history import FilterHistory
+    from mgeo_attitude.filter.model import FilterModel
+    from mgeo_attitude.scenario import Scenario
+
+_SECONDS = 19  # characters of a date and time to the second
+_WITH_UNIT = re.compile(r"_(deg|nt|arcsec)(_per_.*)?$")
+
+
+def review(plans: Plans) -> Review:
+    """The document about the only plan of a view; some seconds."""
+    problem, design = plans.problem.begun(plans.X[0])  # where it begins
+    scenario, model = problem.scenario, problem.model
+    (answer,) = plans.answers()
+    history = filter_history(model, design)
+    trajectory = Trajectory(scenario, model, design, history.t_end, float(plans.held_until[0]))
+    known = observability.budget(model, design, history)
+    changes = observability.remedies(
+        model, design, history.t_end, scenario.maneuvers.max_rate_deg_s
+    )
+    why = observability.reasons(model, known, changes, history, at_best.known_limit(problem))
+    phases, (limits,) = trajectory.phases, plans.limits()
+    calibration = [phase for phase in phases if phase.end <= history.t_end]
+    others = observability.without_optimizer(scenario, calibration)
+    compared = observability.compare(problem, {"this plan": design, **others}, history.t_end)
+    edges = np.array([*(phase.start for phase in phases), trajectory.end])
+    stamps = utc_texts(scenario.epoch, edges)
+    facts = satellite.facts(problem)
+    sections = [
+        Section("Satellite", table=pd.DataFrame({"": facts.values()}, index=list(facts))),
+        Section("Gyro and sensors", table=_instruments(scenario)),
+        Section("Limits", table=limits.assign(kept=limits["margin"] >= 0.0))
+        if len(limits)
+        else Section("Limits", ("None beside the rates and durations of maneuvers.",)),
+        Section(
+            "Timeline",
+            table=_timeline(model, list(stamps[:-1]), history, phases, calibration, design),
+            note="rates about body axes; bought: the phase's part of the fall of the trace's "
+            "logarithm; then: 1-sigma of the worst body axis at its end",
+        ),
+        Section(
+            "Why it is no smaller",
+            tuple(why),
+            known,
+            "error budget: 1-sigma of the worst body axis by its sources, whose squares add up",
+        ),
+        Section(
+            "What would help",
+            table=_worth(changes),
+            note="1-sigma of the worst body axis, each by a run of the filter; changes that make "
+            "some smaller by 2 %; limits are not looked at",
+        ),
+        Section(
+            "How long sensors measure",
+            table=observability.sensor_use(model, calibration, design, history),
+        ),
+        Section("Promised, and kept by " + MOST_FLIGHTS, table=_promised(plans)),
+        Section(
+            f"Beside plans that need no optimizer, after {history.t_end:.6g} s",
+            table=compared.T,
+            note="turns at the greatest rate, as long in all as this plan's; limits are not looked "
+            "at",
+        ),
+    ]
+    start, end = stamps[0][:_SECONDS], stamps[-1][:_SECONDS]
+    title = f"{scenario.name}: calibration maneuvers, {start} to {end} UTC"
+    return Review(title, answer, tuple(sections))
+
+
+def _worth(changes: pd.DataFrame) -> pd.DataFrame:
+    better = (changes < 0.98 * changes.loc[AS_IT_IS]).any(axis=1)
+    return changes[better | (changes.index == AS_IT_IS)]
+
+
+def _timeline(
+    model: FilterModel,
+    stamps: list[str],
+    history: FilterHistory,
+    phases: tuple[Phase, ...],
+    calibration: list[Phase],
+    design: Floats,
+) -> pd.DataFrame:
+    """Each command in UTC, with what it buys: the trace's fall, and what is required or asked."""
+    table = pd.DataFrame(
+        {
+            "start UTC": [text.removesuffix(".000000") for text in stamps],
+            "for [s]": [phase.duration for phase in phases],
+            **{
+                f"{axis} [deg/s]": [phase.rates_deg_s[i] for phase in phases]
+                for i, axis in enumerate("xyz")
+            },
+            "turned [deg]": [phase.swept_deg for phase in phases],
+        },
+        index=pd.Index([phase.label for phase in phases], name="phase"),
+    )
+    bought = observability.contributions(model, design, history).iloc[1:]
+    shown = {"bought [%]": bought["contribution [%]"]}
+    steps = [round(phase.end / model.step) for phase in calibration]
+    sigma = history.sigma[steps].reshape(len(steps), -1, 3).max(axis=2)
+    asked = [b for b in range(sigma.shape[1]) if np.isfinite(model.required_sigma[3 * b])]
+    for block in sorted({0, *asked}):
+        unit = block_units(model.suite)[block]
+        values = pd.Series(sigma[:, block] * unit.factor, index=bought.index)
+        shown[f"then {unit.label} [{unit.unit}]"] = values
+    missing = len(phases) - len(calibration)  # what follows teaches nothing that is told
+    for name, column in shown.items():
+        table[name] = np.append(column.to_numpy(float), np.full(missing, np.nan))
+    return table
+
+
+def _instruments(scenario: Scenario) -> pd.DataFrame:
+    """Noise, samples, and errors at the start of each."""
+    suite = scenario.suite
+    sigma = suite.initial_sigma(np.radians(scenario.initial.attitude_deg)).reshape(-1, 3)
+    errors: dict[str, list[str]] = {}
+    for name, unit, values in zip(suite.blocks, block_units(suite), sigma, strict=True):
+        owner, _, error = name.rpartition(".")
+        text = f"{error.replace('_', ' ')} {values.max() * unit.factor:.3g} {unit.unit}"
+        errors.setdefault(owner, []).append(text.removesuffix(" -"))
+    rows = {}
+    parts: list[tuple[str, Any]] = [("gyro", suite.gyro)]
+    parts += [(sensor.name, sensor) for sensor in suite.sensors]
+    for name, part in parts:
+        fields = declared(type(part))
+        noise = [
+            f"{_WITH_UNIT.sub('', key).replace('_', ' ')} {_numbers(getattr(part, key))} "
+            f"{fields[key][1].unit or ''}".strip()
+            for key in part.noise_parameters
+        ]
+        every = getattr(part, "sample_interval", None) or scenario.step
+        rows[name] = {
+            "kind": getattr(part, "kind", "gyro"),
+            "noise": ", ".join(noise),
+            "every [s]": f"{every:g}",
+            "errors at the start, 1-sigma": ", ".join(errors.get(name, [])),
+        }
+    return pd.DataFrame.from_dict(rows, orient="index").rename_axis("")
+
+
+def _numbers(value: float | tuple[float, ...]) -> str:
+    """One for all axes, or one for each."""
+    return " / ".join(f"{v:g}" for v in (value if isinstance(value, tuple) else (value,)))
+
+
+def _promised(plans: Plans) -> pd.DataFrame:
+    (row,) = plans.promises().to_numpy(float)
+    columns = ["promised", "kept", "kept / promised [-]"]
+    return pd.DataFrame(row.reshape(-1, 3), index=list(plans.problem.obj_names), columns=columns)
