@@ -253,11 +253,17 @@ def _told(number: int, name: str, line: str) -> Result:
 
 
 def campaign(numbers: Iterable[int], jobs: int = 1) -> list[Result]:
-    """Make the cases."""
-    if jobs == 1:
-        return [run_case(number) for number in numbers]
+    """Make the cases, and tell those that are not as they should be at once."""
     with ProcessPoolExecutor(jobs) as pool:
-        return list(pool.map(run_case, numbers, chunksize=4))
+        made = map(run_case, numbers) if jobs == 1 else pool.map(run_case, numbers, chunksize=4)
+        return [_shown(result) for result in made]
+
+
+def _shown(result: Result) -> Result:
+    if result.outcome in ("another cause", "silent"):
+        line = f"{result.number:5} {result.kind}: {result.outcome}: {result.said[:150]}"
+        print(line, flush=True)
+    return result
 
 
 def share_named(results: Iterable[Result]) -> float:
@@ -288,9 +294,6 @@ def main() -> int:
         print(run_case(given.case))
         return 0
     results = campaign(range(given.first, given.first + given.cases), given.jobs)
-    for result in results:
-        if result.outcome in ("another cause", "silent"):
-            print(f"{result.number:5} {result.kind}: {result.outcome}: {result.said[:150]}")
     show(results)
     return 0
 
