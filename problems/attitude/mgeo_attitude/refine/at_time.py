@@ -119,3 +119,13 @@ def stretched(design: Floats, factor: float, longest: float) -> Floats:
     maneuvers = design.reshape(-1, VARIABLES_PER_MANEUVER).copy()
     maneuvers[:, 3] = np.minimum(factor * maneuvers[:, 3], longest)
     return maneuvers.ravel()
+
+
+def slowed(design: Floats, factor: float, longest: float, greatest: float) -> Floats:
+    """A design through the same attitudes in a time by a factor, where limits allow it.
+
+    No maneuver is made longer than the `longest`, and no rate is above the `greatest` [deg/s].
+    """
+    maneuvers = stretched(design, factor, longest).reshape(-1, VARIABLES_PER_MANEUVER)
+    maneuvers[:, :3] = np.clip(maneuvers[:, :3] / factor, -greatest, greatest)
+    return maneuvers.ravel()

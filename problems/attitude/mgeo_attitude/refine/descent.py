@@ -11,58 +11,70 @@ from scipy.optimize import minimize
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.at_time import AtTime
+from mgeo_attitude.refine.partial_steps import with_partial_steps
+from mgeo_attitude.refine.quasi_newton import minimized
 
-#: Change of a rate, of the greatest, by which slopes are taken; durations change by a step.
-_SMALL = 1e-5
+#: Change of a rate, of the greatest, by which slopes are taken; of a duration, of a step.
+_SMALL, _PART = 1e-5, 1e-2
 #: By how much of their bounds limits are kept, so that rounding does not break them.
 _MARGIN = 1e-6
 #: A change of the logarithm of the value that is not worth another iteration.
 _ENOUGH = 1e-5
+#: A share of the time that is none.
+_NOTHING = 1e-12
 #: What stands for an infinite value.
 _WORST = 1e3
 
 
 @dataclass
 class Descent:
-    """One plan's values and slopes at a time, as functions of variables between -1 and 1.
+    """One plan's values and slopes at a time [s], as functions of variables between -1 and 1.
 
-    Variables are the rates over the greatest and the durations of all but the last maneuver over
-    the time; the last one fills what is left of it.
+    Variables are the rates over the greatest, and the shares that durations have of the time; they
+    need not sum up to one.
     """
 
     at: AtTime
-    steps: int
+    time: float
     count: int
     _known: dict[bytes, tuple[Floats, Floats]] = field(default_factory=dict)
 
     @property
-    def time(self) -> float:
-        return self.steps * self.at.model.step
+    def steps(self) -> int:
+        """Of the model, which may be a coarse one."""
+        return min(max(round(self.time / self.at.model.step), 1), self.at.model.n_steps)
 
     @property
     def bounds(self) -> Floats:
-        """Least and greatest, shape (4 m - 1, 2)."""
-        longest = min(self.at.scenario.maneuvers.max_duration / self.time, 1.0)
-        rates, durations = [(-1.0, 1.0)] * (3 * self.count), [(0.0, longest)] * (self.count - 1)
-        return np.array(rates + durations)
+        """Least and greatest, shape (4 m, 2)."""
+        return np.array([(-1.0, 1.0)] * (3 * self.count) + [(0.0, 1.0)] * self.count)
 
     def variables(self, design: Floats) -> Floats:
         """Of a design, shape (4 m,)."""
         maneuvers = design.reshape(-1, VARIABLES_PER_MANEUVER)
         rates = maneuvers[:, :3] / self.at.scenario.maneuvers.max_rate_deg_s
-        found = np.concatenate([rates.ravel(), maneuvers[:-1, 3] / self.time])
+        found = np.concatenate([rates.ravel(), maneuvers[:, 3] / self.time])
         within: Floats = np.clip(found, *self.bounds.T)
         return within
 
     def designs(self, variables: Floats) -> Floats:
-        """Of rows of variables, shape (n, 4 m)."""
+        """Of rows of variables, shape (n, 4 m), which fill the time where they can."""
         z = np.clip(np.atleast_2d(variables), *self.bounds.T)
         limits, n = self.at.scenario.maneuvers, len(z)
         rates = limits.max_rate_deg_s * z[:, : 3 * self.count].reshape(n, -1, 3)
-        durations = self.time * z[:, 3 * self.count :]
-        left = np.clip(self.time - durations.sum(axis=1), 0.0, limits.max_duration)
-        durations = np.column_stack([durations, left])
+        shares = z[:, 3 * self.count :] + _NOTHING
+        durations = self.time * shares / shares.sum(axis=1, keepdims=True)
+        # what would be longer than a maneuver may be goes to those with room, by their room
+        room = np.maximum(limits.max_duration - durations, 0.0)
+        over = np.maximum(durations - limits.max_duration, 0.0).sum(axis=1, keepdims=True)
+        given = np.minimum(over / np.maximum(room.sum(axis=1, keepdims=True), _NOTHING), 1.0)
+        durations = np.minimum(durations, limits.max_duration) + given * room
         return np.concatenate([rates, durations[:, :, None]], axis=2).reshape(n, -1)
+
+    def value(self, z: Floats) -> tuple[float, Floats]:
+        """The value alone and its slopes, shape (4 m,)."""
+        found, slopes = self.known(z)
+        return float(found[0]), slopes[0]
 
     def known(self, z: Floats) -> tuple[Floats, Floats]:
         """Value and margins, shape (1 + k,), and their slopes, shape (1 + k, 4 m - 1)."""
@@ -73,58 +85,59 @@ class Descent:
 
     def _taken(self, z: Floats) -> tuple[Floats, Floats]:
         """All of them by one batch of the kernel."""
+        model = self.at.model
+        smooth = model.slew_limits is None  # or else ramps begin on steps
         steps = np.full(len(z), _SMALL)
-        steps[3 * self.count :] = self.at.model.step / self.time
+        steps[3 * self.count :] = (_PART if smooth else 1.0) * model.step / self.time
         steps = np.where(z + steps > self.bounds[:, 1], -steps, steps)
-        value, excess = self.at.values(
-            self.designs(np.vstack([z, z + np.diag(steps)])), self.steps, required=True
-        )
+        designs = self.designs(np.vstack([z, z + np.diag(steps)]))
+        if smooth:
+            designs = with_partial_steps(designs, model.step)
+        value, excess = self.at.values(designs, self.steps, required=True)
         found = np.column_stack([np.minimum(value, _WORST), -_MARGIN - np.minimum(excess, _WORST)])
         return found[0], (found[1:] - found[0]).T / steps
 
 
-def descend(at: AtTime, design: Floats, steps: int, iterations: int) -> Floats:
-    """A design that is worth more after so many steps, within all limits, as far as can be found.
+def descend(at: AtTime, design: Floats, time: float, iterations: int) -> Floats:
+    """A design that is worth more at a time [s], within all limits, as far as can be found.
 
-    Slopes are differences, one batch of the kernel for each point; steps are those of SLSQP (D.
-    Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28, 1988).
+    Slopes are differences, one batch of the kernel for each point. With limits steps are those of
+    SLSQP (D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28, 1988),
+    or else of `quasi_newton`.
 
     Parameters
     ----------
     design : array, shape (4 m,)
         Whose maneuvers are over by then.
     """
-    problem = Descent(at, steps, design.size // VARIABLES_PER_MANEUVER)
-    z, first = problem.variables(design), 3 * problem.count
-    n_limits = len(problem.known(z)[0]) - 1
-    constraints = []
-    if n_limits:
-        constraints.append(
-            {
-                "type": "ineq",
-                "fun": lambda z: problem.known(z)[0][1:],
-                "jac": lambda z: problem.known(z)[1][1:],
-            }
-        )
-    if problem.count > 1:
-        slope = np.zeros(len(z))
-        slope[first:] = -1.0
-        constraints.append(
-            {"type": "ineq", "fun": lambda z: 1.0 - z[first:].sum(), "jac": lambda z: slope}
-        )
+    problem = Descent(at, time, design.size // VARIABLES_PER_MANEUVER)
+    z = problem.variables(design)
+    if len(problem.known(z)[0]) > 1:
+        z = _within_limits(problem, z, iterations)
+    else:
+        z = minimized(problem.value, z, problem.bounds, iterations, _ENOUGH)
+    if not np.isfinite(z).all():
+        return design
+    best: Floats = problem.designs(z)[0]
+    return best
+
+
+def _within_limits(problem: Descent, z: Floats, iterations: int) -> Floats:
+    margins = {
+        "type": "ineq",
+        "fun": lambda z: problem.known(z)[0][1:],
+        "jac": lambda z: problem.known(z)[1][1:],
+    }
     with warnings.catch_warnings():
         # its line search may leave the bounds by rounding, and says so
         warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
-        found = minimize(
-            lambda z: problem.known(z)[0][0],
+        found: Floats = minimize(
+            problem.value,
             z,
-            jac=lambda z: problem.known(z)[1][0],
+            jac=True,
             bounds=problem.bounds,
-            constraints=constraints,
+            constraints=[margins],
             method="SLSQP",
             options={"maxiter": iterations, "ftol": _ENOUGH},
-        )
-    if not np.isfinite(found.x).all():
-        return design
-    best: Floats = problem.designs(found.x)[0]
-    return best
+        ).x
+    return found

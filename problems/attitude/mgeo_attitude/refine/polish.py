@@ -11,8 +11,13 @@ from numpy.typing import ArrayLike
 from mgeo.algorithms.dominance import front_rows
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
-from mgeo_attitude.refine.at_time import AtTime, ending_at, smooth_objective, stretched
-from mgeo_attitude.refine.descent import descend
+from mgeo_attitude.refine.at_time import (
+    AtTime,
+    ending_at,
+    slowed,
+    smooth_objective,
+    stretched,
+)
 from mgeo_attitude.refine.held import held_rates
 from mgeo_attitude.refine.judging import (
     Judge,
@@ -22,19 +27,25 @@ from mgeo_attitude.refine.judging import (
     judged_by,
     parts,
 )
-from mgeo_attitude.refine.splitting import without_unneeded
+from mgeo_attitude.refine.roughly import SHORT, Roughly
+from mgeo_attitude.refine.splitting import split, without_unneeded
 from mgeo_attitude.refine.starts import receding_horizon
 
 #: Plans of a front that are polished, and iterations for each.
-MOST, ITERATIONS = 24, 15
+MOST, ITERATIONS = 24, 30
 #: How many times as many, with as much less of them, follow between those.
 _BETWEEN = 3
 #: Of the rates held after a plan those that are judged, over flights, and tried at other times.
 _JUDGED, _FLOWN, _TRIED = 16, 4, 6
 #: Share of the longest run before which plans are not polished.
 _EARLIEST = 0.02
+#: Share of the time of a row below which none takes its place, but for the last.
+_NEARLY = 0.98
 #: Polished plans from which others begin.
 _NEAREST = 3
+#: Shares of the number of maneuvers that are the stages of receding horizons to begin from; steps
+#: after which these are no good begin.
+_STAGES, _LATEST = (0.5, 0.6, 0.8, 1.0), 3000
 
 
 def polish(
@@ -105,28 +116,35 @@ def polish_steps(
         return F[:, order], violation
 
     flown = problem.scenario.flight is not None
-    front = _Front(at, in_order, found, *in_order(found))
+    F, violation = in_order(found)
+    times = F[:, 0].copy()
+    front = _Front(at, in_order, found, F, violation, times)
     learned: list[Floats] = []
     shapes: list[Floats] = []
     done: set[int] = set()
+    roughs: dict[bytes, Roughly] = {}  # of each start
     for rows, each in ((most, iterations), (_BETWEEN * most, -(-iterations // _BETWEEN))):
-        for row in _spread(front.F[:, 0], rows, _EARLIEST * at.model.longest):
-            ends = _learning(at, front.F[row, 0])
+        for row in _spread(times, rows, _EARLIEST * at.model.longest):
+            ends = _learning(at, times[row])
             if ends is None or row in done:
                 continue
             (plan,), (start,) = parts(problem, front.X[[row]])
-            at = at_time(problem, name, start)
-            begins = _begins(at, plan, learned, ends, horizon=rows == most)
-            best = begins[at.best(begins, ends)]
-            learned.append(descend(at, best, ends, each))
-            better = begins_with(_ended(at, learned[-1]), start)
+            if start.tobytes() not in roughs:
+                roughs[start.tobytes()] = Roughly(at_time(problem, name, start))
+            roughly = roughs[start.tobytes()]
+            begins = _begins(roughly, plan, learned, ends, horizon=rows == most)
+            learned.append(roughly.descended(begins, ends, each))
+            better = begins_with(_ended(roughly.exact, learned[-1]), start)
             front.take(better[: _FLOWN if flown else _JUDGED])
             shapes.extend(better[:_TRIED])
             done.add(int(row))
             yield front.X.copy()
     if shapes and not flown:
-        front.take(_at_other_times(at, shapes, front.F[:, 0]))
+        front.take(_at_other_times(at, shapes, times))
         yield front.X.copy()
+    front.take(front.X, share=0.0)
+    yield front.X.copy()
+    if shapes and not flown:
         yield without_unneeded(problem, front.X)
 
 
@@ -139,9 +157,14 @@ class _Front:
     X: Floats
     F: Floats
     violation: Floats
+    times: Floats
 
-    def take(self, designs: Floats) -> None:
-        """Let designs take the place of rows that end no sooner and know less, within limits."""
+    def take(self, designs: Floats, share: float = _NEARLY) -> None:
+        """Let designs take the place of rows that end no sooner and know less, within limits.
+
+        None whose time is less than such a share of the one that a row had at first: at its own
+        time more can be known.
+        """
         if not len(designs):
             return
         F, violation = self.judge(designs)
@@ -150,7 +173,8 @@ class _Front:
         place = np.searchsorted(F[order, 0], self.F[:, 0], side="right") - 1
         rows = np.flatnonzero(place >= 0)
         best = order[place[rows]]
-        better = (F[best, 1] < self.F[rows, 1]) | (self.violation[rows] > 0.0)
+        better = (F[best, 1] < self.F[rows, 1]) & (F[best, 0] >= share * self.times[rows])
+        better |= self.violation[rows] > 0.0
         rows, best = rows[better], best[better]
         self.X[rows], self.F[rows], self.violation[rows] = designs[best], F[best], 0.0
 
@@ -173,26 +197,39 @@ def _holds(at: AtTime) -> bool:
     return at.model.rule == "trace" and at.scenario.maneuvers.count > 1
 
 
-def _learning(at: AtTime, t_end: float) -> int | None:
-    """The step until which a plan that ends at a time [s] learns; None if there is none."""
+def _learning(at: AtTime, t_end: float) -> float | None:
+    """Until when a plan that ends at a time [s] learns; None if there is nothing of it."""
     if not np.isfinite(t_end):
         return None
     steps = round(t_end / at.model.step) - (at.model.window_steps if _holds(at) else 0)
-    return steps if steps >= 2 else None
+    return steps * at.model.step if steps >= 2 else None
 
 
 def _begins(
-    at: AtTime, design: Floats, learned: list[Floats], steps: int, *, horizon: bool
+    roughly: Roughly, design: Floats, learned: list[Floats], time: float, *, horizon: bool
 ) -> Floats:
-    """Plans to begin the polish for a time from, shape (k, 4 m)."""
-    time, longest = steps * at.model.step, at.scenario.maneuvers.max_duration
+    """Plans to begin the polish for a time [s] from, shape (k, 4 m)."""
+    at = roughly.exact
     count = design.size // VARIABLES_PER_MANEUVER - _holds(at)
+    longest = at.scenario.maneuvers.max_duration
     found = [ending_at(design[: VARIABLES_PER_MANEUVER * count], time, longest)]
-    if horizon:
-        found.append(receding_horizon(at, count, time))
+    if horizon and time <= _LATEST * at.model.step:
+        stages = {max(round(share * count), 1) for share in _STAGES}
+        for n in sorted(stages) if time <= SHORT * at.model.step else [count]:
+            found.append(split(receding_horizon(roughly.at(time), n, time), count)[0])
     for plan in _nearest(at, learned, time, _NEAREST):
-        found += [ending_at(plan, time, longest), stretched(plan, time / _total(plan), longest)]
+        found += _ending_then(at, plan, time)
     return np.array(found)
+
+
+def _ending_then(at: AtTime, plan: Floats, time: float) -> list[Floats]:
+    """A plan of another length that ends at a time [s]: cut or held, made longer, and slower."""
+    limits, factor = at.scenario.maneuvers, time / _total(plan)
+    return [
+        ending_at(plan, time, limits.max_duration),
+        stretched(plan, factor, limits.max_duration),
+        slowed(plan, factor, limits.max_duration, limits.max_rate_deg_s),
+    ]
 
 
 def _nearest(at: AtTime, plans: list[Floats], time: float, most: int) -> list[Floats]:
@@ -215,22 +252,20 @@ def _ended(at: AtTime, learned: Floats) -> Floats:
 
 
 def _at_other_times(at: AtTime, shapes: list[Floats], times: Floats) -> Floats:
-    """Polished plans as they are made longer or shorter, or cut, to end at other times.
+    """Polished plans as they are made longer, slower or shorter, to end at other times.
 
     Each from its own start, if that is free.
     """
-    longest, held = at.scenario.maneuvers.max_duration, VARIABLES_PER_MANEUVER * _holds(at)
+    held = VARIABLES_PER_MANEUVER * _holds(at)
     tried = []
     for t_end in np.unique(times):
-        steps = _learning(at, t_end)
-        if steps is None:
+        time = _learning(at, t_end)
+        if time is None:
             continue
-        time = steps * at.model.step
         for shape in _nearest(at, shapes, time, _TRIED):
             maneuvers = VARIABLES_PER_MANEUVER * at.scenario.maneuvers.count
             body, tail = np.split(shape, [maneuvers - held])  # with its start
-            longer = stretched(body, time / _total(shape), longest)
-            tried += [np.append(each, tail) for each in (ending_at(body, time, longest), longer)]
+            tried += [np.append(each, tail) for each in _ending_then(at, body, time)]
     if not tried:
         return np.empty((0, shapes[0].size))
     distinct: Floats = np.unique(np.array(tried), axis=0)

@@ -1,0 +1,67 @@
+"""How near fronts come to the limit, by today's defaults and with starts and polish.
+
+``python docs/studies/near.py PRESET RULE MODE SEED`` adds a row to data/near.csv.
+"""
+
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from mgeo.runs.prepare import prepare
+
+DATA = Path(__file__).parent / "data" / "near.csv"
+TIMES = (300, 500, 700, 900, 1000, 1560, 2785, 4394)
+
+#: Maneuvers, evaluations, starts, and whether fronts are polished.
+MODES = {
+    "search": (3, 60_000, 0, False),
+    "polished": (10, 10_000, 12, True),
+}
+
+
+def ratios(F, curves):
+    """What the best plan over by each time knows, of the limit then; of the longest at its own."""
+    step, found = curves.times[1], {}
+    for at in (*TIMES, F[:, 0].max()):
+        over = F[F[:, 0] <= at]
+        name = "longest" if at == F[:, 0].max() else str(at)
+        least = curves.ending[round(at / step)]
+        found[name] = over[:, 1].min() / least if len(over) else np.nan
+    return found
+
+
+def measured(preset, rule, mode, seed):
+    """One row: seconds of two cores, the hypervolume, and ratios to the limit."""
+    count, evaluations, starts, polish = MODES[mode]
+    options = {"preset": preset, "maneuvers": {"count": count}, "convergence": {"rule": rule}}
+    if rule == "trace":
+        del options["convergence"]
+    run = prepare(
+        "attitude", options, evaluations=evaluations, seed=seed, starts=starts, polish=polish
+    )
+    run.problem.evaluate(run.problem.xu[None])  # tables and compiler are not counted
+    wall, cpu = time.perf_counter(), time.process_time()
+    found = run.solve()
+    spent = {"cpu_s": time.process_time() - cpu, "wall_s": time.perf_counter() - wall}
+    last = {"longest_s": found.F[:, 0].max(), "hypervolume": found.hypervolume.value}
+    return spent | last | ratios(found.F, run.problem.limit_curves)
+
+
+def table(rows):
+    """Medians over seeds."""
+    keys = ["preset", "rule", "mode"]
+    return rows.drop(columns="seed").groupby(keys).median().round(3)
+
+
+def main(preset, rule, mode, seed):
+    row = {"preset": preset, "rule": rule, "mode": mode, "seed": int(seed)}
+    row |= measured(preset, rule, mode, int(seed))
+    known = pd.read_csv(DATA) if DATA.exists() else pd.DataFrame()
+    pd.concat([known, pd.DataFrame([row])]).to_csv(DATA, index=False, float_format="%.6g")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

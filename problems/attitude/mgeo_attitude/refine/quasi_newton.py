@@ -1,0 +1,97 @@
+"""A quasi-Newton method for a smooth function within bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from mgeo_attitude._typing import Floats
+
+#: Share of the fall that the slope promises which a step must bring.
+_ARMIJO = 1e-4
+#: By how much a step that does not is shortened, at least and at most, and how often.
+_SHORTER, _TRIES = (0.1, 0.5), 8
+#: Greatest change of a variable by the first step, of the range between its bounds.
+_FIRST = 0.05
+#: Of the range between bounds, what is as good as on one.
+_ON = 1e-9
+
+
+def minimized(
+    known: Callable[[Floats], tuple[float, Floats]],
+    start: Floats,
+    bounds: Floats,
+    iterations: int,
+    enough: float,
+) -> Floats:
+    """Where a function is less than at the start, within bounds, shape (k,).
+
+    BFGS with the slopes of variables on a bound that they would leave taken as zero (D. P.
+    Bertsekas, Projected Newton methods for optimization problems with simple constraints, SIAM J.
+    Control Optim. 20 (1982) 221-246), each step projected onto the bounds. At this size it takes a
+    third of the time of scipy's L-BFGS-B, whose library waits in threads.
+
+    Parameters
+    ----------
+    known : function
+        Value and slopes, shape (k,).
+    bounds : array, shape (k, 2)
+        Least and greatest.
+    iterations : int
+        The most.
+    enough : float
+        A fall of the value that is not worth another iteration.
+    """
+    low, high = bounds.T
+    z = np.clip(start, low, high)
+    value, slope = known(z)
+    inverse = np.empty((0, 0))
+    for _ in range(iterations):
+        held = (z - low <= _ON * (high - low)) & (slope > 0.0)
+        held |= (high - z <= _ON * (high - low)) & (slope < 0.0)
+        free = np.where(held, 0.0, slope)
+        if not free.any():
+            break
+        step = -(inverse @ free) if inverse.size else np.empty(0)
+        if not step.size or step @ free >= 0.0:
+            inverse = np.empty((0, 0))
+            step = -free * (_FIRST / np.abs(free / (high - low)).max())
+        step[held] = 0.0
+        share = 1.0
+        for _ in range(_TRIES):
+            tried = np.clip(z + share * step, low, high)
+            promised = float(slope @ (tried - z))
+            found, other = known(tried)
+            if found <= value + _ARMIJO * promised:
+                break
+            # where a parabola through both values has its least
+            least = -0.5 * promised / (found - value - promised)
+            share *= float(np.clip(least, *_SHORTER))
+        else:
+            if not inverse.size:
+                break
+            inverse = np.empty((0, 0))
+            continue
+        moved, turned = tried - z, other - slope
+        turned = np.where(held, 0.0, turned)
+        inverse = _updated(inverse, moved, turned)
+        fall = value - found
+        z, value, slope = tried, found, other
+        if fall < enough:
+            break
+    return z
+
+
+def _updated(inverse: Floats, moved: Floats, turned: Floats) -> Floats:
+    """The inverse Hessian after a step, by BFGS; as before where the curvature is no positive."""
+    curvature = float(moved @ turned)
+    if curvature <= 1e-8 * float(np.sqrt((moved @ moved) * (turned @ turned))):
+        return inverse
+    if not inverse.size:
+        inverse = np.eye(len(moved)) * (curvature / float(turned @ turned))
+    by = inverse @ turned
+    factor = (1.0 + float(turned @ by) / curvature) / curvature
+    mixed = np.outer(by, moved)
+    updated: Floats = inverse + factor * np.outer(moved, moved) - (mixed + mixed.T) / curvature
+    return updated

@@ -1,0 +1,48 @@
+"""One sample in the place of several."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.filter.evaluator import evaluate
+from mgeo_attitude.filter.model import FilterModel
+from mgeo_attitude.filter.thinned import thinned
+
+SHORT = {"duration": 1500.0, "maneuvers": {"max_rate_deg_s": 0.5}}
+
+
+def plans(problem):
+    X = np.random.default_rng(5).uniform(problem.xl, problem.xu, (6, problem.n_var))
+    X[:, 3::4] = 10.0 * np.round(X[:, 3::4] / 40.0)
+    return X
+
+
+@pytest.mark.parametrize("preset", ["paper", "cubesat_6u"])
+def test_it_knows_what_the_whole_filter_knows(preset):
+    problem = AttitudeManeuverProblem(Scenario.from_dict({"preset": preset} | SHORT))
+    X = plans(problem)
+    exact = evaluate(problem.model, X, until=1500).trace
+    coarse = thinned(problem.model, 10)
+    assert (coarse.step, coarse.n_steps) == (10.0, 150)
+    np.testing.assert_allclose(evaluate(coarse, X, until=150).trace, exact, rtol=0.03)
+    assert coarse.gated == problem.model.gated
+
+
+def test_a_sensor_with_fewer_samples_counts_for_those_it_has():
+    scenario = Scenario.from_dict({"preset": "paper"} | SHORT)
+    sensors = tuple(dataclasses.replace(each, sample_interval=5.0) for each in scenario.sensors)
+    model = FilterModel.from_scenario(dataclasses.replace(scenario, sensors=sensors))
+    coarse = thinned(model, 10)
+    for before, after in zip(sensors, coarse.suite.sensors, strict=True):
+        assert after.noise() == pytest.approx([sigma / np.sqrt(2.0) for sigma in before.noise()])
+    X = plans(AttitudeManeuverProblem(scenario))
+    exact = evaluate(model, X, until=1500).trace
+    np.testing.assert_allclose(evaluate(coarse, X, until=150).trace, exact, rtol=0.03)
+
+
+@pytest.mark.parametrize("preset", ["cubesat_1u"])
+def test_what_has_tables_of_its_own_stays_as_it_is(preset):
+    model = AttitudeManeuverProblem(Scenario.from_dict({"preset": preset})).model
+    assert thinned(model, 5) is model
+    assert thinned(model, 1) is model

@@ -1,0 +1,50 @@
+"""Maneuvers that end within steps."""
+
+import numpy as np
+import pytest
+from mgeo_attitude.maneuvers.schedule import decode, maneuver_steps
+from mgeo_attitude.refine.partial_steps import with_partial_steps
+
+
+def flown(designs, step, n_steps):
+    """The rate of every step."""
+    rates, durations = decode(designs)
+    starts, _ = maneuver_steps(durations, step)
+    return np.array(
+        [
+            own[np.searchsorted(first, np.arange(n_steps), side="right") - 1]
+            for own, first in zip(rates, starts, strict=True)
+        ]
+    )
+
+
+@pytest.mark.parametrize("step", [0.1, 1.0, 7.0])
+def test_each_step_has_the_mean_rate_in_it(step):
+    rng = np.random.default_rng(3)
+    designs = rng.random((40, 20))
+    designs[:, 3::4] *= 12.0 * step
+    designs[:8, 7::8] = 0.0  # no time at all
+    designs[8:16, 3::4] *= 0.1  # many within a step
+    designs[16:24, 3::4] = step * np.round(designs[16:24, 3::4] / step)
+    n, fine = 40, 1000
+    rates, durations = decode(designs)
+    ends = np.cumsum(durations, axis=1) / step
+    middles = (np.arange(n * fine) + 0.5) / fine
+    expected = np.array(
+        [
+            own[np.minimum(np.searchsorted(each, middles, side="right"), 4)]
+            for own, each in zip(rates, ends, strict=True)
+        ]
+    )
+    expected = expected.reshape(40, n, fine, 3).mean(axis=2)
+    np.testing.assert_allclose(
+        flown(with_partial_steps(designs, step), step, n), expected, atol=6.0 / fine * 0.02
+    )
+
+
+def test_maneuvers_that_end_on_steps_are_flown_as_they_are():
+    designs = np.array([[0.3, 0.0, 0.1, 4.0, 0.0, 0.2, 0.0, 6.0, -0.1, 0.0, 0.0, 2.0]])
+    found = with_partial_steps(designs, 2.0)
+    assert found.shape == (1, 20)
+    np.testing.assert_array_equal(flown(found, 2.0, 9), flown(designs, 2.0, 9))
+    np.testing.assert_array_equal(with_partial_steps(designs[:, :4], 2.0), designs[:, :4])
