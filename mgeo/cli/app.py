@@ -124,14 +124,21 @@ def solve(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all randomness.")] = 1,
     starts: Annotated[
-        int, typer.Option(min=0, help="Designs that the problem suggests, to begin with.")
-    ] = 0,
-    polish: Annotated[
-        bool,
+        int | None,
         typer.Option(
-            "--polish", help="Let the problem refine what was found, in addition to the budget."
+            min=0,
+            help="Designs that the problem suggests, to begin with [default: what the problem "
+            "recommends; 0 with --robust, --evaluations, an algorithm or its parameters].",
         ),
-    ] = False,
+    ] = None,
+    polish: Annotated[
+        bool | None,
+        typer.Option(
+            "--polish/--no-polish",
+            help="Let the problem refine what was found, in addition to the budget [default: as "
+            "for --starts].",
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -165,7 +172,7 @@ def solve(
     from mgeo.store.run_folder import check_folder
     from mgeo.store.run_persistence import RunPersistence
 
-    algorithm = algorithm or default_algorithm(robust)
+    given, algorithm = algorithm, algorithm or default_algorithm(robust)
     # of a collection, coco:bbob/f1/d10/i1, and of a class, module:Class
     name = f"{problem}{'-robust' if robust else ''}-{algorithm}".replace(":", "-").replace("/", "-")
     folder = out or Path("runs", f"{name}-seed{seed}")
@@ -181,7 +188,7 @@ def solve(
             problem,
             parameters=options.parse_parameters(algorithm, flags, settings or []),
             options=read_scenario(problem, scenario, after=after),
-            algorithm=algorithm,
+            algorithm=given,
             evaluations=evaluations,
             seed=seed,
             robust=robust,

@@ -159,6 +159,26 @@ def refinement(problem: Problem, X: FloatArray) -> Generator[FloatArray]:
         raise PluginError(f"refine {owner} raised {type(error).__name__}: {error}") from error
 
 
+def recommended(problem: Problem) -> tuple[int, bool]:
+    """With how many of its starts, and whether with a polish, its ``recommended()`` has a run.
+
+    Raises
+    ------
+    PluginError
+        If it raises, or gives something else than these.
+    """
+
+    def is_valid(given: Any) -> bool:
+        if not isinstance(given, dict) or given.keys() - {"starts", "polish"}:
+            return False
+        starts, polish = given.get("starts", 0), given.get("polish", False)
+        return type(starts) is int and starts >= 0 and isinstance(polish, bool)
+
+    expected = "a dict of starts, an int >= 0, and polish, a bool"
+    found = asked(problem, "recommended()", is_valid, expected) or {}
+    return found.get("starts", 0), found.get("polish", False)
+
+
 def fingerprint(thing: Any) -> str:
     """The ``fingerprint`` by which a problem's or an algorithm's author vouches; empty for none."""
     given = getattr(thing, "fingerprint", None)

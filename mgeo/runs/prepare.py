@@ -113,8 +113,8 @@ def prepare(
     evaluations: int | None = None,
     seed: int = 1,
     robust: bool = False,
-    starts: int = 0,
-    polish: bool = False,
+    starts: int | None = 0,
+    polish: bool | None = False,
 ) -> PreparedRun:
     """A new run whose configuration leaves nothing to defaults that may change.
 
@@ -122,13 +122,15 @@ def prepare(
     an algorithm it is the `default_algorithm`, and the budget is `default_evaluations` if none is
     given. A `robust` run is one of the problem that this problem's ``robust()`` gives. It begins
     with `starts` of the problem's suggestions and ends, with `polish`, with the problem's
-    refinement.
+    refinement. None of these is what the problem recommends; of a run that is `robust`, or whose
+    algorithm, its parameters or budget are given, nothing is recommended.
 
     Raises
     ------
     ValueError, TypeError
         If a name, an option or a parameter is refused, or the options are no JSON values.
     """
+    plain = not (robust or algorithm or parameters or evaluations)
     algorithm = algorithm or default_algorithm(robust)
     complete = complete_parameters(algorithm, parameters or {})
     built = load_problem(problem, options)
@@ -136,6 +138,9 @@ def prepare(
         built = protocol.robust(built)
     optimizer = build_algorithm(algorithm, complete, built)
     own = protocol.options(built)
+    advised = protocol.recommended(built) if plain else (0, False)
+    starts = advised[0] if starts is None else starts
+    polish = advised[1] if polish is None else polish
     if evaluations is None:
         evaluations = default_evaluations(optimizer, built)
     data = {

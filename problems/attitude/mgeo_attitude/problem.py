@@ -19,7 +19,12 @@ from mgeo_attitude.aliases import ShownByView
 from mgeo_attitude.bound import LimitCurves, limit, limit_of_starts
 from mgeo_attitude.criteria.constraints import check_start, constraints
 from mgeo_attitude.criteria.evaluation_cache import EvaluationCache
-from mgeo_attitude.criteria.objectives import Objective, indicators, objective
+from mgeo_attitude.criteria.objectives import (
+    Objective,
+    can_be_polished,
+    indicators,
+    objective,
+)
 from mgeo_attitude.criteria.robustness import FlightSample, FlightSamples, judged, over_flights
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import FilterModel
@@ -33,6 +38,8 @@ if TYPE_CHECKING:
 
 #: What a robust run is judged by, if its scenario does not say.
 _ROBUST = FlightErrors(count=512, quantile=0.95)
+#: Designs that a run begins with, if not told otherwise.
+_STARTS = 12
 _GROW = 0, 16, 64  # of them in the stages of a search before the last
 #: Problems of one start that stay in memory.
 _MOST_BEGUN = 64
@@ -340,6 +347,16 @@ class AttitudeManeuverProblem(ShownByView, Problem):
         return AttitudeManeuverProblem(
             dataclasses.replace(self.scenario, flight=flight), threads=self.threads
         )
+
+    def recommended(self) -> dict[str, Any]:
+        """How a run is best begun and ended; nothing of the paper's scenario, which is a study.
+
+        Nothing, too, of what takes longer to polish than to search: over flights, and with coils.
+        """
+        scenario = self.scenario
+        if scenario.name == "paper" or scenario.flight is not None or scenario.turned_by_coils:
+            return {}
+        return {"starts": _STARTS, "polish": can_be_polished(self.objectives)}
 
     def starts(self, n: int, random_state: np.random.Generator) -> Floats:
         """Designs to begin a search with, shape (n, n_var); see `refine.starts`."""

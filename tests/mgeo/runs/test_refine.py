@@ -182,6 +182,28 @@ def test_what_cannot_be_asked_of_a_problem_is_told_before_the_search(monkeypatch
         begun(starts=1)
 
 
+def test_a_problem_recommends_both_for_runs_that_are_told_nothing_else(monkeypatch):
+    def configuration(**options):
+        found = prepare("cantilever", **({"starts": None, "polish": None} | options)).configuration
+        return found.starts, found.polish
+
+    assert configuration() == (0, False)
+    of = type(load_problem("cantilever"))
+    advice = {"starts": 2, "polish": True}
+    monkeypatch.setattr(of, "recommended", lambda self: advice, raising=False)
+    assert configuration() == (2, True)
+    assert configuration(starts=0) == (0, True)
+    assert configuration(polish=False) == (2, False)
+    assert prepare("cantilever").configuration.polish is False
+    for given in ({"evaluations": 100}, {"algorithm": "nsga2"}, {"parameters": {"n_walkers": 1}}):
+        assert configuration(**given) == (0, False)
+    advice["polish"] = "yes"
+    with pytest.raises(
+        ValueError, match=r"recommended\(\) of problem Cantilever .*a dict of starts"
+    ):
+        configuration()
+
+
 def test_a_configuration_of_an_older_run_has_neither():
     old = json.loads(json.dumps(begun().configuration.model_dump()))
     del old["starts"], old["polish"]

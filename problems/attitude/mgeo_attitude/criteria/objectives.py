@@ -46,6 +46,33 @@ def objective(name: str, suite: Suite) -> Objective:
     return _trace_of(blocks, suite) if blocks else OBJECTIVES[name]
 
 
+#: Objectives that tell how much is known at the end, and change smoothly with the rates.
+SMOOTH = ("trace", "normalized_trace", "log_det", "max_eigenvalue")
+
+
+def can_be_polished(names: Sequence[str]) -> bool:
+    """Whether objectives are the time and one that changes smoothly with the rates."""
+    others = [name for name in names if name != "t_end"]
+    smooth = bool(others) and (others[0] in SMOOTH or bool(blocks_of(others[0])))
+    return len(names) == 2 and len(others) == 1 and smooth
+
+
+def smooth_objective(names: Sequence[str]) -> str:
+    """Which of two objectives to improve, the other being the time.
+
+    Raises
+    ------
+    ValueError
+        For any other objectives.
+    """
+    if not can_be_polished(names):
+        raise ValueError(
+            f"objectives = {list(names)}: plans are polished where they are 't_end' and one of "
+            f"{', '.join(SMOOTH)}, trace:BLOCK,BLOCK..."
+        )
+    return next(name for name in names if name != "t_end")
+
+
 def indicators(names: Sequence[str], F: Floats, scenario: Scenario) -> Floats:
     """Values of the named objectives, shape (n, n_obj), as indicators should see them."""
     suite = scenario.suite

@@ -14,27 +14,6 @@ from mgeo_attitude.filter.evaluator import evaluate
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.scenario.settings import blocks_of
-
-#: Objectives that tell how much is known at the end, and change smoothly with the rates.
-SMOOTH = ("trace", "normalized_trace", "log_det", "max_eigenvalue")
-
-
-def smooth_objective(names: tuple[str, ...]) -> str:
-    """Which of two objectives to improve, the other being the time.
-
-    Raises
-    ------
-    ValueError
-        For any other objectives.
-    """
-    others = [name for name in names if name != "t_end"]
-    if len(names) != 2 or len(others) != 1 or not (others[0] in SMOOTH or blocks_of(others[0])):
-        raise ValueError(
-            f"objectives = {list(names)}: plans are polished where they are 't_end' and one of "
-            f"{', '.join(SMOOTH)}, trace:BLOCK,BLOCK..."
-        )
-    return others[0]
 
 
 @dataclass(frozen=True)

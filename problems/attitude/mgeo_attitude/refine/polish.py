@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 
 from mgeo.algorithms.dominance import front_rows
 from mgeo_attitude._typing import Floats, Ints
+from mgeo_attitude.criteria.objectives import smooth_objective
 from mgeo_attitude.maneuvers.schedule import VARIABLES_PER_MANEUVER
 from mgeo_attitude.refine.at_time import (
     AtTime,
     ending_at,
     slowed,
-    smooth_objective,
     stretched,
 )
 from mgeo_attitude.refine.held import held_rates
