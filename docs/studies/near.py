@@ -17,18 +17,21 @@ TIMES = (300, 500, 700, 900, 1000, 1560, 2785, 4394)
 
 #: Maneuvers, evaluations, starts, and whether fronts are polished.
 MODES = {
-    "search": (3, 60_000, 0, False),
+    "search": (3, 40_000, 0, False),
     "polished": (10, 6_000, 12, True),
 }
 
 
 def ratios(F, curves):
-    """What the best plan over by each time knows, of the limit then; of the longest at its own."""
-    step, found = curves.times[1], {}
+    """What the best plan over by each time knows, of the least limit until then.
+
+    In eclipse a limit rises: less is known than before.
+    """
+    step, found, limit = curves.times[1], {}, np.minimum.accumulate(curves.ending)
     for at in (*TIMES, F[:, 0].max()):
         over = F[F[:, 0] <= at]
         name = "longest" if at == F[:, 0].max() else str(at)
-        least = curves.ending[round(at / step)]
+        least = limit[round(at / step)]
         found[name] = over[:, 1].min() / least if len(over) else np.nan
     return found
 
