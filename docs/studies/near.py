@@ -17,7 +17,7 @@ TIMES = (300, 500, 700, 900, 1000, 1560, 2785, 4394)
 
 #: Maneuvers, evaluations, starts, and whether fronts are polished.
 MODES = {
-    "search": (3, 40_000, 0, False),
+    "search": (3, 60_000, 0, False),
     "polished": (10, 6_000, 12, True),
 }
 
