@@ -22,10 +22,11 @@ from mgeo_attitude import (
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import rotate
 from mgeo_attitude.geometry.vector import Vec3, cross
+from mgeo_attitude.maneuvers.motion import Motion
 from mgeo_attitude.scenario import Convergence, InitialConditions, ManeuverLimits, Wheels
 from mgeo_attitude.scenario.validity import OutsideValidity
 from mgeo_calibration import Estimator, consistency, simulate
-from mgeo_calibration.estimation.simulate import RUNS
+from mgeo_calibration.estimation.simulate import RUNS, planned
 from mgeo_calibration.estimation.taylor import Taylor
 
 PLANS = json.loads((Path(__file__).parent / "plans.json").read_text(encoding="utf-8"))
@@ -357,3 +358,19 @@ def test_estimator_options_are_checked():
         Estimator(jacobians="truth")
     with pytest.raises(ValueError, match="iterations = 0"):
         Estimator(iterations=0)
+
+
+@pytest.mark.slow
+def test_coils_fly_each_flight_as_the_field_of_its_attitude_lets_them():
+    """Not at the plan's rates; and a run is the same whatever others are beside it."""
+    scenario = short(Scenario.cubesat_1u(), 300.0)
+    design = np.array([1.0, -2.0, 0.5, 100.0, -1.0, 1.0, 2.0, 100.0, 0.0, 0.0, 1.0, 100.0])
+    of = planned(scenario, design, 2, None, None)
+    flights = [of.flight(generator) for generator in np.random.default_rng(1).spawn(2)]
+    for flight in flights:
+        true = of.model.turned(flight.start.T)
+        expected = Motion.of(true, design, of.model.n_steps)
+        np.testing.assert_array_equal(flight.motion.rates, expected.rates)
+        assert np.degrees(np.abs(flight.motion.rates - of.motion.rates).max()) > 0.01
+    two, three = (simulate(scenario, design, n, 1) for n in (2, 3))
+    np.testing.assert_array_equal(two.errors, three.errors[:2])
