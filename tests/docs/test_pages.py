@@ -126,8 +126,9 @@ def test_the_page_names_all_directions_of_path_limits():
 
 
 def test_the_scenario_of_errors_is_read_and_every_error_is_on_its_page():
-    text, angles = blocks("errors.md", "toml")
+    text, follows, angles = blocks("errors.md", "toml")
     assert [len(sensor.noise()) for sensor in Scenario.from_toml(angles).sensors] == [2, 2]
+    assert "gyro.bias_per_temp" in Scenario.from_toml(follows).suite.blocks
     scenario = Scenario.from_toml(text)
     assert scenario.sensors[0].sample_interval == 2.0
     assert (scenario.world.albedo, scenario.world.considered) == (0.03, ("orbit_error",))
@@ -210,7 +211,6 @@ def test_the_scenario_of_the_engineers_question():
     [
         "start-research.md",
         "limits.md",
-        "errors.md",
         "calibration.md",
         "consistency.md",
         "robust.md",

@@ -11,8 +11,13 @@ from scipy.spatial.transform import Rotation
 from ..filter.suites import FAST, SUITES, of_suites
 from .batch import mean_covariance
 
-#: What a sample tells of a delay depends on the rate: there is no limit with one.
-LIMITED = [name for name, suite in SUITES.items() if not any(s.delay() for s in suite.sensors)]
+#: What a sample tells of a delay depends on the rate: there is no limit with one, nor with what
+#: the gyro's bias follows.
+LIMITED = [
+    name
+    for name, suite in SUITES.items()
+    if not any(s.delay() for s in suite.sensors) and not suite.gyro.influences
+]
 #: Rotations of a cube: their mean of a vector is zero, and of a matrix the share of its trace.
 CUBE = Rotation.create_group("O").as_matrix()
 RATE = np.radians([0.31, -0.24, 0.17])

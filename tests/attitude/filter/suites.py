@@ -6,7 +6,9 @@ import pytest
 from mgeo_attitude import (
     Gyro,
     HorizonSensor,
+    Influence,
     Magnetometer,
+    Photodiode,
     Scenario,
     StarTracker,
     Suite,
@@ -14,7 +16,13 @@ from mgeo_attitude import (
     TwoAxisSunSensor,
     World,
 )
+from mgeo_attitude.scenario.channels import Channel
 
+#: What the suite "influences" follows.
+CHANNELS = (
+    Channel(name="temp", in_sunlight=40.0, in_shadow=-20.0, time_constant=400.0),
+    Channel(name="current", times=(0.0, 300.0, 900.0), values=(0.0, 0.5, -0.2)),
+)
 FULL = Scenario.cubesat_6u_full()
 #: For filters of any step.
 FULL_SENSORS = tuple(dataclasses.replace(each, sample_interval=None) for each in FULL.sensors)
@@ -116,6 +124,36 @@ SUITES = {
             orbit_error_correlation_time=300.0,
         ),
     ),
+    "photodiodes": Suite(
+        Gyro(),
+        (
+            Photodiode(name="px", normal=(1.0, 0.0, 0.0), relative_noise=0.01),
+            Photodiode(name="mx", normal=(-1.0, 0.0, 0.0), initial_delay_s=0.5),
+            Photodiode(name="py", normal=(0.0, 2.0, 0.1), considered=("sensitivity",)),
+            Photodiode(name="mz", normal=(0.3, -1.0, -1.0), half_angle_deg=80.0, sees_albedo=False),
+            Magnetometer(),
+        ),
+        World(earth_albedo=0.3, albedo=0.03, orbit_error_m=(1000.0, 1000.0, 1000.0)),
+    ),
+    "influences": Suite(
+        Gyro(
+            initial_scale_factor=1e-3,
+            bias_decay=1e-3,
+            influences=(
+                Influence("temp", 1e-3, "degC", 20.0),
+                Influence("current", 0.02, "A"),
+            ),
+        ),
+        (
+            TwoAxisSunSensor(influences=(Influence("temp", 1e-3, "degC"),)),
+            Magnetometer(
+                influences=(
+                    Influence("current", 2000.0, "A"),
+                    Influence("temp", 20.0, "degC", 20.0),
+                )
+            ),
+        ),
+    ),
     "a tracker says what body axes are": Suite(
         Gyro(initial_misalignment_deg=0.1, bias_instability_deg_per_h=2.0, bias_decay=1e-3),
         (
@@ -158,6 +196,8 @@ FAST = (
     "every constant",
     "two angles",
     "late",
+    "photodiodes",
+    "influences",
 )
 
 

@@ -11,7 +11,7 @@ import pytest
 from mgeo_attitude import FilterModel
 
 from .agreement import assert_agrees, designs
-from .suites import SUITES
+from .suites import CHANNELS, SUITES
 
 COUNT = int(os.environ.get("MGEO_DESIGNS", "50"))
 
@@ -25,6 +25,8 @@ def test_random_designs_agree(paper):
 @pytest.mark.parametrize("name", SUITES)
 def test_every_suite_agrees(name, short):
     suite = SUITES[name]
-    scenario = dataclasses.replace(short, gyro=suite.gyro, sensors=suite.sensors, world=suite.world)
+    scenario = dataclasses.replace(
+        short, gyro=suite.gyro, sensors=suite.sensors, world=suite.world, channels=CHANNELS
+    )
     X = designs(np.random.default_rng(3), COUNT, max_duration=300.0)
     assert_agrees(FilterModel.from_scenario(scenario), X)

@@ -142,7 +142,10 @@ def test_generated_step_is_one_filter_step(name):
             for name, vector in seen.items()
             for number in (*vector, *([np.cos(limb), np.sin(limb)] if is_disc(name) else []))
         ]
-        W[at.given : at.constants, lane] = [*references.ravel(), *views, gate]
+        follows = rng.standard_normal(len(suite.influence_keys))
+        W[at.given : at.constants, lane] = [*references.ravel(), *views, *follows, gate]
+        for columns, value in zip(suite.following, follows, strict=False):
+            F[:3, columns] *= value
 
         full = block_diag(F, np.eye(n - m))
         P = full @ P @ full.T + block_diag(Q, np.zeros((n - m, n - m)))
@@ -157,7 +160,8 @@ def test_generated_step_is_one_filter_step(name):
             if (index == 0 and not gate) or hidden:
                 continue
             gradient = references[suite.gradient_rows(index)] @ (dC @ C).T
-            H = suite.measurement_matrix(sensor, v, dC @ C, gradient, omega)
+            own = follows[suite.influence_columns(sensor)]
+            H = suite.measurement_matrix(sensor, v, dC @ C, gradient, omega, own)
             P = schmidt(P, H, np.diag(np.square(sensor.noise())), suite.considered)
         expected.append((P, dC @ C, weights @ np.diag(P)))
     if names:

@@ -61,10 +61,14 @@ def test_update_is_equation_4(name, seed):
         v, R = rng.standard_normal(3), np.diag(rng.uniform(0.1, 1.0, len(sensor.noise())))
         gradient = rng.standard_normal((suite.n_gradient(sensor), 3))
         rate = rng.standard_normal(3)
-        H = suite.measurement_matrix(sensor, v, gradient=gradient, rate=rate)
+        follows = rng.standard_normal(len(sensor.influences)).tolist()
+        more = {"influences": follows}
+        H = suite.measurement_matrix(sensor, v, gradient=gradient, rate=rate, **more)
         K = P @ H.T @ np.linalg.inv(R + H @ P @ H.T)
         columns = [Vec3(*column) for column in gradient]
-        measure = partial(suite.measure, sensor, Vec3(*v), gradient=columns, rate=Vec3(*rate))
+        measure = partial(
+            suite.measure, sensor, Vec3(*v), gradient=columns, rate=Vec3(*rate), **more
+        )
         step = partial(update, n=suite.n_states, measure=measure, variances=np.diag(R))
         np.testing.assert_allclose(run(P, step)[0], P - K @ H @ P, rtol=1e-10, atol=1e-10)
         np.testing.assert_array_equal(run(P, partial(step, gate=0.0))[0], P)

@@ -32,7 +32,7 @@ from scipy.linalg import qr
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from ...attitude.filter.suites import FAST, SUITES
+from ...attitude.filter.suites import CHANNELS, FAST, SUITES
 from .flights import flown, short
 
 STEPS = 40
@@ -49,6 +49,7 @@ def scenario(name, **gyro):
     return short(
         dataclasses.replace(Scenario.paper(), gyro=gyro, sensors=suite.sensors, world=suite.world),
         float(STEPS),
+        channels=CHANNELS,
     )
 
 
@@ -67,6 +68,7 @@ def near(of, seed=1, broken=True):
         change=np.zeros_like(rates),
         added=np.linspace(0.0, 1e-10, len(breaks))[:, None] * [1.0, 1.0, 1.0],
         breaks=breaks,
+        influences=data.influences[keep],
         sensors=tuple(rows[keep] for rows in data.sensors),
         vectors=data.vectors[keep],
     )
@@ -218,6 +220,7 @@ def linear_case(name):
         sensors=tuple(sensors),
         noise=np.array([sensor.noise() for sensor in model.suite.sensors]),
         vectors=model.references,
+        influences=model.influences,
     )
     zero = np.zeros((STEPS + 1, model.suite.n_states))
     return model, data, rates[stretch], C, Trajectory(C.swapaxes(1, 2), zero)
@@ -286,6 +289,7 @@ def test_two_orbits_leave_the_covariance_of_the_reference_filter(name):
         sensors=tuple(np.moveaxis(seen, 1, 0)[:, :, None]),
         noise=np.array([sensor.noise() for sensor in model.suite.sensors]),
         vectors=model.references,
+        influences=model.influences,
     )
     sigma = model.suite.initial_sigma(1.0)
     at = Trajectory(motion.attitude.swapaxes(1, 2), np.zeros((model.n_steps + 1, len(sigma))))

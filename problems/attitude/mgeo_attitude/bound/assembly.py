@@ -15,6 +15,7 @@ from mgeo_attitude.bound.samples import Samples, samples
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.start_times import StartTimes
 from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors import Photodiode
 from mgeo_attitude.sensors.suite import Suite
 
 
@@ -172,8 +173,11 @@ def _states(suite: Suite, block: str) -> np.ndarray:
 def given_away(scenario: Scenario, model: FilterModel, told: Samples) -> tuple[str, ...]:
     """Each in one line, beside that each 3-vector counts as if all else were known."""
     found = [f"{name}: noise counts as nowhere more than on its best axis" for name in told.uneven]
+    diodes = [each.name for each in model.suite.sensors if isinstance(each, Photodiode)]
+    if diodes:
+        found.append(f"{', '.join(diodes)}: the Sun is where all together tell most")
     for sensor in model.suite.sensors:
-        if sensor.views():
+        if sensor.views() and sensor.name not in diodes:
             found.append(f"{sensor.name}: sees whatever the attitude")
         if sensor.max_rate() < np.inf:
             found.append(f"{sensor.name}: measures at any rate")

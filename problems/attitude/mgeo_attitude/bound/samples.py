@@ -6,16 +6,17 @@ attitude is seen at some of them.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from mgeo_attitude._typing import Floats
+from mgeo_attitude.bound.faces import together as of_faces
 from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.geometry.rotation import matrix
-from mgeo_attitude.sensors import Sensor
+from mgeo_attitude.sensors import Photodiode, Sensor
 from mgeo_attitude.sensors.suite import Suite
 
 #: Attitudes, as vectors of rotation, at which is seen what depends on them.
@@ -93,12 +94,19 @@ def samples(model: FilterModel) -> Samples:
     NoLimit
         If a sensor's samples depend on the attitude in a way for which there is no bound.
     """
-    every = range(len(model.suite.sensors))
-    found = [_of_sensor(model, index) for index in every]
+    for influence in model.suite.gyro.influences:
+        raise NoLimit(
+            f"gyro.influences: how {influence.channel} turns the attitude changes with time, and "
+            "the limit knows how only of rates"
+        )
+    diodes = [i for i, each in enumerate(model.suite.sensors) if isinstance(each, Photodiode)]
+    every = [i for i in range(len(model.suite.sensors)) if i not in diodes]
+    faces = [_of_diodes(model, diodes)] if diodes else []
+    found = [_of_sensor(model, index) for index in every] + faces
     own = {name for each in found for name in each.own}
     # what one sensor sees in these axes, and another that shares it does not
     if apart := own.intersection(name for each in found for name in each.inertial):
-        found = [_of_sensor(model, index, apart) for index in every]
+        found = [_of_sensor(model, index, apart) for index in every] + faces
     inertial = tuple(dict.fromkeys(name for each in found for name in each.inertial))
     n = len(model.references)
     together = np.zeros((n, 3 * len(inertial), 3 * len(inertial)))
@@ -184,6 +192,36 @@ def _of_sensor(model: FilterModel, index: int, apart: Collection[str] = ()) -> S
     )
 
 
+def _of_diodes(model: FilterModel, indices: Sequence[int]) -> Samples:
+    """The same of all photodiodes together; of its own errors each tells w s sᵀ, all else known."""
+    sensors = [model.suite.sensors[index] for index in indices]
+    lit = [sensor for sensor in sensors if isinstance(sensor, Photodiode)]
+    world = model.suite.world
+    for sensor in lit:
+        if sensor.delay():
+            raise NoLimit(_reason(sensor, f"{sensor.name}.delay"))
+        if sensor.sees_albedo and (world.earth_albedo or world.albedo):
+            raise NoLimit(
+                f"{sensor.name}: how much light from the Earth it sees depends on the attitude; "
+                "with sees_albedo = false there is a limit"
+            )
+    seen = model.available[:, indices].copy()
+    seen[0] = False
+    sun = model.references[:, indices[0]]
+    across = np.eye(3) - sun[:, :, None] * sun[:, None]
+    most = np.where(seen.any(axis=1), of_faces(lit), 0.0)
+    return Samples(
+        ("attitude",),
+        most[:, None, None] * across,
+        2.0 * most,
+        {
+            f"{sensor.name}.sensitivity": Told(there / sensor.relative_noise**2, None)
+            for sensor, there in zip(lit, seen.T, strict=True)
+        },
+        (),
+    )
+
+
 class _Looks:
     """H of one sensor at each sample, from whatever attitude; a dict of its blocks."""
 
@@ -191,6 +229,7 @@ class _Looks:
         self.sensor = model.suite.sensors[index]
         self.suite = Suite(model.suite.gyro, (self.sensor,), model.suite.world)
         self.vectors = model.references[:, model.suite.looks(index)]
+        self.follows = model.influences[:, model.suite.influence_columns(self.sensor)]
 
     def at(
         self, C: Floats, which: slice | np.ndarray = slice(None), rate: Floats | None = None
@@ -198,7 +237,8 @@ class _Looks:
         """Columns of H by blocks, those of the attitude error in axes of GCRS."""
         v, *gradient = np.moveaxis(self.vectors[which] @ C.T, 1, 0)
         rates = None if rate is None else np.broadcast_to(rate, v.shape)
-        H = self.suite.measurement_matrix(self.sensor, v, C, gradient, rates)
+        follows = [*self.follows[which].T]
+        H = self.suite.measurement_matrix(self.sensor, v, C, gradient, rates, follows)
         blocks = {name: H[..., 3 * i : 3 * i + 3] for i, name in enumerate(self.suite.blocks)}
         return blocks | {"attitude": blocks["attitude"] @ C}
 

@@ -83,6 +83,10 @@ def step_parts(
         for i in range(3):
             code.store(at.attitude + 3 * i + j, column[i])
     F = {entry: code.slot(at.F + k) for k, entry in enumerate(transition_pattern(suite))}
+    for k, followed in enumerate(suite.following):
+        (value,) = numbers(code, "influences", k, 1)
+        own = range(followed.start, followed.stop)
+        F |= {(i, j): factor * value for (i, j), factor in F.items() if i != j and j in own}
     m = suite.n_kinematic
     Q = {(i, j): code.slot(at.Q + slot_of(i, j)) for i in range(m) for j in range(i + 1)}
     for first in range(m, suite.n_dynamic, 3):
@@ -141,8 +145,15 @@ def step_parts(
             gate = gate * dot(boresight, looked_at).choose(bound, inside, 1.0 - inside)
         if sensor.max_rate() < np.inf:
             gate = gate * constants(code, 1)[0].choose(code.slot(at.rate), 1.0, 0.0)
+        follows = suite.influence_columns(sensor)
         measure = partial(
-            suite.measure, sensor, v, to_body=partial(to_body, code), gradient=gradient, rate=rate
+            suite.measure,
+            sensor,
+            v,
+            to_body=partial(to_body, code),
+            gradient=gradient,
+            rate=rate,
+            influences=numbers(code, "influences", follows.start, follows.stop - follows.start),
         )
         P = Triangle(code, at.scratch)
         covariance.update(P, n, measure, variances, gate, considered)

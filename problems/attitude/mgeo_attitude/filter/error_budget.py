@@ -113,11 +113,17 @@ def _steps(model: FilterModel, design: ArrayLike, last: int) -> Iterator[_Step]:
     counts = np.cumsum([0, *(len(sensor.noise()) for sensor in model.suite.sensors)])
     rows = [slice(*edges) for edges in pairwise(counts)]
     P, considered = model.initial_covariance, model.suite.considered
-    now, F, Q = -1, np.empty(0), np.empty(0)
+    follows = model.influences[:, model.suite.influence_columns(model.suite.gyro)]
+    now, F, Q, unit = -1, np.empty(0), np.empty(0), np.empty(0)
     for k in range(1, last + 1):
         if stretch[k - 1] != now:
             now = stretch[k - 1]
-            F, Q = _discretized(model, rates[now])
+            unit, Q = _discretized(model, rates[now])
+            F = unit
+        if follows.size:
+            F = F.copy()
+            for columns, value in zip(model.suite.following, follows[k], strict=True):
+                F[:3, columns] = value * unit[:3, columns]
         P = F @ P @ F.T + Q.sum(axis=0)
         updates = []
         for i, own in enumerate(rows):

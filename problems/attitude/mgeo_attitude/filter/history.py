@@ -144,7 +144,8 @@ def measurements(
             np.einsum("kij,kj->ki", attitude, model.references[:, row])
             for row in model.suite.looks(index)
         )
-        H.append(model.suite.measurement_matrix(sensor, v, attitude, gradient, before))
+        follows = [*model.influences[:, model.suite.influence_columns(sensor)].T]
+        H.append(model.suite.measurement_matrix(sensor, v, attitude, gradient, before, follows))
         R.extend(sigma**2 for sigma in sensor.noise())
         seen.extend([can_measure(model, index, attitude, rates)] * len(sensor.noise()))
     return np.concatenate(H, axis=1), np.array(R), np.stack(seen, axis=1)

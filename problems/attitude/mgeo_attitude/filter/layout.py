@@ -128,14 +128,14 @@ def given_columns(
     limits look at: at the end of the step to the sample, by how much it has moved, and whether it
     appears in the step; of a disc radius and its change, too. ``view NAME`` of each that sensors
     look at, at the sample, and of a disc cosine and sine of the radius. Whether each gated sensor
-    is ``available``.
+    is ``available``; before that what ``influences`` are times.
     """
     widths = {"references": 3 * suite.n_vectors}
     for name in watched_directions(monitors):
         widths[f"off {name}"] = 9 if is_disc(name) else 7
     for name in viewed_directions(suite):
         widths[f"view {name}"] = 5 if is_disc(name) else 3
-    widths |= {"available": sum(gated), "end": 0}
+    widths |= {"influences": len(suite.influence_keys), "available": sum(gated), "end": 0}
     return dict(zip(widths, accumulate([0, *widths.values()]), strict=False))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property, lru_cache
@@ -28,6 +29,7 @@ from mgeo_attitude.filter.momentum import MomentumBudget
 from mgeo_attitude.maneuvers.coils import CoilDrive
 from mgeo_attitude.maneuvers.schedule import Schedule, Turning, schedule
 from mgeo_attitude.maneuvers.slew import SlewLimits
+from mgeo_attitude.scenario.channels import channel_values
 from mgeo_attitude.scenario.settings import RequiredSigma, TraceWeights
 from mgeo_attitude.sensors import Gyro, Sensor, World
 from mgeo_attitude.sensors.suite import Suite
@@ -111,6 +113,8 @@ class FilterModel:
         Of wheels whose load does not follow from the rates alone.
     required_sigma : array, shape (n_states,)
         1-sigma that a plan must reach; infinite for a state without requirement.
+    channels : mapping of str to array, shape (n_steps + 1,)
+        Values of what biases follow.
 
     Examples
     --------
@@ -141,6 +145,7 @@ class FilterModel:
     radii: Floats
     budget: MomentumBudget | None
     required_sigma: Floats
+    channels: Mapping[str, Floats]
 
     @classmethod
     def from_scenario(
@@ -156,8 +161,8 @@ class FilterModel:
         Raises
         ------
         ValueError
-            If `environment` is of another orbit, epoch, duration or step, or what is pointed at
-            at the start leaves the clock angle open.
+            If `environment` is of another orbit, epoch, duration or step, what is pointed at
+            at the start leaves the clock angle open, or an influence is of no channel.
         """
         if environment is None:
             environment = Environment.from_scenario(scenario)
@@ -199,6 +204,9 @@ class FilterModel:
             radii=radii(names, environment),
             budget=MomentumBudget.of(scenario, environment, attitude, rate),
             required_sigma=np.repeat(required.of(suite.units), 3),
+            channels=channel_values(
+                scenario.channels, suite, environment.times, environment.sunlit
+            ),
         )
 
     def turned(self, turn: Floats) -> FilterModel:
@@ -251,6 +259,11 @@ class FilterModel:
         return times
 
     @cached_property
+    def influences(self) -> Floats:
+        """What the suite's influences are times; see `Suite.influence_values`."""
+        return self.suite.influence_values(self.channels, len(self.references))
+
+    @cached_property
     def monitors(self) -> Monitors:
         """What is watched along a run."""
         states = np.flatnonzero(self.required_sigma < np.inf)
@@ -288,7 +301,7 @@ class FilterModel:
             parts.append(vectors)
             if is_disc(name):
                 parts += [np.cos(at)[:, None], np.sin(at)[:, None]]
-        return np.hstack([*parts, self.available[:, self.gated]])
+        return np.hstack([*parts, self.influences, self.available[:, self.gated]])
 
     @cached_property
     def traits(self) -> Traits:
@@ -324,7 +337,10 @@ def slopes(sensor: Sensor, world: World) -> bytes:
     """H of a sensor, somewhere: its numbers are part of the kernel."""
     suite, somewhere = Suite(Gyro(), (sensor,), world), np.array([0.36, -0.48, 0.8])
     gradient = [np.roll(somewhere, k + 1) for k in range(suite.n_gradient(sensor))]
-    H = suite.measurement_matrix(sensor, somewhere, gradient=gradient, rate=somewhere)
+    follows = [1.0] * len(sensor.influences)
+    H = suite.measurement_matrix(
+        sensor, somewhere, gradient=gradient, rate=somewhere, influences=follows
+    )
     return bytes((H + 0.0).tobytes())  # no negative zero
 
 

@@ -8,6 +8,7 @@ rotations, and all sensors update together.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -111,6 +112,7 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
     counts = [len(sensor.noise()) for sensor in model.suite.sensors]
     own = [slice(last - m, last) for m, last in zip(counts, np.cumsum(counts), strict=True)]
 
+    follows = model.influences[:, model.suite.influence_columns(model.suite.gyro)]
     n, considered = model.suite.n_states, model.suite.considered
     kf = KalmanFilter(dim_x=n, dim_z=len(R))
     kf.x = np.zeros(n)  # one-dimensional: filterpy broadcasts its (n, 1) default when given H
@@ -121,8 +123,8 @@ def reference_run(model: FilterModel, design: ArrayLike) -> ReferenceHistory:
     converged, rule = False, model.rule
     for k in range(1, model.n_steps + 1):
         flown = np.flatnonzero(starts == k - 1)
-        if flown.size:
-            kf.F, kf.Q = van_loan(model, rates[flown[-1]])
+        if flown.size or follows.size:
+            kf.F, kf.Q = van_loan(model, rates[stretch[k - 1]], follows[k].tolist())
         kf.predict()
         predicted.append(kf.P[:3, :3].copy())
         rows = seen[k]
@@ -190,14 +192,18 @@ def has_converged(before: float, now: float, relative_decrease: float, allow_ris
     return fall < relative_decrease * before and (allow_rise or fall >= 0.0)
 
 
-def van_loan(model: FilterModel, omega: Floats) -> tuple[Floats, Floats]:
+def van_loan(
+    model: FilterModel, omega: Floats, influences: Sequence[float] = ()
+) -> tuple[Floats, Floats]:
     """Exact F and Q of one step at constant body rate `omega` [rad/s], both (n_states, n_states).
+
+    Its channels' values are constant, too; see `Suite.dynamics_matrix`.
 
     C. F. Van Loan, Computing integrals involving the matrix exponential, IEEE Transactions on
     Automatic Control 23 (1978) 395-404.
     """
     suite, m = model.suite, model.suite.n_dynamic
-    A = suite.dynamics_matrix(omega)
+    A = suite.dynamics_matrix(omega, influences)
     upper = np.block([[-A, np.diag(suite.diffusion())], [np.zeros((m, m)), A.T]])
     exponential = expm(upper * model.step)
     F = exponential[m:, m:].T

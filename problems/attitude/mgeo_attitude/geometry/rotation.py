@@ -72,6 +72,12 @@ def across(axis: Floats) -> Floats:
     return np.array([first, np.cross(axis, first)])
 
 
+def frame(axis: Floats) -> Floats:
+    """A right-handed frame whose z is a unit vector, row by row, shape (3, 3)."""
+    y, minus_x = across(axis)
+    return np.array([-minus_x, y, axis])
+
+
 def tangents(v: Floats) -> tuple[Floats, Floats]:
     """Two unit vectors across unit vectors, shape (..., 3): t and u, with t × u = v.
 

@@ -9,6 +9,7 @@ from mgeo_attitude.environment.orbit import Orbit
 from mgeo_attitude.environment.orbit_file import OrbitFile
 from mgeo_attitude.environment.tle import TLEOrbit
 from mgeo_attitude.fields import KeyProblem
+from mgeo_attitude.scenario.channels import Channel
 from mgeo_attitude.scenario.coils import Coils
 from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.initial import InitialConditions
@@ -26,6 +27,7 @@ from mgeo_attitude.scenario.wheels import Wheels
 from mgeo_attitude.scenario.windows import Contact, Window
 
 __all__ = [
+    "Channel",
     "Coils",
     "Contact",
     "Convergence",

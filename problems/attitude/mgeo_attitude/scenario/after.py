@@ -80,16 +80,28 @@ def going_on(table: Mapping[str, Any], read: Callable[[Any], Any]) -> Table:
         epoch -= timedelta(seconds=elapsed(before.epoch, epoch) - time)  # leap seconds
         base["epoch"] = epoch.isoformat()
         base["orbit"] |= to_table(before.orbit.later(time))
+        base |= _channels_later(base, time)
         base["prior"] = to_table(_within_limits(prior, before))
         return overridden(base, overrides)
     later = elapsed(before.epoch, _epoch(overrides["epoch"]))
     at_end = f"an instant after that of the calibration, {document.get('utc', f'{time} s')}"
     expect(later > time - _SAME_INSTANT, "epoch", overrides["epoch"], at_end)
     base["orbit"] |= to_table(before.orbit.later(later))
+    base |= _channels_later(base, later)
     base["prior"] = None
     table = overridden(base, overrides)
     table["prior"] = to_table(carried(prior, before.suite, max(0.0, later - time), read(table)))
     return table
+
+
+def _channels_later(base: Mapping[str, Any], time: float) -> dict[str, Any]:
+    """Channels of a scenario that begins later: what they begin with is not known any more."""
+    later = []
+    for channel in base.get("channels", []):
+        times = {"times": [at - time for at in channel["times"]]} if "times" in channel else {}
+        rest = {key: value for key, value in channel.items() if key != "initial"}
+        later.append(rest | times)
+    return {"channels": later} if later else {}
 
 
 def carried(prior: Prior, suite: Suite, duration: float, scenario: Any) -> Prior:

@@ -32,6 +32,7 @@ from mgeo_attitude.fields import (
     to_table,
 )
 from mgeo_attitude.scenario.after import going_on
+from mgeo_attitude.scenario.channels import Channel, check_channels
 from mgeo_attitude.scenario.coils import Coils, assumed, check_coils
 from mgeo_attitude.scenario.flight import FlightErrors
 from mgeo_attitude.scenario.initial import InitialConditions, Sight
@@ -105,6 +106,9 @@ class Scenario(Validated):
     )
     world: World = quantity(
         factory=World, doc="errors of field, orbit and light from the Earth, shared by all sensors"
+    )
+    channels: tuple[Channel, ...] = quantity(
+        (), doc="what something else on board will measure, which biases follow"
     )
     initial: InitialConditions = quantity(
         factory=InitialConditions,
@@ -372,6 +376,7 @@ class Scenario(Validated):
         others = "another rule, or something in required_sigma"
         expect(possible, "convergence.rule", self.convergence.rule, others)
 
+        check_channels(self.channels)
         check_coils(self.coils, self.wheels, self.maneuvers, self.step)
         epoch, start, end = self.epoch, FIELD_MODEL_START, FIELD_MODEL_END
         zone = epoch.utcoffset() is not None

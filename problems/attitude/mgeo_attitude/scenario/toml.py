@@ -83,9 +83,19 @@ def _lines(values: Mapping[str, Any], section: Any, names: str = "") -> Iterator
             spec = fields[key][1]
             limits = ", ".join(map(repr, spec.choices)) or spec.range_text()
             comment = f" # {spec.doc}: {limits}" if limits else f" # {spec.doc}"
-        if isinstance(value, list) and isinstance(value[0], list):  # a row a line
+        if isinstance(value, list) and isinstance(value[0], Mapping):
+            rows = (f"  {_inline(row)},\n" for row in value)
+            text = f"[{comment}\n{''.join(rows)}]"
+        elif isinstance(value, list) and isinstance(value[0], list):  # a row a line
             rows = (f"  {tomlkit.item(row).as_string()},\n" for row in value)
             text = f"[{comment}\n{''.join(rows)}]"
         else:
             text = f"{tomlkit.item(value).as_string()}{comment}"
         yield f"{tomlkit.key(key).as_string()} = {text}"
+
+
+def _inline(table: Mapping[str, Any]) -> str:
+    """A table on one line."""
+    line = tomlkit.inline_table()
+    line.update(table)
+    return line.as_string()

@@ -3,13 +3,16 @@
 from mgeo_attitude.sensors.base import Alike, GaussMarkov, Sensor, State, sigma_of
 from mgeo_attitude.sensors.direction_sensors import HorizonSensor, TwoAxisSunSensor
 from mgeo_attitude.sensors.gyro import Gyro
+from mgeo_attitude.sensors.influences import Influence
+from mgeo_attitude.sensors.photodiode import Photodiode
 from mgeo_attitude.sensors.star_tracker import StarTracker
 from mgeo_attitude.sensors.vector_sensors import Magnetometer, SunSensor
 from mgeo_attitude.sensors.world import World
 
 #: Sensor classes by the ``kind`` that names them in a scenario file.
 SENSORS: dict[str, type[Sensor]] = {
-    cls.kind: cls for cls in (SunSensor, TwoAxisSunSensor, HorizonSensor, Magnetometer, StarTracker)
+    cls.kind: cls
+    for cls in (SunSensor, TwoAxisSunSensor, Photodiode, HorizonSensor, Magnetometer, StarTracker)
 }
 
 __all__ = [
@@ -18,7 +21,9 @@ __all__ = [
     "GaussMarkov",
     "Gyro",
     "HorizonSensor",
+    "Influence",
     "Magnetometer",
+    "Photodiode",
     "Sensor",
     "StarTracker",
     "State",

@@ -19,6 +19,7 @@ from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.fields import InvalidValue, Validated, expect, known_names, positive, quantity
 from mgeo_attitude.fields.units import DIMENSIONLESS, Unit
 from mgeo_attitude.geometry.vector import Vec3
+from mgeo_attitude.sensors.influences import Influence
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment
@@ -84,8 +85,8 @@ class Alike:
     correlation: float = 0.9999
 
 
-#: What is declared of a state: the initial 1-sigma of a constant, or more.
-State = float | GaussMarkov | Alike
+#: What is declared of a state: the initial 1-sigma of a constant, of each axis, or more.
+State = float | tuple[float, float, float] | GaussMarkov | Alike
 
 
 def sigma_of(state: State) -> float | tuple[float, float, float]:
@@ -94,6 +95,7 @@ def sigma_of(state: State) -> float | tuple[float, float, float]:
 
 
 NAME = "name, unique in the suite; prefixes the sensor's states"
+INFLUENCES = "channels that its bias follows: a temperature, a current"
 CONSIDERED = "its states that are not estimated, but whose uncertainty counts (Schmidt-Kalman)"
 
 
@@ -132,7 +134,8 @@ class Sensor(Validated, ABC):
     #: Units of its states for people and scenario files; one that is left out has none.
     units: ClassVar[Mapping[str, Unit]] = {}
     #: Columns of telemetry are its name, an underscore, and these: those of a vector, or q1 to q4
-    #: of a quaternion from GCRF to the body as the sensor has it, scalar last.
+    #: of a quaternion from GCRF to the body as the sensor has it, scalar last. A single number has
+    #: the name alone.
     channels: ClassVar[tuple[str, ...]] = ("x", "y", "z")
     #: Whether the length of a vector in telemetry says nothing.
     unit_length: ClassVar[bool] = False
@@ -147,6 +150,7 @@ class Sensor(Validated, ABC):
         doc="time between samples, a multiple of the filter's step; without it one in every step",
     )
     considered: tuple[str, ...] = quantity((), kw_only=True, doc=CONSIDERED)
+    influences: tuple[Influence, ...] = quantity((), kw_only=True, doc=INFLUENCES)
     initial_delay_s: float = quantity(
         0.0,
         unit="s",
@@ -159,6 +163,7 @@ class Sensor(Validated, ABC):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_considered(self.considered, self.states())
+        check_influences(self.influences, self.states(), self.kind)
         expect(
             not self.initial_delay_s or "delay" in self.states(),
             "initial_delay_s",
@@ -170,11 +175,18 @@ class Sensor(Validated, ABC):
         """The state of its `initial_delay_s`, if there is one, for its `states`."""
         return {"delay": Alike(self.initial_delay_s)} if self.initial_delay_s else {}
 
+    def follows(self) -> dict[str, State]:
+        """The states of its `influences`, for the `states` of one with a bias."""
+        return {
+            each.state: each.initial_sigma / self.channel_unit.factor for each in self.influences
+        }
+
     @abstractmethod
     def states(self) -> Mapping[str, State]:
         """Error states it adds, 3-vectors.
 
-        A constant has its initial 1-sigma per axis, an error that varies the process it is. A
+        A constant has its initial 1-sigma, of each axis if they differ, an error that varies the
+        process it is. A
         `delay` is not for `measure` and `measured`: attitude and vectors are given to them of the
         time at which the reading was taken.
         """
@@ -301,6 +313,17 @@ def with_noise(part: Noisy, factor: float) -> Noisy:
 def tilt(misalignment_deg: float) -> dict[str, float]:
     """States of a sensor's misalignment; none if it is zero: then it says what body axes are."""
     return {"misalignment": math.radians(misalignment_deg)} if misalignment_deg else {}
+
+
+def check_influences(influences: Sequence[Influence], states: Collection[str], kind: str) -> None:
+    """Refuse, with an InvalidValue, one twice, or of what has no bias that could follow it."""
+    names = [influence.channel for influence in influences]
+    for i, influence in enumerate(influences):
+        key = f"influences[{i}].channel"
+        expect(
+            influence.state in states, key, names[i], f"none: {kind} has no bias that follows it"
+        )
+        expect(names[i] not in names[:i], key, names[i], "each one once")
 
 
 def check_considered(considered: Sequence[str], states: Collection[str]) -> None:

@@ -173,7 +173,7 @@ class HorizonSensor(DirectionSensor):
         return {
             **tilt(self.initial_misalignment_deg),
             "bias": self.initial_bias,
-        } | self.delay()
+        } | {**self.follows(), **self.delay()}
 
     def noise(self) -> tuple[float, ...]:
         return (math.radians(self.noise_deg),) * 2

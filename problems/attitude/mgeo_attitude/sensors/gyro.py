@@ -15,7 +15,13 @@ from mgeo_attitude.fields.units import DEG, DEG_H, PPM, Unit
 from mgeo_attitude.geometry.rotation import rotate, shear, unrotate
 from mgeo_attitude.geometry.vector import Vec3, cross, scale
 from mgeo_attitude.geometry.vector import shear as shear_components
-from mgeo_attitude.sensors.base import CONSIDERED, check_considered
+from mgeo_attitude.sensors.base import (
+    CONSIDERED,
+    INFLUENCES,
+    check_considered,
+    check_influences,
+)
+from mgeo_attitude.sensors.influences import Influence
 
 _ALLAN_PEAK = 0.437
 
@@ -94,6 +100,7 @@ class Gyro(Validated):
         None, unit="deg/s", doc="steps in which flights report rates, and calibrations read them"
     )
     considered: tuple[str, ...] = quantity((), doc=CONSIDERED)
+    influences: tuple[Influence, ...] = quantity((), doc=INFLUENCES)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -101,6 +108,7 @@ class Gyro(Validated):
         lasting = "nothing with bias_decay = 0: without it the Allan deviation has no floor"
         expect(not floor or self.bias_decay, "bias_instability_deg_per_h", floor, lasting)
         check_considered(self.considered, self.states())
+        check_influences(self.influences, self.states(), "the gyro")
 
     def states(self) -> dict[str, float]:
         """Error states it adds (3-vectors, body axes) with their initial 1-sigma per axis."""
@@ -111,10 +119,14 @@ class Gyro(Validated):
             states["misalignment"] = math.radians(self.initial_misalignment_deg)
         if self.initial_nonorthogonality_deg:
             states["nonorthogonality"] = math.radians(self.initial_nonorthogonality_deg)
+        for influence in self.influences:
+            states[influence.state] = math.radians(influence.initial_sigma)
         return states
 
     def derivative(self, x: Any, omega: Vec3) -> dict[str, Vec3]:
         """Time derivative of the error state, equation (2); states left out are constant.
+
+        Those of `influences` count as if their channels were one.
 
         Parameters
         ----------
@@ -130,6 +142,8 @@ class Gyro(Validated):
             theta = theta + cross(omega, x.misalignment)
         if self.initial_nonorthogonality_deg:
             theta = theta - shear_components(omega, x.nonorthogonality)
+        for influence in self.influences:
+            theta = theta - getattr(x, influence.state)
         return {"theta": theta, "bias": -self.bias_decay * x.bias}
 
     def measured(self, x: Any, omega: Floats) -> Floats:

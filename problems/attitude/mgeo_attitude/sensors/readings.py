@@ -26,7 +26,8 @@ class Readings:
     gyro : array, shape (n, 3)
         Mean of the reported rate over each step [rad/s].
     sensors : tuple of arrays, shape (n + 1, k, 3)
-        The k vectors that each sensor reports at every sample, NaN where it reports nothing.
+        The k vectors that each sensor reports at every sample, NaN where it reports nothing; one
+        that reports a number has shape (n + 1, 1, 1).
     """
 
     durations: Floats
@@ -100,14 +101,14 @@ def to_channels(sensor: Sensor, vectors: Floats) -> Floats:
 
     A quaternion is that of `quaternions`.
     """
-    if len(sensor.channels) == 3:
+    if len(sensor.channels) < 4:
         return vectors[:, 0] * sensor.channel_unit.factor
     return _where_finite(vectors, 4, lambda axes: Rotation.from_matrix(axes).as_quat(True))
 
 
 def from_channels(sensor: Sensor, values: Floats) -> Floats:
     """Inverse of `to_channels`, to rounding; vectors of whatever length are made to unit length."""
-    if len(sensor.channels) == 3:
+    if len(sensor.channels) < 4:
         length = np.linalg.norm(values, axis=1, keepdims=True) if sensor.unit_length else 1.0
         return (values / (length * sensor.channel_unit.factor))[:, None]
     return _where_finite(values, (3, 3), lambda q: Rotation.from_quat(q).as_matrix())

@@ -14,7 +14,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.directions import Cone
 from mgeo_attitude.fields import expect, positive, quantity
 from mgeo_attitude.fields.units import DEG, SECOND, Unit
-from mgeo_attitude.geometry.rotation import across, cross, dot, rotate, unrotate
+from mgeo_attitude.geometry.rotation import cross, dot, frame, rotate, unrotate
 from mgeo_attitude.geometry.vector import Vec3, unit
 from mgeo_attitude.geometry.vector import dot as inner
 from mgeo_attitude.sensors.base import NAME, Sensor, State, tilt
@@ -89,9 +89,7 @@ class StarTracker(Sensor):
     @cached_property
     def axes(self) -> Floats:
         """T: the tracker's axes in body axes, row by row, shape (3, 3)."""
-        z = np.array(unit(self.boresight))
-        y, minus_x = across(z)
-        return np.array([-minus_x, y, z])
+        return frame(np.array(unit(self.boresight)))
 
     @cached_property
     def _straight(self) -> bool:

@@ -14,6 +14,7 @@ from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.fields.units import DEG, DIMENSIONLESS, Unit
 from mgeo_attitude.geometry.vector import Vec3, scale
 from mgeo_attitude.sensors import Alike, GaussMarkov, Gyro, Sensor, State, World, sigma_of
+from mgeo_attitude.sensors.influences import Influence, influenced
 
 if TYPE_CHECKING:
     from mgeo_attitude.environment import Environment
@@ -65,9 +66,9 @@ class Suite:
     def units(self) -> dict[str, Unit]:
         """Unit of each block for people and scenario files, in the order of `blocks`."""
         units = {
-            f"{name}.{state}": owner.units.get(state, DIMENSIONLESS)
+            f"{name}.{state}": unit
             for name, owner in self.owners.items()
-            for state in owner.states()
+            for state, unit in units_of(owner).items()
         }
         first = (*(f"gyro.{state}" for state in self.gyro.states()), *self.processes)
         return {"attitude": DEG} | {block: units[block] for block in first} | units
@@ -158,6 +159,37 @@ class Suite:
         return [index, *range(rows.start, rows.stop)]
 
     @cached_property
+    def influence_keys(self) -> dict[str, Influence]:
+        """All influences by their keys in a scenario: the gyro's, then those of sensors."""
+        places: dict[str, Gyro | Sensor] = {"gyro": self.gyro}
+        places |= {f"sensors[{i}]": sensor for i, sensor in enumerate(self.sensors)}
+        return {
+            f"{place}.influences[{i}]": influence
+            for place, owner in places.items()
+            for i, influence in enumerate(owner.influences)
+        }
+
+    def influence_columns(self, owner: Gyro | Sensor) -> slice:
+        """Which of all influences are an owner's."""
+        first = 0
+        if isinstance(owner, Sensor):
+            place = [sensor.name for sensor in self.sensors].index(owner.name)
+            before: list[Gyro | Sensor] = [self.gyro, *self.sensors[:place]]
+            first = sum(len(each.influences) for each in before)
+        return slice(first, first + len(owner.influences))
+
+    def influence_values(self, channels: Mapping[str, Floats], n: int) -> Floats:
+        """What all influences are times, shape (n, n_influences), of channels at n samples.
+
+        Of the gyro it is the mean over the step to a sample.
+        """
+        found = [channels[each.channel] - each.reference for each in self.influence_keys.values()]
+        values: Floats = np.column_stack(found) if found else np.zeros((n, 0))
+        own = slice(len(self.gyro.influences))
+        values[1:, own] = 0.5 * (values[1:, own] + values[:-1, own])
+        return values
+
+    @cached_property
     def rotations(self) -> tuple[int, ...]:
         """First states of the blocks that are rotations, that of the attitude first."""
         owners: tuple[Gyro | Sensor, ...] = (self.gyro, *self.sensors)
@@ -208,6 +240,7 @@ class Suite:
         to_body: Callable[[Vec3], Vec3] = lambda vector: vector,
         gradient: Sequence[Vec3] = (),
         rate: Vec3 = STILL,
+        influences: Sequence[Any] = (),
     ) -> tuple[Any, ...]:
         """Apply a sensor's H to a state column: the numbers of `Sensor.measure`.
 
@@ -221,12 +254,15 @@ class Suite:
             Columns of its gradient in body axes, see `gradient_rows`.
         rate : Vec3
             Of the body [rad/s], which matters where there is a delay: see `readings.taken`.
+        influences : sequence
+            Its columns of `influence_values`.
         """
         own = {s: self._block(column, block) for s, block in self.blocks_of(sensor).items()}
         theta, moved = self._block(column, "attitude"), STILL
         if late := own.pop("delay", None):
             *gradient, change = gradient
             theta, moved = theta - scale(late, rate), -scale(late, change)
+        influenced(sensor.influences, own, influences, lambda u, c: scale(Vec3(u, u, u), c))
         x = SimpleNamespace(theta=theta, moved=moved, to_body=to_body, gradient=gradient, **own)
         return tuple(sensor.measure(x, v))
 
@@ -239,11 +275,19 @@ class Suite:
         zero = Vec3(0.0, 0.0, 0.0)
         return [entry for state in ("theta", *own) for entry in rates.get(state, zero)]
 
-    def dynamics_matrix(self, omega: Floats) -> Floats:
-        """A in x' = A x for the dynamic states at body rate `omega` [rad/s]."""
+    def dynamics_matrix(self, omega: Floats, influences: Sequence[float] = ()) -> Floats:
+        """A in x' = A x for the dynamic states at body rate `omega` [rad/s].
+
+        Parameters
+        ----------
+        influences : sequence of float
+            The gyro's columns of `influence_values`; default: ones.
+        """
         A, k = np.zeros((self.n_dynamic, self.n_dynamic)), self.n_kinematic
         for j, unit in enumerate(np.eye(k)):
             A[:k, j] = self.derivative(list(unit), Vec3(*omega))
+        for columns, value in zip(self.following, influences, strict=bool(influences)):
+            A[:3, columns] *= value
         times = [process.correlation_time for process in self.processes.values()]
         A[range(k, len(A)), range(k, len(A))] = -1.0 / np.repeat(times, 3)
         return A
@@ -255,6 +299,7 @@ class Suite:
         attitude: Floats | None = None,
         gradient: Sequence[Floats] = (),
         rate: Floats | None = None,
+        influences: Sequence[Any] = (),
     ) -> Floats:
         """H of one sensor for its reference vector in body axes.
 
@@ -267,6 +312,8 @@ class Suite:
             The columns of the sensor's gradient, body axes; none if it has none.
         rate : array, shape (..., 3), optional
             Of the body [rad/s]; default: at rest.
+        influences : sequence of floats or arrays, shape (...)
+            Its columns of `influence_values`.
 
         Returns
         -------
@@ -282,7 +329,7 @@ class Suite:
             return Vec3(*(sum(C[..., i, k] * vk for k, vk in enumerate(vector)) for i in range(3)))
 
         for j, unit in enumerate(np.eye(self.n_states)):
-            y = self.measure(sensor, components, list(unit), to_body, columns, turning)
+            y = self.measure(sensor, components, list(unit), to_body, columns, turning, influences)
             for i, entry in enumerate(y):
                 H[..., i, j] = entry
         return H
@@ -294,6 +341,13 @@ class Suite:
         varying = [np.broadcast_to(each.density, 3) for each in self.processes.values()]
         return np.concatenate([np.repeat(gyro, 3), *varying])
 
+    @cached_property
+    def following(self) -> tuple[slice, ...]:
+        """States of each of the gyro's influences."""
+        places = self.places(self.gyro)
+        firsts = [places[influence.state] for influence in self.gyro.influences]
+        return tuple(slice(first, first + 3) for first in firsts)
+
     def _states(self, blocks: Iterable[str]) -> Ints:
         """States of blocks, one after the other."""
         first = np.array([3 * self.blocks.index(block) for block in blocks], dtype=np.int64)
@@ -302,6 +356,14 @@ class Suite:
     def _block(self, column: Sequence[Any], name: str) -> Vec3:
         start = 3 * self.blocks.index(name)
         return Vec3(*column[start : start + 3])
+
+
+def units_of(owner: Owner) -> dict[str, Unit]:
+    """Unit of each state of an owner for people and scenario files."""
+    units = {state: owner.units.get(state, DIMENSIONLESS) for state in owner.states()}
+    for influence in () if isinstance(owner, World) else owner.influences:
+        units[influence.state] = influence.unit_of(units["bias"])
+    return units
 
 
 @dataclass(frozen=True)

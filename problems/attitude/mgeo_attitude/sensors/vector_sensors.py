@@ -100,7 +100,7 @@ class SunSensor(VectorSensor):
         return {
             **tilt(self.initial_misalignment_deg),
             "bias": self.initial_bias,
-        } | self.delay()
+        } | {**self.follows(), **self.delay()}
 
     def sees(self) -> tuple[str, ...]:
         return ("albedo",) if self.sees_albedo else ()
@@ -194,7 +194,7 @@ class Magnetometer(VectorSensor):
             states["scale_factor"] = self.initial_scale_factor
         if self.initial_nonorthogonality_deg:
             states["nonorthogonality"] = math.radians(self.initial_nonorthogonality_deg)
-        return states | self.delay()
+        return states | {**self.follows(), **self.delay()}
 
     def sees(self) -> tuple[str, ...]:
         return ("field_error", "orbit_error")

@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
+from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import InvalidValue, known_names
+from mgeo_attitude.fields.units import DEG
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Gyro, Sensor
+from mgeo_attitude.sensors import Gyro, Influence, Sensor, sigma_of
 from mgeo_attitude.sensors.base import with_noise as scaled_noise
 
 from mgeo_calibration.calibration.calibration import Calibration
 from mgeo_calibration.calibration.from_telemetry import calibrate
-from mgeo_calibration.telemetry import Telemetry, TelemetryMapping
+from mgeo_calibration.calibration.questions import follows
+from mgeo_calibration.telemetry import Telemetry, TelemetryMapping, read_telemetry
+from mgeo_calibration.telemetry.columns import name_and_unit
 
 #: Asks for the noise of the sensors.
 NOISE = "noise"
+_INFLUENCES = "influences"
+#: Times the initial 1-sigma of a bias by which it may follow a channel that is added: a bias that
+#: has been measured is known better than what it follows.
+_LARGE = 10.0
 #: What a state that is added may be, 1-sigma, in the unit of its key.
 SIZES = {"scale_factor": 0.02, "misalignment_deg": 1.0, "nonorthogonality_deg": 1.0, "delay_s": 1.0}
 T = TypeVar("T", Gyro, Sensor)
@@ -37,7 +45,8 @@ def calibrate_with(
     Parameters
     ----------
     keys : sequence of str
-        ``mag.scale_factor``, ``gyro.misalignment``... and `NOISE`.
+        ``mag.scale_factor``, ``gyro.misalignment``..., ``mag.temp`` of a column that its bias
+        follows, and `NOISE`.
 
     Raises
     ------
@@ -46,16 +55,28 @@ def calibrate_with(
     ValueError, OSError
         From `calibrate`.
     """
-    scenario = with_states(found.scenario, [key for key in keys if key != NOISE])
+    if not isinstance(telemetry, Telemetry):
+        telemetry, mapping = read_telemetry(telemetry, found.scenario, mapping), None
+    states = [key for key in keys if key != NOISE]
+    scenario = with_states(found.scenario, states, telemetry.others)
     again = calibrate(scenario, telemetry, mapping) if scenario != found.scenario else found
     for _ in range(_ROUNDS if NOISE in keys else 0):
         again = calibrate(with_noise(again), telemetry, mapping)
     return again
 
 
-def with_states(scenario: Scenario, keys: Sequence[str]) -> Scenario:
-    """The scenario with states that it is without, of about the size that they usually have."""
-    options = addable(scenario)
+def with_states(
+    scenario: Scenario, keys: Sequence[str], others: Mapping[str, Floats] | None = None
+) -> Scenario:
+    """The scenario with states that it is without, of about the size that they usually have.
+
+    Parameters
+    ----------
+    others : mapping of str to array, optional
+        Other columns of telemetry, which biases may follow.
+    """
+    channels = followable(scenario, others or {})
+    options = addable(scenario) | dict.fromkeys(channels, _INFLUENCES)
     for key in keys:
         if key not in options:
             expected = f"expected something that can be added{known_names(key, [*options, NOISE])}"
@@ -65,8 +86,15 @@ def with_states(scenario: Scenario, keys: Sequence[str]) -> Scenario:
 
     def grown(owner: T) -> T:
         name = getattr(owner, "name", "gyro")
-        asked = [options[key] for key in keys if key.partition(".")[0] == name]
-        more: dict[str, Any] = {field: SIZES[field.removeprefix("initial_")] for field in asked}
+        own = [key for key in keys if key.partition(".")[0] == name]
+        more: dict[str, Any] = {
+            options[key]: SIZES[options[key].removeprefix("initial_")]
+            for key in own
+            if key not in channels
+        }
+        new: list[Influence] = [channels[key] for key in own if key in channels]
+        if new:
+            more[_INFLUENCES] = (*getattr(owner, _INFLUENCES), *new)
         return dataclasses.replace(owner, **more)
 
     return dataclasses.replace(
@@ -86,6 +114,26 @@ def addable(scenario: Scenario) -> dict[str, str]:
             if size in SIZES and field.name != size and not getattr(owner, field.name):
                 state = size.removesuffix("_deg").removesuffix("_s")
                 found[f"{getattr(owner, 'name', 'gyro')}.{state}"] = field.name
+    return found
+
+
+def followable(scenario: Scenario, others: Mapping[str, Floats]) -> dict[str, Influence]:
+    """Influences of columns that gyro and sensors with a bias are without, by ``OWNER.COLUMN``."""
+    found = {}
+    owners: tuple[Gyro | Sensor, ...] = (scenario.gyro, *scenario.sensors)
+    for owner in owners:
+        bias, name = owner.states().get("bias"), getattr(owner, "name", "gyro")
+        for column, values in others.items():
+            if bias is None or follows(owner, column) or not np.ptp(values):
+                continue
+            channel, unit = name_and_unit(column)
+            in_key = DEG.factor if isinstance(owner, Gyro) else owner.channel_unit.factor
+            found[f"{name}.{channel}"] = Influence(
+                channel,
+                initial_sigma=float(_LARGE * in_key * np.max(sigma_of(bias)) / np.ptp(values)),
+                unit=unit or "unit",
+                reference=float(np.mean(values)),
+            )
     return found
 
 

@@ -10,7 +10,7 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields.units import Unit
 from mgeo_attitude.geometry.quaternion import quaternions
 from mgeo_attitude.geometry.rotation import matrix, shear
-from mgeo_attitude.sensors import Gyro, Sensor, World
+from mgeo_attitude.sensors import Gyro, Photodiode, Sensor, World
 from mgeo_attitude.sensors.suite import Suite
 from scipy.spatial.transform import Rotation
 
@@ -42,17 +42,30 @@ def uplink(suite: Suite, states: Floats) -> dict[str, Any]:
 def _corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[str, Any]:
     entry: dict[str, Any] = {}
     R = stretch = np.eye(3)
+    followed = {each.state: each for each in owner.influences}
     for state, value in constants.items():
-        if state in owner.rotations:
+        if state in followed:
+            influence = followed[state]
+            unit = influence.unit_of(_unit_of_bias(owner))
+            entry.setdefault("influences", {})[influence.channel] = {
+                "bias_per_unit": (unit.factor * value).tolist(),
+                "unit": unit.text,
+                "reference": influence.reference,
+            }
+        elif state in owner.rotations:
             R = matrix(value)
             entry |= {"dcm": R.tolist(), "quaternion": quaternions(R[None])[0].tolist()}
         elif state == "bias":
-            unit = DEG_S if isinstance(owner, Gyro) else owner.channel_unit
+            unit = _unit_of_bias(owner)
             entry |= {"bias": (unit.factor * value).tolist(), "unit": unit.text}
         elif state == "delay":
             entry["delay_s"] = float(value.mean())
         else:
             entry[state] = value.tolist()
+    if isinstance(owner, Photodiode) and "sensitivity" in constants:
+        along = owner.axes[2] + constants["sensitivity"] @ owner.axes
+        gain = float(np.linalg.norm(along))
+        entry |= {"gain": gain, "normal": (along / gain).tolist()}
     if "scale_factor" in constants:
         stretch = stretch + np.diag(constants["scale_factor"])
     if "nonorthogonality" in constants:
@@ -62,11 +75,21 @@ def _corrections(owner: Gyro | Sensor, constants: Mapping[str, Floats]) -> dict[
     return entry
 
 
+def _unit_of_bias(owner: Gyro | Sensor) -> Unit:
+    """In telemetry."""
+    return DEG_S if isinstance(owner, Gyro) else owner.channel_unit
+
+
 def telemetry_units(suite: Suite) -> dict[str, Unit]:
     """Unit of each block but the attitude; of a bias that of the readings in telemetry."""
     units = {block: unit for block, unit in suite.units.items() if block != "attitude"}
-    biases = {f"{sensor.name}.bias": sensor.channel_unit for sensor in suite.sensors}
-    return {block: biases.get(block, unit) for block, unit in units.items()} | {"gyro.bias": DEG_S}
+    biases: dict[str, Unit] = {}
+    owners: tuple[Gyro | Sensor, ...] = (suite.gyro, *suite.sensors)
+    for owner in owners:
+        name, unit = getattr(owner, "name", "gyro"), _unit_of_bias(owner)
+        biases[f"{name}.bias"] = unit
+        biases |= {f"{name}.{each.state}": each.unit_of(unit) for each in owner.influences}
+    return {block: biases.get(block, unit) for block, unit in units.items()}
 
 
 def in_units(suite: Suite, states: Floats, block: str) -> Floats:

@@ -207,7 +207,7 @@ def _tests(found: Fit, past: Filtered, n_tests: int) -> tuple[SensorTest, ...]:
     for index, (sensor, each) in enumerate(zip(suite.sensors, past.innovations, strict=True)):
         if not len(each.samples):
             continue
-        vectors = len(sensor.channels) == 3
+        vectors = len(sensor.channels) < 4
         unit, factor = (
             (sensor.channel_unit.text, sensor.channel_unit.factor)
             if vectors

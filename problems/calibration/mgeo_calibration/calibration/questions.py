@@ -9,16 +9,19 @@ from functools import partial
 
 import numpy as np
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.sensors import Magnetometer
+from mgeo_attitude.sensors import Gyro, Magnetometer, Sensor
 
 from mgeo_calibration.estimation import departures as made
 from mgeo_calibration.estimation.score import Departure, Score
 from mgeo_calibration.estimation.smoother import Solution
+from mgeo_calibration.telemetry.columns import channel_of
 
 #: What the key is of something that no state has.
 _SPLIT = "calibrate what is before and after on its own"
 #: 1-sigmas by which a decay may be negative.
 _FAR = 4.0
+#: What says that a bias follows a channel; a misalignment follows none.
+_INFLUENCES = "influences"
 _TAKEN_OUT = "no state has it, take it out of what is read"
 
 
@@ -83,8 +86,14 @@ def _of_gyro(solution: Solution, channels: Mapping[str, Floats]) -> dict[str, Qu
     for name, channel in channels.items():
         says = partial(_worst, f"gyro.bias follows {name} by", size / np.ptp(channel), "deg/s")
         departure = made.gyro_follows(solution, _scaled(channel))
-        asked[f"gyro.{name}"] = Question(departure, says, _TAKEN_OUT)
+        if not follows(gyro, name):
+            asked[f"gyro.{name}"] = Question(departure, says, f"gyro.{_INFLUENCES}")
     return asked
+
+
+def follows(owner: Gyro | Sensor, column: str) -> bool:
+    """Whether the bias of gyro or sensor follows a column of telemetry already."""
+    return any(channel_of([column], each.channel) for each in owner.influences)
 
 
 def _of_sensor(
@@ -92,7 +101,7 @@ def _of_sensor(
 ) -> dict[str, Question]:
     batch = solution.batch
     sensor, name = batch.suite.sensors[index], batch.suite.sensors[index].name
-    vectors = len(sensor.channels) == 3
+    vectors = len(sensor.channels) < 4
     unit = sensor.channel_unit.text if vectors else "deg"
     factor = sensor.channel_unit.factor if vectors else float(np.degrees(1.0))
     sizes = 10.0 * float(np.max(sensor.noise())) * factor
@@ -118,7 +127,9 @@ def _of_sensor(
     for other, channel in channels.items():
         says = partial(_worst, f"{offset} follows {other} by", sizes / np.ptp(channel), unit)
         departure = made.follows(solution, index, _scaled(channel))
-        asked[f"{name}.{other}"] = Question(departure, says, _TAKEN_OUT)
+        key = f"{name}.{_INFLUENCES}" if "bias" in sensor.states() else _TAKEN_OUT
+        if not follows(sensor, other):
+            asked[f"{name}.{other}"] = Question(departure, says, key)
     return asked
 
 

@@ -108,6 +108,7 @@ def _batch(scenario: Scenario, given: Planned, flight: Flight) -> Batch:
         ),
         noise=in_threes(sensor.noise() for sensor in model.suite.sensors),
         vectors=model.references[first:],
+        influences=model.influences[first:],
     )
 
 

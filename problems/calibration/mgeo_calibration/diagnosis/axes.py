@@ -78,7 +78,7 @@ def _windows(batch: Batch) -> Ints:
 
 def _is_vector(batch: Batch, index: int) -> bool:
     rows = batch.sensors[index]
-    return rows.shape[1] == 1 and bool(np.isfinite(rows[:, 0, 0]).sum() > 3 * _WINDOWS)
+    return rows.shape[1:] == (1, 3) and bool(np.isfinite(rows[:, 0, 0]).sum() > 3 * _WINDOWS)
 
 
 def _seen(batch: Batch, index: int, windows: Ints) -> Seen:

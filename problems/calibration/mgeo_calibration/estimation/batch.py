@@ -6,17 +6,19 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.environment import Environment
 from mgeo_attitude.filter.model import inertial_vectors
 from mgeo_attitude.scenario import Scenario
-from mgeo_attitude.sensors import Sensor
+from mgeo_attitude.sensors import Gyro, Sensor
 from mgeo_attitude.sensors.readings import in_threes
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.belief import UNKNOWN
 from mgeo_calibration.estimation.counting import angle_variance
+from mgeo_calibration.estimation.faces import without_dark
 from mgeo_calibration.telemetry import Telemetry
+from mgeo_calibration.telemetry.checks import followed
 from mgeo_calibration.telemetry.gyro_samples import covered, spikes, turned
 from mgeo_calibration.telemetry.mapping import UNITS
 
@@ -50,6 +52,8 @@ class Batch:
         1-sigma of each sensor, in the unit of its noise, with that of its steps; see `in_threes`.
     vectors : array, shape (n + 1, n_vectors, 3)
         What the sensors look at and their gradients, GCRS; see `FilterModel.references`.
+    influences : array, shape (n + 1, n_influences)
+        See `Suite.influence_values`.
     """
 
     suite: Suite
@@ -61,6 +65,12 @@ class Batch:
     sensors: tuple[Floats, ...]
     noise: Floats
     vectors: Floats
+    influences: Floats
+
+    def follows(self, owner: Gyro | Sensor, samples: slice | Ints) -> list[Floats]:
+        """What influences of an owner are times at m samples, each of shape (m, 1)."""
+        own = self.suite.influence_columns(owner)
+        return [self.influences[samples][:, [k]] for k in range(own.start, own.stop)]
 
     @property
     def durations(self) -> Floats:
@@ -80,13 +90,15 @@ class Batch:
             sensors=tuple(rows[samples] for rows in self.sensors),
             noise=self.noise,
             vectors=self.vectors[samples],
+            influences=self.influences[samples],
         )
 
 
 def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     """Telemetry with what a scenario says of orbit, sensors and eclipse.
 
-    A sensor that a scenario with eclipses calls blind at a sample has reported nothing there. Rates
+    A sensor that a scenario with eclipses calls blind at a sample has reported nothing there, nor
+    has a photodiode whose face the Sun is not before. Rates
     of the gyro that are missing are interpolated, with half the difference of their neighbors as
     1-sigma; so is one that stands apart from both, with how far it does as 1-sigma. What was sent
     while the gyro was silent for longer (`SILENT`) is left out.
@@ -97,8 +109,9 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
     Raises
     ------
     ValueError
-        For telemetry of other sensors, nothing after the epoch of a scenario that goes on, or
-        vectors of a length that the environment's have not.
+        For telemetry of other sensors, or without a channel that a bias follows; nothing after
+        the epoch of a scenario that goes on; or vectors of a length that the environment's have
+        not.
     """
     if scenario.prior is not None:
         telemetry = _since_epoch(scenario, telemetry)
@@ -120,7 +133,7 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
         environment = environment.without_shadow()
     vectors, available = inertial_vectors(suite, environment)
     sensors = tuple(
-        np.where(available[:, i, None, None], rows[there], np.nan)
+        np.where(available[:, i, None, None], without_dark(suite.sensors[i], rows[there]), np.nan)
         for i, rows in enumerate(readings)
     )
     _check_lengths(suite, sensors, vectors)
@@ -146,6 +159,13 @@ def batch(scenario: Scenario, telemetry: Telemetry) -> Batch:
         sensors=sensors,
         noise=in_threes(_noise(sensor, telemetry) for sensor in suite.sensors),
         vectors=vectors,
+        influences=suite.influence_values(
+            {
+                name: np.interp(times, telemetry.times, values)
+                for name, values in followed(suite, telemetry.others).items()
+            },
+            len(times),
+        ),
     )
 
 
@@ -174,7 +194,7 @@ def _noise(sensor: Sensor, telemetry: Telemetry) -> Floats:
         rows = telemetry.sensors[sensor.name]
         lengths = np.linalg.norm(rows[np.isfinite(rows[:, 0])], axis=1)
         step = np.full(len(sigma), step.max() / np.median(lengths) if len(lengths) else 0.0)
-    elif len(sensor.channels) == 3:
+    elif len(sensor.channels) < 4:
         step = step / sensor.channel_unit.factor
     else:  # a turn by a small angle changes a quaternion by half of it
         step = 2.0 * np.full(3, step.max())
@@ -244,6 +264,10 @@ def _since_epoch(scenario: Scenario, telemetry: Telemetry) -> Telemetry:
         gyro_deg_s=empty_before(telemetry.gyro_deg_s),
         sensors={name: empty_before(rows) for name, rows in telemetry.sensors.items()},
         position=position,
+        others={
+            name: np.append(np.interp(0.0, telemetry.times, values), values[later])
+            for name, values in telemetry.others.items()
+        },
         steps={name: telemetry.step_of(name) for name in ("gyro", *telemetry.sensors)},
     )
 

@@ -79,7 +79,8 @@ def vector_error(solution: Solution, index: int, state: str) -> Departure:
 
 def constant(sensor: Sensor) -> str:
     """Name of the state that a sensor's offset is."""
-    return "bias" if "bias" in sensor.states() else "misalignment"
+    names = sensor.states()
+    return next((each for each in ("bias", "sensitivity") if each in names), "misalignment")
 
 
 def wander(solution: Solution, index: int) -> Departure:

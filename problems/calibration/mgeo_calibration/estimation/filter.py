@@ -17,11 +17,14 @@ from mgeo_attitude._typing import Floats
 from mgeo_attitude.fields import Validated, quantity
 from mgeo_attitude.filter.transition import transition
 from mgeo_attitude.geometry.rotation import exponential, multiply, vector
+from mgeo_attitude.sensors.influences import influenced
 from mgeo_attitude.sensors.readings import Readings, as_reported
 from mgeo_attitude.sensors.suite import Suite
 
 from mgeo_calibration.estimation.estimate import Estimate, reset
 from mgeo_calibration.estimation.innovation import STILL, innovation, jacobian, second_moments
+
+NONE = np.zeros(0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +70,12 @@ class ErrorStateFilter:
     estimator: Estimator
 
     def run(
-        self, start: Estimate, readings: Sequence[Readings], rates: Floats, vectors: Floats
+        self,
+        start: Estimate,
+        readings: Sequence[Readings],
+        rates: Floats,
+        vectors: Floats,
+        influences: Floats | None = None,
     ) -> Iterator[tuple[Estimate, Estimate, Floats]]:
         """Estimate at every sample.
 
@@ -81,6 +89,8 @@ class ErrorStateFilter:
             Body rate in each step [rad/s] at which the covariance is propagated.
         vectors : array, shape (n + 1, n_vectors, 3)
             What the sensors look at and their gradients, GCRS; see `FilterModel.references`.
+        influences : array, shape (n + 1, n_influences), optional
+            See `Suite.influence_values`; needed where there are some.
 
         Yields
         ------
@@ -93,23 +103,33 @@ class ErrorStateFilter:
             np.stack(runs, axis=1) for runs in zip(*(run.sensors for run in readings), strict=True)
         ]
         estimate = start
+        follows = np.zeros((len(vectors), 0)) if influences is None else influences
+        own = [follows[:, self.suite.influence_columns(each)] for each in self.suite.sensors]
+        of_gyro = follows[:, self.suite.influence_columns(self.suite.gyro)]
         for k in range(len(vectors)):
             if k:
                 step = float(readings[0].durations[k - 1])
                 F, Q = at_rate(tuple(rates[k - 1].tolist()), step)
                 rest, _ = at_rate((0.0, 0.0, 0.0), step)
-                estimate = self.predict(estimate, gyro[k - 1], step, F, Q, rest)
+                estimate = self.predict(estimate, gyro[k - 1], step, F, Q, rest, of_gyro[k])
             before, nis = estimate, np.full((len(sensors), len(readings)), np.nan)
             for index, reported in enumerate(sensors):
                 if not np.isnan(reported[k]).all():
                     rate = rates[max(k - 1, 0)]
                     estimate, nis[index] = self.update(
-                        estimate, index, reported[k], vectors[k], rate
+                        estimate, index, reported[k], vectors[k], rate, own[index][k]
                     )
             yield before, estimate, nis
 
     def predict(
-        self, estimate: Estimate, reported: Floats, step: float, F: Floats, Q: Floats, rest: Floats
+        self,
+        estimate: Estimate,
+        reported: Floats,
+        step: float,
+        F: Floats,
+        Q: Floats,
+        rest: Floats,
+        influences: Floats = NONE,
     ) -> Estimate:
         """Over a step [s], equation (3); attitude follows the gyro, corrected by the estimate.
 
@@ -119,6 +139,8 @@ class ErrorStateFilter:
             Mean rate that the gyro reports.
         F, Q, rest : arrays, shape (n_dynamic, n_dynamic)
             Transition and process noise, see `transition`, and the transition without rotation.
+        influences : array, shape (m,)
+            What the gyro's are times, see `Suite.influence_values`.
         """
         decay, mean_bias = np.diag(rest)[3:, None], -np.diag(rest[:3, 3:6])[:, None] / step
         gyro, d = self.suite.gyro, self.suite.n_dynamic
@@ -126,6 +148,7 @@ class ErrorStateFilter:
         for number, state in enumerate((s for s in x if s in gyro.rotations), start=1):
             x[state] = vector(estimate.rotations[:, :, number])
         x["bias"] = mean_bias * x["bias"]
+        influenced(gyro.influences, x, influences.tolist())
         own = SimpleNamespace(**{state: value.T for state, value in x.items()})
         turn = exponential(-step * gyro.corrected(own, reported).T)
         rotations, states = estimate.rotations.copy(), estimate.states.copy()
@@ -134,6 +157,8 @@ class ErrorStateFilter:
         # of the rows of F only those of the attitude are not diagonal
         top = np.repeat(F[:3, :, None], turn.shape[-1], axis=-1)
         top[:, :3] = turn
+        for columns, value in zip(self.suite.following, influences, strict=True):
+            top[:, columns] *= value
         P = estimate.covariance.copy()
         rows = multiply(top, P[:d])
         attitude = multiply(rows[:, :d], top.swapaxes(0, 1))
@@ -152,6 +177,7 @@ class ErrorStateFilter:
         readings: Floats,
         vectors: Floats,
         rate: Floats = STILL,
+        influences: Floats = NONE,
     ) -> tuple[Estimate, Floats]:
         """By the readings of a sensor, equation (4); states that are considered stay as they are.
 
@@ -165,6 +191,8 @@ class ErrorStateFilter:
             What the sensors look at and their gradients, GCRS.
         rate : array, shape (3,)
             Of the body [rad/s]; see `readings.taken`.
+        influences : array, shape (m,)
+            What the sensor's are times.
 
         Returns
         -------
@@ -181,6 +209,7 @@ class ErrorStateFilter:
             vectors[index],
             gradient=tuple(vectors[self.suite.gradient_rows(index)]),
             rate=rate,
+            influences=tuple(influences),
         )
         at, e, nis = estimate, np.zeros_like(estimate.states), np.zeros(0)
         for iteration in range(options.iterations):

@@ -24,7 +24,7 @@ def implausible(batch: Batch) -> Bools:
     found = np.zeros((len(batch.sensors), len(batch.times)), dtype=bool)
     for index, rows in enumerate(batch.sensors):
         seen = np.isfinite(rows[:, 0, 0])
-        if rows.shape[1] > 1 or not seen.any():
+        if rows.shape[1:] != (1, 3) or not seen.any():
             continue
         off = _length(rows[seen, 0]) - _length(batch.vectors[seen, index])
         off -= np.median(off)

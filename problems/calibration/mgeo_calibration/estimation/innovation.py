@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from mgeo_attitude._typing import Floats, Ints
 from mgeo_attitude.geometry.rotation import multiply
+from mgeo_attitude.sensors.influences import influenced
 from mgeo_attitude.sensors.readings import taken
 from mgeo_attitude.sensors.suite import Suite
 
@@ -28,6 +29,7 @@ def innovation(
     gradient: Sequence[Floats] = (),
     kind: type[Taylor] = Taylor,
     rate: Floats = STILL,
+    influences: Sequence[Any] = (),
 ) -> Taylor:
     """Innovation as a polynomial in the errors of an estimate, by numbers of their blocks.
 
@@ -45,6 +47,8 @@ def innovation(
         What else it looks at, GCRS; see `Suite.looks`.
     rate : array, shape (3,) or (r, 3)
         Of the body [rad/s]; see `readings.taken`.
+    influences : sequence of floats or arrays, shape (r, 1)
+        What the sensor's are times, see `Suite.influence_values`.
     kind : type
         `Taylor`, or `Linear` for the first derivatives alone.
     """
@@ -64,6 +68,7 @@ def innovation(
             own[state] = uncertain_rotation(None if aligned else known, first // 3, kind=kind)
         else:
             own[state] = uncertain(estimate.states[first : first + 3].T, first // 3, kind)
+    influenced(sensor.influences, own, influences, lambda value, state: state * value)
     predicted = sensor.measured(*taken(sensor, own, [vector, *gradient], to_body, rate))
     found: Taylor = sensor.innovation(y, predicted)
     return found

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
 from mgeo_attitude.geometry.rotation import cross, exponential, matrix, vector
+from mgeo_attitude.sensors.influences import influenced
 from mgeo_attitude.sensors.readings import as_reported
 from mgeo_attitude.sensors.suite import Suite
 
@@ -164,6 +166,7 @@ def turns(batch: Batch, states: Floats) -> tuple[Floats, Floats]:
     half = 0.5 * gyro.bias_decay * dt
     # a decaying bias's mean over the step, (1 - exp(-2 h)) / (2 h)
     x["bias"] = x["bias"] * np.exp(-half) * _sinhc(half)
+    influenced(gyro.influences, x, batch.follows(gyro, slice(1, None)))
     errors = SimpleNamespace(**x)
     rates = gyro.corrected(errors, batch.gyro)
     later = gyro.corrected(errors, batch.gyro + batch.change)
@@ -175,7 +178,8 @@ def steps(batch: Batch, at: Trajectory, parts: Partition) -> Steps:
     """The kinematics of a trajectory."""
     suite, n = batch.suite, len(batch.gyro)
     rates, turn = turns(batch, at.states)
-    F, Q = discretized(suite, rates, batch.durations)
+    follows = batch.follows(suite.gyro, slice(1, None))
+    F, Q = discretized(suite, rates, batch.durations, follows)
     constant = parts.constant[parts.constant < suite.n_dynamic]
     growth = np.ones((n + 1, len(parts.constant)))
     growth[1:, : len(constant)] = np.cumprod(np.einsum("nii->ni", F)[:, constant], axis=0)
@@ -266,7 +270,15 @@ def _differences(
     vectors = batch.vectors[samples]
     gradient = [vectors[:, k] for k in range(vectors.shape[1])[suite.gradient_rows(index)]]
     r = innovation(
-        suite, index, y, vectors[:, index], estimate, gradient=gradient, kind=Linear, rate=rate
+        suite,
+        index,
+        y,
+        vectors[:, index],
+        estimate,
+        gradient=gradient,
+        kind=Linear,
+        rate=rate,
+        influences=batch.follows(suite.sensors[index], samples),
     )
     found, H = jacobian(r)
     H = np.moveaxis(np.broadcast_to(H, (*H.shape[:2], len(samples))), -1, 0)
@@ -288,25 +300,31 @@ def moved(at: Trajectory, parts: Partition, growth: Floats, e: Floats, e_c: Floa
     return Trajectory(attitude, states)
 
 
-def discretized(suite: Suite, rates: Floats, durations: Floats) -> tuple[Floats, Floats]:
+def discretized(
+    suite: Suite, rates: Floats, durations: Floats, follows: Sequence[Floats] = ()
+) -> tuple[Floats, Floats]:
     """F and Q, equation (7), of n steps at once, shape (n, n_dynamic, n_dynamic).
 
     Of attitude and gyro by a series; of the sensors' processes, which depend on nothing else,
-    exactly.
+    exactly. Coefficients of the gyro's influences turn the attitude as a constant bias does.
+
+    Parameters
+    ----------
+    follows : sequence of arrays, shape (n, 1)
+        Of each of the gyro's influences; see `Suite.influence_values`.
     """
     n, m, k = len(rates), suite.n_dynamic, suite.n_kinematic
     F, Q = np.zeros((2, n, m, m))
-    unit = [suite.dynamics_matrix(axis)[:3, 6:k] for axis in np.eye(3)]
-    density = suite.diffusion()
-    load("kinematics").discretized(
-        suite.gyro.bias_decay,
-        (density[0], density[3]),
-        np.array(unit),
-        np.ascontiguousarray(rates),
-        durations,
-        F,
-        Q,
-    )
+    rest = suite.dynamics_matrix(np.zeros(3))
+    unit = np.array([(suite.dynamics_matrix(axis) - rest)[:3, 6:k] for axis in np.eye(3)])
+    density, turning = suite.diffusion(), np.ascontiguousarray(rates)
+    densities, kernel = (density[0], density[3]), load("kinematics")
+    kernel.discretized(suite.gyro.bias_decay, densities, unit, turning, durations, F, Q)
+    if suite.following:
+        constant = np.zeros((2, n, 6, 6))
+        kernel.discretized(0.0, densities, unit[:, :, :0], turning, durations, *constant)
+        for columns, value in zip(suite.following, follows, strict=True):
+            F[:, :3, columns] = value[:, :, None] * constant[0][:, :3, 3:6]
     for process, first in zip(suite.processes.values(), range(k, m, 3), strict=True):
         decay, variance = process.over(durations[:, None])
         own = range(first, first + 3)

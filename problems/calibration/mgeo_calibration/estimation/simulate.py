@@ -275,6 +275,7 @@ def record(
         [flight.readings for flight in flights],
         rates,
         model.references,
+        model.influences,
     )
     cones = [limit.cone() for limit in watched.path_limits]
     passages = [watched.passage(cone.direction, slice(n_watched)) for cone in cones]

@@ -6,10 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from mgeo_attitude._typing import Bools, Floats, Ints
+from mgeo_attitude.sensors.influences import influenced
 from scipy.spatial.transform import Rotation
 
 from mgeo_calibration.estimation.batch import Batch
 from mgeo_calibration.estimation.belief import Belief
+from mgeo_calibration.estimation.faces import sun_directions
 from mgeo_calibration.estimation.linearization import turns
 
 #: Lengths of stretches to look at, in samples; the first that will do is taken.
@@ -142,6 +144,8 @@ def accumulated(batch: Batch, states: Floats) -> Floats:
 def directions(batch: Batch, relative: Floats, states: Floats) -> Directions:
     """All vectors of all sensors; those of a sensor of several are the axes of GCRS.
 
+    Photodiodes give one together.
+
     Parameters
     ----------
     relative : array, shape (N, 3, 3)
@@ -150,11 +154,20 @@ def directions(batch: Batch, relative: Floats, states: Floats) -> Directions:
         Whose biases are taken out of vectors.
     """
     samples, sensors, weights, body, inertial = [], [], [], [], []
+    suns = sun_directions(batch, states)
     for index, rows in enumerate(batch.sensors):
+        if rows.shape[2] == 1:  # the first of all photodiodes stands for them
+            rows, suns = suns[:, None], np.full_like(suns, np.nan)
         k = np.flatnonzero(np.isfinite(rows[:, 0, 0]))
         place = batch.suite.places(batch.suite.sensors[index]).get("bias")
         if rows.shape[1] == 1 and place is not None:
-            rows = rows - states[:, None, place : place + 3]
+            sensor = batch.suite.sensors[index]
+            own = {
+                state: states[:, first : first + 3]
+                for state, first in batch.suite.places(sensor).items()
+            }
+            influenced(sensor.influences, own, batch.follows(sensor, slice(None)))
+            rows = rows - own["bias"][:, None]
         for i in range(rows.shape[1]):
             known = (
                 batch.vectors[k, index]

@@ -14,9 +14,10 @@ from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.plan import ManeuverPlan
 from mgeo_attitude.scenario import PathLimit, Scenario
 from mgeo_attitude.scenario.wheels import pseudo_inverse
+from mgeo_attitude.sensors.influences import influenced
 from scipy.spatial.transform import Rotation
 
-from mgeo_calibration.flight.flight import Draws, gyro_of
+from mgeo_calibration.flight.flight import Draws, columns, gyro_of
 from mgeo_calibration.telemetry.telemetry import Telemetry
 
 END, GREATEST = "off the plan, end", "off the plan, most"
@@ -107,6 +108,8 @@ def by_gyro(plan: ManeuverPlan, model: FilterModel, draws: Draws, n_steps: int) 
     x = {
         name: model.initial_states[None, i : i + 3] for name, i in suite.places(suite.gyro).items()
     }
+    follows = columns(model.influences[1 : n_steps + 1], suite, suite.gyro)
+    influenced(suite.gyro.influences, x, follows)
     wrong = suite.gyro.corrected(SimpleNamespace(**x), reported) - rates
     step = Rotation.from_rotvec(-model.step * (rates - wrong)).as_matrix()
     found = np.concatenate([attitude[:1] @ matrix(-draws.errors[:3] @ attitude[0]), step])

@@ -12,6 +12,8 @@ from mgeo_attitude.filter.model import FilterModel
 from mgeo_attitude.filter.transition import transition
 from mgeo_attitude.geometry.rotation import matrix, vector
 from mgeo_attitude.maneuvers.motion import Motion
+from mgeo_attitude.sensors import Gyro, Sensor
+from mgeo_attitude.sensors.influences import influenced
 from mgeo_attitude.sensors.readings import Readings, as_array, in_threes, taken
 from mgeo_attitude.sensors.suite import Suite
 from scipy.linalg import block_diag
@@ -146,6 +148,8 @@ def gyro_of(model: FilterModel, rates: Floats, draws: Draws) -> tuple[Floats, Fl
     x = {name: gyro[:-1, first - 3 : first] for name, first in suite.places(suite.gyro).items()}
     # what bias and noise turn the attitude by in a step is reported as their mean over it
     x["bias"] = -(np.diag(F[:3, 3:6]) * x["bias"] + draws.gyro_noise[:, :3]) / model.step
+    follows = model.influences[1 : len(rates) + 1]
+    influenced(suite.gyro.influences, x, columns(follows, suite, suite.gyro))
     return gyro, suite.gyro.measured(SimpleNamespace(**x), rates)
 
 
@@ -165,6 +169,12 @@ def fly_run(model: FilterModel, motion: Motion, draws: Draws) -> Flight:
         ),
     )
     return Flight(motion, start, errors, gyro, readings)
+
+
+def columns(influences: Floats, suite: Suite, owner: Gyro | Sensor) -> list[Floats]:
+    """Those of an owner of all influences, shape (n, m), each of shape (n, 1)."""
+    own = suite.influence_columns(owner)
+    return [influences[:, [k]] for k in range(own.start, own.stop)]
 
 
 def of_world(model: FilterModel, flight: Flight) -> dict[str, Floats]:
@@ -198,6 +208,7 @@ def _reported(
         )
         return turned
 
+    influenced(sensor.influences, x, columns(model.influences, model.suite, sensor))
     looks = model.references[:, model.suite.looks(index)].swapaxes(0, 1)
     rate = np.vstack([rates[:1], rates])  # of the step that leads to a sample
     report = sensor.measured(*taken(sensor, x, list(looks), to_body, rate))

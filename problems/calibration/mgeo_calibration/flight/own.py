@@ -124,6 +124,7 @@ def sent_down(model: FilterModel, flight: Flight) -> Telemetry:
             for sensor, vectors in zip(suite.sensors, flight.readings.sensors, strict=True)
         },
         truth=true_states(model, flight),
+        others=model.channels,
         steps={} if step is None else {"gyro": np.full(3, step)},
     )
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from datetime import timedelta
 
 import numpy as np
 from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.constants import DAY, FIELD_MODEL_END, FIELD_MODEL_START
+from mgeo_attitude.fields import InvalidValue, known_names
 from mgeo_attitude.scenario import Scenario
+from mgeo_attitude.sensors.suite import Suite
 
+from mgeo_calibration.telemetry.columns import channel_of
 from mgeo_calibration.telemetry.telemetry import Telemetry, channels
 
 #: Longest time without any sample [s]; what is longer is a clock that jumped.
@@ -46,6 +50,26 @@ def check_telemetry(telemetry: Telemetry, scenario: Scenario, measured: bool = T
     if measured:
         _check_changes("gyro", gyro)
         _check_saturation(rates)
+
+
+def followed(suite: Suite, others: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Channels that biases of a suite follow, by their names, of other columns of telemetry.
+
+    Raises
+    ------
+    InvalidValue
+        Naming the influence whose channel is not there.
+    """
+    found = {}
+    for key, influence in suite.influence_keys.items():
+        name = channel_of(others, influence.channel)
+        if name is None:
+            hint = known_names(influence.channel, others) if others else ": it has no other columns"
+            way = "; give it a column of this name, or take the influence out of the scenario"
+            expected = f"expected a column of the telemetry{hint}{way}"
+            raise InvalidValue(f"{key}.channel", influence.channel, expected)
+        found[influence.channel] = others[name]
+    return found
 
 
 def _check_saturation(rates: Floats) -> None:
@@ -88,6 +112,8 @@ def _check_changes(name: str, rows: Floats) -> None:
     if len(found) < _FEWEST:
         return
     stuck = np.ptp(found, axis=0) == 0.0
+    if rows.shape[1] == 1 and not found.any():  # a photodiode that has seen no Sun
+        return
     if stuck.all() or (stuck.any() and rows.shape[1] == 3):
         column = channels(name, rows.shape[1])[int(np.argmax(stuck))]
         raise ValueError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -49,7 +49,7 @@ def find_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> dict[str, Column
         if len(places) > 1 or any(k == other.place for k in places for other in found.values()):
             raise ValueError(f"column {bare!r} is there, or asked for, twice")
         for k in places:
-            found[name] = Column(k, sign, _parts(names[k])[1])
+            found[name] = Column(k, sign, name_and_unit(names[k])[1])
         missing += [] if places else [bare]
     if missing:
         raise ValueError(f"missing columns {', '.join(missing)}: there are {', '.join(names)}")
@@ -58,7 +58,7 @@ def find_columns(frame: pd.DataFrame, wanted: Sequence[str]) -> dict[str, Column
     return found
 
 
-def _parts(name: object) -> tuple[str, str]:
+def name_and_unit(name: object) -> tuple[str, str]:
     """A name, and the unit in brackets at its end, if there is one."""
     text = str(name).strip()
     opening = min((k for mark in "[(" if (k := text.find(mark)) >= 0), default=-1)
@@ -68,7 +68,7 @@ def _parts(name: object) -> tuple[str, str]:
 
 
 def _plain_name(name: object) -> str:
-    return _parts(name)[0].casefold()
+    return name_and_unit(name)[0].casefold()
 
 
 def with_unit(name: str, entry: Channels, columns: Sequence[Column]) -> Channels:
@@ -97,8 +97,19 @@ def numbers(column: pd.Series) -> Floats:
     return values
 
 
-def other_columns(frame: pd.DataFrame, used: Collection[int]) -> dict[str, Floats]:
-    """Columns of numbers at other places, by their names, that change and are mostly there."""
+def channel_of(columns: Iterable[str], name: str) -> str | None:
+    """The name among those of columns that is this but for case and a unit; None if none is."""
+    return next((each for each in columns if _plain_name(each) == _plain_name(name)), None)
+
+
+def other_columns(
+    frame: pd.DataFrame, used: Collection[int], wanted: Collection[str] = ()
+) -> dict[str, Floats]:
+    """Columns of numbers at other places, by their names, that change and are mostly there.
+
+    Those that are `wanted` need neither; there has to be a number in them.
+    """
+    asked = {_plain_name(name) for name in wanted}
     found = {}
     for place, name in enumerate(frame.columns):
         if place in used:
@@ -108,6 +119,10 @@ def other_columns(frame: pd.DataFrame, used: Collection[int]) -> dict[str, Float
         except (ValueError, TypeError):
             continue
         there = np.isfinite(values)
+        if _plain_name(name) in asked:
+            if there.any():
+                found[str(name)] = values
+            continue
         if 2 * there.sum() > len(values) and np.ptp(values[there]) > 0.0:
             found[str(name)] = values
     return found
@@ -151,7 +166,7 @@ def seconds(column: pd.Series, form: str, scenario: Scenario) -> Floats:
     """Seconds of SI since the epoch, of numbers, calendar times or texts of ISO 8601."""
     epoch, name = scenario.epoch, str(column.name)
     times: Floats
-    if _parts(name)[1] in _OTHER_TIMES and form != "unix-ms":
+    if name_and_unit(name)[1] in _OTHER_TIMES and form != "unix-ms":
         raise ValueError(f"{name}: expected seconds since the epoch, Unix times or ISO 8601")
     if column.dtype.kind not in "iufM" and not math.isinf(_number(column.iloc[0])):
         column = pd.Series(numbers(column), name=name)

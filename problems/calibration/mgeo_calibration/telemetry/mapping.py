@@ -35,15 +35,16 @@ Row = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Channels(Validated):
-    """Where the numbers of a 3-vector or a quaternion stand and what they mean.
+    """Where the numbers of a sensor stand and what they mean.
 
     A minus before the name of a column turns its sign, which maps mirrored axes.
     """
 
     columns: tuple[str, ...] | None = quantity(
         None,
-        doc="its columns, if they are not called NAME_x, NAME_y, NAME_z or NAME_q1 to NAME_q4; two "
-        "of a direction are its angles in sensor axes, atan(x / z) and atan(y / z)",
+        doc="its columns, if they are not called NAME_x, NAME_y, NAME_z or NAME_q1 to NAME_q4, or "
+        "NAME of a photodiode; two of a direction are its angles in sensor axes, atan(x / z) and "
+        "atan(y / z)",
     )
     unit: str | None = quantity(None, doc="unit of its columns, if it is not that of telemetry")
     quaternion: tuple[float, float, float, float] | None = quantity(

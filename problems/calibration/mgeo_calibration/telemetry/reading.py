@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from mgeo_attitude._typing import Floats
-from mgeo_attitude.fields import InvalidValue, known_names
+from mgeo_attitude.fields import InvalidValue, expect, known_names
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import Sensor
 from scipy.spatial.transform import Rotation
 
 from mgeo.validation.tables import FileError
-from mgeo_calibration.telemetry.checks import check_telemetry
+from mgeo_calibration.telemetry.checks import check_telemetry, followed
 from mgeo_calibration.telemetry.columns import (
     find_columns,
     has_columns,
@@ -110,7 +110,10 @@ def _telemetry(frame: pd.DataFrame, scenario: Scenario, mapping: TelemetryMappin
     table = np.column_stack(
         [column.sign * numbers(frame.iloc[:, column.place]) for column in [*columns.values()][1:]]
     )
-    other = other_columns(frame, {column.place for column in columns.values()})
+    wanted_channels = {each.channel for each in scenario.suite.influence_keys.values()}
+    used = {column.place for column in columns.values()}
+    other = other_columns(frame, used, wanted_channels)
+    followed(scenario.suite, other)
     other = _merged_channels(times, other)
     times, table = _merged(times, table, wanted[1:])
     found, first = {}, 0
@@ -209,6 +212,11 @@ def _reported(sensor: Sensor, rows: Floats, entry: Channels) -> Floats:
             along /= np.linalg.norm(along, axis=1, keepdims=True)
             found: Floats = entry.to_body().apply(along)
             return found
+        if len(sensor.channels) == 1:
+            for key in ("quaternion", "dcm"):
+                mounted = f"none: how {sensor.name} is mounted says sensors.normal of the scenario"
+                expect(getattr(entry, key) is None, key, getattr(entry, key), mounted)
+            return rows * entry.factor(sensor.channel_unit.text)
         if len(sensor.channels) == 3:
             found = _turned(rows, entry, sensor.channel_unit.text)
             found[(rows == 0.0).all(axis=1)] = np.nan  # many report so that they see nothing

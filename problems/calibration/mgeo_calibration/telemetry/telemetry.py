@@ -62,15 +62,16 @@ class Telemetry:
         Seconds since the scenario's epoch, increasing.
     gyro_deg_s : array, shape (n, 3)
         Mean of the rate that the gyro reports since its sample before, body axes.
-    sensors : mapping of str to array, shape (n, 3) or (n, 4)
-        By the sensor's name: vector (nT, or of unit length) or quaternion, see `Sensor.channels`.
+    sensors : mapping of str to array, shape (n, 3), (n, 4) or (n, 1)
+        By the sensor's name: vector (nT, or of unit length), quaternion or number, see
+        `Sensor.channels`.
     position : array, shape (n, 3), optional
         Satellite [m], GCRS, if it is not to follow from the scenario's orbit; see `positions`.
     truth : Truth, optional
         Beside what a simulation reports; it is no part of tables and files.
     others : mapping of str to array, shape (n,)
         What else was measured at these times, such as temperatures and currents, in any unit.
-    steps : mapping of str to array, shape (3,) or (4,)
+    steps : mapping of str to array, shape (3,), (4,) or (1,)
         In which ``gyro`` and sensors count, where that cannot be seen, as they were mounted
         otherwise; see `step_of`.
 
@@ -105,18 +106,21 @@ class Telemetry:
             raise ValueError("times: expected finite numbers in increasing order [s]")
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "gyro_deg_s", self._samples("gyro", self.gyro_deg_s, (3,)))
-        sensors = {name: self._samples(name, rows, (3, 4)) for name, rows in self.sensors.items()}
+        sensors = {
+            name: self._samples(name, rows, (3, 4, 1)) for name, rows in self.sensors.items()
+        }
         object.__setattr__(self, "sensors", sensors)
         if self.position is not None:
             object.__setattr__(self, "position", self._samples("position", self.position, (3,)))
 
     def frame(self) -> pd.DataFrame:
-        """The table: ``time``, ``gyro_x``..., and the channels of every sensor."""
+        """The table: ``time``, ``gyro_x``..., the channels of every sensor, and `others`."""
         columns = {"time": self.times} | _columns("gyro", self.gyro_deg_s)
         for name, rows in self.sensors.items():
             columns |= _columns(name, rows)
         if self.position is not None:
             columns |= _columns("position", self.position)
+        columns |= {name: values for name, values in self.others.items() if name not in columns}
         return pd.DataFrame(columns)
 
     def step_of(self, name: str) -> Floats:
@@ -223,7 +227,9 @@ class Telemetry:
 
 
 def channels(name: str, width: int = 3) -> list[str]:
-    """Columns of a vector, or of a quaternion: ``mag_x``..., ``tracker_q1``..."""
+    """Columns of a vector, or of a quaternion: ``mag_x``..., ``tracker_q1``...; of a number one."""
+    if width == 1:
+        return [name]
     return [f"{name}_{part}" for part in ("xyz" if width == 3 else ("q1", "q2", "q3", "q4"))]
 
 

@@ -27,7 +27,7 @@ def short(scenario: Scenario, duration: float, **changes) -> Scenario:
 def errorless(model) -> Drawn:
     """No error at all, of a run of a model."""
     zero, bias = np.zeros(model.suite.n_states), np.zeros((model.n_steps, 3))
-    outside = Outside(*np.zeros((2, model.n_steps + 1, 3)))
+    outside = Outside(*np.zeros((3, model.n_steps + 1, 3)))
     return Drawn(model.initial_attitude, model.initial_rate, zero, zero.copy(), bias, outside)
 
 

@@ -18,6 +18,7 @@ from mgeo_attitude.maneuvers.schedule import Turning
 from mgeo_attitude.scenario import Scenario
 from mgeo_attitude.sensors import (
     Magnetometer,
+    Photodiode,
     Sensor,
     StarTracker,
     SunSensor,
@@ -37,6 +38,7 @@ from mgeo_calibration.telemetry.telemetry import Telemetry, Truth
 MODELED: dict[type[Sensor], set[str]] = {
     SunSensor: {"misalignment", "bias"},
     TwoAxisSunSensor: {"misalignment", "bias"},
+    Photodiode: {"sensitivity"},
     Magnetometer: {"misalignment", "bias"},
     StarTracker: {"misalignment"},
 }

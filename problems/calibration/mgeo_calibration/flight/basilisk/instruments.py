@@ -14,6 +14,7 @@ from mgeo_attitude.geometry.rotation import matrix
 from mgeo_attitude.sensors import (
     Gyro,
     Magnetometer,
+    Photodiode,
     Sensor,
     StarTracker,
     SunSensor,
@@ -45,6 +46,8 @@ class Sources:
         Of Basilisk; None where the scenario needs none.
     light : array, shape (m, 3)
         What adds to the Sun's unit vector at each step, GCRS; there may be more than there are.
+    mean_light : array, shape (m, 3)
+        What is believed of it, by which it comes from before or behind a face.
     """
 
     satellite: Any
@@ -52,6 +55,7 @@ class Sources:
     field: Any
     shadow: Any
     light: Floats
+    mean_light: Floats
 
 
 @dataclass(frozen=True)
@@ -167,12 +171,59 @@ def coarse_sun_sensors(
     return Instrument([array], records, vectors, heads)
 
 
-def _seen(sensor: SunSensor, of: Mapping[str, Any]) -> Bools:
-    """Where the Sun shines, whole and within the field of view."""
+def photodiode(
+    sensor: Photodiode, errors: Errors, sources: Sources, seeds: Callable[[], int]
+) -> Instrument:
+    """One of Basilisk's coarse Sun sensors, which reads zero in the dark, but for noise.
+
+    Its cosine is that of any angle to 90 deg: what is beyond the half-angle is told, too. It does
+    not report while it is not in full sunlight. Light from the Earth is none of Basilisk's: that
+    which comes from before the face is added.
+    """
+    along = sensor.axes[2] + errors["sensitivity"] @ sensor.axes
+    gain = float(np.linalg.norm(along))
+    head = coarseSunSensor.CoarseSunSensor()
+    head.ModelTag, head.RNGSeed = sensor.name, seeds()
+    head.fov, head.nHat_B, head.scaleFactor = math.pi / 2, (along / gain).tolist(), gain
+    head.senNoiseStd = sensor.relative_noise / gain  # which is scaled, too
+    head.setAMatrix([[0.0]])
+    head.walkBounds = head.maxOutput = NO_BOUND
+    head.minOutput = -NO_BOUND
+    head.sunInMsg.subscribeTo(sources.surroundings.unit_sun)
+    head.stateInMsg.subscribeTo(sources.satellite.scStateOutMsg)
+    records = {
+        sensor.name: head.cssDataOutMsg.recorder(),
+        f"{sensor.name} state": sources.satellite.scStateOutMsg.recorder(),
+    }
+    if sources.shadow is not None:
+        records[f"{sensor.name} light"] = sources.shadow.eclipseOutMsgs[0].recorder()
+
+    def vectors(of: Mapping[str, Any]) -> Floats:
+        found = np.array(of[sensor.name].OutputData)
+        if sensor.sees_albedo:
+            to_body = Rotation.from_mrp(of[f"{sensor.name} state"].sigma_BN).inv()
+            light, mean = (
+                to_body.apply(each[: len(found)]) for each in (sources.light, sources.mean_light)
+            )
+            found += np.where(mean @ sensor.axes[2] >= 0.0, light @ along, 0.0)
+        reported: Floats = np.where(_in_light(sensor, of), found, np.nan)
+        return reported[:, None, None]
+
+    return Instrument([head], records, vectors)
+
+
+def _in_light(sensor: Sensor, of: Mapping[str, Any]) -> Bools:
+    """Where the Sun shines, whole."""
     light = of.get(f"{sensor.name} light")
-    seen = np.ones(len(of[sensor.name].times()), bool)
-    if light is not None:
-        seen &= light.illuminationFactor >= 1.0
+    if light is None:
+        return np.ones(len(of[sensor.name].times()), bool)
+    whole: Bools = light.illuminationFactor >= 1.0
+    return whole
+
+
+def _seen(sensor: SunSensor, of: Mapping[str, Any]) -> Bools:
+    """Where it does so within the field of view."""
+    seen = _in_light(sensor, of)
     for view in sensor.views():
         state, sun = of[f"{sensor.name} state"], of[f"{sensor.name} Sun"]
         to_sun = sun.PositionVector - state.r_BN_N
@@ -212,5 +263,6 @@ INSTRUMENTS: Mapping[type[Sensor], Maker] = {
     Magnetometer: three_axis_magnetometer,
     SunSensor: coarse_sun_sensors,
     TwoAxisSunSensor: coarse_sun_sensors,
+    Photodiode: photodiode,
     StarTracker: star_tracker,
 }

@@ -57,10 +57,13 @@ class Outside(NamedTuple):
         [nT]
     light : array, shape (n + 1, 3)
         Added to the Sun's unit vector.
+    mean_light : array, shape (n + 1, 3)
+        What is believed of that.
     """
 
     field: Floats
     light: Floats
+    mean_light: Floats
 
     @classmethod
     def of(
@@ -69,6 +72,7 @@ class Outside(NamedTuple):
         """By errors of the world, shape (n + 1, 3); the field of a wrong orbit is IGRF's there."""
         world, n = scenario.world, len(environment.times)
         mean, field = world.around(environment).earthlight, np.zeros((n, 3))
+        light = np.zeros((n, 3)) if mean is None else mean
         if "orbit_error" in errors:
             axes = world.by_orbit_error(np.tile(np.eye(3), (n, 1, 1)), environment)
             off = POSITION_UNIT * np.einsum("kij,kj->ki", axes, errors["orbit_error"])
@@ -76,7 +80,8 @@ class Outside(NamedTuple):
             field = there.field - environment.field
         return cls(
             field + FIELD_UNIT_NT * errors.get("field_error", 0.0),
-            (np.zeros((n, 3)) if mean is None else mean) + errors.get("albedo", 0.0),
+            light + errors.get("albedo", 0.0),
+            light,
         )
 
 
@@ -175,8 +180,9 @@ def simulate(
                 modules.append(field := FieldBesideModel(field, beside, parts * nanoseconds))
         if scenario.eclipse:
             modules.append(shadow := shadow_model(satellite, surroundings))
-        light = np.repeat(drawn.outside.light, parts, axis=0)
-        sources = Sources(satellite, surroundings, field, shadow, light)
+        lights = (drawn.outside.light, drawn.outside.mean_light)
+        light, mean_light = (np.repeat(each, parts, axis=0) for each in lights)
+        sources = Sources(satellite, surroundings, field, shadow, light, mean_light)
         own = errors_of(suite.gyro)
         imu = rate_gyro(suite.gyro, own, h, sources, seed())
         instruments = [

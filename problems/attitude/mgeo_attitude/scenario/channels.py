@@ -1,0 +1,106 @@
+"""Channels that biases follow, along a plan: a table, or what the eclipse makes of them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.fields import InvalidValue, Validated, expect, known_names, positive, quantity
+from mgeo_attitude.sensors.suite import Suite
+
+
+@dataclass(frozen=True, kw_only=True)
+class Channel(Validated):
+    """What something else on board will measure, in its own unit: a temperature, a current.
+
+    Either a table, by lines and held beyond its ends, or a first-order law u' = (v - u) / τ for the
+    values v that it tends to in sunlight and in the Earth's shadow.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from mgeo_attitude.scenario import Channel
+    >>> current = Channel(name="current", times=(0.0, 10.0), values=(1.0, 3.0))
+    >>> current.at(np.array([0.0, 5.0, 20.0]), np.ones(3, dtype=bool)).tolist()
+    [1.0, 2.0, 3.0]
+    """
+
+    name: str = quantity(doc="name of the channel, as influences and telemetry have it")
+    times: tuple[float, ...] = quantity((), unit="s", doc="times of a table, since the epoch")
+    values: tuple[float, ...] = quantity((), doc="values at these times")
+    in_sunlight: float | None = quantity(None, doc="what it tends to while the Sun shines")
+    in_shadow: float | None = quantity(None, doc="what it tends to in eclipse")
+    time_constant: float | None = positive(None, unit="s", doc="in which it does so")
+    initial: float | None = quantity(
+        None, doc="value at the epoch; without it what it then tends to"
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        sound = re.fullmatch(r"[\w-]+", self.name, re.ASCII)
+        expect(sound, "name", self.name, "letters, digits, '-' and '_'")
+        law = {key: getattr(self, key) for key in ("in_sunlight", "in_shadow", "time_constant")}
+        said = [key for key, value in law.items() if value is not None]
+        if self.times or self.values:
+            other = said or [key for key in ["initial"] if self.initial is not None]
+            for key in other:
+                expect(False, key, getattr(self, key), "nothing beside a table: times and values")
+            same = f"as many as times: {len(self.times)}"
+            expect(
+                len(self.values) == len(self.times), "values", f"{len(self.values)} of them", same
+            )
+            rising = bool((np.diff(self.times) > 0.0).all())
+            expect(rising, "times", self.times, "times that increase")
+        else:
+            for key in law:
+                wanted = "a number, or a table: times and values"
+                expect(key in said, key, None, wanted)
+
+    def at(self, times: Floats, sunlit: Bools) -> Floats:
+        """Its values at n samples, shape (n,); of a step counts if the Sun shines at its end."""
+        if self.times:
+            found: Floats = np.interp(times, self.times, self.values)
+            return found
+        assert self.in_sunlight is not None
+        assert self.in_shadow is not None
+        assert self.time_constant is not None
+        goal = np.where(sunlit, self.in_sunlight, self.in_shadow)
+        values = np.empty(len(times))
+        values[0] = goal[0] if self.initial is None else self.initial
+        left = np.exp(-np.diff(times) / self.time_constant)
+        for k, share in enumerate(left, start=1):
+            values[k] = goal[k] + (values[k - 1] - goal[k]) * share
+        return values
+
+
+def check_channels(channels: Sequence[Channel]) -> None:
+    """Refuse, with an InvalidValue, two of a name."""
+    names = [channel.name for channel in channels]
+    for i, name in enumerate(names):
+        new = name not in names[:i] and name != "time"
+        expect(new, f"channels[{i}].name", name, "a name that no other channel has, nor the time")
+
+
+def channel_values(
+    channels: Sequence[Channel], suite: Suite, times: Floats, sunlit: Bools
+) -> Mapping[str, Floats]:
+    """Values of all channels that biases of a suite follow, shape (n,), by their names.
+
+    Raises
+    ------
+    InvalidValue
+        For an influence whose channel is not there.
+    """
+    known = {channel.name: channel for channel in channels}
+    for key, influence in suite.influence_keys.items():
+        name = influence.channel
+        if name not in known:
+            hint = known_names(name, known) if known else ": there are no [[channels]]"
+            way = "give its values along the plan in [[channels]], or take the influence out"
+            raise InvalidValue(f"{key}.channel", name, f"unknown channel{hint}; {way}")
+    used = dict.fromkeys(influence.channel for influence in suite.influence_keys.values())
+    return {name: known[name].at(times, sunlit) for name in used}

@@ -1,0 +1,147 @@
+"""A photodiode: one number, the cosine of the angle between its normal and the Sun."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from mgeo_attitude._typing import Bools, Floats
+from mgeo_attitude.environment.directions import Cone
+from mgeo_attitude.fields import expect, positive, quantity
+from mgeo_attitude.fields.units import SECOND, Unit
+from mgeo_attitude.geometry.rotation import dot, frame
+from mgeo_attitude.geometry.vector import Vec3, cross, scale, unit
+from mgeo_attitude.geometry.vector import dot as inner
+from mgeo_attitude.sensors.base import NAME, Sensor, State
+
+if TYPE_CHECKING:
+    from mgeo_attitude.environment import Environment
+
+
+@dataclass(frozen=True)
+class Photodiode(Sensor):
+    """y = (n + e) · s + w: the cosine law for the Sun s, with the error e of the sensitivity n.
+
+    A sensor each: a satellite has as many as it has faces with one. Of its three errors, told along
+    its own axes, of which z is the normal, the last is that of the gain; the first two tilt the
+    normal [rad]. These are what is calibrated of photodiodes in orbit (J. C. Springmann, J. W.
+    Cutler, On-Orbit Calibration of Photodiodes for Attitude Determination, Journal of Guidance,
+    Control, and Dynamics 37 (2014) 1808-1823).
+
+    It measures while the Sun is within a half-angle of the normal; the dark side says nothing. If
+    it `sees_albedo`, light from the Earth adds to the Sun's where it comes from before the face.
+
+    Examples
+    --------
+    >>> from mgeo_attitude import Photodiode
+    >>> Photodiode("sun_px", normal=(1.0, 0.0, 0.0)).states()["sensitivity"][2]
+    0.05
+    """
+
+    kind: ClassVar[str] = "photodiode"
+    noise_parameters: ClassVar[tuple[str, ...]] = ("relative_noise",)
+    units: ClassVar[Mapping[str, Unit]] = {"delay": SECOND}
+    channels: ClassVar[tuple[str, ...]] = ("",)
+
+    name: str = quantity("diode", doc=NAME)
+    normal: tuple[float, float, float] = quantity(
+        (0.0, 0.0, 1.0),
+        doc="direction in which the Sun gives all its light, body axes (any length)",
+    )
+    relative_noise: float = positive(
+        0.02,
+        doc="noise per sample, 1-sigma; what the Sun at the normal gives is 1",
+        usual=(1e-4, 0.5),
+    )
+    initial_scale_factor: float = positive(
+        0.05, doc="initial error of its gain, 1-sigma", usual=(1e-4, 0.5)
+    )
+    initial_misalignment_deg: float = positive(
+        2.0, unit="deg", doc="initial misalignment of its normal, 1-sigma about each axis across"
+    )
+    half_angle_deg: float = positive(
+        70.0,
+        unit="deg",
+        high=89.0,
+        doc="angle of the Sun from the normal up to which it is read: beyond, light from the Earth "
+        "may be as bright, and glass reflects",
+    )
+    sees_albedo: bool = quantity(
+        True, doc="whether light from the Earth adds to what it measures, if the world has any"
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        expect(any(self.normal), "normal", self.normal, "a direction, not zero")
+
+    @cached_property
+    def axes(self) -> Floats:
+        """The diode's axes in body axes, row by row, shape (3, 3); the last is its normal."""
+        return frame(np.array(unit(self.normal)))
+
+    def states(self) -> dict[str, State]:
+        tilt = math.radians(self.initial_misalignment_deg)
+        return {"sensitivity": (tilt, tilt, self.initial_scale_factor)} | self.delay()
+
+    def sees(self) -> tuple[str, ...]:
+        return ("albedo",) if self.sees_albedo else ()
+
+    def measure(self, x: Any, v: Vec3) -> Any:
+        *_, n = axes = [Vec3(*axis) for axis in self.axes.tolist()]
+        seen, more = v, x.moved
+        if self.sees_albedo:
+            light = x.gradient[0]
+            before = Vec3(*[_from_before(inner(n, light))] * 3)
+            seen = v + scale(before, light)
+            if hasattr(x, "albedo"):
+                more = more + scale(before, x.to_body(x.albedo))
+        y = inner(n, cross(seen, x.theta) + more)
+        return (sum((e * inner(a, seen) for e, a in zip(x.sensitivity, axes, strict=True)), y),)
+
+    def measured(self, x: Any, v: Any) -> Any:
+        """The Sun's light, of which there is some within the half-angle."""
+        errors = (x.sensitivity[..., [k]] * axis for k, axis in enumerate(self.axes))
+        sensitivity = sum(errors, self.axes[2])
+        if self.sees_albedo:
+            light = x.gradient[0]
+            before = _from_before(dot(self.axes[2], light))
+            if hasattr(x, "albedo"):
+                light = light + x.to_body(x.albedo)
+            v = v + before * light
+        return dot(sensitivity, v)
+
+    def noise(self) -> tuple[float, ...]:
+        return (self.relative_noise,)
+
+    def inertial_vector(self, environment: Environment) -> Floats:
+        return environment.sun
+
+    @property
+    def n_gradient(self) -> int:
+        return int(self.sees_albedo)
+
+    def gradient(self, environment: Environment) -> Floats:
+        """Light from the Earth."""
+        light, sun = environment.earthlight, environment.sun
+        found: Floats = (np.zeros_like(sun) if light is None else light)[:, :, None]
+        return found
+
+    def views(self) -> tuple[Cone, ...]:
+        return (Cone("", unit(self.normal), math.radians(self.half_angle_deg), inside=True),)
+
+    def available(self, environment: Environment) -> Bools | None:
+        return None if environment.sunlit.all() else environment.sunlit
+
+
+def _from_before(cosine: Any) -> Any:
+    """1 where light comes from before a face, 0 where from behind; of symbols and `Taylor`, too."""
+    if isinstance(cosine, float | np.ndarray):
+        return np.where(cosine >= 0.0, 1.0, 0.0)
+    return (
+        _from_before(cosine.value.T) if hasattr(cosine, "value") else cosine.choose(0.0, 1.0, 0.0)
+    )

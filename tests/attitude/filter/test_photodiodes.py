@@ -1,0 +1,187 @@
+"""Photodiodes: the cosine law, what a sample tells, and what no plan is below."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from mgeo_attitude import (
+    FilterModel,
+    Gyro,
+    Magnetometer,
+    NoLimit,
+    Photodiode,
+    Scenario,
+    Suite,
+    SunSensor,
+    World,
+    evaluate,
+    limit,
+)
+from mgeo_attitude.bound.faces import together
+from mgeo_attitude.fields import InvalidType, InvalidValue
+from scipy.spatial.transform import Rotation
+
+V = Rotation.random(20, random_state=1).as_matrix()[:, 0]
+FACES = {"px": (1, 0, 0), "mx": (-1, 0, 0), "py": (0, 1, 0), "my": (0, -1, 0), "pz": (0, 0, 1),
+         "mz": (0, 0, -1)}  # fmt: skip
+
+
+def cube(**keys):
+    """A photodiode on each of six faces."""
+    return tuple(
+        Photodiode(name=name, normal=tuple(map(float, normal)), **keys)
+        for name, normal in FACES.items()
+    )
+
+
+def scenario(*sensors, **changes):
+    of = {"duration": 3000.0, "eclipse": True} | changes
+    return dataclasses.replace(Scenario.paper(), sensors=sensors, **of)
+
+
+def looked(sensitivity, light=(0.0, 0.0, 0.0), **more):
+    return SimpleNamespace(
+        sensitivity=np.array(sensitivity),
+        gradient=[np.array(light)],
+        to_body=lambda vector: vector,
+        **more,
+    )
+
+
+def test_it_reads_the_cosine_and_its_errors_are_those_of_gain_and_normal():
+    diode = Photodiode(normal=(0.0, 3.0, 4.0))
+    n = np.array([0.0, 0.6, 0.8])
+    zero = np.zeros(3)
+    np.testing.assert_allclose(diode.measured(looked(zero), V)[:, 0], V @ n, atol=1e-15)
+    gain = diode.measured(looked([0.0, 0.0, 0.1]), V)[:, 0]
+    np.testing.assert_allclose(gain, 1.1 * (V @ n), atol=1e-15)
+    tilted = diode.axes[2] + 1e-3 * diode.axes[0]
+    found = diode.measured(looked([1e-3, 0.0, 0.0]), V)[:, 0]
+    np.testing.assert_allclose(found, V @ tilted, atol=1e-15)
+    np.testing.assert_allclose(diode.axes @ diode.axes.T, np.eye(3), atol=1e-15)
+    assert np.linalg.det(diode.axes) == pytest.approx(1.0)
+
+
+def test_light_from_behind_does_not_reach_it():
+    diode, light = Photodiode(normal=(1.0, 0.0, 0.0)), np.array([[0.2, 0.1, 0.0], [-0.2, 0.1, 0.0]])
+    found = diode.measured(looked(np.zeros(3), light, albedo=np.array([0.01, 0.0, 0.0])), V[:2])
+    np.testing.assert_allclose(found[:, 0], V[:2, 0] + [0.21, 0.0], atol=1e-15)
+    blind = dataclasses.replace(diode, sees_albedo=False)
+    np.testing.assert_array_equal(blind.measured(looked(np.zeros(3), light), V)[:, 0], V[:, 0])
+
+
+@pytest.mark.parametrize("light", [(0.0, 0.0, 0.0), (0.05, 0.2, -0.1)])
+def test_what_it_measures_is_the_slope_of_what_it_reports(light):
+    """By differences, about the attitude and its own errors."""
+    diode, light = Photodiode(normal=(0.3, -1.0, -1.0)), np.array(light)
+    suite = Suite(Gyro(), (diode,), World(albedo=0.03))
+    H = suite.measurement_matrix(diode, V, gradient=[np.broadcast_to(light, V.shape)])[:, 0]
+    own, world = (3 * suite.blocks.index(b) for b in ("diode.sensitivity", "world.albedo"))
+    h = 1e-6
+    for k in range(3):
+        e = h * np.eye(3)[k]
+        zero = np.zeros(3)
+
+        def reads(turn=zero, sensitivity=zero, albedo=zero):
+            back = Rotation.from_rotvec(-turn)
+            x = looked(sensitivity, back.apply(light), albedo=albedo)
+            x.to_body = back.apply
+            return diode.measured(x, back.apply(V))[:, 0]
+
+        for first, name in ((0, "turn"), (own, "sensitivity"), (world, "albedo")):
+            slope = (reads(**{name: e}) - reads(**{name: -e})) / (2.0 * h)
+            np.testing.assert_allclose(H[:, first + k], slope, atol=1e-9)
+
+
+def test_three_lit_faces_tell_what_a_direction_does():
+    """Σ (n × s)(n × s)ᵀ of three normals at right angles is I - s sᵀ."""
+    r = 0.02
+    total = 0.0
+    for diode in cube(relative_noise=r)[::2]:
+        H = Suite(Gyro(), (diode,)).measurement_matrix(diode, V, gradient=[0.0 * V])[:, 0, :3]
+        total = total + H[:, :, None] * H[:, None] / r**2
+    np.testing.assert_allclose(
+        total, (np.eye(3) - V[:, :, None] * V[:, None]) / r**2, atol=1e-9 / r**2
+    )
+
+
+def test_all_faces_together_tell_no_more_than_the_bound_says():
+    """Against 200,000 directions, for faces of other noise and cones."""
+    rng = np.random.default_rng(5)
+    diodes = [
+        Photodiode(
+            name=str(k),
+            normal=tuple(rng.standard_normal(3)),
+            relative_noise=float(rng.uniform(0.01, 0.03)),
+            half_angle_deg=float(rng.uniform(40.0, 85.0)),
+        )
+        for k in range(7)
+    ]
+    s = rng.standard_normal((200_000, 3))
+    s /= np.linalg.norm(s, axis=1, keepdims=True)
+    J = np.zeros((len(s), 3, 3))
+    for diode in diodes:
+        n = diode.axes[2]
+        row = np.cross(n, s) / diode.relative_noise
+        row[s @ n < np.cos(np.radians(diode.half_angle_deg))] = 0.0
+        J += row[:, :, None] * row[:, None]
+    most = np.linalg.eigvalsh(J)[:, -1].max()
+    assert most < together(diodes) < 1.15 * most
+    assert 1.0 < together(cube(relative_noise=1.0)) < 1.06
+
+
+def test_no_plan_is_below_the_limit():
+    of = scenario(*cube(sees_albedo=False), Magnetometer())
+    bound = limit(of)
+    X = np.random.default_rng(2).uniform(-1.0, 1.0, (20, 12))
+    X[:, 3::4] = np.random.default_rng(3).uniform(0.0, 900.0, (20, 3))
+    found = evaluate(FilterModel.from_scenario(of), X)
+    assert (found.trace > np.interp(found.t_end, bound.times, bound.trace)).all()
+    assert any("the Sun is where all together tell most" in line for line in bound.given_away)
+
+
+@pytest.mark.parametrize(
+    ("keys", "world", "message"),
+    [
+        ({}, World(earth_albedo=0.3), "px: how much light from the Earth .* sees_albedo = false"),
+        ({"initial_delay_s": 0.1}, World(), "px.delay depends on the attitude"),
+    ],
+)
+def test_where_there_is_no_limit_it_says_why(keys, world, message):
+    with pytest.raises(NoLimit, match=message):
+        limit(scenario(*cube(**keys), Magnetometer(), world=world))
+
+
+def test_a_known_array_knows_the_attitude_as_three_numbers_do():
+    """Of faces without errors, each lit whenever it can be: a Sun sensor of the same noise."""
+    known = {"initial_scale_factor": 1e-6, "initial_misalignment_deg": 1e-5}
+    mag = Magnetometer(initial_bias_nt=1.0, initial_misalignment_deg=1e-5)
+    sigma = {}
+    noise = float(np.degrees(0.02))
+    sun = SunSensor(noise_deg=noise, initial_bias=1e-6, initial_misalignment_deg=1e-5)
+    for what, sensors in {
+        "faces": cube(relative_noise=0.02, half_angle_deg=89.0, **known),
+        "vector": (sun,),
+    }.items():
+        model = FilterModel.from_scenario(scenario(*sensors, mag, eclipse=False))
+        P = evaluate(model.endless, np.zeros(12), covariance=True).covariance[0]
+        sigma[what] = np.sqrt(np.diag(P)[:3])
+    np.testing.assert_allclose(sigma["faces"], sigma["vector"], rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("keys", "error", "message"),
+    [
+        ({"normal": (0.0, 0.0, 0.0)}, InvalidValue, "normal = .*expected a direction, not zero"),
+        ({"relative_noise": 0.0}, InvalidValue, "relative_noise = 0.0: expected a number > 0"),
+        ({"half_angle_deg": 90.0}, InvalidValue, r"half_angle_deg = 90.0: .* in \(0, 89\] deg"),
+        ({"initial_scale_factor": 0.0}, InvalidValue, "initial_scale_factor = 0.0"),
+        ({"normal": (1.0, 0.0)}, InvalidValue, "normal = .*expected a list of 3 x"),
+        ({"normal": "x"}, InvalidType, "normal = 'x'"),
+        ({"considered": ("bias",)}, InvalidValue, "unknown state"),
+    ],
+)
+def test_what_a_photodiode_cannot_be(keys, error, message):
+    with pytest.raises(error, match=message):
+        Photodiode(**keys)

@@ -1,0 +1,158 @@
+"""Biases that follow channels, flown, read, estimated, found and added."""
+
+import dataclasses
+
+import numpy as np
+import pandas as pd
+import pytest
+from mgeo_attitude import Environment, FilterModel, Influence, Scenario
+from mgeo_attitude.fields import InvalidValue
+from mgeo_attitude.scenario.channels import Channel
+from mgeo_calibration import (
+    calibrate,
+    consistency,
+    fly,
+    read_telemetry,
+    simulate,
+    simulate_calibrations,
+)
+from mgeo_calibration.calibration.added import calibrate_with
+from mgeo_calibration.estimation.linearization import discretized
+from scipy.linalg import expm
+from scipy.stats import chi2
+
+from .flights import PLAN, normalized, short
+
+TEMP = Channel(name="temp", in_sunlight=40.0, in_shadow=-10.0, time_constant=900.0, initial=0.0)
+CURRENT = Channel(
+    name="current",
+    times=tuple(100.0 * np.arange(31)),
+    values=tuple(np.random.default_rng(3).uniform(0.0, 0.5, 31)),
+)
+GYRO = (Influence("temp", 5e-4, "degC", 20.0),)
+MAG = (Influence("current", 1000.0, "A"), Influence("temp", 5.0, "degC", 20.0))
+
+
+def scenario(duration, gyro=GYRO, mag=MAG):
+    base = short(Scenario.cubesat_6u(), duration, channels=(TEMP, CURRENT))
+    sun, field = base.sensors
+    return dataclasses.replace(
+        base,
+        gyro=dataclasses.replace(base.gyro, influences=gyro),
+        sensors=(sun, dataclasses.replace(field, influences=mag)),
+    )
+
+
+FOLLOWING, PLAIN = scenario(1500.0), scenario(1500.0, (), ())
+
+
+@pytest.fixture(scope="module")
+def telemetry():
+    return fly(FOLLOWING, PLAN, 1)
+
+
+def test_coefficients_are_calibrated_as_claimed(telemetry):
+    calibration = calibrate(FOLLOWING, telemetry)
+    mean, off = normalized(calibration, telemetry)
+    low, high = chi2.ppf([0.005, 0.995], len(off)) / len(off)
+    assert low < mean < high
+    assert np.abs(off).max() < 4.0
+    assert calibration.supported, calibration.conclusion
+    table = calibration.table().set_index("block")
+    assert (table.loc["mag.bias_per_current", "sigma"] < 100.0).all()  # from 1000 nT per A
+    assert (table.loc["gyro.bias_per_temp", "sigma"] < 1e-4).all()  # deg/s per degC, from 5e-4
+    sent = calibration.uplink()["mag"]["influences"]["current"]
+    assert sent["unit"] == "nT per A"
+    np.testing.assert_allclose(
+        sent["bias_per_unit"], table.loc["mag.bias_per_current", "estimate"], rtol=1e-12
+    )
+
+
+@pytest.mark.slow
+def test_many_flights_are_consistent():
+    """Filter of 50 flights of 1000 s; calibrations of four."""
+    of = scenario(1000.0)
+    criteria = consistency(simulate(of, PLAN, 50, seed=3))
+    assert all(criteria[name].passed for name in ("nees", "nis sun", "nis mag"))
+    environment = Environment.from_scenario(of)
+    found = []
+    for seed in range(4):
+        flown = fly(of, PLAN, seed, environment=environment)
+        found.append(normalized(calibrate(of, flown), flown)[0])
+    n = len(found) * of.suite.n_states
+    low, high = chi2.ppf([0.005, 0.995], n) / n
+    assert low < np.mean(found) < high
+
+
+def test_what_a_bias_follows_is_named_with_its_key_and_can_be_added(telemetry):
+    first = calibrate(PLAIN, telemetry)
+    assert not first.supported
+    assert any(
+        line.startswith("mag.bias follows ") and line.endswith(": mag.influences")
+        for line in first.failures
+    )
+    again = calibrate_with(first, telemetry, None, ["mag.current", "mag.temp", "gyro.temp"])
+    assert again.supported, again.conclusion
+    added = {each.channel: each for each in again.scenario.sensors[1].influences}
+    bias = PLAIN.sensors[1].initial_bias_nt
+    assert added["current"].initial_sigma == pytest.approx(
+        10.0 * bias / np.ptp(telemetry.others["current"])
+    )
+    truth = telemetry.truth.states[0]
+    place = 3 * FOLLOWING.suite.blocks.index("mag.bias_per_current")
+    found = again.table().set_index("block").loc["mag.bias_per_current"]
+    off = (found["estimate"] - 50_000.0 * truth[place : place + 3]) / found["sigma"]
+    assert np.abs(off).max() < 4.0
+    names = {test.name for test in again.model_tests}
+    assert "mag.temp" not in names
+    assert "sun.temp" in names
+    with pytest.raises(InvalidValue, match=r"fit = 'sun\.heat'.*'sun\.temp'"):
+        calibrate_with(first, telemetry, None, ["sun.heat"])
+
+
+def test_a_table_has_its_channels_whatever_their_case_and_unit(telemetry, tmp_path):
+    telemetry.to_csv(tmp_path / "t.csv")
+    frame = pd.read_csv(tmp_path / "t.csv")
+    named = frame.rename(columns={"temp": "Temp [degC]"})
+    found = read_telemetry(named, FOLLOWING)
+    np.testing.assert_allclose(found.others["Temp [degC]"], telemetry.others["temp"], atol=1e-12)
+    calm = frame.assign(current=0.1)  # which never changes, and is no reason to refuse it
+    assert (read_telemetry(calm, FOLLOWING).others["current"] == 0.1).all()
+    frame.drop(columns="temp").to_csv(tmp_path / "u.csv", index=False)
+    message = (
+        r"u\.csv: gyro\.influences\[0\]\.channel = 'temp': expected a column of the telemetry.*"
+        r"known: 'current'.*give it a column of this name, or take the influence out"
+    )
+    with pytest.raises(ValueError, match=message):
+        read_telemetry(tmp_path / "u.csv", FOLLOWING)
+    with pytest.raises(ValueError, match="it has no other columns"):
+        calibrate(FOLLOWING, dataclasses.replace(telemetry, others={}))
+
+
+def test_many_in_one_call_are_those_of_telemetry():
+    result = simulate_calibrations(FOLLOWING, PLAN, n_runs=2, seed=1)
+    assert result.nees.shape == (2, 1)
+    assert (result.nees < 2.0 * FOLLOWING.suite.n_states).all()
+    per = 3 * result.blocks.index("mag.bias_per_current")
+    assert (result.sigma[:, -1, per : per + 3] < 0.1 * 1000.0 / 50_000.0).all()
+
+
+def test_steps_of_the_smoother_are_those_of_the_dynamics():
+    """Against SciPy's exponential, at other rates, channels and durations."""
+    suite, rng = FOLLOWING.suite, np.random.default_rng(2)
+    suite = dataclasses.replace(suite, gyro=dataclasses.replace(suite.gyro, bias_decay=1e-3))
+    rates, durations = 0.02 * rng.standard_normal((5, 3)), rng.uniform(0.5, 4.0, 5)
+    values = rng.standard_normal((5, 1))
+    F, _ = discretized(suite, rates, durations, [values])
+    k = suite.n_kinematic
+    for step, rate, duration, value in zip(F, rates, durations, values, strict=True):
+        expected = expm(suite.dynamics_matrix(rate, value.tolist())[:k, :k] * duration)
+        np.testing.assert_allclose(step[:k, :k], expected, rtol=0, atol=1e-13)
+
+
+def test_going_on_from_a_calibration_the_table_goes_on_too(telemetry):
+    calibration = calibrate(FOLLOWING, telemetry.until(900.0))
+    later = calibration.scenario_after({"duration": 600.0, "accept_unsupported": True})
+    values = FilterModel.from_scenario(later).channels["current"]
+    before = FilterModel.from_scenario(FOLLOWING).channels["current"]
+    np.testing.assert_allclose(values[:500], before[900:1400], atol=1e-9)

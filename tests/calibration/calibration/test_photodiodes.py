@@ -1,0 +1,164 @@
+"""Photodiodes flown, read, and calibrated."""
+
+import dataclasses
+
+import numpy as np
+import pandas as pd
+import pytest
+from mgeo_attitude import Environment, FilterModel, Gyro, Magnetometer, Photodiode, Scenario, World
+from mgeo_calibration import calibrate, consistency, fly, read_telemetry, simulate
+from mgeo_calibration.diagnosis.channels import channel_causes
+from mgeo_calibration.estimation.batch import batch
+from mgeo_calibration.estimation.faces import sun_directions, without_dark
+from mgeo_calibration.telemetry import TelemetryMapping
+from mgeo_calibration.telemetry.mapping import SensorChannels
+from scipy.stats import chi2
+
+from .flights import PLAN, normalized, short
+
+NORMALS = {"px": (1.0, 0.0, 0.0), "mx": (-1.0, 0.0, 0.0), "py": (0.0, 1.0, 0.0),
+           "my": (0.0, -1.0, 0.0), "pz": (0.0, 0.0, 1.0), "mz": (0.0, 0.0, -1.0)}  # fmt: skip
+DIODES = tuple(Photodiode(name=name, normal=normal) for name, normal in NORMALS.items())
+MAG = next(each for each in Scenario.cubesat_6u().sensors if isinstance(each, Magnetometer))
+SCENARIO = short(
+    Scenario.cubesat_6u(),
+    3000.0,
+    sensors=(*DIODES, MAG),
+    world=World(earth_albedo=0.3, albedo=0.03),
+)
+
+
+@pytest.fixture(scope="module")
+def telemetry():
+    return fly(SCENARIO, PLAN, 1)
+
+
+def test_gains_and_normals_are_calibrated_as_claimed(telemetry):
+    calibration = calibrate(SCENARIO, telemetry)
+    mean, off = normalized(calibration, telemetry)
+    low, high = chi2.ppf([0.005, 0.995], len(off)) / len(off)
+    assert low < mean < high
+    assert np.abs(off).max() < 4.0
+    assert calibration.supported
+    table = calibration.table().set_index(["block", "axis"])
+    assert table.loc[("px.sensitivity", "z"), "sigma"] < 0.02  # from 0.05
+    sent = calibration.uplink()["px"]
+    along = np.array([1.0, 0.0, 0.0]) + sent["sensitivity"] @ DIODES[0].axes
+    np.testing.assert_allclose(sent["gain"] * np.array(sent["normal"]), along, rtol=1e-12)
+
+
+@pytest.mark.slow
+def test_many_flights_are_consistent():
+    """Filter of 50 flights of 1000 s, with all that there is; calibrations of four."""
+    of = short(SCENARIO, 1000.0)
+    criteria = consistency(simulate(of, PLAN, 50, seed=3))
+    assert criteria["nees"].passed
+    assert all(each.passed for each in criteria.criteria if each.name.startswith("nis"))
+    environment = Environment.from_scenario(of)
+    found = []
+    for seed in range(4):
+        flown = fly(of, PLAN, seed, environment=environment)
+        found.append(normalized(calibrate(of, flown), flown)[0])
+    n = len(found) * of.suite.n_states
+    low, high = chi2.ppf([0.005, 0.995], n) / n
+    assert low < np.mean(found) < high
+
+
+def test_a_column_each_is_read_back(telemetry, tmp_path):
+    telemetry.to_csv(tmp_path / "t.csv")
+    frame = pd.read_csv(tmp_path / "t.csv")
+    assert set(NORMALS) < set(frame.columns)
+    found = read_telemetry(tmp_path / "t.csv", SCENARIO)
+    for name in NORMALS:
+        np.testing.assert_array_equal(found.sensors[name], telemetry.sensors[name])
+
+
+def test_what_the_dark_side_reads_is_left_out(telemetry):
+    """Zero and noise, or light from the Earth: the same calibration as of empty cells."""
+    rng, sensors = np.random.default_rng(4), dict(telemetry.sensors)
+    for name in NORMALS:
+        dark = np.isnan(sensors[name])
+        dark[0] = False
+        noise = 0.02 * rng.standard_normal(dark.shape)
+        sensors[name] = np.where(dark, np.maximum(noise, 0.0), sensors[name])
+    read = dataclasses.replace(telemetry, sensors=sensors)
+    one, other = (calibrate(SCENARIO, each.until(700.0)) for each in (telemetry, read))
+    apart = np.abs(one.states - other.states) / np.sqrt(np.diag(one.covariance))
+    assert apart.max() < 0.3
+    assert not any("fill value" in line for line in channel_causes(read))
+
+
+def test_samples_near_the_edge_are_chosen_without_regard_to_their_noise():
+    """The mean error of those that stay is zero; by a reading's own size it is not."""
+    rng, diode = np.random.default_rng(5), Photodiode(half_angle_deg=60.0, relative_noise=0.05)
+    cosine = np.repeat(rng.uniform(0.3, 0.7, 20_000), 3)
+    noise = 0.05 * rng.standard_normal(len(cosine))
+    rows = (cosine + noise)[:, None, None]
+    kept = np.isfinite(without_dark(diode, rows))[:, 0, 0]
+    middle = np.arange(len(cosine)) % 3 == 1
+    near = middle & (np.abs(cosine - 0.5) < 0.05)
+    bound = 4.0 * 0.05 / np.sqrt((kept & near).sum())
+    assert abs(noise[kept & near].mean()) < bound
+    assert noise[(rows[:, 0, 0] >= 0.5) & near].mean() > 5.0 * bound
+    alone = np.array([0.9, np.nan, 0.1, np.nan])[:, None, None]
+    np.testing.assert_array_equal(
+        np.isfinite(without_dark(diode, alone))[:, 0, 0], [True, False, False, False]
+    )
+
+
+def test_three_lit_faces_say_where_the_sun_is(telemetry):
+    data = batch(SCENARIO, telemetry)
+    k = np.searchsorted(telemetry.times, data.times)
+    true = telemetry.truth.states[k]
+    found = sun_directions(data, true)
+    there = np.isfinite(found[:, 0])
+    lit = sum(np.isfinite(rows[:, 0, 0]).astype(int) for rows in data.sensors[:6])
+    np.testing.assert_array_equal(there, lit == 3)
+    assert there.sum() > 100
+    model = FilterModel.from_scenario(SCENARIO)
+    sun = np.einsum("kij,kj->ki", telemetry.truth.attitude[k], model.references[k, 0])
+    off = found[there] - sun[there]  # light from the Earth is in the one
+    assert np.abs(np.median(off, axis=0)).max() < 0.15
+    dark = dataclasses.replace(SCENARIO, world=World())
+    clean = fly(dark, PLAN, 2)
+    data = batch(dark, clean)
+    found = sun_directions(data, clean.truth.states[np.searchsorted(clean.times, data.times)])
+    sun = np.einsum("kij,kj->ki", clean.truth.attitude[-len(found) :], data.vectors[:, 0])
+    assert np.nanstd(found - sun) < 0.03
+
+
+def test_a_face_that_no_sun_saw_reads_zero_and_is_no_fault(telemetry):
+    sensors = {**telemetry.sensors, "mz": np.zeros_like(telemetry.sensors["mz"])}
+    frame = dataclasses.replace(telemetry, sensors=sensors).frame()
+    assert not read_telemetry(frame, SCENARIO).sensors["mz"].any()
+    stuck = frame.assign(mz=0.7)
+    with pytest.raises(ValueError, match=r"mz is 0.7 in all .* expected a channel that changes"):
+        read_telemetry(stuck, SCENARIO)
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"columns": ("a", "b", "c")}, r"columns of px = \['a', 'b', 'c'\]: expected 1 names"),
+        ({"unit": "nT"}, "px.unit = 'nT': unknown unit"),
+        (
+            {"quaternion": (0.0, 0.0, 0.0, 1.0)},
+            "px.quaternion = .* how px is mounted says sensors.normal",
+        ),
+    ],
+)
+def test_what_its_column_cannot_be(telemetry, keys, message):
+    mapping = TelemetryMapping(sensors=(SensorChannels(name="px", **keys),))
+    with pytest.raises(ValueError, match=message):
+        read_telemetry(telemetry.frame(), SCENARIO, mapping)
+
+
+def test_a_missing_column_is_named(telemetry):
+    with pytest.raises(ValueError, match="missing columns px"):
+        read_telemetry(telemetry.frame().drop(columns="px"), SCENARIO)
+
+
+def test_few_faces_and_nothing_else_say_no_attitude():
+    two = short(SCENARIO, 600.0, sensors=DIODES[::4], gyro=Gyro())
+    with pytest.raises(ValueError, match=r"no attitude follows"):
+        calibrate(two, fly(two, PLAN, 1))
