@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from mgeo.cli import completion, options
+from mgeo.cli import completion, new, options
 from mgeo.cli.commands import RootCommands
 from mgeo.cli.errors import ExitCode, bad_input, of_interrupt
 from mgeo.cli.examples import epilog
@@ -34,6 +34,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["--help", "-h"]},
 )
+app.add_typer(new.app, name="new")
 
 
 def main() -> None:

@@ -32,6 +32,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo study table3.toml --dry-run",
         "mgeo study table3.toml --cluster tcp://HOST:8786",
     ),
+    "new": ("mgeo new problem my-beam", "mgeo new problem my-beam --out plugins/my-beam"),
     "schema": ("mgeo schema study | tee study.schema.json",),
 }
 

@@ -188,12 +188,14 @@ def load_problem(name: str, options: Mapping[str, Any] | None = None) -> Problem
     cls = find_plugin(name).load()
     if hasattr(cls, "from_options"):
         return built(name, (lambda: cls.from_options(given)) if given else cls)
-    accepted = _constructor_keywords(cls)
+    accepted = sorted(_constructor_keywords(cls))
     unknown = [key for key in given if key not in accepted]
     if unknown:
+        from mgeo.validation.arguments import did_you_mean
+
         raise ValueError(
-            f"unknown option {unknown[0]!r} of problem {name!r}: "
-            f"expected {' or '.join(sorted(accepted)) or 'no options'}"
+            f"unknown option {unknown[0]!r} of problem {name!r}: expected "
+            f"{' or '.join(accepted) or 'no options'}{did_you_mean(unknown[0], accepted)}"
         )
     return built(name, lambda: cls(**given))
 
@@ -319,12 +321,22 @@ def _alternatives(name: str, noun: str, plugins: Iterable[Plugin]) -> str:
 
 
 def _constructor_keywords(cls: type) -> set[str]:
-    # pymoo's own constructors pass **kwargs on to Problem, which swallows any keyword: so the
-    # names count that some constructor of the class or of its bases spells out.
-    own = [base.__init__ for base in cls.__mro__ if "__init__" in vars(base)]  # type: ignore[misc]
-    parameters = [p for init in own for p in inspect.signature(init).parameters.values()]
-    variadic = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
-    return {p.name for p in parameters if p.kind not in variadic} - {"self"}
+    """What a problem's constructor takes by name: its own, and what it hands on by ``**options``.
+
+    pymoo's own constructors hand theirs to `Problem`, which swallows any keyword, and what that
+    takes is no option: names count that some constructor before it spells out.
+    """
+    found: set[str] = set()
+    for base in cls.__mro__:
+        if base.__module__ == "pymoo.core.problem":
+            break
+        if "__init__" not in vars(base):
+            continue
+        own = inspect.signature(base.__init__).parameters.values()  # type: ignore[misc]
+        found |= {p.name for p in own if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
+        if all(p.kind is not p.VAR_KEYWORD for p in own):
+            break
+    return found - {"self"}
 
 
 def load_algorithm(name: str) -> Any:

@@ -1,11 +1,9 @@
 """What the pages of docs/ show works as it stands there."""
 
-import importlib
 import inspect
 import re
 import shlex
 import shutil
-import sys
 import tomllib
 from pathlib import Path
 
@@ -25,8 +23,8 @@ from mgeo_calibration.telemetry.mapping import UNITS
 from typer.testing import CliRunner
 
 from mgeo.cli.app import app
+from mgeo.new import problem_files
 from mgeo.plugins import protocol, view
-from mgeo.plugins.discovery import load_problem
 from mgeo.plugins.protocol import SHOWN
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -48,46 +46,12 @@ def run(command, *more, codes=(0,)):
     return done.output
 
 
-@pytest.fixture
-def cantilever(tmp_path, monkeypatch):
-    """The example plugin, installed: its module and its entry point as the page has them."""
-    code, test = blocks("plugins.md", "python") + blocks("plugins.md", "py")
-    (tmp_path / "cantilever.py").write_text(code, encoding="utf-8")
+def test_the_example_plugin_is_what_is_written():
+    files = problem_files("cantilever")
+    assert blocks("plugins.md", "python") == [files["cantilever/problem.py"]]
     (entry,) = tomllib.loads(blocks("plugins.md", "toml")[0])["project"]["entry-points"].items()
-    group, names = entry
-    info = tmp_path / "cantilever-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: cantilever\nVersion: 1.0\n")
-    points = "".join(f"{name} = {value}\n" for name, value in names.items())
-    (info / "entry_points.txt").write_text(f"[{group}]\n{points}")
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.chdir(tmp_path)
-    importlib.invalidate_caches()
-    yield test
-    sys.modules.pop("cantilever", None)
-
-
-def test_the_example_plugin_passes_its_own_test(cantilever):
-    names = {}
-    exec(cantilever, names)
-    names["test_protocol"]()
-
-
-def test_the_example_plugin_is_right(cantilever):
-    """Euler and Bernoulli: 4 F L³ / (E b h³), and the bending stress 6 F L / (b h²)."""
-    out = load_problem("cantilever").evaluate(np.array([[0.05, 0.1]]), return_as_dictionary=True)
-    inertia = 0.05 * 0.1**3 / 12.0
-    np.testing.assert_allclose(out["F"], [[7850 * 0.005, 1000.0 / (3.0 * 2.1e11 * inertia)]])
-    np.testing.assert_allclose(out["G"], [[1000.0 * 0.05 / inertia / 2.5e8 - 1.0]])
-
-
-def test_the_commands_work_on_the_example_plugin(cantilever):
-    listing, *solving = blocks("plugins.md", "sh")[0].splitlines()
-    assert "cantilever" in run(listing)
-    for command in solving:
-        run(command, "--evaluations", "600", "--quiet")
-    assert Path("runs/cantilever-mgeo-directed-seed1/front.csv").is_file()
-    assert Path("runs/cantilever-nsga2-seed1/front.html").is_file()
+    assert entry in tomllib.loads(files["pyproject.toml"])["project"]["entry-points"].items()
+    assert blocks("plugins.md", "sh")[0].startswith("mgeo new problem cantilever\npip install -e ")
 
 
 def test_every_optional_part_of_a_problem_is_on_the_page():
