@@ -8,13 +8,19 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
 
+#: Test problems by their prefixes, and how they are named.
+PREFIXES: Mapping[str, str] = {
+    "pymoo": "pymoo:zdt1",
+    "shifted": "shifted:zdt1",
+    "coco": "coco:bbob-biobj/f1/d10/i1",
+}
 COCO = "coco-experiment"  # the distribution of the extra
 
 
 def is_benchmark(name: str) -> bool:
     """Whether a problem's name has the prefix of a collection."""
     prefix, colon, _ = name.partition(":")
-    return bool(colon) and prefix in _COLLECTIONS
+    return bool(colon) and prefix in PREFIXES
 
 
 def build_benchmark(name: str, options: Mapping[str, Any]) -> Problem:

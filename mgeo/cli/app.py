@@ -75,7 +75,9 @@ def solve(
     problem: Annotated[
         str,
         typer.Argument(
-            help="Name of a problem (see `mgeo problems`).", autocompletion=completion.problems
+            metavar="NAME|MODULE:CLASS",
+            help="One of `mgeo problems`, a class of one's own, or a test problem, pymoo:zdt1.",
+            autocompletion=completion.problems,
         ),
     ],
     scenario: Annotated[
@@ -188,7 +190,7 @@ def solve(
         run = prepare(
             problem,
             parameters=options.parse_parameters(algorithm, flags, settings or []),
-            options=read_scenario(problem, scenario, after=after),
+            options=read_scenario(problem, scenario, after=after, named=(problem,)),
             algorithm=given,
             evaluations=evaluations,
             seed=seed,
@@ -240,6 +242,7 @@ def resume(
             help="That of the run, where it is none by name: no file has a module imported.",
         ),
     ] = None,
+    problem: options.Problem = None,
     check: Annotated[
         bool,
         typer.Option(
@@ -269,6 +272,7 @@ def resume(
             evaluations=evaluations,
             generations=generations,
             algorithm=algorithm,
+            problem=problem,
             check=check,
         )
     raise typer.Exit(run_to_folder(run, persistence, output, overwrite=True, verbose=verbose))
@@ -280,7 +284,8 @@ def report(
         list[Path],
         typer.Argument(
             metavar="DIR [DIR]",
-            help="Folder of the run; two, or two solutions' files, are set side by side.",
+            help="Folder of a run, or of a study; two runs, or two solutions' files, are set side "
+            "by side.",
             autocompletion=completion.runs_with("run.json"),
         ),
     ],
@@ -304,8 +309,8 @@ def report(
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Write only this figure, such as front or knee-rates, as PNG unless --pdf is "
-            "given; may be given several times. No report is written.",
+            help="Write only this figure, such as front, knee-rates or ranks, as PNG unless --pdf "
+            "is given; may be given several times. No report is written.",
         ),
     ] = None,
     paper: Annotated[
@@ -314,6 +319,7 @@ def report(
             "--paper", help="Figures for a paper: 88 mm wide, 8-point serif, no title, as PDF."
         ),
     ] = False,
+    problem: options.Problem = None,
     json: options.Json = False,
     quiet: options.Quiet = False,
     debug: options.Debug = False,
@@ -323,9 +329,10 @@ def report(
     It shows what was run, the front and the plan of each of its points, and opens without a
     network. Printed, it is a document for a review of one solution. Pictures are of the front, the
     hypervolume, and the knee and the best solutions; they need kaleido (pip install 'mgeo[png]')
-    and Chrome or Chromium.
+    and Chrome or Chromium. A study has its report already: of it only figures are written, and
+    without an option their names are told.
     """
-    from mgeo.cli.report import write_comparison, write_report
+    from mgeo.cli.report import is_study, write_comparison, write_report, write_study_figures
 
     output = Output(quiet, json)
     if len(sources) > 1:
@@ -340,7 +347,23 @@ def report(
     if figure and not formats:
         formats = ["png"]
     (folder,) = sources
-    write_report(folder, out, formats, output, only=figure or (), paper=paper, solution=solution)
+    only = figure or ()
+    if is_study(folder):
+        with bad_input():
+            if out is not None or solution is not None:
+                raise ValueError("of a study there are figures only: expected no --out, --solution")
+        write_study_figures(folder, formats, output, only=only, paper=paper, problem=problem)
+    else:
+        write_report(
+            folder,
+            out,
+            formats,
+            output,
+            only=only,
+            paper=paper,
+            solution=solution,
+            problem=problem,
+        )
 
 
 @app.command(epilog=epilog("problems"))

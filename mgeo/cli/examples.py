@@ -24,6 +24,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "mgeo report runs/attitude-mgeo-directed-seed1 --png --pdf",
         "mgeo report runs/attitude-mgeo-directed-seed1 --figure front --paper",
         "mgeo report runs/first runs/second --out beside.html",
+        "mgeo report studies/benchmarks --figure ranks --paper",
     ),
     "problems": ("mgeo problems", "mgeo problems --json | jq -r .problems[].name"),
     "algorithms": ("mgeo algorithms", "mgeo algorithms mgeo-directed"),

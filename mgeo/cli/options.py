@@ -36,6 +36,13 @@ DryRun = Annotated[
     ),
 ]
 
+Problem = Annotated[
+    str | None,
+    typer.Option(
+        metavar="MODULE:CLASS",
+        help="The problem, where it is none by name: no file has a module imported.",
+    ),
+]
 Sigma = Annotated[
     str | None,
     typer.Option(

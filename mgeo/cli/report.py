@@ -1,13 +1,14 @@
-"""``mgeo report``: one HTML file about a run, and its figures as pictures."""
+"""``mgeo report``: one HTML file about a run, and figures of runs and studies as pictures."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from mgeo.cli.errors import bad_input
 from mgeo.cli.output import Output
 from mgeo.report import StaticExportError, compare_html, report_html, static_figures
+from mgeo.report.static import drawn, shaped
 from mgeo.store.atomic import check_writable, write_file, write_files
 
 REPORT_FILE = "report.html"
@@ -24,6 +25,7 @@ def write_report(
     only: Sequence[str] = (),
     paper: bool = False,
     solution: int | None = None,
+    problem: str | None = None,
 ) -> None:
     """Write the report of a run folder, into it unless `out` is given, and pictures beside it.
 
@@ -35,7 +37,7 @@ def write_report(
         Of the pictures: "png", "pdf", both or none.
     only
         Names of the pictures to write; then no report is written.
-    paper
+    paper, problem
         See `mgeo.report.static_figures`.
     solution
         Number of the one to be reviewed.
@@ -46,11 +48,11 @@ def write_report(
         _check_page(path, out)
         if formats and figures.exists() and not figures.is_dir():
             raise FileExistsError(f"{figures} is a file: expected a folder to write figures into")
-        html = b"" if only else report_html(folder, solution).encode()
-        pictures = static_figures(folder, formats, only=only, paper=paper) if formats else {}
-        if pictures:
-            figures.mkdir(exist_ok=True)
-            write_files(figures, pictures)
+        html = b"" if only else report_html(folder, solution, problem=problem).encode()
+        pictures = {}
+        if formats:
+            pictures = static_figures(folder, formats, only=only, paper=paper, problem=problem)
+        _write(figures, pictures)
         if html:
             write_file(path, html)
     if html:
@@ -89,3 +91,57 @@ def _check_page(path: Path, out: Path | None) -> None:
         check_writable(path.parent)
     if path.is_dir():
         raise IsADirectoryError(f"{path} is a folder: expected a file, or none yet")
+
+
+def is_study(folder: Path) -> bool:
+    """Whether a folder is that of a study, which has a report already."""
+    from mgeo.studies.stored import OWNER
+
+    return (folder / OWNER).is_file()
+
+
+def write_study_figures(
+    folder: Path,
+    formats: Sequence[str],
+    output: Output,
+    *,
+    only: Sequence[str] = (),
+    paper: bool = False,
+    problem: str | None = None,
+) -> None:
+    """Write figures of a study's folder as pictures into it, or, without formats, tell their names.
+
+    Parameters
+    ----------
+    formats, only, paper
+        As of `write_report`.
+    problem
+        One that may be imported, ``module:Class``.
+    """
+    from mgeo.studies import read_comparisons
+    from mgeo.studies.figures import study_figures
+    from mgeo.studies.study import REPORT
+
+    figures = folder / FIGURES_FOLDER
+    with bad_input((ValueError, TypeError, OSError, StaticExportError)):
+        found = read_comparisons(folder, named=[problem] if problem else [])
+        chosen = study_figures(found, only)
+        check_writable(folder)
+        if figures.exists() and not figures.is_dir():
+            raise FileExistsError(f"{figures} is a file: expected a folder to write figures into")
+        pictures = drawn(shaped(chosen, paper), formats) if formats else {}
+        _write(figures, pictures)
+    if pictures:
+        output.print(f"written: {figures} ({len(pictures)} files)")
+    else:
+        output.print(f"report: {folder / REPORT}", f"figures, for --figure: {', '.join(chosen)}")
+    written = [str(figures / name) for name in pictures]
+    output.result(
+        {"folder": str(folder), "file": str(folder / REPORT), "bytes": 0, "figures": written}
+    )
+
+
+def _write(folder: Path, pictures: Mapping[str, bytes]) -> None:
+    if pictures:
+        folder.mkdir(exist_ok=True)
+        write_files(folder, pictures)

@@ -13,7 +13,7 @@ import joblib
 from mgeo.cli.errors import ExitCode
 from mgeo.cli.output import Output
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.conclusions import conclusions
+from mgeo.studies.conclusions import conclusions, published_table
 from mgeo.studies.file import Study
 from mgeo.studies.results import FailedRunsWarning, NotReusedWarning
 from mgeo.studies.study import REPORT
@@ -26,6 +26,10 @@ def show(study: Study, comparisons: dict[str, Comparison], folder: Path, output:
         shown, said = comparison.overview(), conclusions(comparison, study.control)
         columns = table(["", *shown.columns], shown.itertuples(name=None))
         output.print(plain(f"\n{label}", style="bold"), columns, *said)
+        published = published_table(study, comparison)
+        if published is not None and study.published is not None:
+            beside = table(["", *published.columns], published.itertuples(name=None))
+            output.print(f"beside {study.published.source}:", beside)
     output.print(f"\nwritten: {folder / REPORT}")
     output.result(
         {

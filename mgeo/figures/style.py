@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from html import escape
 from typing import Any
 
@@ -30,6 +31,9 @@ _CLOSE = 5.0
 
 #: Width [px of 1/96 inch] of a column of 88 mm, that of the IEEE and of the AIAA.
 WIDTH, HEIGHT = 333, 240
+_ON_SCREEN = 560  # px, the usual height: what is higher has more rows
+_NARROW = 0.5  # share of the width of an axis on which few labels find room
+_LETTER, _ENTRY, _LINE = 5.2, 45, 17  # px of a legend: a letter, what is beside them, a row
 #: 8 points.
 _FONT = {"family": "Times New Roman, Nimbus Roman, Liberation Serif, serif", "size": 10.7}
 _SMALLER = 0.6  # markers and lines, of what they are on a screen
@@ -95,19 +99,25 @@ def for_paper(figure: go.Figure) -> go.Figure:
     above = layout.get("xaxis2", {}).get("side") == "top"
     margin = {"l": 52, "r": 8, "t": 44 if above else 22, "b": 38, "pad": 0}
     bare = layout.get("xaxis", {}).get("visible") is False
+    below = [each.yshift for each in still.layout.annotations if each.yshift]
+    if min(below, default=0.0) < 0.0:  # a title of several axes
+        margin["b"] += 14
     if above:  # the legend stands inside, where the text along a line would; the axis says the same
         still.layout.annotations = [each for each in still.layout.annotations if not each.textangle]
+    named = [each for each in still.data if each.showlegend is not False and _drawn(each)]
+    legend = still.layout.showlegend is not False and len(named) > 1
+    rows = _legend_rows([each.name or "" for each in named]) if legend and not above else 1
+    higher = max(1.0, (still.layout.height or _ON_SCREEN) / _ON_SCREEN)
     still.update_layout(
         title=None,
         template="plotly_white",
         width=WIDTH,
-        height=HEIGHT,
+        height=round(HEIGHT * higher) + _LINE * (rows - 1),
         margin=margin | _MAP if bare else margin,
         font={**_FONT, "color": "black"},
     )
-    named = [each for each in still.data if each.showlegend is not False and _drawn(each)]
     still.update_layout(
-        showlegend=len(named) > 1,
+        showlegend=legend,
         legend={
             "font": _FONT,
             "title": {"text": ""},
@@ -123,6 +133,7 @@ def for_paper(figure: go.Figure) -> go.Figure:
     )
     axes = {"tickfont": _FONT, "title": {"font": _FONT, "standoff": 4}, "ticklen": 3}
     still.update_xaxes(axes).update_yaxes(axes)
+    still.for_each_xaxis(lambda each: each.update(nticks=4), selector=_narrow)
     still.update_annotations(font={**_FONT, "color": "black"})
     for trace in still.data:
         for part in ("marker", "line"):
@@ -131,6 +142,17 @@ def for_paper(figure: go.Figure) -> go.Figure:
             if look is not None and isinstance(getattr(look, key, None), int | float):
                 look[key] *= _SMALLER
     return still
+
+
+def _narrow(axis: Any) -> bool:
+    low, high = axis.domain or (0.0, 1.0)
+    return bool(high - low < _NARROW)
+
+
+def _legend_rows(names: list[str]) -> int:
+    """Rows of a legend whose entries are all as wide as the widest, about."""
+    widest = _ENTRY + _LETTER * max(map(len, names))
+    return math.ceil(len(names) / max(1, WIDTH // widest))
 
 
 def _drawn(trace: Any) -> bool:

@@ -29,8 +29,8 @@ command line, as ``module:Class`` is without an entry::
     [project.entry-points."mgeo.algorithms"]
     mgeo-cauchy = "cauchy:MGEOCauchy"
 
-Besides what pymoo asks of it a problem may have the optional parts that `mgeo.plugins.protocol`
-asks for and ``docs/plugins.md`` lists.
+A problem, too, is known as ``module:Class`` without one. Besides what pymoo asks of it it may have
+the optional parts that `mgeo.plugins.protocol` asks for and ``docs/plugins.md`` lists.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ import inspect
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import metadata
@@ -49,7 +49,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mgeo._foreign import foreign
-from mgeo.benchmarks.collections import build_benchmark, is_benchmark
+from mgeo.benchmarks.collections import PREFIXES, build_benchmark, is_benchmark
 
 if TYPE_CHECKING:
     from pymoo.core.problem import Problem
@@ -167,11 +167,18 @@ def preset_names(name: str) -> list[str]:
     return sorted(full.removeprefix(prefix) for full in names if full.startswith(prefix))
 
 
-def load_problem(name: str, options: Mapping[str, Any] | None = None) -> Problem:
+def load_problem(
+    name: str, options: Mapping[str, Any] | None = None, *, named: Collection[str] = ()
+) -> Problem:
     """The problem of this name, built from `options`: a plugin's, or one of a collection.
 
-    Names of collections have a prefix (`mgeo.benchmarks.collections`). A plugin's class with a
-    method ``from_options(options)`` is built by it, any other one by its constructor.
+    Names of collections have a prefix (`mgeo.benchmarks.collections`). A class with a method
+    ``from_options(options)`` is built by it, any other one by its constructor.
+
+    Parameters
+    ----------
+    named : names ``module:Class`` that a person gave: no other has its module imported, since a
+        name may be from a file of somebody else.
 
     Raises
     ------
@@ -185,7 +192,7 @@ def load_problem(name: str, options: Mapping[str, Any] | None = None) -> Problem
     given = dict(options or {})
     if is_benchmark(name):
         return built(name, lambda: build_benchmark(name, given))
-    cls = find_plugin(name).load()
+    cls = _problem_class(name, named)
     if hasattr(cls, "from_options"):
         return built(name, (lambda: cls.from_options(given)) if given else cls)
     accepted = sorted(_constructor_keywords(cls))
@@ -200,11 +207,13 @@ def load_problem(name: str, options: Mapping[str, Any] | None = None) -> Problem
     return built(name, lambda: cls(**given))
 
 
-def read_files(name: str, options: dict[str, Any], folder: Path) -> dict[str, Any]:
+def read_files(
+    name: str, options: dict[str, Any], folder: Path, *, named: Collection[str] = ()
+) -> dict[str, Any]:
     """Options of a scenario file in `folder` as the problem's ``read_files`` gives them.
 
     Without one they are what they were, and of a name that no or more than one plugin has, which
-    is refused when it is built.
+    is refused when it is built; of ``module:Class`` they are unless `named`, see `load_problem`.
 
     Raises
     ------
@@ -214,7 +223,10 @@ def read_files(name: str, options: dict[str, Any], folder: Path) -> dict[str, An
         Of ``read_files``, in its own words.
     """
     plugins = [plugin for plugin in installed_plugins() if plugin.name == name]
-    reader = getattr(plugins[0].load(), "read_files", None) if len(plugins) == 1 else None
+    cls = plugins[0].load() if len(plugins) == 1 else None
+    if name in named and is_own_class(name):
+        cls = _problem_class(name, named)
+    reader = getattr(cls, "read_files", None)
     if reader is None:
         return options
     try:
@@ -317,7 +329,8 @@ def _alternatives(name: str, noun: str, plugins: Iterable[Plugin]) -> str:
         return f": no {noun} is installed (in a checkout: pip install ./problems/attitude)"
     from mgeo.validation.arguments import did_you_mean
 
-    return f": installed are {', '.join(names)}{did_you_mean(name, names)}"
+    others = f"{_prefixes(PROBLEMS)}; or module:Class" if noun == "problem" else ""
+    return f": installed are {', '.join(names)}{others}{did_you_mean(name, names)}"
 
 
 def _constructor_keywords(cls: type) -> set[str]:
@@ -349,10 +362,38 @@ def load_algorithm(name: str) -> Any:
     PluginError
         If there is not exactly one, or it does not load.
     """
-    if ":" not in name:
-        return find_plugin(name, ALGORITHMS).load()
+    return _class_of(name, ALGORITHMS) if ":" in name else find_plugin(name, ALGORITHMS).load()
+
+
+def is_own_class(problem: str) -> bool:
+    """Whether the name of a problem is ``module:Class``, and of no collection."""
+    return ":" in problem and not is_benchmark(problem)
+
+
+def _problem_class(name: str, named: Collection[str]) -> Any:
+    if not is_own_class(name):
+        return find_plugin(name).load()
+    if name not in named:
+        raise PluginError(
+            f"problem {name!r}: its module is imported only if it is named: --problem {name}"
+        )
+    return _class_of(name, PROBLEMS)
+
+
+def _class_of(name: str, group: str) -> Any:
+    """What ``module:Class`` names, of a module that may be in the current folder."""
+    noun = _KINDS[group][0]
     if not _MODULE_AND_CLASS.fullmatch(name):
-        raise PluginError(f"algorithm {name!r}: expected module:Class")
+        raise PluginError(f"{noun} {name!r}: expected module:Class{_prefixes(group)}")
     if os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())
-    return Plugin.of(EntryPoint(name, name, ALGORITHMS)).load()
+    try:
+        return Plugin.of(EntryPoint(name, name, group)).load()
+    except PluginError as error:
+        raise PluginError(f"{error}{_prefixes(group)}") from error
+
+
+def _prefixes(group: str) -> str:
+    """What a name with a colon may also be."""
+    known = ", ".join(PREFIXES.values())
+    return f"; test problems have names as {known}" if group == PROBLEMS else ""

@@ -28,7 +28,9 @@ from mgeo.validation.tables import errors_of
 _MOST_NEAR = 5  # cards of what comes nearest
 
 
-def report_html(folder: Path | str, solution: int | None = None) -> str:
+def report_html(
+    folder: Path | str, solution: int | None = None, *, problem: str | None = None
+) -> str:
     """The report of a run folder.
 
     Parameters
@@ -37,6 +39,8 @@ def report_html(folder: Path | str, solution: int | None = None) -> str:
         That `mgeo solve` wrote.
     solution
         Number of the one to be reviewed, with which the page opens; default: the knee.
+    problem
+        The run's, if that is ``module:Class``: a file alone has no module imported.
 
     Raises
     ------
@@ -51,11 +55,11 @@ def report_html(folder: Path | str, solution: int | None = None) -> str:
     >>> page = report_html("runs/first")  # doctest: +SKIP
     """
     folder = Path(folder)
-    run, problem, chosen, title = read_subject(folder)
+    run, made, chosen, title = read_subject(folder, problem)
     nearest = run.outcome.nearest
     found = len(run.outcome.F) > 0 and not nearest
-    history = recorded_history(folder, problem, run.outcome)
-    view = view_of(problem, run.outcome.X, run.outcome.F)
+    history = recorded_history(folder, made, run.outcome)
+    view = view_of(made, run.outcome.X, run.outcome.F)
     data = solutions_json(view, run, chosen, title) if chosen else {"table": None}
     if solution is not None:
         if not 0 <= solution < len(view.X):
@@ -82,7 +86,7 @@ def report_html(folder: Path | str, solution: int | None = None) -> str:
         options=json.dumps(run.configuration.options, indent=2, ensure_ascii=False),
         chosen=chosen,
         more_tables=more_tables,
-        verifications=list(verifications(folder, run, problem)),
+        verifications=list(verifications(folder, run, made)),
         solutions=run.outcome.X.tolist(),
         data=data,
         json=Markup(script_json(data)),
@@ -98,7 +102,9 @@ def _answer(view: View, solution: int | None) -> str:
     return f"solution {solution} of {len(view.X):,}: {told}"
 
 
-def read_subject(folder: Path) -> tuple[Run, Problem, list[RepresentativeSolution], str]:
+def read_subject(
+    folder: Path, named: str | None = None
+) -> tuple[Run, Problem, list[RepresentativeSolution], str]:
     """The run of a folder, its problem as it is installed, its representative solutions, a title.
 
     Of a run that found nothing that keeps all limits, ``X`` and ``F`` are what comes nearest.
@@ -114,7 +120,7 @@ def read_subject(folder: Path) -> tuple[Run, Problem, list[RepresentativeSolutio
     run = read_run(folder)
     configuration, outcome = run.configuration, run.outcome
     with errors_of(folder / RUN_FILE):
-        problem = load_problem(configuration.problem, configuration.options)
+        problem = load_problem(configuration.problem, configuration.options, named=(named or "",))
         counts = len(outcome.variables), len(outcome.objectives)
         if counts != (problem.n_var, problem.n_obj):
             raise ValueError(

@@ -40,6 +40,7 @@ def static_figures(
     *,
     only: Sequence[str] = (),
     paper: bool = False,
+    problem: str | None = None,
 ) -> dict[str, bytes]:
     """Files of the figures of a run, by name.
 
@@ -55,6 +56,8 @@ def static_figures(
         Names of figures, without their endings; none for all of them.
     paper
         As wide as a column of a paper, in its fonts, and without a title.
+    problem
+        As of `mgeo.report.report_html`.
 
     Raises
     ------
@@ -68,13 +71,18 @@ def static_figures(
     >>> from mgeo.report import static_figures
     >>> files = static_figures("runs/first", ["pdf"], paper=True)  # doctest: +SKIP
     """
-    found = _pictures(Path(folder))
+    found = _pictures(Path(folder), problem)
     for name in only:
         if name not in found:
             expected = f"expected {', '.join(found)}{did_you_mean(name, found)}"
             raise ValueError(f"the run has no figure {name!r}: {expected}")
+    return drawn(shaped({name: found[name] for name in only or found}, paper), formats)
+
+
+def shaped(figures: Mapping[str, go.Figure], paper: bool) -> dict[str, go.Figure]:
+    """Copies of figures that are looked at alone: sized, without menus and what to click."""
     shape = for_paper if paper else _sized
-    return drawn({name: shape(found[name]) for name in only or found}, formats)
+    return {name: shape(_still(figure)) for name, figure in figures.items()}
 
 
 def drawn(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str, bytes]:
@@ -93,8 +101,8 @@ def drawn(figures: Mapping[str, go.Figure], formats: Sequence[str]) -> dict[str,
     return asyncio.run(_drawn(figures, formats, Kaleido))
 
 
-def _pictures(folder: Path) -> dict[str, go.Figure]:
-    run, problem, chosen, title = read_subject(folder)
+def _pictures(folder: Path, named: str | None) -> dict[str, go.Figure]:
+    run, problem, chosen, title = read_subject(folder, named)
     outcome = run.outcome
     found: dict[str, go.Figure | None] = {}
     view = view_of(problem, outcome.X, outcome.F)
@@ -119,13 +127,13 @@ def _file_name(taken: Container[str], label: str, figure: str) -> str:
 
 def _sized(figure: go.Figure) -> go.Figure:
     width, height = _SIZE if figure.layout.height is None else (_WIDTH_OF_SOLUTION, None)
-    still = _still(figure).update_layout(template="plotly_white", font_color=_INK)
+    still = go.Figure(figure).update_layout(template="plotly_white", font_color=_INK)
     return still.update_layout(width=width, height=height or figure.layout.height)
 
 
 def _still(figure: go.Figure) -> go.Figure:
-    """Without what its title says to whoever sees it on a screen."""
-    still = go.Figure(figure)
+    """Without menus, and what its title says to whoever sees it on a screen."""
+    still = go.Figure(figure).update_layout(updatemenus=None, sliders=None)
     if text := still.layout.title.text:
         for words in (HOVER, CLICK):
             text = text.replace(words, "")

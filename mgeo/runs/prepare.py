@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -133,7 +133,7 @@ def prepare(
     plain = not (robust or algorithm or parameters or evaluations)
     algorithm = algorithm or default_algorithm(robust)
     complete = complete_parameters(algorithm, parameters or {})
-    built = load_problem(problem, options)
+    built = load_problem(problem, options, named=(problem,))
     if robust:
         built = protocol.robust(built)
     optimizer = build_algorithm(algorithm, complete, built)
@@ -163,12 +163,19 @@ def prepare(
 
 
 def read_scenario(
-    problem: str, text: str | None, folder: Path | str = "", after: Path | None = None
+    problem: str,
+    text: str | None,
+    folder: Path | str = "",
+    after: Path | None = None,
+    *,
+    named: Collection[str] = (),
 ) -> dict[str, Any]:
     """Options of a problem from what was given: nothing, ``FILE.toml`` or a preset's name.
 
     A file's name is relative to `folder`; what it names itself is relative to its own folder, and
-    is read by the problem. What the JSON file `after` holds becomes the option of this name.
+    is read by the problem, one of those `named` if that is ``module:Class`` (see
+    `mgeo.plugins.discovery.load_problem`). What the JSON file `after` holds becomes the option of
+    this name.
 
     Raises
     ------
@@ -192,4 +199,4 @@ def read_scenario(
         raise FileNotFoundError(f"there is no scenario file {path}")
     text = read_text(path)
     with errors_of(path):
-        return read_files(problem, parse_toml(text) | more, path.parent)
+        return read_files(problem, parse_toml(text) | more, path.parent, named=named)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mgeo.algorithms.starting import SuggestedSampling
 from mgeo.algorithms.state import end_at
+from mgeo.benchmarks.collections import is_benchmark
 from mgeo.plugins.discovery import load_problem
 from mgeo.runs.algorithms import build_algorithm, keeps_checkpoints
 from mgeo.runs.prepare import PreparedRun
@@ -22,6 +23,7 @@ def resume_run(
     evaluations: int | None = None,
     generations: int | None = None,
     algorithm: str | None = None,
+    problem: str | None = None,
     check: bool = True,
 ) -> PreparedRun:
     """The run of a folder, as its last checkpoint has it.
@@ -32,7 +34,7 @@ def resume_run(
         Of a run that was saved by a `RunPersistence`, finished or not.
     evaluations, generations
         A new budget, counted from the beginning of the run; at most one of them.
-    algorithm
+    algorithm, problem
         The run's, if that is ``module:Class``: a file alone has no module imported.
     check
         Whether a few points are evaluated again and compared (see `mgeo.resume`).
@@ -53,20 +55,22 @@ def resume_run(
     with errors_of(path):
         notes = checked(Notes, found)
         configuration = notes.configuration
-        _check_named(configuration.algorithm, algorithm)
-        problem = load_problem(configuration.problem, configuration.options)
-        same = build_algorithm(configuration.algorithm, configuration.parameters, problem)
-        if notes.seen and [len(side) for side in notes.seen] != [problem.n_obj] * 2:
-            raise ValueError(f"seen = {notes.seen!r:.80}: expected 2 x {problem.n_obj} numbers")
-        width = problem.n_var + problem.n_obj + problem.n_ieq_constr + problem.n_eq_constr
+        _check_named("algorithm", configuration.algorithm, algorithm)
+        _check_named("problem", configuration.problem, problem)
+        named = () if problem is None else (problem,)
+        made = load_problem(configuration.problem, configuration.options, named=named)
+        same = build_algorithm(configuration.algorithm, configuration.parameters, made)
+        if notes.seen and [len(side) for side in notes.seen] != [made.n_obj] * 2:
+            raise ValueError(f"seen = {notes.seen!r:.80}: expected 2 x {made.n_obj} numbers")
+        width = made.n_var + made.n_obj + made.n_ieq_constr + made.n_eq_constr
         if any(len(row) != width for row in notes.nearest):
             raise ValueError(f"nearest = {notes.nearest!r:.80}: expected rows of {width} numbers")
     budget = configuration.evaluations
-    run = resume(path, problem, ("n_eval", budget), algorithm=same, check=check)
+    run = resume(path, made, ("n_eval", budget), algorithm=same, check=check)
     run.evaluator.warn = False  # the outcome tells
     if configuration.starts:  # walkers are at them already; what is left is to evaluate them
         run.sampling = SuggestedSampling(configuration.starts)
-    made = run.evaluator.n_eval
+    evaluated = run.evaluator.n_eval
     if evaluations is not None and generations is not None:
         raise ValueError("evaluations and generations are both given: expected one of them")
     if evaluations is not None:
@@ -76,24 +80,22 @@ def resume_run(
         twin.n_iter = twin.n_iter or 1
         budget = generations * len(twin.candidates())  # not of a new judgment of the archive
     if budget != configuration.evaluations:
-        if budget < made:
+        if budget < evaluated:
             raise ValueError(
-                f"the new budget is {budget} evaluations: expected at least the {made} that were "
-                "made already"
+                f"the new budget is {budget} evaluations: expected at least the {evaluated} that "
+                "were made already"
             )
         end_at(run, ("n_eval", budget))
-    return PreparedRun(
-        configuration.model_copy(update={"evaluations": budget}), problem, run, notes
-    )
+    return PreparedRun(configuration.model_copy(update={"evaluations": budget}), made, run, notes)
 
 
-def _check_named(name: str, named: str | None) -> None:
+def _check_named(key: str, name: str, named: str | None) -> None:
     """Refuse to import a class that is not installed, unless the caller names it, too."""
     if named not in (None, name):
-        raise ValueError(f"algorithm = {name!r}: expected {named!r}, as asked for")
-    if ":" in name and named is None:
+        raise ValueError(f"{key} = {name!r}: expected {named!r}, as asked for")
+    if ":" in name and not is_benchmark(name) and named is None:
         raise ValueError(
-            f"algorithm = {name!r}: its module is imported only if it is named: --algorithm {name}"
+            f"{key} = {name!r}: its module is imported only if it is named: --{key} {name}"
         )
 
 

@@ -14,7 +14,7 @@ from pymoo.core.problem import Problem
 from mgeo.benchmarks.collections import distributions, is_benchmark
 from mgeo.evaluation.individuals import options_of
 from mgeo.plugins import protocol
-from mgeo.plugins.discovery import find_plugin
+from mgeo.plugins.discovery import find_plugin, is_own_class
 
 
 def identity(problem: Problem) -> dict[str, Any]:
@@ -72,6 +72,8 @@ def installed_versions(problem: str) -> dict[str, str]:
     """Versions of what a run of this problem depends on."""
     if is_benchmark(problem):
         own = {name: version(name) for name in distributions(problem)}
+    elif is_own_class(problem):
+        own = {}
     else:
         plugin = find_plugin(problem)
         own = {plugin.distribution: plugin.version}

@@ -12,7 +12,7 @@ from mgeo.studies.execute import compare
 from mgeo.studies.file import Study, read_study
 from mgeo.studies.results import FailedRunsWarning, NotReusedWarning
 from mgeo.studies.space import NothingToCompareError
-from mgeo.studies.stored import read_comparison
+from mgeo.studies.stored import read_comparison, read_comparisons
 from mgeo.studies.study import run_study
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "Tests",
     "compare",
     "read_comparison",
+    "read_comparisons",
     "read_study",
     "run_study",
 ]

@@ -1,8 +1,7 @@
-"""What a comparison found, and its tables as Markdown and LaTeX."""
+"""What a comparison found."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,20 +10,10 @@ import pandas as pd
 
 from mgeo.studies.results import Results
 from mgeo.studies.statistics import KruskalWallis, kruskal_wallis, pairwise
+from mgeo.studies.tables import problem_table
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
-
-_LATEX = {
-    "\\": r"\textbackslash{}",
-    "±": r"$\pm$",
-    "σ": r"$\sigma$",
-    "τ": r"$\tau$",
-    "~": r"\textasciitilde{}",
-    "^": r"\textasciicircum{}",
-    **{character: f"\\{character}" for character in "&%$#_{}"},
-}
-
 
 _LINE = 80  # characters
 
@@ -134,9 +123,16 @@ class Comparison(Results):
         return Overview(columns, index=summary.index).rename(columns=titles)
 
     def to_latex(self) -> str:
-        """The `overview` as a booktabs table; by each indicator the first of `order` in bold."""
-        bold = {(name, i.title) for i in self.indicators for name in self.order(i.name)[:1]}
-        return latex(self.overview(), bold)
+        """The `overview` as a booktabs table and a note.
+
+        The best mean by each indicator is bold, and what does not differ significantly from it is
+        marked.
+        """
+        return problem_table(self).latex()
+
+    def to_markdown(self) -> str:
+        """The `overview` in Markdown, marked as `to_latex`."""
+        return problem_table(self).markdown()
 
     def figures(self) -> dict[str, go.Figure]:
         """All figures that the number of objectives, algorithms and runs allows, by name."""
@@ -154,33 +150,3 @@ def _shown(mean: float, sd: float) -> str:
     exponent = int(f"{sd:.1e}".partition("e")[2])  # of the rounded value: 0.0999 is 0.10
     digits = min(max(1 - exponent, 0), 12)
     return f"{mean:.{digits}f} ± {sd:.{digits}f}"
-
-
-def markdown(table: pd.DataFrame) -> str:
-    """A table with its index as the first column."""
-    shown = table.rename_axis(str(table.index.name or "")).reset_index()
-    lines = [[str(name) for name in shown], ["---", *["---:"] * len(table.columns)]]
-    lines += shown.map(str).to_numpy().tolist()
-    cells = [[cell.replace("|", r"\|") for cell in line] for line in lines]
-    return "".join(f"| {' | '.join(line)} |\n" for line in cells)
-
-
-def latex(table: pd.DataFrame, bold: Collection[tuple[str, str]] = ()) -> str:
-    """A booktabs ``tabular`` with its index as the first column.
-
-    Parameters
-    ----------
-    bold : (row, column) of the cells to set in bold.
-    """
-    cells = table.map(escape)
-    for row, column in bold:
-        cells.at[row, column] = rf"\textbf{{{cells.at[row, column]!s}}}"
-    shown = cells.rename(index=escape).rename_axis(str(table.index.name or "")).reset_index()
-    columns = "l" + "r" * len(table.columns)
-    text: str = shown.rename(columns=escape).to_latex(index=False, column_format=columns)
-    return text
-
-
-def escape(text: object) -> str:
-    """Text that LaTeX prints as it stands."""
-    return "".join(_LATEX.get(character, character) for character in str(text))

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from mgeo.studies.comparison import Comparison
+    from mgeo.studies.file import Study
     from mgeo.studies.indicators import Indicator
     from mgeo.studies.schema import PublishedTable
 
@@ -182,6 +183,14 @@ def _points(comparison: Comparison, order: list[str]) -> str:
         f"{text} By {comparison.indicator().title} it is number {place} of {len(order)}: "
         "points say how finely a front was traced, not how far it reaches."
     )
+
+
+def published_table(study: Study, comparison: Comparison) -> pd.DataFrame | None:
+    """Published values beside ours; None without any, or where they are of another budget."""
+    published = study.published
+    if published is None or published.evaluations not in (None, comparison.n_eval):
+        return None
+    return comparison_with_published(comparison, published)
 
 
 def comparison_with_published(comparison: Comparison, published: PublishedTable) -> pd.DataFrame:

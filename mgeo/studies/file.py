@@ -45,7 +45,7 @@ class ProblemConfiguration:
         ValueError, TypeError
             If there is none, or it refuses an option.
         """
-        return load_problem(self.name, self.options)
+        return load_problem(self.name, self.options, named=(self.name,))
 
 
 @dataclass(frozen=True)
@@ -166,8 +166,8 @@ def read_study(path: Path | str, *, imports: bool = True) -> Study:
 
     Parameters
     ----------
-    imports : whether the modules of algorithms named ``module:Class`` may be imported, so that
-        their parameters are checked, too.
+    imports : whether the modules of what is named ``module:Class`` may be imported, so that its
+        parameters are checked, too.
 
     Raises
     ------
@@ -208,7 +208,9 @@ def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
         As `read_study`, without the name of the file.
     """
     table = checked(StudyTable, parse_toml(text))
-    named = [each for i, one in enumerate(table.problems) for each in _problems(one, i, folder)]
+    named = [
+        each for i, one in enumerate(table.problems) for each in _problems(one, i, folder, imports)
+    ]
     labels = distinct([candidates for _, candidates in named])
     problems = [
         replace(problem, label=label) for (problem, _), label in zip(named, labels, strict=True)
@@ -242,7 +244,7 @@ def parse_study(text: str, folder: Path, *, imports: bool = True) -> Study:
 
 
 def _problems(
-    table: ProblemTable, index: int, folder: Path
+    table: ProblemTable, index: int, folder: Path, imports: bool
 ) -> Iterator[tuple[ProblemConfiguration, Sequence[str]]]:
     """Every problem of a table, and what it may be called, the shortest first."""
     where = f"problems[{index}]."
@@ -257,7 +259,7 @@ def _problems(
             names = [name, ", ".join([name, *details]), ", ".join([full, *details])]
             values = {**options, "name": name}
         else:
-            options = read_scenario(full, scenario, folder)
+            options = read_scenario(full, scenario, folder, named=(full,) if imports else ())
             stem = Path(scenario).stem
             names = [f"{name} {stem}", f"{name} {scenario}", f"{full} {scenario}"]
             values = {"name": name, "scenario": stem}

@@ -9,15 +9,11 @@ import pandas as pd
 
 from mgeo.figures import report_page
 from mgeo.figures.page import LIBRARY, render
-from mgeo.studies.conclusions import (
-    comparison_with_published,
-    conclusions,
-    control_table,
-    parts_table,
-)
+from mgeo.studies.conclusions import conclusions, control_table, parts_table, published_table
 from mgeo.studies.figures import ranks_figure, targets_figure
 from mgeo.studies.labels import folder_name
 from mgeo.studies.statistics import LEVEL
+from mgeo.studies.tables import problems_table
 
 if TYPE_CHECKING:
     from mgeo.studies.comparison import Comparison
@@ -31,7 +27,7 @@ def problem_page(study: Study, label: str, comparison: Comparison) -> str:
     Where the study has several problems, their pages share the plotting library in its folder.
     """
     runs, tests = comparison.runs, comparison.tests()
-    published = study.published and comparison_with_published(comparison, study.published)
+    published = published_table(study, comparison)
     against = None
     if study.control in comparison.order():
         against = control_table(comparison, study.control)
@@ -83,7 +79,7 @@ def study_page(
     problems = render(
         "studies/assets/problems.html",
         study=study,
-        problems=by_problem(comparisons),
+        problems=problems_table(comparisons).table,
         ranks=average_ranks(standings, study.per_variable),
         folders={label: folder_name(label) for label in comparisons},
         failed=failed,
@@ -93,15 +89,6 @@ def study_page(
         figures.append(targets_figure(reached, len(comparisons)))
     head = render("studies/assets/head.html", study=study)
     return report_page(study.title, [head, *figures, problems], LIBRARY)
-
-
-def by_problem(comparisons: Mapping[str, Comparison]) -> pd.DataFrame:
-    """Mean ± sd of each problem's first indicator, problems by algorithms."""
-    rows = {
-        f"{label} ({c.indicator().title})": c.overview()[c.indicator().title]
-        for label, c in comparisons.items()
-    }
-    return pd.DataFrame(rows).T.rename_axis("problem")
 
 
 def average_ranks(standings: pd.DataFrame, per_variable: bool) -> pd.DataFrame:

@@ -78,6 +78,9 @@ class PublishedTable(Table):
     """Values of a publication, to be compared with the study's."""
 
     source: str
+    evaluations: int | None = Field(
+        None, ge=1, description="of the published runs; of another budget they are not compared"
+    )
     table: dict[str, dict[str, float]] = Field(description="by label, then by column")
 
 

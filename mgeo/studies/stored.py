@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ import pandas as pd
 from pydantic import ConfigDict, Field
 
 from mgeo.plugins import protocol
+from mgeo.plugins.discovery import load_problem
 from mgeo.plugins.protocol import column_names
 from mgeo.store.atomic import to_json, write_files
 from mgeo.store.lock import lock
@@ -20,8 +21,9 @@ from mgeo.store.reading import read_json
 from mgeo.store.study_run import StudyRun
 from mgeo.store.tables import read_texts, to_csv
 from mgeo.studies.comparison import Comparison
-from mgeo.studies.file import ProblemConfiguration, Study
+from mgeo.studies.file import Study
 from mgeo.studies.indicators import applicable
+from mgeo.studies.labels import folder_name
 from mgeo.studies.space import OBJECTIVE_SPACE, POINTS, IndicatorSpace, Origin
 from mgeo.validation.tables import Table, checked, entry, errors_of
 
@@ -53,7 +55,7 @@ def stored_tables(comparison: Comparison) -> dict[str, bytes]:
     return {name: to_csv(table) for name, table in tables.items()}
 
 
-def read_comparison(folder: Path | str) -> Comparison:
+def read_comparison(folder: Path | str, *, named: Collection[str] = ()) -> Comparison:
     """A comparison from the folder into which `run_study` wrote it; nothing is run.
 
     Its tables, tests and figures are those of the original. Its records hold the final fronts
@@ -63,11 +65,12 @@ def read_comparison(folder: Path | str) -> Comparison:
     Parameters
     ----------
     folder : of one problem, with ``table.csv`` in it.
+    named : problems ``module:Class`` of which modules may be imported: no file has that done.
 
     Raises
     ------
     FileNotFoundError
-        If there is none.
+        If there is none; of several problems there is one in each folder, see `read_comparisons`.
     ValueError, TypeError
         If its problem is not installed, or a file is not as it was written.
 
@@ -91,11 +94,12 @@ def read_comparison(folder: Path | str) -> Comparison:
     folder = Path(folder)
     path = folder / PROVENANCE
     if not path.is_file():
-        raise FileNotFoundError(f"{folder} holds no comparison: there is no {PROVENANCE}")
+        several = " of one problem: see read_comparisons" if (folder / OWNER).is_file() else ""
+        raise FileNotFoundError(f"{folder} holds no comparison{several}: there is no {PROVENANCE}")
     data = read_json(path)
     with errors_of(path):
         told = checked(_Provenance, data)
-        problem = ProblemConfiguration("", told.problem.name, told.problem.options).build()
+        problem = load_problem(told.problem.name, told.problem.options, named=named)
         space = _space(problem, told.space)
     algorithms, n_eval = tuple(told.algorithms), told.evaluations
     indicators = [indicator.name for indicator in applicable(problem.n_obj)]
@@ -111,6 +115,38 @@ def read_comparison(folder: Path | str) -> Comparison:
             if row["status"] == "finished"
         }
     return Comparison(problem, algorithms, n_eval, table, runs, records, space)
+
+
+def read_comparisons(folder: Path | str, *, named: Collection[str] = ()) -> dict[str, Comparison]:
+    """Each comparison of a study's folder, by the label of its problem, in the study's order.
+
+    Problems that are not done yet are left out.
+
+    Parameters
+    ----------
+    named : as of `read_comparison`.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is none.
+    ValueError, TypeError
+        As `read_comparison`.
+    """
+    folder = Path(folder)
+    path = folder / OWNER
+    if not path.is_file():
+        raise FileNotFoundError(f"{folder} holds no study: there is no {OWNER}")
+    data = read_json(path)
+    with errors_of(path):
+        labels = list(entry(data, "problems", dict))
+    places = {label: folder / folder_name(label) for label in labels}
+    if len(labels) == 1:
+        places = {labels[0]: folder}
+    done = {label: place for label, place in places.items() if (place / PROVENANCE).is_file()}
+    if not done:
+        raise FileNotFoundError(f"{folder} holds no comparison: none of its problems is done")
+    return {label: read_comparison(place, named=named) for label, place in done.items()}
 
 
 class _Part(Table):

@@ -15,18 +15,21 @@ import pandas as pd
 from plotly.offline import get_plotlyjs
 
 from mgeo.figures.page import LIBRARY
+from mgeo.plugins.discovery import is_own_class
 from mgeo.runs.estimate import estimate
 from mgeo.store.atomic import check_writable, to_json, write_files
-from mgeo.studies.comparison import Comparison, markdown
+from mgeo.studies.comparison import Comparison
+from mgeo.studies.conclusions import published_table
 from mgeo.studies.execute import compare, run_files
 from mgeo.studies.file import ProblemConfiguration, Study
 from mgeo.studies.labels import folder_name
 from mgeo.studies.pooled import friedman_over_problems, problem_values, ranks_over_problems
-from mgeo.studies.report import by_problem, problem_page, study_page
+from mgeo.studies.report import problem_page, study_page
 from mgeo.studies.results import failures, targets_reached
 from mgeo.studies.run import Task, told
 from mgeo.studies.space import NothingToCompareError
 from mgeo.studies.stored import PROVENANCE, check, claim, stored_tables
+from mgeo.studies.tables import markdown, problems_table
 from mgeo.studies.versions import distinct
 
 if TYPE_CHECKING:
@@ -54,10 +57,11 @@ def run_study(
     problem is done: ``table.csv`` (indicators over evaluations), ``final.csv`` (after all of
     them), ``fronts.csv``, ``runs.csv``, ``tests.csv``, ``summary.md``, ``summary.tex``,
     ``report.html`` and last ``provenance.json``. With several problems there are beside these
-    folders ``report.html``, ``summary.md``, ``summary.csv``, ``values.csv`` and ``ranks.csv`` (see
-    `mgeo.studies.pooled`), ``targets.csv`` (`mgeo.studies.results`) and the plotting library, which
-    all pages share. A study that was interrupted goes on with the runs that are missing. With its
-    first tables the folder belongs to this study, which may grow: see `mgeo.studies.stored.claim`.
+    folders ``report.html``, ``summary.md``, ``summary.tex``, ``summary.csv``, ``values.csv`` and
+    ``ranks.csv`` (see `mgeo.studies.pooled`), ``targets.csv`` (`mgeo.studies.results`) and the
+    plotting library, which all pages share. A study that was interrupted goes on with the runs that
+    are missing. With its first tables the folder belongs to this study, which may grow: see
+    `mgeo.studies.stored.claim`.
 
     Parameters
     ----------
@@ -143,10 +147,11 @@ def run_study(
         ranked = friedman_over_problems(values)
         failed += without
         page = study_page(study, comparisons, ranked, standings, reached, failed)
-        table = by_problem(comparisons)
+        marked = problems_table(comparisons)
         texts = {
-            "summary.md": markdown(table) + "".join(f"\n{text}\n" for text in failed),
-            "summary.csv": table.to_csv(lineterminator="\n"),
+            "summary.md": marked.markdown() + "".join(f"\n{text}\n" for text in failed),
+            "summary.tex": marked.latex(),
+            "summary.csv": marked.table.to_csv(lineterminator="\n"),
             VALUES: values.to_csv(index=False, lineterminator="\n"),
             RANKS: standings.to_csv(index=False, lineterminator="\n"),
             TARGETS: reached.to_csv(index=False, lineterminator="\n"),
@@ -181,13 +186,21 @@ def _contents(
     )
     texts = {
         "tests.csv": tests.reset_index(0).to_csv(index=False, lineterminator="\n"),
-        "summary.md": markdown(comparison.overview()),
+        "summary.md": _summary(study, comparison),
         "summary.tex": comparison.to_latex(),
         REPORT: problem_page(study, problem.label, comparison),
     }
     last = {PROVENANCE: to_json(_provenance(study, problem, comparison))}
     encoded = {name: text.encode() for name, text in texts.items()}
     return stored_tables(comparison) | encoded | last
+
+
+def _summary(study: Study, comparison: Comparison) -> str:
+    text = comparison.to_markdown()
+    published = published_table(study, comparison)
+    if published is None or study.published is None:
+        return text
+    return f"{text}\nBeside {study.published.source}:\n\n{markdown(published)}"
 
 
 def _provenance(
@@ -240,13 +253,18 @@ def estimate_study(study: Study, folder: Path | str, *, n_jobs: int | None = Non
     ValueError, TypeError
         If a problem or an algorithm cannot be built, or the folder belongs to another study.
     """
-    own = [each.label for each in study.algorithms if ":" in each.name]
+    own = [a.label for a in study.algorithms if ":" in a.name]
+    own += [p.label for p in study.problems if is_own_class(p.name)]
     untold = [f"{label}: a dry run has no module imported that a file names" for label in own]
-    named = tuple(each for each in study.algorithms if each.label not in own)
-    built = build(replace(study, algorithms=named))
+    named = replace(
+        study,
+        algorithms=tuple(a for a in study.algorithms if a.label not in own),
+        problems=tuple(p for p in study.problems if p.label not in own),
+    )
+    built = build(named)
     check(Path(folder), study)
     found, timed, work = 0, 0, 0.0
-    for configuration, (problem, algorithms) in zip(study.problems, built, strict=True):
+    for configuration, (problem, algorithms) in zip(named.problems, built, strict=True):
         n_eval, _ = study.budget(problem)
         tasks = {
             (label, seed): Task(problem, algorithm, n_eval, seed)
@@ -266,8 +284,8 @@ def estimate_study(study: Study, folder: Path | str, *, n_jobs: int | None = Non
                     expected.elapsed, expected.processor
                 )
                 timed += expected.timed
-    runs = len(built) * len(study.algorithms) * len(study.seeds)
+    runs = len(study.problems) * len(study.algorithms) * len(study.seeds)
     processes = max(1, min(joblib.effective_n_jobs(n_jobs), runs - found))
-    problems = {p.label: made for p, (made, _) in zip(study.problems, built, strict=True)}
+    problems = {p.label: made for p, (made, _) in zip(named.problems, built, strict=True)}
     seconds = work / processes
     return StudyEstimate(problems, runs, found, processes, seconds, timed, tuple(untold))

@@ -4,7 +4,9 @@ from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from mgeo.cli.app import app
 from mgeo.plugins.discovery import (
     Plugin,
     PluginError,
@@ -13,6 +15,7 @@ from mgeo.plugins.discovery import (
     load_problem,
     read_files,
 )
+from mgeo.studies import read_comparison
 
 pytestmark = pytest.mark.usefixtures("stand_in")
 
@@ -107,3 +110,90 @@ def test_nothing_installed_says_what_to_install(monkeypatch):
     monkeypatch.setattr("mgeo.plugins.discovery.entry_points", lambda group: ())
     with pytest.raises(PluginError, match=r"pip install \./problems/attitude"):
         load_problem("attitude")
+
+
+BEAM = """
+import numpy as np
+from pymoo.core.problem import Problem
+
+
+class Beam(Problem):
+    def __init__(self, length=1.0):
+        super().__init__(n_var=2, n_obj=2, xl=0.01, xu=0.1)
+        self.length = length
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        area = X[:, 0] * X[:, 1]
+        out["F"] = np.column_stack([area * self.length, self.length**3 / (area * X[:, 1] ** 2)])
+
+    @classmethod
+    def read_files(cls, options, folder):
+        return {"length": float((folder / options["from"]).read_text())}
+"""
+
+
+@pytest.fixture
+def beam(tmp_path, monkeypatch):
+    """The name of a class in a module of the current folder."""
+    (tmp_path / "own_beam.py").write_text(BEAM)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [path for path in sys.path if path not in ("", ".")])
+    yield "own_beam:Beam"
+    sys.modules.pop("own_beam", None)
+
+
+def test_a_class_of_ones_own_is_imported_only_if_it_is_named(beam, tmp_path):
+    refused = rf"problem '{beam}': its module is imported only if .*: --problem {beam}$"
+    with pytest.raises(PluginError, match=refused):
+        load_problem(beam)
+    assert read_files(beam, {"from": "l.txt"}, tmp_path) == {"from": "l.txt"}
+    assert "own_beam" not in sys.modules
+    assert load_problem(beam, {"length": 2.0}, named=(beam,)).length == 2.0
+    (tmp_path / "l.txt").write_text("3.5")
+    assert read_files(beam, {"from": "l.txt"}, tmp_path, named=(beam,)) == {"length": 3.5}
+    with pytest.raises(ValueError, match=r"unknown option 'n_var' .*: expected length$"):
+        load_problem(beam, {"n_var": 3}, named=(beam,))
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("zdt1", "no problem is called 'zdt1': installed are"),
+        ("nowhere:Class", "does not load: ModuleNotFoundError"),
+        ("math:pi", "expected a class derived from pymoo.core.problem.Problem"),
+        ("pymo/zdt1:x", "expected module:Class"),
+    ],
+)
+def test_what_is_no_problem_is_answered_with_the_prefixes(name, said):
+    with pytest.raises(PluginError) as refused:
+        load_problem(name, named=(name,))
+    assert said in str(refused.value)
+    assert "test problems have names as pymoo:zdt1, shifted:zdt1, coco:bbob" in str(refused.value)
+    for example in ("pymoo:zdt1", "shifted:zdt1"):
+        assert load_problem(example).n_obj == 2
+
+
+def test_a_run_and_a_study_of_ones_own_class(beam, tmp_path):
+    def run(*words, code=0):
+        done = CliRunner().invoke(app, [*words, "-q"], prog_name="mgeo")
+        assert done.exit_code == code, done.output + done.stderr
+        return done.stderr
+
+    run("solve", beam, "--evaluations", "60", "--out", "made")
+    sys.modules.pop("own_beam")
+    assert f"is imported only if it is named: --problem {beam}" in run("resume", "made", code=2)
+    assert f"is imported only if it is named: --problem {beam}" in run("report", "made", code=2)
+    assert "expected 'other:C', as asked" in run("resume", "made", "--problem", "other:C", code=2)
+    study = 'title = "t"\nevaluations = 60\nseeds = 2\n[[algorithms]]\nname = ["mgeo-real"]\n'
+    (tmp_path / "study.toml").write_text(f'{study}[[problems]]\nname = "{beam}"\n')
+    told = run("study", "study.toml", "--dry-run")
+    assert f"{beam}: a dry run has no module imported that a file names" in told
+    assert "own_beam" not in sys.modules
+    run("resume", "made", "--problem", beam, "--evaluations", "120")
+    run("report", "made", "--problem", beam)
+    run("study", "study.toml", "--jobs", "1")
+    kept = read_comparison("studies/study", named=[beam])
+    assert kept.order() == ["mgeo-real"]
+    sys.modules.pop("own_beam")
+    with pytest.raises(PluginError, match="its module is imported only if"):
+        read_comparison("studies/study")

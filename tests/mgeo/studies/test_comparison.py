@@ -1,8 +1,7 @@
 import numpy as np
-import pandas as pd
 import pytest
 
-from mgeo.studies.comparison import Comparison, latex, markdown
+from mgeo.studies.comparison import Comparison
 
 from .samples import VALUES
 from .samples import comparison as made_by_hand
@@ -80,26 +79,6 @@ def test_an_algorithm_without_a_finished_run_stays_in_the_summary(comparison):
 def test_an_unknown_indicator_is_refused(comparison):
     with pytest.raises(ValueError, match="'volume': expected one of hypervolume, igd_plus, eps"):
         comparison.tests("volume")
-
-
-def test_latex_is_a_table_with_the_best_in_bold(comparison):
-    assert comparison.to_latex() == (
-        "\\begin{tabular}{lrrrrr}\n\\toprule\n"
-        "algorithm & runs & hypervolume & IGD+ & additive epsilon & points \\\\\n\\midrule\n"
-        "A\\_1 & 3 & \\textbf{0.60 $\\pm$ 0.10} & \\textbf{0.40 $\\pm$ 0.10} "
-        "& \\textbf{0.25} & 20 $\\pm$ 10 \\\\\n"
-        "B & 3 & 0.20 $\\pm$ 0.10 & 0.80 $\\pm$ 0.10 & 0.25 & 20 $\\pm$ 10 \\\\\n"
-        "C & 3 & 0.45 $\\pm$ 0.23 & 0.55 $\\pm$ 0.23 & 0.25 & 20 $\\pm$ 10 \\\\\n"
-        "\\bottomrule\n\\end{tabular}\n"
-    )
-
-
-def test_special_characters_of_tables_are_escaped():
-    table = pd.DataFrame({"50 %": ["a|b"]}, index=pd.Index(["σ ^ {1} \\"], name="x & y"))
-    assert markdown(table) == "| x & y | 50 % |\n| --- | ---: |\n| σ ^ {1} \\ | a\\|b |\n"
-    text = latex(table)
-    assert r"x \& y & 50 \% \\" in text
-    assert r"$\sigma$ \textasciicircum{} \{1\} \textbackslash{} & a|b \\" in text
 
 
 def test_the_order_and_the_typical_runs(comparison):

@@ -33,8 +33,9 @@ from mgeo.studies.pooled import friedman_over_problems, ranks_over_problems
 from mgeo.studies.run import Failure, record
 from mgeo.studies.schema import PublishedTable
 from mgeo.studies.space import NothingToCompareError
-from mgeo.studies.stored import read_comparison
+from mgeo.studies.stored import read_comparison, read_comparisons
 from mgeo.studies.study import run_study
+from mgeo.studies.tables import problems_table
 
 from .samples import VALUES, comparison
 from .test_file import STUDIES
@@ -79,6 +80,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
         "zdt1",
         "dtlz2",
         "summary.md",
+        "summary.tex",
         "summary.csv",
         "values.csv",
         "ranks.csv",
@@ -98,7 +100,7 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
         pd.testing.assert_frame_equal(pd.read_csv(out / label / "table.csv"), result.table)
         assert len(pd.read_csv(out / label / "final.csv")) == 8
         assert len(pd.read_csv(out / label / "tests.csv")) == 6 * (3 + 3)  # and parts
-        assert len((out / label / "summary.md").read_text().splitlines()) == 2 + 4
+        assert len((out / label / "summary.md").read_text().splitlines()) == 2 + 4 + 2
     page = (out / "zdt1" / "report.html").read_text()
     assert "<h1>Two &lt;problems&gt;</h1>\n<p>First.</p>\n<p>Second &amp; last.</p>" in page
     assert page.count("Plotly.newPlot(") >= 6
@@ -119,6 +121,13 @@ def test_a_study_of_two_problems(tmp_path, monkeypatch):
         assert again.table.equals(result.table)
         assert again.overview().equals(result.overview())
         assert again.figures() == result.figures()
+    every = read_comparisons(out)
+    assert list(every) == list(found)
+    tables = problems_table(every)
+    assert (out / "summary.tex").read_text() == tables.latex()
+    assert (out / "summary.md").read_text() == tables.markdown()
+    with pytest.raises(FileNotFoundError, match="no comparison of one problem: see read_compar"):
+        read_comparison(out)
     ranked = friedman_over_problems(values)
     assert (ranked.blocks, len(ranked.ranks)) == (2, 4)
     # all runs are on disk: nothing is run again, and the tables come out the same

@@ -1,0 +1,139 @@
+"""Tables for a paper: what is bold and what is marked, in both languages."""
+
+import re
+from itertools import combinations
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from mgeo.studies.comparison import Comparison
+from mgeo.studies.conclusions import published_table
+from mgeo.studies.figures import study_figures
+from mgeo.studies.schema import PublishedTable
+from mgeo.studies.tables import latex, markdown, problem_table, problems_table
+
+from .samples import comparison as made_by_hand
+
+SEEDS = 12
+
+
+def comparison(**shifts):
+    """Runs of algorithms whose values differ by these shifts."""
+    rng = np.random.default_rng(5)
+    rows = [
+        {
+            "algorithm": name,
+            "seed": seed,
+            "evaluations": 100,
+            "hypervolume": (value := 0.5 + shift + 0.02 * rng.standard_normal()),
+            "igd_plus": 1.0 - value,
+            "epsilon": 0.25 - 0.001 * seed,
+            "points": seed,
+        }
+        for name, shift in shifts.items()
+        for seed in range(1, SEEDS + 1)
+    ]
+    parts = {"table": pd.DataFrame(rows), "algorithms": tuple(shifts), "records": {}}
+    return Comparison(**{**vars(made_by_hand()), **parts})
+
+
+@pytest.fixture
+def three():
+    return comparison(near=-0.01, best_1=0.0, far=-0.2)
+
+
+def test_the_best_mean_is_bold_and_what_does_not_differ_from_it_is_marked(three):
+    """Held against the test and Holm's correction, each written out here."""
+    values = {
+        name: rows["hypervolume"].to_numpy() for name, rows in three.table.groupby("algorithm")
+    }
+    means = {name: each.mean() for name, each in values.items()}
+    best = max(means, key=means.get)
+    pairs = list(combinations(values, 2))
+    p = [stats.mannwhitneyu(values[a], values[b]).pvalue for a, b in pairs]
+    rejected, alpha = set(), 0.05
+    for place, i in enumerate(np.argsort(p)):  # Holm 1979: stop at the first that is kept
+        if p[i] > alpha / (len(p) - place):
+            break
+        rejected.add(pairs[i])
+    alike = {n for n in values if n != best and not {(n, best), (best, n)} & rejected}
+    assert alike == {"near"}
+    table = problem_table(three)
+    for column in ("hypervolume", "IGD+"):
+        assert {row for row, c in table.best if c == column} == {best} == {"best_1"}
+        assert {row for row, c in table.alike if c == column} == alike
+    assert {row for row, c in table.best if c == "additive epsilon"} == set(values)  # a draw
+    shown = three.overview()["hypervolume"]
+    lines = table.markdown().splitlines()
+    assert f"| best_1 | 12 | **{shown['best_1']}** |" in lines[3]
+    assert f"| near | 12 | {shown['near']} † |" in lines[2]
+    assert "†" not in lines[4]
+    assert lines[-1].startswith("Mean ± standard deviation of the runs. Bold: the best mean. †: ")
+    text = three.to_latex()
+    cell = shown["best_1"].replace("±", r"$\pm$")
+    assert rf"best\_1 & 12 & \textbf{{{cell}}} &" in text
+    near = shown["near"].replace("±", r"$\pm$")
+    assert rf"near & 12 & {near} $^\dagger$ &" in text
+    assert text.index(r"\end{tabular}") < text.index(r"{\footnotesize Mean $\pm$ standard")
+    assert "at 5 \\%.}\n" in text
+
+
+def test_all_problems_in_one_table(three):
+    """Each row is marked by itself."""
+    other = comparison(near=0.1, best_1=0.0, far=-0.2)
+    table = problems_table({"one": three, "two": other})
+    assert list(table.table.index) == ["one (hypervolume)", "two (hypervolume)"]
+    assert set(table.best) == {("one (hypervolume)", "best_1"), ("two (hypervolume)", "near")}
+    assert set(table.alike) == {("one (hypervolume)", "near")}
+    assert table.table.loc["two (hypervolume)", "far"] == other.overview().loc["far", "hypervolume"]
+    assert table.latex().count(r"\textbf") == 2
+
+
+def test_one_algorithm_has_nothing_to_be_compared_with():
+    table = problem_table(comparison(alone=0.0))
+    assert (list(table.best), list(table.alike), table.note) == ([], [], "")
+    assert "textbf" not in table.latex()
+
+
+def test_special_characters_of_tables_are_escaped():
+    table = pd.DataFrame({"50 %": ["a|b"]}, index=pd.Index(["σ ^ {1} \\"], name="x & y"))
+    assert markdown(table) == "| x & y | 50 % |\n| --- | ---: |\n| σ ^ {1} \\ | a\\|b |\n"
+    text = latex(table)
+    assert r"x \& y & 50 \% \\" in text
+    assert r"$\sigma$ \textasciicircum{} \{1\} \textbackslash{} & a|b \\" in text
+
+
+@pytest.mark.parametrize(("evaluations", "shown"), [(None, True), (100, True), (59_760, False)])
+def test_published_values_are_shown_where_the_budget_is_theirs(three, evaluations, shown):
+    published = PublishedTable(
+        source="x", evaluations=evaluations, table={"best_1": {"points": 7.0}}
+    )
+    found = published_table(SimpleNamespace(published=published), three)
+    assert (found is not None) == shown
+    if shown:
+        assert found.loc["best_1", "points: published"] == "7"
+    assert published_table(SimpleNamespace(published=None), three) is None
+
+
+def test_figures_of_a_study_by_name():
+    """Without menus: what a menu would choose has a figure of its own."""
+    made = made_by_hand()
+    made.runs[["algorithm", "seed"]] = made.table[["algorithm", "seed"]].drop_duplicates()
+    found = {"one": made, "two": made}
+    every = study_figures(found)
+    assert {"ranks", "targets", "one-anytime", "one-anytime-igd_plus", "two-each"} < set(every)
+    assert {"one-difference", "one-difference-2"} < set(every)
+    assert not any(figure.layout.updatemenus for figure in every.values())
+    assert list(study_figures(found, ["ranks"])) == ["ranks"]
+    assert list(study_figures(found, ["anytime", "two-boxes"])) == [
+        *("one-anytime", "two-anytime", "two-boxes")
+    ]
+    single = study_figures({"one": made_by_hand()})
+    assert {"anytime", "boxes", "difference-2"} < set(single)
+    assert "ranks" not in single
+    with pytest.raises(ValueError, match=r"no figure 'rank': expected ranks, .*mean 'ranks'\?"):
+        study_figures(found, ["rank"])
+    assert all(re.fullmatch(r"[\w~-]+", name) for name in every)
