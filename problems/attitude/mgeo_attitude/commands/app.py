@@ -29,6 +29,8 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "export": (
         "mgeo attitude export runs/first plan.json plan.uplink.csv --pick best",
         "mgeo attitude export plan.json plan.aem --object-name SAT --object-id 2021-015A",
+        "mgeo attitude export plan.json plan.aem --aem-rates none --aem-frame EME2000",
+        "mgeo attitude export plan.json plan.bc plan.tsc --naif-id -123",
     ),
     "check": ("mgeo attitude check mine.toml --plans 50",),
     "schema": ("mgeo attitude schema > scenario.schema.json",),
@@ -75,7 +77,8 @@ def export(
         typer.Argument(
             metavar="FILE...",
             help="What to write, by suffix: .json (the plan, can be read back), .uplink.csv (start "
-            "times, rates, durations), .csv (timeline), .aem (CCSDS attitude ephemeris).",
+            "times, rates, durations), .csv (timeline); attitudes as .aem (CCSDS), .bc and .tsc "
+            "(SPICE), .a (STK), .42.txt (NASA's 42), .waypoints.csv (Basilisk).",
         ),
     ],
     pick: Pick = None,
@@ -93,8 +96,18 @@ def export(
     aem_version: Annotated[
         str, typer.Option(metavar="1.0|2.0", help="AEM: CCSDS 504.0-B-1 or -B-2.")
     ] = "1.0",
+    aem_rates: Annotated[
+        str,
+        typer.Option(metavar="given|none", help="AEM: none for readers of plain quaternions."),
+    ] = "given",
+    aem_frame: Annotated[
+        str, typer.Option(metavar="GCRF|EME2000", help="AEM: the frame that attitudes are from.")
+    ] = "GCRF",
+    naif_id: Annotated[
+        int, typer.Option(metavar="N", help="SPICE: the spacecraft's, below 0.")
+    ] = -999,
     spacing: Annotated[
-        float, typer.Option(metavar="SECONDS", help="AEM: greatest time between attitudes.")
+        float, typer.Option(metavar="SECONDS", help="Greatest time between attitudes.")
     ] = 1.0,
     overwrite: Overwrite = False,
     force: Annotated[
@@ -113,27 +126,30 @@ def export(
     """
     from mgeo.store.atomic import write_file
     from mgeo_attitude.commands.files import check_constraints, check_targets, load_plan
-    from mgeo_attitude.plan.files import SUFFIXES, plan_text
+    from mgeo_attitude.plan.files import SUFFIXES, plan_content
 
     with bad_input(USERS):
-        check_targets(files, overwrite, SUFFIXES)
+        check_targets(files, overwrite, tuple(SUFFIXES))
         picked = load_plan(source, pick, time, solution)
         check_constraints(picked, force)
-        aem: dict[str, Any] = {
+        options: dict[str, Any] = {
             "object_name": object_name,
             "object_id": object_id,
             "originator": originator,
             "version": aem_version,
+            "rates": aem_rates,
+            "frame": aem_frame,
+            "naif_id": naif_id,
             "spacing": spacing,
         }
-        texts = {path: plan_text(picked.plan, path, aem) for path in files}
+        contents = {path: plan_content(picked.plan, path, options) for path in files}
         output = Output(quiet, json)
         for told in () if quiet else picked.doubts() + picked.lateness():
             output.note(told)
-        for path, text in texts.items():
-            write_file(path, text.encode())
+        for path, content in contents.items():
+            write_file(path, content)
             output.print(f"wrote {path}")
-    output.result({"files": [str(path) for path in texts]})
+    output.result({"files": [str(path) for path in contents]})
 
 
 #: Commands of mgeo-calibration, which puts its own in their place.

@@ -3,8 +3,8 @@
 Attitudes go from REF_FRAME_A to REF_FRAME_B with the scalar last. Version 1.0 (504.0-B-1, 2008)
 says so with ATTITUDE_DIR = A2B and QUATERNION_TYPE = LAST; in 2.0 (504.0-B-2, 2024) it is always
 so. Rates are the derivatives of the quaternion in 1.0, whose own rates are those of Euler angles,
-and the angular velocity in body axes in 2.0. REF_FRAME_A is GCRF, the frame of all tables here:
-EME2000 is not the same, its axes are 0.02 arc seconds off.
+and the angular velocity in body axes in 2.0. REF_FRAME_A is GCRF, the frame of all tables here, or
+EME2000, whose axes are 0.02 arc seconds off: attitudes are then from these.
 
 Each phase of constant rate is a segment of its own, across whose ends nobody may interpolate
 (4.2.4.8.3), and begins at the instant at which the one before it ends.
@@ -12,23 +12,18 @@ Each phase of constant rate is a segment of its own, across whose ends nobody ma
 
 from __future__ import annotations
 
-import math
 from datetime import UTC, datetime
 from typing import Literal, get_args
 
 import numpy as np
 
-from mgeo_attitude._typing import Floats
 from mgeo_attitude.environment.time_stamps import utc_texts
-from mgeo_attitude.geometry.quaternion import (
-    body_rates,
-    quaternion_derivatives,
-    sampled_quaternions,
-)
-from mgeo_attitude.maneuvers.phases import Phase
+from mgeo_attitude.geometry.quaternion import quaternion_derivatives
+from mgeo_attitude.plan.attitudes import Attitudes, Frame, attitudes
 from mgeo_attitude.plan.plan import ManeuverPlan
 
 Version = Literal["1.0", "2.0"]
+Rates = Literal["given", "none"]
 
 #: Digits of a quaternion after the point: 16 in all (6.8.4.1).
 _DIGITS = 15
@@ -45,6 +40,8 @@ def aem_text(
     created: datetime | None = None,
     version: Version = "1.0",
     spacing: float = 1.0,
+    rates: Rates = "given",
+    frame: Frame = "GCRF",
 ) -> str:
     """The attitude of a plan from its start to its end, slew back included.
 
@@ -61,11 +58,16 @@ def aem_text(
     spacing : float
         Greatest time between attitudes [s]. Readers interpolate linearly: at 1 deg/s about all axes
         and the default 1 s they are wrong by less than 0.03 arc seconds in between.
+    rates : {"given", "none"}
+        Whether rates are written: many readers take plain quaternions only.
+    frame : {"GCRF", "EME2000"}
+        REF_FRAME_A.
 
     Raises
     ------
     ValueError
-        For a text that the format does not allow, an unknown version, or a spacing not above zero.
+        For a text that the format does not allow, an unknown version, frame or kind of rates, or a
+        spacing not above zero.
 
     Examples
     --------
@@ -76,10 +78,9 @@ def aem_text(
     >>> print(aem_text(plan, object_name="MYSAT").splitlines()[0])
     CCSDS_AEM_VERS = 1.0
     """
-    if version not in get_args(Version):
-        raise ValueError(f"version = {version!r}: expected one of {', '.join(get_args(Version))}")
-    if not 0.0 < spacing < math.inf:
-        raise ValueError(f"spacing = {spacing!r}: expected a number of seconds above 0")
+    for key, given, choices in (("version", version, Version), ("rates", rates, Rates)):
+        if given not in get_args(choices):
+            raise ValueError(f"{key} = {given!r}: expected one of {', '.join(get_args(choices))}")
     texts = {"object_name": object_name, "object_id": object_id, "originator": originator}
     for key, value in texts.items():
         _check_text(key, value)
@@ -93,54 +94,54 @@ def aem_text(
         f"CREATION_DATE = {creation_date}",
         f"ORIGINATOR = {originator}",
     ]
-    for phase in plan.phases:
-        lines += ["", *_segment(plan, phase, names, version, spacing)]
+    for part in attitudes(plan, spacing, frame):
+        lines += ["", *_segment(plan, part, names, version, rates, frame)]
     return "\n".join(lines) + "\n"
 
 
 def _segment(
-    plan: ManeuverPlan, phase: Phase, names: list[str], version: Version, spacing: float
+    plan: ManeuverPlan,
+    part: Attitudes,
+    names: list[str],
+    version: Version,
+    rates: Rates,
+    frame: Frame,
 ) -> list[str]:
-    at = np.linspace(phase.start, phase.end, math.ceil(phase.duration / spacing) + 1)
-    epochs = utc_texts(plan.scenario.epoch, at)
-    rates = " ".join(f"{rate:.6g}" for rate in phase.rates_deg_s)
+    epochs = utc_texts(plan.scenario.epoch, part.times)
+    turning = " ".join(f"{rate:.6g}" for rate in part.phase.rates_deg_s)
     first_edition = version == "1.0"
+    kind, columns, lines = "QUATERNION", [part.q], ["QUATERNION_TYPE = LAST"]
+    if rates == "given":
+        kind += "/DERIVATIVE" if first_edition else "/ANGVEL"
+        columns.append(
+            quaternion_derivatives(part.q, part.rates) if first_edition else np.degrees(part.rates)
+        )
+    if not first_edition:
+        lines = ["ANGVEL_FRAME = SC_BODY_1"] if rates == "given" else []
+    rows = np.hstack(columns).round(_DIGITS) + 0.0  # the format knows no -0
     return [
         "META_START",
-        f"COMMENT {phase.label}, body rates {rates} deg/s",
+        f"COMMENT {part.phase.label}, body rates {turning} deg/s",
         *names,
         "CENTER_NAME = EARTH",
-        "REF_FRAME_A = GCRF",
+        f"REF_FRAME_A = {frame}",
         "REF_FRAME_B = SC_BODY_1",
         *(["ATTITUDE_DIR = A2B"] if first_edition else []),
         "TIME_SYSTEM = UTC",
         f"START_TIME = {epochs[0]}",
         f"STOP_TIME = {epochs[-1]}",
-        f"ATTITUDE_TYPE = QUATERNION/{'DERIVATIVE' if first_edition else 'ANGVEL'}",
-        "QUATERNION_TYPE = LAST" if first_edition else "ANGVEL_FRAME = SC_BODY_1",
+        f"ATTITUDE_TYPE = {kind}",
+        *lines,
         "INTERPOLATION_METHOD = LINEAR",
         "INTERPOLATION_DEGREE = 1",
         "META_STOP",
         "DATA_START",
         *(
-            f"{epoch} {' '.join(f'{part:.{_DIGITS}f}' for part in row)}"
-            for epoch, row in zip(epochs, _rows(plan, phase, at, version), strict=True)
+            f"{epoch} {' '.join(f'{value:.{_DIGITS}f}' for value in row)}"
+            for epoch, row in zip(epochs, rows, strict=True)
         ),
         "DATA_STOP",
     ]
-
-
-def _rows(plan: ManeuverPlan, phase: Phase, at: Floats, version: Version) -> Floats:
-    """Quaternions, and their derivatives [1/s] or angular velocities [deg/s]."""
-    step = plan.scenario.step
-    first, last = plan.steps([phase.start, phase.end])
-    samples = slice(first, last + 1)
-    times = step * np.arange(first, last + 1, dtype=float)
-    q = sampled_quaternions(times, plan.attitude[samples], at)
-    rates = body_rates(times, plan.attitude[samples], at)
-    second = quaternion_derivatives(q, rates) if version == "1.0" else np.degrees(rates)
-    rounded: Floats = np.hstack([q, second]).round(_DIGITS) + 0.0  # the format knows no -0
-    return rounded
 
 
 def _comment(text: str) -> str:

@@ -1,4 +1,4 @@
-"""Plans as files: JSON that reads back, CSV of timeline and commands, CCSDS attitude ephemeris.
+"""Plans as files: JSON that reads back, CSV of timeline and commands, attitudes for other tools.
 
 In JSON, ``scenario`` and ``design`` are the plan. ``predicted``, ``constraints``, ``timeline`` and
 ``accuracy`` follow from them; on reading they are computed again, and a file that says something
@@ -7,35 +7,59 @@ else is refused. CSV says less than the plan. Floats are written to the last dig
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from mgeo.store.atomic import write_file
+from mgeo.validation.arguments import refuse_unknown
 from mgeo.validation.tables import entry
 from mgeo_attitude.plan.aem import aem_text
 from mgeo_attitude.plan.documents import Form, read_document, written
+from mgeo_attitude.plan.nasa_42 import script_text
 from mgeo_attitude.plan.plan import ManeuverPlan
+from mgeo_attitude.plan.spice import ck_bytes, sclk_text
+from mgeo_attitude.plan.stk import stk_text
 from mgeo_attitude.plan.uplink import to_uplink_csv
+from mgeo_attitude.plan.waypoints import waypoints_text
 
-SUFFIXES = (".json", ".uplink.csv", ".csv", ".aem")
+#: What a name may end in, and which of the keywords of `write_plan` such a file takes.
+SUFFIXES: Mapping[str, tuple[str, ...]] = {
+    ".json": (),
+    ".uplink.csv": (),
+    ".csv": (),
+    ".aem": (
+        *("object_name", "object_id", "originator", "created"),
+        *("version", "spacing", "rates", "frame"),
+    ),
+    ".a": ("spacing",),
+    ".42.txt": ("spacing",),
+    ".waypoints.csv": ("spacing",),
+    ".bc": ("spacing", "naif_id"),
+    ".tsc": ("naif_id",),
+}
 
 
-def write_plan(plan: ManeuverPlan, path: Path | str, **aem: Any) -> None:
+def write_plan(plan: ManeuverPlan, path: Path | str, **options: Any) -> None:
     """Write a plan to a file, whole or not at all, in the format that its name ends in.
 
     Parameters
     ----------
     path : path
-        Ends in ``.json`` (`to_json`), ``.uplink.csv`` (`to_uplink_csv`), any other ``.csv``
-        (`to_csv`) or ``.aem`` (`aem_text`).
-    aem
-        Keywords of `aem_text`.
+        Ends in ``.json`` (`to_json`), ``.uplink.csv`` (`to_uplink_csv`), ``.aem`` (`aem_text`),
+        ``.a`` (`stk_text`), ``.42.txt`` (`script_text`), ``.waypoints.csv`` (`waypoints_text`),
+        ``.bc`` (`ck_bytes`), ``.tsc`` (`sclk_text`), or any other ``.csv`` (`to_csv`).
+    options
+        Keywords of these; those that a format does not take are passed over.
 
     Raises
     ------
     ValueError
-        For another ending, or by `aem_text`.
+        For another ending, or by the function.
+    TypeError
+        For a keyword that no format takes.
+    ImportError
+        If a format needs an extra that is not installed.
     OSError
         If it cannot be written.
 
@@ -49,24 +73,35 @@ def write_plan(plan: ManeuverPlan, path: Path | str, **aem: Any) -> None:
     >>> read_json("plan.json") == plan
     True
     """
-    write_file(path, plan_text(plan, path, aem).encode())
+    write_file(path, plan_content(plan, path, options))
 
 
-def plan_text(plan: ManeuverPlan, path: Path | str, aem: Mapping[str, Any]) -> str:
+def plan_content(plan: ManeuverPlan, path: Path | str, options: Mapping[str, Any]) -> bytes:
     """What a file of this name holds; raises as `write_plan`."""
     suffix = ending(path)
-    if suffix == ".aem":
-        return aem_text(plan, **aem)
-    writers = {".json": to_json, ".uplink.csv": to_uplink_csv, ".csv": to_csv}
-    return writers[suffix](plan)
+    refuse_unknown(options, {key for keys in SUFFIXES.values() for key in keys}, "write_plan")
+    writers: Mapping[str, Callable[..., str | bytes]] = {
+        ".json": to_json,
+        ".uplink.csv": to_uplink_csv,
+        ".waypoints.csv": waypoints_text,
+        ".csv": to_csv,
+        ".aem": aem_text,
+        ".a": stk_text,
+        ".42.txt": script_text,
+        ".bc": ck_bytes,
+        ".tsc": sclk_text,
+    }
+    taken = {key: value for key, value in options.items() if key in SUFFIXES[suffix]}
+    content = writers[suffix](plan, **taken)
+    return content.encode() if isinstance(content, str) else content
 
 
 def ending(path: Path | str) -> str:
     """Which of `SUFFIXES` a name ends in; ValueError for none."""
-    for suffix in SUFFIXES:
-        if Path(path).name.endswith(suffix):
-            return suffix
-    raise ValueError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
+    found = [suffix for suffix in SUFFIXES if Path(path).name.endswith(suffix)]
+    if not found:
+        raise ValueError(f"{path}: expected a name that ends in {', '.join(SUFFIXES)}")
+    return max(found, key=len)
 
 
 def to_csv(plan: ManeuverPlan) -> str:

@@ -1,0 +1,108 @@
+"""The attitude of a plan at many instants, phase by phase, as files of others take it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import erfa
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from mgeo_attitude._typing import Floats
+from mgeo_attitude.geometry.quaternion import body_rates, sampled_quaternions
+from mgeo_attitude.maneuvers.phases import Phase
+from mgeo_attitude.plan.plan import ManeuverPlan
+
+#: Inertial frames by their names in CCSDS messages.
+Frame = Literal["GCRF", "EME2000"]
+
+
+@dataclass(frozen=True, eq=False)
+class Attitudes:
+    """Of one phase, whose ends are its first and last instant.
+
+    Attributes
+    ----------
+    times : array, shape (k,)
+        [s] after the epoch.
+    q : array, shape (k, 4)
+        Quaternions from an inertial frame to the body, vector first, as `geometry.quaternion`.
+    rates : array, shape (k, 3)
+        Body rates [rad/s] about the body axes.
+    """
+
+    phase: Phase
+    times: Floats
+    q: Floats
+    rates: Floats
+
+
+def attitudes(
+    plan: ManeuverPlan, spacing: float = 1.0, frame: Frame = "GCRF"
+) -> Iterator[Attitudes]:
+    """Each phase of a plan, slew back included.
+
+    Parameters
+    ----------
+    spacing : greatest time between instants [s].
+    frame : that attitudes are from.
+
+    Raises
+    ------
+    ValueError
+        For a spacing not above zero, or an unknown frame.
+    """
+    if not 0.0 < spacing < math.inf:
+        raise ValueError(f"spacing = {spacing!r}: expected a number of seconds above 0")
+    if frame not in get_args(Frame):
+        raise ValueError(f"frame = {frame!r}: expected {' or '.join(get_args(Frame))}")
+    step = plan.scenario.step
+    for phase in plan.phases:
+        at = np.linspace(phase.start, phase.end, math.ceil(phase.duration / spacing) + 1)
+        first, last = plan.steps([phase.start, phase.end])
+        times = step * np.arange(first, last + 1, dtype=float)
+        matrices = plan.attitude[first : last + 1]
+        if frame == "EME2000":
+            matrices = matrices @ gcrf_to_eme2000().T
+        yield Attitudes(
+            phase,
+            at,
+            sampled_quaternions(times, matrices, at),
+            body_rates(times, matrices, at),
+        )
+
+
+def joined(plan: ManeuverPlan, spacing: float) -> tuple[Floats, Floats]:
+    """Times (k,) and quaternions (k, 4) from GCRF of all phases, each instant once.
+
+    The attitude does not jump where phases meet, and neither do the quaternions' signs.
+    """
+    parts = list(attitudes(plan, spacing))
+    times = np.concatenate([part.times[:1] for part in parts[:1]] + [p.times[1:] for p in parts])
+    q = np.concatenate([part.q[:1] for part in parts[:1]] + [part.q[1:] for part in parts])
+    jumps = np.where(np.einsum("ki,ki->k", q[:-1], q[1:]) < 0.0, -1.0, 1.0)
+    return times, q * np.cumprod(np.append(1.0, jumps))[:, None]
+
+
+def warnings(plan: ManeuverPlan) -> list[str]:
+    """A line of ASCII for each constraint that the plan violates, for comments in files."""
+    lines = (f"VIOLATED CONSTRAINT: {each}" for each in plan.violations())
+    return [line.encode("ascii", "replace").decode() for line in lines]
+
+
+def matrices_of(q: Floats) -> Floats:
+    """Matrices, shape (k, 3, 3), that take inertial coordinates to those of the body."""
+    found: Floats = Rotation.from_quat(q).as_matrix()
+    return np.swapaxes(found, -1, -2)
+
+
+def gcrf_to_eme2000() -> Floats:
+    """Matrix that takes coordinates in GCRF to EME2000: the frame bias, 0.02 arc seconds.
+
+    IAU 2006, by erfa (IERS Conventions 2010, section 5.4.4); it is the same at all times.
+    """
+    bias: Floats = np.asarray(erfa.bp06(erfa.DJ00, 0.0)[0])
+    return bias

@@ -1,0 +1,130 @@
+"""The planned attitude as a C-kernel of SPICE, and the clock kernel that goes with it.
+
+Both need the extra ``spice`` (spiceypy). SPICE's frame J2000 is ICRF, and so the frame of all
+tables here: NAIF's SPICE takes no bias between them (Frames Required Reading, "J2000").
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from mgeo_attitude.environment.constants import DAY
+from mgeo_attitude.environment.time_frames import instants
+from mgeo_attitude.environment.time_stamps import utc_texts
+from mgeo_attitude.plan.attitudes import attitudes, matrices_of, warnings
+from mgeo_attitude.plan.plan import ManeuverPlan
+
+#: Of a spacecraft that has none of NAIF's.
+NAIF_ID = -999
+_J2000 = 2451545.0
+_TICKS = 1_000_000  # of the clock, in a second
+_SECONDS = 2**32  # which the clock counts
+
+
+def ck_bytes(plan: ManeuverPlan, *, spacing: float = 1.0, naif_id: int = NAIF_ID) -> bytes:
+    """A C-kernel of type 3: attitudes and angular velocities, a segment for each phase.
+
+    Its structure is ``1000 naif_id``, its base frame J2000, its clock that of `sclk_text`.
+
+    Parameters
+    ----------
+    spacing : greatest time between attitudes [s]; SPICE turns at constant rate between them.
+    naif_id : of the spacecraft, below 0.
+
+    Raises
+    ------
+    ValueError
+        For a spacing not above zero or an id not below.
+    ImportError
+        If spiceypy is not installed, with what to install.
+    """
+    _check(naif_id)
+    spice = _spiceypy()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "attitude.bc"
+        comments = warnings(plan)
+        handle = spice.ckopn(str(path), "planned attitude", sum(map(len, comments)) + 1000)
+        if comments:
+            spice.dafac(handle, comments)
+        for part in attitudes(plan, spacing):
+            ticks = np.rint(_TICKS * part.times)
+            matrices = np.ascontiguousarray(matrices_of(part.q))
+            spice.ckw03(
+                handle,
+                ticks[0],
+                ticks[-1],
+                1000 * naif_id,
+                "J2000",
+                True,
+                part.phase.label[:40],
+                len(ticks),
+                ticks,
+                np.array([spice.m2q(matrix) for matrix in matrices]),
+                np.einsum("kji,kj->ki", matrices, part.rates),
+                1,
+                ticks[:1],
+            )
+        spice.ckcls(handle)
+        return path.read_bytes()
+
+
+def sclk_text(plan: ManeuverPlan, *, naif_id: int = NAIF_ID) -> str:
+    """The clock kernel of `ck_bytes`: microseconds since the plan's epoch.
+
+    Raises
+    ------
+    ValueError
+        For an id not below zero.
+    """
+    _check(naif_id)
+    at = instants(plan.scenario.epoch, [0.0])
+    # whole days first: a Julian date in one number is good to 40 microseconds
+    begin = DAY * (at.midnight - _J2000) + DAY * float(at.tt[0])
+    (epoch,) = utc_texts(plan.scenario.epoch, [0.0])
+    number = -naif_id
+    values = {
+        "DATA_TYPE": "1",
+        "01_TIME_SYSTEM": "2",
+        "01_N_FIELDS": "2",
+        "01_MODULI": f"{_SECONDS} {_TICKS}",
+        "01_OFFSETS": "0 0",
+        "01_OUTPUT_DELIM": "1",
+        "_PARTITION_START": "0.0",
+        "_PARTITION_END": f"{_SECONDS * _TICKS - 1:.16e}",
+        "01_COEFFICIENTS": f"0.0 {begin:.6f} 1.0",
+    }
+    lines = [
+        "KPL/SCLK",
+        "",
+        f"Clock of the planned attitude: 1/0.0 is {epoch} UTC; microseconds.",
+        "",
+        "\\begindata",
+        "",
+        f"SCLK_KERNEL_ID = ( @{epoch[:10]} )",
+        *(
+            f"SCLK{'' if key[0] in '0_' else '_'}{key}_{number} = ( {value} )"
+            for key, value in values.items()
+        ),
+        "",
+        "\\begintext",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _check(naif_id: int) -> None:
+    if naif_id >= 0:
+        raise ValueError(f"naif_id = {naif_id!r}: expected an integer below 0, as of a spacecraft")
+
+
+def _spiceypy() -> ModuleType:
+    try:
+        import spiceypy
+    except ImportError as error:
+        raise ImportError("a C-kernel needs the package spiceypy: pip install spiceypy") from error
+    module: ModuleType = spiceypy
+    return module

@@ -1,0 +1,245 @@
+"""Attitudes for other tools, each read by one that is not ours where there is one.
+
+The C-kernel by SPICE itself (spiceypy), waypoints by Basilisk's own module, STK's file by
+orbit-formats, the script of 42 by the format in its source.
+"""
+
+import ctypes
+import dataclasses
+import re
+
+import brahe
+import brahe.ccsds
+import numpy as np
+import pytest
+from ccsds_ndm.ndm_io import NdmIo
+from mgeo_attitude import AttitudeManeuverProblem, Scenario
+from mgeo_attitude.plan import (
+    ManeuverPlan,
+    aem_text,
+    ck_bytes,
+    sclk_text,
+    script_text,
+    stk_text,
+    waypoints_text,
+    write_plan,
+)
+from mgeo_attitude.plan.attitudes import gcrf_to_eme2000
+from scipy.spatial.transform import Rotation
+
+from .test_aem import ramped
+
+#: Leap seconds and the constants of TDB - TT, as NAIF's naif0012.tls has them.
+LEAPSECONDS = """KPL/LSK
+\\begindata
+DELTET/DELTA_T_A = 32.184
+DELTET/K = 1.657D-3
+DELTET/EB = 1.671D-2
+DELTET/M = ( 6.239996D0 1.99096871D-7 )
+DELTET/DELTA_AT = ( 36, @2015-JUL-1 37, @2017-JAN-1 )
+\\begintext
+"""
+
+
+def in_body(q):
+    """Matrices that take inertial coordinates to the body, of quaternions with the scalar last."""
+    return np.swapaxes(Rotation.from_quat(q).as_matrix(), -1, -2)
+
+
+def truth(plan, second):
+    return plan.attitude[plan.steps([second])[0]]
+
+
+def test_the_frame_bias_is_that_of_others():
+    """brahe has that of IAU 2000, two micro arc seconds from ours of IAU 2006."""
+    np.testing.assert_allclose(gcrf_to_eme2000(), brahe.bias_eme2000(), atol=2e-11)
+    assert np.degrees(Rotation.from_matrix(gcrf_to_eme2000()).magnitude()) * 3600 == pytest.approx(
+        0.0231, abs=1e-4
+    )
+
+
+@pytest.mark.parametrize("rates", ["given", "none"])
+def test_an_ephemeris_from_eme2000(plan, rates):
+    """Read by ccsds-ndm (1.0) and brahe (2.0), and taken back by brahe's bias."""
+    first = NdmIo().from_string(aem_text(plan, rates=rates, frame="EME2000"))
+    second = brahe.ccsds.AEM.from_str(aem_text(plan, version="2.0", rates=rates, frame="EME2000"))
+    for one, two, phase in zip(first.body.segment, second.segments, plan.phases, strict=True):
+        meta = one.metadata
+        assert (meta.ref_frame_a, two.ref_frame_a) == ("EME2000", "EME2000")
+        kinds = {"given": ("QUATERNION/DERIVATIVE", "QUATERNION/ANGVEL")}
+        expected = kinds.get(rates, ("QUATERNION", "QUATERNION"))
+        assert (meta.attitude_type.value, str(two.attitude_type)) == expected
+        state = one.data.attitude_state[-1]
+        q = state.quaternion_state if rates == "none" else state.quaternion_derivative
+        q = q.quaternion
+        C = in_body([q.q1, q.q2, q.q3, q.qc])
+        np.testing.assert_allclose(C @ brahe.bias_eme2000(), truth(plan, phase.end), atol=3e-11)
+        assert abs(C - truth(plan, phase.end)).max() > 1e-8  # it is not the frame's name alone
+    if rates == "given":  # angular velocity is of the body, whatever the frame
+        states = second.segments[0].states
+        velocities = [state.angular_velocity for state in states]
+        expected = np.tile(np.radians(plan.phases[0].rates_deg_s), (len(states), 1))
+        np.testing.assert_allclose(velocities, expected, atol=1e-12)
+
+
+@pytest.fixture
+def kernels(tmp_path):
+    """Kernels that SPICE has loaded."""
+    spiceypy = pytest.importorskip("spiceypy")
+
+    def load(plan, **options):
+        (tmp_path / "leap.tls").write_text(LEAPSECONDS)
+        write_plan(plan, tmp_path / "plan.bc", **options)
+        write_plan(plan, tmp_path / "plan.tsc", **options)
+        for name in ("leap.tls", "plan.tsc", "plan.bc"):
+            spiceypy.furnsh(str(tmp_path / name))
+
+    load.spice = spiceypy
+    yield load
+    spiceypy.kclear()
+
+
+@pytest.mark.parametrize("ramps", [False, True])
+def test_spice_finds_attitude_and_rates_at_an_instant_in_utc(plan, problem, kernels, ramps):
+    """At the filter's steps, and turned at constant rate in between."""
+    plan = ramped(problem) if ramps else plan
+    kernels(plan, naif_id=-123)
+    spiceypy = kernels.spice
+    for phase in plan.phases:
+        if phase.duration < 3.0 or phase.label.startswith("ramp"):
+            continue
+        k = int(phase.start) + 1
+        for seconds in (k, k + 0.5):
+            stamp = f"{plan.scenario.epoch:%Y-%m-%d} 00:{seconds // 60:02.0f}:{seconds % 60:09.6f}"
+            ticks = spiceypy.sce2c(-123, spiceypy.str2et(stamp))
+            assert ticks == pytest.approx(1e6 * seconds, abs=1.0)  # of a microsecond
+            C, velocity, _ = spiceypy.ckgpav(-123_000, ticks, 0.0, "J2000")
+            back = Rotation.from_rotvec(
+                -(seconds - k) * np.array(phase.rates_deg_s), degrees=True
+            ).as_matrix()
+            np.testing.assert_allclose(C, back @ truth(plan, k), atol=2e-8)
+            np.testing.assert_allclose(C @ velocity, np.radians(phase.rates_deg_s), atol=1e-9)
+    with pytest.raises(spiceypy.utils.exceptions.NotFoundError):
+        spiceypy.ckgpav(-123_000, 1e6 * (plan.duration + 1.0), 0.0, "J2000")
+
+
+def test_spice_is_told_whose_it_is(plan):
+    for wrong in (0, 5):
+        with pytest.raises(ValueError, match=rf"naif_id = {wrong}: expected an integer below 0"):
+            ck_bytes(plan, naif_id=wrong)
+        with pytest.raises(ValueError, match="naif_id"):
+            sclk_text(plan, naif_id=wrong)
+
+
+def test_without_spiceypy_it_says_what_to_install(plan, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "spiceypy", None)
+    with pytest.raises(ImportError, match="needs the package spiceypy: pip install spiceypy"):
+        ck_bytes(plan)
+
+
+@pytest.mark.slow  # four seconds to import it
+@pytest.mark.basilisk
+@pytest.mark.parametrize("ramps", [False, True])
+def test_basilisk_follows_the_waypoints(plan, problem, tmp_path, ramps):
+    module = pytest.importorskip("Basilisk.fswAlgorithms.waypointReference")
+    plan = ramped(problem) if ramps else plan
+    write_plan(plan, tmp_path / "plan.waypoints.csv")
+    reader = module.WaypointReference()
+    reader.dataFileName = str(tmp_path / "plan.waypoints.csv")
+    reader.attitudeType = 2
+    reader.Reset(0)
+    for phase in plan.phases:
+        steady = not phase.label.startswith("ramp")
+        for second in range(int(phase.start) + 1, int(phase.end), 5):
+            reader.UpdateState(int(second * 1e9))
+            found = reader.attRefOutMsg.read()
+            C = Rotation.from_mrp(found.sigma_RN).inv().as_matrix()
+            np.testing.assert_allclose(C, truth(plan, second), atol=1e-8)
+            if steady:
+                rates = C @ found.omega_RN_N
+                np.testing.assert_allclose(rates, np.radians(phase.rates_deg_s), atol=1e-9)
+                np.testing.assert_allclose(found.domega_RN_N, 0.0, atol=1e-9)
+
+
+def test_the_script_is_read_by_the_format_of_42(plan):
+    """sscanf with the format that FswCmdInterpreter has for it; other lines are skipped or end."""
+    header, *lines, end, rest = script_text(plan, spacing=10.0).split("\n")
+    assert "2018-06-05T00:00:00" in header
+    assert (end, rest) == ("EOF", "")
+    scan = ctypes.CDLL(None).sscanf
+    found = []
+    for line in lines:
+        assert len(line) < 511  # its buffer
+        spacecraft, values = ctypes.c_long(-1), [ctypes.c_double() for _ in range(5)]
+        time, *q = map(ctypes.byref, values)
+        count = scan(
+            line.encode(),
+            b"%lf SC[%ld] qrn = [%lf %lf %lf %lf]",
+            time,
+            ctypes.byref(spacecraft),
+            *q,
+        )
+        assert (count, spacecraft.value) == (6, 0)
+        found.append([value.value for value in values])
+    table = np.array(found)
+    assert (np.diff(table[:, 0]) > 0.0).all()
+    assert table[[0, -1], 0].tolist() == [0.0, plan.duration]
+    at_steps = table[table[:, 0] == table[:, 0].round()]
+    assert len(at_steps) > 5
+    for time, *q in at_steps:
+        np.testing.assert_allclose(in_body(q), truth(plan, time), atol=1e-13)
+
+
+def test_a_file_of_stk():
+    """A known turn: by 90 degrees about z the body sees what was along x along -y."""
+    scenario = dataclasses.replace(Scenario.paper(), duration=600.0)
+    plan = ManeuverPlan.from_design(
+        AttitudeManeuverProblem(scenario, n_maneuvers=1), [0.0, 0.0, 0.5, 180.0]
+    )
+    head, _, body = stk_text(plan).partition("AttitudeTimeQuaternions\n")
+    assert head.startswith("stk.v.11.0\nBEGIN Attitude\n")
+    assert "ScenarioEpoch 5 Jun 2018 00:00:00.000000\n" in head
+    assert "CoordinateAxes ICRF\n" in head
+    *rows, end, rest = body.split("\n")
+    assert (end, rest) == ("END Attitude", "")
+    table = np.array([row.split() for row in rows], dtype=float)
+    assert len(table) == int(re.search(r"NumberOfAttitudePoints (\d+)", head)[1])
+    assert table[:, 0].tolist() == sorted(set(table[:, 0]))
+    np.testing.assert_allclose(in_body(table[180, 1:]) @ [1.0, 0.0, 0.0], [0, -1, 0], atol=1e-13)
+    assert (np.einsum("ki,ki->k", table[:-1, 1:], table[1:, 1:]) > 0.9).all()
+
+
+def test_orbit_formats_reads_stk_and_messages_without_rates(plan, tmp_path):
+    reader = pytest.importorskip("orbit_formats")
+    names = {"plan.a": {}, "one.aem": {}, "two.aem": {"version": "2.0"}}
+    for name, options in names.items():
+        write_plan(plan, tmp_path / name, rates="none", **options)
+        found = reader.read(tmp_path / name)
+        assert found.attitude_type == "QUATERNION"
+        assert found.frame_a == ("ICRF" if name == "plan.a" else "GCRF")
+        times = (found.epochs - np.datetime64("2018-06-05T00:00:00")) / np.timedelta64(1, "s")
+        assert times[[0, -1]].tolist() == [0.0, plan.duration]
+        C = in_body(found.records)
+        np.testing.assert_allclose(C, plan.attitude[plan.steps(times)], atol=1e-14)
+    write_plan(plan, tmp_path / "rates.aem")
+    with pytest.raises(
+        reader.MalformedSourceError, match="QUATERNION/DERIVATIVE"
+    ):  # why there is the option
+        reader.read(tmp_path / "rates.aem")
+
+
+@pytest.mark.parametrize("text", [stk_text, script_text, waypoints_text])
+def test_what_is_refused_and_what_is_said(plan, text, monkeypatch):
+    with pytest.raises(ValueError, match=r"spacing = 0\.0: expected a number of seconds above 0"):
+        text(plan, spacing=0.0)
+    monkeypatch.setattr(ManeuverPlan, "violations", lambda self: ["Sun off camera: 3°"])
+    assert "# VIOLATED CONSTRAINT: Sun off camera: 3?\n" in text(plan, spacing=50.0)
+
+
+def test_unknown_options_are_refused(plan, tmp_path):
+    with pytest.raises(TypeError, match="unknown keyword 'spacings'; did you mean 'spacing'"):
+        write_plan(plan, tmp_path / "plan.a", spacings=3.0)
+    for key, value in (("rates", "few"), ("frame", "TEME")):
+        with pytest.raises(ValueError, match=rf"{key} = '{value}': expected "):
+            write_plan(plan, tmp_path / "plan.aem", **{key: value})
+    assert not list(tmp_path.iterdir())
