@@ -36,6 +36,7 @@ _INSTEAD = {
     "pop_size": _WALKERS,
     "n_offsprings": _WALKERS,
     "n_runs": _WALKERS,
+    "n_i": "n_walkers is the n_i of the papers",
     "ref_dirs": "MGEODirected(n_walkers=...) spreads its walkers over the objectives by itself",
     "x0": "sampling=[x0] lets the first walker begin there",
     "repair": "repair the design within the problem, or let a constraint measure what is wrong",

@@ -9,6 +9,9 @@ from typing import Any, ClassVar, TypeVar, cast, get_origin
 
 import numpy as np
 
+#: Parameters by their names in the papers.
+IN_PAPERS: Mapping[str, str] = {"n_i": "n_walkers"}
+
 F = TypeVar("F", bound=Callable[..., None])
 
 _SHORT = reprlib.Repr()
@@ -23,6 +26,11 @@ def with_n_walkers(keywords: Mapping[str, Any]) -> dict[str, Any]:
             "one of them, n_runs is another name of n_walkers"
         )
     return {"n_walkers" if key == "n_runs" else key: value for key, value in keywords.items()}
+
+
+def of_papers(name: str) -> str:
+    """The end of a message on a parameter that is called otherwise in the papers."""
+    return f"; {name} of the papers is {IN_PAPERS[name]}" if name in IN_PAPERS else ""
 
 
 def takes_n_runs(constructor: F) -> F:

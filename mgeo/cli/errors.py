@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from enum import IntEnum
 from pathlib import Path
@@ -85,6 +85,7 @@ def remember_debug(ctx: typer.Context, wanted: bool) -> bool:
 def ended(ctx: Any) -> Iterator[None]:
     """Make of every error one line on stderr, and an exit code."""
     write_anything()
+    words = [*(getattr(ctx, "_protected_args", None) or ()), *ctx.args]
     try:
         with terminable():
             yield
@@ -93,7 +94,7 @@ def ended(ctx: Any) -> Iterator[None]:
     except (typer.Exit, typer.Abort, BrokenPipeError):
         raise
     except (Exception, KeyboardInterrupt) as error:
-        message, code = _told(error, ctx)
+        message, code = _told(error, ctx, words)
         if ctx.meta.get(_DEBUG) and not isinstance(error, (UsageError, KeyboardInterrupt)):
             traceback.print_exception(error.__cause__ if isinstance(error, Refused) else error)
         typer.echo(folded(f"Error: {message}", stderr=True), err=True)
@@ -105,14 +106,18 @@ def of_interrupt(error: KeyboardInterrupt) -> ExitCode:
     return ExitCode.TERMINATED if isinstance(error, Terminated) else ExitCode.INTERRUPTED
 
 
-def _told(error: BaseException, ctx: Any) -> tuple[str, ExitCode]:
-    """What is said of an error, and the code it ends with."""
+def _told(error: BaseException, ctx: Any, words: Sequence[str]) -> tuple[str, ExitCode]:
+    """What is said of an error, and the code it ends with; `words` are those of the command."""
     if isinstance(error, UsageError):
         at = getattr(error, "ctx", None) or ctx
         message = _short(error.format_message()).rstrip(".")  # type: ignore[attr-defined]
-        return f"{message} (see {at.command_path} --help)", ExitCode.BAD_INPUT
+        hint = _of_commas(words) if " valid " in message else ""
+        if getattr(error, "option_name", "").lstrip("-").replace("-", "_") == "n_i":
+            hint = "; n_i of the papers is --walkers"
+        return f"{message}{hint} (see {at.command_path} --help)", ExitCode.BAD_INPUT
     if isinstance(error, Refused):
-        return str(error), ExitCode.BAD_INPUT
+        hint = _of_commas(words) if "expected one number" in str(error) else ""
+        return f"{error}{hint}", ExitCode.BAD_INPUT
     if isinstance(error, KeyboardInterrupt):
         return "interrupted", of_interrupt(error)
     from mgeo.evaluation.evaluator import EvaluationError
@@ -124,6 +129,12 @@ def _told(error: BaseException, ctx: Any) -> tuple[str, ExitCode]:
     last = traceback.extract_tb(error.__traceback__)[-1]  # a bug, here or in a plugin
     place = f"{Path(last.filename).name}, line {last.lineno}; see --debug"
     return f"{type(error).__name__}: {_one_line(error)} ({place})", ExitCode.ERROR
+
+
+def _of_commas(words: Sequence[str]) -> str:
+    from mgeo.validation.arguments import decimal_point  # with numpy
+
+    return decimal_point(*words)
 
 
 def _one_line(error: BaseException) -> str:

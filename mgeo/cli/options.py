@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Annotated, Any
@@ -99,16 +100,22 @@ def parse_parameters(
         If a text is none of that form, names a parameter twice or one with a flag of its own, or
         the algorithm has no such parameter: naming the flag, and those it takes.
     """
+    from mgeo.algorithms.constructors import IN_PAPERS
     from mgeo.runs.algorithms import complete_parameters, with_parameter
+    from mgeo.validation.arguments import decimal_point
 
     parameters = {key: value for key, value in flags.items() if value is not None}
     if "sigma" in parameters:
         parameters["sigma"] = parse_numbers("--sigma", parameters["sigma"])
     if "tau" in parameters:
+        if hint := decimal_point(parameters["tau"]):
+            raise ValueError(f"--tau = {parameters['tau']!r}: expected a number or a name{hint}")
         parameters["tau"] = _value(parameters["tau"])
     parameters |= parse_settings(settings)
     known = complete_parameters(algorithm, {})
     for key in parameters:
+        if key in IN_PAPERS and key not in known:
+            raise ValueError(f"--set {key}: n_i of the papers is {flag(IN_PAPERS[key])}")
         if key not in known:
             taken = ", ".join(map(flag, known))
             others = ", ".join(with_parameter(key))
@@ -127,6 +134,10 @@ def parse_numbers(name: str, text: str) -> float | list[float]:
     ValueError
         If an entry is no number.
     """
+    from mgeo.validation.arguments import decimal_point
+
+    if re.fullmatch(r"0,\d+", text):  # no list: no sigma is 0
+        raise ValueError(f"{name} = {text!r}: expected a number{decimal_point(text)}")
     try:
         numbers = [float(entry) for entry in text.split(",")]
     except ValueError as error:

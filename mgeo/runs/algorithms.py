@@ -121,7 +121,10 @@ def complete_parameters(name: str, parameters: Mapping[str, Any]) -> dict[str, A
     for key in parameters:
         if key not in known:
             expected = ", ".join(known) or "none"
-            raise ValueError(f"algorithm {name!r} has no parameter {key!r}: expected {expected}")
+            raise ValueError(
+                f"algorithm {name!r} has no parameter {key!r}: expected {expected}"
+                f"{constructors.of_papers(key)}"
+            )
     return {key: value for key, value in known.items() if _is_plain(value)} | dict(parameters)
 
 

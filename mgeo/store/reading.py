@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mgeo.validation.arguments import decimal_point
 from mgeo.validation.tables import FileError, errors_of
 
 #: Far more than any file of ours holds, and less than memory does.
@@ -142,7 +143,16 @@ def parse_toml(text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise ValueError(f"no valid TOML: {error}") from None
+        raise ValueError(f"no valid TOML: {error}{_of_commas(text, error)}") from None
+
+
+def _of_commas(text: str, error: Exception) -> str:
+    """What is said where the line of an error has a number with a decimal comma."""
+    place = re.search(r"line (\d+)", str(error))
+    lines = text.splitlines()
+    if place is None or int(place[1]) > len(lines):
+        return ""
+    return decimal_point(lines[int(place[1]) - 1].partition("=")[2].partition("#")[0])
 
 
 def from_npz(content: bytes) -> dict[str, NDArray[Any]]:
