@@ -75,8 +75,8 @@ def solve(
     problem: Annotated[
         str,
         typer.Argument(
-            metavar="NAME|MODULE:CLASS",
-            help="One of `mgeo problems`, a class of one's own, or a test problem, pymoo:zdt1.",
+            help="One of `mgeo problems`, a class of one's own, module:Class, or a test problem, "
+            "pymoo:zdt1.",
             autocompletion=completion.problems,
         ),
     ],

@@ -133,7 +133,8 @@ def _sized(figure: go.Figure) -> go.Figure:
 
 def _still(figure: go.Figure) -> go.Figure:
     """Without menus, and what its title says to whoever sees it on a screen."""
-    still = go.Figure(figure).update_layout(updatemenus=None, sliders=None)
+    still = go.Figure(figure)
+    still.layout.updatemenus, still.layout.sliders = (), ()
     if text := still.layout.title.text:
         for words in (HOVER, CLICK):
             text = text.replace(words, "")

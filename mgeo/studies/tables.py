@@ -7,17 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 import pandas as pd
 
-from mgeo.studies.conclusions import against
+from mgeo.studies.indicators import Indicator
 from mgeo.studies.statistics import LEVEL
-
-if TYPE_CHECKING:
-    from mgeo.studies.comparison import Comparison
-    from mgeo.studies.indicators import Indicator
 
 MARK = "†"
 
@@ -34,6 +30,20 @@ _LATEX = {
 
 #: (row, column) of cells.
 Cells = Collection[tuple[str, str]]
+
+
+class Compared(Protocol):
+    """What a table needs of a `Comparison`."""
+
+    @property
+    def indicators(self) -> list[Indicator]: ...
+    @property
+    def parts(self) -> list[Indicator]: ...
+    def indicator(self, name: str | None = None) -> Indicator: ...
+    def order(self, indicator: str | None = None) -> list[str]: ...
+    def overview(self) -> pd.DataFrame: ...
+    def summary(self) -> pd.DataFrame: ...
+    def tests(self, indicator: str | None = None) -> Any: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +70,7 @@ class MarkedTable:
         return f"{text}{note}\n" if self.note else text
 
 
-def problem_table(comparison: Comparison) -> MarkedTable:
+def problem_table(comparison: Compared) -> MarkedTable:
     """The `overview` of a comparison, each column of an indicator marked."""
     best, alike = [], []
     for indicator in [*comparison.indicators, *comparison.parts]:
@@ -70,7 +80,7 @@ def problem_table(comparison: Comparison) -> MarkedTable:
     return MarkedTable(comparison.overview(), best, alike, _note(best))
 
 
-def problems_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
+def problems_table(comparisons: Mapping[str, Compared]) -> MarkedTable:
     """Mean ± sd of each problem's first indicator, problems by algorithms, each row marked."""
     rows, best, alike = {}, [], []
     for label, comparison in comparisons.items():
@@ -83,7 +93,7 @@ def problems_table(comparisons: Mapping[str, Comparison]) -> MarkedTable:
     return MarkedTable(pd.DataFrame(rows).T.rename_axis("problem"), best, alike, _note(best))
 
 
-def marks(comparison: Comparison, indicator: Indicator) -> tuple[list[str], list[str]]:
+def marks(comparison: Compared, indicator: Indicator) -> tuple[list[str], list[str]]:
     """The algorithms with the best mean, and those that do not differ significantly from it.
 
     None where fewer than two have finished runs, or no mean is finite.
@@ -93,8 +103,10 @@ def marks(comparison: Comparison, indicator: Indicator) -> tuple[list[str], list
     if len(order) < 2 or not np.isfinite(means.max()):
         return [], []
     best = [name for name in order if means[name] == means.max()]
-    p = against(comparison, best[0], indicator.name)["p_holm"]
-    return best, [str(name) for name in p.index[p >= LEVEL] if name not in best]
+    pairs = comparison.tests(indicator.name).pairs
+    alike = pairs[(pairs[["a", "b"]] == best[0]).any(axis=1) & (pairs["p_holm"] >= LEVEL)]
+    names = {str(name) for name in alike[["a", "b"]].to_numpy().ravel()}
+    return best, [name for name in order if name in names and name not in best]
 
 
 def markdown(table: pd.DataFrame) -> str:

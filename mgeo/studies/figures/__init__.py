@@ -5,7 +5,6 @@ from mgeo.studies.figures.comparison import comparison_figures
 from mgeo.studies.figures.fronts import each_figure, fronts_figure
 from mgeo.studies.figures.indicators import anytime_figure, boxes_figure
 from mgeo.studies.figures.ranks import ranks_figure, targets_figure
-from mgeo.studies.figures.study import study_figures
 
 __all__ = [
     "anytime_figure",
@@ -16,6 +15,5 @@ __all__ = [
     "each_figure",
     "fronts_figure",
     "ranks_figure",
-    "study_figures",
     "targets_figure",
 ]

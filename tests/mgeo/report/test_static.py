@@ -147,7 +147,9 @@ def test_what_only_a_screen_can_do_is_not_printed():
     figure = go.Figure(go.Scatter(x=[1, 2], y=[3, 4], marker={"size": 10}))
     finished(figure, "A title", f"points{HOVER}")
     figure.update_layout(xaxis2={"side": "top"})
-    still = static._sized(figure)
+    figure.update_layout(updatemenus=[{"buttons": [{"label": "a", "method": "update"}]}])
+    still = static.shaped({"a": figure}, paper=False)["a"]
+    assert not still.layout.updatemenus
     assert still.layout.title.text.endswith("13px'>points</span>")
     printed = for_paper(figure)
     assert (printed.layout.title.text, printed.layout.width) == (None, 333)
